@@ -1,0 +1,2 @@
+//! turner.
+fn main() {}

@@ -1,0 +1,55 @@
+//! Pictures in memory: what the film develops into and what textures are made of.
+
+/// The samples of a picture, row 0 at the top, channels interleaved. Eight-bit files stay eight-bit.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pixels {
+    /// 8 bits per channel, 1 (grey), 2 (grey, alpha), 3 (RGB) or 4 (RGBA) channels, display-encoded.
+    U8(Vec<u8>),
+    /// 16 bits per channel, display-encoded.
+    U16(Vec<u16>),
+    /// 32-bit floats, linear.
+    F32(Vec<f32>),
+}
+
+/// A picture: `width * height * channels` samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// 1 (grey), 2 (grey + alpha), 3 (RGB) or 4 (RGB + straight alpha).
+    pub channels: u8,
+    /// The samples.
+    pub pixels: Pixels,
+}
+
+impl Image {
+    /// Bytes of memory that the samples take.
+    pub fn memory(&self) -> usize {
+        match &self.pixels {
+            Pixels::U8(v) => v.len(),
+            Pixels::U16(v) => v.len() * 2,
+            Pixels::F32(v) => v.len() * 4,
+        }
+    }
+
+    /// Whether values are display-encoded (8- and 16-bit files) rather than linear (float files).
+    pub fn is_display_encoded(&self) -> bool {
+        !matches!(self.pixels, Pixels::F32(_))
+    }
+
+    /// The pixel in column `x`, row `y`, as RGB in 0..=1 for integer samples, as stored for floats; grey is
+    /// repeated. Coordinates are clamped to the picture.
+    pub fn rgb(&self, x: u32, y: u32) -> [f32; 3] {
+        let (x, y) = (x.min(self.width - 1) as usize, y.min(self.height - 1) as usize);
+        let n = self.channels as usize;
+        let i = (y * self.width as usize + x) * n;
+        let at = |c: usize| match &self.pixels {
+            Pixels::U8(v) => f32::from(v[i + c]) / 255.0,
+            Pixels::U16(v) => f32::from(v[i + c]) / 65535.0,
+            Pixels::F32(v) => v[i + c],
+        };
+        if n < 3 { [at(0); 3] } else { [at(0), at(1), at(2)] }
+    }
+}
