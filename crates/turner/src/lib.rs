@@ -3,4 +3,15 @@
 //! This crate opens no file, no window and no thread pool of its own choice: see ARCHITECTURE.md.
 #![forbid(unsafe_code)]
 
+pub mod camera;
+pub mod color;
+pub mod film;
 pub mod image;
+pub mod integrator;
+pub mod light;
+pub mod material;
+pub mod math;
+pub mod sampler;
+pub mod scene;
+pub mod shape;
+pub mod texture;

@@ -1,0 +1,65 @@
+//! Where a camera stands and how it is turned.
+
+use crate::math::DVec3;
+use crate::scene::error::{ErrorCode, SceneError};
+use crate::scene::schema::choice;
+
+choice! {
+    /// Which hand the camera's axes (right, up, backward or forward) follow.
+    pub enum Handedness {
+        /// Right = forward × up: looking along −z with y up, x is to the right.
+        Right = "right",
+        /// Right = up × forward: looking along +z with y up, x is to the right.
+        Left = "left",
+    }
+}
+
+/// Position and unit axes of a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraFrame {
+    /// The eye.
+    pub position: DVec3,
+    /// To the right in the picture.
+    pub right: DVec3,
+    /// Upwards in the picture.
+    pub up: DVec3,
+    /// Into the picture.
+    pub forward: DVec3,
+}
+
+impl CameraFrame {
+    /// A camera at `position` that looks at `target`, with `up` upwards in the picture, or the reason why there
+    /// is none.
+    pub fn new(
+        position: DVec3,
+        target: DVec3,
+        up: DVec3,
+        handedness: Handedness,
+    ) -> Result<CameraFrame, SceneError> {
+        let error = |what: &str, help: &str| {
+            Err(SceneError::new(ErrorCode::Camera, what.to_owned()).help(help.to_owned()))
+        };
+        let Some(forward) = (target - position).try_normalize() else {
+            return error("the camera's `position` and `look_at` are the same point", "move one of them");
+        };
+        let Some(up) = up.try_normalize() else {
+            return error("the camera's `up` is zero", "write up = [0, 1, 0]");
+        };
+        let right = match handedness {
+            Handedness::Right => forward.cross(up),
+            Handedness::Left => up.cross(forward),
+        };
+        if !(right.length() > 1e-9) {
+            return error(
+                "the camera's `up` is parallel to its direction of view",
+                "choose another `up`, e.g. [0, 0, 1] when looking straight down",
+            );
+        }
+        let right = right.normalize();
+        let up = match handedness {
+            Handedness::Right => right.cross(forward),
+            Handedness::Left => forward.cross(right),
+        };
+        Ok(CameraFrame { position, right, up, forward })
+    }
+}

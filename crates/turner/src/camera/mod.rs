@@ -1,0 +1,80 @@
+//! Cameras: from a point of the picture to a ray. One file each.
+
+mod frame;
+mod orthographic;
+mod pinhole;
+mod thin_lens;
+
+pub use frame::{CameraFrame, Handedness};
+pub use orthographic::OrthographicDesc;
+pub use pinhole::{PinholeDesc, Viewport};
+pub use thin_lens::ThinLensDesc;
+
+use crate::scene::schema::family;
+
+family! {
+    /// Cameras: `[camera]`. The `type` is "pinhole" unless given.
+    pub enum CameraDesc as "camera", "cameras" {
+        Pinhole(PinholeDesc),
+        Orthographic(OrthographicDesc),
+        ThinLens(ThinLensDesc),
+    }
+}
+
+use crate::math::{Bounds, DVec2, DVec3, Ray, elementary::sin, radians};
+use crate::scene::SceneError;
+
+/// A camera ready to make rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Camera {
+    /// Pinhole.
+    Pinhole(pinhole::Pinhole),
+    /// Orthographic.
+    Orthographic(orthographic::Orthographic),
+    /// Thin lens.
+    ThinLens(thin_lens::ThinLens),
+}
+
+impl CameraDesc {
+    /// Makes it ready for a picture of the given aspect (width over height).
+    pub fn prepare(&self, aspect: f64) -> Result<Camera, SceneError> {
+        Ok(match self {
+            CameraDesc::Pinhole(c) => Camera::Pinhole(c.prepare(aspect)?),
+            CameraDesc::Orthographic(c) => Camera::Orthographic(c.prepare(aspect)?),
+            CameraDesc::ThinLens(c) => Camera::ThinLens(c.prepare(aspect)?),
+        })
+    }
+
+    /// A camera that shows all of a box from slightly above its front (+z), for scenes without one.
+    pub fn framing(bounds: &Bounds, aspect: f64) -> CameraDesc {
+        let fov = 40.0;
+        let finite = !bounds.is_empty() && bounds.is_finite();
+        let (center, radius) =
+            if finite { (bounds.center(), 0.5 * bounds.size().length()) } else { (DVec3::Y, 2.0) };
+        let half = 0.5 * radians(fov);
+        let distance = radius.max(1e-6) / (sin(half) * aspect.min(1.0));
+        CameraDesc::Pinhole(PinholeDesc {
+            position: center + distance * DVec3::new(0.0, 0.3, 1.0).normalize(),
+            look_at: center,
+            up: DVec3::Y,
+            handedness: Handedness::Right,
+            fov: Some(fov),
+            viewport: None,
+            distance: None,
+            near: 0.0,
+        })
+    }
+}
+
+impl Camera {
+    /// The ray through a point of the screen, (−1, −1) its lower left and (1, 1) its upper right corner; `lens` is
+    /// a point of the unit square that chooses the point on the lens, if there is one. Unit direction.
+    #[inline]
+    pub fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
+        match self {
+            Camera::Pinhole(c) => c.ray(at),
+            Camera::Orthographic(c) => c.ray(at),
+            Camera::ThinLens(c) => c.ray(at, lens),
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! The pinhole camera, by field of view or by the documents' viewport.
+
+use super::{CameraFrame, Handedness};
+use crate::math::{DVec2, DVec3, elementary::tan, radians};
+use crate::scene::error::{ErrorCode, SceneError};
+use crate::scene::read::ReadContext;
+use crate::scene::schema::{ParamType, Range, params, wrong_type};
+use crate::scene::value::{Data, Value};
+
+params! {
+    /// A pinhole camera. What it sees is given by `fov`, or by the size of a `viewport` at a `distance` from the eye, as in the classic documents.
+    pub struct PinholeDesc as "pinhole" {
+        /// The eye.
+        position: DVec3 = DVec3::new(0.0, 0.0, 5.0);
+        /// The point in the middle of the picture.
+        look_at: DVec3 = DVec3::ZERO;
+        /// Upwards in the picture.
+        up: DVec3 = DVec3::Y;
+        /// Which hand the axes follow: with "left", a camera that looks along +z has x to its right.
+        handedness: Handedness = Handedness::Right;
+        /// Vertical field of view, degrees; 40 if neither it nor a viewport is given.
+        fov: Option<f64> = None, in Range::open(0.0, 180.0);
+        /// Instead of `fov`: width and height of the screen, `[width, height]`, stretched over the picture whatever its shape, or the height alone, with square pixels.
+        viewport: Option<Viewport> = None;
+        /// Distance of the viewport from the eye; without it the viewport lies at `look_at`.
+        distance: Option<f64> = None, in Range::POSITIVE;
+        /// Nothing nearer than this counts, measured along the direction of view.
+        near: f64 = 0.0, in Range::NON_NEGATIVE;
+    }
+    example r#"[camera]
+position = [0, 2, 6]
+look_at = [0, 1, 0]
+fov = 35
+"#
+}
+
+/// The size of the screen in scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Viewport {
+    /// Its height; its width follows the picture's shape.
+    Height(f64),
+    /// Width and height.
+    Size(DVec2),
+}
+
+impl ParamType for Viewport {
+    fn kind() -> String {
+        "[width, height] | height".into()
+    }
+    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Viewport, SceneError> {
+        let read = match value.data {
+            Data::Array(_) => Viewport::Size(DVec2::read(value, cx)?),
+            Data::Integer(_) | Data::Number(_) => Viewport::Height(f64::read(value, cx)?),
+            _ => return Err(wrong_type(value, &Self::kind())),
+        };
+        let size = read.size(1.0);
+        if size.x > 0.0 && size.y > 0.0 {
+            return Ok(read);
+        }
+        Err(SceneError::at(ErrorCode::OutOfRange, value.span, "the viewport's size must be greater than 0"))
+    }
+    fn show(&self) -> String {
+        match self {
+            Viewport::Height(h) => h.show(),
+            Viewport::Size(s) => s.show(),
+        }
+    }
+}
+
+impl Viewport {
+    /// Width and height for a picture of the given aspect (width over height).
+    pub fn size(self, aspect: f64) -> DVec2 {
+        match self {
+            Viewport::Height(h) => DVec2::new(h * aspect, h),
+            Viewport::Size(s) => s,
+        }
+    }
+}
+
+/// The screen of a perspective camera: `half` its half size, `distance` from the eye.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Screen {
+    pub(super) half: DVec2,
+    pub(super) distance: f64,
+}
+
+/// The screen from the two ways to give it.
+pub(super) fn screen(
+    fov: Option<f64>,
+    viewport: Option<Viewport>,
+    distance: Option<f64>,
+    to_target: f64,
+    aspect: f64,
+) -> Result<Screen, SceneError> {
+    match (fov, viewport) {
+        (Some(_), Some(_)) => Err(SceneError::new(
+            ErrorCode::Conflict,
+            "`fov` and `viewport` are two ways to say the same: give one of them",
+        )),
+        (None, Some(viewport)) => {
+            Ok(Screen { half: 0.5 * viewport.size(aspect), distance: distance.unwrap_or(to_target) })
+        }
+        (fov, None) => {
+            let distance = distance.unwrap_or(1.0);
+            let half = tan(radians(fov.unwrap_or(40.0)) / 2.0) * distance;
+            Ok(Screen { half: DVec2::new(half * aspect, half), distance })
+        }
+    }
+}
+
+/// A pinhole camera, prepared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pinhole {
+    frame: CameraFrame,
+    screen: Screen,
+    near: f64,
+}
+
+impl PinholeDesc {
+    /// Makes it ready for a picture of the given aspect.
+    pub fn prepare(&self, aspect: f64) -> Result<Pinhole, SceneError> {
+        let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
+        let to_target = (self.look_at - self.position).length();
+        let screen = screen(self.fov, self.viewport, self.distance, to_target, aspect)?;
+        Ok(Pinhole { frame, screen, near: self.near })
+    }
+}
+
+impl Pinhole {
+    /// The ray through a point of the screen, (−1, −1) its lower left, (1, 1) its upper right corner. The
+    /// direction has unit length.
+    #[inline]
+    pub(super) fn ray(&self, at: DVec2) -> crate::math::Ray {
+        let f = &self.frame;
+        let d = f.forward * self.screen.distance
+            + f.right * (at.x * self.screen.half.x)
+            + f.up * (at.y * self.screen.half.y);
+        let length = d.length();
+        let mut ray = crate::math::Ray::new(f.position, d / length);
+        ray.t_min = self.near * length / self.screen.distance;
+        ray
+    }
+}

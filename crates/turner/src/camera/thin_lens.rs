@@ -1,0 +1,84 @@
+//! The thin-lens camera: a pinhole camera with depth of field.
+
+use super::pinhole::{Screen, screen};
+use super::{CameraFrame, Handedness, Viewport};
+use crate::math::{DVec2, DVec3, Ray};
+use crate::sampler::concentric_disk;
+use crate::scene::error::SceneError;
+use crate::scene::schema::{Range, params};
+
+params! {
+    /// A camera with a lens: what is not at the distance of focus is blurred. Needs several samples per pixel.
+    pub struct ThinLensDesc as "thin-lens" {
+        /// The middle of the lens.
+        position: DVec3 = DVec3::new(0.0, 0.0, 5.0);
+        /// The point in the middle of the picture.
+        look_at: DVec3 = DVec3::ZERO;
+        /// Upwards in the picture.
+        up: DVec3 = DVec3::Y;
+        /// Which hand the axes follow.
+        handedness: Handedness = Handedness::Right;
+        /// Vertical field of view, degrees; 40 if neither it nor a viewport is given.
+        fov: Option<f64> = None, in Range::open(0.0, 180.0);
+        /// Instead of `fov`: size of the screen, as for the pinhole camera.
+        viewport: Option<Viewport> = None;
+        /// Distance of the viewport from the eye; without it the viewport lies at `look_at`.
+        distance: Option<f64> = None, in Range::POSITIVE;
+        /// Radius of the lens, scene units; 0 is a pinhole.
+        lens_radius: f64 = 0.05, in Range::NON_NEGATIVE;
+        /// Distance of the plane in focus, along the direction of view; without it `look_at` is in focus.
+        focus: Option<f64> = None, in Range::POSITIVE;
+        /// Nothing nearer than this counts, measured along the direction of view.
+        near: f64 = 0.0, in Range::NON_NEGATIVE;
+    }
+    example r#"[camera]
+type = "thin-lens"
+position = [0, 2, 6]
+look_at = [0, 1, 0]
+fov = 35
+lens_radius = 0.1
+
+[film]
+antialias = "monte-carlo"
+samples = 64
+"#
+}
+
+/// A thin-lens camera, prepared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinLens {
+    frame: CameraFrame,
+    screen: Screen,
+    lens_radius: f64,
+    focus: f64,
+    near: f64,
+}
+
+impl ThinLensDesc {
+    /// Makes it ready for a picture of the given aspect.
+    pub fn prepare(&self, aspect: f64) -> Result<ThinLens, SceneError> {
+        let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
+        let to_target = (self.look_at - self.position).length();
+        let screen = screen(self.fov, self.viewport, self.distance, to_target, aspect)?;
+        let focus = self.focus.unwrap_or(to_target);
+        Ok(ThinLens { frame, screen, lens_radius: self.lens_radius, focus, near: self.near })
+    }
+}
+
+impl ThinLens {
+    /// The ray through a point of the screen and a point `lens` of the unit square, mapped onto the lens.
+    pub(super) fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
+        let f = &self.frame;
+        let d = f.forward * self.screen.distance
+            + f.right * (at.x * self.screen.half.x)
+            + f.up * (at.y * self.screen.half.y);
+        let on_focus = d * (self.focus / self.screen.distance);
+        let l = concentric_disk(lens) * self.lens_radius;
+        let offset = f.right * l.x + f.up * l.y;
+        let d = on_focus - offset;
+        let length = d.length();
+        let mut ray = Ray::new(f.position + offset, d / length);
+        ray.t_min = self.near * length / self.focus;
+        ray
+    }
+}

@@ -1,0 +1,5 @@
+//! Stub.
+/// p
+pub struct Picture;
+/// r
+pub struct PixelRect;

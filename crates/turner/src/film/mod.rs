@@ -1,0 +1,70 @@
+//! The film: what is asked of the picture, and the sums that become it.
+
+mod develop;
+mod fixed;
+mod sums;
+
+pub use develop::{Picture, PixelRect};
+pub use fixed::Fixed96;
+pub use sums::{Film, NonFinite};
+
+use crate::color::Transfer;
+use crate::scene::schema::{Range, choice, params};
+
+choice! {
+    /// How a pixel's colour comes about.
+    pub enum Antialias {
+        /// One ray through the middle (or corner) of each pixel.
+        None = "none",
+        /// The paper's quick filter: one ray per pixel, then the mean of the pixel and its eight neighbours.
+        Mean = "mean",
+        /// A regular grid of rays per pixel: `samples`, rounded up to a square number.
+        Grid = "grid",
+        /// Whitted's subdivision: rays through the corners; where they differ by more than `threshold` the square is divided, up to `max_subdivisions` times.
+        Adaptive = "adaptive",
+        /// `samples` rays at random places of the pixel, one in each of as many parts.
+        MonteCarlo = "monte-carlo",
+    }
+}
+
+choice! {
+    /// Where in the pixel its one ray goes.
+    pub enum PixelSample {
+        /// Through its middle.
+        Center = "center",
+        /// Through its lower left corner, as the from-scratch book does.
+        Corner = "corner",
+    }
+}
+
+params! {
+    /// Size, sampling and transfer curve of the picture.
+    pub struct FilmDesc as "film" {
+        /// Columns of pixels.
+        width: u32 = 640, in Range::closed(1.0, 65536.0);
+        /// Rows of pixels.
+        height: u32 = 480, in Range::closed(1.0, 65536.0);
+        /// Part of the picture to render: [first column, first row, columns, rows], from the top left.
+        crop: Option<[u32; 4]> = None;
+        /// How a pixel's colour comes about.
+        antialias: Antialias = Antialias::None;
+        /// Rays per pixel for "grid" and "monte-carlo".
+        samples: u32 = 16, in Range::closed(1.0, 16777216.0);
+        /// For "adaptive": the difference between corners, in any colour channel, above which a square is divided.
+        threshold: f64 = 0.05, in Range::NON_NEGATIVE;
+        /// For "adaptive": how often a square is divided; each time into four.
+        max_subdivisions: u32 = 3, in Range::closed(0.0, 6.0);
+        /// Where in the pixel the one ray of "none" and "mean" goes.
+        pixel_sample: PixelSample = PixelSample::Center;
+        /// How scene values become display values, and display colours (#rrggbb, names, 8-bit pictures) scene values.
+        transfer: Transfer = Transfer::None;
+        /// Seed of the random numbers.
+        seed: u32 = 0;
+    }
+    example r#"[film]
+width = 320
+height = 240
+antialias = "adaptive"
+threshold = 0.05
+"#
+}

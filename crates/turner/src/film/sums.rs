@@ -1,0 +1,5 @@
+//! Stub.
+/// p
+pub struct Film;
+/// r
+pub struct NonFinite;

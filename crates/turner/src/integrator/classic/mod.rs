@@ -1,0 +1,92 @@
+//! Classic recursive ray tracing: the five documents' programs as one, with named settings.
+//!
+//! Whitted 1980, "An improved illumination model for shaded display"; docs/classic.md says which settings make
+//! which document.
+
+use crate::scene::schema::{Range, choice, params};
+
+choice! {
+    /// What a ray beyond the depth limit returns.
+    pub enum AtDepth {
+        /// The background's colour.
+        Background = "background",
+        /// Black.
+        Black = "black",
+        /// The ambient light.
+        Ambient = "ambient",
+        /// There is no such ray: at the limit a surface shows its local colour alone, with weight 1.
+        Local = "local",
+    }
+}
+
+choice! {
+    /// What a ray that hits nothing returns.
+    pub enum Miss {
+        /// The background's colour.
+        Background = "background",
+        /// Black.
+        Black = "black",
+    }
+}
+
+choice! {
+    /// The weight of the local colour of materials that do not say it (`k_local`).
+    pub enum Combine {
+        /// What reflection and refraction leave of 1.
+        Blend = "blend",
+        /// 1: the coefficients simply add.
+        Add = "add",
+    }
+}
+
+choice! {
+    /// The colour of highlights.
+    pub enum Highlight {
+        /// The light's.
+        Light = "light",
+        /// The light's times the material's.
+        Material = "material",
+    }
+}
+
+params! {
+    /// Classic recursive ray tracing (Whitted 1980): local colour by ambient, diffuse and highlight terms with shadow rays, mirror reflection, refraction.
+    pub struct ClassicDesc as "classic" {
+        /// How many times a ray may be reflected or refracted.
+        max_depth: u32 = 5, in Range::closed(0.0, 100000.0);
+        /// What a ray beyond that returns.
+        at_depth: AtDepth = AtDepth::Background;
+        /// What a ray that hits nothing returns.
+        miss: Miss = Miss::Background;
+        /// The weight of the local colour of materials without `k_local`.
+        combine: Combine = Combine::Blend;
+        /// The colour of highlights.
+        highlight: Highlight = Highlight::Light;
+        /// Whether a ray that misses and looks along a directional light sees the light's colour.
+        light_seen: bool = false;
+        /// Share of a light that reaches points in shadow: the paper's factor.
+        shadow_factor: f64 = 0.0, in Range::UNIT;
+        /// Rays leave surfaces at this t, in units of the ray's direction as the documents form it (the incoming ray's length for reflected and refracted rays, the distance to the light for shadow rays). 0 chooses an offset by the precision of the hit.
+        epsilon: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Whether the ambient term counts.
+        ambient: bool = true;
+        /// Whether the diffuse term counts.
+        diffuse: bool = true;
+        /// Whether highlights count.
+        highlights: bool = true;
+        /// Whether objects cast shadows.
+        shadows: bool = true;
+        /// Whether surfaces reflect.
+        reflection: bool = true;
+        /// Whether surfaces refract.
+        refraction: bool = true;
+        /// Rays one camera sample may spawn at most; what goes beyond is dropped and counted.
+        max_rays: u32 = 262144, in Range::closed(1.0, 4294967295.0);
+    }
+    example r#"[integrator]
+type = "classic"
+max_depth = 3
+at_depth = "local"
+shadows = true
+"#
+}

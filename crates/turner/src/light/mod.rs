@@ -1,0 +1,161 @@
+//! Lights. One file each; [`LightDesc`] is the table of their names in a scene.
+
+mod ambient;
+mod area;
+mod directional;
+mod point;
+mod spot;
+
+pub use ambient::AmbientDesc;
+pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
+pub use directional::DirectionalDesc;
+pub use point::PointDesc;
+pub use spot::SpotDesc;
+
+use crate::color::Spectrum;
+use crate::math::{DVec2, DVec3};
+use crate::scene::error::{ErrorCode, SceneError};
+use crate::scene::read::ReadContext;
+use crate::scene::schema::{ParamType, choice, family, wrong_type};
+use crate::scene::value::{Data, Value};
+
+family! {
+    /// Lights: the `type` of a `[[light]]`. Each has a `color` and an `intensity`; what arrives is their product, weakened by `attenuation`.
+    pub enum LightDesc as "light", "lights" {
+        Ambient(AmbientDesc),
+        Point(PointDesc),
+        Directional(DirectionalDesc),
+        Spot(SpotDesc),
+        Rectangle(RectangleLightDesc),
+        Disk(DiskLightDesc),
+        Sphere(SphereLightDesc),
+    }
+}
+
+choice! {
+    /// How light weakens with distance, by name.
+    pub enum AttenuationKind {
+        /// Not at all.
+        None = "none",
+        /// By 1/d².
+        InverseSquare = "inverse-square",
+    }
+}
+
+/// How light weakens with the distance d: 1 / (c + l·d + q·d²).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attenuation {
+    /// The coefficients c, l, q.
+    pub coefficients: [f64; 3],
+}
+
+impl Attenuation {
+    /// The same at every distance.
+    pub const NONE: Attenuation = Attenuation { coefficients: [1.0, 0.0, 0.0] };
+
+    /// The factor at a distance.
+    #[inline]
+    pub fn factor(&self, distance: f64) -> f64 {
+        let [c, l, q] = self.coefficients;
+        if l == 0.0 && q == 0.0 {
+            return 1.0 / c;
+        }
+        1.0 / (c + distance * (l + distance * q))
+    }
+}
+
+impl ParamType for Attenuation {
+    fn kind() -> String {
+        "\"none\" | \"inverse-square\" | [constant, linear, quadratic]".into()
+    }
+    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Attenuation, SceneError> {
+        let coefficients = match &value.data {
+            Data::Array(_) => <[f64; 3]>::read(value, cx)?,
+            Data::String(_) => match AttenuationKind::read(value, cx)? {
+                AttenuationKind::None => [1.0, 0.0, 0.0],
+                AttenuationKind::InverseSquare => [0.0, 0.0, 1.0],
+            },
+            _ => return Err(wrong_type(value, &Self::kind())),
+        };
+        if coefficients.iter().any(|v| *v < 0.0) || coefficients.iter().all(|v| *v == 0.0) {
+            let message = "the coefficients of an attenuation must be 0 or more, and not all 0";
+            return Err(SceneError::at(ErrorCode::OutOfRange, value.span, message));
+        }
+        Ok(Attenuation { coefficients })
+    }
+    fn show(&self) -> String {
+        match self.coefficients {
+            [1.0, 0.0, 0.0] => "\"none\"".into(),
+            [0.0, 0.0, 1.0] => "\"inverse-square\"".into(),
+            c => c.show(),
+        }
+    }
+}
+
+/// Light that arrives at a point from one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Illumination {
+    /// Towards the light, not normalised: its length is the distance for lights that have a place.
+    pub to_light: DVec3,
+    /// Whether the light has a place: then only what is nearer than it casts a shadow.
+    pub finite: bool,
+    /// Colour times intensity times attenuation.
+    pub intensity: Spectrum,
+}
+
+/// A light ready to shine.
+#[derive(Clone, Copy, Debug)]
+pub enum Light {
+    /// Point.
+    Point(point::Point),
+    /// Directional.
+    Directional(directional::Directional),
+    /// Spot.
+    Spot(spot::Spot),
+    /// Rectangle, disk or sphere.
+    Area(area::AreaLight),
+}
+
+impl LightDesc {
+    /// Makes it ready; an ambient light is `Err(its colour)`, for it has no place.
+    pub fn prepare(&self) -> Result<Result<Light, Spectrum>, SceneError> {
+        Ok(Ok(match self {
+            LightDesc::Ambient(l) => return Ok(Err(l.color * l.intensity as f32)),
+            LightDesc::Point(l) => Light::Point(l.prepare()),
+            LightDesc::Directional(l) => Light::Directional(l.prepare()?),
+            LightDesc::Spot(l) => Light::Spot(l.prepare()?),
+            LightDesc::Rectangle(l) => Light::Area(l.prepare()?),
+            LightDesc::Disk(l) => Light::Area(l.prepare()?),
+            LightDesc::Sphere(l) => Light::Area(l.prepare()),
+        }))
+    }
+}
+
+impl Light {
+    /// How many points of the light are asked for visibility.
+    #[inline]
+    pub fn samples(&self) -> u32 {
+        match self {
+            Light::Area(l) => l.samples,
+            _ => 1,
+        }
+    }
+
+    /// Whether [`Light::illuminate`] uses its `jitter`.
+    #[inline]
+    pub fn is_jittered(&self) -> bool {
+        matches!(self, Light::Area(l) if l.jitter)
+    }
+
+    /// Light that arrives at `p` from the light's sample `i` of `samples()`, placed in its stratum by `jitter`; `None` if
+    /// none does.
+    #[inline]
+    pub fn illuminate(&self, p: DVec3, i: u32, jitter: DVec2) -> Option<Illumination> {
+        match self {
+            Light::Point(l) => l.illuminate(p),
+            Light::Directional(l) => Some(l.illuminate()),
+            Light::Spot(l) => l.illuminate(p),
+            Light::Area(l) => l.illuminate(p, i, jitter),
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Light from one point into a cone.
+
+use super::{Attenuation, Illumination, point::from_point};
+use crate::color::Spectrum;
+use crate::math::{DVec3, elementary::cos, radians};
+use crate::scene::error::{ErrorCode, SceneError};
+use crate::scene::schema::{Range, params};
+
+params! {
+    /// Light from one point into a cone, with a soft rim.
+    pub struct SpotDesc as "spot" {
+        /// Where it is.
+        position: DVec3;
+        /// The point it shines at.
+        look_at: DVec3 = DVec3::ZERO;
+        /// Angle from the axis to the rim, degrees; beyond it there is no light.
+        angle: f64 = 30.0, in Range { min: 0.0, open_min: true, max: 180.0, open_max: false };
+        /// Width of the soft rim, degrees inwards from `angle`.
+        penumbra: f64 = 5.0, in Range::closed(0.0, 180.0);
+        /// Its colour.
+        color: Spectrum = Spectrum::WHITE;
+        /// Its strength on the axis.
+        intensity: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// How it weakens with distance.
+        attenuation: Attenuation = Attenuation::NONE;
+    }
+    example r#"[[light]]
+type = "spot"
+position = [0, 5, 3]
+look_at = [0, 0, 0]
+angle = 20
+penumbra = 6
+"#
+}
+
+/// A spot light, prepared.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    position: DVec3,
+    axis: DVec3,
+    /// Cosine of the angle at the rim, and of that where the full light begins.
+    cos_rim: f64,
+    cos_full: f64,
+    intensity: Spectrum,
+    attenuation: Attenuation,
+}
+
+impl SpotDesc {
+    pub(super) fn prepare(&self) -> Result<Spot, SceneError> {
+        let axis = (self.look_at - self.position).try_normalize().ok_or_else(|| {
+            SceneError::new(
+                ErrorCode::OutOfRange,
+                "a spot light's `position` and `look_at` are the same point",
+            )
+        })?;
+        Ok(Spot {
+            position: self.position,
+            axis,
+            cos_rim: cos(radians(self.angle)),
+            cos_full: cos(radians((self.angle - self.penumbra).max(0.0))),
+            intensity: self.color * self.intensity as f32,
+            attenuation: self.attenuation,
+        })
+    }
+}
+
+impl Spot {
+    #[inline]
+    pub(super) fn illuminate(&self, p: DVec3) -> Option<Illumination> {
+        let mut light = from_point(self.position, self.intensity, &self.attenuation, p)?;
+        let cos = -light.to_light.dot(self.axis) / light.to_light.length();
+        if cos < self.cos_rim {
+            return None;
+        }
+        if cos < self.cos_full {
+            // Hermite's smooth step over the rim.
+            let x = (cos - self.cos_rim) / (self.cos_full - self.cos_rim);
+            light.intensity *= (x * x * (3.0 - 2.0 * x)) as f32;
+        }
+        Some(light)
+    }
+}

@@ -1,0 +1,162 @@
+//! The material of the classic documents: one shading rule for all five.
+
+use crate::color::Spectrum;
+use crate::math::elementary::pow;
+use crate::scene::ColorSource;
+use crate::scene::schema::{Range, choice, params};
+
+choice! {
+    /// How the shares of reflection and refraction depend on the angle.
+    pub enum Fresnel {
+        /// They do not: `k_reflect` and `k_refract` as they stand.
+        Off = "off",
+        /// Schlick's approximation of Fresnel's equations (Schlick 1994).
+        Schlick = "schlick",
+        /// Fresnel's equations for unpolarised light at a boundary between dielectrics.
+        Exact = "exact",
+    }
+}
+
+choice! {
+    /// What an object's shadow is like.
+    pub enum ShadowKind {
+        /// Light is blocked.
+        Opaque = "opaque",
+        /// Each crossing of its surface lets the share k_refract · colour through.
+        Tinted = "tinted",
+        /// Light is not blocked.
+        None = "none",
+    }
+}
+
+params! {
+    /// The material of the classic documents. At a point with colour C,
+    ///
+    /// local = ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^shininess)
+    ///
+    /// and the ray sees k_local · local + k_reflect · reflected + k_refract · refracted. H is white, or C with the integrator's `highlight = "material"`.
+    pub struct ClassicMaterial as "classic" {
+        /// The surface's own colour C.
+        color: ColorSource = ColorSource::Constant(Spectrum::grey(0.8));
+        /// Share of ambient light returned.
+        ka: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// Share of light returned diffusely.
+        kd: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// Strength of the highlight.
+        ks: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Exponent of the highlight: larger is smaller and sharper.
+        shininess: f64 = 50.0, in Range::NON_NEGATIVE;
+        /// The paper's knob for the highlight, instead of `ks` and `shininess`: exponent 10^(gloss + 1) and strength 1; no highlight at 0.
+        gloss: Option<f64> = None, in Range::closed(0.0, 8.0);
+        /// Weight of the local colour; without it what is left of 1 (or 1, with the integrator's `combine = "add"`).
+        k_local: Option<f64> = None, in Range::NON_NEGATIVE;
+        /// Weight of the reflected ray's colour.
+        k_reflect: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Weight of the refracted ray's colour.
+        k_refract: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Index of refraction inside, over that outside.
+        ior: f64 = 1.5, in Range::POSITIVE;
+        /// Whether the angle divides light between reflection (k_reflect · F) and refraction (k_refract · (1 − F)).
+        fresnel: Fresnel = Fresnel::Off;
+        /// What the object's shadow is like.
+        shadow: ShadowKind = ShadowKind::Opaque;
+    }
+    example r#"[material.glass]
+color = "white"
+kd = 0
+ka = 0
+ks = 1
+shininess = 400
+k_reflect = 1
+k_refract = 1
+ior = 1.5
+fresnel = "exact"
+shadow = "tinted"
+
+[[object]]
+type = "sphere"
+material = "glass"
+"#
+}
+
+impl Default for ClassicMaterial {
+    fn default() -> ClassicMaterial {
+        ClassicMaterial {
+            color: ColorSource::Constant(Spectrum::grey(0.8)),
+            ka: 1.0,
+            kd: 1.0,
+            ks: 0.0,
+            shininess: 50.0,
+            gloss: None,
+            k_local: None,
+            k_reflect: 0.0,
+            k_refract: 0.0,
+            ior: 1.5,
+            fresnel: Fresnel::Off,
+            shadow: ShadowKind::Opaque,
+        }
+    }
+}
+
+impl ClassicMaterial {
+    /// Strength and exponent of the highlight.
+    pub fn highlight(&self) -> (f64, f64) {
+        match self.gloss {
+            None => (self.ks, self.shininess),
+            Some(gloss) if gloss > 0.0 => (1.0, pow(10.0, gloss + 1.0)),
+            Some(_) => (0.0, 1.0),
+        }
+    }
+}
+
+impl Fresnel {
+    /// The reflected share for light that meets the boundary at `cos_i` (0..=1), `eta` = index of refraction of
+    /// the incident medium over that of the other; 1 beyond the critical angle.
+    pub fn reflectance(self, cos_i: f64, eta: f64) -> f64 {
+        let sin2_t = eta * eta * (1.0 - cos_i * cos_i).max(0.0);
+        if sin2_t >= 1.0 {
+            return 1.0;
+        }
+        let cos_t = (1.0 - sin2_t).sqrt();
+        match self {
+            Fresnel::Off => 0.0,
+            Fresnel::Schlick => {
+                let r0 = ((eta - 1.0) / (eta + 1.0)) * ((eta - 1.0) / (eta + 1.0));
+                // Leaving the denser medium the angle in the thinner one counts.
+                let c = 1.0 - if eta > 1.0 { cos_t } else { cos_i };
+                r0 + (1.0 - r0) * c * c * c * c * c
+            }
+            Fresnel::Exact => {
+                let s = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+                let p = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+                0.5 * (s * s + p * p)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fresnel_at_known_angles() {
+        for f in [Fresnel::Schlick, Fresnel::Exact] {
+            assert!((f.reflectance(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-12);
+            assert!((f.reflectance(1.0, 1.5) - 0.04).abs() < 1e-12);
+            assert!((f.reflectance(0.0, 1.0 / 1.5) - 1.0).abs() < 1e-12);
+            assert_eq!(f.reflectance(0.5, 1.5), 1.0);
+        }
+        // Parallel light vanishes at Brewster's angle, tan θ = 1.5: half of the perpendicular share is left.
+        let cos_b = 1.0 / (1.0f64 + 2.25).sqrt();
+        let s = (1.5 * 1.5 - 1.0) / (1.5 * 1.5 + 1.0);
+        assert!((Fresnel::Exact.reflectance(cos_b, 1.0 / 1.5) - 0.5 * s * s).abs() < 1e-12);
+    }
+
+    #[test]
+    fn gloss_is_the_papers_exponent() {
+        let m = ClassicMaterial { gloss: Some(2.0), ..Default::default() };
+        assert_eq!(m.highlight(), (1.0, 1000.0));
+        assert_eq!(ClassicMaterial { gloss: Some(0.0), ..m }.highlight().0, 0.0);
+    }
+}

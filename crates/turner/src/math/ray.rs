@@ -1,0 +1,40 @@
+//! Rays in world or object space.
+
+use super::{DAffine3, DVec3};
+
+/// The half-line origin + t·direction for t in `t_min..t_max`. The direction need not have unit length: a ray
+/// taken into object space keeps its t.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Where t = 0.
+    pub origin: DVec3,
+    /// Change of position per unit of t.
+    pub direction: DVec3,
+    /// Smallest t that counts as a hit.
+    pub t_min: f64,
+    /// Hits at or beyond this t do not count.
+    pub t_max: f64,
+    /// Time within the shutter, 0..=1.
+    pub time: f32,
+}
+
+impl Ray {
+    /// A ray from `origin` towards `direction`, from t = 0 to infinity.
+    pub fn new(origin: DVec3, direction: DVec3) -> Ray {
+        Ray { origin, direction, t_min: 0.0, t_max: f64::INFINITY, time: 0.0 }
+    }
+
+    /// The point at parameter `t`.
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + t * self.direction
+    }
+
+    /// The same ray seen from another space; t keeps its meaning.
+    pub fn transformed(&self, to: &DAffine3) -> Ray {
+        Ray {
+            origin: to.transform_point3(self.origin),
+            direction: to.transform_vector3(self.direction),
+            ..*self
+        }
+    }
+}

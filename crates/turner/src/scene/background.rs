@@ -1,0 +1,34 @@
+//! What a ray sees that hits nothing.
+
+use crate::color::Spectrum;
+use crate::math::DVec3;
+use crate::scene::schema::params;
+
+params! {
+    /// What a ray sees that hits nothing: one colour, or a vertical gradient from `color` at the horizon and
+    /// below to `zenith` straight up.
+    pub struct BackgroundDesc as "background" {
+        /// The colour of the background.
+        color: Spectrum = Spectrum::BLACK;
+        /// The colour straight up; without it the background is the same everywhere.
+        zenith: Option<Spectrum> = None;
+        /// Up, for the gradient.
+        up: DVec3 = DVec3::Y;
+        /// Whether pixels (parts of pixels) that show the background are transparent in PNG and EXR.
+        transparent: bool = false;
+    }
+    example r##"[background]
+color = "#f0e8d8"
+zenith = "steelblue"
+"##
+}
+
+impl BackgroundDesc {
+    /// The colour in a unit direction.
+    pub fn color(&self, direction: DVec3) -> Spectrum {
+        match self.zenith {
+            None => self.color,
+            Some(zenith) => self.color.lerp(zenith, direction.dot(self.up).clamp(0.0, 1.0) as f32),
+        }
+    }
+}

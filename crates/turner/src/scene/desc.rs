@@ -1,0 +1,131 @@
+//! What was asked for: plain, editable data. [`SceneDesc::prepare`](super::prepare) makes it renderable.
+
+use std::sync::Arc;
+
+use super::transform::Transform;
+use super::value::Span;
+use crate::camera::CameraDesc;
+use crate::film::FilmDesc;
+use crate::image::Image;
+use crate::integrator::IntegratorDesc;
+use crate::light::LightDesc;
+use crate::material::MaterialDesc;
+use crate::scene::background::BackgroundDesc;
+use crate::shape::{ShapeDesc, mesh::MeshData};
+use crate::texture::TextureDesc;
+
+macro_rules! ids {
+    ($($(#[doc = $doc:literal])+ $name:ident,)*) => {
+        $($(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+        impl $name {
+            /// As an index into its list.
+            pub fn index(self) -> usize { self.0 as usize }
+        })*
+    };
+}
+
+ids! {
+    /// A material of the scene.
+    MaterialId,
+    /// A texture of the scene.
+    TextureId,
+    /// A decoded picture of the scene.
+    ImageId,
+    /// A mesh of the scene.
+    MeshId,
+    /// A group of objects that can be placed many times.
+    GroupId,
+}
+
+/// Something with a name (unless written in place) and a place in a file (unless made by a program).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named<T> {
+    /// The name, if it has one.
+    pub name: Option<String>,
+    /// Where it stands.
+    pub span: Option<Span>,
+    /// The thing.
+    pub value: T,
+}
+
+/// A file the scene names, read once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asset<T> {
+    /// Its name as written.
+    pub uri: String,
+    /// What it holds.
+    pub data: Arc<T>,
+}
+
+/// A shape with a material, or a group, placed in the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectDesc {
+    /// The name, for reports.
+    pub name: Option<String>,
+    /// Where it stands.
+    pub span: Option<Span>,
+    /// What is placed.
+    pub content: ObjectContent,
+    /// Its material; an object in a group without one takes the instance's, and at last the default material.
+    pub material: Option<MaterialId>,
+    /// From its own space to that of the scene or group around it.
+    pub transform: Transform,
+}
+
+/// What an object is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ObjectContent {
+    /// A shape of its own.
+    Shape(ShapeDesc),
+    /// A group, placed.
+    Instance(GroupId),
+}
+
+/// Objects to be placed together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupDesc {
+    /// Its objects.
+    pub objects: Vec<ObjectDesc>,
+}
+
+/// A whole scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneDesc {
+    /// The camera; without one the scene is framed from the front.
+    pub camera: Option<Named<CameraDesc>>,
+    /// Size, sampling, transfer curve.
+    pub film: FilmDesc,
+    /// How light is computed.
+    pub integrator: IntegratorDesc,
+    /// What a ray sees that hits nothing.
+    pub background: BackgroundDesc,
+    /// Textures, named ones first.
+    pub textures: Vec<Named<TextureDesc>>,
+    /// Materials, named ones first.
+    pub materials: Vec<Named<MaterialDesc>>,
+    /// Groups.
+    pub groups: Vec<Named<GroupDesc>>,
+    /// What is in the scene.
+    pub objects: Vec<ObjectDesc>,
+    /// Lights.
+    pub lights: Vec<Named<LightDesc>>,
+    /// Pictures that textures use.
+    pub images: Vec<Asset<Image>>,
+    /// Meshes that objects use.
+    pub meshes: Vec<Asset<MeshData>>,
+    /// What was ignored or doubtful while reading.
+    pub warnings: Vec<Warning>,
+}
+
+/// Something ignored, approximated or doubtful; an error under `--strict`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// What.
+    pub message: String,
+    /// Where.
+    pub span: Option<Span>,
+    /// How often.
+    pub count: u64,
+}

@@ -1,0 +1,384 @@
+//! From a tree of values to a description.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::background::BackgroundDesc;
+use super::desc::*;
+use super::error::{ErrorCode, SceneError, escape, unknown_name};
+use super::schema::{TableReader, wrong_type};
+use super::transform::Transform;
+use super::value::{Data, FileId, Span, Table, Value};
+use crate::camera::CameraDesc;
+use crate::color::{Transfer, named};
+use crate::film::FilmDesc;
+use crate::image::Image;
+use crate::integrator::IntegratorDesc;
+use crate::light::LightDesc;
+use crate::material::MaterialDesc;
+use crate::shape::{ShapeDesc, mesh::MeshData};
+use crate::texture::TextureDesc;
+
+/// Where the files come from that a scene names. Paths are relative to the file `from` that names them.
+/// Each file is read once; asking again gives the same `Arc`.
+pub trait SceneAssets {
+    /// A decoded picture.
+    fn image(&mut self, uri: &str, from: FileId) -> Result<Arc<Image>, SceneError>;
+    /// A mesh.
+    fn mesh(&mut self, uri: &str, from: FileId) -> Result<Arc<MeshData>, SceneError>;
+}
+
+/// How deep textures written in place may nest.
+const MAX_NESTING: u32 = 64;
+
+/// What reading a value may need: names defined elsewhere in the scene, files, the meaning of hex colours.
+pub struct ReadContext<'a> {
+    /// The film's transfer curve, which `#rrggbb` and colour names follow.
+    pub transfer: Transfer,
+    assets: &'a mut dyn SceneAssets,
+    texture_ids: HashMap<String, TextureId>,
+    material_ids: HashMap<String, MaterialId>,
+    group_ids: HashMap<String, GroupId>,
+    textures: Vec<Option<Named<TextureDesc>>>,
+    materials: Vec<Option<Named<MaterialDesc>>>,
+    images: Vec<Asset<Image>>,
+    meshes: Vec<Asset<MeshData>>,
+    warnings: Vec<Warning>,
+    nesting: u32,
+}
+
+impl ReadContext<'_> {
+    /// The texture of that name.
+    pub fn texture_named(&self, name: &str) -> Option<TextureId> {
+        self.texture_ids.get(name).copied()
+    }
+
+    /// The names of all textures.
+    pub fn texture_names(&self) -> Vec<&str> {
+        sorted_names(&self.texture_ids)
+    }
+
+    /// A texture written in place.
+    pub fn inline_texture(&mut self, value: &Value) -> Result<TextureId, SceneError> {
+        self.nesting += 1;
+        if self.nesting > MAX_NESTING {
+            let message = format!("textures nest deeper than {MAX_NESTING}");
+            return Err(SceneError::at(ErrorCode::Cycle, value.span, message));
+        }
+        let id = TextureId(self.textures.len() as u32);
+        self.textures.push(None);
+        let texture = read_texture(value, self)?;
+        self.textures[id.index()] = Some(Named { name: None, span: Some(value.span), value: texture });
+        self.nesting -= 1;
+        Ok(id)
+    }
+
+    /// A picture file.
+    pub fn image(&mut self, uri: &str, span: Span) -> Result<ImageId, SceneError> {
+        let image = self.assets.image(uri, span.file).map_err(|e| e.or_at(Some(span)))?;
+        Ok(ImageId(intern(&mut self.images, uri, image)))
+    }
+
+    /// A mesh file.
+    pub fn mesh_file(&mut self, uri: &str, span: Span) -> Result<MeshId, SceneError> {
+        let mesh = self.assets.mesh(uri, span.file).map_err(|e| e.or_at(Some(span)))?;
+        Ok(MeshId(intern(&mut self.meshes, uri, mesh)))
+    }
+
+    /// A mesh written in place.
+    pub fn inline_mesh(&mut self, mesh: MeshData) -> MeshId {
+        self.meshes.push(Asset { uri: String::new(), data: Arc::new(mesh) });
+        MeshId(self.meshes.len() as u32 - 1)
+    }
+
+    /// Notes something ignored or doubtful.
+    pub fn warn(&mut self, span: Option<Span>, message: impl Into<String>) {
+        self.warnings.push(Warning { message: message.into(), span, count: 1 });
+    }
+
+    fn material(&mut self, value: &Value) -> Result<MaterialId, SceneError> {
+        match &value.data {
+            Data::String(name) => self.material_ids.get(name).copied().ok_or_else(|| {
+                let names = sorted_names(&self.material_ids);
+                let error = unknown_name(ErrorCode::UnknownName, value.span, "material", name, &names);
+                if names.is_empty() {
+                    error.help(
+                        "define it as [material.NAME], or write it in place: material = { color = \"red\" }",
+                    )
+                } else {
+                    error
+                }
+            }),
+            Data::Table(_) => {
+                let material = read_material(value, self)?;
+                self.materials.push(Some(Named { name: None, span: Some(value.span), value: material }));
+                Ok(MaterialId(self.materials.len() as u32 - 1))
+            }
+            _ => Err(wrong_type(value, "the name of a material or a table { color = …, … }")),
+        }
+    }
+}
+
+fn intern<T>(list: &mut Vec<Asset<T>>, uri: &str, data: Arc<T>) -> u32 {
+    match list.iter().position(|a| Arc::ptr_eq(&a.data, &data)) {
+        Some(i) => i as u32,
+        None => {
+            list.push(Asset { uri: uri.to_owned(), data });
+            list.len() as u32 - 1
+        }
+    }
+}
+
+fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
+    let mut names: Vec<&str> = ids.keys().map(String::as_str).collect();
+    names.sort_unstable();
+    names
+}
+
+/// The sections of a scene and what they hold; for messages and the documentation.
+pub const SECTIONS: &[(&str, &str)] = &[
+    ("include", "names of scene files whose sections are read first"),
+    ("camera", "where the picture is taken from"),
+    ("film", "size, sampling and transfer curve of the picture"),
+    ("integrator", "how light is computed"),
+    ("background", "what a ray sees that hits nothing"),
+    ("texture", "named textures: [texture.NAME]"),
+    ("material", "named materials: [material.NAME]"),
+    ("group", "named groups of objects: [[group.NAME.object]]"),
+    ("object", "what is in the scene: [[object]]"),
+    ("light", "lights: [[light]]"),
+];
+
+/// Reads a whole scene. `root` is the table of the file, includes already merged.
+pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDesc, SceneError> {
+    let mut top = TableReader::of(root, "the scene")?;
+    for (section, _) in SECTIONS {
+        top.take(section);
+    }
+    top.finish()?;
+    let mut cx = ReadContext {
+        transfer: Transfer::default(),
+        assets,
+        texture_ids: HashMap::new(),
+        material_ids: HashMap::new(),
+        group_ids: HashMap::new(),
+        textures: Vec::new(),
+        materials: Vec::new(),
+        images: Vec::new(),
+        meshes: Vec::new(),
+        warnings: Vec::new(),
+        nesting: 0,
+    };
+    // The film first: it says what hex colours mean.
+    let empty = Value { data: Data::Table(Table::default()), span: root.span };
+    let film = whole_table(top.take("film").unwrap_or(&empty), "[film]", &mut cx, FilmDesc::read)?;
+    cx.transfer = film.transfer;
+
+    let textures = named_tables(top.take("texture"), "texture")?;
+    let materials = named_tables(top.take("material"), "material")?;
+    let groups = named_tables(top.take("group"), "group")?;
+    for (i, (name, key_span, _)) in textures.iter().enumerate() {
+        if named(name).is_some() {
+            let message = format!("\"{name}\" is the name of a colour and cannot name a texture");
+            return Err(SceneError::at(ErrorCode::Conflict, *key_span, message).help("choose another name"));
+        }
+        cx.texture_ids.insert((*name).to_owned(), TextureId(i as u32));
+        cx.textures.push(None);
+    }
+    for (i, (name, ..)) in materials.iter().enumerate() {
+        cx.material_ids.insert((*name).to_owned(), MaterialId(i as u32));
+        cx.materials.push(None);
+    }
+    for (i, (name, ..)) in groups.iter().enumerate() {
+        cx.group_ids.insert((*name).to_owned(), GroupId(i as u32));
+    }
+    for (i, (name, _, value)) in textures.iter().enumerate() {
+        let texture = read_texture(value, &mut cx)?;
+        cx.textures[i] =
+            Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: texture });
+    }
+    for (i, (name, _, value)) in materials.iter().enumerate() {
+        let material = read_material(value, &mut cx)?;
+        cx.materials[i] =
+            Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: material });
+    }
+    let mut group_descs = Vec::with_capacity(groups.len());
+    for (name, _, value) in &groups {
+        let mut table = TableReader::of(value, format!("the group \"{}\"", escape(name)))?;
+        let objects = read_objects(table.take("object"), &mut cx)?;
+        table.finish()?;
+        group_descs.push(Named {
+            name: Some((*name).to_owned()),
+            span: Some(value.span),
+            value: GroupDesc { objects },
+        });
+    }
+    let objects = read_objects(top.take("object"), &mut cx)?;
+    let mut lights = Vec::new();
+    for value in array_of_tables(top.take("light"), "light")? {
+        let mut table = TableReader::of(value, "a light")?;
+        let light =
+            read_kind(&mut table, LightDesc::DOC.one, None, &mut cx, &LightDesc::DOC, LightDesc::read)?;
+        table.finish()?;
+        lights.push(Named { name: None, span: Some(value.span), value: light });
+    }
+    let camera = match top.take("camera") {
+        None => None,
+        Some(value) => {
+            let mut table = TableReader::of(value, "[camera]")?;
+            let camera = read_kind(
+                &mut table,
+                "camera",
+                Some("pinhole"),
+                &mut cx,
+                &CameraDesc::DOC,
+                CameraDesc::read,
+            )?;
+            table.finish()?;
+            Some(Named { name: None, span: Some(value.span), value: camera })
+        }
+    };
+    let integrator = {
+        let value = top.take("integrator").unwrap_or(&empty);
+        let mut table = TableReader::of(value, "[integrator]")?;
+        let doc = &IntegratorDesc::DOC;
+        let integrator =
+            read_kind(&mut table, "integrator", Some("classic"), &mut cx, doc, IntegratorDesc::read)?;
+        table.finish()?;
+        integrator
+    };
+    let background =
+        whole_table(top.take("background").unwrap_or(&empty), "[background]", &mut cx, BackgroundDesc::read)?;
+    if lights.is_empty() {
+        cx.warn(None, "the scene has no [[light]]: whatever does not reflect the background is black");
+    }
+    if objects.is_empty() {
+        cx.warn(None, "the scene has no [[object]]: the picture shows the background alone");
+    }
+    Ok(SceneDesc {
+        camera,
+        film,
+        integrator,
+        background,
+        textures: cx.textures.into_iter().flatten().collect(),
+        materials: cx.materials.into_iter().flatten().collect(),
+        groups: group_descs,
+        objects,
+        lights,
+        images: cx.images,
+        meshes: cx.meshes,
+        warnings: cx.warnings,
+    })
+}
+
+/// Reads a table that has no `type` and refuses unknown keys.
+fn whole_table<T>(
+    value: &Value,
+    what: &str,
+    cx: &mut ReadContext<'_>,
+    read: impl Fn(&mut TableReader<'_>, &mut ReadContext<'_>) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    let mut table = TableReader::of(value, what)?;
+    let read = read(&mut table, cx)?;
+    table.finish()?;
+    Ok(read)
+}
+
+/// Reads the `type` of a table and then what that type is made of.
+fn read_kind<T>(
+    table: &mut TableReader<'_>,
+    kind: &str,
+    default: Option<&str>,
+    cx: &mut ReadContext<'_>,
+    doc: &super::schema::FamilyDoc,
+    read: impl Fn(&str, &mut TableReader<'_>, &mut ReadContext<'_>) -> Result<Option<T>, SceneError>,
+) -> Result<T, SceneError> {
+    let valid: Vec<&str> = doc.entries.iter().map(|e| e.name).collect();
+    let name = match (table.take("type"), default) {
+        (Some(value), _) => match &value.data {
+            Data::String(name) => name.as_str(),
+            _ => return Err(wrong_type(value, &format!("the name of a {kind}"))),
+        },
+        (None, Some(default)) => default,
+        (None, None) => {
+            let message = format!("this {kind} needs the key `type`");
+            return Err(SceneError::at(ErrorCode::MissingKey, table.span(), message)
+                .help(format!("add `type = \"…\"`, one of: {}", valid.join(", "))));
+        }
+    };
+    let span = table.span_of("type");
+    read(name, table, cx)?.ok_or_else(|| unknown_name(ErrorCode::UnknownName, span, kind, name, &valid))
+}
+
+fn read_texture(value: &Value, cx: &mut ReadContext<'_>) -> Result<TextureDesc, SceneError> {
+    let mut table = TableReader::of(value, "a texture")?;
+    let texture = read_kind(&mut table, "texture", None, cx, &TextureDesc::DOC, TextureDesc::read)?;
+    table.finish()?;
+    Ok(texture)
+}
+
+fn read_material(value: &Value, cx: &mut ReadContext<'_>) -> Result<MaterialDesc, SceneError> {
+    let mut table = TableReader::of(value, "a material")?;
+    let doc = &MaterialDesc::DOC;
+    let material = read_kind(&mut table, "material", Some("classic"), cx, doc, MaterialDesc::read)?;
+    table.finish()?;
+    Ok(material)
+}
+
+/// `[kind.NAME]` tables as (name, place of the name, value).
+fn named_tables<'a>(
+    section: Option<&'a Value>,
+    kind: &str,
+) -> Result<Vec<(&'a str, Span, &'a Value)>, SceneError> {
+    let Some(section) = section else { return Ok(Vec::new()) };
+    let Data::Table(table) = &section.data else {
+        return Err(wrong_type(section, &format!("named tables [{kind}.NAME]")));
+    };
+    Ok(table.entries.iter().map(|e| (e.key.as_str(), e.key_span, &e.value)).collect())
+}
+
+fn array_of_tables<'a>(section: Option<&'a Value>, kind: &str) -> Result<&'a [Value], SceneError> {
+    match section.map(|v| &v.data) {
+        None => Ok(&[]),
+        Some(Data::Array(items)) => Ok(items),
+        Some(_) => Err(wrong_type(section.expect("checked above"), &format!("tables headed [[{kind}]]"))
+            .help(format!("write [[{kind}]] with two brackets: there may be several"))),
+    }
+}
+
+fn read_objects(section: Option<&Value>, cx: &mut ReadContext<'_>) -> Result<Vec<ObjectDesc>, SceneError> {
+    array_of_tables(section, "object")?.iter().map(|value| read_object(value, cx)).collect()
+}
+
+fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, SceneError> {
+    let mut table = TableReader::of(value, "an object")?;
+    let name = table.optional::<String>("name", None, cx)?;
+    let transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
+    let material = match table.take("material") {
+        Some(value) => Some(cx.material(value)?),
+        None => None,
+    };
+    let is_instance = matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == "instance");
+    let content = if is_instance {
+        table.rename("an instance");
+        let group: String = table.required("group", None, cx)?;
+        let id = cx.group_ids.get(&group).copied().ok_or_else(|| {
+            let names = sorted_names(&cx.group_ids);
+            unknown_name(ErrorCode::UnknownName, table.span_of("group"), "group", &group, &names)
+        })?;
+        ObjectContent::Instance(id)
+    } else {
+        ObjectContent::Shape(read_kind(&mut table, "shape", None, cx, &ShapeDesc::DOC, |name, table, cx| {
+            let shape = ShapeDesc::read(name, table, cx)?;
+            if shape.is_none() {
+                let mut valid: Vec<&str> = ShapeDesc::DOC.entries.iter().map(|e| e.name).collect();
+                valid.push("instance");
+                let span = table.span_of("type");
+                return Err(unknown_name(ErrorCode::UnknownName, span, "shape", name, &valid));
+            }
+            Ok(shape)
+        })?)
+    };
+    table.finish()?;
+    Ok(ObjectDesc { name, span: Some(value.span), content, material, transform })
+}

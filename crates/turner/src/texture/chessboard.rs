@@ -1,0 +1,59 @@
+//! Squares of two colours.
+
+use super::{Mapping, Placement, TexturePoint, Textures};
+use crate::color::Spectrum;
+use crate::scene::ColorSource;
+use crate::scene::schema::params;
+use crate::scene::transform::Transform;
+
+params! {
+    /// Squares (cubes with `mapping = "solid"`) of two colours, one unit of texture coordinates wide: with density 1 four
+    /// squares cover a shape, with density 4 sixteen by four.
+    pub struct ChessboardDesc as "chessboard" {
+        /// Colour of the squares that touch the corner (0, 0) from above right.
+        even: ColorSource = ColorSource::Constant(Spectrum::WHITE);
+        /// Colour of the others.
+        odd: ColorSource = ColorSource::Constant(Spectrum::BLACK);
+        /// Number of squares per unit of texture coordinates.
+        density: f64 = 1.0;
+        /// Whether the pattern lies on the surface or goes through the solid.
+        mapping: Mapping = Mapping::Uv;
+        /// Moves the pattern.
+        transform: Transform = Transform::IDENTITY;
+    }
+    example r##"[texture.board]
+type = "chessboard"
+even = "ivory"
+odd = "#305030"
+density = 4
+
+[[object]]
+type = "plane"
+material = { color = "board" }
+"##
+}
+
+/// Squares of two colours.
+#[derive(Clone, Debug)]
+pub struct Chessboard {
+    even: ColorSource,
+    odd: ColorSource,
+    placement: Placement,
+}
+
+impl ChessboardDesc {
+    /// Makes it ready.
+    pub fn prepare(&self) -> Chessboard {
+        let placement = Placement::new(self.mapping, self.density, self.transform);
+        Chessboard { even: self.even, odd: self.odd, placement }
+    }
+}
+
+impl Chessboard {
+    /// Parity of the three cell numbers.
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+        let c = self.placement.coordinates(at).floor();
+        let parity = (c.x + c.y + c.z).rem_euclid(2.0);
+        textures.color(if parity == 0.0 { self.even } else { self.odd }, at)
+    }
+}
