@@ -72,6 +72,7 @@ const FOREIGN: &[(&[u8], &str)] = &[
     (b"P3", "a PPM picture"),
     (b"P6", "a PPM picture"),
     (b"PF", "a PFM picture"),
+    (b"\x89P", "a PNG with damaged first bytes (transferred as text?)"),
     (b"<", "a text file (an error page or SVG?)"),
     (b"version https://git-lfs", "a Git LFS pointer; run `git lfs pull`"),
 ];

@@ -183,7 +183,10 @@ fn to_rgbe(rgb: [f32; 3]) -> Rgbe {
     let most = (255.0 * power_of_two(119)) as f32;
     let rgb = rgb.map(|v| if v > 0.0 { v.min(most) } else { 0.0 });
     let max = rgb[0].max(rgb[1]).max(rgb[2]);
-    // floor(log2(max)); a subnormal gives -127, far below the smallest RGBE value.
+    if max == 0.0 {
+        return [0; 4];
+    }
+    // floor(log2(max)); a subnormal gives -127 and loses some of its bits.
     let mut exponent = (max.to_bits() >> 23) as i32 - 127;
     if (f64::from(max) * power_of_two(7 - exponent)).round() >= 256.0 {
         exponent += 1;

@@ -21,7 +21,11 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
 }
 
 fn decode_inner(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
-    let damaged = |e: DecodingError| ImageError::damaged(name, FORMAT, e);
+    let damaged = |e: DecodingError| {
+        let text = e.to_string();
+        let found = if text.starts_with("CRC error") { "the check sum of a chunk is wrong" } else { &text };
+        ImageError::damaged(name, FORMAT, found)
+    };
     let mut options = DecodeOptions::default();
     options.set_ignore_text_chunk(true);
     options.set_ignore_iccp_chunk(true);

@@ -36,7 +36,10 @@ pub fn decode_as_stored(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Resu
 
 fn read(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
     let damaged = |e: exr::error::Error| match e {
-        exr::error::Error::NotSupported(what) => ImageError::unsupported(name, FORMAT, what, "flat pixels"),
+        exr::error::Error::NotSupported(what) => {
+            let found = what.trim_end_matches("not supported yet").trim_end();
+            ImageError::unsupported(name, FORMAT, found, "flat R, G, B, A or Y at full resolution")
+        }
         other => ImageError::damaged(name, FORMAT, other),
     };
     let reader = exr::block::read(Cursor::new(bytes), false).map_err(damaged)?;

@@ -3,14 +3,14 @@
 use super::FORMAT;
 use super::attributes::sort_attributes;
 use crate::image::{ImageError, MetaValue, OutputImage, metadata};
-use exr::block::UncompressedBlock;
-use exr::block::chunk::Chunk;
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::ChunksWriter;
 use exr::compression::Compression;
 use exr::error::Error;
 use exr::meta::attribute::{AttributeValue, ChannelDescription, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, standard_names};
 use exr::meta::{BlockDescription, MetaData};
+use miniz_oxide::deflate::compress_to_vec_zlib;
 use std::io::Cursor;
 
 /// Scan lines in a block of ZIP16.
@@ -68,32 +68,52 @@ fn compress(image: &OutputImage<'_>, linear: &[[f32; 4]], meta: &MetaData) -> Re
     let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().map(|(_, block)| block).collect();
     let width = image.width as usize;
     let first_channel = if image.alpha { 3 } else { 2 };
-    let one = |&block: &exr::block::BlockIndex| {
-        let data =
-            UncompressedBlock::collect_block_data_from_lines(&meta.headers[0].channels, block, |line| {
-                // Channels are stored backwards: A B G R.
-                let channel = first_channel - line.location.channel;
-                let row = &linear[line.location.position.1 * width..][..width];
-                let (to, _) = line.value.as_chunks_mut::<4>();
-                to.iter_mut().zip(row).for_each(|(to, p)| *to = p[channel].to_ne_bytes());
-            });
-        UncompressedBlock { index: block, data }.compress_to_chunk(&meta.headers)
+    let one = |block: &exr::block::BlockIndex| {
+        let mut data = Vec::with_capacity(block.pixel_size.1 * width * 4 * (first_channel + 1));
+        let first_row = block.pixel_position.1;
+        for row in linear.chunks_exact(width).skip(first_row).take(block.pixel_size.1) {
+            // Channels are stored backwards: A B G R.
+            for channel in (0..=first_channel).rev() {
+                data.extend(row.iter().flat_map(|p| p[channel].to_le_bytes()));
+            }
+        }
+        let block = CompressedScanLineBlock {
+            y_coordinate: first_row as i32,
+            compressed_pixels_le: compress_zip(data),
+        };
+        Chunk { layer_index: 0, compressed_block: CompressedBlock::ScanLine(block) }
     };
     debug_assert_eq!(blocks.len(), (image.height as usize).div_ceil(BLOCK_ROWS));
     let workers = image.workers(blocks.len());
     if workers == 1 {
-        return blocks.iter().map(one).collect();
+        return Ok(blocks.iter().map(one).collect());
     }
     std::thread::scope(|scope| {
         let parts: Vec<_> = blocks
             .chunks(blocks.len().div_ceil(workers))
-            .map(|part| scope.spawn(move || part.iter().map(one).collect::<Result<Vec<_>, _>>()))
+            .map(|part| scope.spawn(move || part.iter().map(one).collect::<Vec<_>>()))
             .collect();
         let mut chunks = Vec::with_capacity(blocks.len());
         for part in parts {
             let done = part.join().map_err(|_| Error::Invalid("a compressing thread stopped".into()))?;
-            chunks.extend(done?);
+            chunks.extend(done);
         }
         Ok(chunks)
     })
+}
+
+/// Effort of deflate, of 10. Of a noisy 1920 x 1080 picture on one thread, level 1 makes 16.9 MB in 0.38 s, the
+/// exr crate's level 4 makes 15.8 MB in 1.1 s. fdeflate takes 0.17 s and saves nothing.
+const LEVEL: u8 = 1;
+
+/// The ZIP method of EXR: even bytes, then odd bytes, as differences to the byte before, deflated; or the bytes
+/// as they are where that is not shorter.
+fn compress_zip(data: Vec<u8>) -> Vec<u8> {
+    let (even, odd) = (data.iter().step_by(2), data.iter().skip(1).step_by(2));
+    let mut packed: Vec<u8> = even.chain(odd).copied().collect();
+    for i in (1..packed.len()).rev() {
+        packed[i] = packed[i].wrapping_sub(packed[i - 1]).wrapping_add(128);
+    }
+    let deflated = compress_to_vec_zlib(&packed, LEVEL);
+    if deflated.len() < data.len() { deflated } else { data }
 }
