@@ -95,6 +95,10 @@ fn the_display_window_is_the_picture() {
     let mut layer = layer_of(&[("Y", half())]);
     layer.attributes.layer_position = Vec2(-2, 3);
     let mut image = Image::from_layer(layer);
+    image.attributes.display_window = IntegerBounds::new((35, 0), (50, 10));
+    let mut apart = std::io::Cursor::new(Vec::new());
+    image.write().to_buffered(&mut apart).unwrap();
+    assert!(read(apart.get_ref()).unwrap_err().to_string().contains("display window"));
     image.attributes.display_window = IntegerBounds::new((0, 0), (50, 10));
     let mut bytes = std::io::Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).unwrap();

@@ -190,7 +190,7 @@ fn hdr_runs_that_exceed_their_line() {
 fn exr_and_jpeg_with_an_impossible_size() {
     let (_, mut jpeg) = valid_files().into_iter().find(|(n, _)| n == "valid.jpg").unwrap();
     let frame = jpeg.windows(2).position(|w| w == [0xff, 0xc0]).unwrap();
-    jpeg[frame + 5..frame + 9].copy_from_slice(&[0x40, 0, 0x40, 0]);
+    jpeg[frame + 5..frame + 9].copy_from_slice(&[0x20, 0, 0x20, 0]);
     assert_refused(&jpeg, "cannot be held in a file of");
     let (_, exr) = valid_files().into_iter().find(|(n, _)| n == "valid.exr").unwrap();
     for window in ["dataWindow", "displayWindow"] {
@@ -201,8 +201,8 @@ fn exr_and_jpeg_with_an_impossible_size() {
             damaged[at + 12..at + 16].copy_from_slice(&y.to_le_bytes());
             let start = Instant::now();
             let result = decode(&damaged, "big.exr", &DecodeLimits::default());
-            // A display window that is large but within the limits is a valid picture with much black.
-            assert!(result.is_err() || (window == "displayWindow" && x == 30000), "{window} {x} {y}");
+            // The exr crate takes the display window's corners in either order: a picture of 6 x 6.
+            assert!(result.is_err() || (window, x) == ("displayWindow", -5), "{window} {x} {y}");
             assert!(start.elapsed() < Duration::from_secs(5));
         }
     }

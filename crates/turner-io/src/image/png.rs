@@ -84,7 +84,9 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     match image.transfer {
         Transfer::Srgb => encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric),
         Transfer::Gamma(gamma) if (0.01..=100.0).contains(&gamma) => {
-            encoder.set_source_gamma(png::ScaledFloat::new(1.0 / gamma));
+            // In units of 10^-5, rounded; the crate's own conversion cuts off.
+            let scaled = (100_000.0 / f64::from(gamma)).round() as u32;
+            encoder.set_source_gamma(png::ScaledFloat::from_scaled(scaled));
         }
         Transfer::Gamma(gamma) => {
             let problem = format!("display gamma {gamma}; expected 0.01 to 100");
