@@ -1,2 +1,5 @@
 #![forbid(unsafe_code)]
-//! File formats.
+//! File formats: bytes for a URI ([`assets`]), pictures ([`image`]).
+
+pub mod assets;
+pub mod image;

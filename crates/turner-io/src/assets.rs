@@ -1,0 +1,412 @@
+//! Bytes for a URI: the only way in which a scene reaches other files.
+//!
+//! A URI here is a path relative to the scene's folder, with `/` or `\` between its parts, and may be
+//! percent-encoded as in glTF. It may not leave that folder: not through `..` (encoded or not), an absolute path,
+//! `file://`, a Windows drive or share, or a link. Nothing is ever fetched from a network.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Most bytes that all reads of a [`FolderAssets`] and its clones may take together: 4 GiB.
+pub const DEFAULT_BUDGET: u64 = 4 << 30;
+
+/// Most names of a folder that are looked at for a similar one.
+const MAX_LISTED: usize = 10_000;
+
+/// Why an asset could not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AssetError {
+    /// There is no such file.
+    #[error("{uri}: no such file in {folder}{nearest}\n  check the name, or copy the file there")]
+    Missing {
+        /// As asked for.
+        uri: String,
+        /// Where it was looked for.
+        folder: String,
+        /// `"; the nearest is \"wood.png\""`, or empty.
+        nearest: String,
+    },
+    /// The URI leads out of the scene's folder.
+    #[error("{uri}: {reason}; expected a path inside {root}\n  move the file there, or allow outside files")]
+    Outside {
+        /// As asked for.
+        uri: String,
+        /// How it leads out.
+        reason: &'static str,
+        /// The folder.
+        root: String,
+    },
+    /// The URI cannot be a path.
+    #[error("{uri}: {reason}; expected a path relative to the scene's folder")]
+    Invalid {
+        /// As asked for.
+        uri: String,
+        /// What is wrong.
+        reason: &'static str,
+    },
+    /// Not a regular file.
+    #[error("{uri}: is {found}; expected a regular file")]
+    NotAFile {
+        /// As asked for.
+        uri: String,
+        /// What it is.
+        found: &'static str,
+    },
+    /// Larger than the caller accepts.
+    #[error("{uri}: has {size} bytes; expected at most {limit}\n  use a smaller file")]
+    TooLarge {
+        /// As asked for.
+        uri: String,
+        /// Its size, at least.
+        size: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The scene reads more in all than it may.
+    #[error(
+        "{uri}: its {size} bytes exceed what is left of {budget} for all files of the scene\n  raise the budget"
+    )]
+    Budget {
+        /// As asked for.
+        uri: String,
+        /// Its size.
+        size: u64,
+        /// The whole budget.
+        budget: u64,
+    },
+    /// The system refused.
+    #[error("{uri}: cannot be read: {source}\n  check its permissions")]
+    Io {
+        /// As asked for.
+        uri: String,
+        /// The system's reason.
+        source: io::Error,
+    },
+}
+
+/// Where a loader gets its bytes.
+pub trait AssetSource: Sync {
+    /// The bytes of `uri`, at most `limit` of them: a larger file is an error, not a shortened one.
+    fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError>;
+
+    /// What to call `uri` in messages.
+    fn describe(&self, uri: &str) -> String;
+
+    /// `uri` as written in the file `from`, made relative to the scene's folder: `("parts/a.toml", "b.png")`
+    /// gives `parts/b.png`. It may climb out of `parts` again, but not out of the folder.
+    fn resolve(&self, from: &str, uri: &str) -> Result<String, AssetError> {
+        resolve_inside(from, uri)
+    }
+}
+
+/// A scene's folder on disk.
+#[derive(Clone, Debug)]
+pub struct FolderAssets {
+    root: PathBuf,
+    allow_outside: bool,
+    budget: u64,
+    used: Arc<AtomicU64>,
+}
+
+impl FolderAssets {
+    /// The folder that holds the scene file; "" is the current one.
+    pub fn new(root: impl AsRef<Path>) -> Result<Self, AssetError> {
+        let root = if root.as_ref().as_os_str().is_empty() { Path::new(".") } else { root.as_ref() };
+        let uri = || printable(&root.to_string_lossy());
+        let canonical = fs::canonicalize(root).map_err(|source| AssetError::Io { uri: uri(), source })?;
+        if !canonical.is_dir() {
+            let reason = "is not a folder";
+            return Err(AssetError::Invalid { uri: uri(), reason });
+        }
+        Ok(Self { root: canonical, allow_outside: false, budget: DEFAULT_BUDGET, used: Arc::default() })
+    }
+
+    /// Whether `..`, absolute paths and links may lead out of the folder. For scenes that the user trusts.
+    pub fn allow_outside(mut self, allow: bool) -> Self {
+        self.allow_outside = allow;
+        self
+    }
+
+    /// Most bytes that all reads may take together.
+    pub fn with_budget(mut self, bytes: u64) -> Self {
+        self.budget = bytes;
+        self
+    }
+
+    /// The folder, resolved.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The canonical path of a URI: of its literal name where that exists, else of the percent-decoded one.
+    fn locate(&self, uri: &str) -> Result<PathBuf, AssetError> {
+        let decoded = percent_decode(uri)?;
+        let spellings: &[&str] = if decoded == uri { &[uri] } else { &[uri, &decoded] };
+        let mut missing = self.root.clone();
+        for spelling in spellings {
+            let path = match relative(spelling).and_then(|r| normalise(r, spelling)) {
+                Ok(inside) => self.root.join(inside),
+                Err(AssetError::Outside { .. }) if self.allow_outside => {
+                    self.root.join(spelling.strip_prefix("file://").unwrap_or(spelling).replace('\\', "/"))
+                }
+                Err(AssetError::Outside { reason, .. }) => return Err(self.outside(uri, reason)),
+                Err(AssetError::Invalid { reason, .. }) => {
+                    return Err(AssetError::Invalid { uri: printable(uri), reason });
+                }
+                Err(e) => return Err(e),
+            };
+            match fs::canonicalize(&path) {
+                Ok(real) if self.allow_outside || real.starts_with(&self.root) => return Ok(real),
+                Ok(_) => return Err(self.outside(uri, "a link leads out of the folder")),
+                Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+                    missing = path;
+                }
+                Err(source) => return Err(AssetError::Io { uri: printable(uri), source }),
+            }
+        }
+        Err(self.missing(uri, &missing))
+    }
+
+    fn outside(&self, uri: &str, reason: &'static str) -> AssetError {
+        let root = printable(&self.root.to_string_lossy());
+        AssetError::Outside { uri: printable(uri), reason, root }
+    }
+
+    /// Names the nearest file in the folder, where that folder is one that may be looked into.
+    fn missing(&self, uri: &str, path: &Path) -> AssetError {
+        let folder = path.parent().unwrap_or(&self.root);
+        let may_list =
+            fs::canonicalize(folder).is_ok_and(|f| self.allow_outside || f.starts_with(&self.root));
+        let wanted = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let names: Vec<String> = match fs::read_dir(folder) {
+            Ok(entries) if may_list => {
+                let names = entries.take(MAX_LISTED).flatten();
+                names.map(|e| e.file_name().to_string_lossy().into_owned()).collect()
+            }
+            _ => Vec::new(),
+        };
+        let nearest = nearest(&wanted, names.iter().map(String::as_str))
+            .map_or_else(String::new, |n| format!("; the nearest is \"{}\"", printable(n)));
+        AssetError::Missing { uri: printable(uri), folder: printable(&folder.to_string_lossy()), nearest }
+    }
+
+    /// Takes `size` bytes from the budget.
+    fn charge(&self, uri: &str, size: u64) -> Result<(), AssetError> {
+        let take = |used: u64| used.checked_add(size).filter(|&sum| sum <= self.budget);
+        match self.used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take) {
+            Ok(_) => Ok(()),
+            Err(_) => Err(AssetError::Budget { uri: printable(uri), size, budget: self.budget }),
+        }
+    }
+}
+
+impl AssetSource for FolderAssets {
+    fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
+        let io = |source| AssetError::Io { uri: printable(uri), source };
+        let path = self.locate(uri)?;
+        // Looked at before it is opened: opening a pipe would wait for its writer.
+        regular(uri, &fs::metadata(&path).map_err(io)?)?;
+        let file = File::open(&path).map_err(io)?;
+        let meta = file.metadata().map_err(io)?;
+        regular(uri, &meta)?;
+        let size = meta.len();
+        if size > limit {
+            return Err(AssetError::TooLarge { uri: printable(uri), size, limit });
+        }
+        self.charge(uri, size)?;
+        let mut bytes = Vec::new();
+        let reserved = usize::try_from(size).map(|n| bytes.try_reserve_exact(n));
+        if !matches!(reserved, Ok(Ok(()))) {
+            return Err(io(io::ErrorKind::OutOfMemory.into()));
+        }
+        // No further than it said: a file that grows meanwhile must not evade the limits.
+        file.take(size).read_to_end(&mut bytes).map_err(io)?;
+        Ok(bytes)
+    }
+
+    fn describe(&self, uri: &str) -> String {
+        printable(&self.root.join(uri).to_string_lossy())
+    }
+
+    fn resolve(&self, from: &str, uri: &str) -> Result<String, AssetError> {
+        match resolve_inside(from, uri) {
+            Err(AssetError::Outside { .. }) if self.allow_outside => {
+                let from = Path::new(from).parent().unwrap_or(Path::new(""));
+                Ok(from.join(uri.strip_prefix("file://").unwrap_or(uri)).to_string_lossy().into_owned())
+            }
+            Err(AssetError::Outside { reason, .. }) => Err(self.outside(uri, reason)),
+            other => other,
+        }
+    }
+}
+
+fn regular(uri: &str, meta: &fs::Metadata) -> Result<(), AssetError> {
+    let found = match () {
+        () if meta.is_file() => return Ok(()),
+        () if meta.is_dir() => "a folder",
+        () => "a pipe, socket or device",
+    };
+    Err(AssetError::NotAFile { uri: printable(uri), found })
+}
+
+/// Assets in memory, for tests and for callers that have the bytes already.
+#[derive(Clone, Debug, Default)]
+pub struct MemoryAssets {
+    /// Bytes by name, with `/` between the parts of a name.
+    pub files: BTreeMap<String, Vec<u8>>,
+}
+
+impl AssetSource for MemoryAssets {
+    fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
+        let decoded = percent_decode(uri)?;
+        for spelling in [uri, &decoded] {
+            let name = normalise(relative(spelling)?, uri)?;
+            let Some(bytes) = self.files.get(&name) else { continue };
+            let size = bytes.len() as u64;
+            if size > limit {
+                return Err(AssetError::TooLarge { uri: printable(uri), size, limit });
+            }
+            return Ok(bytes.clone());
+        }
+        let nearest = nearest(uri, self.files.keys().map(String::as_str))
+            .map_or_else(String::new, |n| format!("; the nearest is \"{}\"", printable(n)));
+        Err(AssetError::Missing { uri: printable(uri), folder: "memory".to_owned(), nearest })
+    }
+
+    fn describe(&self, uri: &str) -> String {
+        printable(uri)
+    }
+}
+
+/// Refuses what is not a relative path: schemes, drives, shares, absolute paths, NUL.
+fn relative(uri: &str) -> Result<&str, AssetError> {
+    let invalid = |reason| Err(AssetError::Invalid { uri: printable(uri), reason });
+    let outside = |reason| {
+        Err(AssetError::Outside { uri: printable(uri), reason, root: "the scene's folder".to_owned() })
+    };
+    if uri.is_empty() || uri.contains('\0') {
+        return invalid("is empty or contains a NUL");
+    }
+    if uri.starts_with("\\\\") || uri.starts_with("//") {
+        return invalid("is a network share");
+    }
+    if let Some((scheme, _)) = uri.split_once(':')
+        && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
+    {
+        match scheme.to_ascii_lowercase().as_str() {
+            "file" => return outside("is a file:// address"),
+            "data" => return invalid("holds its data itself and is not a file"),
+            s if s.len() == 1 => return outside("begins with a drive"),
+            s if uri[s.len()..].starts_with("://") => {
+                return invalid("is an address, and nothing is fetched");
+            }
+            _ => {}
+        }
+    }
+    if uri.starts_with(['/', '\\']) {
+        return outside("is an absolute path");
+    }
+    Ok(uri)
+}
+
+fn resolve_inside(from: &str, uri: &str) -> Result<String, AssetError> {
+    let base = normalise(relative(from)?, from)?;
+    let folder = base.rsplit_once('/').map_or("", |(folder, _)| folder);
+    normalise(&format!("{folder}/{}", relative(uri)?), uri)
+}
+
+/// Resolves `.` and `..` by text, `\` as `/`; `..` beyond the folder is refused. `shown` is for the message.
+fn normalise(path: &str, shown: &str) -> Result<String, AssetError> {
+    let mut parts: Vec<&str> = Vec::new();
+    for part in path.split(['/', '\\']) {
+        match part {
+            "" | "." => {}
+            ".." if parts.pop().is_none() => {
+                let (reason, root) = ("leads out through ..", "the scene's folder".to_owned());
+                return Err(AssetError::Outside { uri: printable(shown), reason, root });
+            }
+            ".." => {}
+            name => parts.push(name),
+        }
+    }
+    Ok(parts.join("/"))
+}
+
+/// `%20` to a space. A `%` that begins no code stands for itself; codes that are not UTF-8 are refused.
+fn percent_decode(uri: &str) -> Result<String, AssetError> {
+    let hex = |b: Option<&u8>| b.and_then(|&b| char::from(b).to_digit(16));
+    let bytes = uri.as_bytes();
+    let (mut out, mut i) = (Vec::with_capacity(bytes.len()), 0);
+    while i < bytes.len() {
+        match (bytes[i], hex(bytes.get(i + 1)), hex(bytes.get(i + 2))) {
+            (b'%', Some(high), Some(low)) => {
+                out.push((high * 16 + low) as u8);
+                i += 3;
+            }
+            (b, _, _) => {
+                out.push(b);
+                i += 1;
+            }
+        }
+    }
+    let reason = "its percent codes are not UTF-8";
+    String::from_utf8(out).map_err(|_| AssetError::Invalid { uri: printable(uri), reason })
+}
+
+/// Text from a file, made safe for a terminal: control and direction characters escaped, cut after 240.
+pub(crate) fn printable(text: &str) -> String {
+    let hidden = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+    };
+    let mut out = String::new();
+    for (i, c) in text.chars().enumerate() {
+        if i == 240 {
+            out.push('…');
+            break;
+        }
+        if hidden(c) { out.extend(c.escape_default()) } else { out.push(c) }
+    }
+    out
+}
+
+/// The name most like `wanted`, if one is like it: at most a third of its letters differ, in any case.
+pub(crate) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let wanted: Vec<char> = wanted.to_lowercase().chars().collect();
+    if wanted.len() > 255 {
+        return None;
+    }
+    let most = (wanted.len() / 3).max(1);
+    names
+        .filter(|name| name.len() <= 4 * 255)
+        .map(|name| (distance(&wanted, &name.to_lowercase().chars().collect::<Vec<_>>()), name))
+        .filter(|(distance, _)| *distance <= most)
+        .min()
+        .map(|(_, name)| name)
+}
+
+/// Letters to insert, remove, replace or swap with a neighbour to turn `a` into `b`.
+fn distance(a: &[char], b: &[char]) -> usize {
+    if a.len().abs_diff(b.len()) > a.len() / 3 + 1 {
+        return usize::MAX;
+    }
+    let mut before: Vec<usize> = Vec::new();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for i in 1..=a.len() {
+        let mut next = vec![i; b.len() + 1];
+        for j in 1..=b.len() {
+            let replace = row[j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            next[j] = replace.min(row[j] + 1).min(next[j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                next[j] = next[j].min(before[j - 2] + 1);
+            }
+        }
+        before = std::mem::replace(&mut row, next);
+    }
+    row[b.len()]
+}

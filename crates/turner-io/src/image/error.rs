@@ -1,0 +1,107 @@
+//! What can be wrong with a picture.
+
+use super::ImageFormat;
+use crate::assets::printable;
+
+/// Why a picture could not be read or written: the file, what was found, what was expected, the remedy.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// An output path whose extension names no format.
+    #[error("{name}: {found} names no picture format{nearest}\n  use one of {valid}")]
+    UnknownExtension {
+        /// The path.
+        name: String,
+        /// The extension found.
+        found: String,
+        /// All valid extensions.
+        valid: String,
+        /// `"; the nearest is .png"`, or empty.
+        nearest: String,
+    },
+    /// The first bytes belong to no format that is read.
+    #[error("{name}: found {found}; expected a picture in {valid}\n  convert it to one of these")]
+    NotAnImage {
+        /// The file.
+        name: String,
+        /// What it begins with.
+        found: String,
+        /// The formats that are read.
+        valid: String,
+    },
+    /// The picture claims a size beyond the limits, or more pixels than its bytes can hold.
+    #[error("{name}: {format} of {width} x {height} pixels {problem}\n  {remedy}")]
+    Size {
+        /// The file.
+        name: String,
+        /// The format's name.
+        format: &'static str,
+        /// Columns claimed.
+        width: u64,
+        /// Rows claimed.
+        height: u64,
+        /// What is wrong with that.
+        problem: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The file breaks the rules of its format.
+    #[error("{name}: damaged {format}: {problem}\n  export or download it again")]
+    Damaged {
+        /// The file.
+        name: String,
+        /// The format's name.
+        format: &'static str,
+        /// What was found.
+        problem: String,
+    },
+    /// A valid file that uses a part of its format that is not read.
+    #[error("{name}: {format} with {found} is not supported; expected {expected}\n  convert it first")]
+    Unsupported {
+        /// The file.
+        name: String,
+        /// The format's name.
+        format: &'static str,
+        /// What was found.
+        found: String,
+        /// What would have been accepted.
+        expected: String,
+    },
+    /// There was not enough memory for the samples.
+    #[error("{name}: not enough memory for {bytes} bytes of pixels\n  use a smaller picture")]
+    OutOfMemory {
+        /// The file.
+        name: String,
+        /// Bytes asked for.
+        bytes: u64,
+    },
+    /// A picture that cannot be written as asked.
+    #[error("cannot write {format}: {problem}")]
+    Encode {
+        /// The format's name.
+        format: &'static str,
+        /// What was found and what was expected.
+        problem: String,
+    },
+}
+
+impl ImageError {
+    pub(super) fn damaged(name: &str, format: ImageFormat, problem: impl ToString) -> Self {
+        let problem = printable(&problem.to_string());
+        Self::Damaged { name: printable(name), format: format.name(), problem }
+    }
+
+    pub(super) fn unsupported(
+        name: &str,
+        format: ImageFormat,
+        found: impl ToString,
+        expected: impl ToString,
+    ) -> Self {
+        let (found, expected) = (printable(&found.to_string()), expected.to_string());
+        Self::Unsupported { name: printable(name), format: format.name(), found, expected }
+    }
+
+    pub(super) fn encode(format: ImageFormat, problem: impl ToString) -> Self {
+        Self::Encode { format: format.name(), problem: printable(&problem.to_string()) }
+    }
+}

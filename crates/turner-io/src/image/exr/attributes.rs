@@ -1,0 +1,73 @@
+//! The attributes in an EXR header, as bytes: name NUL type NUL size value, ended by an empty name.
+
+use super::FORMAT;
+use crate::image::{ImageError, MetaValue, Metadata};
+use std::ops::Range;
+
+/// Where the first header begins: after the magic number and the version.
+const START: usize = 8;
+
+/// Attributes that describe the file's structure, not the picture.
+const STRUCTURE: &[&str] = &["name", "type", "view", "version", "chunkCount", "maxSamplesPerPixel"];
+
+/// An attribute and the bytes it takes.
+pub(super) struct Attribute<'a> {
+    pub(super) name: &'a [u8],
+    kind: &'a [u8],
+    value: &'a [u8],
+    pub(super) range: Range<usize>,
+}
+
+/// The attributes of the first header, or `None` where it runs beyond the end of the bytes.
+pub(super) fn attributes(bytes: &[u8]) -> Option<Vec<Attribute<'_>>> {
+    let mut found = Vec::new();
+    let mut at = START;
+    while *bytes.get(at)? != 0 {
+        let start = at;
+        let name = until_nul(bytes, &mut at)?;
+        let kind = until_nul(bytes, &mut at)?;
+        let size = bytes.get(at..at.checked_add(4)?)?;
+        let size = usize::try_from(i32::from_le_bytes([size[0], size[1], size[2], size[3]])).ok()?;
+        at += 4;
+        let end = at.checked_add(size)?;
+        let value = bytes.get(at..end)?;
+        at = end;
+        found.push(Attribute { name, kind, value, range: start..end });
+    }
+    Some(found)
+}
+
+fn until_nul<'a>(bytes: &'a [u8], at: &mut usize) -> Option<&'a [u8]> {
+    let rest = bytes.get(*at..)?;
+    let length = rest.iter().take(256).position(|&b| b == 0)?;
+    *at += length + 1;
+    Some(&rest[..length])
+}
+
+/// The `string` and `int` attributes of the first part, by name.
+pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
+    let list = attributes(bytes)
+        .ok_or_else(|| ImageError::damaged(name, FORMAT, "the header runs beyond the end of the file"))?;
+    let mut metadata = Metadata::new();
+    for attribute in list {
+        let value = match (attribute.kind, attribute.value) {
+            (b"string", text) => MetaValue::Text(String::from_utf8_lossy(text).into_owned()),
+            (b"int", &[a, b, c, d]) => MetaValue::Integer(i32::from_le_bytes([a, b, c, d])),
+            _ => continue,
+        };
+        let key = String::from_utf8_lossy(attribute.name).into_owned();
+        if !STRUCTURE.contains(&key.as_str()) {
+            metadata.insert(key, value);
+        }
+    }
+    Ok(metadata)
+}
+
+/// Puts the header's attributes into the order of their names, in place. The exr crate keeps custom ones in a hash
+/// map, whose order changes from run to run. Sizes and offsets stay as they are.
+pub(super) fn sort_attributes(bytes: &mut [u8]) {
+    let Some(mut list) = attributes(bytes) else { return };
+    list.sort_by_key(|a| a.name);
+    let sorted: Vec<u8> = list.iter().flat_map(|a| bytes[a.range.clone()].iter().copied()).collect();
+    bytes[START..START + sorted.len()].copy_from_slice(&sorted);
+}

@@ -1,0 +1,66 @@
+//! JPEG: 8 bits, lossy. Grey files stay grey; CMYK and YCCK become RGB.
+//!
+//! Profiles and the EXIF orientation are not applied.
+
+use super::contain::contain;
+use super::limits::{Source, buffer};
+use super::{DecodeLimits, Display, ImageError, ImageFormat, OutputImage};
+use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
+use image::{ColorType, ExtendedColorType, ImageDecoder};
+use std::io::Cursor;
+use turner::image::{Image, Pixels};
+
+const FORMAT: ImageFormat = ImageFormat::Jpeg;
+
+/// Quality of written files, 1 to 100: no visible blocks, about a sixth of the PNG.
+pub const QUALITY: u8 = 95;
+
+/// Every 8 x 8 block of the finest component has at least one code, of at least one bit.
+const PIXELS_PER_BYTE: u64 = 8 * 64;
+
+/// Reads a baseline or progressive JPEG.
+pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
+    contain(name, FORMAT, || {
+        let damaged = |e: image::ImageError| ImageError::damaged(name, FORMAT, e);
+        let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+        let (width, height) = decoder.dimensions();
+        let channels = match decoder.color_type() {
+            ColorType::L8 => 1,
+            ColorType::Rgb8 => 3,
+            other => {
+                let expected = "8-bit grey, YCbCr, RGB or CMYK";
+                return Err(ImageError::unsupported(name, FORMAT, format!("{other:?} samples"), expected));
+            }
+        };
+        // A progressive file keeps 16-bit coefficients for each sample while it is decoded.
+        let pixel_bytes = u64::from(channels) * 3;
+        let source = Source { name, format: FORMAT, bytes: bytes.len() };
+        let size = limits.check(source, width.into(), height.into(), pixel_bytes, PIXELS_PER_BYTE)?;
+        let mut samples = buffer(size.pixels * usize::from(channels), name)?;
+        decoder.read_image(&mut samples).map_err(damaged)?;
+        Ok(Image { width, height, channels, pixels: Pixels::U8(samples) })
+    })
+}
+
+/// Writes the display samples as RGB at quality [`QUALITY`]; alpha and metadata are left out.
+pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
+    let display = image.display(FORMAT)?;
+    if image.width > 65535 || image.height > 65535 {
+        let problem = format!("{} x {} exceeds 65535 on a side; use PNG", image.width, image.height);
+        return Err(ImageError::encode(FORMAT, problem));
+    }
+    let rgb: Vec<u8> = match display {
+        Display::U8(s) => s.iter().flat_map(|p| [p[0], p[1], p[2]]).collect(),
+        Display::U16(s) => s.iter().flat_map(|p| [to_8(p[0]), to_8(p[1]), to_8(p[2])]).collect(),
+    };
+    let mut out = Vec::new();
+    JpegEncoder::new_with_quality(&mut out, QUALITY)
+        .encode(&rgb, image.width, image.height, ExtendedColorType::Rgb8)
+        .map_err(|e| ImageError::encode(FORMAT, e))?;
+    Ok(out)
+}
+
+/// The nearest 8-bit value: 257 = 65535 / 255.
+fn to_8(v: u16) -> u8 {
+    ((u32::from(v) + 128) / 257) as u8
+}

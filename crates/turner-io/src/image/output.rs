@@ -1,0 +1,159 @@
+//! Putting a finished file on disk: the old one or the new one, complete, at any moment.
+//!
+//! The temporary file is made beside the destination before rendering starts, so that a path that cannot be
+//! written is reported then and not after an hour. A process that is killed may leave a `.turner-*.tmp` behind.
+
+use crate::assets::printable;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// Why an output file could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder is not there.
+    #[error("{path}: the folder {folder} does not exist\n  create it (mkdir -p) or choose another path")]
+    NoFolder {
+        /// The output path.
+        path: String,
+        /// Its folder.
+        folder: String,
+    },
+    /// The path is a folder.
+    #[error("{path}: is a folder; expected the name of a file\n  add one, such as {path}/picture.png")]
+    IsFolder {
+        /// The output path.
+        path: String,
+    },
+    /// The path has no file name.
+    #[error("\"{path}\": names no file\n  give one, such as picture.png")]
+    NoName {
+        /// The output path.
+        path: String,
+    },
+    /// The file that is there is read-only.
+    #[error("{path}: exists and is read-only\n  make it writable or choose another path")]
+    ReadOnly {
+        /// The output path.
+        path: String,
+    },
+    /// The system refused a step.
+    #[error("{path}: cannot {step}: {source}\n  {remedy}")]
+    Io {
+        /// The output path.
+        path: String,
+        /// What was being done.
+        step: &'static str,
+        /// What to try.
+        remedy: &'static str,
+        /// The system's reason.
+        source: io::Error,
+    },
+}
+
+/// A file that will appear under its path when it is complete. Dropped before [`OutputFile::commit`], it leaves
+/// no temporary file and whatever was there before untouched.
+#[derive(Debug)]
+pub struct OutputFile {
+    path: PathBuf,
+    target: Target,
+}
+
+#[derive(Debug)]
+enum Target {
+    /// A regular file: replaced by `temporary`, in `folder`.
+    File { temporary: NamedTempFile, folder: PathBuf },
+    /// A device or pipe, such as /dev/null: written to, never replaced.
+    Stream,
+}
+
+impl OutputFile {
+    /// Checks that `path` can be written, by making a temporary file in its folder. A link is followed: the file
+    /// that it leads to is replaced, not the link.
+    pub fn create(path: impl Into<PathBuf>) -> Result<Self, OutputError> {
+        let asked = path.into();
+        let shown = printable(&asked.to_string_lossy());
+        // Only a path that exists can be resolved; a new one is taken as it stands.
+        let path = fs::canonicalize(&asked).unwrap_or_else(|_| asked.clone());
+        match fs::metadata(&path) {
+            Ok(meta) if meta.is_dir() => return Err(OutputError::IsFolder { path: shown }),
+            Ok(meta) if !meta.is_file() => return Ok(Self { path, target: Target::Stream }),
+            Ok(meta) if meta.permissions().readonly() => return Err(OutputError::ReadOnly { path: shown }),
+            Ok(_) => {}
+            Err(e) if e.kind() == io::ErrorKind::NotFound => {}
+            Err(e) => return Err(failed(&path, "look at it", e)),
+        }
+        let trailing = asked.to_string_lossy().ends_with(std::path::MAIN_SEPARATOR);
+        if path.file_name().is_none() || trailing {
+            return Err(OutputError::NoName { path: shown });
+        }
+        let folder = match path.parent() {
+            Some(p) if !p.as_os_str().is_empty() => p.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        if !folder.is_dir() {
+            let folder = printable(&folder.to_string_lossy());
+            return Err(OutputError::NoFolder { path: shown, folder });
+        }
+        let temporary = temporary_in(&folder).map_err(|e| failed(&path, "create a file in its folder", e))?;
+        Ok(Self { path, target: Target::File { temporary, folder } })
+    }
+
+    /// The path that will be written, links resolved.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the bytes, flushes them to the disk, and puts the file in its place in one step. An existing file's
+    /// permissions are kept; a new file has those that any new file of the user has.
+    pub fn commit(self, bytes: &[u8]) -> Result<(), OutputError> {
+        let path = &self.path;
+        match self.target {
+            Target::Stream => OpenOptions::new()
+                .write(true)
+                .open(path)
+                .and_then(|mut f| f.write_all(bytes))
+                .map_err(|e| failed(path, "write", e)),
+            Target::File { mut temporary, folder } => {
+                temporary.write_all(bytes).map_err(|e| failed(path, "write", e))?;
+                if let Ok(existing) = fs::metadata(path) {
+                    let keep = temporary.as_file().set_permissions(existing.permissions());
+                    keep.map_err(|e| failed(path, "keep its permissions", e))?;
+                }
+                temporary.as_file().sync_all().map_err(|e| failed(path, "flush it to the disk", e))?;
+                temporary.persist(path).map_err(|e| failed(path, "replace it", e.error))?;
+                sync_folder(&folder).map_err(|e| failed(path, "flush its folder to the disk", e))
+            }
+        }
+    }
+}
+
+/// `tempfile` makes files for their owner only; an output is for whom the umask says.
+fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".turner-").suffix(".tmp");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// The rename is on disk when the folder is. Only Unix lets a folder be opened for that.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+fn failed(path: &Path, step: &'static str, source: io::Error) -> OutputError {
+    let remedy = match source.kind() {
+        io::ErrorKind::PermissionDenied => "change its permissions or choose another path",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free some space or choose another disk",
+        io::ErrorKind::ReadOnlyFilesystem => "choose a path on a disk that can be written",
+        io::ErrorKind::InvalidFilename => "choose a shorter name without special characters",
+        _ => "choose another path",
+    };
+    OutputError::Io { path: printable(&path.to_string_lossy()), step, remedy, source }
+}
