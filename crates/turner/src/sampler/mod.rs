@@ -126,10 +126,10 @@ mod tests {
                 DVec2::new((f64::from(i % n) + 0.5) / f64::from(n), (f64::from(i / n) + 0.5) / f64::from(n));
             let d = concentric_disk(u);
             assert!(d.length() <= 1.0 + 1e-12);
-            inner += u32::from(d.length() < 0.5f64.sqrt());
+            inner += u32::from(d.length() < 0.5);
             upper += u32::from(uniform_sphere(u).z > 0.5);
         }
-        assert!((f64::from(inner) / 10_000.0 - 0.5).abs() < 0.01);
+        assert!((f64::from(inner) / 10_000.0 - 0.25).abs() < 0.01);
         assert!((f64::from(upper) / 10_000.0 - 0.25).abs() < 0.01);
     }
 }
