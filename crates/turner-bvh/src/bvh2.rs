@@ -142,36 +142,48 @@ impl Bvh2 {
     /// near as the nearest so far is still offered, so that a caller can break ties by its own rule.
     #[inline]
     pub fn closest(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>, f32) -> f32) -> f32 {
-        let mut t_max = ray.t_max;
+        let t_max = ray.t_max;
         if !ray.is_valid() || self.nodes.is_empty() {
             return t_max;
         }
-        let slabs = Slabs::new(ray, self.reach);
-        let mut stack = Stack::new();
-        let mut node = 0;
+        let mut slabs = Slabs::new(ray, self.reach);
+        self.walk(&mut slabs, 0, t_max, &mut leaf)
+    }
+
+    fn walk(
+        &self,
+        slabs: &mut Slabs,
+        mut index: usize,
+        mut t_max: f32,
+        leaf: &mut impl FnMut(Range<u32>, f32) -> f32,
+    ) -> f32 {
         loop {
-            let (entry, met) = slabs.test(&self.nodes[node].planes, t_max);
-            let mut next = if met[0] && met[1] {
+            let node = &self.nodes[index];
+            let (entry, met) = slabs.test(&node.planes, t_max);
+            let mut side = (met >> 1) as usize;
+            if met == 3 {
                 let near = usize::from(entry[1] < entry[0]);
-                stack.push(Edge::new(node, near ^ 1), entry[near ^ 1]);
-                Some(Edge::new(node, near))
-            } else if met[0] || met[1] {
-                Some(Edge::new(node, usize::from(met[1])))
-            } else {
-                stack.pop(t_max)
-            };
-            node = loop {
-                let Some(edge) = next else { return t_max };
-                let parent = &self.nodes[edge.node()];
-                match parent.leaf(edge.side()) {
-                    None => break parent.child(edge.side()),
+                match node.leaf(near) {
+                    None => t_max = self.walk(slabs, node.child(near), t_max, leaf),
                     Some(positions) => {
                         let t = leaf(positions, t_max);
                         t_max = if t > t_max { t_max } else { t };
-                        next = stack.pop(t_max);
                     }
                 }
-            };
+                side = near ^ 1;
+                if !(entry[side] <= t_max) {
+                    return t_max;
+                }
+            } else if met == 0 {
+                return t_max;
+            }
+            match node.leaf(side) {
+                None => index = node.child(side),
+                Some(positions) => {
+                    let t = leaf(positions, t_max);
+                    return if t > t_max { t_max } else { t };
+                }
+            }
         }
     }
 

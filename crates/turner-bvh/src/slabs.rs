@@ -36,13 +36,14 @@ const TINY: f32 = f32::MIN_POSITIVE;
 /// From here on, products with the paddings are normal numbers.
 const PRECISE: f32 = 2.0 * f32::MIN_POSITIVE;
 
-/// What a ray needs for box tests, computed once per ray.
+/// What a ray needs for box tests, computed once per ray. Lanes: near of both boxes, far of both boxes.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
 pub(crate) struct Slabs {
-    origin: [f32; 3],
-    inv_near: [f32; 3],
-    /// Negated, so that near and far values go through one maximum, four lanes at a time.
-    inv_far_negated: [f32; 3],
+    origin: [[f32; 4]; 3],
+    /// Padded reciprocals. Those for far planes are negated, so that one maximum serves near and far.
+    inv: [[f32; 4]; 3],
+    latest: [f32; 4],
     /// Which of the two planes the ray meets first: 0 the lower, 1 the upper.
     near_side: [usize; 3],
     t_min: f32,
@@ -50,46 +51,42 @@ pub(crate) struct Slabs {
 
 impl Slabs {
     /// `reach` is the largest distance of any box plane from 0.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(ray: &Ray, reach: f32) -> Slabs {
-        let mut slabs = Slabs {
-            origin: ray.origin,
-            inv_near: [0.0; 3],
-            inv_far_negated: [0.0; 3],
-            near_side: [0; 3],
-            t_min: if ray.t_min > 0.0 { ray.t_min } else { 0.0 },
-        };
-        for axis in 0..3 {
+        let inv = |axis: usize| {
             let d = ray.direction[axis];
             let inv = 1.0 / d.abs();
             let usable = inv >= PRECISE && ray.origin[axis].abs() + reach <= f32::MAX;
             let near = if usable { inv.min(f32::MAX) * (1.0 - PAD) } else { 0.0 };
             let far = (inv * (1.0 + PAD)).max(PRECISE);
-            slabs.inv_near[axis] = near.copysign(d);
-            slabs.inv_far_negated[axis] = far.copysign(-d);
-            slabs.near_side[axis] = usize::from(d.is_sign_negative());
+            let (near, far) = (near.copysign(d), far.copysign(-d));
+            [near, near, far, far]
+        };
+        Slabs {
+            origin: ray.origin.map(|o| [o; 4]),
+            inv: [inv(0), inv(1), inv(2)],
+            latest: [0.0; 4],
+            near_side: ray.direction.map(|d| usize::from(d.is_sign_negative())),
+            t_min: if ray.t_min > 0.0 { ray.t_min } else { 0.0 },
         }
-        slabs
     }
 
-    /// For each box, a lower bound of the `t` where the ray enters it, and whether it meets it at or before `t_max`.
+    /// For each box, a lower bound of the `t` where the ray enters it, and a bit that is set if it meets it at or
+    /// before `t_max`.
     #[inline(always)]
-    pub(crate) fn test(&self, boxes: &BoxPair, t_max: f32) -> ([f32; 2], [bool; 2]) {
-        // Lanes: near of both boxes, negated far of both boxes. A comparison with NaN keeps what was there.
+    pub(crate) fn test(&mut self, boxes: &BoxPair, t_max: f32) -> ([f32; 2], u32) {
         let mut latest = [self.t_min, self.t_min, -t_max, -t_max];
         for axis in 0..3 {
-            let near = boxes[axis][self.near_side[axis] & 1];
-            let far = boxes[axis][(self.near_side[axis] & 1) ^ 1];
-            let o = self.origin[axis];
-            let (n, f) = (self.inv_near[axis], self.inv_far_negated[axis]);
+            let side = self.near_side[axis] & 1;
+            let (near, far) = (boxes[axis][side], boxes[axis][side ^ 1]);
             let planes = [near[0], near[1], far[0], far[1]];
-            let inv = [n, n, f, f];
             for lane in 0..4 {
-                let t = (planes[lane] - o) * inv[lane];
+                let t = (planes[lane] - self.origin[axis][lane]) * self.inv[axis][lane];
                 latest[lane] = if t > latest[lane] { t } else { latest[lane] };
             }
         }
+        self.latest = latest;
         let entry = [latest[0] - TINY, latest[1] - TINY];
-        (entry, [entry[0] <= -latest[2], entry[1] <= -latest[3]])
+        (entry, u32::from(entry[0] <= -latest[2]) | u32::from(entry[1] <= -latest[3]) << 1)
     }
 }
