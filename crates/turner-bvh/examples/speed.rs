@@ -132,7 +132,11 @@ fn measure(name: &str, bvh: &Bvh2, spheres: &[Sphere], rays: &[Ray]) {
     });
     let millions = rays.len() as f64 / 1e6;
     let share = 100.0 * hits as f64 / rays.len() as f64;
-    println!("  {name}: closest {:6.2} M/s, any {:6.2} M/s, {share:.0} % hit", millions / closest, millions / any);
+    println!(
+        "  {name}: closest {:6.2} M/s, any {:6.2} M/s, {share:.0} % hit",
+        millions / closest,
+        millions / any
+    );
 }
 
 #[inline(never)]

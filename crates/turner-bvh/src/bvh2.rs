@@ -5,11 +5,8 @@ use std::ops::Range;
 use crate::slabs::{BoxPair, Slabs};
 use crate::{Aabb, BuildStats, Ray};
 
-/// The most nodes on a way from the root to a leaf. The builder keeps to it, so that traversal never runs out of stack.
+/// The most nodes on a way from the root to a leaf. The builder keeps to it, and no search recurses deeper.
 pub const MAX_DEPTH: usize = 60;
-
-/// Slots on the traversal stack: a power of two, so that a mask replaces the bounds check.
-const STACK: usize = 64;
 
 /// A binary tree over boxes. Built by [`build`](Self::build), then immutable.
 ///
@@ -39,7 +36,7 @@ pub(crate) struct Node {
 
 const LEAF: u32 = 1 << 31;
 
-const _: () = assert!(size_of::<Node>() == 64 && STACK.is_power_of_two() && STACK > MAX_DEPTH);
+const _: () = assert!(size_of::<Node>() == 64);
 
 /// A reference to a subtree.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +62,8 @@ impl Child {
 
 impl Node {
     /// To be overwritten once the children are known.
-    pub(crate) const PLACEHOLDER: Node = Node { planes: [[[0.0; 2]; 2]; 3], children: [LEAF; 2], counts: [0; 2] };
+    pub(crate) const PLACEHOLDER: Node =
+        Node { planes: [[[0.0; 2]; 2]; 3], children: [LEAF; 2], counts: [0; 2] };
 
     pub(crate) fn new(children: [(Aabb, Child); 2]) -> Node {
         let boxes = children.map(|(bounds, _)| bounds);
@@ -101,7 +99,12 @@ impl Node {
 }
 
 impl Bvh2 {
-    pub(crate) fn from_parts(nodes: Vec<Node>, order: Vec<u32>, dropped: Vec<u32>, stats: BuildStats) -> Bvh2 {
+    pub(crate) fn from_parts(
+        nodes: Vec<Node>,
+        order: Vec<u32>,
+        dropped: Vec<u32>,
+        stats: BuildStats,
+    ) -> Bvh2 {
         let all = nodes.first().map_or(Aabb::EMPTY, |root| root.bounds(0).union(root.bounds(1)));
         let reach = all.min.iter().chain(&all.max).fold(0.0_f32, |reach, x| reach.max(x.abs()));
         Bvh2 { nodes, order, dropped, stats, reach }
@@ -150,6 +153,10 @@ impl Bvh2 {
         self.walk(&mut slabs, 0, t_max, &mut leaf)
     }
 
+    /// Searches the subtree at `index` and returns the new `t_max`. Recurses into the nearer of two children only.
+    ///
+    /// Tried, with M rays/s relative to this for 30 random spheres: a stack of 64 entries instead of recursion 0.8,
+    /// because safe code has to clear it for each ray.
     fn walk(
         &self,
         slabs: &mut Slabs,
@@ -165,13 +172,12 @@ impl Bvh2 {
                 let near = usize::from(entry[1] < entry[0]);
                 match node.leaf(near) {
                     None => t_max = self.walk(slabs, node.child(near), t_max, leaf),
-                    Some(positions) => {
-                        let t = leaf(positions, t_max);
-                        t_max = if t > t_max { t_max } else { t };
-                    }
+                    Some(positions) => t_max = smaller(leaf(positions, t_max), t_max),
                 }
                 side = near ^ 1;
-                if !(entry[side] <= t_max) {
+                // Not `>`: NaN ends the search.
+                let put_off_still_counts = entry[side] <= t_max;
+                if !put_off_still_counts {
                     return t_max;
                 }
             } else if met == 0 {
@@ -179,10 +185,7 @@ impl Bvh2 {
             }
             match node.leaf(side) {
                 None => index = node.child(side),
-                Some(positions) => {
-                    let t = leaf(positions, t_max);
-                    return if t > t_max { t_max } else { t };
-                }
+                Some(positions) => return smaller(leaf(positions, t_max), t_max),
             }
         }
     }
@@ -201,55 +204,8 @@ impl Bvh2 {
     }
 }
 
-/// The way from a node to one of its children.
-#[derive(Clone, Copy)]
-struct Edge(u32);
-
-impl Edge {
-    #[inline(always)]
-    fn new(node: usize, side: usize) -> Edge {
-        Edge((node as u32) << 1 | side as u32)
-    }
-
-    #[inline(always)]
-    fn node(self) -> usize {
-        (self.0 >> 1) as usize
-    }
-
-    #[inline(always)]
-    fn side(self) -> usize {
-        (self.0 & 1) as usize
-    }
-}
-
-/// Subtrees put off, each with a lower bound of the `t` where the ray enters it.
-struct Stack {
-    slots: [(f32, Edge); STACK],
-    size: usize,
-}
-
-impl Stack {
-    #[inline(always)]
-    fn new() -> Stack {
-        Stack { slots: [(0.0, Edge(0)); STACK], size: 0 }
-    }
-
-    #[inline(always)]
-    fn push(&mut self, edge: Edge, entry: f32) {
-        self.slots[self.size % STACK] = (entry, edge);
-        self.size += 1;
-    }
-
-    /// The next one that begins at or before `t_max`.
-    #[inline(always)]
-    fn pop(&mut self, t_max: f32) -> Option<Edge> {
-        while self.size > 0 {
-            self.size -= 1;
-            let (entry, edge) = self.slots[self.size % STACK];
-            if entry <= t_max {
-                return Some(edge);
-            }
-        }
-        None
-    }
+/// Keeps NaN in `t`.
+#[inline(always)]
+fn smaller(t: f32, t_max: f32) -> f32 {
+    if t > t_max { t_max } else { t }
 }

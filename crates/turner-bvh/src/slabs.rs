@@ -37,12 +37,17 @@ const TINY: f32 = f32::MIN_POSITIVE;
 const PRECISE: f32 = 2.0 * f32::MIN_POSITIVE;
 
 /// What a ray needs for box tests, computed once per ray. Lanes: near of both boxes, far of both boxes.
+///
+/// Tried, with M rays/s relative to this for 4, 30 and 10,000 random spheres on baseline x86-64:
+/// the same without `latest` (the compiler finds no store to vectorise from, and stays scalar) 0.9, 0.9, 0.78;
+/// setting up without branches, four axes at a time: 0.85, 0.9, 1.0.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(16))]
 pub(crate) struct Slabs {
     origin: [[f32; 4]; 3],
     /// Padded reciprocals. Those for far planes are negated, so that one maximum serves near and far.
     inv: [[f32; 4]; 3],
+    /// Scratch. Stored by each test only to make the compiler compute it in four lanes.
     latest: [f32; 4],
     /// Which of the two planes the ray meets first: 0 the lower, 1 the upper.
     near_side: [usize; 3],
@@ -88,5 +93,69 @@ impl Slabs {
         self.latest = latest;
         let entry = [latest[0] - TINY, latest[1] - TINY];
         (entry, u32::from(entry[0] <= -latest[2]) | u32::from(entry[1] <= -latest[3]) << 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Aabb;
+
+    fn pair(b: Aabb) -> BoxPair {
+        std::array::from_fn(|axis| [[b.min[axis], f32::INFINITY], [b.max[axis], f32::NEG_INFINITY]])
+    }
+
+    /// Whether the ray meets the box, the entry, and that it never meets the empty one beside it.
+    fn test(ray: &Ray, b: Aabb) -> (bool, f32) {
+        let reach = b.min.iter().chain(&b.max).fold(0.0_f32, |r, x| r.max(x.abs()));
+        let (entry, met) = Slabs::new(ray, reach).test(&pair(b), ray.t_max);
+        assert!(met < 2, "met the empty box: {ray:?}");
+        (met == 1, entry[0])
+    }
+
+    #[test]
+    fn the_empty_box_is_missed_by_every_kind_of_direction() {
+        let values = [0.0, -0.0, 1.0, -1.0, 1e-45, -1e-45, f32::MAX, f32::MIN];
+        for origin in [[0.0; 3], [f32::MAX; 3], [f32::MIN; 3]] {
+            for direction in values.into_iter().flat_map(|x| values.map(|y| [x, y, 1.0])) {
+                test(&Ray::new(origin, direction), Aabb::new([-1.0; 3], [1.0; 3]));
+            }
+        }
+    }
+
+    #[test]
+    fn rays_beside_the_box_are_missed() {
+        let b = Aabb::new([-1.0; 3], [1.0; 3]);
+        assert!(!test(&Ray::new([1.001, 0.0, -5.0], [0.0, 0.0, 1.0]), b).0);
+        assert!(!test(&Ray::new([-1.001, 0.0, -5.0], [-0.0, 0.0, 1.0]), b).0);
+        assert!(!test(&Ray::new([0.0, 0.0, 1.001], [0.3, 0.0, 1.0]), b).0);
+        let ray = Ray::new([0.0, 0.0, -5.0], [0.0, 0.0, 1.0]);
+        assert!(!test(&Ray { t_max: 3.999, ..ray }, b).0 && test(&Ray { t_max: 4.0, ..ray }, b).0);
+        assert!(!test(&Ray { t_min: 6.001, ..ray }, b).0 && test(&Ray { t_min: 6.0, ..ray }, b).0);
+        let entry = test(&ray, b).1;
+        assert!(entry <= 4.0 && entry > 3.999_99);
+    }
+
+    #[test]
+    fn within_a_face_is_met_for_both_zeros() {
+        let b = Aabb::new([-1.0; 3], [1.0; 3]);
+        for zero in [0.0, -0.0] {
+            for x in [-1.0, 1.0] {
+                assert!(test(&Ray::new([x, 0.0, -5.0], [zero, zero, 1.0]), b).0, "{x} {zero}");
+                assert!(test(&Ray::new([x, x, x], [zero, zero, zero]), b).0, "{x} {zero}");
+            }
+        }
+    }
+
+    #[test]
+    fn overflow_of_the_distance_is_no_miss() {
+        // Meets the box at about t = 2^128 / 2^100, though the distance is beyond f32.
+        let big = f32::MAX;
+        let ray = Ray::new([big; 3], [-1.2676506e30; 3]);
+        assert!(test(&ray, Aabb::new([-big; 3], [-big; 3])).0);
+        // A direction whose reciprocal is subnormal.
+        let ray = Ray::new([-big, 0.0, 0.0], [big, 0.0, 0.0]);
+        assert!(test(&ray, Aabb::new([0.0; 3], [0.0; 3])).0);
+        assert!(test(&Ray { t_max: 1.0, ..ray }, Aabb::new([0.0; 3], [0.0; 3])).0);
     }
 }

@@ -131,7 +131,8 @@ impl Builder {
         nodes.push(Node::PLACEHOLDER);
         let left_share = (threads * left_items.len() / count).clamp(1, threads.max(2) - 1);
         let left_set = Set { items: left_items, first, bounds: left.bounds, depth: depth + 1 };
-        let right_set = Set { items: right_items, first: right_first, bounds: right.bounds, depth: depth + 1 };
+        let right_set =
+            Set { items: right_items, first: right_first, bounds: right.bounds, depth: depth + 1 };
         let children = if threads > 1 && count >= MIN_PARALLEL {
             self.both_at_once(left_set, right_set, [left_share, threads - left_share], nodes)
         } else {
