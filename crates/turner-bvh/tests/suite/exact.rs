@@ -108,6 +108,44 @@ fn no_box_is_missed_at_any_scale() {
     assert!(spare * 20 < plain_misses, "{spare} of {plain_misses} misses were visited");
 }
 
+/// Boxes that a ray only touches, at one point of an edge, where the smallest rounding in the wrong direction misses.
+#[test]
+fn no_touch_is_missed_at_any_scale() {
+    let mut random = Random(5);
+    let mut cases = 0;
+    for round in 0..40_000 {
+        // The ray reaches `origin + j * step` at t = j / m, which is often no float.
+        let step = random.integers(300);
+        let origin = random.integers(1 << 20);
+        let m = if round % 2 == 0 { 64.0 } else { random.integer(60).abs() + 1.0 };
+        let j = random.integer(5000).abs();
+        let mut ray = Ray::new(origin, step.map(|s| s * m));
+        let p: [f32; 3] = std::array::from_fn(|k| origin[k] + j * step[k]);
+        let mut b = Aabb::new(p, p);
+        for axis in 0..3 {
+            // It comes in through one face and goes out through another in the same moment.
+            let width = random.integer(1000).abs();
+            if (random.bits() % 2 == 0) == (step[axis] > 0.0) {
+                b.max[axis] += width
+            } else {
+                b.min[axis] -= width
+            }
+        }
+        if m == 64.0 {
+            // Exactly at an end of the interval.
+            if random.bits() % 2 == 0 { ray.t_max = j / m } else { ray.t_min = j / m }
+        }
+        assert!(enter(&ray, &b).is_some(), "{ray:?} {b:?}");
+        let exponent = [0, 0, random.integer(120) as i32, -75][round / 2 % 4];
+        let other = [0, random.integer(120) as i32, 0, 55 + random.integer(12) as i32][round / 2 % 4];
+        let Some((ray, boxes)) = scaled(&ray, &[b], exponent, other) else { continue };
+        cases += 1;
+        let bvh = Bvh2::build(&boxes, &one_each()).unwrap();
+        assert!(bvh.any(&ray, |_| true), "missed {b:?} with {ray:?}, scaled by 2^{exponent}, 2^{other}");
+    }
+    assert!(cases > 15_000, "{cases}");
+}
+
 /// The primitives are boxes; the nearest is the one entered first, and of those the one with the lowest index.
 fn nearest(
     candidates: impl Iterator<Item = u32>,
