@@ -81,9 +81,9 @@ impl Slabs {
     #[inline(always)]
     pub(crate) fn test(&mut self, boxes: &BoxPair, t_max: f32) -> ([f32; 2], u32) {
         let mut latest = [self.t_min, self.t_min, -t_max, -t_max];
-        for axis in 0..3 {
+        for (axis, planes) in boxes.iter().enumerate() {
             let side = self.near_side[axis] & 1;
-            let (near, far) = (boxes[axis][side], boxes[axis][side ^ 1]);
+            let (near, far) = (planes[side], planes[side ^ 1]);
             let planes = [near[0], near[1], far[0], far[1]];
             for lane in 0..4 {
                 let t = (planes[lane] - self.origin[axis][lane]) * self.inv[axis][lane];
@@ -149,13 +149,22 @@ mod tests {
 
     #[test]
     fn overflow_of_the_distance_is_no_miss() {
-        // Meets the box at about t = 2^128 / 2^100, though the distance is beyond f32.
+        // Meets the box at about t = 2^129 / 2^100, though the distance is beyond f32.
         let big = f32::MAX;
-        let ray = Ray::new([big; 3], [-1.2676506e30; 3]);
+        let ray = Ray { t_max: 6e8, ..Ray::new([big; 3], [-1.2676506e30; 3]) };
         assert!(test(&ray, Aabb::new([-big; 3], [-big; 3])).0);
-        // A direction whose reciprocal is subnormal.
-        let ray = Ray::new([-big, 0.0, 0.0], [big, 0.0, 0.0]);
-        assert!(test(&ray, Aabb::new([0.0; 3], [0.0; 3])).0);
-        assert!(test(&Ray { t_max: 1.0, ..ray }, Aabb::new([0.0; 3], [0.0; 3])).0);
+    }
+
+    #[test]
+    fn imprecise_reciprocals_are_no_miss() {
+        // Directions whose reciprocals are subnormal, with t = 1 at the box.
+        let mut d = f32::MAX / 2.0;
+        for _ in 0..1000 {
+            d = (d * 1.0005).next_up();
+            let ray = Ray::new([-d, -d / 2.0, 0.0], [d, d / 2.0, 0.0]);
+            for ray in [Ray { t_max: 1.0, ..ray }, Ray { t_min: 1.0, ..ray }] {
+                assert!(test(&ray, Aabb::new([0.0; 3], [0.0; 3])).0, "{d}");
+            }
+        }
     }
 }
