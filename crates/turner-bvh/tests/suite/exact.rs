@@ -20,8 +20,8 @@ fn integer_boxes(random: &mut Random, count: usize, n: u32) -> Vec<Aabb> {
 fn integer_ray(random: &mut Random, n: u32) -> Ray {
     let mut direction = random.integers(n);
     for d in &mut direction {
-        if random.bits() % 4 == 0 {
-            *d = if random.bits() % 2 == 0 { 0.0 } else { -0.0 };
+        if random.bits().is_multiple_of(4) {
+            *d = if random.bits().is_multiple_of(2) { 0.0 } else { -0.0 };
         }
     }
     Ray::new(random.integers(n), direction)
@@ -80,7 +80,7 @@ fn no_box_is_missed_at_any_scale() {
             // Within a hair of the entry into one of the boxes, on either side or exactly there.
             if let Some(t) = enter(&ray, &boxes[0]).map(|t| t.nearest()).filter(|&t| t > 1e-4) {
                 let t = [t, t.next_up(), t.next_down()][(random.bits() % 3) as usize];
-                if random.bits() % 2 == 0 { ray.t_max = t } else { ray.t_min = t }
+                if random.bits().is_multiple_of(2) { ray.t_max = t } else { ray.t_min = t }
             }
         }
         let scale = |random: &mut Random| if round % 5 == 0 { 0 } else { random.integer(148) as i32 };
@@ -122,10 +122,10 @@ fn no_touch_is_missed_at_any_scale() {
         let mut ray = Ray::new(origin, step.map(|s| s * m));
         let p: [f32; 3] = std::array::from_fn(|k| origin[k] + j * step[k]);
         let mut b = Aabb::new(p, p);
-        for axis in 0..3 {
+        for (axis, step) in step.into_iter().enumerate() {
             // It comes in through one face and goes out through another in the same moment.
             let width = random.integer(1000).abs();
-            if (random.bits() % 2 == 0) == (step[axis] > 0.0) {
+            if (random.bits().is_multiple_of(2)) == (step > 0.0) {
                 b.max[axis] += width
             } else {
                 b.min[axis] -= width
@@ -133,7 +133,7 @@ fn no_touch_is_missed_at_any_scale() {
         }
         if m == 64.0 {
             // Exactly at an end of the interval.
-            if random.bits() % 2 == 0 { ray.t_max = j / m } else { ray.t_min = j / m }
+            if random.bits().is_multiple_of(2) { ray.t_max = j / m } else { ray.t_min = j / m }
         }
         assert!(enter(&ray, &b).is_some(), "{ray:?} {b:?}");
         let exponent = [0, 0, random.integer(120) as i32, -75][round / 2 % 4];
