@@ -12,7 +12,7 @@ pub const MAX_DEPTH: usize = 60;
 ///
 /// A node holds the boxes of its two children, in depth-first order, and takes 64 bytes, one cache line. A tree with
 /// `l` leaves has `l - 1` nodes; with the 4 bytes of [`order`](Self::order) that is at most 68 bytes for each
-/// primitive, and 20..40 with leaves of up to 4.
+/// primitive: 64 measured for scattered spheres, which mostly get a leaf each; less where boxes overlap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bvh2 {
     nodes: Vec<Node>,
