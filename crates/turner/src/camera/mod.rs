@@ -67,6 +67,12 @@ impl CameraDesc {
 }
 
 impl Camera {
+    /// Whether [`Camera::ray`] uses its `lens`.
+    #[inline]
+    pub fn has_lens(&self) -> bool {
+        matches!(self, Camera::ThinLens(_))
+    }
+
     /// The ray through a point of the screen, (−1, −1) its lower left and (1, 1) its upper right corner; `lens` is
     /// a point of the unit square that chooses the point on the lens, if there is one. Unit direction.
     #[inline]

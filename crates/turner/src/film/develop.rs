@@ -1,5 +1,183 @@
-//! Stub.
-/// p
-pub struct Picture;
-/// r
-pub struct PixelRect;
+//! From sums to a picture.
+
+use super::{Antialias, Film, FilmDesc};
+use crate::color::Transfer;
+
+/// A rectangle of pixels; row 0 is the top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelRect {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl PixelRect {
+    /// Number of pixels.
+    pub fn area(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The rectangle with a border of `by` pixels, as far as that lies within `limit`.
+    pub fn grown(&self, by: u32, limit: &PixelRect) -> PixelRect {
+        let x = self.x.saturating_sub(by).max(limit.x);
+        let y = self.y.saturating_sub(by).max(limit.y);
+        let right = (self.x + self.width + by).min(limit.x + limit.width);
+        let bottom = (self.y + self.height + by).min(limit.y + limit.height);
+        PixelRect { x, y, width: right - x, height: bottom - y }
+    }
+}
+
+/// A developed picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Scene values, colour times coverage (premultiplied) and coverage: what EXR and HDR files hold. NaN where
+    /// no sample was finite.
+    pub linear: Vec<[f32; 4]>,
+    /// Display values with straight alpha: what PNG and JPEG files hold. Each is round(255 · encode(linear)).
+    pub display: Vec<[u8; 4]>,
+    /// Whether any pixel is not fully covered.
+    pub has_alpha: bool,
+    /// Pixels without any sample: the render was stopped before it came to them. They are transparent black.
+    pub missing: u64,
+}
+
+impl Film {
+    /// The picture as far as it is known.
+    pub fn develop(&self, desc: &FilmDesc) -> Picture {
+        let (width, height) = (self.crop.width, self.crop.height);
+        let count = width as usize * height as usize;
+        let mut picture = Picture {
+            width,
+            height,
+            linear: Vec::with_capacity(count),
+            display: Vec::with_capacity(count),
+            has_alpha: false,
+            missing: 0,
+        };
+        let curve = Curve::new(desc.transfer);
+        for y in self.crop.y..self.crop.y + height {
+            for x in self.crop.x..self.crop.x + width {
+                let mean = match desc.antialias {
+                    Antialias::Mean => self.mean_of_neighbours(x, y),
+                    _ => self.pixel(x, y),
+                };
+                let linear = mean.unwrap_or_else(|| {
+                    picture.missing += 1;
+                    [0.0; 4]
+                });
+                picture.has_alpha |= linear[3] != 1.0;
+                picture.display.push(curve.display(linear));
+                picture.linear.push(linear);
+            }
+        }
+        picture
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
+        let i = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
+        self.pixels[i].mean()
+    }
+
+    /// The paper's quick filter: the mean over the pixel and those of its eight neighbours that lie in the picture.
+    fn mean_of_neighbours(&self, x: u32, y: u32) -> Option<[f32; 4]> {
+        self.pixel(x, y)?;
+        let (mut sum, mut count) = ([0.0f64; 4], 0u32);
+        for ny in y.saturating_sub(1).max(self.region.y)..=(y + 1).min(self.region.y + self.region.height - 1) {
+            for nx in x.saturating_sub(1).max(self.region.x)..=(x + 1).min(self.region.x + self.region.width - 1) {
+                if let Some(v) = self.pixel(nx, ny) {
+                    for (s, v) in sum.iter_mut().zip(v) {
+                        *s += f64::from(v);
+                    }
+                    count += 1;
+                }
+            }
+        }
+        Some(sum.map(|s| (s / f64::from(count)) as f32))
+    }
+}
+
+/// The transfer curve to 8 bits.
+struct Curve {
+    transfer: Transfer,
+    /// For sRGB: entry i is the smallest scene value that becomes i, so that no pixel needs a power.
+    thresholds: Vec<f32>,
+}
+
+impl Curve {
+    fn new(transfer: Transfer) -> Curve {
+        let thresholds = match transfer {
+            Transfer::None => Vec::new(),
+            Transfer::Srgb => (1..=255u16).map(|i| threshold(transfer, i)).collect(),
+        };
+        Curve { transfer, thresholds }
+    }
+
+    /// Premultiplied scene values to straight 8-bit display values; pixels that are not numbers are magenta.
+    fn display(&self, [r, g, b, a]: [f32; 4]) -> [u8; 4] {
+        if r.is_nan() || g.is_nan() || b.is_nan() {
+            return [255, 0, 255, 255];
+        }
+        if a <= 0.0 {
+            return [0; 4];
+        }
+        let byte = |v: f32| self.byte(if a == 1.0 { v } else { v / a });
+        [byte(r), byte(g), byte(b), (a.min(1.0) * 255.0 + 0.5) as u8]
+    }
+
+    fn byte(&self, v: f32) -> u8 {
+        match self.transfer {
+            Transfer::None => quantise(self.transfer.encode(v)),
+            Transfer::Srgb => self.thresholds.partition_point(|t| *t <= v) as u8,
+        }
+    }
+}
+
+fn quantise(encoded: f32) -> u8 {
+    (f64::from(encoded) * 255.0 + 0.5) as u8
+}
+
+/// The smallest f32 that quantises to at least `i`, by bisection over the ordered bits of non-negative floats.
+fn threshold(transfer: Transfer, i: u16) -> f32 {
+    let (mut low, mut high) = (0u32, 1.0f32.to_bits());
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if u16::from(quantise(transfer.encode(f32::from_bits(middle)))) >= i {
+            high = middle;
+        } else {
+            low = middle + 1;
+        }
+    }
+    f32::from_bits(low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_the_curve() {
+        let curve = Curve::new(Transfer::Srgb);
+        for i in 0..=4000 {
+            let v = i as f32 / 3900.0;
+            assert_eq!(curve.byte(v), quantise(Transfer::Srgb.encode(v)), "{v}");
+        }
+        assert_eq!(curve.byte(-1.0), 0);
+    }
+
+    #[test]
+    fn display_values_are_straight() {
+        let curve = Curve::new(Transfer::None);
+        assert_eq!(curve.display([0.25, 0.5, 0.0, 0.5]), [128, 255, 0, 128]);
+        assert_eq!(curve.display([0.2, 2.0, -1.0, 1.0]), [51, 255, 0, 255]);
+        assert_eq!(curve.display([f32::NAN, 0.0, 0.0, 1.0]), [255, 0, 255, 255]);
+    }
+}

@@ -8,16 +8,29 @@ pub struct Fixed96([u32; 3]);
 const SCALE: f64 = (1u64 << 44) as f64;
 
 impl Fixed96 {
-    /// The nearest representable number; values beyond ±2e9 are clamped there, so that a million of them fit.
+    /// `v`, cut off after 44 binary places; values beyond ±2e9 are clamped there, so that a million of them fit.
+    #[inline]
     pub fn from_f32(v: f32) -> Fixed96 {
         const LIMIT: f64 = 2e9;
-        Fixed96::from_i128((f64::from(v).clamp(-LIMIT, LIMIT) * SCALE).round() as i128)
+        let scaled = f64::from(v).clamp(-LIMIT, LIMIT) * SCALE;
+        // Conversion to i128 is a function call; nearly all values fit in 64 bits.
+        if scaled.abs() < 9e18 {
+            Fixed96::from_i64(scaled as i64)
+        } else {
+            Fixed96::from_i128(scaled as i128)
+        }
+    }
+
+    #[inline]
+    fn from_i64(v: i64) -> Fixed96 {
+        Fixed96([v as u32, (v >> 32) as u32, (v >> 63) as u32])
     }
 
     fn from_i128(v: i128) -> Fixed96 {
         Fixed96([v as u32, (v >> 32) as u32, (v >> 64) as u32])
     }
 
+    #[inline]
     fn to_i128(self) -> i128 {
         let [low, mid, high] = self.0;
         (i128::from(high as i32) << 64) | i128::from((u64::from(mid) << 32) | u64::from(low))
@@ -25,13 +38,19 @@ impl Fixed96 {
 
     /// The exact sum; wraps only beyond the range.
     #[must_use]
+    #[inline]
     pub fn plus(self, other: Fixed96) -> Fixed96 {
         Fixed96::from_i128(self.to_i128().wrapping_add(other.to_i128()))
     }
 
     /// This number divided by a count.
     pub fn mean(self, count: u32) -> f64 {
-        self.to_i128() as f64 / (SCALE * f64::from(count))
+        let v = self.to_i128();
+        let sum = match i64::try_from(v) {
+            Ok(small) => small as f64,
+            Err(_) => v as f64,
+        };
+        sum / (SCALE * f64::from(count))
     }
 }
 

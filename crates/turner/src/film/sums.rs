@@ -1,5 +1,171 @@
-//! Stub.
-/// p
-pub struct Film;
-/// r
-pub struct NonFinite;
+//! The sums of samples, per pixel.
+
+use super::{FilmDesc, Fixed96, PixelRect};
+use crate::color::Spectrum;
+use crate::scene::error::{ErrorCode, SceneError};
+
+/// One pixel: 56 bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PixelSum {
+    rgb: [Fixed96; 3],
+    /// Sum of coverage, 2^-32 each.
+    alpha: u64,
+    count: u32,
+    /// Samples left out because they were not finite (saturating).
+    bad: u32,
+}
+
+impl PixelSum {
+    /// Adds a finite sample: colour times coverage, and coverage 0..=1.
+    #[inline]
+    pub fn add(&mut self, color: Spectrum, alpha: f32) {
+        for (sum, v) in self.rgb.iter_mut().zip(color.to_array()) {
+            *sum = sum.plus(Fixed96::from_f32(v));
+        }
+        self.alpha += (f64::from(alpha) * 4_294_967_296.0) as u64;
+        self.count += 1;
+    }
+
+    /// Adds the samples of another sum.
+    #[inline]
+    pub fn merge(&mut self, other: &PixelSum) {
+        for (a, b) in self.rgb.iter_mut().zip(&other.rgb) {
+            *a = a.plus(*b);
+        }
+        self.alpha += other.alpha;
+        self.count += other.count;
+        self.bad = self.bad.saturating_add(other.bad);
+    }
+
+    /// Counts a sample that is not finite.
+    pub fn leave_out(&mut self) {
+        self.bad = self.bad.saturating_add(1);
+    }
+
+    /// Mean colour times coverage, and mean coverage; NaN if no sample was finite, `None` without samples.
+    pub fn mean(&self) -> Option<[f32; 4]> {
+        if self.count == 0 {
+            return (self.bad > 0).then_some([f32::NAN, f32::NAN, f32::NAN, 1.0]);
+        }
+        let [r, g, b] = self.rgb.map(|c| c.mean(self.count) as f32);
+        Some([r, g, b, (self.alpha as f64 / (4_294_967_296.0 * f64::from(self.count))) as f32])
+    }
+
+    /// Samples added.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+}
+
+/// Samples that were not finite numbers: left out of the sums, counted, and the first of them named.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NonFinite {
+    /// How many.
+    pub count: u64,
+    /// (row, column, sample index) of the first in picture order.
+    pub first: Option<(u32, u32, u32)>,
+}
+
+impl NonFinite {
+    /// Counts one.
+    pub fn note(&mut self, x: u32, y: u32, index: u32) {
+        self.merge(&NonFinite { count: 1, first: Some((y, x, index)) });
+    }
+
+    /// Counts those of another part.
+    pub fn merge(&mut self, other: &NonFinite) {
+        self.count += other.count;
+        self.first = match (self.first, other.first) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+    }
+}
+
+/// The film: sums of samples for a part of the picture. Sums are integers, so the order in which samples, tiles,
+/// passes or machines add to it does not matter.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// The part of the picture that is rendered; for the mean filter one pixel wider than what is shown.
+    pub region: PixelRect,
+    /// The part that is shown.
+    pub crop: PixelRect,
+    pub(super) pixels: Vec<PixelSum>,
+    /// What was not finite.
+    pub non_finite: NonFinite,
+}
+
+/// The most pixels a film may have: 16384 × 16384, 13 GB of sums.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+impl Film {
+    /// The region and crop a description asks for, or the reason why there can be no such film.
+    fn rects(desc: &FilmDesc) -> Result<(PixelRect, PixelRect), SceneError> {
+        let full = PixelRect { x: 0, y: 0, width: desc.width, height: desc.height };
+        let crop = match desc.crop {
+            None => full,
+            Some([x, y, width, height]) => {
+                let fits = |from: u32, size: u32, of: u32| {
+                    size > 0 && u64::from(from) + u64::from(size) <= u64::from(of)
+                };
+                if !fits(x, width, desc.width) || !fits(y, height, desc.height) {
+                    let message = format!(
+                        "the crop of {width}x{height} pixels at ({x}, {y}) is empty or reaches beyond the picture of {}x{}",
+                        desc.width, desc.height
+                    );
+                    return Err(SceneError::new(ErrorCode::OutOfRange, message));
+                }
+                PixelRect { x, y, width, height }
+            }
+        };
+        let region = if desc.antialias == super::Antialias::Mean { crop.grown(1, &full) } else { crop };
+        if region.area() > MAX_PIXELS {
+            let message = format!(
+                "a picture of {}x{} has more than the {MAX_PIXELS} pixels a film may have",
+                region.width, region.height
+            );
+            return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
+        }
+        Ok((region, crop))
+    }
+
+    /// The pixels of the film a description asks for, or the reason why there can be no such film.
+    pub fn check(desc: &FilmDesc) -> Result<u64, SceneError> {
+        Film::rects(desc).map(|(region, _)| region.area())
+    }
+
+    /// An empty film for a description, or the reason why there can be none.
+    pub fn new(desc: &FilmDesc) -> Result<Film, SceneError> {
+        let (region, crop) = Film::rects(desc)?;
+        let mut pixels = Vec::new();
+        if pixels.try_reserve_exact(region.area() as usize).is_err() {
+            let message = format!("there is no memory for a film of {}x{}", region.width, region.height);
+            return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
+        }
+        pixels.resize(region.area() as usize, PixelSum::default());
+        Ok(Film { region, crop, pixels, non_finite: NonFinite::default() })
+    }
+
+    /// Adds the sums of a tile inside the region, row by row.
+    pub fn add_tile(&mut self, tile: &PixelRect, sums: &[PixelSum], non_finite: &NonFinite) {
+        let stride = self.region.width as usize;
+        for (row, sums) in sums.chunks_exact(tile.width as usize).enumerate() {
+            let y = (tile.y - self.region.y) as usize + row;
+            let start = y * stride + (tile.x - self.region.x) as usize;
+            for (pixel, sum) in self.pixels[start..start + sums.len()].iter_mut().zip(sums) {
+                pixel.merge(sum);
+            }
+        }
+        self.non_finite.merge(non_finite);
+    }
+
+    /// Samples in all pixels.
+    pub fn samples(&self) -> u64 {
+        self.pixels.iter().map(|p| u64::from(p.count)).sum()
+    }
+
+    /// Bytes of memory.
+    pub fn memory(&self) -> usize {
+        self.pixels.len() * size_of::<PixelSum>()
+    }
+}

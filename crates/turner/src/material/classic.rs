@@ -98,7 +98,52 @@ impl Default for ClassicMaterial {
     }
 }
 
+/// The classic material, prepared.
+#[derive(Clone, Copy, Debug)]
+pub struct Classic {
+    /// The surface's own colour.
+    pub color: ColorSource,
+    /// Share of ambient light returned.
+    pub ka: f64,
+    /// Share of light returned diffusely.
+    pub kd: f64,
+    /// Strength of the highlight, by `ks` or `gloss`.
+    pub ks: f64,
+    /// Its exponent.
+    pub exponent: f64,
+    /// Weight of the local colour, if given.
+    pub k_local: Option<f64>,
+    /// Weight of the reflected ray.
+    pub k_reflect: f64,
+    /// Weight of the refracted ray.
+    pub k_refract: f64,
+    /// Index of refraction inside over outside.
+    pub ior: f64,
+    /// How the angle divides reflection and refraction.
+    pub fresnel: Fresnel,
+    /// What shadow it casts.
+    pub shadow: ShadowKind,
+}
+
 impl ClassicMaterial {
+    /// Makes it ready.
+    pub fn prepare(&self) -> Classic {
+        let (ks, exponent) = self.highlight();
+        Classic {
+            color: self.color,
+            ka: self.ka,
+            kd: self.kd,
+            ks,
+            exponent,
+            k_local: self.k_local,
+            k_reflect: self.k_reflect,
+            k_refract: self.k_refract,
+            ior: self.ior,
+            fresnel: self.fresnel,
+            shadow: self.shadow,
+        }
+    }
+
     /// Strength and exponent of the highlight.
     pub fn highlight(&self) -> (f64, f64) {
         match self.gloss {

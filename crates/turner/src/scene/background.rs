@@ -24,6 +24,11 @@ zenith = "steelblue"
 }
 
 impl BackgroundDesc {
+    /// With `up` of unit length.
+    pub fn prepared(&self) -> BackgroundDesc {
+        BackgroundDesc { up: self.up.try_normalize().unwrap_or(DVec3::Y), ..self.clone() }
+    }
+
     /// The colour in a unit direction.
     pub fn color(&self, direction: DVec3) -> Spectrum {
         match self.zenith {

@@ -4,7 +4,10 @@ pub mod background;
 pub mod desc;
 pub mod error;
 mod param;
+mod prepare;
 pub mod read;
+#[allow(clippy::module_inception)]
+mod scene;
 pub mod schema;
 pub mod transform;
 pub mod value;
@@ -12,4 +15,6 @@ pub mod value;
 pub use desc::*;
 pub use error::{ErrorCode, SceneError};
 pub use param::ColorSource;
+pub use prepare::PrepareOptions;
+pub use scene::{Hit, Scene, SceneStats, SurfaceInteraction};
 pub use read::{SceneAssets, read_scene};

@@ -6,8 +6,10 @@
 
 pub mod mesh;
 mod sphere;
+mod traversal;
 
 pub use sphere::{Sphere, SphereDesc};
+pub use traversal::TraversalFrame;
 
 use crate::math::{Bounds, DVec2, DVec3, Ray};
 use crate::scene::SceneError;

@@ -3,6 +3,8 @@
 //! Whitted 1980, "An improved illumination model for shaded display"; docs/classic.md says which settings make
 //! which document.
 
+mod radiance;
+
 use crate::scene::schema::{Range, choice, params};
 
 choice! {
@@ -66,7 +68,7 @@ params! {
         light_seen: bool = false;
         /// Share of a light that reaches points in shadow: the paper's factor.
         shadow_factor: f64 = 0.0, in Range::UNIT;
-        /// Rays leave surfaces at this t, in units of the ray's direction as the documents form it (the incoming ray's length for reflected and refracted rays, the distance to the light for shadow rays). 0 chooses an offset by the precision of the hit.
+        /// Hits nearer than this to where a ray starts on a surface do not count: a distance for reflected and refracted rays and for directional lights, a share of the distance to the light for shadow rays (as the documents' t). 0 instead moves the start off the surface by the precision of the hit.
         epsilon: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Whether the ambient term counts.
         ambient: bool = true;

@@ -1,0 +1,149 @@
+//! Rendering: tiles in parallel, each pixel and sample on its own.
+
+mod adaptive;
+mod tile;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use crate::film::{Antialias, Film, PixelRect};
+use crate::integrator::RayStats;
+use crate::scene::Scene;
+use crate::scene::error::{ErrorCode, SceneError};
+use tile::TileBuffers;
+
+/// Edge of a tile in pixels.
+const TILE: u32 = 16;
+
+/// How a pass is run; none of it changes the picture.
+#[derive(Clone, Copy)]
+pub struct PassOptions<'a> {
+    /// Threads; 0 takes all there are.
+    pub threads: usize,
+    /// Becomes true when rendering should stop; tiles under way are finished.
+    pub cancel: &'a AtomicBool,
+    /// Called with (tiles done, tiles of this pass) from any thread.
+    pub progress: Option<&'a (dyn Fn(usize, usize) + Sync)>,
+}
+
+/// Renders a scene into a film, pass by pass.
+pub struct Renderer<'a> {
+    scene: &'a Scene,
+    /// The sums so far.
+    pub film: Film,
+    /// Rays so far.
+    pub stats: RayStats,
+    next_sample: u32,
+}
+
+impl<'a> Renderer<'a> {
+    /// A renderer with an empty film.
+    pub fn new(scene: &'a Scene) -> Result<Renderer<'a>, SceneError> {
+        Ok(Renderer { scene, film: Film::new(&scene.film)?, stats: RayStats::default(), next_sample: 0 })
+    }
+
+    /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
+    pub fn samples_per_pixel(&self) -> u32 {
+        let film = &self.scene.film;
+        match film.antialias {
+            Antialias::None | Antialias::Mean | Antialias::Adaptive => 1,
+            Antialias::Grid => grid_side(film.samples) * grid_side(film.samples),
+            Antialias::MonteCarlo => film.samples,
+        }
+    }
+
+    /// Whether all samples are in.
+    pub fn is_complete(&self) -> bool {
+        self.next_sample >= self.samples_per_pixel()
+    }
+
+    /// Adds up to `count` samples to every pixel. Returns whether the pass came to its end. The film is the same
+    /// for any split into passes. A fault in a worker is an error; finished tiles stay in the film.
+    pub fn pass(&mut self, count: u32, options: &PassOptions<'_>) -> Result<bool, SceneError> {
+        let samples = self.next_sample..self.samples_per_pixel().min(self.next_sample.saturating_add(count));
+        let tiles = tiles(&self.film.region);
+        let threads = match options.threads {
+            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            n => n,
+        }
+        .min(tiles.len())
+        .max(1);
+        let next = AtomicUsize::new(0);
+        let done = AtomicUsize::new(0);
+        let failed = AtomicBool::new(false);
+        let shared = Mutex::new((&mut self.film, &mut self.stats));
+        let scene = self.scene;
+        let work = || {
+            let mut buffers = TileBuffers::default();
+            loop {
+                if options.cancel.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
+                    return;
+                }
+                let Some(tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+                buffers.render(scene, tile, samples.clone());
+                let mut shared = shared.lock().unwrap_or_else(|e| e.into_inner());
+                shared.0.add_tile(tile, &buffers.sums, &buffers.non_finite);
+                shared.1.merge(&buffers.stats);
+                drop(shared);
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                if let Some(progress) = options.progress {
+                    progress(done, tiles.len());
+                }
+            }
+        };
+        let guarded = || {
+            let result = catch_unwind(AssertUnwindSafe(work));
+            if result.is_err() {
+                failed.store(true, Ordering::Relaxed);
+            }
+            result.map_err(panic_message)
+        };
+        let mut failure = None;
+        if threads == 1 {
+            failure = guarded().err();
+        } else {
+            std::thread::scope(|scope| {
+                let workers: Vec<_> = (0..threads).map(|_| scope.spawn(guarded)).collect();
+                for worker in workers {
+                    if let Err(message) = worker.join().unwrap_or_else(|e| Err(panic_message(e))) {
+                        failure.get_or_insert(message);
+                    }
+                }
+            });
+        }
+        if let Some(message) = failure {
+            let message = format!("a fault while rendering: {message}");
+            return Err(SceneError::new(ErrorCode::Internal, message).help("this is a bug in Turner: please report it"));
+        }
+        let complete = done.load(Ordering::Relaxed) == tiles.len();
+        if complete {
+            self.next_sample = samples.end;
+        }
+        Ok(complete)
+    }
+}
+
+/// Sides of the square grid for at least `samples` rays.
+pub(crate) fn grid_side(samples: u32) -> u32 {
+    let side = f64::from(samples).sqrt() as u32;
+    if side * side < samples { side + 1 } else { side.max(1) }
+}
+
+fn tiles(region: &PixelRect) -> Vec<PixelRect> {
+    let mut tiles = Vec::new();
+    let (right, bottom) = (region.x + region.width, region.y + region.height);
+    for y in (region.y..bottom).step_by(TILE as usize) {
+        for x in (region.x..right).step_by(TILE as usize) {
+            tiles.push(PixelRect { x, y, width: TILE.min(right - x), height: TILE.min(bottom - y) });
+        }
+    }
+    tiles
+}
+
+fn panic_message(payload: Box<dyn std::any::Any + Send>) -> String {
+    match payload.downcast::<String>() {
+        Ok(s) => *s,
+        Err(payload) => payload.downcast_ref::<&str>().map_or("unknown".to_owned(), |s| (*s).to_owned()),
+    }
+}

@@ -1,0 +1,281 @@
+//! From a description to a scene that can be rendered.
+
+use turner_bvh::{BuildOptions, Bvh2};
+
+use super::desc::*;
+use super::error::{ErrorCode, SceneError, escape};
+use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
+use crate::camera::CameraDesc;
+use crate::color::Spectrum;
+use crate::film::{Film, PixelSum};
+use crate::light::Light;
+use crate::material::{Material, MaterialDesc, ShadowKind};
+use crate::math::{Bounds, DAffine3};
+use crate::shape::{Shape, TraversalFrame};
+use crate::texture::Textures;
+
+/// How to prepare.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PrepareOptions {
+    /// Threads for building trees; 0 takes all there are. The scene is the same for any number.
+    pub threads: usize,
+}
+
+/// The most shapes a scene may have, instances flattened.
+const MAX_PRIMITIVES: u64 = 1 << 24;
+
+impl SceneDesc {
+    /// Checks what only the whole scene shows and builds what rendering needs.
+    pub fn prepare(&self, options: &PrepareOptions) -> Result<Scene, SceneError> {
+        let mut warnings = self.warnings.clone();
+        let film_bytes = film_bytes(self)?;
+        let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
+        let mut materials: Vec<Material> = self.materials.iter().map(|m| m.value.prepare()).collect();
+        let default_material = MaterialId(materials.len() as u32);
+        materials.push(MaterialDesc::default().prepare());
+
+        let count = self.count_primitives()?;
+        let shapes = self.prepare_shapes(options, &mut warnings)?;
+        let mut flat = Flattener {
+            shapes: &shapes,
+            primitives: Vec::new(),
+            bounds: Vec::new(),
+            transforms: Vec::new(),
+            default_material,
+        };
+        if flat.primitives.try_reserve_exact(count as usize).is_err() {
+            let message = format!("there is no memory for {count} objects");
+            return Err(SceneError::new(ErrorCode::TooLarge, message));
+        }
+        flat.flatten(self)?;
+        let Flattener { primitives, bounds, transforms, .. } = flat;
+        let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
+        let frame = TraversalFrame::new(&total);
+
+        let bounded_ids: Vec<u32> = (0..primitives.len() as u32).filter(|i| bounds[*i as usize].is_some()).collect();
+        let boxes: Vec<_> = bounds.iter().flatten().map(|b| frame.aabb(b)).collect();
+        let build = BuildOptions { threads: options.threads, ..BuildOptions::default() };
+        let bvh = Bvh2::build(&boxes, &build).map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
+        let mut slots: Vec<Option<Primitive>> = primitives.into_iter().map(Some).collect();
+        let mut ordered: Vec<Primitive> = Vec::with_capacity(slots.len());
+        ordered.extend(bvh.order().iter().filter_map(|i| slots[bounded_ids[*i as usize] as usize].take()));
+        let bounded = ordered.len();
+        ordered.extend(slots.into_iter().flatten());
+
+        let (lights, ambient) = self.prepare_lights()?;
+        let aspect = f64::from(self.film.width) / f64::from(self.film.height);
+        let camera = match &self.camera {
+            Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
+            None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
+        };
+        let has_tinted = materials.iter().any(|m| m.shadow() == ShadowKind::Tinted);
+        let stats = SceneStats {
+            primitives: ordered.len() as u64,
+            triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
+            bounds: (!total.is_empty()).then_some(total),
+            tree_bytes: (ordered.len() * size_of::<Primitive>()
+                + transforms.len() * size_of::<ObjectTransform>()
+                + bvh.stats().bytes) as u64,
+            mesh_bytes: shapes.meshes.iter().map(|m| m.bytes).sum(),
+            texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
+            film_bytes,
+        };
+        Ok(Scene {
+            camera,
+            film: self.film.clone(),
+            integrator: self.integrator.clone(),
+            background: self.background.prepared(),
+            textures,
+            materials,
+            lights,
+            ambient,
+            primitives: ordered,
+            bounded,
+            transforms,
+            bvh,
+            frame,
+            has_tinted,
+            warnings,
+            stats,
+        })
+    }
+
+    fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
+        let (mut lights, mut ambient) = (Vec::new(), Spectrum::BLACK);
+        for light in &self.lights {
+            match light.value.prepare().map_err(|e| e.or_at(light.span))? {
+                Ok(light) => lights.push(light),
+                Err(color) => ambient += color,
+            }
+        }
+        Ok((lights, ambient))
+    }
+
+    /// Shapes of the scene with instances flattened, counted without flattening them; refuses groups that
+    /// contain themselves and scenes that multiply beyond [`MAX_PRIMITIVES`].
+    fn count_primitives(&self) -> Result<u64, SceneError> {
+        #[derive(Clone, Copy, PartialEq)]
+        enum State {
+            New,
+            Open,
+            Done(u64),
+        }
+        let mut states = vec![State::New; self.groups.len()];
+        let placed = |objects: &[ObjectDesc], states: &[State]| {
+            objects.iter().fold(0u64, |sum, o| {
+                sum.saturating_add(match o.content {
+                    ObjectContent::Shape(_) => 1,
+                    ObjectContent::Instance(g) => match states[g.index()] {
+                        // An empty group still takes time to place.
+                        State::Done(n) => n.saturating_add(1),
+                        _ => 0,
+                    },
+                })
+            })
+        };
+        let children = |objects: &[ObjectDesc]| {
+            objects
+                .iter()
+                .filter_map(|o| match o.content {
+                    ObjectContent::Instance(g) => Some((g, o.span)),
+                    ObjectContent::Shape(_) => None,
+                })
+                .collect::<Vec<_>>()
+        };
+        // Depth-first with a stack of our own: groups may nest a hundred thousand deep.
+        for start in 0..self.groups.len() {
+            let mut stack = vec![(GroupId(start as u32), None)];
+            while let Some((g, span)) = stack.pop() {
+                match states[g.index()] {
+                    State::Done(_) => {}
+                    State::Open => {
+                        states[g.index()] = State::Done(placed(&self.groups[g.index()].value.objects, &states));
+                    }
+                    State::New => {
+                        states[g.index()] = State::Open;
+                        stack.push((g, span));
+                        for (child, child_span) in children(&self.groups[g.index()].value.objects) {
+                            if states[child.index()] == State::Open {
+                                let name = self.groups[child.index()].name.as_deref().unwrap_or("?");
+                                let message = format!("the group \"{}\" contains itself", escape(name));
+                                return Err(SceneError::new(ErrorCode::Cycle, message).or_at(child_span));
+                            }
+                            stack.push((child, child_span));
+                        }
+                    }
+                }
+            }
+        }
+        let total = placed(&self.objects, &states);
+        if total > MAX_PRIMITIVES {
+            let message = format!("the scene has {total} objects and instances, more than {MAX_PRIMITIVES}");
+            return Err(SceneError::new(ErrorCode::TooLarge, message));
+        }
+        Ok(total)
+    }
+}
+
+fn film_bytes(desc: &SceneDesc) -> Result<u64, SceneError> {
+    Film::check(&desc.film).map(|pixels| pixels * size_of::<PixelSum>() as u64)
+}
+
+/// Shapes made ready once, however often their groups are placed.
+pub(super) struct PreparedShapes {
+    /// For the scene's objects and for each group's, by index; `None` for instances.
+    pub(super) objects: Vec<Option<Shape>>,
+    pub(super) groups: Vec<Vec<Option<Shape>>>,
+    pub(super) meshes: Vec<MeshStats>,
+}
+
+/// What one mesh takes.
+pub(super) struct MeshStats {
+    pub(super) triangles: u64,
+    pub(super) bytes: u64,
+}
+
+struct Flattener<'a> {
+    shapes: &'a PreparedShapes,
+    primitives: Vec<Primitive>,
+    bounds: Vec<Option<Bounds>>,
+    transforms: Vec<ObjectTransform>,
+    default_material: MaterialId,
+}
+
+impl Flattener<'_> {
+    fn flatten(&mut self, desc: &SceneDesc) -> Result<(), SceneError> {
+        struct Level<'a> {
+            objects: &'a [ObjectDesc],
+            shapes: &'a [Option<Shape>],
+            next: usize,
+            to_world: DAffine3,
+            material: Option<MaterialId>,
+        }
+        let shapes = self.shapes;
+        let mut stack = vec![Level {
+            objects: &desc.objects,
+            shapes: &shapes.objects,
+            next: 0,
+            to_world: DAffine3::IDENTITY,
+            material: None,
+        }];
+        while let Some(level) = stack.last_mut() {
+            let Some(object) = level.objects.get(level.next) else {
+                stack.pop();
+                continue;
+            };
+            let to_world = level.to_world * object.transform.0;
+            let material = object.material.or(level.material);
+            let shape = &level.shapes[level.next];
+            level.next += 1;
+            match (&object.content, shape) {
+                (ObjectContent::Shape(_), Some(shape)) => {
+                    self.place(shape, to_world, material, object).map_err(|e| e.or_at(object.span))?;
+                }
+                (ObjectContent::Instance(g), _) => stack.push(Level {
+                    objects: &desc.groups[g.index()].value.objects,
+                    shapes: &shapes.groups[g.index()],
+                    next: 0,
+                    to_world,
+                    material,
+                }),
+                (ObjectContent::Shape(_), None) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn place(
+        &mut self,
+        shape: &Shape,
+        to_world: DAffine3,
+        material: Option<MaterialId>,
+        object: &ObjectDesc,
+    ) -> Result<(), SceneError> {
+        let transform = if to_world == DAffine3::IDENTITY {
+            NO_TRANSFORM
+        } else {
+            let transform = ObjectTransform::new(to_world);
+            if !to_world.is_finite() || !transform.to_object.is_finite() {
+                let message = "the transforms of this object and the groups around it multiply to one that cannot be undone";
+                return Err(SceneError::new(ErrorCode::Transform, message));
+            }
+            self.transforms.push(transform);
+            self.transforms.len() as u32 - 1
+        };
+        let bounds = shape.bounds().map(|b| if transform == NO_TRANSFORM { b } else { b.transformed(&to_world) });
+        // The tree works in single precision.
+        const LARGEST: f64 = 1e30;
+        if let Some(b) = bounds
+            && !(b.min.abs().max_element() < LARGEST && b.max.abs().max_element() < LARGEST)
+        {
+            let name = object.name.as_deref().map_or(String::new(), |n| format!(" \"{}\"", escape(n)));
+            let message = format!("the object{name} reaches beyond {LARGEST:e} units: its numbers are too large");
+            return Err(SceneError::new(ErrorCode::OutOfRange, message));
+        }
+        let id = self.primitives.len() as u32;
+        let material = material.unwrap_or(self.default_material);
+        self.primitives.push(Primitive { shape: shape.clone(), material, transform, id });
+        self.bounds.push(bounds);
+        Ok(())
+    }
+}

@@ -1,0 +1,272 @@
+//! What is rendered: complete, immutable, shared by all threads.
+
+use turner_bvh::Bvh2;
+
+use super::background::BackgroundDesc;
+use super::desc::{MaterialId, Warning};
+use crate::camera::Camera;
+use crate::color::Spectrum;
+use crate::film::FilmDesc;
+use crate::integrator::IntegratorDesc;
+use crate::light::Light;
+use crate::material::{Material, ShadowKind};
+use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
+use crate::shape::{Shape, ShapeHit, SurfacePoint, TraversalFrame};
+use crate::texture::{TexturePoint, Textures};
+
+/// A scene ready to be rendered.
+#[derive(Debug)]
+pub struct Scene {
+    /// The camera.
+    pub camera: Camera,
+    /// Size and sampling of the picture.
+    pub film: FilmDesc,
+    /// How light is computed.
+    pub integrator: IntegratorDesc,
+    /// What a ray sees that hits nothing.
+    pub background: BackgroundDesc,
+    /// All textures.
+    pub textures: Textures,
+    /// Materials, by id; the last one is the default.
+    pub materials: Vec<Material>,
+    /// Lights with a place or a direction.
+    pub lights: Vec<Light>,
+    /// The sum of the ambient lights.
+    pub ambient: Spectrum,
+    /// Bounded primitives in the tree's leaf order, then the unbounded ones.
+    pub(super) primitives: Vec<Primitive>,
+    /// How many of them are in the tree.
+    pub(super) bounded: usize,
+    pub(super) transforms: Vec<ObjectTransform>,
+    pub(super) bvh: Bvh2,
+    pub(super) frame: TraversalFrame,
+    /// Whether any shadow is tinted.
+    pub(super) has_tinted: bool,
+    /// What was dropped or doubtful while preparing.
+    pub warnings: Vec<Warning>,
+    /// Counts and sizes, for `turner info`.
+    pub stats: SceneStats,
+}
+
+/// Counts and sizes of a prepared scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneStats {
+    /// Shapes placed, instances flattened.
+    pub primitives: u64,
+    /// Triangles of the meshes, each mesh counted once.
+    pub triangles: u64,
+    /// Around everything bounded.
+    pub bounds: Option<Bounds>,
+    /// Bytes: primitives, transforms and the tree over them.
+    pub tree_bytes: u64,
+    /// Bytes: meshes with their trees.
+    pub mesh_bytes: u64,
+    /// Bytes: pictures.
+    pub texture_bytes: u64,
+    /// Bytes: the film's sums.
+    pub film_bytes: u64,
+}
+
+/// A shape placed in the scene.
+#[derive(Clone, Debug)]
+pub(super) struct Primitive {
+    pub(super) shape: Shape,
+    pub(super) material: MaterialId,
+    /// Index into the scene's transforms, or [`NO_TRANSFORM`].
+    pub(super) transform: u32,
+    /// Its number in the description, instances in order: breaks ties between equally near hits, so that the
+    /// picture does not depend on the tree.
+    pub(super) id: u32,
+}
+
+pub(super) const NO_TRANSFORM: u32 = u32::MAX;
+
+/// A transform with what it takes to use it.
+#[derive(Clone, Debug)]
+pub(super) struct ObjectTransform {
+    pub(super) to_world: DAffine3,
+    pub(super) to_object: DAffine3,
+    /// Normals go by the inverse transpose.
+    pub(super) normal: DMat3,
+    /// The most a length can grow.
+    pub(super) stretch: f64,
+}
+
+impl ObjectTransform {
+    pub(super) fn new(to_world: DAffine3) -> ObjectTransform {
+        let to_object = to_world.inverse();
+        let m = to_world.matrix3;
+        let stretch = (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt();
+        ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch }
+    }
+}
+
+/// The nearest hit of a ray: all that traversal carries.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Where on the shape.
+    pub shape: ShapeHit,
+    /// Index of the primitive.
+    primitive: u32,
+}
+
+/// The surface at a hit, in world space; made once, for the nearest hit.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceInteraction {
+    /// The point.
+    pub p: DVec3,
+    /// Bound on its distance from the true surface.
+    pub error: f64,
+    /// Geometric normal, unit, as it points out of the shape.
+    pub ng: DVec3,
+    /// Shading normal, unit, on the same side.
+    pub ns: DVec3,
+    /// The material.
+    pub material: MaterialId,
+    /// The surface in the object's space, for textures.
+    object: SurfacePoint,
+    hit: Hit,
+}
+
+impl SurfaceInteraction {
+    /// The point moved off the surface by more than its error, to the side `direction` leads to: a ray from there
+    /// does not hit the surface it leaves (Wächter & Binder 2019 discuss the alternatives).
+    #[inline]
+    pub fn leave(&self, direction: DVec3) -> DVec3 {
+        let side = if direction.dot(self.ng) >= 0.0 { 4.0 } else { -4.0 };
+        self.p + self.ng * (side * self.error)
+    }
+}
+
+impl Scene {
+    /// The nearest hit with `t_min <= t <= t_max`; among equally near ones that of the object which stands first
+    /// in the description.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let mut ray = *ray;
+        let mut best: Option<Hit> = None;
+        for i in self.bounded..self.primitives.len() {
+            self.try_primitive(i as u32, &mut ray, &mut best);
+        }
+        if let Some(search) = self.frame.ray(&ray) {
+            self.bvh.closest(&search.ray, |leaf, t_max| {
+                let before = ray.t_max;
+                for i in leaf {
+                    self.try_primitive(i, &mut ray, &mut best);
+                }
+                if ray.t_max < before { search.t_max(ray.t_max) } else { t_max }
+            });
+        }
+        best
+    }
+
+    #[inline(always)]
+    fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
+        let primitive = &self.primitives[index as usize];
+        let Some(shape) = self.intersect_primitive(primitive, ray) else { return };
+        let nearer = shape.t < ray.t_max
+            || best.is_none_or(|b| primitive.id < self.primitives[b.primitive as usize].id);
+        if nearer {
+            ray.t_max = shape.t;
+            *best = Some(Hit { shape, primitive: index });
+        }
+    }
+
+    #[inline(always)]
+    fn intersect_primitive(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
+        if primitive.transform == NO_TRANSFORM {
+            primitive.shape.intersect(ray)
+        } else {
+            let to_object = &self.transforms[primitive.transform as usize].to_object;
+            primitive.shape.intersect(&ray.transformed(to_object))
+        }
+    }
+
+    #[inline(always)]
+    fn primitive_occludes(&self, index: u32, ray: &Ray) -> bool {
+        let primitive = &self.primitives[index as usize];
+        let hit = if primitive.transform == NO_TRANSFORM {
+            primitive.shape.occludes(ray)
+        } else {
+            let to_object = &self.transforms[primitive.transform as usize].to_object;
+            primitive.shape.occludes(&ray.transformed(to_object))
+        };
+        hit && self.materials[primitive.material.index()].shadow() != ShadowKind::None
+    }
+
+    /// Whether anything that casts a shadow is hit with `t_min <= t <= t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        for i in self.bounded..self.primitives.len() {
+            if self.primitive_occludes(i as u32, ray) {
+                return true;
+            }
+        }
+        match self.frame.ray(ray) {
+            None => false,
+            Some(search) => self.bvh.any(&search.ray, |leaf| leaf.into_iter().any(|i| self.primitive_occludes(i, ray))),
+        }
+    }
+
+    /// The share of light that comes along a shadow ray: 0 or 1, or what tinted objects let through.
+    #[inline]
+    pub fn transmittance(&self, ray: &Ray) -> Spectrum {
+        if !self.has_tinted {
+            return if self.occluded(ray) { Spectrum::BLACK } else { Spectrum::WHITE };
+        }
+        self.tinted_transmittance(ray)
+    }
+
+    /// Crossing after crossing from the near end, so that the order of the product is the ray's and not the tree's.
+    fn tinted_transmittance(&self, ray: &Ray) -> Spectrum {
+        /// More crossings than this count as opaque.
+        const MAX_CROSSINGS: u32 = 4096;
+        let mut ray = *ray;
+        let mut through = Spectrum::WHITE;
+        for _ in 0..MAX_CROSSINGS {
+            let Some(hit) = self.intersect(&ray) else { return through };
+            let surface = self.surface(&ray, &hit);
+            let material = &self.materials[surface.material.index()];
+            match material.shadow() {
+                ShadowKind::Opaque => return Spectrum::BLACK,
+                ShadowKind::None => {}
+                ShadowKind::Tinted => through = through * material.shadow_tint(self, &surface),
+            }
+            if through.is_black() {
+                return through;
+            }
+            // On from the other side of the surface; t keeps its meaning but for the offset.
+            ray.t_min = next_after(hit.shape.t.max(ray.t_min), surface.error * 8.0 / ray.direction.length());
+        }
+        Spectrum::BLACK
+    }
+
+    /// The surface at a hit of `ray`.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        let primitive = &self.primitives[hit.primitive as usize];
+        let material = primitive.material;
+        if primitive.transform == NO_TRANSFORM {
+            let s = primitive.shape.surface(ray, &hit.shape);
+            return SurfaceInteraction { p: s.p, error: s.error, ng: s.ng, ns: s.ns, material, object: s, hit: *hit };
+        }
+        let transform = &self.transforms[primitive.transform as usize];
+        let s = primitive.shape.surface(&ray.transformed(&transform.to_object), &hit.shape);
+        let p = transform.to_world.transform_point3(s.p);
+        let ng = (transform.normal * s.ng).normalize();
+        let ns = (transform.normal * s.ns).normalize();
+        let error = s.error * transform.stretch + 1e-15 * (p.abs().max_element() + transform.to_world.translation.abs().max_element());
+        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit }
+    }
+
+    /// Where textures are looked up on a surface.
+    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint {
+        let shape = &self.primitives[surface.hit.primitive as usize].shape;
+        TexturePoint { uv: shape.uv(&surface.hit.shape, &surface.object), p: surface.object.p }
+    }
+}
+
+/// A t beyond `t` by at least `step`, and beyond it in any case.
+fn next_after(t: f64, step: f64) -> f64 {
+    (t + step).max(t.next_up())
+}
