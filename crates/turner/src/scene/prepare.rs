@@ -279,3 +279,15 @@ impl Flattener<'_> {
         Ok(())
     }
 }
+
+impl SceneDesc {
+    fn prepare_shapes(&self, _options: &PrepareOptions, _warnings: &mut Vec<Warning>) -> Result<PreparedShapes, SceneError> {
+        let one = |o: &ObjectDesc| match &o.content {
+            ObjectContent::Shape(s) => s.prepare().map(Some).map_err(|e| e.or_at(o.span)),
+            ObjectContent::Instance(_) => Ok(None),
+        };
+        let objects = self.objects.iter().map(one).collect::<Result<_, _>>()?;
+        let groups = self.groups.iter().map(|g| g.value.objects.iter().map(one).collect()).collect::<Result<_, _>>()?;
+        Ok(PreparedShapes { objects, groups, meshes: Vec::new() })
+    }
+}

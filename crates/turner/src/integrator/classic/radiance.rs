@@ -62,8 +62,6 @@ struct Shading<'a> {
     d: DVec3,
     /// Shading normal, towards the viewer.
     n: DVec3,
-    /// Geometric normal, towards the viewer.
-    ng: DVec3,
 }
 
 impl ClassicDesc {
@@ -78,7 +76,7 @@ impl ClassicDesc {
         let entering = d.dot(surface.ng) <= 0.0;
         let (n, ng) = if entering { (surface.ns, surface.ng) } else { (-surface.ns, -surface.ng) };
         let color = color_at(material.color, scene, &surface);
-        let s = Shading { surface: &surface, material, color, d, n, ng };
+        let s = Shading { surface: &surface, material, color, d, n };
 
         let eta = if entering { 1.0 / material.ior } else { material.ior };
         let (weights, refracted) = self.weights(&s, eta, task.depth);
