@@ -1,0 +1,6 @@
+//! The crate from outside: one program, so that it links once.
+
+mod build;
+mod common;
+mod exact;
+mod search;
