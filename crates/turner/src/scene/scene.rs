@@ -11,7 +11,8 @@ use crate::integrator::IntegratorDesc;
 use crate::light::Light;
 use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
-use crate::shape::{Shape, ShapeHit, SurfacePoint, TraversalFrame};
+use crate::shape::traversal::TraversalFrame;
+use crate::shape::{Shape, ShapeHit, SurfacePoint};
 use crate::texture::{TexturePoint, Textures};
 
 /// A scene ready to be rendered.
@@ -154,7 +155,7 @@ impl Scene {
                 for i in leaf {
                     self.try_primitive(i, &mut ray, &mut best);
                 }
-                if ray.t_max < before { search.t_max(ray.t_max) } else { t_max }
+                if ray.t_max < before { search.end(ray.t_max) } else { t_max }
             });
         }
         best
