@@ -1,10 +1,11 @@
 //! Squares of two colours.
 
+use super::prepare::{Kind, Preparing};
 use super::{Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::ColorSource;
 use crate::scene::schema::params;
 use crate::scene::transform::Transform;
+use crate::scene::{ColorSource, SceneError};
 
 params! {
     /// Squares (cubes with `mapping = "solid"`) of two colours, one unit of texture coordinates wide: with density 1 four
@@ -35,17 +36,28 @@ material = { color = "board" }
 
 /// Squares of two colours.
 #[derive(Clone, Debug)]
-pub struct Chessboard {
+pub(super) struct Chessboard {
     even: ColorSource,
     odd: ColorSource,
     placement: Placement,
 }
 
-impl ChessboardDesc {
-    /// Makes it ready.
-    pub fn prepare(&self) -> Chessboard {
+impl Kind for ChessboardDesc {
+    type Ready = Chessboard;
+    const AT_ONCE: u64 = 1;
+
+    fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
+        visit(self.even);
+        visit(self.odd);
+    }
+
+    fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    fn prepare(&self, _: &mut Preparing<'_>) -> Result<Chessboard, SceneError> {
         let placement = Placement::new(self.mapping, self.density, self.transform);
-        Chessboard { even: self.even, odd: self.odd, placement }
+        Ok(Chessboard { even: self.even, odd: self.odd, placement })
     }
 }
 
@@ -55,5 +67,9 @@ impl Chessboard {
         let c = self.placement.coordinates(at).floor();
         let parity = (c.x + c.y + c.z).rem_euclid(2.0);
         textures.color(if parity == 0.0 { self.even } else { self.odd }, at)
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        0
     }
 }

@@ -1,4 +1,4 @@
-//! How a texture lies on a surface or in space.
+//! How a texture lies on a surface or in space, and the ramps that patterns are drawn with.
 
 use super::TexturePoint;
 use crate::math::{DAffine3, DVec3};
@@ -14,6 +14,32 @@ choice! {
         Solid = "solid",
     }
 }
+
+choice! {
+    /// One of the three texture coordinates.
+    pub enum Axis {
+        /// The first: s on a surface, x in space.
+        X = "x",
+        /// The second: t on a surface, y in space.
+        Y = "y",
+        /// The third: 0 on a surface, z in space.
+        Z = "z",
+    }
+}
+
+impl Axis {
+    /// That coordinate of a point.
+    pub(super) fn of(self, c: DVec3) -> f64 {
+        match self {
+            Axis::X => c.x,
+            Axis::Y => c.y,
+            Axis::Z => c.z,
+        }
+    }
+}
+
+/// Texture coordinates are clamped to ±this: whole numbers and their sums stay exact, squares stay finite.
+pub(super) const LIMIT: f64 = 1_125_899_906_842_624.0; // 2^50
 
 /// Mapping, density and transform, prepared.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +57,7 @@ impl Placement {
         Placement { mapping, density, inverse }
     }
 
-    /// Texture coordinates (s, t, r) at a point.
+    /// Texture coordinates (s, t, r) at a point: finite, at most 2^50 in size; NaN becomes 0.
     #[inline]
     pub fn coordinates(&self, at: &TexturePoint) -> DVec3 {
         let c = match self.mapping {
@@ -42,6 +68,31 @@ impl Placement {
             None => c,
             Some(inverse) => inverse.transform_point3(c),
         };
-        c * self.density
+        let c = c * self.density;
+        DVec3::new(bounded(c.x), bounded(c.y), bounded(c.z))
+    }
+}
+
+fn bounded(v: f64) -> f64 {
+    if v.is_nan() { 0.0 } else { v.clamp(-LIMIT, LIMIT) }
+}
+
+/// The part of a finite number after the point, in 0..1 without 1: `v - floor(v)` rounds to 1 just below 0.
+#[inline]
+pub(super) fn fract(v: f64) -> f64 {
+    let f = v - v.floor();
+    if f < 1.0 { f } else { 0.0 }
+}
+
+/// 0 up to `from`, 1 from `to` on, a cubic without kinks between; a step where they are equal.
+#[inline]
+pub(super) fn smoothstep(from: f64, to: f64, v: f64) -> f64 {
+    if v < from {
+        0.0
+    } else if v >= to {
+        1.0
+    } else {
+        let t = (v - from) / (to - from);
+        t * t * (3.0 - 2.0 * t)
     }
 }

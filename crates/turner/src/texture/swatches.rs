@@ -1,0 +1,67 @@
+//! Pictures of every texture, to look at: `cargo test -p turner swatches -- --ignored` writes one per texture, with
+//! its defaults, into the system's folder for temporary files: a plane over −1..1 beside a sphere.
+
+use std::io::Write;
+
+use super::tests::{read, text};
+use super::*;
+use crate::color::Transfer;
+use crate::image::{Image, Pixels};
+use crate::shape::Sphere;
+
+const SIZE: u32 = 320;
+
+/// A plane (left) and a sphere (right), as 8-bit samples.
+fn draw(textures: &Textures) -> Image {
+    let light = DVec3::new(-0.45, 0.6, 0.66).normalize();
+    let mut samples = Vec::new();
+    for y in 0..SIZE {
+        for x in 0..2 * SIZE {
+            let place = |i: u32| 2.0 * (f64::from(i % SIZE) + 0.5) / f64::from(SIZE) - 1.0;
+            let (s, t) = (place(x), -place(y));
+            let mut shade = 1.0;
+            let (uv, p) = if x < SIZE {
+                (DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t), DVec3::new(s, t, 0.0))
+            } else {
+                let z = (1.0 - 1.08 * (s * s + t * t)).max(0.0).sqrt();
+                let n = DVec3::new(s, t, z).normalize();
+                shade = if z > 0.0 { 0.25 + 0.75 * n.dot(light).max(0.0) } else { 0.0 };
+                (Sphere::uv(n), n)
+            };
+            let c = textures.eval(TextureId(0), &TexturePoint { uv, p }) * shade as f32;
+            samples.extend(c.to_array().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8));
+        }
+    }
+    Image { width: 2 * SIZE, height: SIZE, channels: 3, pixels: Pixels::U8(samples) }
+}
+
+#[test]
+#[ignore = "writes pictures"]
+fn swatches() {
+    for (name, keys) in [
+        ("constant", vec![("color", text("tomato"))]),
+        ("image", vec![("file", text("picture.png"))]),
+        ("chessboard", vec![]),
+        ("stripes", vec![]),
+        ("gradient", vec![]),
+        ("wood", vec![]),
+        ("marble", vec![]),
+        ("noise", vec![]),
+        ("noise", vec![("kind", text("turbulence"))]),
+        ("noise", vec![("kind", text("plain"))]),
+    ] {
+        let scene = read(name, &keys).expect("defaults are right");
+        let textures = Textures::prepare(&scene.textures, &scene.images, Transfer::None).expect("prepared");
+        let variant =
+            if name == "noise" && !keys.is_empty() { format!("-{}", &keys.len()) } else { "".into() };
+        let kind = keys.iter().find(|(k, _)| *k == "kind").map_or(String::new(), |(_, v)| format!("{v:?}"));
+        let kind: String = kind.chars().filter(char::is_ascii_alphabetic).collect();
+        let path = std::env::temp_dir().join(format!("turner-{name}{variant}{kind}.ppm"));
+        let image = draw(&textures);
+        let Pixels::U8(samples) = &image.pixels else { unreachable!() };
+        let mut file = std::fs::File::create(&path).expect("temporary folder");
+        write!(file, "P6 {} {} 255\n", image.width, image.height).expect("written");
+        file.write_all(samples).expect("written");
+        println!("{}", path.display());
+    }
+}
