@@ -186,7 +186,7 @@ fn scaled(k: f64) -> String {
          object = [{{ type = \"sphere\", center = [0, {}, 0], radius = {}, material = {{ color = \"khaki\", k_reflect = 0.2 }} }},\n\
          {{ type = \"sphere\", center = [0, {}, 0], radius = {}, material = {{ color = \"tomato\", ks = 0.5, k_reflect = 0.3 }} }},\n\
          {{ type = \"sphere\", center = [{}, {}, {}], radius = {}, material = {{ kd = 0.1, k_reflect = 0.1, k_refract = 0.8 }} }},\n\
-         {{ type = \"torus\", center = [{}, {}, 0], normal = [1, 2, 2], radius = {}, tube = {}, material = {{ color = \"teal\" }} }}]",
+         {{ type = \"torus\", center = [{}, {}, 0], axis = [1, 2, 2], radius = {}, tube_radius = {}, material = {{ color = \"teal\" }} }}]",
         s(2.0), s(6.0), s(1.0), s(3.0), s(5.0), s(4.0), s(-5000.0), s(5000.0), s(1.0), s(1.0), s(1.5), s(0.7),
         s(1.0), s(0.7), s(-2.0), s(1.0), s(0.7), s(0.3)
     )
