@@ -2,7 +2,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::*;
-use crate::scene::{Asset, MeshId};
+use crate::image::Image;
+use crate::scene::value::{Data, FileId, Span, Table, Value};
+use crate::scene::{Asset, MeshId, SceneAssets, SceneDesc, read_scene};
 use crate::shape::mesh::{MeshCache, MeshDesc};
 use crate::shape::testing::Random;
 
@@ -196,6 +198,56 @@ fn uvs_are_interpolated() {
     assert_eq!(uv(&data), DVec2::new(0.25, 0.5));
     data.uvs = vec![[2.0, 0.0], [6.0, 0.0], [2.0, 1.0]];
     assert_eq!(uv(&data), DVec2::new(3.0, 0.5));
+}
+
+/// Reads one `[[object]]` made of these keys.
+fn read_object(keys: &[(&str, Data)]) -> Result<SceneDesc, SceneError> {
+    struct NoFiles;
+    impl SceneAssets for NoFiles {
+        fn image(&mut self, _: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
+            unreachable!()
+        }
+        fn mesh(&mut self, uri: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
+            assert_eq!(uri, "ball.ply");
+            Ok(Arc::new(icosphere(0)))
+        }
+    }
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let mut object = Table::default();
+    for (key, data) in keys {
+        object.set(key, span, Value { data: data.clone(), span });
+    }
+    let value = |data| Value { data, span };
+    let mut root = Table::default();
+    root.set("object", span, value(Data::Array(vec![value(Data::Table(object))])));
+    read_scene(&value(Data::Table(root)), &mut NoFiles)
+}
+
+/// Nested lists of numbers.
+fn rows(rows: &[[i64; 3]]) -> Data {
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let row = |r: &[i64; 3]| Data::Array(r.map(|x| Value { data: Data::Integer(x), span }).to_vec());
+    Data::Array(rows.iter().map(|r| Value { data: row(r), span }).collect())
+}
+
+#[test]
+fn meshes_are_read_from_files_or_in_place() {
+    let kind = ("type", Data::String("mesh".into()));
+    let file = ("file", Data::String("ball.ply".into()));
+    let positions = ("positions", rows(&[[0, 0, 0], [1, 0, 0], [0, 1, 0]]));
+    let triangles = ("triangles", rows(&[[0, 1, 2]]));
+    let scene = read_object(&[kind.clone(), file.clone()]).unwrap();
+    assert_eq!((scene.meshes[0].uri.as_str(), scene.meshes[0].data.triangles.len()), ("ball.ply", 20));
+    let scene = read_object(&[kind.clone(), positions.clone(), triangles.clone()]).unwrap();
+    assert_eq!(scene.meshes[0].data.positions[1], [1.0, 0.0, 0.0]);
+    let mut cache = MeshCache::new(&scene.meshes);
+    let crate::scene::ObjectContent::Shape(shape) = &scene.objects[0].content else { panic!("a shape") };
+    assert!(matches!(shape.prepare(&mut cache), Ok(crate::shape::Shape::Mesh(_))));
+    let code = |keys: &[(&str, Data)]| read_object(keys).unwrap_err().code;
+    assert_eq!(code(&[kind.clone(), file, positions.clone()]), ErrorCode::Conflict);
+    assert_eq!(code(&[kind.clone(), positions.clone()]), ErrorCode::MissingKey);
+    assert_eq!(code(&[kind.clone(), positions, ("triangles", rows(&[[0, 1, 3]]))]), ErrorCode::Mesh);
+    assert_eq!(code(&[kind, ("fil", Data::Bool(true)), triangles]), ErrorCode::MissingKey);
 }
 
 #[test]
