@@ -109,8 +109,8 @@ impl Cone {
         let (narrow, wide) = self.cap_parts();
         let part = |end: u32| if end == 1 { narrow } else { wide };
         if self.capped {
-            let enter = if slab.0 >= side.0 { (slab.0 + start, part(low)) } else { (side.0 + start, 0) };
-            let exit = if slab.1 <= side.1 { (slab.1 + start, part(high)) } else { (side.1 + start, 0) };
+            let enter = if slab.0 > side.0 { (slab.0 + start, part(low)) } else { (side.0 + start, 0) };
+            let exit = if slab.1 < side.1 { (slab.1 + start, part(high)) } else { (side.1 + start, 0) };
             return convex_hit(ray, enter, exit);
         }
         [side.0, side.1]
@@ -225,8 +225,8 @@ mod tests {
         let cut = ConeDesc { tip_radius: 0.5, ..desc() };
         near(hit(&cut, [0.25, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.0, 2);
         let open = ConeDesc { capped: false, ..cut.clone() };
-        // x = 0.25 + t / 2 meets the inner side, radius 1 - y / 2 = t / 2, nowhere; from x = 0 outwards faster, it does.
-        near(hit(&open, [0.0, 2.0, 0.0], [0.75, -1.0, 0.0]), 0.0, 0);
+        // In through the open end, onto the inner side where −0.25 + 0.65 t = t / 2.
+        near(hit(&open, [-0.25, 2.0, 0.0], [0.65, -1.0, 0.0]), 5.0 / 3.0, 0);
         let wide = ConeDesc { radius: 0.5, tip_radius: 1.0, ..desc() };
         near(hit(&wide, [0.75, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.0, 2);
         near(hit(&wide, [-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]), 2.25, 0);

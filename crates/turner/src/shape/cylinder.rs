@@ -63,8 +63,11 @@ impl Cylinder {
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let to = self.from + self.height * self.frame.z;
-        let both = disk_bounds(self.from, self.frame.z, self.radius)
-            .union(&disk_bounds(to, self.frame.z, self.radius));
+        let both = disk_bounds(self.from, self.frame.z, self.radius).union(&disk_bounds(
+            to,
+            self.frame.z,
+            self.radius,
+        ));
         Bounds::new(both.min - self.error, both.max + self.error)
     }
 

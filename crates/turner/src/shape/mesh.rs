@@ -35,7 +35,8 @@ impl MeshData {
         }
         for (i, triangle) in self.triangles.iter().enumerate() {
             if let Some(&bad) = triangle.iter().find(|&&v| v as usize >= count) {
-                let message = format!("triangle {i} of a mesh names vertex {bad}, but it has {count} vertices");
+                let message =
+                    format!("triangle {i} of a mesh names vertex {bad}, but it has {count} vertices");
                 return Err(SceneError::new(ErrorCode::Mesh, message).help("vertices are counted from 0"));
             }
         }
@@ -158,7 +159,9 @@ impl<'a> MeshCache<'a> {
         };
         // Once per mesh, not once for each way it is shaded.
         if !self.prepared.contains_key(&(desc.mesh, !smooth)) {
-            for (count, why) in [(left_out.non_finite, "with a vertex that is not finite"), (left_out.flat, "without area")] {
+            for (count, why) in
+                [(left_out.non_finite, "with a vertex that is not finite"), (left_out.flat, "without area")]
+            {
                 if count > 0 {
                     self.warnings.push(format!("{count} triangles {why} left out of {name}"));
                 }

@@ -4,6 +4,9 @@
 //! length, pointing out of closed shapes; (u, v) covers 0..1 by a mapping written at each shape; the paper's
 //! (−1..1) coordinates are 2u − 1, 2v − 1.
 
+// `!(a <= b)` is meant: it turns away NaN.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
 mod cone;
 mod cuboid;
 mod cylinder;

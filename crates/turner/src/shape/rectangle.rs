@@ -100,9 +100,8 @@ mod tests {
         let desc =
             RectangleDesc { center: DVec3::ZERO, edge_u: DVec3::X * 4.0, edge_v: DVec3::new(1.0, 2.0, 0.0) };
         let r = desc.prepare().unwrap();
-        let hit = |x: f64, y: f64| {
-            r.intersect(&Ray::new(DVec3::new(x, y, 1.0), DVec3::NEG_Z)).map(|h| r.uv(&h))
-        };
+        let hit =
+            |x: f64, y: f64| r.intersect(&Ray::new(DVec3::new(x, y, 1.0), DVec3::NEG_Z)).map(|h| r.uv(&h));
         assert_eq!(hit(0.0, 0.0), Some(DVec2::splat(0.5)));
         assert_eq!(hit(2.0, 0.0), Some(DVec2::new(1.0, 0.5)));
         assert_eq!(hit(-2.5, -1.0), Some(DVec2::new(0.0, 0.0)));

@@ -77,3 +77,52 @@ impl Sphere {
         DVec2::new(0.5 + atan2(n.x, n.z) / TAU, 1.0 - acos(n.y) / PI)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::testing::Random;
+
+    #[test]
+    fn a_huge_sphere_seen_from_nearby_is_exact_at_every_scale() {
+        let mut random = Random::new(1);
+        for scale in [1.0, 1e-4, 1e5] {
+            let sphere = Sphere { center: DVec3::new(0.0, -5001.0, 0.0) * scale, radius: 5000.0 * scale };
+            let mut hits = 0;
+            for _ in 0..100_000 {
+                let origin = scale * DVec3::new(random.unit(), 0.0, random.unit());
+                let mut d = random.direction();
+                d.y = -d.y.abs() * random.unit();
+                let ray = Ray::new(origin, d * (0.01 + random.unit()));
+                let Some(hit) = sphere.intersect(&ray) else { continue };
+                hits += 1;
+                let s = sphere.surface(&ray, &hit);
+                let off = (s.p.distance(sphere.center) - sphere.radius).abs();
+                assert!(off <= 1e-9 * scale && off <= s.error, "{off}");
+                assert!(s.error < 1e-9 * scale, "{}", s.error);
+                let out = random.direction();
+                let out = if out.dot(s.ng) < 0.0 { -out } else { out };
+                let away = Ray::new(s.p + s.error * s.ng, out);
+                assert!(sphere.intersect(&away).is_none(), "{away:?}");
+            }
+            assert!(hits > 80_000, "{hits}");
+        }
+    }
+
+    #[test]
+    fn closed_forms() {
+        let sphere = Sphere { center: DVec3::new(0.0, 0.0, 3.0), radius: 1.0 };
+        let hit = |o: [f64; 3], d: [f64; 3]| sphere.intersect(&Ray::new(o.into(), d.into())).map(|h| h.t);
+        assert_eq!(hit([0.0; 3], [0.0, 0.0, 1.0]), Some(2.0));
+        assert_eq!(hit([0.0; 3], [0.0, 0.0, 0.5]), Some(4.0));
+        assert_eq!(hit([0.0, 0.0, 3.0], [0.0, 2.0, 0.0]), Some(0.5));
+        assert_eq!(hit([0.0; 3], [0.0, 0.0, -1.0]), None);
+        assert_eq!(hit([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]), Some(3.0));
+        assert_eq!(hit([0.0, 0.0, 3.0], [0.0; 3]), None);
+        for (n, u, v) in
+            [(DVec3::X, 0.75, 0.5), (DVec3::Z, 0.5, 0.5), (DVec3::NEG_X, 0.25, 0.5), (DVec3::Y, 0.5, 1.0)]
+        {
+            assert!((Sphere::uv(n) - DVec2::new(u, v)).length() < 1e-15);
+        }
+    }
+}

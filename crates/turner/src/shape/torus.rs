@@ -100,17 +100,11 @@ impl Torus {
         } else if o.z.abs() > minor {
             return None;
         }
-        (lo, hi) = (lo.max(ray.t_min * speed - nearest), hi.min(ray.t_max * speed - nearest));
-        if !(lo <= hi) {
-            return None;
-        }
         let line = Line { o, d, major, minor };
-        let t = line.first_root(lo, hi)?;
-        let t = (t + nearest) / speed;
-        // In range up to the rounding of the two changes of unit.
-        let t = if t < ray.t_min { ray.t_min } else { t };
-        let t = if t > ray.t_max { ray.t_max } else { t };
-        ray.contains(t).then_some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
+        let range = (ray.t_min * speed - nearest - SLACK, ray.t_max * speed - nearest + SLACK);
+        let t =
+            line.first_root((lo, hi), range, |t| Some((t + nearest) / speed).filter(|&t| ray.contains(t)))?;
+        Some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
 
     /// The surface at a hit.
@@ -156,23 +150,33 @@ impl Line {
         ((distance - self.minor) * (distance + self.minor), 2.0 * (off * slope + p.z * self.d.z))
     }
 
-    /// The smallest root in lo..=hi.
-    fn first_root(&self, lo: f64, hi: f64) -> Option<f64> {
-        let (turns, count) = self.turning_points(lo, hi);
-        let mut a = lo;
-        let mut fa = self.value(a).0;
-        if fa == 0.0 {
-            return Some(a);
+    /// The first root between the limits that is accepted. Roots outside `range` need not be found; which roots there
+    /// are does not depend on it.
+    fn first_root(
+        &self,
+        limits: (f64, f64),
+        range: (f64, f64),
+        accept: impl Fn(f64) -> Option<f64>,
+    ) -> Option<f64> {
+        let (lo, hi) = limits;
+        if !(lo <= hi && lo <= range.1 && hi >= range.0) {
+            return None;
         }
+        let (turns, count) = self.turning_points(lo, hi);
+        let (mut a, mut outside) = (lo, self.value(lo).0 > 0.0);
         for &b in turns[..count].iter().chain([&hi]) {
-            let fb = self.value(b).0;
-            if fb == 0.0 {
-                return Some(b);
+            let before = outside;
+            outside = self.value(b).0 > 0.0;
+            if before != outside && b >= range.0 {
+                if a > range.1 {
+                    return None;
+                }
+                let found = accept(bracketed(a, b, !before, |t| self.value(t)));
+                if found.is_some() {
+                    return found;
+                }
             }
-            if (fa < 0.0) != (fb < 0.0) {
-                return Some(bracketed(a, b, fa < 0.0, |t| self.value(t)));
-            }
-            (a, fa) = (b, fb);
+            a = b;
         }
         None
     }
@@ -215,7 +219,11 @@ fn bracketed(mut a: f64, mut b: f64, negative_at_a: bool, f: impl Fn(f64) -> (f6
         if value == 0.0 {
             return t;
         }
-        if (value < 0.0) == negative_at_a { a = t } else { b = t }
+        if (value < 0.0) == negative_at_a {
+            a = t
+        } else {
+            b = t
+        }
         let step = t - value / slope;
         // A Newton step stays in the bracket; every second round must halve it, or the middle is taken.
         let halved = b - a <= 0.5 * width;
@@ -234,4 +242,104 @@ fn bracketed(mut a: f64, mut b: f64, negative_at_a: bool, f: impl Fn(f64) -> (f6
         t = next;
     }
     t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::testing::Random;
+
+    /// Walks by the exact distance to the torus, never less than a small step, and bisects where it changes sign;
+    /// also gives the least distance on the way.
+    fn oracle(major: f64, minor: f64, ray: &Ray, end: f64) -> (Option<f64>, f64) {
+        let distance = |t: f64| {
+            let p = ray.at(t);
+            let off = (p.x * p.x + p.z * p.z).sqrt() - major;
+            (off * off + p.y * p.y).sqrt() - minor
+        };
+        let (mut t, mut least) = (0.0, f64::INFINITY);
+        let mut value = distance(0.0);
+        let outside = value > 0.0;
+        while t < end {
+            let next = t + value.abs().max(1e-4);
+            let after = distance(next);
+            if (after > 0.0) != outside {
+                let (mut a, mut b) = (t, next);
+                for _ in 0..60 {
+                    let middle = 0.5 * (a + b);
+                    if (distance(middle) > 0.0) == outside { a = middle } else { b = middle }
+                }
+                return (Some(0.5 * (a + b)), 0.0);
+            }
+            (t, value) = (next, after);
+            least = least.min(value.abs());
+        }
+        (None, least)
+    }
+
+    #[test]
+    fn random_rays_agree_with_walking() {
+        let mut random = Random::new(3);
+        for (radius, tube_radius) in [(1.0, 0.3), (1.0, 1.0), (1.0, 0.9), (1.0, 0.01), (1.0, 1e-3)] {
+            let desc = TorusDesc { center: DVec3::ZERO, axis: DVec3::Y, radius, tube_radius };
+            let torus = desc.prepare().unwrap();
+            let mut hits = 0;
+            for i in 0..20_000 {
+                // From outside and inside; aimed at the tube, along its tangents, anywhere.
+                let around = random.direction() * DVec3::new(1.0, 0.0, 1.0);
+                let around = around.normalize();
+                let on_tube = radius * around + tube_radius * random.direction();
+                let origin = match i % 4 {
+                    0 => radius * around + 0.9 * tube_radius * random.unit() * random.direction(),
+                    1 => on_tube + 0.5 * random.direction(),
+                    _ => 3.0 * random.direction(),
+                };
+                let target = radius * random.direction() * DVec3::new(1.0, 0.0, 1.0);
+                let target = target.normalize() * radius + tube_radius * 1.2 * random.in_cube();
+                let mut direction = if i % 8 == 1 { around.cross(DVec3::Y) } else { target - origin };
+                if i % 16 == 3 {
+                    direction.y = 0.0;
+                }
+                let ray = Ray::new(origin, direction.normalize());
+                let found = torus.intersect(&ray).map(|h| h.t);
+                let (expected, least) = oracle(radius, tube_radius, &ray, 6.0);
+                match (found, expected) {
+                    (Some(a), Some(b)) if (a - b).abs() < 1e-7 => hits += 1,
+                    (None, None) => {}
+                    // The walk steps over chords shorter than its step: there it came very near.
+                    (Some(a), _) if least < 1e-6 || expected.is_some_and(|b| a < b && b - a < 0.5) => {
+                        let p = ray.at(a);
+                        let off = (p.x * p.x + p.z * p.z).sqrt() - radius;
+                        assert!(((off * off + p.y * p.y).sqrt() - tube_radius).abs() < 1e-12);
+                    }
+                    _ => panic!("R {radius} r {tube_radius}: {found:?}, expected {expected:?} {ray:?}"),
+                }
+            }
+            assert!(hits > 5_000, "R {radius} r {tube_radius}: {hits}");
+        }
+    }
+
+    #[test]
+    fn closed_forms_and_refusals() {
+        let desc = TorusDesc { center: DVec3::ZERO, axis: DVec3::Y, radius: 1.0, tube_radius: 0.25 };
+        let torus = desc.prepare().unwrap();
+        let hit = |o: [f64; 3], d: [f64; 3]| torus.intersect(&Ray::new(o.into(), d.into())).map(|h| h.t);
+        let near = |a: Option<f64>, t: f64| assert!((a.unwrap() - t).abs() < 1e-12, "{a:?} {t}");
+        near(hit([-3.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 1.75);
+        near(hit([0.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.75);
+        near(hit([1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.25);
+        near(hit([1.0, 3.0, 0.0], [0.0, -2.0, 0.0]), 1.375);
+        near(hit([-1e7, 0.0, 0.0], [1e3, 0.0, 0.0]), 1e4 - 1.25e-3);
+        assert_eq!(hit([0.0, 3.0, 0.0], [0.0, -1.0, 0.0]), None);
+        assert_eq!(hit([-3.0, 0.2501, 0.0], [1.0, 0.0, 0.0]), None);
+        for (p, uv) in [
+            (DVec3::new(1.25, 0.0, 0.0), DVec2::new(0.75, 0.5)),
+            (DVec3::new(0.0, 0.25, 1.0), DVec2::new(0.5, 0.75)),
+            (DVec3::new(-1.0, -0.25, 0.0), DVec2::new(0.25, 0.25)),
+        ] {
+            assert!((torus.uv(p) - uv).length() < 1e-12, "{p}");
+        }
+        assert!(TorusDesc { tube_radius: 1.1, ..desc.clone() }.prepare().is_err());
+        assert!(TorusDesc { axis: DVec3::ZERO, ..desc }.prepare().is_err());
+    }
 }

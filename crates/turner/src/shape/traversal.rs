@@ -43,10 +43,11 @@ impl TraversalRay {
 }
 
 impl TraversalFrame {
-    /// The frame of a tree that holds everything within `bounds`.
+    /// The frame of a tree that holds everything within `bounds`. No ray is let into an empty or infinite one.
     pub fn new(bounds: &Bounds) -> TraversalFrame {
         if bounds.is_empty() || !bounds.is_finite() {
-            return TraversalFrame { center: DVec3::ZERO, scale: 1.0, pad: PAD };
+            // No size: no ray is let in.
+            return TraversalFrame { center: DVec3::ZERO, scale: 0.0, pad: PAD };
         }
         let far = bounds.min.abs().max(bounds.max.abs()).max_element();
         // A frame much smaller than its distance from 0 would consist of padding.
@@ -116,19 +117,18 @@ mod tests {
             for offset in [0.0, 1.0, 1e6] {
                 for distance in [0.5, 10.0, 1e7] {
                     let middle = DVec3::new(offset, -0.7 * offset, 0.3 * offset);
-                    let points: Vec<DVec3> =
-                        (0..200).map(|_| middle + scale * random.in_cube()).collect();
+                    let points: Vec<DVec3> = (0..200).map(|_| middle + scale * random.in_cube()).collect();
                     let frame = TraversalFrame::new(&Bounds::of(points.iter().copied()));
-                    let boxes: Vec<Aabb> =
-                        points.iter().map(|&p| frame.aabb(&Bounds::new(p, p))).collect();
+                    let boxes: Vec<Aabb> = points.iter().map(|&p| frame.aabb(&Bounds::new(p, p))).collect();
                     assert!(boxes.iter().all(|b| b.is_valid()));
-                    let tree = Bvh2::build(&boxes, &BuildOptions { threads: 1, ..Default::default() }).unwrap();
+                    let tree =
+                        Bvh2::build(&boxes, &BuildOptions { threads: 1, ..Default::default() }).unwrap();
                     for (i, &p) in points.iter().enumerate() {
                         let mut way = random.direction();
                         if i % 5 == 0 {
                             way = DVec3::AXES[i % 3];
                         }
-                        let length = scale * distance.min(1e9);
+                        let length = scale * distance;
                         let origin = p - length * way;
                         // Aim from the rounded origin; the length of the direction is arbitrary.
                         let direction = (p - origin) * 3.7;
@@ -143,7 +143,10 @@ mod tests {
                                 offered |= order.contains(&(i as u32));
                                 t_max.min(search.end(t))
                             });
-                            assert!(offered, "scale {scale}, offset {offset}, distance {distance}, point {i}");
+                            assert!(
+                                offered,
+                                "scale {scale}, offset {offset}, distance {distance}, point {i}"
+                            );
                         }
                     }
                 }

@@ -6,13 +6,14 @@
 //! monotone, and an edge belongs to both: no ray slips through. With the vertices in single precision and the
 //! arithmetic in double, a vertex of a mesh near its ray's origin loses nothing.
 
-use crate::math::{DVec3, Ray};
+use crate::math::Ray;
 
 /// What a ray needs for any number of triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct RayShear {
-    origin: DVec3,
-    /// The axis along which the direction is longest, and the other two.
+    /// In the order of `axes`.
+    origin: [f64; 3],
+    /// The axis along which the direction is longest comes last.
     axes: [usize; 3],
     shear: [f64; 3],
 }
@@ -43,12 +44,12 @@ impl RayShear {
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         let inv = 1.0 / ray.direction[z];
         let shear = [ray.direction[axes[0]] * inv, ray.direction[axes[1]] * inv, inv];
-        RayShear { origin: ray.origin, axes, shear }
+        RayShear { origin: axes.map(|axis| ray.origin[axis]), axes, shear }
     }
 
     #[inline(always)]
     fn sheared(&self, v: [f32; 3]) -> [f64; 3] {
-        let [x, y, z] = self.axes.map(|axis| f64::from(v[axis % 3]) - self.origin[axis]);
+        let [x, y, z] = std::array::from_fn(|i| f64::from(v[self.axes[i]]) - self.origin[i]);
         [x - self.shear[0] * z, y - self.shear[1] * z, z]
     }
 
@@ -77,6 +78,7 @@ impl RayShear {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::DVec3;
 
     #[test]
     fn weights_and_distance() {

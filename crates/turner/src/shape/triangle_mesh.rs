@@ -74,9 +74,11 @@ impl TriangleMesh {
             .triangles
             .iter()
             .zip(&shown)
-            .map(|(t, &shown)| {
-                if shown { frame.aabb(&Bounds::of(corners(t).map(wide))) } else { Aabb::EMPTY }
-            })
+            .map(
+                |(t, &shown)| {
+                    if shown { frame.aabb(&Bounds::of(corners(t).map(wide))) } else { Aabb::EMPTY }
+                },
+            )
             .collect();
         let tree = Bvh2::build(&boxes, &BuildOptions::default())
             .map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
@@ -92,12 +94,19 @@ impl TriangleMesh {
             (true, true) => vertex_normals(data, &shown),
         };
         let uvs = data.uvs.clone();
-        let corners =
-            if normals.is_empty() && uvs.is_empty() { Vec::new() } else { data.triangles.clone() };
-        let far =
-            if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
-        let mesh =
-            TriangleMesh { bounds, frame, tree, vertices, places, corners, normals, uvs, error: ROUNDING * far };
+        let corners = if normals.is_empty() && uvs.is_empty() { Vec::new() } else { data.triangles.clone() };
+        let far = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
+        let mesh = TriangleMesh {
+            bounds,
+            frame,
+            tree,
+            vertices,
+            places,
+            corners,
+            normals,
+            uvs,
+            error: ROUNDING * far,
+        };
         Ok((mesh, left_out))
     }
 
