@@ -1,7 +1,8 @@
-//! Marble: veins drawn by a sine that turbulence displaces (after Perlin 1985, "An image synthesizer").
+//! Marble: veins drawn by a sine that noise displaces (after Perlin 1985, "An image synthesizer").
 //!
 //! φ = π·(veins·d·p + distortion·fbm(p)); a vein stands where sin φ = 0, thin with sharp = 1 and washed out with
-//! sharp = 0. It fades in and out along its course, and clouds of a third colour lie in the stone.
+//! sharp = 0. A second, finer and fainter set stands across the first. Both fade in and out with the clouds of
+//! a third colour that lie in the stone.
 
 use super::placement::smoothstep;
 use super::prepare::{Kind, Preparing};
