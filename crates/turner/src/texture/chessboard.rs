@@ -1,5 +1,6 @@
 //! Squares of two colours.
 
+use super::placement::floor;
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
@@ -64,9 +65,9 @@ impl Kind for ChessboardDesc {
 impl Chessboard {
     /// Parity of the three cell numbers.
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
-        let c = self.placement.coordinates(at).floor();
-        let parity = (c.x + c.y + c.z).rem_euclid(2.0);
-        textures.color(if parity == 0.0 { self.even } else { self.odd }, at)
+        let c = self.placement.coordinates(at);
+        let odd = (floor(c.x) + floor(c.y) + floor(c.z)) & 1 == 1;
+        textures.color(if odd { self.odd } else { self.even }, at)
     }
 
     pub(super) fn memory(&self) -> usize {

@@ -50,3 +50,15 @@ impl Constant {
         0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at, ready, text};
+    use super::*;
+
+    #[test]
+    fn it_is_the_same_everywhere() {
+        let red = ready("constant", &[("color", text("red"))]);
+        assert_eq!(at(&red, 0.1, -7.0), Spectrum::new(1.0, 0.0, 0.0));
+    }
+}

@@ -111,7 +111,11 @@ impl Kind for GradientDesc {
         let mut stops = vec![Stop { at: 0.0, color: self.from }];
         stops.extend_from_slice(&self.stops);
         stops.push(Stop { at: 1.0, color: self.to });
-        if let Some(pair) = stops.windows(2).find(|pair| !(pair[0].at <= pair[1].at)) {
+        if let Some(bad) = stops.iter().find(|stop| !(0.0..=1.0).contains(&stop.at)) {
+            let message = format!("the places of stops must be 0 to 1, found {}", bad.at);
+            return Err(SceneError::new(ErrorCode::OutOfRange, message));
+        }
+        if let Some(pair) = stops.windows(2).find(|pair| pair[0].at > pair[1].at) {
             let message = format!("the stop at {} follows the one at {}", pair[1].at, pair[0].at);
             return Err(SceneError::new(ErrorCode::Conflict, message).help("give the stops in order, 0 to 1"));
         }
@@ -143,5 +147,56 @@ impl Gradient {
 
     pub(super) fn memory(&self) -> usize {
         size_of_val(&*self.stops)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at, read, ready, table, text, value};
+    use super::*;
+    use crate::color::Transfer;
+
+    fn stop(place: f64, color: &str) -> Value {
+        value(Data::Array(vec![value(Data::Number(place)), value(text(color))]))
+    }
+
+    #[test]
+    fn a_gradient_runs_from_end_to_end_and_goes_on() {
+        let g = ready("gradient", &[]);
+        for (s, expected) in [(-5.0, 0.0), (-1.0, 0.0), (-0.5, 0.25), (0.0, 0.5), (1.0, 1.0), (9.0, 1.0)] {
+            assert_eq!(at(&g, s, 0.3), Spectrum::grey(expected), "at {s}");
+        }
+        let g = ready("gradient", &[("axis", text("y")), ("density", Data::Integer(2))]);
+        assert_eq!(at(&g, 0.9, 0.25), Spectrum::grey(0.75));
+        assert_eq!(at(&g, 0.9, 0.5), Spectrum::WHITE);
+        let g = ready("gradient", &[("kind", text("radial"))]);
+        assert_eq!(at(&g, 0.0, 0.0), Spectrum::BLACK);
+        assert_eq!(at(&g, -0.3, 0.4), Spectrum::grey(0.5));
+        assert_eq!(at(&g, 1.0, 1.0), Spectrum::WHITE);
+        let turn = table(&[("rotate", super::super::tests::list(&[0.0, 0.0, 90.0]))]);
+        let g = ready("gradient", &[("transform", turn)]);
+        assert_eq!(at(&g, 0.7, 0.5), Spectrum::grey(0.75));
+    }
+
+    #[test]
+    fn stops_are_reached_and_two_at_one_place_make_an_edge() {
+        let stops = vec![stop(0.25, "red"), stop(0.5, "lime"), stop(0.5, "blue")];
+        let g = ready("gradient", &[("stops", Data::Array(stops))]);
+        assert_eq!(at(&g, -0.5, 0.0), Spectrum::new(1.0, 0.0, 0.0));
+        assert_eq!(at(&g, -0.25, 0.0), Spectrum::new(0.5, 0.5, 0.0));
+        assert_eq!(at(&g, 0.0, 0.0), Spectrum::new(0.0, 0.0, 1.0));
+        assert!((at(&g, -1e-9, 0.0) - Spectrum::new(0.0, 1.0, 0.0)).map(f32::abs).max_component() < 1e-6);
+        assert_eq!(at(&g, 0.5, 0.0), Spectrum::new(0.5, 0.5, 1.0));
+    }
+
+    #[test]
+    fn wrong_stops_are_refused() {
+        let with = |stops| read("gradient", &[("stops", Data::Array(stops))]);
+        assert_eq!(with(vec![stop(1.5, "red")]).unwrap_err().code, ErrorCode::OutOfRange);
+        assert_eq!(with(vec![value(text("red"))]).unwrap_err().code, ErrorCode::WrongType);
+        let scene = with(vec![stop(0.5, "red"), stop(0.2, "red")]).unwrap();
+        let error = Textures::prepare(&scene.textures, &[], Transfer::None).unwrap_err();
+        assert_eq!(error.code, ErrorCode::Conflict);
+        assert!(error.span.is_some());
     }
 }

@@ -6,11 +6,11 @@
 
 use std::sync::Arc;
 
-use super::placement::fract;
+use super::placement::{floor, fract};
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, Placement, TexturePoint, Textures};
-use crate::color::{Spectrum, Transfer};
-use crate::image::{Image, Pixels};
+use crate::color::Spectrum;
+use crate::image::Image;
 use crate::scene::schema::{Range, choice, params};
 use crate::scene::transform::Transform;
 use crate::scene::{ColorSource, ImageId, SceneError};
@@ -74,53 +74,6 @@ wrap_v = "clamp"
 type = "sphere"
 material = { color = "earth" }
 "##
-}
-
-/// Tables from the samples of integer pictures to scene values, shared by all pictures of a scene.
-#[derive(Clone, Debug)]
-pub(super) struct Decoder {
-    eight: Box<[f32]>,
-    /// Empty until a picture needs it.
-    sixteen: Box<[f32]>,
-}
-
-impl Default for Decoder {
-    fn default() -> Decoder {
-        Decoder::new(Transfer::default())
-    }
-}
-
-impl Decoder {
-    pub(super) fn new(transfer: Transfer) -> Decoder {
-        let eight = (0..=u8::MAX).map(|v| transfer.decode(f32::from(v) / 255.0)).collect();
-        Decoder { eight, sixteen: Box::default() }
-    }
-
-    /// Makes the table that a picture needs.
-    pub(super) fn include(&mut self, image: &Image, transfer: Transfer) {
-        if matches!(image.pixels, Pixels::U16(_)) && self.sixteen.is_empty() {
-            self.sixteen = (0..=u16::MAX).map(|v| transfer.decode(f32::from(v) / 65535.0)).collect();
-        }
-    }
-
-    pub(super) fn memory(&self) -> usize {
-        size_of_val(&*self.eight) + size_of_val(&*self.sixteen)
-    }
-
-    /// Texel (x, y), which lies inside the picture.
-    #[inline]
-    fn texel(&self, image: &Image, x: u32, y: u32) -> Spectrum {
-        let n = usize::from(image.channels);
-        let i = (y as usize * image.width as usize + x as usize) * n;
-        // Grey, with or without alpha, is repeated.
-        let (g, b) = if n < 3 { (i, i) } else { (i + 1, i + 2) };
-        let bands = match &image.pixels {
-            Pixels::U8(v) => [v[i], v[g], v[b]].map(|v| self.eight[usize::from(v)]),
-            Pixels::U16(v) => [v[i], v[g], v[b]].map(|v| self.sixteen[usize::from(v)]),
-            Pixels::F32(v) => [v[i], v[g], v[b]].map(|v| if v.is_finite() { v } else { 0.0 }),
-        };
-        Spectrum::from(bands)
-    }
 }
 
 /// A picture.
@@ -210,17 +163,147 @@ impl Wrap {
     #[inline]
     fn around(self, v: f64, n: u32) -> (u32, u32, f32) {
         let x = self.fold(v) * f64::from(n) - 0.5;
-        let floor = x.floor();
-        let weight = (x - floor) as f32;
-        let texel = |i: f64| {
-            if i < 0.0 {
+        let first = floor(x);
+        let weight = (x - first as f64) as f32;
+        let texel = |i: i64| {
+            if i < 0 {
                 if self == Wrap::Repeat { n - 1 } else { 0 }
-            } else if i >= f64::from(n) {
+            } else if i >= i64::from(n) {
                 if self == Wrap::Repeat { 0 } else { n - 1 }
             } else {
                 i as u32
             }
         };
-        (texel(floor), texel(floor + 1.0), weight)
+        (texel(first), texel(first + 1), weight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{picture, ready, text};
+    use super::*;
+    use crate::color::Transfer;
+    use crate::image::Pixels;
+    use crate::math::{DVec2, DVec3};
+    use crate::scene::{Asset, Named, TextureId};
+    use crate::texture::TextureDesc;
+
+    /// The picture of [`picture`] with some keys.
+    fn with(keys: &[(&str, &str)]) -> Textures {
+        let keys: Vec<_> = keys.iter().map(|(k, v)| (*k, text(v))).collect();
+        ready("image", &[vec![("file", text("p.png"))], keys].concat())
+    }
+
+    fn at(textures: &Textures, s: f64, t: f64) -> Spectrum {
+        let uv = DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t);
+        textures.eval(TextureId(0), &TexturePoint { uv, p: DVec3::ZERO })
+    }
+
+    /// Texel (x, y) of [`picture`].
+    fn texel(x: u32, y: u32) -> Spectrum {
+        Spectrum::from(picture().rgb(x, y))
+    }
+
+    /// The centre of texel (x, y) of [`picture`]; also of those outside.
+    fn centre(x: i32, y: i32) -> (f64, f64) {
+        (2.0 * (f64::from(x) + 0.5) / 4.0 - 1.0, 1.0 - 2.0 * (f64::from(y) + 0.5) / 2.0)
+    }
+
+    #[test]
+    fn both_filters_are_exact_at_centres_under_every_wrap() {
+        for filter in ImageFilter::WORDS {
+            for wrap in Wrap::WORDS {
+                let textures = with(&[("filter", filter), ("wrap", wrap)]);
+                for (x, y) in (-9..13).flat_map(|x| (-5..7).map(move |y| (x, y))) {
+                    let fold = |i: i32, n: i32| match *wrap {
+                        "repeat" => Some(i.rem_euclid(n)),
+                        "mirror" => Some((i.rem_euclid(2 * n)).min(2 * n - 1 - i.rem_euclid(2 * n))),
+                        "clamp" => Some(i.clamp(0, n - 1)),
+                        _ => (0..n).contains(&i).then_some(i),
+                    };
+                    let expected = match (fold(x, 4), fold(y, 2)) {
+                        (Some(x), Some(y)) => texel(x as u32, y as u32),
+                        _ => Spectrum::BLACK,
+                    };
+                    let (s, t) = centre(x, y);
+                    assert_eq!(at(&textures, s, t), expected, "{filter} {wrap} texel {x}, {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_corners_of_the_picture_are_the_corners_of_the_surface() {
+        let near = with(&[("filter", "nearest"), ("wrap", "clamp")]);
+        assert_eq!(at(&near, -1.0, -1.0), texel(0, 1));
+        assert_eq!(at(&near, 1.0, -1.0), texel(3, 1));
+        assert_eq!(at(&near, -1.0, 1.0), texel(0, 0));
+        assert_eq!(at(&near, 1.0, 1.0), texel(3, 0));
+        // A border between texels belongs to the right and lower one.
+        assert_eq!(at(&near, -0.5, 0.0), texel(1, 1));
+        let soft = with(&[("wrap", "black")]);
+        assert_eq!(at(&soft, -1.0, 1.0), texel(0, 0));
+        assert_eq!(at(&soft, -1.000_001, 1.0), Spectrum::BLACK);
+    }
+
+    #[test]
+    fn bilinear_is_the_mean_half_way_and_at_the_seam() {
+        let mean = |a: Spectrum, b: Spectrum| a.lerp(b, 0.5);
+        let soft = with(&[]);
+        assert_eq!(at(&soft, -0.5, 0.5), mean(texel(0, 0), texel(1, 0)));
+        assert_eq!(at(&soft, 0.25, 0.0), mean(texel(2, 0), texel(2, 1)));
+        // Left and right edge are one line around a sphere.
+        let seam = mean(texel(3, 0), texel(0, 0));
+        assert_eq!(at(&soft, -1.0, 0.5), seam);
+        assert_eq!(at(&soft, 1.0, 0.5), seam);
+        let before = at(&soft, 1.0 - 1e-9, 0.5);
+        assert!((before.r - seam.r).abs() < 1e-6);
+        // Each axis can have its own.
+        let own = with(&[("wrap_v", "clamp")]);
+        assert_eq!(at(&own, -0.75, 1.0), texel(0, 0));
+        assert_eq!(at(&own, -0.75, 5.0), texel(0, 0));
+        assert_eq!(at(&own, -1.0, 0.5), seam);
+    }
+
+    /// A picture of two texels, side by side.
+    fn two(pixels: Pixels, channels: u8, gain: f64, transfer: Transfer) -> Textures {
+        let image = Image { width: 2, height: 1, channels, pixels };
+        let scene = super::super::tests::read("image", &[("file", text("p.png"))]).unwrap();
+        let TextureDesc::Image(desc) = &scene.textures[0].value else { panic!("asked for a picture") };
+        let value = TextureDesc::Image(ImageDesc { gain, ..desc.clone() });
+        let descs = [Named { name: None, span: None, value }];
+        Textures::prepare(&descs, &[Asset { uri: "p".into(), data: Arc::new(image) }], transfer).unwrap()
+    }
+
+    #[test]
+    fn integers_are_decoded_before_they_are_mixed() {
+        let eight = two(Pixels::U8(vec![0, 255]), 1, 1.0, Transfer::Srgb);
+        assert_eq!(at(&eight, 0.0, 0.0), Spectrum::grey(0.5));
+        let decoded = Transfer::Srgb.decode(0.2);
+        let sixteen = two(Pixels::U16(vec![13_107, 9, 0, 0]), 2, 2.0, Transfer::Srgb);
+        assert_eq!(at(&sixteen, -0.5, 0.0), Spectrum::grey(2.0 * decoded));
+        let float = two(Pixels::F32(vec![0.2, 7.0, -1.0, 1.0, 0.0, 0.5, 0.25, 1.0]), 4, 1.0, Transfer::Srgb);
+        assert_eq!(at(&float, -0.5, 0.0), Spectrum::new(0.2, 7.0, -1.0));
+    }
+
+    #[test]
+    fn bad_samples_count_as_zero_and_bad_pictures_are_refused() {
+        let pixels = Pixels::F32(vec![f32::NAN, 1.0, f32::INFINITY, f32::MAX, f32::MAX, f32::MAX]);
+        let image = Image { width: 2, height: 1, channels: 3, pixels: pixels.clone() };
+        assert_eq!(image.non_finite(), 2);
+        let textures = two(pixels, 3, 4.0, Transfer::None);
+        assert_eq!(at(&textures, -0.5, 0.0), Spectrum::new(0.0, 4.0, 0.0));
+        assert_eq!(at(&textures, 0.5, 0.0), Spectrum::grey(f32::MAX));
+        let short = Image { width: 2, ..picture() };
+        assert!(!short.is_consistent() && picture().is_consistent());
+    }
+
+    #[test]
+    fn density_repeats_the_picture() {
+        let keys = [("file", text("p.png")), ("density", crate::scene::value::Data::Integer(3))];
+        let (once, thrice) = (with(&[]), ready("image", &keys));
+        for (s, t) in [(0.1, 0.2), (-0.3, 0.33), (0.9, -0.7)] {
+            assert_eq!(at(&thrice, s, t), at(&once, 3.0 * s, 3.0 * t));
+        }
     }
 }

@@ -10,6 +10,7 @@
 
 mod chessboard;
 mod constant;
+mod decoder;
 mod gradient;
 mod image;
 mod marble;
@@ -38,7 +39,7 @@ pub use stripes::StripesDesc;
 pub use tint::Tint;
 pub use wood::WoodDesc;
 
-use self::image::Decoder;
+use self::decoder::Decoder;
 use self::prepare::{Kind, Preparing};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3};
@@ -150,7 +151,7 @@ impl Textures {
     /// (1 − t)·a + t·b; what has no share is not evaluated.
     #[inline]
     fn mix(&self, a: ColorSource, b: ColorSource, t: f64, at: &TexturePoint) -> Spectrum {
-        if !(t > 0.0) {
+        if t <= 0.0 || t.is_nan() {
             self.color(a, at)
         } else if t >= 1.0 {
             self.color(b, at)

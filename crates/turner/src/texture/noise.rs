@@ -107,3 +107,33 @@ impl Noise {
         0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at, ready, text};
+    use super::*;
+    use crate::scene::value::Data;
+
+    #[test]
+    fn noise_is_even_and_never_repeats() {
+        for (kind, low, high) in [("fbm", 0.4, 0.6), ("plain", 0.35, 0.65), ("turbulence", 0.2, 0.6)] {
+            let noise = ready("noise", &[("kind", text(kind)), ("density", Data::Integer(9))]);
+            let mean =
+                (0..10_000).map(|i| at(&noise, f64::from(i % 100) * 0.37, f64::from(i / 100) * 0.37).r);
+            let mean = mean.sum::<f32>() / 10_000.0;
+            assert!(mean > low && mean < high, "{kind}: {mean}");
+            assert_ne!(at(&noise, 0.3, 0.4), at(&noise, 256.3, 0.4));
+            let other = ready("noise", &[("kind", text(kind)), ("seed", Data::Integer(1))]);
+            assert_ne!(at(&noise, 0.3, 0.4), at(&other, 0.3, 0.4));
+        }
+        let flat = ready("noise", &[("contrast", Data::Integer(0))]);
+        assert_eq!(at(&flat, 0.3, 0.4), Spectrum::grey(0.5));
+    }
+
+    #[test]
+    fn plain_noise_has_one_octave() {
+        let one = ready("noise", &[("octaves", Data::Integer(1))]);
+        let plain = ready("noise", &[("kind", text("plain")), ("octaves", Data::Integer(9))]);
+        assert_eq!(at(&one, 0.3, 0.4), at(&plain, 0.3, 0.4));
+    }
+}

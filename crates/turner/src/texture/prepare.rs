@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::image::Decoder;
+use super::decoder::Decoder;
 use super::{Mapping, TextureDesc, Textures};
 use crate::color::Transfer;
 use crate::image::Image;

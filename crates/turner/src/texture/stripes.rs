@@ -99,3 +99,51 @@ impl Stripes {
         0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at, ready, text};
+    use super::*;
+    use crate::scene::value::Data;
+
+    #[test]
+    fn stripes_alternate_across_zero() {
+        let s = ready("stripes", &[("density", Data::Integer(3))]);
+        for i in -9..9 {
+            let expected = if i % 2 == 0 { Spectrum::WHITE } else { Spectrum::BLACK };
+            assert_eq!(at(&s, (f64::from(i) + 0.5) / 3.0, 0.7), expected, "stripe {i}");
+        }
+        let s = ready("stripes", &[("axis", text("y")), ("width", Data::Number(0.25))]);
+        assert_eq!(at(&s, 0.3, 0.0), Spectrum::WHITE);
+        assert_eq!(at(&s, 0.3, 0.499), Spectrum::WHITE);
+        assert_eq!(at(&s, 0.3, 0.5), Spectrum::BLACK);
+        assert_eq!(at(&s, 0.3, -1e-300), Spectrum::WHITE);
+    }
+
+    #[test]
+    fn all_or_nothing() {
+        for (width, expected) in [(0, Spectrum::BLACK), (1, Spectrum::WHITE)] {
+            for smooth in [0, 1] {
+                let s =
+                    ready("stripes", &[("width", Data::Integer(width)), ("smooth", Data::Integer(smooth))]);
+                for i in -20..20 {
+                    assert_eq!(at(&s, f64::from(i) * 0.17, 0.0), expected);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn soft_edges_are_continuous_and_even_on_average() {
+        let s = ready("stripes", &[("smooth", Data::Number(0.8))]);
+        let (mut sum, mut last) = (0.0, at(&s, -3.0, 0.0).r);
+        for i in 1..=8000 {
+            let v = at(&s, -3.0 + f64::from(i) / 2000.0, 0.0).r;
+            assert!((v - last).abs() < 2e-3);
+            (sum, last) = (sum + f64::from(v), v);
+        }
+        assert!((sum / 8000.0 - 0.5).abs() < 1e-4);
+        assert_eq!(at(&s, 0.5, 0.0), Spectrum::WHITE);
+        assert_eq!(at(&s, 0.0, 0.0), Spectrum::grey(0.5));
+    }
+}

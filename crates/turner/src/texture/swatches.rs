@@ -1,5 +1,4 @@
-//! Pictures of every texture, to look at: `cargo test -p turner swatches -- --ignored` writes one per texture, with
-//! its defaults, into the system's folder for temporary files: a plane over −1..1 beside a sphere.
+//! Pictures of every texture, to look at: `cargo test -p turner swatches -- --ignored` writes one per texture into the system's folder for temporary files: a plane over −1..1 beside a sphere.
 
 use std::io::Write;
 
@@ -7,6 +6,7 @@ use super::tests::{read, text};
 use super::*;
 use crate::color::Transfer;
 use crate::image::{Image, Pixels};
+use crate::scene::value::Data;
 use crate::shape::Sphere;
 
 const SIZE: u32 = 320;
@@ -38,29 +38,28 @@ fn draw(textures: &Textures) -> Image {
 #[test]
 #[ignore = "writes pictures"]
 fn swatches() {
-    for (name, keys) in [
-        ("constant", vec![("color", text("tomato"))]),
-        ("image", vec![("file", text("picture.png"))]),
-        ("chessboard", vec![]),
-        ("stripes", vec![]),
-        ("gradient", vec![]),
-        ("wood", vec![]),
-        ("marble", vec![]),
-        ("noise", vec![]),
-        ("noise", vec![("kind", text("turbulence"))]),
-        ("noise", vec![("kind", text("plain"))]),
+    let noise = |kind| vec![("kind", text(kind))];
+    for (file, name, keys) in [
+        ("constant", "constant", vec![("color", text("tomato"))]),
+        ("image", "image", vec![("file", text("picture.png"))]),
+        ("chessboard", "chessboard", vec![]),
+        ("stripes", "stripes", vec![("density", Data::Integer(4)), ("smooth", Data::Number(0.2))]),
+        ("gradient", "gradient", vec![("kind", text("radial"))]),
+        ("wood", "wood", vec![]),
+        ("wood-uv", "wood", vec![("mapping", text("uv")), ("seed", Data::Integer(3))]),
+        ("marble", "marble", vec![]),
+        ("marble-fine", "marble", vec![("density", Data::Integer(3)), ("seed", Data::Integer(3))]),
+        ("fbm", "noise", noise("fbm")),
+        ("turbulence", "noise", noise("turbulence")),
+        ("plain", "noise", [noise("plain"), vec![("density", Data::Integer(8))]].concat()),
     ] {
-        let scene = read(name, &keys).expect("defaults are right");
+        let scene = read(name, &keys).expect("the keys are right");
         let textures = Textures::prepare(&scene.textures, &scene.images, Transfer::None).expect("prepared");
-        let variant =
-            if name == "noise" && !keys.is_empty() { format!("-{}", &keys.len()) } else { "".into() };
-        let kind = keys.iter().find(|(k, _)| *k == "kind").map_or(String::new(), |(_, v)| format!("{v:?}"));
-        let kind: String = kind.chars().filter(char::is_ascii_alphabetic).collect();
-        let path = std::env::temp_dir().join(format!("turner-{name}{variant}{kind}.ppm"));
+        let path = std::env::temp_dir().join(format!("turner-{file}.ppm"));
         let image = draw(&textures);
         let Pixels::U8(samples) = &image.pixels else { unreachable!() };
         let mut file = std::fs::File::create(&path).expect("temporary folder");
-        write!(file, "P6 {} {} 255\n", image.width, image.height).expect("written");
+        writeln!(file, "P6 {} {} 255", image.width, image.height).expect("written");
         file.write_all(samples).expect("written");
         println!("{}", path.display());
     }

@@ -5,7 +5,7 @@
 //! from the light, wide early wood to the dark, thin late wood, and falls back within a few hundredths. Fibres
 //! are noise drawn out twenty-fold along the trunk.
 
-use super::placement::smoothstep;
+use super::placement::{floor, smoothstep};
 use super::prepare::{Kind, Preparing};
 use super::{Fractal, Mapping, Perlin, Placement, TexturePoint, Textures, Tint};
 use crate::color::Spectrum;
@@ -23,15 +23,15 @@ params! {
         /// The wood that grows in summer, and the fibres.
         dark: Tint = Tint::Display(0x7a4420);
         /// Number of rings per unit of texture coordinates.
-        rings: f64 = 9.0, in Range::closed(0.0, 1e6);
+        rings: f64 = 12.0, in Range::closed(0.0, 1e6);
         /// How far the rings stray from circles.
         distortion: f64 = 0.25, in Range::closed(0.0, 1000.0);
         /// Strength of the fibres: 0 for none.
         grain: f64 = 0.5, in Range::UNIT;
         /// A point in the middle of the trunk.
-        pith: DVec3 = DVec3::new(-0.55, 0.0, -0.7);
+        pith: DVec3 = DVec3::new(-0.45, 0.0, -0.6);
         /// The direction of the trunk.
-        axis: DVec3 = DVec3::new(0.12, 1.0, -0.2);
+        axis: DVec3 = DVec3::new(0.15, 1.0, -0.25);
         /// Another number, another tree.
         seed: u32 = 0;
         /// Scales the whole pattern: twice as much, half as large.
@@ -107,16 +107,49 @@ impl Wood {
         let bend = self.bend.fbm(DVec3::new(0.9 * q.x, 0.9 * q.y, 0.35 * q.z));
         let ring = self.rings * (radius + self.distortion * bend);
         let ring = ring + 0.8 * self.years.at(DVec3::new(0.35 * ring, 0.5, 0.5));
-        let year = ring.floor();
+        let year = floor(ring) as f64;
         let season = ring - year;
         let late = smoothstep(0.15, 0.92, season) * (1.0 - smoothstep(0.94, 1.0, season));
         let strength = 0.62 + 0.5 * self.years.at(DVec3::new(0.5, 0.37 * year, 7.5));
-        let fibre = self.fibres.fbm(DVec3::new(42.0 * q.x, 42.0 * q.y, 2.1 * q.z));
+        let fibre = self.fibres.fbm(DVec3::new(56.0 * q.x, 56.0 * q.y, 2.4 * q.z));
         let share = 0.08 + strength * late + self.grain * (0.55 * fibre + 0.25 * fibre.abs());
         textures.mix(self.light, self.dark, share, at)
     }
 
     pub(super) fn memory(&self) -> usize {
         0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at, list, read, ready};
+    use super::*;
+    use crate::color::Transfer;
+    use crate::scene::value::Data;
+
+    #[test]
+    fn without_noise_rings_are_round_about_the_axis() {
+        let keys = [
+            ("distortion", Data::Integer(0)),
+            ("grain", Data::Integer(0)),
+            ("pith", list(&[0.0, 0.0, 0.0])),
+            ("axis", list(&[0.0, 0.0, 5.0])),
+        ];
+        let wood = ready("wood", &keys);
+        for i in 0..50 {
+            let r = f64::from(i) / 40.0;
+            let a = at(&wood, r, 0.0);
+            assert!((a - at(&wood, 0.0, -r)).map(f32::abs).max_component() < 1e-6);
+            assert!((a - at(&wood, 0.6 * r, 0.8 * r)).map(f32::abs).max_component() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_trunk_needs_a_direction() {
+        let scene = read("wood", &[("axis", list(&[0.0, 0.0, 0.0]))]).unwrap();
+        let error = Textures::prepare(&scene.textures, &[], Transfer::None).unwrap_err();
+        assert_eq!(error.code, ErrorCode::OutOfRange);
+        assert!(error.span.is_some());
     }
 }
