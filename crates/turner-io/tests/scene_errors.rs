@@ -27,15 +27,18 @@ fn radii(loaded: &Loaded) -> Vec<f64> {
     loaded.desc.objects.iter().map(radius).collect()
 }
 
+/// Text, other files, overrides; then code, file, line, column, words of the message, words of the help.
+type Bad<'a> =
+    (&'a str, &'a [(&'a str, &'a str)], &'a [&'a str], &'a str, &'a str, usize, usize, &'a str, &'a str);
+
 #[test]
 fn bad_scenes_say_where_and_what_to_do() {
     let cycle: &[(&str, &str)] =
         &[("a.toml", "include = \"b.toml\""), ("b.toml", "\ninclude = [\"a.toml\"]")];
     let parts: &[(&str, &str)] =
         &[("parts/p.toml", "[[object]]\ntype = \"spere\"\n"), ("parts/bad.toml", "a = \n")];
-    // Text, other files, overrides; then code, file, line, column, words of the message, words of the help.
     #[rustfmt::skip]
-    let table: &[(&str, &[(&str, &str)], &[&str], &str, &str, usize, usize, &str, &str)] = &[
+    let table: &[Bad<'_>] = &[
         ("hello, world\n", &[], &[], "E0101", "scene.toml", 1, 6, "", "key = value"),
         ("[film\nwidth = 3\n", &[], &[], "E0101", "scene.toml", 1, 6, "]", "key = value"),
         ("a = 1\na = 2\n", &[], &[], "E0101", "scene.toml", 2, 1, "duplicate key", "stand once"),

@@ -9,8 +9,9 @@ use toml_parser::lexer::TokenKind;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{FileId, Span};
 
-/// Most tokens of one text. A scene has one per 3 to 5 bytes, blanks included.
-const MAX_TOKENS: usize = 100_000_000;
+/// Most tokens of one text, about 2 million objects. A scene has one per 3 to 5 bytes, blanks included; parsing
+/// takes some 100 bytes of memory for each.
+const MAX_TOKENS: usize = 64_000_000;
 
 /// Refuses a text that nests deeper than [`MAX_DEPTH`] or has too many parts.
 pub(super) fn check(text: &str, file: FileId) -> Result<(), SceneError> {
@@ -46,11 +47,9 @@ fn check_with(text: &str, file: FileId, max_tokens: usize) -> Result<(), SceneEr
                     depth += 1;
                 }
             }
-            TokenKind::RightSquareBracket | TokenKind::RightCurlyBracket => {
-                if !is_header && top > 0 {
-                    depth -= 1 + open[top];
-                    open.pop();
-                }
+            TokenKind::RightSquareBracket | TokenKind::RightCurlyBracket if !is_header && top > 0 => {
+                depth -= 1 + open[top];
+                open.pop();
             }
             TokenKind::Comma => {
                 depth -= open[top];

@@ -83,8 +83,8 @@ fn read_vertices(
     if let Some(missing) = POSITION.iter().find(|n| !has(n)) {
         return Err(damaged(data.fail(format!("vertices have no property \"{missing}\""))));
     }
-    let has_normals = NORMAL.iter().all(|n| has(&n));
-    let uv_names = UV_NAMES.iter().find(|names| names.iter().all(|n| has(&n)));
+    let has_normals = NORMAL.iter().all(has);
+    let uv_names = UV_NAMES.iter().find(|names| names.iter().all(has));
     let n = element.count;
     reserve(&mut mesh.positions, n, name)?;
     reserve(&mut mesh.normals, if has_normals { n } else { 0 }, name)?;
