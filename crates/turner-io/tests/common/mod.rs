@@ -6,10 +6,11 @@ use turner::film::Picture;
 use turner::integrator::RayStats;
 use turner::render::{PassOptions, Renderer};
 use turner::scene::{PrepareOptions, SceneDesc};
-use turner_io::{LoadOptions, MemoryAssets, load_text};
+use turner_io::assets::MemoryAssets;
+use turner_io::scene::{LoadOptions, load_text};
 
 pub fn describe(text: &str) -> SceneDesc {
-    match load_text(text, "test.toml", &MemoryAssets::default(), &LoadOptions::default()) {
+    match load_text(text.to_owned(), "test.toml", &MemoryAssets::default(), &LoadOptions::default()) {
         Ok(loaded) => loaded.desc,
         Err(error) => panic!("{error}\n{text}"),
     }

@@ -218,10 +218,9 @@ pub fn document_000(w: &World, o: V, d: V, depth: u32) -> V {
     }
     let mut dull = object.kd * w.ambient * object.color;
     for lamp in &w.lamps {
-        let (l, color, max) = lamp_at(lamp, p);
-        let l = l.normalize();
-        if !shadowed(w, off(p, n, l), l, max) {
-            dull += object.kd * color * n.dot(l).max(0.0) * object.color;
+        let (to, color, max) = lamp_at(lamp, p);
+        if !shadowed(w, off(p, n, to), to, max) {
+            dull += object.kd * color * n.dot(to.normalize()).max(0.0) * object.color;
         }
     }
     spec + refr + dull
