@@ -53,15 +53,31 @@ fn random_scene(n: u32, settings: &str, refraction: bool, highlight: bool) -> St
          [[light]]\ntype = \"ambient\"\nintensity = {:.3}\n\
          [[light]]\ntype = \"directional\"\nfrom = [{:.3}, {:.3}, {:.3}]\nintensity = {:.3}\n\
          [[light]]\ntype = \"point\"\nposition = [{:.3}, {:.3}, {:.3}]\ncolor = [{:.3}, {:.3}, {:.3}]\nintensity = 0.4\n",
-        u(-2.0, 2.0), u(1.0, 3.0), u(0.05, 0.3), u(-2.0, 2.0), u(1.0, 3.0), u(0.5, 2.0), u(0.2, 0.6),
-        u(-4.0, 4.0), u(3.0, 6.0), u(1.0, 5.0), u(0.5, 1.0), u(0.5, 1.0), u(0.5, 1.0),
+        u(-2.0, 2.0),
+        u(1.0, 3.0),
+        u(0.05, 0.3),
+        u(-2.0, 2.0),
+        u(1.0, 3.0),
+        u(0.5, 2.0),
+        u(0.2, 0.6),
+        u(-4.0, 4.0),
+        u(3.0, 6.0),
+        u(1.0, 5.0),
+        u(0.5, 1.0),
+        u(0.5, 1.0),
+        u(0.5, 1.0),
     );
     for i in 0..7 {
         let kind = if i == 0 {
             "type = \"plane\"".to_owned()
         } else {
             let r = u(0.3, 1.1);
-            format!("type = \"sphere\"\ncenter = [{:.3}, {:.3}, {:.3}]\nradius = {r:.3}", u(-2.5, 2.5), r + u(0.01, 0.8), u(-3.0, 2.5))
+            format!(
+                "type = \"sphere\"\ncenter = [{:.3}, {:.3}, {:.3}]\nradius = {r:.3}",
+                u(-2.5, 2.5),
+                r + u(0.01, 0.8),
+                u(-3.0, 2.5)
+            )
         };
         let glass = refraction && i % 3 == 1;
         let (kr, kt) = if glass { (u(0.0, 0.2), u(0.5, 0.75)) } else { (u(0.0, 0.5), 0.0) };
@@ -86,7 +102,8 @@ fn document_000_program_sketch() {
 
 #[test]
 fn document_001_eight_steps() {
-    let settings = "integrator = { max_depth = 5, at_depth = \"black\" }\nbackground = { color = [0.6, 0.7, 0.9] }";
+    let settings =
+        "integrator = { max_depth = 5, at_depth = \"black\" }\nbackground = { color = [0.6, 0.7, 0.9] }";
     for n in 10..18 {
         let desc = describe(&random_scene(n, settings, true, true));
         agree("001", &desc, |w, d| document_001(w, w.eye, d.normalize(), 5));
@@ -95,7 +112,8 @@ fn document_001_eight_steps() {
 
 #[test]
 fn document_003_simplistic() {
-    let settings = "integrator = { max_depth = 4, at_depth = \"black\", miss = \"black\", combine = \"add\" }";
+    let settings =
+        "integrator = { max_depth = 4, at_depth = \"black\", miss = \"black\", combine = \"add\" }";
     for n in 20..28 {
         let desc = describe(&random_scene(n, settings, true, true));
         agree("003", &desc, |w, d| document_003(w, w.eye, d.normalize(), 4));

@@ -84,7 +84,8 @@ fn a_glass_slab_shifts_a_ray_by_the_textbook_amount() {
              light = [{{ type = \"ambient\", intensity = 1 }}]\n\
              object = [{{ type = \"box\", min = [-50, -50, -2], max = [50, 50, -1], material = {{ kd = 0, ka = 0, k_refract = 1, ior = 1.5 }} }},\n\
              {{ type = \"sphere\", center = [{x}, 0, {z}], radius = 0.001, material = {{ color = [0, 1, 0] }} }}]",
-            -dx * 5.0, -dz * 5.0
+            -dx * 5.0,
+            -dz * 5.0
         ))
     };
     close(hit(0.0), [0.0, 1.0, 0.0], 0.0);
@@ -187,13 +188,33 @@ fn scaled(k: f64) -> String {
          {{ type = \"sphere\", center = [0, {}, 0], radius = {}, material = {{ color = \"tomato\", ks = 0.5, k_reflect = 0.3 }} }},\n\
          {{ type = \"sphere\", center = [{}, {}, {}], radius = {}, material = {{ kd = 0.1, k_reflect = 0.1, k_refract = 0.8 }} }},\n\
          {{ type = \"torus\", center = [{}, {}, 0], axis = [1, 2, 2], radius = {}, tube_radius = {}, material = {{ color = \"teal\" }} }}]",
-        s(2.0), s(6.0), s(1.0), s(3.0), s(5.0), s(4.0), s(-5000.0), s(5000.0), s(1.0), s(1.0), s(1.5), s(0.7),
-        s(1.0), s(0.7), s(-2.0), s(1.0), s(0.7), s(0.3)
+        s(2.0),
+        s(6.0),
+        s(1.0),
+        s(3.0),
+        s(5.0),
+        s(4.0),
+        s(-5000.0),
+        s(5000.0),
+        s(1.0),
+        s(1.0),
+        s(1.5),
+        s(0.7),
+        s(1.0),
+        s(0.7),
+        s(-2.0),
+        s(1.0),
+        s(0.7),
+        s(0.3)
     )
 }
 
 fn different(a: &Picture, b: &Picture) -> usize {
-    a.display.iter().zip(&b.display).filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1)).count()
+    a.display
+        .iter()
+        .zip(&b.display)
+        .filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1))
+        .count()
 }
 
 #[test]
@@ -215,7 +236,11 @@ fn bytes_do_not_depend_on_threads_or_passes() {
         let desc = describe(&text);
         let first = render_with(&desc, 1, u32::MAX).0;
         for (threads, pass) in [(2, 1), (7, 4), (16, 2)] {
-            assert_eq!(first.linear, render_with(&desc, threads, pass).0.linear, "{antialias}, {threads} threads");
+            assert_eq!(
+                first.linear,
+                render_with(&desc, threads, pass).0.linear,
+                "{antialias}, {threads} threads"
+            );
         }
     }
 }
@@ -223,7 +248,8 @@ fn bytes_do_not_depend_on_threads_or_passes() {
 #[test]
 fn a_crop_is_a_part_of_the_picture() {
     for antialias in ["none", "mean", "grid", "adaptive", "monte-carlo"] {
-        let text = scaled(1.0).replace("height = 48", &format!("height = 48, antialias = \"{antialias}\", samples = 4"));
+        let text = scaled(1.0)
+            .replace("height = 48", &format!("height = 48, antialias = \"{antialias}\", samples = 4"));
         let mut desc = describe(&text);
         let full = render_with(&desc, 2, 8).0;
         desc.film.crop = Some([13, 7, 30, 25]);

@@ -32,9 +32,15 @@ pub struct Object {
 
 #[derive(Clone, Copy)]
 pub enum Lamp {
-    Point { position: V, color: V },
+    Point {
+        position: V,
+        color: V,
+    },
     /// `from` as written, not normalised, as document 004 has it.
-    Directional { from: V, color: V },
+    Directional {
+        from: V,
+        color: V,
+    },
 }
 
 pub struct World {
@@ -73,16 +79,29 @@ impl World {
                 let MaterialDesc::Classic(m) = &desc.materials[o.material.unwrap().index()].value;
                 let ColorSource::Constant(color) = m.color else { panic!("no textures here") };
                 let n = m.shininess;
-                Object { form, color: rgb(color), ka: m.ka, kd: m.kd, ks: m.ks, n, kr: m.k_reflect, kt: m.k_refract, ior: m.ior }
+                Object {
+                    form,
+                    color: rgb(color),
+                    ka: m.ka,
+                    kd: m.kd,
+                    ks: m.ks,
+                    n,
+                    kr: m.k_reflect,
+                    kt: m.k_refract,
+                    ior: m.ior,
+                }
             })
             .collect();
         let (mut lamps, mut ambient) = (Vec::new(), V::ZERO);
         for light in &desc.lights {
             match &light.value {
                 LightDesc::Ambient(l) => ambient += rgb(l.color) * l.intensity,
-                LightDesc::Point(l) => lamps.push(Lamp::Point { position: l.position, color: rgb(l.color) * l.intensity }),
+                LightDesc::Point(l) => {
+                    lamps.push(Lamp::Point { position: l.position, color: rgb(l.color) * l.intensity })
+                }
                 LightDesc::Directional(l) => {
-                    lamps.push(Lamp::Directional { from: l.from.unwrap(), color: rgb(l.color) * l.intensity });
+                    lamps
+                        .push(Lamp::Directional { from: l.from.unwrap(), color: rgb(l.color) * l.intensity });
                 }
                 other => panic!("{other:?}"),
             }
@@ -109,7 +128,8 @@ impl World {
     /// From the eye to the sample point of a pixel on the screen (not normalised).
     pub fn direction(&self, x: u32, y: u32) -> V {
         let forward = (self.look - self.eye).normalize();
-        let right = if self.left_handed { self.up.cross(forward) } else { forward.cross(self.up) }.normalize();
+        let right =
+            if self.left_handed { self.up.cross(forward) } else { forward.cross(self.up) }.normalize();
         let up = if self.left_handed { forward.cross(right) } else { right.cross(forward) };
         let (w, h) = (f64::from(self.width), f64::from(self.height));
         let (px, py) = if self.corner { (0.0, 1.0) } else { (0.5, 0.5) };
@@ -255,7 +275,9 @@ pub fn document_001(w: &World, o: V, d: V, left: u32) -> V {
     let mut refracted = V::ZERO;
     if tau > 0.0 {
         match bend(d, outward, object.ior) {
-            Some(direction) if left > 0 => refracted = document_001(w, off(p, n, direction), direction, left - 1),
+            Some(direction) if left > 0 => {
+                refracted = document_001(w, off(p, n, direction), direction, left - 1)
+            }
             Some(_) => {}
             None => {
                 r += tau;

@@ -90,8 +90,11 @@ impl Film {
     fn mean_of_neighbours(&self, x: u32, y: u32) -> Option<[f32; 4]> {
         self.pixel(x, y)?;
         let (mut sum, mut count) = ([0.0f64; 4], 0u32);
-        for ny in y.saturating_sub(1).max(self.region.y)..=(y + 1).min(self.region.y + self.region.height - 1) {
-            for nx in x.saturating_sub(1).max(self.region.x)..=(x + 1).min(self.region.x + self.region.width - 1) {
+        for ny in y.saturating_sub(1).max(self.region.y)..=(y + 1).min(self.region.y + self.region.height - 1)
+        {
+            for nx in
+                x.saturating_sub(1).max(self.region.x)..=(x + 1).min(self.region.x + self.region.width - 1)
+            {
                 if let Some(v) = self.pixel(nx, ny) {
                     for (s, v) in sum.iter_mut().zip(v) {
                         *s += f64::from(v);

@@ -73,7 +73,13 @@ impl RayStats {
 /// How much light comes along camera rays. Called once per batch; a sample's result depends on nothing but itself.
 pub trait Integrator: Sync {
     /// Appends one result per sample to `out`.
-    fn radiance(&self, scene: &Scene, samples: &[CameraSample], out: &mut Vec<Radiance>, stats: &mut RayStats);
+    fn radiance(
+        &self,
+        scene: &Scene,
+        samples: &[CameraSample],
+        out: &mut Vec<Radiance>,
+        stats: &mut RayStats,
+    );
 }
 
 impl IntegratorDesc {

@@ -27,7 +27,13 @@ type = "normals"
 }
 
 impl Integrator for NormalsDesc {
-    fn radiance(&self, scene: &Scene, samples: &[CameraSample], out: &mut Vec<Radiance>, stats: &mut RayStats) {
+    fn radiance(
+        &self,
+        scene: &Scene,
+        samples: &[CameraSample],
+        out: &mut Vec<Radiance>,
+        stats: &mut RayStats,
+    ) {
         for sample in samples {
             stats.camera += 1;
             out.push(match scene.intersect(&sample.ray) {

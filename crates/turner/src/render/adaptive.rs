@@ -45,7 +45,15 @@ impl TileBuffers {
                     let corner = corners[((row + dy) * columns + column + dx) as usize];
                     grid.values[dy as usize * (side - 1) * side + dx as usize * (side - 1)] = Some(corner);
                 }
-                let mean = self.square(scene, &mut grid, 0, 0, cells as usize, f64::from(film.threshold as f32), &point);
+                let mean = self.square(
+                    scene,
+                    &mut grid,
+                    0,
+                    0,
+                    cells as usize,
+                    f64::from(film.threshold as f32),
+                    &point,
+                );
                 let id = SampleId { x, y, index: 0, seed: u64::from(film.seed) };
                 let i = (row * tile.width + column) as usize;
                 add(&mut self.sums[i], &mut self.non_finite, &id, &mean);
@@ -78,7 +86,8 @@ impl TileBuffers {
             .filter(|(x, y)| grid.values[at(*x, *y)].is_none())
             .collect();
         let (gx, gy) = (grid.x, grid.y);
-        let traced = self.trace_points(scene, missing.iter().map(|(x, y)| point(gx + *x as u32, gy + *y as u32)));
+        let traced =
+            self.trace_points(scene, missing.iter().map(|(x, y)| point(gx + *x as u32, gy + *y as u32)));
         for ((x, y), value) in missing.iter().zip(traced) {
             grid.values[y * grid.side + x] = Some(*value);
         }
@@ -93,8 +102,9 @@ fn spread(values: &[Radiance; 4]) -> f64 {
     let channels = values.map(|v| [v.color.r, v.color.g, v.color.b, v.alpha]);
     (0..4)
         .map(|c| {
-            let (low, high) =
-                channels.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v[c]), h.max(v[c])));
+            let (low, high) = channels
+                .iter()
+                .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v[c]), h.max(v[c])));
             f64::from(high - low)
         })
         .fold(0.0, f64::max)

@@ -114,7 +114,8 @@ impl<'a> Renderer<'a> {
         }
         if let Some(message) = failure {
             let message = format!("a fault while rendering: {message}");
-            return Err(SceneError::new(ErrorCode::Internal, message).help("this is a bug in Turner: please report it"));
+            return Err(SceneError::new(ErrorCode::Internal, message)
+                .help("this is a bug in Turner: please report it"));
         }
         let complete = done.load(Ordering::Relaxed) == tiles.len();
         if complete {

@@ -42,7 +42,11 @@ impl TileBuffers {
                 for x in tile.x..tile.x + tile.width {
                     let id = SampleId { x, y, index, seed: u64::from(scene.film.seed) };
                     let within = within_pixel(scene, &id);
-                    self.samples.push(camera_sample(scene, id, DVec2::new(f64::from(x), f64::from(y)) + within));
+                    self.samples.push(camera_sample(
+                        scene,
+                        id,
+                        DVec2::new(f64::from(x), f64::from(y)) + within,
+                    ));
                 }
             }
             self.trace(scene);
@@ -59,7 +63,11 @@ impl TileBuffers {
     }
 
     /// Traces a list of points of the picture and gives their results in order.
-    pub(super) fn trace_points(&mut self, scene: &Scene, points: impl Iterator<Item = (SampleId, DVec2)>) -> &[Radiance] {
+    pub(super) fn trace_points(
+        &mut self,
+        scene: &Scene,
+        points: impl Iterator<Item = (SampleId, DVec2)>,
+    ) -> &[Radiance] {
         self.samples.clear();
         self.samples.extend(points.map(|(id, at)| camera_sample(scene, id, at)));
         self.trace(scene);
@@ -97,10 +105,8 @@ fn within_pixel(scene: &Scene, id: &SampleId) -> DVec2 {
 /// The camera ray through a point of the picture, in pixels from its top left corner.
 fn camera_sample(scene: &Scene, id: SampleId, at: DVec2) -> CameraSample {
     let film = &scene.film;
-    let screen = DVec2::new(
-        2.0 * at.x / f64::from(film.width) - 1.0,
-        1.0 - 2.0 * at.y / f64::from(film.height),
-    );
+    let screen =
+        DVec2::new(2.0 * at.x / f64::from(film.width) - 1.0, 1.0 - 2.0 * at.y / f64::from(film.height));
     let lens = if scene.camera.has_lens() { id.unit_square(LENS_DIMENSION) } else { DVec2::splat(0.5) };
     CameraSample { id, ray: scene.camera.ray(screen, lens) }
 }

@@ -9,6 +9,7 @@ pub mod read;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;
+mod sieve;
 pub mod transform;
 pub mod value;
 
@@ -16,5 +17,5 @@ pub use desc::*;
 pub use error::{ErrorCode, SceneError};
 pub use param::ColorSource;
 pub use prepare::PrepareOptions;
-pub use scene::{Hit, Scene, SceneStats, SurfaceInteraction};
 pub use read::{SceneAssets, read_scene};
+pub use scene::{Hit, Scene, SceneStats, SurfaceInteraction};

@@ -5,6 +5,7 @@ use turner_bvh::{BuildOptions, Bvh2};
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
+use super::sieve::{MAX_SHAPES, Sieve};
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::film::{Film, PixelSum};
@@ -58,12 +59,31 @@ impl SceneDesc {
         let in_tree = |b: &Option<Bounds>| b.is_some() && primitives.len() > MAX_LINEAR;
         let frame = TraversalFrame::new(&if primitives.len() > MAX_LINEAR { total } else { Bounds::EMPTY });
 
-        let bounded_ids: Vec<u32> = (0..primitives.len() as u32).filter(|i| in_tree(&bounds[*i as usize])).collect();
+        let bounded_ids: Vec<u32> =
+            (0..primitives.len() as u32).filter(|i| in_tree(&bounds[*i as usize])).collect();
         let boxes: Vec<_> = bounds.iter().filter(|b| in_tree(b)).flatten().map(|b| frame.aabb(b)).collect();
         let build = BuildOptions { threads: options.threads, ..BuildOptions::default() };
-        let bvh = Bvh2::build(&boxes, &build).map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
+        let sieve = (1..=MAX_SHAPES).contains(&boxes.len()).then(|| {
+            Sieve::new(
+                &frame,
+                bounded_ids.iter().map(|i| {
+                    let primitive = &primitives[*i as usize];
+                    let sphere = match &primitive.shape {
+                        Shape::Sphere(s) if primitive.transform == NO_TRANSFORM => Some((s.center, s.radius)),
+                        _ => None,
+                    };
+                    (bounds[*i as usize].unwrap_or(Bounds::EMPTY), sphere)
+                }),
+            )
+        });
+        let boxes = if sieve.is_some() { Vec::new() } else { boxes };
+        let bvh =
+            Bvh2::build(&boxes, &build).map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
         let mut slots: Vec<Option<Primitive>> = primitives.into_iter().map(Some).collect();
         let mut ordered: Vec<Primitive> = Vec::with_capacity(slots.len());
+        if sieve.is_some() {
+            ordered.extend(bounded_ids.iter().filter_map(|i| slots[*i as usize].take()));
+        }
         ordered.extend(bvh.order().iter().filter_map(|i| slots[bounded_ids[*i as usize] as usize].take()));
         let bounded = ordered.len();
         ordered.extend(slots.into_iter().flatten());
@@ -99,6 +119,7 @@ impl SceneDesc {
             bounded,
             transforms,
             bvh,
+            sieve,
             frame,
             has_tinted,
             warnings,
@@ -155,7 +176,8 @@ impl SceneDesc {
                 match states[g.index()] {
                     State::Done(_) => {}
                     State::Open => {
-                        states[g.index()] = State::Done(placed(&self.groups[g.index()].value.objects, &states));
+                        states[g.index()] =
+                            State::Done(placed(&self.groups[g.index()].value.objects, &states));
                     }
                     State::New => {
                         states[g.index()] = State::Open;
@@ -268,14 +290,16 @@ impl Flattener<'_> {
             self.transforms.push(transform);
             self.transforms.len() as u32 - 1
         };
-        let bounds = shape.bounds().map(|b| if transform == NO_TRANSFORM { b } else { b.transformed(&to_world) });
+        let bounds =
+            shape.bounds().map(|b| if transform == NO_TRANSFORM { b } else { b.transformed(&to_world) });
         // The tree works in single precision.
         const LARGEST: f64 = 1e30;
         if let Some(b) = bounds
             && !(b.min.abs().max_element() < LARGEST && b.max.abs().max_element() < LARGEST)
         {
             let name = object.name.as_deref().map_or(String::new(), |n| format!(" \"{}\"", escape(n)));
-            let message = format!("the object{name} reaches beyond {LARGEST:e} units: its numbers are too large");
+            let message =
+                format!("the object{name} reaches beyond {LARGEST:e} units: its numbers are too large");
             return Err(SceneError::new(ErrorCode::OutOfRange, message));
         }
         let id = self.primitives.len() as u32;

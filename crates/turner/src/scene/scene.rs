@@ -4,6 +4,7 @@ use turner_bvh::Bvh2;
 
 use super::background::BackgroundDesc;
 use super::desc::{MaterialId, Warning};
+use super::sieve::Sieve;
 use crate::camera::Camera;
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
@@ -39,7 +40,10 @@ pub struct Scene {
     /// How many of them are in the tree.
     pub(super) bounded: usize,
     pub(super) transforms: Vec<ObjectTransform>,
+    /// Empty where the sieve serves.
     pub(super) bvh: Bvh2,
+    /// For scenes of few shapes, instead of the tree.
+    pub(super) sieve: Option<Sieve>,
     pub(super) frame: TraversalFrame,
     /// Whether any shadow is tinted.
     pub(super) has_tinted: bool,
@@ -97,7 +101,8 @@ impl ObjectTransform {
     pub(super) fn new(to_world: DAffine3) -> ObjectTransform {
         let to_object = to_world.inverse();
         let m = to_world.matrix3;
-        let stretch = (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt();
+        let stretch =
+            (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt();
         ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch }
     }
 }
@@ -149,7 +154,12 @@ impl Scene {
         for i in self.bounded..self.primitives.len() {
             self.try_primitive(i as u32, &mut ray, &mut best);
         }
-        if let Some(search) = self.frame.ray(&ray) {
+        let Some(search) = self.frame.ray(&ray) else { return best };
+        if let Some(sieve) = &self.sieve {
+            for i in Bits(sieve.candidates(&search.ray)) {
+                self.try_primitive(i, &mut ray, &mut best);
+            }
+        } else {
             self.bvh.closest(&search.ray, |leaf, t_max| {
                 let before = ray.t_max;
                 for i in leaf {
@@ -210,9 +220,14 @@ impl Scene {
                 return true;
             }
         }
-        match self.frame.ray(ray) {
-            None => false,
-            Some(search) => self.bvh.any(&search.ray, |leaf| leaf.into_iter().any(|i| self.primitive_occludes(i, ray))),
+        match (self.frame.ray(ray), &self.sieve) {
+            (None, _) => false,
+            (Some(search), Some(sieve)) => {
+                Bits(sieve.candidates(&search.ray)).any(|i| self.primitive_occludes(i, ray))
+            }
+            (Some(search), None) => {
+                self.bvh.any(&search.ray, |leaf| leaf.into_iter().any(|i| self.primitive_occludes(i, ray)))
+            }
         }
     }
 
@@ -258,7 +273,15 @@ impl Scene {
         let floor = 1e-15 * hit.shape.t;
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
-            return SurfaceInteraction { p: s.p, error: s.error.max(floor), ng: s.ng, ns: s.ns, material, object: s, hit: *hit };
+            return SurfaceInteraction {
+                p: s.p,
+                error: s.error.max(floor),
+                ng: s.ng,
+                ns: s.ns,
+                material,
+                object: s,
+                hit: *hit,
+            };
         }
         let transform = &self.transforms[primitive.transform as usize];
         let s = primitive.shape.surface(&ray.transformed(&transform.to_object), &hit.shape);
@@ -274,6 +297,20 @@ impl Scene {
     pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint {
         let shape = &self.primitives[surface.hit.primitive as usize].shape;
         TexturePoint { uv: shape.uv(&surface.hit.shape, &surface.object), p: surface.object.p }
+    }
+}
+
+/// The set bits of a word, from the lowest.
+struct Bits(u64);
+
+impl Iterator for Bits {
+    type Item = u32;
+
+    #[inline]
+    fn next(&mut self) -> Option<u32> {
+        let i = self.0.trailing_zeros();
+        self.0 &= self.0.wrapping_sub(1);
+        (i < 64).then_some(i)
     }
 }
 

@@ -66,6 +66,11 @@ impl TraversalFrame {
         Aabb::outward(min.to_array(), max.to_array())
     }
 
+    /// A sphere in the units of the tree, not padded.
+    pub fn sphere(&self, center: DVec3, radius: f64) -> (DVec3, f64) {
+        ((center - self.center) * self.scale, radius * self.scale + self.pad)
+    }
+
     /// The ray to search the tree with; `None` if it passes the tree by, or is no ray at all (NaN, infinite, no
     /// direction).
     #[inline]

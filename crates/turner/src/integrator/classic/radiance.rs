@@ -31,7 +31,13 @@ struct Tree {
 }
 
 impl Integrator for ClassicDesc {
-    fn radiance(&self, scene: &Scene, samples: &[CameraSample], out: &mut Vec<Radiance>, stats: &mut RayStats) {
+    fn radiance(
+        &self,
+        scene: &Scene,
+        samples: &[CameraSample],
+        out: &mut Vec<Radiance>,
+        stats: &mut RayStats,
+    ) {
         let mut stack: Vec<Task> = Vec::with_capacity(32);
         for sample in samples {
             let mut tree = Tree { color: Spectrum::BLACK, alpha: 1.0, spawned: 0, shaded: 0, id: sample.id };
@@ -65,7 +71,14 @@ struct Shading<'a> {
 }
 
 impl ClassicDesc {
-    fn trace(&self, scene: &Scene, task: &Task, tree: &mut Tree, stack: &mut Vec<Task>, stats: &mut RayStats) {
+    fn trace(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        tree: &mut Tree,
+        stack: &mut Vec<Task>,
+        stats: &mut RayStats,
+    ) {
         let Some(hit) = scene.intersect(&task.ray) else {
             self.miss(scene, task, tree);
             return;
