@@ -1,5 +1,7 @@
 #![forbid(unsafe_code)]
-//! File formats: bytes for a URI ([`assets`]), pictures ([`image`]).
+//! File formats: bytes for a URI ([`assets`]), pictures ([`image`]), meshes ([`mesh`]), text scenes ([`scene`]).
 
 pub mod assets;
 pub mod image;
+pub mod mesh;
+pub mod scene;

@@ -1,0 +1,71 @@
+//! What can be wrong with a mesh file.
+
+use super::Place;
+use crate::assets::printable;
+use crate::scene::SceneFormat;
+use crate::scene::nearest_mesh_extension;
+use std::path::Path;
+
+/// Why a mesh could not be read: the file, what was found, what was expected, the remedy.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// Neither first bytes nor extension belong to a format that is read.
+    #[error("{name}: not a mesh that can be read{nearest}; expected {valid}\n  convert it to one of these")]
+    Unknown {
+        /// The file.
+        name: String,
+        /// `"; the nearest is .ply"`, or empty.
+        nearest: String,
+        /// The formats that are read.
+        valid: String,
+    },
+    /// The file breaks the rules of its format.
+    #[error("{name}: damaged {format}: {place}: {problem}\n  export or download it again")]
+    Damaged {
+        /// The file.
+        name: String,
+        /// The format's name.
+        format: &'static str,
+        /// Where.
+        place: Place,
+        /// What was found and what was expected.
+        problem: String,
+    },
+    /// A file without a triangle: a cloud of points, or nothing at all.
+    #[error(
+        "{name}: has {vertices} vertices but no faces; expected a mesh of polygons\n  \
+         a cloud of points must be made into a surface first"
+    )]
+    Empty {
+        /// The file.
+        name: String,
+        /// How many vertices it has.
+        vertices: usize,
+    },
+    /// There was not enough memory.
+    #[error("{name}: not enough memory for {count} vertices or faces\n  use a smaller mesh")]
+    OutOfMemory {
+        /// The file.
+        name: String,
+        /// How many elements there was no room for.
+        count: usize,
+    },
+}
+
+impl MeshError {
+    pub(super) fn damaged(name: &str, format: SceneFormat, place: Place, problem: String) -> Self {
+        Self::Damaged { name: printable(name), format: format.name(), place, problem: printable(&problem) }
+    }
+
+    pub(super) fn unknown(name: &str) -> Self {
+        let extension = Path::new(name).extension().map(|e| e.to_string_lossy().to_lowercase());
+        let nearest = nearest_mesh_extension(&extension.unwrap_or_default());
+        Self::Unknown { name: printable(name), nearest, valid: SceneFormat::mesh_listing() }
+    }
+}
+
+/// Room for `more` values, or an error instead of an abort where memory is short.
+pub(super) fn reserve<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), MeshError> {
+    v.try_reserve_exact(more).map_err(|_| MeshError::OutOfMemory { name: printable(name), count: more })
+}

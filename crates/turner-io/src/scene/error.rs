@@ -1,0 +1,86 @@
+//! Errors of loading: what `turner` found, together with the texts it was found in.
+
+use super::sources::{Location, Sources};
+use crate::assets::AssetError;
+use turner::scene::error::{ErrorCode, SceneError};
+
+/// Why a scene could not be loaded. Displayed in one to three lines:
+///
+/// ```text
+/// error[E0102]: scene.toml:12:3: unknown key `radus` in the shape "sphere"
+///   help: did you mean `radius`?
+/// ```
+#[derive(Clone, Debug)]
+pub struct LoadError {
+    /// What is wrong.
+    pub error: SceneError,
+    /// The texts read so far.
+    pub sources: Sources,
+}
+
+impl LoadError {
+    /// The stable code, e.g. `E0102`.
+    pub fn code(&self) -> &'static str {
+        self.error.code.as_str()
+    }
+
+    /// Where it is, if it is at a place in a text.
+    pub fn location(&self) -> Option<Location<'_>> {
+        self.error.span.and_then(|span| self.sources.locate(span))
+    }
+
+    /// The file, or the argument of the command line.
+    pub fn file(&self) -> Option<&str> {
+        let id = self.error.span?.file;
+        self.sources.get(id).map(|file| file.name.as_str())
+    }
+
+    /// The line, from 1.
+    pub fn line(&self) -> Option<usize> {
+        self.location().map(|l| l.line)
+    }
+
+    /// The column in characters, from 1.
+    pub fn column(&self) -> Option<usize> {
+        self.location().map(|l| l.column)
+    }
+}
+
+impl std::fmt::Display for LoadError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "error[{}]: ", self.code())?;
+        match self.location() {
+            Some(at) if at.is_argument => write!(f, "{}: ", at.file)?,
+            Some(at) => write!(f, "{}:{}:{}: ", at.file, at.line, at.column)?,
+            None => {}
+        }
+        write!(f, "{}", self.error.message)?;
+        match &self.error.help {
+            Some(help) => write!(f, "\n  help: {help}"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for LoadError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.error)
+    }
+}
+
+/// An error of reading a file, as one of the scene.
+pub(super) fn asset_error(error: AssetError) -> SceneError {
+    let code = match error {
+        AssetError::TooLarge { .. } | AssetError::Budget { .. } => ErrorCode::TooLarge,
+        _ => ErrorCode::File,
+    };
+    two_lines(code, &error.to_string())
+}
+
+/// Splits `what is wrong\n  remedy`, the form of this crate's own errors.
+pub(super) fn two_lines(code: ErrorCode, text: &str) -> SceneError {
+    match text.split_once("\n  ") {
+        Some((message, help)) => SceneError::new(code, message).help(help),
+        None => SceneError::new(code, text),
+    }
+}

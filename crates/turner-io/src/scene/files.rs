@@ -1,0 +1,91 @@
+//! The files that a scene names: each is read, hashed and decoded once.
+
+use super::error::{asset_error, two_lines};
+use super::hash::SceneHash;
+use super::sources::Sources;
+use crate::assets::AssetSource;
+use crate::image::{DecodeLimits, decode};
+use crate::mesh;
+use std::collections::HashMap;
+use std::sync::Arc;
+use turner::image::Image;
+use turner::scene::SceneAssets;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::value::FileId;
+use turner::shape::mesh::MeshData;
+
+/// Most bytes of one picture or mesh file: 4 GiB.
+const MAX_FILE: u64 = 4 << 30;
+/// Most bytes of samples of all pictures together: 16 GiB.
+const MAX_DECODED: u64 = 16 << 30;
+
+/// Pictures and meshes through an [`AssetSource`]: the [`SceneAssets`] of files.
+pub struct SceneFiles<'a> {
+    assets: &'a dyn AssetSource,
+    sources: &'a Sources,
+    hash: SceneHash,
+    images: HashMap<String, Arc<Image>>,
+    meshes: HashMap<String, Arc<MeshData>>,
+    decoded: u64,
+    warnings: Vec<String>,
+}
+
+impl<'a> SceneFiles<'a> {
+    /// Files named in the texts of `sources`.
+    pub fn new(assets: &'a dyn AssetSource, sources: &'a Sources) -> Self {
+        Self::with_hash(assets, sources, SceneHash::new())
+    }
+
+    /// With a hash that goes on from what was read before.
+    pub(super) fn with_hash(assets: &'a dyn AssetSource, sources: &'a Sources, hash: SceneHash) -> Self {
+        let (images, meshes) = (HashMap::new(), HashMap::new());
+        SceneFiles { assets, sources, hash, images, meshes, decoded: 0, warnings: Vec::new() }
+    }
+
+    /// What was ignored, and the hash over all that was read.
+    pub(super) fn finish(self) -> (Vec<String>, SceneHash) {
+        (self.warnings, self.hash)
+    }
+
+    fn resolve(&self, uri: &str, from: FileId) -> Result<String, SceneError> {
+        let from = self.sources.get(from).map_or(".", |file| file.uri.as_str());
+        self.assets.resolve(from, uri).map_err(asset_error)
+    }
+
+    fn read(&mut self, kind: u8, path: &str) -> Result<Vec<u8>, SceneError> {
+        let bytes = self.assets.read(path, MAX_FILE).map_err(asset_error)?;
+        self.hash.add(kind, &bytes);
+        Ok(bytes)
+    }
+}
+
+impl SceneAssets for SceneFiles<'_> {
+    fn image(&mut self, uri: &str, from: FileId) -> Result<Arc<Image>, SceneError> {
+        let path = self.resolve(uri, from)?;
+        if let Some(image) = self.images.get(&path) {
+            return Ok(image.clone());
+        }
+        let bytes = self.read(b'i', &path)?;
+        let mut limits = DecodeLimits::default();
+        limits.max_bytes = limits.max_bytes.min(MAX_DECODED - self.decoded);
+        let image =
+            decode(&bytes, &path, &limits).map_err(|e| two_lines(ErrorCode::Image, &e.to_string()))?;
+        self.decoded += image.memory() as u64;
+        let image = Arc::new(image);
+        self.images.insert(path, image.clone());
+        Ok(image)
+    }
+
+    fn mesh(&mut self, uri: &str, from: FileId) -> Result<Arc<MeshData>, SceneError> {
+        let path = self.resolve(uri, from)?;
+        if let Some(mesh) = self.meshes.get(&path) {
+            return Ok(mesh.clone());
+        }
+        let bytes = self.read(b'm', &path)?;
+        let read = mesh::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
+        self.warnings.extend(read.warnings);
+        let mesh = Arc::new(read.mesh);
+        self.meshes.insert(path, mesh.clone());
+        Ok(mesh)
+    }
+}

@@ -1,0 +1,167 @@
+//! `include`: other files whose sections are read first.
+
+use super::error::asset_error;
+use super::sources::{SourceFile, Sources};
+use super::{MAX_TEXT, text};
+use crate::assets::{AssetSource, printable};
+use std::collections::{HashMap, HashSet};
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::schema::wrong_type;
+use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
+
+/// Most files that include each other in a chain, the scene itself counted.
+const MAX_CHAIN: usize = 64;
+/// Most files of a scene.
+const MAX_FILES: usize = 4096;
+/// Most bytes of all texts of a scene.
+const MAX_TEXTS: u64 = 2 << 30;
+
+/// The merged table of a scene and of all it includes.
+pub(super) fn read(
+    root: SourceFile,
+    folder: &str,
+    assets: &dyn AssetSource,
+    sources: &mut Sources,
+) -> Result<Value, SceneError> {
+    let mut seen = HashSet::new();
+    // The scene's own name in the form in which others would name it.
+    let uri = assets.resolve(&root.uri, last_part(&root.uri)).unwrap_or_else(|_| root.uri.clone());
+    seen.insert(uri.clone());
+    let bytes = root.text.len() as u64;
+    let file = sources.add(root);
+    Reader { folder, assets, sources, seen, chain: vec![uri], bytes }.file(file)
+}
+
+fn last_part(uri: &str) -> &str {
+    uri.rsplit(['/', '\\']).next().unwrap_or(uri)
+}
+
+struct Reader<'a> {
+    /// What stands before a file's path in messages.
+    folder: &'a str,
+    assets: &'a dyn AssetSource,
+    sources: &'a mut Sources,
+    /// Files read so far.
+    seen: HashSet<String>,
+    /// The files on the way from the scene to the one that is being read.
+    chain: Vec<String>,
+    bytes: u64,
+}
+
+impl Reader<'_> {
+    fn file(&mut self, file: FileId) -> Result<Value, SceneError> {
+        let text = self.sources.get(file).map_or("", |f| f.text.as_str());
+        let mut value = text::parse(text, file)?;
+        let Data::Table(table) = &mut value.data else { return Ok(value) };
+        let Some(at) = table.entries.iter().position(|e| e.key == "include") else { return Ok(value) };
+        let include = table.entries.remove(at).value;
+        let mut merged: Option<Table> = None;
+        for (uri, span) in names(&include)? {
+            let Some(included) = self.include(uri, span)? else { continue };
+            if let Data::Table(included) = included.data {
+                match &mut merged {
+                    None => merged = Some(included),
+                    Some(m) => merge(m, included, &mut Vec::new()),
+                }
+            }
+        }
+        if let Some(mut merged) = merged {
+            merge(&mut merged, std::mem::take(table), &mut Vec::new());
+            *table = merged;
+        }
+        Ok(value)
+    }
+
+    /// The merged table of an included file; `None` if it has been read before.
+    fn include(&mut self, uri: &str, span: Span) -> Result<Option<Value>, SceneError> {
+        let from = self.chain.last().map_or("", String::as_str);
+        let uri = self.assets.resolve(from, uri).map_err(|e| asset_error(e).or_at(Some(span)))?;
+        if let Some(start) = self.chain.iter().position(|f| *f == uri) {
+            let mut chain: Vec<String> = self.chain[start..].iter().map(|f| printable(f)).collect();
+            chain.push(printable(&uri));
+            if chain.len() > 8 {
+                chain.splice(4..chain.len() - 3, ["…".to_owned()]);
+            }
+            let message = format!("files include each other in a circle: {}", chain.join(" -> "));
+            return Err(SceneError::at(ErrorCode::Cycle, span, message).help("remove one of these includes"));
+        }
+        if self.chain.len() >= MAX_CHAIN {
+            let message = format!("includes nest deeper than {MAX_CHAIN} files");
+            return Err(
+                SceneError::at(ErrorCode::Cycle, span, message).help("include these files from the scene")
+            );
+        }
+        if !self.seen.insert(uri.clone()) {
+            return Ok(None);
+        }
+        let too_large = |message: String| {
+            SceneError::at(ErrorCode::TooLarge, span, message)
+                .help("join files, or keep large data in mesh files")
+        };
+        if self.sources.files().len() >= MAX_FILES {
+            return Err(too_large(format!("the scene includes more than {MAX_FILES} files")));
+        }
+        let bytes = self.assets.read(&uri, MAX_TEXT).map_err(|e| asset_error(e).or_at(Some(span)))?;
+        self.bytes += bytes.len() as u64;
+        if self.bytes > MAX_TEXTS {
+            return Err(too_large(format!("the scene's texts have more than {MAX_TEXTS} bytes in all")));
+        }
+        let name = printable(&format!("{}{uri}", self.folder));
+        let text = text::utf8(bytes, &name).map_err(|e| e.or_at(Some(span)))?;
+        let file = self.sources.add(SourceFile { name, uri: uri.clone(), text, is_argument: false });
+        self.chain.push(uri);
+        let value = self.file(file)?;
+        self.chain.pop();
+        Ok(Some(value))
+    }
+}
+
+/// The names in `include = …` and their places.
+fn names<'a>(value: &'a Value) -> Result<Vec<(&'a str, Span)>, SceneError> {
+    let expected = "the name of a scene file, or a list of names";
+    let items = match &value.data {
+        Data::Array(items) => items.as_slice(),
+        _ => std::slice::from_ref(value),
+    };
+    let name = |item: &'a Value| match &item.data {
+        Data::String(name) => Ok((name.as_str(), item.span)),
+        _ => Err(wrong_type(item, expected).help("write include = [\"parts.toml\"]")),
+    };
+    items.iter().map(name).collect()
+}
+
+/// Puts `over` on top of `base`: tables key by key, lists of objects and lights one after the other, all else
+/// replaced. `path` is where these tables stand.
+fn merge(base: &mut Table, over: Table, path: &mut Vec<String>) {
+    // By name where there are many keys: a scene may have a hundred thousand materials.
+    let many = over.entries.len() > 8;
+    let entries = base.entries.iter().enumerate().filter(|_| many);
+    let index: HashMap<String, usize> = entries.map(|(i, e)| (e.key.clone(), i)).collect();
+    for Entry { key, key_span, value } in over.entries {
+        let at = if many { index.get(&key).copied() } else { base.entries.iter().position(|e| e.key == key) };
+        let Some(old) = at.and_then(|i| base.entries.get_mut(i)) else {
+            base.entries.push(Entry { key, key_span, value });
+            continue;
+        };
+        path.push(key);
+        match (&mut old.value.data, value) {
+            (Data::Table(old_table), Value { data: Data::Table(table), span }) => {
+                merge(old_table, table, path);
+                (old.key_span, old.value.span) = (key_span, span);
+            }
+            (Data::Array(old_items), Value { data: Data::Array(items), .. }) if is_appended(path) => {
+                old_items.extend(items);
+            }
+            (_, value) => (old.key_span, old.value) = (key_span, value),
+        }
+        path.pop();
+    }
+}
+
+fn is_appended(path: &[String]) -> bool {
+    match path {
+        [list] => list == "object" || list == "light",
+        [group, _, object] => group == "group" && object == "object",
+        _ => false,
+    }
+}

@@ -1,0 +1,140 @@
+//! Text scenes to [`SceneDesc`]s: files, includes, overrides, the files they name, and errors with their place.
+//!
+//! ```text
+//! scene.toml ── text ──> Value ── include ── overrides ──> Value ── turner::scene::read_scene ──> SceneDesc
+//! ```
+//!
+//! `include = ["parts.toml"]` at the top of a file reads other files first. Tables are merged key by key and the
+//! including file wins; the lists `[[object]]`, `[[light]]` and `[[group.NAME.object]]` are appended, included ones
+//! first. Paths are relative to the file they stand in and stay inside the folder of the scene. A file that is
+//! reached on several ways is read once, where it comes first.
+
+mod error;
+mod files;
+mod format;
+mod hash;
+mod include;
+mod nesting;
+mod overrides;
+mod sources;
+mod text;
+
+pub use error::LoadError;
+pub use files::SceneFiles;
+pub use format::SceneFormat;
+pub(crate) use format::nearest_mesh_extension;
+pub use overrides::Override;
+pub use sources::{Location, SourceFile, Sources};
+pub use text::parse;
+
+use crate::assets::{AssetSource, FolderAssets, printable};
+use error::asset_error;
+use std::io::Read;
+use std::path::Path;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::{SceneDesc, Warning, read_scene};
+
+/// Most bytes of one text: 1 GiB.
+pub const MAX_TEXT: u64 = 1 << 30;
+
+/// Deepest nesting of tables and arrays.
+pub const MAX_DEPTH: usize = 64;
+
+/// How to load a scene.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    /// Values that replace those of the files, applied in order.
+    pub overrides: Vec<Override>,
+    /// Whether the scene may name files outside its folder. For scenes that the user trusts.
+    pub allow_outside: bool,
+}
+
+/// A scene that was read.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub desc: SceneDesc,
+    /// The texts, to find the place of later errors.
+    pub sources: Sources,
+    /// 32 hexadecimal digits over all texts, overrides and bytes of pictures and meshes, in the order of reading.
+    pub hash: String,
+}
+
+/// Reads a scene file, or standard input for `-`. The files it names are relative to its folder (the current one
+/// for standard input).
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
+    let bare = |error| LoadError { error, sources: Sources::default() };
+    if path == Path::new("-") {
+        let assets = folder(Path::new(""), options).map_err(bare)?;
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(|e| {
+            bare(SceneError::new(ErrorCode::File, format!("standard input cannot be read: {e}")))
+        })?;
+        let text = text::utf8(bytes, "standard input").map_err(bare)?;
+        return load_text(text, "-", &assets, options);
+    }
+    format::check_scene(path).map_err(bare)?;
+    let assets = folder(path.parent().unwrap_or(Path::new("")), options).map_err(bare)?;
+    let name = path.to_string_lossy();
+    let Some(file) = path.file_name().and_then(|n| n.to_str()) else {
+        let message = format!("{}: expected the name of a file in UTF-8", printable(&name));
+        return Err(bare(SceneError::new(ErrorCode::File, message).help("rename it or name a file")));
+    };
+    // The user named this file: a link may lead anywhere. Its clone shares the budget.
+    let bytes = assets.clone().allow_outside(true).read(file, MAX_TEXT).map_err(|e| bare(asset_error(e)))?;
+    let text = text::utf8(bytes, &name).map_err(bare)?;
+    load_named(text, &name, file, &assets, options)
+}
+
+/// Reads a scene from text. `name` is for messages and, as a path relative to the root of `assets`, what the paths
+/// in it are relative to.
+pub fn load_text(
+    text: String,
+    name: &str,
+    assets: &dyn AssetSource,
+    options: &LoadOptions,
+) -> Result<Loaded, LoadError> {
+    load_named(text, name, name, assets, options)
+}
+
+fn folder(path: &Path, options: &LoadOptions) -> Result<FolderAssets, SceneError> {
+    let assets = FolderAssets::new(path).map_err(asset_error)?;
+    Ok(assets.allow_outside(options.allow_outside))
+}
+
+fn load_named(
+    text: String,
+    name: &str,
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &LoadOptions,
+) -> Result<Loaded, LoadError> {
+    let mut sources = Sources::default();
+    match read(text, (name, uri), assets, options, &mut sources) {
+        Ok((desc, hash)) => Ok(Loaded { desc, sources, hash }),
+        Err(error) => Err(LoadError { error, sources }),
+    }
+}
+
+fn read(
+    text: String,
+    (name, uri): (&str, &str),
+    assets: &dyn AssetSource,
+    options: &LoadOptions,
+    sources: &mut Sources,
+) -> Result<(SceneDesc, String), SceneError> {
+    let folder = name.strip_suffix(uri).unwrap_or_default().to_owned();
+    let source = SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false };
+    let mut root = include::read(source, &folder, assets, sources)?;
+    let mut hash = hash::SceneHash::new();
+    sources.files().iter().for_each(|file| hash.add(b't', file.text.as_bytes()));
+    for change in &options.overrides {
+        hash.add(b'o', change.text().as_bytes());
+        overrides::apply(change, &mut root, uri, sources)?;
+    }
+    let mut files = SceneFiles::with_hash(assets, sources, hash);
+    let mut desc = read_scene(&root, &mut files)?;
+    let (warnings, hash) = files.finish();
+    desc.warnings.extend(warnings.into_iter().map(|message| Warning { message, span: None, count: 1 }));
+    Ok((desc, hash.hex()))
+}

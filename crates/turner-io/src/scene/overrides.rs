@@ -1,0 +1,226 @@
+//! Values from the command line that replace those of the files: `-D integrator.max_depth=3`.
+
+use super::sources::{SourceFile, Sources};
+use super::text;
+use crate::assets::printable;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
+
+/// One `key.path=value`, e.g. `film.width=640` or `object.0.radius=2`. Numbers in the path are places in a list,
+/// from 0. The value is TOML, or else text as it stands: `material.ball.color=red` needs no quotes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Override {
+    /// The key path, before the first `=`.
+    pub path: String,
+    /// The value, after it.
+    pub value: String,
+}
+
+impl Override {
+    /// From `key.path=value`.
+    pub fn parse(text: &str) -> Result<Override, SceneError> {
+        let mut quote = None;
+        for (i, c) in text.char_indices() {
+            match (c, quote) {
+                ('"' | '\'', None) => quote = Some(c),
+                (c, Some(q)) if c == q => quote = None,
+                ('=', None) => {
+                    return Ok(Override { path: text[..i].to_owned(), value: text[i + 1..].to_owned() });
+                }
+                _ => {}
+            }
+        }
+        let message = format!("-D {}: expected key=value, found no `=`", printable(text));
+        Err(SceneError::new(ErrorCode::Syntax, message).help("for example -D film.width=640"))
+    }
+
+    /// As it was written.
+    pub fn text(&self) -> String {
+        format!("{}={}", self.path, self.value)
+    }
+}
+
+/// Changes `root`; `uri` is the scene's, which paths in the value are relative to.
+pub(super) fn apply(
+    change: &Override,
+    root: &mut Value,
+    uri: &str,
+    sources: &mut Sources,
+) -> Result<(), SceneError> {
+    let text = change.text();
+    let name = printable(&format!("-D {text}"));
+    let file = sources.add(SourceFile { name, uri: uri.to_owned(), text, is_argument: true });
+    let parts = parts(change, file)?;
+    let value = value(change, file)?;
+    if parts.first().is_some_and(|p| p.key == "include") {
+        let message = "`include` cannot be set here: files are included before values are";
+        return Err(
+            SceneError::at(ErrorCode::Conflict, parts[0].key_span, message).help("set it in the scene file")
+        );
+    }
+    set(root, &parts, value)
+}
+
+/// One part of a key path and its place.
+struct Part {
+    key: String,
+    key_span: Span,
+}
+
+/// The parts of a path, read as a TOML key, so that quotes mean the same.
+fn parts(change: &Override, file: FileId) -> Result<Vec<Part>, SceneError> {
+    let span = Span { file, start: 0, end: change.path.len() as u32 };
+    let wrong = || {
+        SceneError::at(ErrorCode::Syntax, span, "expected a key such as film.width before `=`")
+            .help("parts are letters, digits, _ and -; others stand in quotes")
+    };
+    if change.path.contains(['\n', '\r', '[', '{', '#', '=']) && !change.path.contains(['"', '\'']) {
+        return Err(wrong());
+    }
+    let mut value = text::parse(&format!("{} = 0", change.path), file).map_err(|_| wrong())?;
+    let mut parts = Vec::new();
+    while let Data::Table(table) = value.data {
+        let mut entries = table.entries.into_iter();
+        let (Some(Entry { key, key_span, value: next }), None) = (entries.next(), entries.next()) else {
+            return Err(wrong());
+        };
+        parts.push(Part { key, key_span });
+        value = next;
+    }
+    Ok(parts)
+}
+
+fn value(change: &Override, file: FileId) -> Result<Value, SceneError> {
+    let trimmed = change.value.trim_matches([' ', '\t']);
+    let lead = change.value.len() - change.value.trim_start_matches([' ', '\t']).len();
+    let start = change.path.len() + 1 + lead;
+    let bare = || {
+        let span = Span { file, start: start as u32, end: (start + trimmed.len()) as u32 };
+        Value { data: Data::String(trimmed.to_owned()), span }
+    };
+    match text::parse_value(trimmed, file, start) {
+        Ok(value) => Ok(value),
+        // What begins like a list, table or quoted text was meant as one.
+        Err(error) if trimmed.starts_with(['[', '{', '"', '\'']) => Err(error),
+        Err(error) if error.code == ErrorCode::OutOfRange => Err(error),
+        Err(_) => Ok(bare()),
+    }
+}
+
+/// Walks down `parts`, making tables where there is nothing, and puts `value` there.
+fn set(root: &mut Value, parts: &[Part], value: Value) -> Result<(), SceneError> {
+    let mut at = root;
+    let mut walked = String::new();
+    for part in parts {
+        let span = part.key_span;
+        let shown = printable(&part.key);
+        at = match &mut at.data {
+            Data::Table(table) => {
+                let i = match table.entries.iter().position(|e| e.key == part.key) {
+                    Some(i) => i,
+                    None => {
+                        let value = Value { data: Data::Table(Table::default()), span };
+                        table.entries.push(Entry { key: part.key.clone(), key_span: span, value });
+                        table.entries.len() - 1
+                    }
+                };
+                // An error about this key is now one about the argument.
+                table.entries[i].key_span = span;
+                &mut table.entries[i].value
+            }
+            Data::Array(items) => {
+                let len = items.len();
+                let item = match part.key.parse::<usize>() {
+                    Ok(i) => items.get_mut(i),
+                    Err(_) => {
+                        let message =
+                            format!("`{walked}` is a list; expected a number after it, found `{shown}`");
+                        return Err(SceneError::at(ErrorCode::WrongType, span, message)
+                            .help(format!("count from 0: {walked}.0")));
+                    }
+                };
+                item.ok_or_else(|| {
+                    let message = format!("`{walked}` has {len} entries; there is none at {shown}");
+                    let range =
+                        if len == 0 { "it is empty".to_owned() } else { format!("valid: 0 to {}", len - 1) };
+                    SceneError::at(ErrorCode::OutOfRange, span, message).help(range)
+                })?
+            }
+            other => {
+                let message = format!("`{walked}` is {} and has no key `{shown}`", other.kind());
+                return Err(SceneError::at(ErrorCode::WrongType, span, message)
+                    .help(format!("set it as a whole: -D {walked}=…")));
+            }
+        };
+        if !walked.is_empty() {
+            walked.push('.');
+        }
+        walked += &shown;
+    }
+    *at = value;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changed(text: &str, change: &str) -> Result<Value, SceneError> {
+        let mut sources = Sources::default();
+        let mut root = text::parse(text, FileId(0)).unwrap();
+        apply(&Override::parse(change)?, &mut root, "a.toml", &mut sources).map(|()| root)
+    }
+
+    fn get(value: &Value, path: &str) -> Data {
+        let mut at = value;
+        for part in path.split('.') {
+            at = match &at.data {
+                Data::Table(t) => t.get(part).unwrap(),
+                Data::Array(a) => &a[part.parse::<usize>().unwrap()],
+                _ => panic!("{path}"),
+            };
+        }
+        at.data.clone()
+    }
+
+    #[test]
+    fn values_are_toml_or_text() {
+        for (given, expected) in [
+            ("3", Data::Integer(3)),
+            (" 0x10 ", Data::Integer(16)),
+            ("true", Data::Bool(true)),
+            ("red", Data::String("red".into())),
+            ("\"3\"", Data::String("3".into())),
+            ("a b=c", Data::String("a b=c".into())),
+            ("", Data::String(String::new())),
+            ("2024-01-01", Data::String("2024-01-01".into())),
+        ] {
+            assert_eq!(get(&changed("", &format!("a.b={given}")).unwrap(), "a.b"), expected, "{given}");
+        }
+        assert_eq!(get(&changed("", "\"x=y\".z=[1, {q = 2}]").unwrap(), "x=y.z.1.q"), Data::Integer(2));
+    }
+
+    #[test]
+    fn lists_are_reached_by_number() {
+        let text = "[[object]]\nradius = 1\n[[object]]\nradius = 2\n";
+        assert_eq!(get(&changed(text, "object.1.radius=9").unwrap(), "object.1.radius"), Data::Integer(9));
+        for (change, code, words) in [
+            ("object.2.radius=9", ErrorCode::OutOfRange, "2 entries"),
+            ("object.x=9", ErrorCode::WrongType, "expected a number"),
+            ("object.0.radius.x=9", ErrorCode::WrongType, "an integer"),
+            ("object", ErrorCode::Syntax, "no `=`"),
+            ("=3", ErrorCode::Syntax, "expected a key"),
+            ("a b=3", ErrorCode::Syntax, "expected a key"),
+            ("[a]\nb=3", ErrorCode::Syntax, "expected a key"),
+            ("\"a\"=1\nb=3", ErrorCode::Syntax, "expected a key"),
+            ("include=x.toml", ErrorCode::Conflict, "include"),
+            ("a=[1, 2", ErrorCode::Syntax, "array"),
+        ] {
+            match changed(text, change) {
+                Err(e) => assert!(e.code == code && e.message.contains(words), "{change}: {e:?}"),
+                Ok(_) if change.starts_with("\"a\"") => {}
+                Ok(v) => panic!("{change}: {v:?}"),
+            }
+        }
+    }
+}
