@@ -19,8 +19,10 @@ use crate::text;
 
 /// Measure how fast the scenes of a folder render
 #[derive(Debug, Args)]
-#[command(after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving.\n\
-                        POV-Ray's are its own `Trace Time`; its runs alternate with Turner's.")]
+#[command(
+    after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving.\n\
+                        POV-Ray's are its own `Trace Time`; its runs alternate with Turner's."
+)]
 pub(crate) struct BenchArgs {
     /// Names of scenes, without .toml [default: all of the folder]
     names: Vec<String>,
@@ -75,8 +77,9 @@ fn bench(args: &BenchArgs) -> Result<(), Failure> {
 /// The scenes asked for, by name; an explanation if there are none.
 fn find(args: &BenchArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
     let folder = args.dir.display().to_string();
-    let missing = |message: String, help: String| {
-        Failure { exit: USAGE, ..Failure::new(SceneError::new(ErrorCode::File, message).help(help)) }
+    let missing = |message: String, help: String| Failure {
+        exit: USAGE,
+        ..Failure::new(SceneError::new(ErrorCode::File, message).help(help))
     };
     let entries = std::fs::read_dir(&args.dir).map_err(|e| {
         let help = "run it in the root of Turner's sources, or name a folder of scenes with --dir";
@@ -90,7 +93,10 @@ fn find(args: &BenchArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
         .collect();
     all.sort();
     if all.is_empty() {
-        return Err(missing(format!("there is no .toml file in {folder}"), "name another folder with --dir".into()));
+        return Err(missing(
+            format!("there is no .toml file in {folder}"),
+            "name another folder with --dir".into(),
+        ));
     }
     if args.names.is_empty() {
         return Ok(all);

@@ -98,7 +98,8 @@ mod tests {
 
     #[test]
     fn a_scene_needs_no_command() {
-        for args in [&["a.toml"][..], &["-", "-o", "x.png"], &["--samples", "4", "a.toml"], &["some/render"]] {
+        for args in [&["a.toml"][..], &["-", "-o", "x.png"], &["--samples", "4", "a.toml"], &["some/render"]]
+        {
             assert_eq!(words(args).unwrap()[0], "render", "{args:?}");
         }
         assert_eq!(words(&["info", "a.toml"]).unwrap(), ["info", "a.toml"]);

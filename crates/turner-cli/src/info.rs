@@ -121,7 +121,8 @@ fn as_text(ready: &Ready) -> String {
     let bounds = stats.bounds.map_or("none: nothing bounded in it".to_owned(), |b| {
         format!("{} to {}", point(b.min.to_array()), point(b.max.to_array()))
     });
-    let names = |names: Vec<&str>| if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+    let names =
+        |names: Vec<&str>| if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
     let mut objects = listed(&shapes(desc));
     if stats.primitives != desc.objects.len() as u64 {
         objects += &format!("; {} placed", stats.primitives);
@@ -174,7 +175,11 @@ fn film(film: &FilmDesc) -> String {
 /// Four digits are enough to know a box by.
 fn point(p: [f64; 3]) -> String {
     let p = p.map(|v| {
-        let digits = if v.abs() >= 1e6 || (v != 0.0 && v.abs() < 1e-3) { format!("{v:.3e}") } else { format!("{v:.3}") };
+        let digits = if v.abs() >= 1e6 || (v != 0.0 && v.abs() < 1e-3) {
+            format!("{v:.3e}")
+        } else {
+            format!("{v:.3}")
+        };
         if digits.contains(['.']) && !digits.contains('e') {
             digits.trim_end_matches('0').trim_end_matches('.').to_owned()
         } else {

@@ -103,7 +103,9 @@ fn spawn(
 
 fn internal(what: &str) -> Failure {
     let message = format!("internal error: {what}");
-    Failure::new(SceneError::new(ErrorCode::Internal, message).help("this is a bug in Turner: please report it"))
+    Failure::new(
+        SceneError::new(ErrorCode::Internal, message).help("this is a bug in Turner: please report it"),
+    )
 }
 
 /// A panic is reported once, by whoever catches it; the hook only keeps what it said.

@@ -45,7 +45,11 @@ const TOPICS: &[Topic] = &[
     Topic { name: "cameras", what: "how the picture is taken", rows: || family(&CameraDesc::DOC) },
     Topic { name: "integrators", what: "how light is computed", rows: || family(&IntegratorDesc::DOC) },
     Topic { name: "antialias", what: "how a pixel's colour comes about", rows: || words(Antialias::DOCS) },
-    Topic { name: "transfers", what: "how scene values become display values", rows: || words(Transfer::DOCS) },
+    Topic {
+        name: "transfers",
+        what: "how scene values become display values",
+        rows: || words(Transfer::DOCS),
+    },
     Topic { name: "formats", what: "files that are read and written", rows: formats },
     Topic { name: "sections", what: "what a scene file is made of", rows: || words(SECTIONS) },
     Topic { name: "colors", what: "names of colours", rows: colors },
@@ -61,7 +65,8 @@ fn words(docs: &[(&str, &str)]) -> Vec<(String, String)> {
 }
 
 fn formats() -> Vec<(String, String)> {
-    let dotted = |extensions: &[&str]| extensions.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" ");
+    let dotted =
+        |extensions: &[&str]| extensions.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" ");
     let pictures = ImageFormat::all().map(|f| {
         let how = match (f.can_read(), f.can_write()) {
             (true, true) => "read and written",
@@ -95,7 +100,9 @@ pub(crate) fn run(args: &ListArgs) -> u8 {
     } else {
         text::print(&text::columns(rows.iter().map(|(name, what)| (name.as_str(), what.clone()))));
         if args.topic.is_none() {
-            text::print("\n`turner list TOPIC` lists one of them, `turner help scene NAME` explains a name.\n");
+            text::print(
+                "\n`turner list TOPIC` lists one of them, `turner help scene NAME` explains a name.\n",
+            );
         }
     }
     0

@@ -82,6 +82,26 @@ impl Output {
         Ok(Output { path: Some(path), format })
     }
 
+    /// What the picture says about its making: the same for the same scene, on any machine, at any time.
+    pub(crate) fn metadata(&self, scene: &Scene, hash: &str, samples_per_pixel: u32) -> Metadata {
+        let film = &scene.film;
+        let settings = format!("film {}; integrator {}", compact(film), compact(&scene.integrator));
+        // PNG has a keyword of its own for it.
+        let software = if self.format == ImageFormat::Png { "Software" } else { "turner:software" };
+        [
+            (software, format!("Turner {}", env!("CARGO_PKG_VERSION"))),
+            ("turner:sceneHash", hash.to_owned()),
+            ("turner:seed", film.seed.to_string()),
+            ("turner:samples", samples_per_pixel.to_string()),
+            ("turner:integrator", scene.integrator.type_name().to_owned()),
+            ("turner:settings", settings),
+            ("turner:transfer", film.transfer.word().to_owned()),
+        ]
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value.as_str().into()))
+        .collect()
+    }
+
     /// Whether the picture goes to standard output.
     pub(crate) fn is_stdout(&self) -> bool {
         self.path.is_none()
@@ -127,24 +147,6 @@ impl Output {
             }
         }
     }
-}
-
-/// What a picture says about its making: the same for the same scene, on any machine, at any time.
-pub(crate) fn metadata(scene: &Scene, hash: &str, samples_per_pixel: u32) -> Metadata {
-    let film = &scene.film;
-    let settings = format!("film {}; integrator {}", compact(film), compact(&scene.integrator));
-    [
-        ("software", format!("Turner {}", env!("CARGO_PKG_VERSION"))),
-        ("turner:sceneHash", hash.to_owned()),
-        ("turner:seed", film.seed.to_string()),
-        ("turner:samples", samples_per_pixel.to_string()),
-        ("turner:integrator", scene.integrator.type_name().to_owned()),
-        ("turner:settings", settings),
-        ("turner:transfer", film.transfer.word().to_owned()),
-    ]
-    .into_iter()
-    .map(|(name, value)| (name.to_owned(), value.as_str().into()))
-    .collect()
 }
 
 /// The fields of plain data as `name=value`: what stands between the outermost braces of its debug form.

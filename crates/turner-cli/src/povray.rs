@@ -28,7 +28,10 @@ impl PovRay {
         };
         let program = self.program.display();
         let folder = tempfile::tempdir().map_err(|e| {
-            failed(format!("no temporary folder can be made: {e}"), "set TMPDIR to a folder that can be written")
+            failed(
+                format!("no temporary folder can be made: {e}"),
+                "set TMPDIR to a folder that can be written",
+            )
         })?;
         // POV-Ray reads files beside the scene through the library path.
         let library = self.scene.parent().unwrap_or(Path::new("."));
@@ -41,11 +44,15 @@ impl PovRay {
             .args(["-A", "-D", "File_Gamma=1.0"])
             .stdin(Stdio::null())
             .output()
-            .map_err(|e| failed(format!("{program} cannot be run: {e}"), "name the program: --povray=PATH"))?;
+            .map_err(|e| {
+                failed(format!("{program} cannot be run: {e}"), "name the program: --povray=PATH")
+            })?;
         // It writes its report to standard error.
-        let report = String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
+        let report =
+            String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
         if !output.status.success() {
-            let last = report.lines().rfind(|l| l.contains("rror")).unwrap_or("it says nothing").trim().to_owned();
+            let last =
+                report.lines().rfind(|l| l.contains("rror")).unwrap_or("it says nothing").trim().to_owned();
             let scene = self.scene.display();
             return Err(failed(format!("{program} failed on {scene}: {last}"), "run it by hand to see more"));
         }

@@ -109,5 +109,9 @@ fn bar() -> ProgressBar {
 
 /// An estimate claims no more digits than it has.
 fn rough(seconds: f64) -> String {
-    if seconds < 1.0 { "1 s".into() } else { text::seconds(seconds.ceil()).replace(".00", "").replace(".0", "") }
+    if seconds < 1.0 {
+        "1 s".into()
+    } else {
+        text::seconds(seconds.ceil()).replace(".00", "").replace(".0", "")
+    }
 }

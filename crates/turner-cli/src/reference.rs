@@ -88,8 +88,7 @@ fn family(
     paragraphs.extend((!more.is_empty()).then(|| more.to_owned()));
     let intro =
         Page { name: doc.one, title: doc.many.to_owned(), paragraphs, keys: Vec::new(), example: None };
-    let pages =
-        doc.entries.iter().map(|e| entry(e, format!("the {} \"{}\"", doc.one, e.name))).collect();
+    let pages = doc.entries.iter().map(|e| entry(e, format!("the {} \"{}\"", doc.one, e.name))).collect();
     Chapter { heading, aliases, intro, pages }
 }
 
@@ -173,12 +172,16 @@ pub(crate) fn overview() -> String {
     out += &columns(topics::sections().iter().map(|(name, what)| (name.as_str(), (*what).to_owned())));
     out += "\nKinds of things, by their `type`:\n\n";
     let chapters = chapters();
-    let kinds = chapters.iter().filter(|c| !c.pages.is_empty()).map(|c| {
-        (c.intro.title.as_str(), c.pages.iter().map(|p| p.name).collect::<Vec<_>>().join(", "))
-    });
+    let kinds = chapters
+        .iter()
+        .filter(|c| !c.pages.is_empty())
+        .map(|c| (c.intro.title.as_str(), c.pages.iter().map(|p| p.name).collect::<Vec<_>>().join(", ")));
     out += &columns(kinds);
     out += "\nA whole scene:\n\n";
-    topics::SCENE.lines().for_each(|line| out += &format!("    {line}\n"));
+    for line in topics::SCENE.lines() {
+        out += format!("    {line}").trim_end();
+        out.push('\n');
+    }
     out += "\n`turner help scene NAME` explains a section, a kind, `object`, `transform` or `color`;\n\
             `turner list colors` names the colours.\n";
     out
@@ -223,7 +226,9 @@ fn capitalised(text: &str) -> String {
 
 /// The whole reference as Markdown.
 pub fn markdown() -> String {
-    let mut out = String::from("## Sections\n\nEvery section may be left out.\n\n| section | what it holds |\n| --- | --- |\n");
+    let mut out = String::from(
+        "## Sections\n\nEvery section may be left out.\n\n| section | what it holds |\n| --- | --- |\n",
+    );
     for (name, what) in topics::sections() {
         out += &format!("| `{name}` | {} |\n", cell(what));
     }

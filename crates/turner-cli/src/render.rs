@@ -13,7 +13,7 @@ use turner::scene::{Scene, Warning};
 use crate::control::Control;
 use crate::events::Events;
 use crate::failure::{Failure, INTERRUPTED};
-use crate::output::{FormatArg, Output, metadata};
+use crate::output::{FormatArg, Output};
 use crate::progress::Progress;
 use crate::report::{Reporter, strict};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
@@ -21,8 +21,10 @@ use crate::text;
 
 /// Render a scene into a picture (the command may be left out)
 #[derive(Debug, Args)]
-#[command(after_help = "Ctrl-C saves what is rendered and ends with exit code 130; a second one leaves at once.\n\
-                        Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json.")]
+#[command(
+    after_help = "Ctrl-C saves what is rendered and ends with exit code 130; a second one leaves at once.\n\
+                        Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json."
+)]
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     scene: SceneArgs,
@@ -73,7 +75,9 @@ fn render(args: &RenderArgs, output: &Output, reporter: &Reporter, control: &Con
         && !matches!(ready.scene.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
     {
         let word = ready.scene.film.antialias.word();
-        let message = format!("--samples has no effect with antialias = \"{word}\"; add --antialias grid or monte-carlo");
+        let message = format!(
+            "--samples has no effect with antialias = \"{word}\"; add --antialias grid or monte-carlo"
+        );
         ready.scene.warnings.push(Warning { message, span: None, count: 1 });
     }
     if args.strict && !ready.scene.warnings.is_empty() {
@@ -104,7 +108,8 @@ fn render(args: &RenderArgs, output: &Output, reporter: &Reporter, control: &Con
     let written = traced.finished > 0.0;
     if written {
         let picture = traced.renderer.film.develop(&scene.film);
-        output.write(&picture, &scene, &metadata(&scene, &hash, samples_per_pixel), args.threads)?;
+        let metadata = output.metadata(&scene, &hash, samples_per_pixel);
+        output.write(&picture, &scene, &metadata, args.threads)?;
     }
     let save_seconds = start.elapsed().as_secs_f64();
     let late = late_warnings(&traced, &scene);
@@ -170,14 +175,19 @@ fn late_warnings(traced: &Traced<'_>, scene: &Scene) -> Vec<Warning> {
     let bad = traced.renderer.film.non_finite;
     if let Some((y, x, sample)) = bad.first {
         let n = text::plural(bad.count, "sample");
-        let verb = if bad.count == 1 { "was no finite number and is" } else { "were no finite numbers and are" };
-        warn(format!("{n} {verb} left out; the first is sample {sample} of the pixel in column {x}, row {y}"));
+        let verb =
+            if bad.count == 1 { "was no finite number and is" } else { "were no finite numbers and are" };
+        warn(format!(
+            "{n} {verb} left out; the first is sample {sample} of the pixel in column {x}, row {y}"
+        ));
     }
     let dropped = traced.renderer.stats.dropped;
     if dropped > 0 {
         let n = text::plural(dropped, "sample");
         let remedy = match &scene.integrator {
-            turner::integrator::IntegratorDesc::Classic(_) => "; raise `integrator.max_rays` or lower `max_depth`",
+            turner::integrator::IntegratorDesc::Classic(_) => {
+                "; raise `integrator.max_rays` or lower `max_depth`"
+            }
             _ => "",
         };
         warn(format!("the tree of rays was cut off in {n}{remedy}"));

@@ -141,20 +141,20 @@ fn renderer() -> Renderer {
 fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
     let title = Level::ERROR.primary_title(error.message.as_str()).id(error.code.as_str());
     let place = Place::of(error.span, sources, labels);
-    let group = match &place {
-        Some(place) => title.element(place.snippet()),
-        None => Group::with_title(title),
+    let help = error.help.as_deref();
+    let groups: Vec<Group<'_>> = match &place {
+        Some(place) => {
+            vec![title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)))]
+        }
+        None => std::iter::once(Group::with_title(title))
+            .chain(help.map(|help| Group::with_title(Level::HELP.secondary_title(help))))
+            .collect(),
     };
-    let group = match &error.help {
-        Some(help) => group.element(Level::HELP.message(help.as_str())),
-        None => group,
-    };
-    format!("{}\n", renderer.render(&[group]))
+    format!("{}\n", renderer.render(&groups))
 }
 
 fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
-    let times =
-        if warning.count > 1 { format!(" ({} times)", warning.count) } else { String::new() };
+    let times = if warning.count > 1 { format!(" ({} times)", warning.count) } else { String::new() };
     let place = Place::of(warning.span, sources, labels);
     let at = place.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
     let message = format!("{at}{}{times}", warning.message);
@@ -192,13 +192,19 @@ impl Place {
         let is_set = file == at.file;
         let excerpt = if is_set { format!("-D {}", at.excerpt) } else { file.clone() };
         let range = if is_set { byte_range(&excerpt, before + 3, length) } else { 0..excerpt.len() };
-        let file = "command line".to_owned();
-        Some(Place { title: excerpt.clone(), file, line: 1, excerpt, range, is_argument: true })
+        Some(Place {
+            title: excerpt.clone(),
+            file: String::new(),
+            line: 1,
+            excerpt,
+            range,
+            is_argument: true,
+        })
     }
 
     fn snippet(&self) -> Snippet<'_, annotate_snippets::Annotation<'_>> {
         Snippet::source(self.excerpt.as_str())
-            .path(self.file.as_str())
+            .path((!self.is_argument).then_some(self.file.as_str()))
             .line_start(self.line)
             .line_numbering(!self.is_argument)
             .fold(false)

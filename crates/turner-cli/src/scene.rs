@@ -144,9 +144,8 @@ impl SceneArgs {
             loaded = input.load(&options);
         }
         let Loaded { desc, sources, hash, .. } = loaded.map_err(|e| Failure::load(e, &labels))?;
-        let scene = desc
-            .prepare(&PrepareOptions { threads })
-            .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
+        let scene =
+            desc.prepare(&PrepareOptions { threads }).map_err(|e| Failure::in_scene(e, &sources, &labels))?;
         Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
     }
 }

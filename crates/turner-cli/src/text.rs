@@ -32,6 +32,7 @@ pub(crate) fn bytes(n: u64) -> String {
 /// Seconds with as many digits as make sense.
 pub(crate) fn seconds(s: f64) -> String {
     match s {
+        s if s < 0.01 => format!("{:.1} ms", s * 1e3),
         s if s < 0.1 => format!("{s:.3} s"),
         s if s < 10.0 => format!("{s:.2} s"),
         s if s < 120.0 => format!("{s:.1} s"),

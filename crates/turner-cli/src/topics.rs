@@ -93,10 +93,17 @@ pub(crate) fn object() -> Page {
     page(
         "object",
         "the section [[object]]",
-        &["What is in the scene: a shape with a material, or a group that is placed. Each `[[object]]` is one; their \
-           order matters only where two surfaces coincide: the first wins."],
+        &[
+            "What is in the scene: a shape with a material, or a group that is placed. Each `[[object]]` is one; their \
+           order matters only where two surfaces coincide: the first wins.",
+        ],
         vec![
-            key("type", "\"text\"", None, "The shape, or \"instance\" to place a group. The keys of the shape follow."),
+            key(
+                "type",
+                "\"text\"",
+                None,
+                "The shape, or \"instance\" to place a group. The keys of the shape follow.",
+            ),
             key("name", "\"text\"", Some("none"), "A name for reports."),
             key(
                 "material",
@@ -126,8 +133,10 @@ pub(crate) fn group() -> Page {
     page(
         "group",
         "the section [group.NAME]",
-        &["Objects that are placed together, as often as needed, by `[[object]]` with `type = \"instance\"`. A group may \
-           hold instances of other groups, but not of itself. A group that is not placed is not seen."],
+        &[
+            "Objects that are placed together, as often as needed, by `[[object]]` with `type = \"instance\"`. A group may \
+           hold instances of other groups, but not of itself. A group that is not placed is not seen.",
+        ],
         vec![key("object", "[[group.NAME.object]]", None, "Its objects; keys as in `[[object]]`.")],
         r#"[[group.pair.object]]
 type = "sphere"
@@ -162,7 +171,12 @@ pub(crate) fn transform() -> Page {
             "A transform must be one that can be undone: no scale of 0.",
         ],
         vec![
-            key("scale", "number | [x, y, z]", Some("none"), "Stretches about the origin; negative values mirror."),
+            key(
+                "scale",
+                "number | [x, y, z]",
+                Some("none"),
+                "Stretches about the origin; negative values mirror.",
+            ),
             key(
                 "rotate",
                 "[x, y, z] | { axis = [x, y, z], angle = number }",
@@ -230,9 +244,11 @@ pub(crate) fn include() -> Page {
     page(
         "include",
         "the key include",
-        &["Names of scene files, at the top of a scene, whose sections are read first. Tables are merged key by key and \
+        &[
+            "Names of scene files, at the top of a scene, whose sections are read first. Tables are merged key by key and \
            the file that includes wins; the lists `[[object]]` and `[[light]]` are appended. Paths in a file are \
-           relative to that file and stay inside the folder of the scene."],
+           relative to that file and stay inside the folder of the scene.",
+        ],
         Vec::new(),
         r#"include = ["materials.toml"]
 

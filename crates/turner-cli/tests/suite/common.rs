@@ -111,14 +111,10 @@ impl Run {
     }
 }
 
-/// Pixels of a picture as floats.
-pub fn pixels(bytes: &[u8]) -> (u32, u32, Vec<[f32; 4]>) {
-    let image = turner_io::image::decode(bytes, "picture", &turner_io::image::DecodeLimits::default()).unwrap();
-    let mut out = Vec::new();
-    for y in 0..image.height {
-        for x in 0..image.width {
-            out.push(image.texel(x, y));
-        }
-    }
-    (image.width, image.height, out)
+/// Size and colours of a picture.
+pub fn pixels(bytes: &[u8]) -> (u32, u32, Vec<[f32; 3]>) {
+    let image =
+        turner_io::image::decode(bytes, "picture", &turner_io::image::DecodeLimits::default()).unwrap();
+    let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    (image.width, image.height, places.map(|(x, y)| image.rgb(x, y)).collect())
 }
