@@ -142,15 +142,14 @@ fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: 
     let title = Level::ERROR.primary_title(error.message.as_str()).id(error.code.as_str());
     let place = Place::of(error.span, sources, labels);
     let help = error.help.as_deref();
-    let groups: Vec<Group<'_>> = match &place {
-        Some(place) => {
-            vec![title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)))]
-        }
-        None => std::iter::once(Group::with_title(title))
-            .chain(help.map(|help| Group::with_title(Level::HELP.secondary_title(help))))
-            .collect(),
-    };
-    format!("{}\n", renderer.render(&groups))
+    if let Some(place) = &place {
+        let group = title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)));
+        return format!("{}\n", renderer.render(&[group]));
+    }
+    // One after the other: together they would be joined by an empty margin.
+    let groups =
+        [Some(Group::with_title(title)), help.map(|h| Group::with_title(Level::HELP.secondary_title(h)))];
+    groups.into_iter().flatten().map(|group| format!("{}\n", renderer.render(&[group]))).collect()
 }
 
 fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {

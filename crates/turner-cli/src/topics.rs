@@ -65,7 +65,8 @@ pub(crate) fn sections() -> Vec<(String, &'static str)> {
         "object" | "light" => format!("[[{name}]]"),
         name => format!("[{name}]"),
     };
-    SECTIONS.iter().map(|(name, what)| (written(name), *what)).collect()
+    // The tables say how it is written, too.
+    SECTIONS.iter().map(|(name, what)| (written(name), what.split(": [").next().unwrap_or(what))).collect()
 }
 
 fn key(name: &str, kind: &str, default: Option<&str>, doc: &str) -> Key {
