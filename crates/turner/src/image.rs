@@ -52,4 +52,25 @@ impl Image {
         };
         if n < 3 { [at(0); 3] } else { [at(0), at(1), at(2)] }
     }
+
+    /// Whether there is a pixel, and as many samples as the size and the number of channels say.
+    pub fn is_consistent(&self) -> bool {
+        let samples = match &self.pixels {
+            Pixels::U8(v) => v.len(),
+            Pixels::U16(v) => v.len(),
+            Pixels::F32(v) => v.len(),
+        };
+        let pixels = (self.width as usize).checked_mul(self.height as usize);
+        (1..=4).contains(&self.channels)
+            && samples > 0
+            && pixels.and_then(|n| n.checked_mul(usize::from(self.channels))) == Some(samples)
+    }
+
+    /// How many samples are infinite or NaN: textures take those for 0.
+    pub fn non_finite(&self) -> usize {
+        match &self.pixels {
+            Pixels::F32(v) => v.iter().filter(|v| !v.is_finite()).count(),
+            _ => 0,
+        }
+    }
 }

@@ -12,7 +12,7 @@ pub struct Ray {
     pub direction: DVec3,
     /// Smallest t that counts as a hit.
     pub t_min: f64,
-    /// Hits at or beyond this t do not count.
+    /// Largest t that counts as a hit.
     pub t_max: f64,
     /// Time within the shutter, 0..=1.
     pub time: f32,
@@ -27,6 +27,20 @@ impl Ray {
     /// The point at parameter `t`.
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + t * self.direction
+    }
+
+    /// Whether a hit at `t` counts: finite and `t_min <= t <= t_max`. NaN does not.
+    #[inline]
+    pub fn contains(&self, t: f64) -> bool {
+        t >= self.t_min && t <= self.t_max && t < f64::INFINITY
+    }
+
+    /// Whether origin and direction are finite numbers.
+    #[inline]
+    pub fn is_finite(&self) -> bool {
+        // x * 0 is 0 for finite x and NaN otherwise: one sum instead of six classifications.
+        let zero = self.origin * 0.0 + self.direction * 0.0;
+        zero.x + zero.y + zero.z == 0.0
     }
 
     /// The same ray seen from another space; t keeps its meaning.

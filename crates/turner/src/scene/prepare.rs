@@ -11,7 +11,8 @@ use crate::film::{Film, PixelSum};
 use crate::light::Light;
 use crate::material::{Material, MaterialDesc, ShadowKind};
 use crate::math::{Bounds, DAffine3};
-use crate::shape::{Shape, TraversalFrame};
+use crate::shape::traversal::TraversalFrame;
+use crate::shape::{MeshCache, Shape};
 use crate::texture::Textures;
 
 /// How to prepare.
@@ -35,7 +36,7 @@ impl SceneDesc {
         materials.push(MaterialDesc::default().prepare());
 
         let count = self.count_primitives()?;
-        let shapes = self.prepare_shapes(options, &mut warnings)?;
+        let shapes = self.prepare_shapes(&mut warnings)?;
         let mut flat = Flattener {
             shapes: &shapes,
             primitives: Vec::new(),
@@ -281,13 +282,24 @@ impl Flattener<'_> {
 }
 
 impl SceneDesc {
-    fn prepare_shapes(&self, _options: &PrepareOptions, _warnings: &mut Vec<Warning>) -> Result<PreparedShapes, SceneError> {
-        let one = |o: &ObjectDesc| match &o.content {
-            ObjectContent::Shape(s) => s.prepare().map(Some).map_err(|e| e.or_at(o.span)),
-            ObjectContent::Instance(_) => Ok(None),
+    fn prepare_shapes(&self, warnings: &mut Vec<Warning>) -> Result<PreparedShapes, SceneError> {
+        let mut cache = MeshCache::new(&self.meshes);
+        let mut prepare = |objects: &[ObjectDesc]| -> Result<Vec<Option<Shape>>, SceneError> {
+            objects
+                .iter()
+                .map(|o| match &o.content {
+                    ObjectContent::Shape(s) => s.prepare(&mut cache).map(Some).map_err(|e| e.or_at(o.span)),
+                    ObjectContent::Instance(_) => Ok(None),
+                })
+                .collect()
         };
-        let objects = self.objects.iter().map(one).collect::<Result<_, _>>()?;
-        let groups = self.groups.iter().map(|g| g.value.objects.iter().map(one).collect()).collect::<Result<_, _>>()?;
-        Ok(PreparedShapes { objects, groups, meshes: Vec::new() })
+        let objects = prepare(&self.objects)?;
+        let groups = self.groups.iter().map(|g| prepare(&g.value.objects)).collect::<Result<_, _>>()?;
+        warnings.extend(cache.warnings.iter().map(|m| Warning { message: m.clone(), span: None, count: 1 }));
+        let meshes = cache
+            .prepared()
+            .map(|m| MeshStats { triangles: m.triangle_count() as u64, bytes: m.memory() as u64 })
+            .collect();
+        Ok(PreparedShapes { objects, groups, meshes })
     }
 }

@@ -11,7 +11,8 @@ use crate::integrator::IntegratorDesc;
 use crate::light::Light;
 use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
-use crate::shape::{Shape, ShapeHit, SurfacePoint, TraversalFrame};
+use crate::shape::traversal::TraversalFrame;
+use crate::shape::{Shape, ShapeHit, SurfacePoint};
 use crate::texture::{TexturePoint, Textures};
 
 /// A scene ready to be rendered.
@@ -154,7 +155,7 @@ impl Scene {
                 for i in leaf {
                     self.try_primitive(i, &mut ray, &mut best);
                 }
-                if ray.t_max < before { search.t_max(ray.t_max) } else { t_max }
+                if ray.t_max < before { search.end(ray.t_max) } else { t_max }
             });
         }
         best
@@ -246,16 +247,19 @@ impl Scene {
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let primitive = &self.primitives[hit.primitive as usize];
         let material = primitive.material;
+        // A point may be exact, as the origin on a plane through it: a ray must leave it all the same.
+        let floor = 1e-15 * hit.shape.t;
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
-            return SurfaceInteraction { p: s.p, error: s.error, ng: s.ng, ns: s.ns, material, object: s, hit: *hit };
+            return SurfaceInteraction { p: s.p, error: s.error.max(floor), ng: s.ng, ns: s.ns, material, object: s, hit: *hit };
         }
         let transform = &self.transforms[primitive.transform as usize];
         let s = primitive.shape.surface(&ray.transformed(&transform.to_object), &hit.shape);
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
-        let error = s.error * transform.stretch + 1e-15 * (p.abs().max_element() + transform.to_world.translation.abs().max_element());
+        let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
+        let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
         SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit }
     }
 

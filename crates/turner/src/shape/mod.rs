@@ -4,23 +4,61 @@
 //! length, pointing out of closed shapes; (u, v) covers 0..1 by a mapping written at each shape; the paper's
 //! (−1..1) coordinates are 2u − 1, 2v − 1.
 
+// `!(a <= b)` is meant: it turns away NaN.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+mod cone;
+mod cuboid;
+mod cylinder;
+mod disk;
 pub mod mesh;
+mod plane;
+mod rectangle;
 mod sphere;
-mod traversal;
+#[cfg(test)]
+mod testing;
+mod torus;
+pub mod traversal;
+pub mod triangle;
+mod triangle_mesh;
 
+pub use cone::{Cone, ConeDesc};
+pub use cuboid::{BoxDesc, Cuboid};
+pub use cylinder::{Cylinder, CylinderDesc};
+pub use disk::{Disk, DiskDesc};
+pub use mesh::{MeshCache, MeshDesc};
+pub use plane::{Plane, PlaneDesc};
+pub use rectangle::{Rectangle, RectangleDesc};
 pub use sphere::{Sphere, SphereDesc};
-pub use traversal::TraversalFrame;
+pub use torus::{Torus, TorusDesc};
+pub use triangle_mesh::{LeftOut, TriangleMesh};
 
-use crate::math::{Bounds, DVec2, DVec3, Ray};
-use crate::scene::SceneError;
+use std::sync::Arc;
+
+use crate::math::elementary::atan2;
+use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::scene::schema::family;
+use crate::scene::{ErrorCode, SceneError};
 
 family! {
     /// Shapes: the `type` of an `[[object]]`.
     pub enum ShapeDesc as "shape", "shapes" {
         Sphere(SphereDesc),
+        Plane(PlaneDesc),
+        Box(BoxDesc),
+        Disk(DiskDesc),
+        Rectangle(RectangleDesc),
+        Cylinder(CylinderDesc),
+        Cone(ConeDesc),
+        Torus(TorusDesc),
+        Mesh(MeshDesc),
     }
 }
+
+/// Bound on the distance of a surface point from the surface, per unit of the largest coordinate or length that
+/// went into it: eighteen roundings. It is generous on purpose: a ray that starts that far outside must not be
+/// taken for one that starts inside, after further roundings.
+const ROUNDING: f64 = 4e-15;
 
 /// A hit of a ray with a shape: all that traversal carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,61 +86,178 @@ pub struct SurfacePoint {
     pub ns: DVec3,
 }
 
-/// A shape ready to be traced.
+/// A shape ready to be traced. 56 bytes: the common ones by value, larger ones behind a pointer.
 #[derive(Clone, Debug)]
 pub enum Shape {
     /// A sphere.
     Sphere(Sphere),
+    /// An infinite plane.
+    Plane(Plane),
+    /// An axis-aligned box.
+    Box(Cuboid),
+    /// A disk or ring.
+    Disk(Box<Disk>),
+    /// A rectangle or parallelogram.
+    Rectangle(Box<Rectangle>),
+    /// A cylinder.
+    Cylinder(Box<Cylinder>),
+    /// A cone.
+    Cone(Box<Cone>),
+    /// A torus.
+    Torus(Box<Torus>),
+    /// A triangle mesh, shared by the objects that show it.
+    Mesh(Arc<TriangleMesh>),
 }
 
+const _: () = assert!(size_of::<Shape>() <= 56);
+
 impl Shape {
-    /// The box around it; `None` if it is unbounded.
+    /// The box around it; `None` if it is unbounded. Empty for a mesh without triangles.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {
             Shape::Sphere(s) => Some(s.bounds()),
+            Shape::Plane(_) => None,
+            Shape::Box(s) => Some(s.bounds()),
+            Shape::Disk(s) => Some(s.bounds()),
+            Shape::Rectangle(s) => Some(s.bounds()),
+            Shape::Cylinder(s) => Some(s.bounds()),
+            Shape::Cone(s) => Some(s.bounds()),
+            Shape::Torus(s) => Some(s.bounds()),
+            Shape::Mesh(s) => Some(s.bounds()),
         }
     }
 
-    /// The nearest hit with `t_min <= t <= t_max`, from outside or inside. Rays with NaN hit nothing.
+    /// The nearest hit with `t_min <= t <= t_max`, from outside or inside. Rays with NaN or infinities, or without
+    /// a direction, hit nothing.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         match self {
             Shape::Sphere(s) => s.intersect(ray),
+            Shape::Plane(s) => s.intersect(ray),
+            Shape::Box(s) => s.intersect(ray),
+            Shape::Disk(s) => s.intersect(ray),
+            Shape::Rectangle(s) => s.intersect(ray),
+            Shape::Cylinder(s) => s.intersect(ray),
+            Shape::Cone(s) => s.intersect(ray),
+            Shape::Torus(s) => s.intersect(ray),
+            Shape::Mesh(s) => s.intersect(ray),
         }
     }
 
     /// Whether anything is hit with `t_min <= t <= t_max`.
     #[inline]
     pub fn occludes(&self, ray: &Ray) -> bool {
-        self.intersect(ray).is_some()
+        match self {
+            // Any triangle will do, not the nearest.
+            Shape::Mesh(s) => s.occludes(ray),
+            _ => self.intersect(ray).is_some(),
+        }
     }
 
     /// The surface at a hit of `ray`.
+    #[inline]
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         match self {
             Shape::Sphere(s) => s.surface(ray, hit),
+            Shape::Plane(s) => s.surface(ray, hit),
+            Shape::Box(s) => s.surface(ray, hit),
+            Shape::Disk(s) => s.surface(ray, hit),
+            Shape::Rectangle(s) => s.surface(ray, hit),
+            Shape::Cylinder(s) => s.surface(ray, hit),
+            Shape::Cone(s) => s.surface(ray, hit),
+            Shape::Torus(s) => s.surface(ray, hit),
+            Shape::Mesh(s) => s.surface(hit),
         }
     }
 
-    /// Surface coordinates at a point of the surface, 0..1 for bounded shapes. Asked for by textures alone: they
-    /// may cost an arc tangent.
+    /// Surface coordinates at a point of the surface, 0..1 for bounded shapes (a mesh has its own). Asked for by
+    /// textures alone: they may cost an arc tangent.
     pub fn uv(&self, hit: &ShapeHit, point: &SurfacePoint) -> DVec2 {
         match self {
             Shape::Sphere(_) => Sphere::uv(point.ng),
+            Shape::Plane(s) => s.uv(point.p),
+            Shape::Box(s) => s.uv(hit.part, point.p),
+            Shape::Disk(s) => s.uv(point.p),
+            Shape::Rectangle(s) => s.uv(hit),
+            Shape::Cylinder(s) => s.uv(hit.part, point.p),
+            Shape::Cone(s) => s.uv(hit.part, point.p),
+            Shape::Torus(s) => s.uv(point.p),
+            Shape::Mesh(s) => s.uv(hit),
         }
     }
 
-    /// Bytes it takes beside its place in the scene's list.
+    /// Bytes it takes beside its place in the scene's list. A mesh counts in full for each object that shows it.
     pub fn memory(&self) -> usize {
-        0
+        match self {
+            Shape::Sphere(_) | Shape::Plane(_) | Shape::Box(_) => 0,
+            Shape::Disk(_) => size_of::<Disk>(),
+            Shape::Rectangle(_) => size_of::<Rectangle>(),
+            Shape::Cylinder(_) => size_of::<Cylinder>(),
+            Shape::Cone(_) => size_of::<Cone>(),
+            Shape::Torus(_) => size_of::<Torus>(),
+            Shape::Mesh(s) => s.memory(),
+        }
     }
 }
 
 impl ShapeDesc {
-    /// Makes it traceable; checks what the reader could not. `meshes` are the scene's, by `MeshId`.
-    pub fn prepare(&self) -> Result<Shape, SceneError> {
-        match self {
-            ShapeDesc::Sphere(d) => Ok(Shape::Sphere(Sphere { center: d.center, radius: d.radius })),
-        }
+    /// Makes it traceable; checks what the reader could not. `meshes` are the scene's.
+    pub fn prepare(&self, meshes: &mut MeshCache<'_>) -> Result<Shape, SceneError> {
+        Ok(match self {
+            ShapeDesc::Sphere(d) => Shape::Sphere(Sphere { center: d.center, radius: d.radius }),
+            ShapeDesc::Plane(d) => Shape::Plane(d.prepare()?),
+            ShapeDesc::Box(d) => Shape::Box(d.prepare()?),
+            ShapeDesc::Disk(d) => Shape::Disk(Box::new(d.prepare()?)),
+            ShapeDesc::Rectangle(d) => Shape::Rectangle(Box::new(d.prepare()?)),
+            ShapeDesc::Cylinder(d) => Shape::Cylinder(Box::new(d.prepare()?)),
+            ShapeDesc::Cone(d) => Shape::Cone(Box::new(d.prepare()?)),
+            ShapeDesc::Torus(d) => Shape::Torus(Box::new(d.prepare()?)),
+            ShapeDesc::Mesh(d) => Shape::Mesh(meshes.get(d)?),
+        })
     }
+}
+
+/// The hit of a ray that is inside a convex solid from `enter` to `exit`, each with the part it is on. NaN never
+/// hits.
+#[inline]
+fn convex_hit(ray: &Ray, enter: (f64, u32), exit: (f64, u32)) -> Option<ShapeHit> {
+    if !(enter.0 <= exit.0) {
+        return None;
+    }
+    let (t, part) = if ray.contains(enter.0) { enter } else { exit };
+    ray.contains(t).then_some(ShapeHit { t, part, u: 0.0, v: 0.0 })
+}
+
+/// A vector as a unit vector, or an error that names the key it comes from.
+fn direction(v: DVec3, shape: &str, key: &str) -> Result<DVec3, SceneError> {
+    // Scaled first: squares of tiny and huge numbers would leave the range.
+    let v = v / v.abs().max_element();
+    v.try_normalize().ok_or_else(|| {
+        let message = format!("the `{key}` of a {shape} must not be zero");
+        SceneError::new(ErrorCode::OutOfRange, message).help(format!("for example `{key} = [0, 1, 0]`"))
+    })
+}
+
+/// The unit vector and the distance between the two ends of an axis.
+fn axis_of(from: DVec3, to: DVec3, shape: &str) -> Result<(DVec3, f64), SceneError> {
+    let axis = to - from;
+    let length = axis.length();
+    if length > 1e-150 && length < 1e150 && length > 1e-12 * from.abs().max(to.abs()).max_element() {
+        return Ok((axis / length, length));
+    }
+    let message = format!("`from` and `to` of a {shape} must be two points: found {from} and {to}");
+    Err(SceneError::new(ErrorCode::OutOfRange, message).help("move one of them"))
+}
+
+/// The angle of (x, y) as 0..1, one half where x = 0 and y > 0.
+fn turn(x: f64, y: f64) -> f64 {
+    0.5 + atan2(x, y) / std::f64::consts::TAU
+}
+
+/// (u, v) of a cap that faces `outward`, at a point local to the frame: those of a disk.
+fn cap_uv(frame: &Frame, outward: DVec3, local: DVec3, radius: f64) -> DVec2 {
+    let (right, up) = plane::tangents(outward);
+    let flat = frame.to_world(DVec3::new(local.x, local.y, 0.0)) / radius;
+    let uv = DVec2::new(0.5 * flat.dot(right) + 0.5, 0.5 * flat.dot(up) + 0.5);
+    if uv.is_nan() { DVec2::splat(0.5) } else { uv.clamp(DVec2::ZERO, DVec2::ONE) }
 }

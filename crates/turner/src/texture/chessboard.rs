@@ -1,10 +1,12 @@
 //! Squares of two colours.
 
+use super::placement::floor;
+use super::prepare::{Kind, Preparing};
 use super::{Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::ColorSource;
 use crate::scene::schema::params;
 use crate::scene::transform::Transform;
+use crate::scene::{ColorSource, SceneError};
 
 params! {
     /// Squares (cubes with `mapping = "solid"`) of two colours, one unit of texture coordinates wide: with density 1 four
@@ -35,25 +37,40 @@ material = { color = "board" }
 
 /// Squares of two colours.
 #[derive(Clone, Debug)]
-pub struct Chessboard {
+pub(super) struct Chessboard {
     even: ColorSource,
     odd: ColorSource,
     placement: Placement,
 }
 
-impl ChessboardDesc {
-    /// Makes it ready.
-    pub fn prepare(&self) -> Chessboard {
+impl Kind for ChessboardDesc {
+    type Ready = Chessboard;
+    const AT_ONCE: u64 = 1;
+
+    fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
+        visit(self.even);
+        visit(self.odd);
+    }
+
+    fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    fn prepare(&self, _: &mut Preparing<'_>) -> Result<Chessboard, SceneError> {
         let placement = Placement::new(self.mapping, self.density, self.transform);
-        Chessboard { even: self.even, odd: self.odd, placement }
+        Ok(Chessboard { even: self.even, odd: self.odd, placement })
     }
 }
 
 impl Chessboard {
     /// Parity of the three cell numbers.
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
-        let c = self.placement.coordinates(at).floor();
-        let parity = (c.x + c.y + c.z).rem_euclid(2.0);
-        textures.color(if parity == 0.0 { self.even } else { self.odd }, at)
+        let c = self.placement.coordinates(at);
+        let odd = (floor(c.x) + floor(c.y) + floor(c.z)) & 1 == 1;
+        textures.color(if odd { self.odd } else { self.even }, at)
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        0
     }
 }

@@ -1,26 +1,99 @@
-//! Textures: colours that vary over a surface or through space. One file each; [`TextureDesc`] is the table of
-//! their names in a scene.
+//! Textures: colours that vary over a surface or through space. One file each; the table below holds their names
+//! in a scene.
 //!
 //! Every texture is evaluated at texture coordinates (s, t, r). With `mapping = "uv"` they are the paper's:
 //! (2u − 1, 2v − 1, 0), so that (−1..1) spans the shape; with `mapping = "solid"` they are the object-space
-//! position. `density` scales them and the texture's own transform is undone, before the pattern is looked up.
+//! position. The texture's own transform is undone and `density` scales them, before the pattern is looked up.
+//!
+//! A texture whose keys name other textures looks them up at the same point; [`Textures::prepare`] refuses
+//! cycles, so evaluation ends. Results are finite whatever the point.
 
 mod chessboard;
+mod constant;
+mod decoder;
+mod gradient;
+mod image;
+mod marble;
+mod noise;
+mod perlin;
 mod placement;
+mod prepare;
+mod stripes;
+mod tint;
+mod wood;
+
+#[cfg(test)]
+mod swatches;
+#[cfg(test)]
+mod tests;
 
 pub use chessboard::ChessboardDesc;
-pub use placement::{Mapping, Placement};
+pub use constant::ConstantDesc;
+pub use gradient::{GradientDesc, GradientKind, Stop};
+pub use image::{ImageDesc, ImageFilter, Wrap};
+pub use marble::MarbleDesc;
+pub use noise::{NoiseDesc, NoiseKind};
+pub use perlin::{Fractal, Perlin};
+pub use placement::{Axis, Mapping, Placement};
+pub use stripes::StripesDesc;
+pub use tint::Tint;
+pub use wood::WoodDesc;
 
+use self::decoder::Decoder;
+use self::prepare::{Kind, Preparing};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3};
 use crate::scene::schema::family;
-use crate::scene::{ColorSource, TextureId};
+use crate::scene::{ColorSource, SceneError, TextureId};
 
-family! {
-    /// Textures: a colour that varies. Named ones stand in `[texture.NAME]`; any colour that may be a texture takes the name or a table `{ type = …, … }`.
-    pub enum TextureDesc as "texture", "textures" {
-        Chessboard(ChessboardDesc),
-    }
+/// The table of textures: `Variant(description => what is evaluated)`.
+macro_rules! textures {
+    ($($variant:ident($desc:ty => $ready:ty),)*) => {
+        family! {
+            /// Textures: a colour that varies. Named ones stand in `[texture.NAME]`; any colour that may be a texture takes the name or a table `{ type = …, … }`.
+            pub enum TextureDesc as "texture", "textures" { $($variant($desc),)* }
+        }
+
+        /// One texture ready to be evaluated.
+        #[derive(Clone, Debug)]
+        enum Texture { $($variant($ready),)* }
+
+        impl TextureDesc {
+            fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
+                match self { $(TextureDesc::$variant(d) => d.sources(visit),)* }
+            }
+            fn at_once(&self) -> u64 {
+                match self { $(TextureDesc::$variant(_) => <$desc as Kind>::AT_ONCE,)* }
+            }
+            fn uses_uv(&self) -> bool {
+                match self { $(TextureDesc::$variant(d) => d.mapping() == Mapping::Uv,)* }
+            }
+            fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Texture, SceneError> {
+                match self { $(TextureDesc::$variant(d) => d.prepare(cx).map(Texture::$variant),)* }
+            }
+        }
+
+        impl Texture {
+            #[inline]
+            fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+                match self { $(Texture::$variant(t) => t.eval(textures, at),)* }
+            }
+            fn memory(&self) -> usize {
+                match self { $(Texture::$variant(t) => t.memory(),)* }
+            }
+        }
+    };
+}
+
+textures! {
+    Constant(ConstantDesc => constant::Constant),
+    Image(ImageDesc => image::ImageTexture),
+    Chessboard(ChessboardDesc => chessboard::Chessboard),
+    Stripes(StripesDesc => stripes::Stripes),
+    Gradient(GradientDesc => gradient::Gradient),
+    Wood(WoodDesc => wood::Wood),
+    Marble(MarbleDesc => marble::Marble),
+    Noise(NoiseDesc => noise::Noise),
 }
 
 /// Where a texture is looked up.
@@ -36,13 +109,10 @@ pub struct TexturePoint {
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     list: Vec<Texture>,
-}
-
-/// One texture ready to be evaluated.
-#[derive(Clone, Debug)]
-pub enum Texture {
-    /// Squares.
-    Chessboard(chessboard::Chessboard),
+    /// Per texture: whether it or one that it names looks at (u, v).
+    uv: Vec<bool>,
+    decoder: Decoder,
+    image_memory: usize,
 }
 
 impl Textures {
@@ -55,17 +125,44 @@ impl Textures {
         }
     }
 
-    /// The colour of a texture at a point.
+    /// The colour of a texture at a point: finite, whatever the point.
     pub fn eval(&self, id: TextureId, at: &TexturePoint) -> Spectrum {
-        match &self.list[id.index()] {
-            Texture::Chessboard(t) => t.eval(self, at),
+        let c = self.list[id.index()].eval(self, at);
+        if c.is_finite() { c } else { c.map(finite) }
+    }
+
+    /// Whether a source looks at (u, v). Where it does not, [`TexturePoint::uv`] may be anything.
+    pub fn uses_uv(&self, source: ColorSource) -> bool {
+        match source {
+            ColorSource::Constant(_) => false,
+            ColorSource::Texture(id) => self.uv[id.index()],
+        }
+    }
+
+    /// Bytes they take, with their pictures (each counted once).
+    pub fn memory(&self) -> usize {
+        let own: usize = self.list.iter().map(Texture::memory).sum();
+        own + self.list.capacity() * size_of::<Texture>()
+            + self.uv.capacity()
+            + self.decoder.memory()
+            + self.image_memory
+    }
+
+    /// (1 − t)·a + t·b; what has no share is not evaluated.
+    #[inline]
+    fn mix(&self, a: ColorSource, b: ColorSource, t: f64, at: &TexturePoint) -> Spectrum {
+        if t <= 0.0 || t.is_nan() {
+            self.color(a, at)
+        } else if t >= 1.0 {
+            self.color(b, at)
+        } else {
+            self.color(a, at).lerp(self.color(b, at), t as f32)
         }
     }
 }
 
-impl Textures {
-    /// Temporary.
-    pub fn prepare(descs: &[crate::scene::Named<TextureDesc>], _images: &[crate::scene::Asset<crate::image::Image>], _transfer: crate::color::Transfer) -> Result<Textures, crate::scene::SceneError> {
-        Ok(Textures { list: descs.iter().map(|d| match &d.value { TextureDesc::Chessboard(c) => Texture::Chessboard(c.prepare()) }).collect() })
-    }
+/// Sums of the largest numbers overflow: the nearest finite number, 0 for NaN.
+#[cold]
+fn finite(v: f32) -> f32 {
+    if v.is_nan() { 0.0 } else { v.clamp(f32::MIN, f32::MAX) }
 }

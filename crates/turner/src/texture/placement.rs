@@ -1,4 +1,4 @@
-//! How a texture lies on a surface or in space.
+//! How a texture lies on a surface or in space, and the ramps that patterns are drawn with.
 
 use super::TexturePoint;
 use crate::math::{DAffine3, DVec3};
@@ -14,6 +14,32 @@ choice! {
         Solid = "solid",
     }
 }
+
+choice! {
+    /// One of the three texture coordinates.
+    pub enum Axis {
+        /// The first: s on a surface, x in space.
+        X = "x",
+        /// The second: t on a surface, y in space.
+        Y = "y",
+        /// The third: 0 on a surface, z in space.
+        Z = "z",
+    }
+}
+
+impl Axis {
+    /// That coordinate of a point.
+    pub(super) fn of(self, c: DVec3) -> f64 {
+        match self {
+            Axis::X => c.x,
+            Axis::Y => c.y,
+            Axis::Z => c.z,
+        }
+    }
+}
+
+/// Texture coordinates are clamped to ±this: whole numbers and their sums stay exact, squares stay finite.
+pub(super) const LIMIT: f64 = 1_125_899_906_842_624.0; // 2^50
 
 /// Mapping, density and transform, prepared.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +57,7 @@ impl Placement {
         Placement { mapping, density, inverse }
     }
 
-    /// Texture coordinates (s, t, r) at a point.
+    /// Texture coordinates (s, t, r) at a point: finite, at most 2^50 in size; NaN becomes 0.
     #[inline]
     pub fn coordinates(&self, at: &TexturePoint) -> DVec3 {
         let c = match self.mapping {
@@ -42,6 +68,72 @@ impl Placement {
             None => c,
             Some(inverse) => inverse.transform_point3(c),
         };
-        c * self.density
+        let c = c * self.density;
+        DVec3::new(bounded(c.x), bounded(c.y), bounded(c.z))
+    }
+}
+
+fn bounded(v: f64) -> f64 {
+    if v.is_nan() { 0.0 } else { v.clamp(-LIMIT, LIMIT) }
+}
+
+/// The largest whole number not above `v`, |v| < 2^63. Written out because the least x86-64 has no instruction for
+/// `f64::floor`, which becomes a call there: every noise takes half the time (noise 830 -> 420 ns, wood 950 -> 490 ns).
+#[inline]
+pub(super) fn floor(v: f64) -> i64 {
+    let whole = v as i64;
+    if whole as f64 > v { whole.saturating_sub(1) } else { whole }
+}
+
+/// The part of a number, |v| < 2^63, after the point, in 0..1 without 1: v − ⌊v⌋ rounds to 1 just below 0.
+#[inline]
+pub(super) fn fract(v: f64) -> f64 {
+    let f = v - floor(v) as f64;
+    if f < 1.0 { f } else { 0.0 }
+}
+
+/// 0 up to `from`, 1 from `to` on, a cubic without kinks between; a step where they are equal.
+#[inline]
+pub(super) fn smoothstep(from: f64, to: f64, v: f64) -> f64 {
+    if v < from {
+        0.0
+    } else if v >= to {
+        1.0
+    } else {
+        let t = (v - from) / (to - from);
+        t * t * (3.0 - 2.0 * t)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::DVec2;
+
+    #[test]
+    fn uv_covers_minus_one_to_one() {
+        let place = Placement::new(Mapping::Uv, 1.0, Transform::IDENTITY);
+        let at = |u, v| place.coordinates(&TexturePoint { uv: DVec2::new(u, v), p: DVec3::ONE });
+        assert_eq!(at(0.0, 0.0), DVec3::new(-1.0, -1.0, 0.0));
+        assert_eq!(at(1.0, 0.5), DVec3::new(1.0, 0.0, 0.0));
+        assert_eq!(at(f64::NAN, f64::INFINITY), DVec3::new(0.0, LIMIT, 0.0));
+    }
+
+    #[test]
+    fn the_transform_is_undone_before_the_density_scales() {
+        let shift = Transform(DAffine3::from_translation(DVec3::X));
+        let place = Placement::new(Mapping::Solid, 3.0, shift);
+        let c = place.coordinates(&TexturePoint { uv: DVec2::ZERO, p: DVec3::new(2.0, 1.0, 0.0) });
+        assert_eq!(c, DVec3::new(3.0, 3.0, 0.0));
+    }
+
+    #[test]
+    fn fractions_stay_below_one() {
+        assert_eq!(fract(-1e-300), 0.0);
+        assert_eq!(fract(-0.25), 0.75);
+        assert_eq!((floor(-0.25), floor(-2.0), floor(2.75)), (-1, -2, 2));
+        assert_eq!(fract(LIMIT), 0.0);
+        assert_eq!(smoothstep(0.5, 0.5, 0.5), 1.0);
+        assert_eq!(smoothstep(0.0, 1.0, 0.5), 0.5);
     }
 }

@@ -88,17 +88,17 @@ impl ClassicDesc {
         if let Some(direction) = refracted
             && weights.refract > 0.0
         {
-            stats.refracted += 1;
-            self.spawn(scene, &s, direction, task, weights.refract, tree, stack);
+            let spawned = self.spawn(scene, &s, direction, task, weights.refract, tree, stack);
+            stats.refracted += u64::from(spawned);
         }
         if weights.reflect > 0.0 {
-            stats.reflected += 1;
             // A shading normal may tip the mirror direction below the surface: then the geometric one serves.
             let mut direction = reflect(d, n);
             if direction.dot(ng) <= 0.0 {
                 direction = reflect(d, ng);
             }
-            self.spawn(scene, &s, direction, task, weights.reflect, tree, stack);
+            let spawned = self.spawn(scene, &s, direction, task, weights.reflect, tree, stack);
+            stats.reflected += u64::from(spawned);
         }
     }
 
@@ -131,6 +131,9 @@ impl ClassicDesc {
         (Weights { local, reflect, refract: refracted }, direction)
     }
 
+    /// Puts a reflected or refracted ray on the stack; beyond the depth limit adds what stands for it instead.
+    /// Returns whether there is such a ray.
+    #[allow(clippy::too_many_arguments)]
     fn spawn(
         &self,
         scene: &Scene,
@@ -140,21 +143,21 @@ impl ClassicDesc {
         weight: f64,
         tree: &mut Tree,
         stack: &mut Vec<Task>,
-    ) {
+    ) -> bool {
         let weight = from.weight * weight;
         let depth = from.depth + 1;
         if depth > self.max_depth {
             let color = match self.at_depth {
                 AtDepth::Background => scene.background.color(direction),
                 AtDepth::Ambient => scene.ambient,
-                AtDepth::Black | AtDepth::Local => return,
+                AtDepth::Black | AtDepth::Local => return false,
             };
             tree.color += color * weight as f32;
-            return;
+            return false;
         }
         tree.spawned = tree.spawned.saturating_add(1);
         if tree.spawned > self.max_rays {
-            return;
+            return false;
         }
         let mut ray = Ray::new(s.surface.p, direction);
         if self.epsilon > 0.0 {
@@ -163,6 +166,7 @@ impl ClassicDesc {
             ray.origin = s.surface.leave(direction);
         }
         stack.push(Task { ray, weight, depth });
+        true
     }
 
     fn miss(&self, scene: &Scene, task: &Task, tree: &mut Tree) {

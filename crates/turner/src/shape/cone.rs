@@ -1,0 +1,245 @@
+//! Cones and truncated cones, with or without caps.
+
+use super::cylinder::slab;
+use super::disk::disk_bounds;
+use super::plane::tangents;
+use super::{ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, turn};
+use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
+use crate::scene::SceneError;
+use crate::scene::schema::{Range, params};
+
+params! {
+    /// A cone from the middle of its base to its tip; with `tip_radius` it is cut off there. On the side u runs once around the
+    /// axis, counter-clockwise seen from the tip, and v from 0 at the base to 1 at the tip; with the tip along +y, u is that
+    /// of the sphere: 0 at −z, 0.25 at −x, 0.5 at +z, 0.75 at +x. A cap has the (u, v) of a disk that faces outwards.
+    pub struct ConeDesc as "cone" {
+        /// The middle of the base.
+        from: DVec3 = DVec3::NEG_Y;
+        /// The tip, or the middle of the other end.
+        to: DVec3 = DVec3::Y;
+        /// The radius of the base.
+        radius: f64 = 1.0, in Range::POSITIVE;
+        /// The radius at `to`.
+        tip_radius: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Whether the ends are closed.
+        capped: bool = true;
+    }
+    example r#"[[object]]
+type = "cone"
+from = [0, 0, 0]
+to = [0, 2, 0]
+radius = 1
+tip_radius = 0.25
+material = { color = "orange" }
+"#
+}
+
+/// A cone. Parts: 0 the side, 1 the cap at `from`, 2 the cap at `to`.
+///
+/// Local z runs from the narrow end to the wide one, so that the radius at z is a sum of numbers >= 0 and exact
+/// to the last bits near the tip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone {
+    narrow: DVec3,
+    frame: Frame,
+    height: f64,
+    narrow_radius: f64,
+    wide_radius: f64,
+    /// Growth of the radius along z.
+    slope: f64,
+    /// Whether the narrow end is `to`.
+    narrow_is_to: bool,
+    capped: bool,
+    error: f64,
+}
+
+impl ConeDesc {
+    /// Makes it traceable.
+    pub fn prepare(&self) -> Result<Cone, SceneError> {
+        let (_, height) = axis_of(self.from, self.to, "cone")?;
+        let narrow_is_to = self.tip_radius <= self.radius;
+        let (narrow, wide) = if narrow_is_to { (self.to, self.from) } else { (self.from, self.to) };
+        let z = (wide - narrow).normalize();
+        let (x, y) = tangents(z);
+        let (small, large) = (self.radius.min(self.tip_radius), self.radius.max(self.tip_radius));
+        let scale = self.from.abs().max(self.to.abs()).max_element() + large + height;
+        Ok(Cone {
+            narrow,
+            frame: Frame { x, y, z },
+            height,
+            narrow_radius: small,
+            wide_radius: large,
+            slope: (large - small) / height,
+            narrow_is_to,
+            capped: self.capped,
+            error: ROUNDING * scale,
+        })
+    }
+}
+
+impl Cone {
+    /// The box around it.
+    pub fn bounds(&self) -> Bounds {
+        let n = self.frame.z;
+        let wide = disk_bounds(self.narrow + self.height * n, n, self.wide_radius);
+        let both = disk_bounds(self.narrow, n, self.narrow_radius).union(&wide);
+        Bounds::new(both.min - self.error, both.max + self.error)
+    }
+
+    /// Between its ends the cone is convex: the ray is inside for one interval of t, the part of the slab between
+    /// the ends where x² + y² <= (radius at z)².
+    pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        if !ray.is_finite() {
+            return None;
+        }
+        let (mut o, d) = (self.frame.to_local(ray.origin - self.narrow), self.frame.to_local(ray.direction));
+        // From afar, start nearer: squares of the distance would drown the squares of the radius.
+        let reach = self.height + self.wide_radius;
+        let mut start = 0.0;
+        if o.length_squared() > 16.0 * reach * reach {
+            let a = d.length_squared();
+            start = -o.dot(d) / a;
+            o += start * d;
+            if !(o.length_squared() <= 4.0 * reach * reach) {
+                return None;
+            }
+        }
+        let (slab, low, high) = slab(o.z, d.z, self.height)?;
+        let side = self.inside_side(o, d, slab)?;
+        let (narrow, wide) = self.cap_parts();
+        let part = |end: u32| if end == 1 { narrow } else { wide };
+        if self.capped {
+            let enter = if slab.0 > side.0 { (slab.0 + start, part(low)) } else { (side.0 + start, 0) };
+            let exit = if slab.1 < side.1 { (slab.1 + start, part(high)) } else { (side.1 + start, 0) };
+            return convex_hit(ray, enter, exit);
+        }
+        [side.0, side.1]
+            .into_iter()
+            .find(|&t| t >= slab.0 && t <= slab.1 && ray.contains(t + start))
+            .map(|t| ShapeHit { t: t + start, part: 0, u: 0.0, v: 0.0 })
+    }
+
+    /// The interval in which the ray is inside the endless cone, of the two nappes the one within the slab.
+    fn inside_side(&self, o: DVec3, d: DVec3, slab: (f64, f64)) -> Option<(f64, f64)> {
+        let (r, dr) = (self.narrow_radius + self.slope * o.z, self.slope * d.z);
+        // a t² − 2 b t + c <= 0 inside.
+        let a = d.x * d.x + d.y * d.y - dr * dr;
+        let b = r * dr - o.x * d.x - o.y * d.y;
+        let c = o.x * o.x + o.y * o.y - r * r;
+        if a == 0.0 {
+            return match b {
+                b if b > 0.0 => Some((c / (2.0 * b), f64::INFINITY)),
+                b if b < 0.0 => Some((f64::NEG_INFINITY, c / (2.0 * b))),
+                _ => (c <= 0.0).then_some((f64::NEG_INFINITY, f64::INFINITY)),
+            };
+        }
+        // b² − a c, by Lagrange's identity without the cancellation of large equal terms.
+        let cross = o.x * d.y - o.y * d.x;
+        let (mx, my) = (r * d.x - dr * o.x, r * d.y - dr * o.y);
+        let discriminant = mx * mx + my * my - cross * cross;
+        if a > 0.0 && !(discriminant >= 0.0) {
+            return None;
+        }
+        let q = b + discriminant.max(0.0).sqrt().copysign(b);
+        let (t0, t1) = if q == 0.0 { (0.0, 0.0) } else { (c / q, q / a) };
+        let (t0, t1) = if t0 < t1 { (t0, t1) } else { (t1, t0) };
+        if a > 0.0 {
+            return Some((t0, t1));
+        }
+        // Steeper than the side: inside before t0 in one nappe and after t1 in the other.
+        let before = t0.min(slab.1) - slab.0;
+        let after = slab.1 - t1.max(slab.0);
+        Some(if before > after { (f64::NEG_INFINITY, t0) } else { (t1, f64::INFINITY) })
+    }
+
+    /// The part numbers of the caps at the narrow and at the wide end.
+    fn cap_parts(&self) -> (u32, u32) {
+        if self.narrow_is_to { (2, 1) } else { (1, 2) }
+    }
+
+    /// The surface at a hit.
+    pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
+        let mut p = self.frame.to_local(ray.at(hit.t) - self.narrow);
+        let n = if hit.part == 0 {
+            p.z = p.z.clamp(0.0, self.height);
+            let out = DVec3::new(p.x, p.y, 0.0).normalize_or(DVec3::X);
+            let r = self.narrow_radius + self.slope * p.z;
+            p = DVec3::new(r * out.x, r * out.y, p.z);
+            self.frame.to_world(DVec3::new(out.x, out.y, -self.slope).normalize())
+        } else if hit.part == self.cap_parts().0 {
+            p.z = 0.0;
+            -self.frame.z
+        } else {
+            p.z = self.height;
+            self.frame.z
+        };
+        SurfacePoint { p: self.narrow + self.frame.to_world(p), error: self.error, ng: n, ns: n }
+    }
+
+    /// (u, v) on the part that was hit.
+    pub fn uv(&self, part: u32, p: DVec3) -> DVec2 {
+        let local = self.frame.to_local(p - self.narrow);
+        let to_tip = if self.narrow_is_to { -self.frame.z } else { self.frame.z };
+        let (right, up) = tangents(to_tip);
+        if part == 0 {
+            let f = p - self.narrow;
+            let v = (local.z / self.height).clamp(0.0, 1.0);
+            let v = if self.narrow_is_to { 1.0 - v } else { v };
+            return DVec2::new(turn(f.dot(right), -f.dot(up)), v);
+        }
+        let narrow = part == self.cap_parts().0;
+        let radius = if narrow { self.narrow_radius } else { self.wide_radius };
+        let outward = if narrow { -self.frame.z } else { self.frame.z };
+        cap_uv(&self.frame, outward, local, radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn desc() -> ConeDesc {
+        ConeDesc { from: DVec3::ZERO, to: DVec3::Y, radius: 1.0, tip_radius: 0.0, capped: true }
+    }
+
+    fn hit(c: &ConeDesc, o: [f64; 3], d: [f64; 3]) -> Option<(f64, u32)> {
+        c.prepare().unwrap().intersect(&Ray::new(o.into(), d.into())).map(|h| (h.t, h.part))
+    }
+
+    #[test]
+    fn side_base_tip_and_generator() {
+        let near = |a: Option<(f64, u32)>, t: f64, part: u32| {
+            let (found, p) = a.expect("a hit");
+            assert!((found - t).abs() < 1e-12 && p == part, "{found} {p}, expected {t} {part}");
+        };
+        near(hit(&desc(), [-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]), 2.5, 0);
+        near(hit(&desc(), [0.0, 0.5, 0.0], [1.0, 0.0, 0.0]), 0.5, 0);
+        near(hit(&desc(), [0.25, -2.0, 0.0], [0.0, 1.0, 0.0]), 2.0, 1);
+        near(hit(&desc(), [0.25, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.25, 0);
+        near(hit(&desc(), [0.0, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.0, 0);
+        // Parallel to a generator, inside: out through the base only.
+        near(hit(&desc(), [0.0, 0.5, 0.0], [0.5, -0.5, 0.0]), 1.0, 1);
+        assert_eq!(hit(&desc(), [-3.0, 1.1, 0.0], [1.0, 0.0, 0.0]), None);
+        // The other nappe is no part of it.
+        assert_eq!(hit(&desc(), [0.0, 3.0, 0.0], [1.0, 0.1, 0.0]), None);
+        let cut = ConeDesc { tip_radius: 0.5, ..desc() };
+        near(hit(&cut, [0.25, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.0, 2);
+        let open = ConeDesc { capped: false, ..cut.clone() };
+        // In through the open end, onto the inner side where −0.25 + 0.65 t = t / 2.
+        near(hit(&open, [-0.25, 2.0, 0.0], [0.65, -1.0, 0.0]), 5.0 / 3.0, 0);
+        let wide = ConeDesc { radius: 0.5, tip_radius: 1.0, ..desc() };
+        near(hit(&wide, [0.75, 2.0, 0.0], [0.0, -1.0, 0.0]), 1.0, 2);
+        near(hit(&wide, [-3.0, 0.5, 0.0], [1.0, 0.0, 0.0]), 2.25, 0);
+    }
+
+    #[test]
+    fn v_runs_from_base_to_tip_for_either_slope() {
+        for (radius, tip_radius) in [(1.0, 0.5), (0.5, 1.0), (1.0, 1.0)] {
+            let c = ConeDesc { radius, tip_radius, ..desc() }.prepare().unwrap();
+            let uv = c.uv(0, DVec3::new(0.9, 0.25, 0.0));
+            assert!((uv - DVec2::new(0.75, 0.25)).length() < 1e-12, "{uv}");
+            assert_eq!(c.uv(2, DVec3::new(0.0, 1.0, 0.0)), DVec2::splat(0.5));
+        }
+        assert!(ConeDesc { to: DVec3::ZERO, ..desc() }.prepare().is_err());
+    }
+}

@@ -1,0 +1,309 @@
+//! Pictures.
+//!
+//! The picture covers s, t in −1..1 once, upright: (−1, −1) is its lower left corner, (1, 1) its upper right one.
+//! Texel (x, y) of a picture of w × h, row 0 at the top, is the square around its centre
+//! s = 2(x + ½)/w − 1, t = 1 − 2(y + ½)/h.
+
+use std::sync::Arc;
+
+use super::placement::{floor, fract};
+use super::prepare::{Kind, Preparing};
+use super::{Mapping, Placement, TexturePoint, Textures};
+use crate::color::Spectrum;
+use crate::image::Image;
+use crate::scene::schema::{Range, choice, params};
+use crate::scene::transform::Transform;
+use crate::scene::{ColorSource, ImageId, SceneError};
+
+choice! {
+    /// What stands between the centres of texels.
+    pub enum ImageFilter {
+        /// The four texels around the point, weighted by nearness.
+        Bilinear = "bilinear",
+        /// The texel that the point lies in: sharp squares.
+        Nearest = "nearest",
+    }
+}
+
+choice! {
+    /// What stands outside the picture.
+    pub enum Wrap {
+        /// The picture again.
+        Repeat = "repeat",
+        /// Its mirror image: no seam, whatever the picture.
+        Mirror = "mirror",
+        /// Its border, drawn out.
+        Clamp = "clamp",
+        /// Nothing: black.
+        Black = "black",
+    }
+}
+
+params! {
+    /// A picture file: PNG, JPEG, EXR or HDR. It covers a shape's surface coordinates once, upright: its lower left corner lies at
+    /// u = v = 0, its upper right corner at u = v = 1. With `mapping = "solid"` it covers x and y from −1 to 1 and is the same at every z.
+    /// Pictures of 8 and 16 bits are decoded by the film's transfer curve before they are interpolated, float pictures are taken as they are
+    /// (samples that are infinite or NaN count as 0). An alpha channel has no effect.
+    /// Around a sphere the picture closes without a seam; `wrap_v = "clamp"` keeps the poles from mixing.
+    pub struct ImageDesc as "image" {
+        /// The picture, relative to the scene file.
+        file: ImageId;
+        /// What stands between the centres of texels.
+        filter: ImageFilter = ImageFilter::Bilinear;
+        /// What stands outside the picture: the picture again, its mirror image, its border drawn out, or black.
+        wrap: Wrap = Wrap::Repeat;
+        /// The same for left and right alone; `wrap` unless given.
+        wrap_u: Option<Wrap> = None;
+        /// The same for top and bottom alone; `wrap` unless given.
+        wrap_v: Option<Wrap> = None;
+        /// The colours are multiplied by this.
+        gain: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// How often the picture covers the surface coordinates, per axis; below 1, the part of it that is seen.
+        density: f64 = 1.0;
+        /// Whether the picture lies on the surface or goes through the solid along z.
+        mapping: Mapping = Mapping::Uv;
+        /// Moves the picture.
+        transform: Transform = Transform::IDENTITY;
+    }
+    example r##"[texture.earth]
+type = "image"
+file = "picture.png"
+wrap_v = "clamp"
+
+[[object]]
+type = "sphere"
+material = { color = "earth" }
+"##
+}
+
+/// A picture.
+#[derive(Clone, Debug)]
+pub(super) struct ImageTexture {
+    image: Arc<Image>,
+    filter: ImageFilter,
+    wrap_u: Wrap,
+    wrap_v: Wrap,
+    gain: f32,
+    placement: Placement,
+}
+
+impl Kind for ImageDesc {
+    type Ready = ImageTexture;
+    const AT_ONCE: u64 = 0;
+
+    fn sources(&self, _: &mut dyn FnMut(ColorSource)) {}
+
+    fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    fn prepare(&self, cx: &mut Preparing<'_>) -> Result<ImageTexture, SceneError> {
+        Ok(ImageTexture {
+            image: cx.image(self.file)?,
+            filter: self.filter,
+            wrap_u: self.wrap_u.unwrap_or(self.wrap),
+            wrap_v: self.wrap_v.unwrap_or(self.wrap),
+            gain: self.gain as f32,
+            placement: Placement::new(self.mapping, self.density, self.transform),
+        })
+    }
+}
+
+impl ImageTexture {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+        let c = self.placement.coordinates(at);
+        let (u, v) = (0.5 + 0.5 * c.x, 0.5 - 0.5 * c.y);
+        let outside = |wrap, x: f64| wrap == Wrap::Black && !(0.0..=1.0).contains(&x);
+        if outside(self.wrap_u, u) || outside(self.wrap_v, v) {
+            return Spectrum::BLACK;
+        }
+        let (w, h) = (self.image.width, self.image.height);
+        let (decoder, image) = (&textures.decoder, &*self.image);
+        let color = match self.filter {
+            ImageFilter::Nearest => {
+                decoder.texel(image, self.wrap_u.nearest(u, w), self.wrap_v.nearest(v, h))
+            }
+            ImageFilter::Bilinear => {
+                let (x0, x1, fx) = self.wrap_u.around(u, w);
+                let (y0, y1, fy) = self.wrap_v.around(v, h);
+                let row = |y| decoder.texel(image, x0, y).lerp(decoder.texel(image, x1, y), fx);
+                row(y0).lerp(row(y1), fy)
+            }
+        };
+        color * self.gain
+    }
+
+    /// The picture is counted by [`Textures::memory`], which knows what is shared.
+    pub(super) fn memory(&self) -> usize {
+        0
+    }
+}
+
+impl Wrap {
+    /// A coordinate brought into one picture, 0..=1. Black lies inside already.
+    #[inline]
+    fn fold(self, v: f64) -> f64 {
+        match self {
+            Wrap::Repeat => fract(v),
+            Wrap::Mirror => {
+                let v = 2.0 * fract(0.5 * v);
+                if v > 1.0 { 2.0 - v } else { v }
+            }
+            Wrap::Clamp | Wrap::Black => v.clamp(0.0, 1.0),
+        }
+    }
+
+    /// The texel that a coordinate lies in, of `n`.
+    #[inline]
+    fn nearest(self, v: f64, n: u32) -> u32 {
+        ((self.fold(v) * f64::from(n)) as u32).min(n - 1)
+    }
+
+    /// The texels whose centres lie before and after a coordinate, and its way from the one to the other.
+    #[inline]
+    fn around(self, v: f64, n: u32) -> (u32, u32, f32) {
+        let x = self.fold(v) * f64::from(n) - 0.5;
+        let first = floor(x);
+        let weight = (x - first as f64) as f32;
+        let texel = |i: i64| {
+            if i < 0 {
+                if self == Wrap::Repeat { n - 1 } else { 0 }
+            } else if i >= i64::from(n) {
+                if self == Wrap::Repeat { 0 } else { n - 1 }
+            } else {
+                i as u32
+            }
+        };
+        (texel(first), texel(first + 1), weight)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{picture, ready, text};
+    use super::*;
+    use crate::color::Transfer;
+    use crate::image::Pixels;
+    use crate::math::{DVec2, DVec3};
+    use crate::scene::{Asset, Named, TextureId};
+    use crate::texture::TextureDesc;
+
+    /// The picture of [`picture`] with some keys.
+    fn with(keys: &[(&str, &str)]) -> Textures {
+        let keys: Vec<_> = keys.iter().map(|(k, v)| (*k, text(v))).collect();
+        ready("image", &[vec![("file", text("p.png"))], keys].concat())
+    }
+
+    fn at(textures: &Textures, s: f64, t: f64) -> Spectrum {
+        let uv = DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t);
+        textures.eval(TextureId(0), &TexturePoint { uv, p: DVec3::ZERO })
+    }
+
+    /// Texel (x, y) of [`picture`].
+    fn texel(x: u32, y: u32) -> Spectrum {
+        Spectrum::from(picture().rgb(x, y))
+    }
+
+    /// The centre of texel (x, y) of [`picture`]; also of those outside.
+    fn centre(x: i32, y: i32) -> (f64, f64) {
+        (2.0 * (f64::from(x) + 0.5) / 4.0 - 1.0, 1.0 - 2.0 * (f64::from(y) + 0.5) / 2.0)
+    }
+
+    #[test]
+    fn both_filters_are_exact_at_centres_under_every_wrap() {
+        for filter in ImageFilter::WORDS {
+            for wrap in Wrap::WORDS {
+                let textures = with(&[("filter", filter), ("wrap", wrap)]);
+                for (x, y) in (-9..13).flat_map(|x| (-5..7).map(move |y| (x, y))) {
+                    let fold = |i: i32, n: i32| match *wrap {
+                        "repeat" => Some(i.rem_euclid(n)),
+                        "mirror" => Some((i.rem_euclid(2 * n)).min(2 * n - 1 - i.rem_euclid(2 * n))),
+                        "clamp" => Some(i.clamp(0, n - 1)),
+                        _ => (0..n).contains(&i).then_some(i),
+                    };
+                    let expected = match (fold(x, 4), fold(y, 2)) {
+                        (Some(x), Some(y)) => texel(x as u32, y as u32),
+                        _ => Spectrum::BLACK,
+                    };
+                    let (s, t) = centre(x, y);
+                    assert_eq!(at(&textures, s, t), expected, "{filter} {wrap} texel {x}, {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_corners_of_the_picture_are_the_corners_of_the_surface() {
+        let near = with(&[("filter", "nearest"), ("wrap", "clamp")]);
+        assert_eq!(at(&near, -1.0, -1.0), texel(0, 1));
+        assert_eq!(at(&near, 1.0, -1.0), texel(3, 1));
+        assert_eq!(at(&near, -1.0, 1.0), texel(0, 0));
+        assert_eq!(at(&near, 1.0, 1.0), texel(3, 0));
+        // A border between texels belongs to the right and lower one.
+        assert_eq!(at(&near, -0.5, 0.0), texel(1, 1));
+        let soft = with(&[("wrap", "black")]);
+        assert_eq!(at(&soft, -1.0, 1.0), texel(0, 0));
+        assert_eq!(at(&soft, -1.000_001, 1.0), Spectrum::BLACK);
+    }
+
+    #[test]
+    fn bilinear_is_the_mean_half_way_and_at_the_seam() {
+        let mean = |a: Spectrum, b: Spectrum| a.lerp(b, 0.5);
+        let soft = with(&[]);
+        assert_eq!(at(&soft, -0.5, 0.5), mean(texel(0, 0), texel(1, 0)));
+        assert_eq!(at(&soft, 0.25, 0.0), mean(texel(2, 0), texel(2, 1)));
+        // Left and right edge are one line around a sphere.
+        let seam = mean(texel(3, 0), texel(0, 0));
+        assert_eq!(at(&soft, -1.0, 0.5), seam);
+        assert_eq!(at(&soft, 1.0, 0.5), seam);
+        let before = at(&soft, 1.0 - 1e-9, 0.5);
+        assert!((before.r - seam.r).abs() < 1e-6);
+        // Each axis can have its own.
+        let own = with(&[("wrap_v", "clamp")]);
+        assert_eq!(at(&own, -0.75, 1.0), texel(0, 0));
+        assert_eq!(at(&own, -0.75, 5.0), texel(0, 0));
+        assert_eq!(at(&own, -1.0, 0.5), seam);
+    }
+
+    /// A picture of two texels, side by side.
+    fn two(pixels: Pixels, channels: u8, gain: f64, transfer: Transfer) -> Textures {
+        let image = Image { width: 2, height: 1, channels, pixels };
+        let scene = super::super::tests::read("image", &[("file", text("p.png"))]).unwrap();
+        let TextureDesc::Image(desc) = &scene.textures[0].value else { panic!("asked for a picture") };
+        let value = TextureDesc::Image(ImageDesc { gain, ..desc.clone() });
+        let descs = [Named { name: None, span: None, value }];
+        Textures::prepare(&descs, &[Asset { uri: "p".into(), data: Arc::new(image) }], transfer).unwrap()
+    }
+
+    #[test]
+    fn integers_are_decoded_before_they_are_mixed() {
+        let eight = two(Pixels::U8(vec![0, 255]), 1, 1.0, Transfer::Srgb);
+        assert_eq!(at(&eight, 0.0, 0.0), Spectrum::grey(0.5));
+        let decoded = Transfer::Srgb.decode(0.2);
+        let sixteen = two(Pixels::U16(vec![13_107, 9, 0, 0]), 2, 2.0, Transfer::Srgb);
+        assert_eq!(at(&sixteen, -0.5, 0.0), Spectrum::grey(2.0 * decoded));
+        let float = two(Pixels::F32(vec![0.2, 7.0, -1.0, 1.0, 0.0, 0.5, 0.25, 1.0]), 4, 1.0, Transfer::Srgb);
+        assert_eq!(at(&float, -0.5, 0.0), Spectrum::new(0.2, 7.0, -1.0));
+    }
+
+    #[test]
+    fn bad_samples_count_as_zero_and_bad_pictures_are_refused() {
+        let pixels = Pixels::F32(vec![f32::NAN, 1.0, f32::INFINITY, f32::MAX, f32::MAX, f32::MAX]);
+        let image = Image { width: 2, height: 1, channels: 3, pixels: pixels.clone() };
+        assert_eq!(image.non_finite(), 2);
+        let textures = two(pixels, 3, 4.0, Transfer::None);
+        assert_eq!(at(&textures, -0.5, 0.0), Spectrum::new(0.0, 4.0, 0.0));
+        assert_eq!(at(&textures, 0.5, 0.0), Spectrum::grey(f32::MAX));
+        let short = Image { width: 2, ..picture() };
+        assert!(!short.is_consistent() && picture().is_consistent());
+    }
+
+    #[test]
+    fn density_repeats_the_picture() {
+        let keys = [("file", text("p.png")), ("density", crate::scene::value::Data::Integer(3))];
+        let (once, thrice) = (with(&[]), ready("image", &keys));
+        for (s, t) in [(0.1, 0.2), (-0.3, 0.33), (0.9, -0.7)] {
+            assert_eq!(at(&thrice, s, t), at(&once, 3.0 * s, 3.0 * t));
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Marble: veins drawn by a sine that noise displaces (after Perlin 1985, "An image synthesizer").
+//!
+//! φ = π·(veins·d·p + distortion·fbm(p)); a vein stands where sin φ = 0, thin with sharp = 1 and washed out with
+//! sharp = 0. A second, finer and fainter set stands across the first. Both fade in and out with the clouds of
+//! a third colour that lie in the stone.
+
+use super::placement::smoothstep;
+use super::prepare::{Kind, Preparing};
+use super::{Fractal, Mapping, Placement, TexturePoint, Textures, Tint};
+use crate::color::Spectrum;
+use crate::math::DVec3;
+use crate::math::elementary::sin;
+use crate::scene::schema::{Range, params};
+use crate::scene::transform::Transform;
+use crate::scene::{ColorSource, SceneError};
+
+params! {
+    /// Marble: dark veins through a light, cloudy stone. The veins follow one another across the diagonal of the solid.
+    pub struct MarbleDesc as "marble" {
+        /// The stone.
+        base: Tint = Tint::Display(0xf2efe9);
+        /// The clouds in it.
+        cloud: Tint = Tint::Display(0xb0b4b8);
+        /// The veins.
+        vein: Tint = Tint::Display(0x3d4249);
+        /// Number of veins per unit of texture coordinates.
+        veins: f64 = 2.0, in Range::closed(0.0, 1e6);
+        /// How far the veins stray from planes.
+        distortion: f64 = 2.0, in Range::closed(0.0, 1000.0);
+        /// Thinness of the veins, 0 to 1.
+        sharp: f64 = 0.8, in Range::UNIT;
+        /// Another number, another stone.
+        seed: u32 = 0;
+        /// Scales the whole pattern: twice as much, half as large.
+        density: f64 = 1.0;
+        /// Whether the pattern lies on the surface or goes through the solid.
+        mapping: Mapping = Mapping::Solid;
+        /// Moves and turns the stone.
+        transform: Transform = Transform::IDENTITY;
+    }
+    example r##"[texture.carrara]
+type = "marble"
+
+[[object]]
+type = "sphere"
+material = { color = "carrara" }
+"##
+}
+
+/// Marble.
+#[derive(Clone, Debug)]
+pub(super) struct Marble {
+    base: ColorSource,
+    cloud: ColorSource,
+    vein: ColorSource,
+    veins: f64,
+    distortion: f64,
+    sharp: f64,
+    displacement: Fractal,
+    fine: Fractal,
+    clouds: Fractal,
+    placement: Placement,
+}
+
+/// What the veins follow one another along: (4, 5, −2)/√45.
+const ACROSS: DVec3 = DVec3::new(0.596_284_793_999_944, 0.745_355_992_499_93, -0.298_142_396_999_972);
+
+/// What the fine veins follow one another along: at right angles to that, (2, 0, 4)/√20.
+const ALONG: DVec3 = DVec3::new(0.447_213_595_499_958, 0.0, 0.894_427_190_999_916);
+
+/// One sort of vein at a point.
+struct Vein {
+    /// 1 in its middle, 0 beside it.
+    core: f64,
+    /// 1 in its middle, falling off to half way to the next.
+    halo: f64,
+}
+
+impl Kind for MarbleDesc {
+    type Ready = Marble;
+    const AT_ONCE: u64 = 3;
+
+    fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
+        self.base.visit(visit);
+        self.cloud.visit(visit);
+        self.vein.visit(visit);
+    }
+
+    fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Marble, SceneError> {
+        let seed = u64::from(self.seed) << 8;
+        Ok(Marble {
+            base: self.base.resolve(cx.transfer),
+            cloud: self.cloud.resolve(cx.transfer),
+            vein: self.vein.resolve(cx.transfer),
+            veins: self.veins,
+            distortion: self.distortion,
+            sharp: self.sharp,
+            displacement: Fractal::new(seed + 1, 6, 2.05, 0.48),
+            fine: Fractal::new(seed + 3, 4, 2.1, 0.48),
+            clouds: Fractal::new(seed + 2, 4, 2.0, 0.5),
+            placement: Placement::new(self.mapping, self.density, self.transform),
+        })
+    }
+}
+
+impl Marble {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+        let p = self.placement.coordinates(at);
+        let shift = self.displacement.fbm(1.1 * p);
+        let drift = self.fine.fbm(2.3 * p);
+        let main = self.vein(self.veins * ACROSS.dot(p) + self.distortion * shift);
+        let fine = self.vein(1.7 * self.veins * ALONG.dot(p) + self.distortion * (0.5 * shift + drift));
+        let clouds = self.clouds.fbm(0.9 * p + DVec3::splat(0.6 * shift));
+        // Veins are darkest where the clouds are; elsewhere they are hairs or lost, the fine ones first.
+        let strength = smoothstep(-0.3, 0.25, clouds);
+        let cloudy = smoothstep(-0.2, 0.4, clouds) + 0.5 * main.halo * strength;
+        let veined =
+            (main.core * (0.2 + 0.7 * strength)).max(fine.core * 0.5 * smoothstep(-0.1, 0.35, clouds));
+        if veined >= 1.0 {
+            return textures.color(self.vein, at);
+        }
+        let stone = textures.mix(self.base, self.cloud, cloudy, at);
+        if veined > 0.0 { stone.lerp(textures.color(self.vein, at), veined as f32) } else { stone }
+    }
+
+    /// How dark a vein is at a phase, which is whole in its middle.
+    fn vein(&self, phase: f64) -> Vein {
+        let away = sin(std::f64::consts::PI * phase).abs();
+        let width = 1.0 - 0.9 * self.sharp;
+        Vein { core: 1.0 - smoothstep(0.0, width, away), halo: (1.0 - away) * (1.0 - away) }
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{ready, text};
+    use super::*;
+    use crate::math::DVec2;
+    use crate::scene::TextureId;
+    use crate::scene::value::Data;
+
+    #[test]
+    fn without_noise_veins_are_planes() {
+        let keys = [("distortion", Data::Integer(0)), ("base", text("white")), ("cloud", text("white"))];
+        let marble = ready("marble", &keys);
+        let at = |p: DVec3| marble.eval(TextureId(0), &TexturePoint { uv: DVec2::ZERO, p });
+        // In the middle of a vein it is darker than the stone, wherever along the vein; between veins it is stone
+        // or a fine vein.
+        let inside = DVec3::new(1.0, 0.0, 2.0);
+        for k in -20..20 {
+            let on = at(0.37 * f64::from(k) * inside);
+            assert!(on.r < 0.9, "{on:?}");
+        }
+    }
+
+    #[test]
+    fn the_two_sorts_of_veins_cross_at_right_angles() {
+        assert!(ACROSS.dot(ALONG).abs() < 1e-12);
+        assert!((ACROSS.length() - 1.0).abs() < 1e-12 && (ALONG.length() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn marble_is_mostly_stone() {
+        let marble = ready("marble", &[]);
+        let dark = (0..10_000).filter(|i| {
+            let p = DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.3) * 0.173;
+            marble.eval(TextureId(0), &TexturePoint { uv: DVec2::ZERO, p }).g < 0.6
+        });
+        let share = dark.count() as f64 / 10_000.0;
+        assert!((0.02..0.3).contains(&share), "{share}");
+    }
+}

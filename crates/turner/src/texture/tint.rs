@@ -1,0 +1,49 @@
+//! Colours with a default that looks the same under every transfer curve.
+
+use crate::color::{Transfer, from_rgb24};
+use crate::scene::read::ReadContext;
+use crate::scene::schema::ParamType;
+use crate::scene::value::Value;
+use crate::scene::{ColorSource, SceneError};
+
+/// A colour or texture as read from a scene, or a display colour 0xrrggbb, decoded by the film's transfer curve
+/// when the texture is prepared. The defaults of wood and marble are of the second sort: brown stays brown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tint {
+    /// A display colour.
+    Display(u32),
+    /// A colour in scene values, or a texture.
+    Source(ColorSource),
+}
+
+impl Tint {
+    /// In scene values.
+    pub fn resolve(self, transfer: Transfer) -> ColorSource {
+        match self {
+            Tint::Display(rgb) => ColorSource::Constant(transfer.decode_color(from_rgb24(rgb))),
+            Tint::Source(source) => source,
+        }
+    }
+
+    /// Shows it to `visit` unless it is a display colour.
+    pub(super) fn visit(self, visit: &mut dyn FnMut(ColorSource)) {
+        if let Tint::Source(source) = self {
+            visit(source);
+        }
+    }
+}
+
+impl ParamType for Tint {
+    fn kind() -> String {
+        ColorSource::kind()
+    }
+    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Tint, SceneError> {
+        ColorSource::read(value, cx).map(Tint::Source)
+    }
+    fn show(&self) -> String {
+        match self {
+            Tint::Display(rgb) => format!("\"#{:06x}\"", rgb & 0xff_ffff),
+            Tint::Source(source) => source.show(),
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Wood: the year rings of a trunk and the fibres along it.
+//!
+//! In coordinates with the trunk's axis as z, the ring number at radius ρ = √(x² + y²) is
+//! rings·(ρ + distortion·fbm), plus a slow noise of itself, since years differ. Within a ring the colour darkens
+//! from the light, wide early wood to the dark, thin late wood, and falls back within a few hundredths. Fibres
+//! are noise drawn out twenty-fold along the trunk.
+
+use super::placement::{floor, smoothstep};
+use super::prepare::{Kind, Preparing};
+use super::{Fractal, Mapping, Perlin, Placement, TexturePoint, Textures, Tint};
+use crate::color::Spectrum;
+use crate::math::{DVec3, Frame};
+use crate::scene::schema::{Range, params};
+use crate::scene::transform::Transform;
+use crate::scene::{ColorSource, ErrorCode, SceneError};
+
+params! {
+    /// Wood: rings around a trunk, which goes through the solid. The shape is as if cut from a trunk whose pith (its middle) runs past the
+    /// shape behind and to the left, so that rings, arches and grain are all seen; `pith = [0, 0, 0]` puts it in the middle.
+    pub struct WoodDesc as "wood" {
+        /// The wood that grows in spring.
+        light: Tint = Tint::Display(0xd9a066);
+        /// The wood that grows in summer, and the fibres.
+        dark: Tint = Tint::Display(0x7a4420);
+        /// Number of rings per unit of texture coordinates.
+        rings: f64 = 12.0, in Range::closed(0.0, 1e6);
+        /// How far the rings stray from circles.
+        distortion: f64 = 0.25, in Range::closed(0.0, 1000.0);
+        /// Strength of the fibres: 0 for none.
+        grain: f64 = 0.5, in Range::UNIT;
+        /// A point in the middle of the trunk.
+        pith: DVec3 = DVec3::new(-0.45, 0.0, -0.6);
+        /// The direction of the trunk.
+        axis: DVec3 = DVec3::new(0.15, 1.0, -0.25);
+        /// Another number, another tree.
+        seed: u32 = 0;
+        /// Scales the whole pattern: twice as much, half as large.
+        density: f64 = 1.0;
+        /// Whether the pattern lies on the surface or goes through the solid.
+        mapping: Mapping = Mapping::Solid;
+        /// Moves and turns the trunk.
+        transform: Transform = Transform::IDENTITY;
+    }
+    example r##"[texture.oak]
+type = "wood"
+
+[[object]]
+type = "sphere"
+material = { color = "oak" }
+"##
+}
+
+/// Wood.
+#[derive(Clone, Debug)]
+pub(super) struct Wood {
+    light: ColorSource,
+    dark: ColorSource,
+    rings: f64,
+    distortion: f64,
+    grain: f64,
+    pith: DVec3,
+    trunk: Frame,
+    bend: Fractal,
+    years: Perlin,
+    fibres: Fractal,
+    placement: Placement,
+}
+
+impl Kind for WoodDesc {
+    type Ready = Wood;
+    const AT_ONCE: u64 = 2;
+
+    fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
+        self.light.visit(visit);
+        self.dark.visit(visit);
+    }
+
+    fn mapping(&self) -> Mapping {
+        self.mapping
+    }
+
+    fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Wood, SceneError> {
+        let axis = self.axis.try_normalize().ok_or_else(|| {
+            SceneError::new(ErrorCode::OutOfRange, "the `axis` of wood must have a length other than 0")
+        })?;
+        let seed = u64::from(self.seed) << 8;
+        Ok(Wood {
+            light: self.light.resolve(cx.transfer),
+            dark: self.dark.resolve(cx.transfer),
+            rings: self.rings,
+            distortion: self.distortion,
+            grain: self.grain,
+            pith: self.pith,
+            trunk: Frame::from_z(axis),
+            bend: Fractal::new(seed + 1, 3, 2.1, 0.4),
+            years: Perlin::new(seed + 2),
+            fibres: Fractal::new(seed + 3, 2, 2.3, 0.6),
+            placement: Placement::new(self.mapping, self.density, self.transform),
+        })
+    }
+}
+
+impl Wood {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+        let q = self.trunk.to_local(self.placement.coordinates(at) - self.pith);
+        let radius = (q.x * q.x + q.y * q.y).sqrt();
+        let bend = self.bend.fbm(DVec3::new(0.9 * q.x, 0.9 * q.y, 0.35 * q.z));
+        let ring = self.rings * (radius + self.distortion * bend);
+        let ring = ring + 0.8 * self.years.at(DVec3::new(0.35 * ring, 0.5, 0.5));
+        let year = floor(ring) as f64;
+        let season = ring - year;
+        let late = smoothstep(0.15, 0.92, season) * (1.0 - smoothstep(0.94, 1.0, season));
+        let strength = 0.62 + 0.5 * self.years.at(DVec3::new(0.5, 0.37 * year, 7.5));
+        let fibre = self.fibres.fbm(DVec3::new(56.0 * q.x, 56.0 * q.y, 2.4 * q.z));
+        let share = 0.08 + strength * late + self.grain * (0.55 * fibre + 0.25 * fibre.abs());
+        textures.mix(self.light, self.dark, share, at)
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at, list, read, ready};
+    use super::*;
+    use crate::color::Transfer;
+    use crate::scene::value::Data;
+
+    #[test]
+    fn without_noise_rings_are_round_about_the_axis() {
+        let keys = [
+            ("distortion", Data::Integer(0)),
+            ("grain", Data::Integer(0)),
+            ("pith", list(&[0.0, 0.0, 0.0])),
+            ("axis", list(&[0.0, 0.0, 5.0])),
+        ];
+        let wood = ready("wood", &keys);
+        for i in 0..50 {
+            let r = f64::from(i) / 40.0;
+            let a = at(&wood, r, 0.0);
+            assert!((a - at(&wood, 0.0, -r)).map(f32::abs).max_component() < 1e-6);
+            assert!((a - at(&wood, 0.6 * r, 0.8 * r)).map(f32::abs).max_component() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_trunk_needs_a_direction() {
+        let scene = read("wood", &[("axis", list(&[0.0, 0.0, 0.0]))]).unwrap();
+        let error = Textures::prepare(&scene.textures, &[], Transfer::None).unwrap_err();
+        assert_eq!(error.code, ErrorCode::OutOfRange);
+        assert!(error.span.is_some());
+    }
+}
