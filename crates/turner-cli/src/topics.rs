@@ -8,15 +8,18 @@ use turner::light::AttenuationKind;
 use turner::material::{Fresnel, ShadowKind};
 use turner::scene::read::SECTIONS;
 use turner::scene::schema::ParamType;
-use turner::texture::Mapping;
+use turner::texture::{Axis, GradientKind, ImageFilter, Mapping, NoiseKind, Wrap};
 
 use crate::reference::{Key, Page};
+
+/// How the type is shown.
+type Kind = fn() -> String;
 
 /// Words and their meanings.
 type Words = &'static [(&'static str, &'static str)];
 
 /// Sets of words, found by how their type is shown.
-pub(crate) const CHOICES: &[(fn() -> String, Words)] = &[
+pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (Antialias::kind, Antialias::DOCS),
     (PixelSample::kind, PixelSample::DOCS),
     (Transfer::kind, Transfer::DOCS),
@@ -27,6 +30,11 @@ pub(crate) const CHOICES: &[(fn() -> String, Words)] = &[
     (NormalKind::kind, NormalKind::DOCS),
     (Handedness::kind, Handedness::DOCS),
     (Mapping::kind, Mapping::DOCS),
+    (Axis::kind, Axis::DOCS),
+    (ImageFilter::kind, ImageFilter::DOCS),
+    (Wrap::kind, Wrap::DOCS),
+    (GradientKind::kind, GradientKind::DOCS),
+    (NoiseKind::kind, NoiseKind::DOCS),
     (AttenuationKind::kind, AttenuationKind::DOCS),
     (Fresnel::kind, Fresnel::DOCS),
     (ShadowKind::kind, ShadowKind::DOCS),
