@@ -83,8 +83,7 @@ impl Film {
     }
 
     fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
-        let i = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
-        self.pixels[i].mean()
+        self.sum(x, y).mean()
     }
 
     /// The paper's quick filter: the mean over the pixel and those of its eight neighbours that lie in the picture.

@@ -36,6 +36,16 @@ impl Fixed96 {
         (i128::from(high as i32) << 64) | i128::from((u64::from(mid) << 32) | u64::from(low))
     }
 
+    /// As stored: the low word first.
+    pub fn to_words(self) -> [u32; 3] {
+        self.0
+    }
+
+    /// From what [`Fixed96::to_words`] gave.
+    pub fn from_words(words: [u32; 3]) -> Fixed96 {
+        Fixed96(words)
+    }
+
     /// The exact sum; wraps only beyond the range.
     #[must_use]
     #[inline]
@@ -44,12 +54,12 @@ impl Fixed96 {
     }
 
     /// This number divided by a count.
+    #[inline]
     pub fn mean(self, count: u32) -> f64 {
-        let v = self.to_i128();
-        let sum = match i64::try_from(v) {
-            Ok(small) => small as f64,
-            Err(_) => v as f64,
-        };
+        let [low, mid, high] = self.0;
+        // Sums that fit in 64 bits, nearly all, need no conversion from i128, which is a function call.
+        let small = (u64::from(mid) << 32 | u64::from(low)) as i64;
+        let sum = if high == (small >> 63) as u32 { small as f64 } else { self.to_i128() as f64 };
         sum / (SCALE * f64::from(count))
     }
 }

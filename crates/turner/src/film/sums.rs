@@ -4,7 +4,7 @@ use super::{FilmDesc, Fixed96, PixelRect};
 use crate::color::Spectrum;
 use crate::scene::error::{ErrorCode, SceneError};
 
-/// One pixel: 56 bytes.
+/// One pixel: 52 bytes on the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PixelSum {
     rgb: [Fixed96; 3],
@@ -15,7 +15,28 @@ pub struct PixelSum {
     bad: u32,
 }
 
+/// Words of a pixel's sums.
+const WORDS: usize = 13;
+
 impl PixelSum {
+    /// Bytes on the film.
+    pub const BYTES: usize = WORDS * 4;
+
+    fn to_words(self) -> [u32; WORDS] {
+        let [r, g, b] = self.rgb.map(Fixed96::to_words);
+        let a = [self.alpha as u32, (self.alpha >> 32) as u32];
+        [r[0], r[1], r[2], g[0], g[1], g[2], b[0], b[1], b[2], a[0], a[1], self.count, self.bad]
+    }
+
+    fn from_words(w: &[u32; WORDS]) -> PixelSum {
+        PixelSum {
+            rgb: [[w[0], w[1], w[2]], [w[3], w[4], w[5]], [w[6], w[7], w[8]]].map(Fixed96::from_words),
+            alpha: u64::from(w[10]) << 32 | u64::from(w[9]),
+            count: w[11],
+            bad: w[12],
+        }
+    }
+
     /// Adds a finite sample: colour times coverage, and coverage 0..=1.
     #[inline]
     pub fn add(&mut self, color: Spectrum, alpha: f32) {
@@ -90,7 +111,8 @@ pub struct Film {
     pub region: PixelRect,
     /// The part that is shown.
     pub crop: PixelRect,
-    pub(super) pixels: Vec<PixelSum>,
+    /// One [`PixelSum`] each, as words: so they come zeroed from the system, page by page as they are used.
+    pixels: Vec<[u32; WORDS]>,
     /// What was not finite.
     pub non_finite: NonFinite,
 }
@@ -137,12 +159,12 @@ impl Film {
     /// An empty film for a description, or the reason why there can be none.
     pub fn new(desc: &FilmDesc) -> Result<Film, SceneError> {
         let (region, crop) = Film::rects(desc)?;
-        let mut pixels = Vec::new();
-        if pixels.try_reserve_exact(region.area() as usize).is_err() {
+        // Asking first: a failed allocation would end the program.
+        if Vec::<[u32; WORDS]>::new().try_reserve_exact(region.area() as usize).is_err() {
             let message = format!("there is no memory for a film of {}x{}", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
         }
-        pixels.resize(region.area() as usize, PixelSum::default());
+        let pixels = vec![[0; WORDS]; region.area() as usize];
         Ok(Film { region, crop, pixels, non_finite: NonFinite::default() })
     }
 
@@ -152,20 +174,28 @@ impl Film {
         for (row, sums) in sums.chunks_exact(tile.width as usize).enumerate() {
             let y = (tile.y - self.region.y) as usize + row;
             let start = y * stride + (tile.x - self.region.x) as usize;
-            for (pixel, sum) in self.pixels[start..start + sums.len()].iter_mut().zip(sums) {
+            for (words, sum) in self.pixels[start..start + sums.len()].iter_mut().zip(sums) {
+                let mut pixel = PixelSum::from_words(words);
                 pixel.merge(sum);
+                *words = pixel.to_words();
             }
         }
         self.non_finite.merge(non_finite);
     }
 
+    /// The sums of a pixel of the region.
+    pub(super) fn sum(&self, x: u32, y: u32) -> PixelSum {
+        let i = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
+        PixelSum::from_words(&self.pixels[i])
+    }
+
     /// Samples in all pixels.
     pub fn samples(&self) -> u64 {
-        self.pixels.iter().map(|p| u64::from(p.count)).sum()
+        self.pixels.iter().map(|p| u64::from(PixelSum::from_words(p).count)).sum()
     }
 
     /// Bytes of memory.
     pub fn memory(&self) -> usize {
-        self.pixels.len() * size_of::<PixelSum>()
+        self.pixels.len() * WORDS * 4
     }
 }

@@ -176,7 +176,11 @@ impl Scene {
     #[inline(always)]
     fn intersect_primitive(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
         if primitive.transform == NO_TRANSFORM {
-            primitive.shape.intersect(ray)
+            // Spheres are tested in place: a call costs as much as the test.
+            match &primitive.shape {
+                Shape::Sphere(sphere) => sphere.intersect(ray),
+                shape => shape.intersect(ray),
+            }
         } else {
             let to_object = &self.transforms[primitive.transform as usize].to_object;
             primitive.shape.intersect(&ray.transformed(to_object))
@@ -187,7 +191,10 @@ impl Scene {
     fn primitive_occludes(&self, index: u32, ray: &Ray) -> bool {
         let primitive = &self.primitives[index as usize];
         let hit = if primitive.transform == NO_TRANSFORM {
-            primitive.shape.occludes(ray)
+            match &primitive.shape {
+                Shape::Sphere(sphere) => sphere.intersect(ray).is_some(),
+                shape => shape.occludes(ray),
+            }
         } else {
             let to_object = &self.transforms[primitive.transform as usize].to_object;
             primitive.shape.occludes(&ray.transformed(to_object))

@@ -42,7 +42,7 @@ impl Sphere {
     /// division before the ray is turned away. The roots are those of the stable form of the quadratic formula
     /// (Haines et al. 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems ch. 7): exact
     /// enough for a sphere of radius 5000 seen from one unit away.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let f = ray.origin - self.center;
         let d = ray.direction;
@@ -55,10 +55,18 @@ impl Sphere {
         }
         let b = -f.dot(d);
         let c = f.length_squared() - r2;
+        if b < 0.0 && c > 0.0 && ray.t_min >= 0.0 {
+            return None;
+        }
         let q = b + discriminant.sqrt().copysign(b);
-        let (t0, t1) = if q == 0.0 { (0.0, 0.0) } else { (c / q, q / a) };
-        let (near, far) = if t0 < t1 { (t0, t1) } else { (t1, t0) };
-        let t = if ray.contains(near) { near } else { far };
+        // c / q is the nearer root where the ray approaches the centre, the farther one where it leaves it.
+        let t0 = if q == 0.0 { 0.0 } else { c / q };
+        let t = if b > 0.0 && ray.contains(t0) {
+            t0
+        } else {
+            let t1 = q / a;
+            if b <= 0.0 && ray.contains(t1) { t1 } else { t0.max(t1) }
+        };
         (ray.contains(t) && a > 0.0).then_some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
 

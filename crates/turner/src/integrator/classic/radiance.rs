@@ -221,7 +221,7 @@ impl ClassicDesc {
                     DVec2::ZERO
                 };
                 let Some(lit) = light.illuminate(p, i, jitter) else { continue };
-                let l = lit.to_light / lit.to_light.length();
+                let l = lit.to_light * lit.to_light.length().recip();
                 let n_dot_l = s.n.dot(l);
                 let mut term = Spectrum::BLACK;
                 if kd > 0.0 && n_dot_l > 0.0 {
