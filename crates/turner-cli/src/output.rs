@@ -61,7 +61,10 @@ impl Output {
             }
             None => {
                 let extension = format.map_or("png", |f| ImageFormat::from(f).extensions()[0]);
-                Path::new(scene.file_stem().unwrap_or(scene.as_os_str())).with_extension(extension)
+                let mut name = scene.file_stem().unwrap_or(scene.as_os_str()).to_owned();
+                name.push(".");
+                name.push(extension);
+                PathBuf::from(name)
             }
         };
         if path == Path::new("-") {

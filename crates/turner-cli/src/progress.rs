@@ -74,7 +74,10 @@ impl<'a> Progress<'a> {
             }));
         } else if let Some(bar) = &self.bar {
             bar.set_position((state.done * 1000.0) as u64);
-            bar.set_message(left.map_or(String::new(), |s| format!("about {} left", rough(s))));
+            // Rounded down: 100 % is when it is done.
+            let percent = (state.done * 100.0).floor();
+            let left = left.map_or(String::new(), |s| format!("  about {} left", rough(s)));
+            bar.set_message(format!("{percent:>3} %{left}"));
             bar.tick();
         }
     }
@@ -101,7 +104,7 @@ impl<'a> Progress<'a> {
 
 fn bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
-    match ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}") {
+    match ProgressStyle::with_template("{bar:32} {msg}") {
         Ok(style) => bar.with_style(style.progress_chars("━━ ")),
         Err(_) => bar,
     }

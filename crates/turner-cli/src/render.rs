@@ -50,8 +50,11 @@ pub(crate) struct RenderArgs {
     strict: bool,
 }
 
-/// Samples per pixel and pass: with more of them an interrupted picture is noisy all over rather than cut off.
-const PASS: u32 = 16;
+/// Samples per pixel of the next pass. Short passes, so that an interrupted picture is noisy all over rather than cut
+/// off; longer ones later, when a pass is a small share of what is there, because each starts its threads anew.
+fn pass_samples(done: u32) -> u32 {
+    (done / 8).clamp(16, 256)
+}
 
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
@@ -155,7 +158,7 @@ fn trace<'a>(
     let mut fault = None;
     let mut left = total;
     while !renderer.is_complete() && !control.is_interrupted() && fault.is_none() {
-        let samples = left.min(PASS);
+        let samples = left.min(pass_samples(total - left));
         left -= samples;
         progress.begin_pass(samples);
         let tile = |done, tiles| progress.tile(done, tiles);

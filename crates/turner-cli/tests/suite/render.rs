@@ -31,6 +31,9 @@ fn formats_go_by_extension() {
     }
     f.turner(&["s.toml", "-o", "b.dat", "--format", "exr"]).ok();
     assert!(f.read("b.dat").starts_with(b"\x76\x2f\x31\x01"));
+    f.write("v1.2.toml", SCENE);
+    f.turner(&["v1.2.toml", "--format", "jpg"]).ok();
+    assert!(f.names().contains(&"v1.2.jpg".to_owned()), "{:?}", f.names());
     f.turner(&["s.toml", "-o", "a.gif"]).fails(2, &["E0401", ".gif", ".png"]);
     f.turner(&["s.toml", "-o", "a"]).fails(2, &["no extension"]);
 }
