@@ -1,2 +1,7 @@
-//! turner.
-fn main() {}
+//! The program `turner`: see the library for what it does.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    turner_cli::start()
+}

@@ -1,0 +1,110 @@
+//! Arguments: which command, and `turner SCENE` as short for `turner render SCENE`.
+
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use turner::scene::error::{escape, nearest};
+
+use crate::control::Control;
+use crate::{bench, failure, help, info, list, render};
+
+/// Turns a scene file into a picture by ray tracing.
+#[derive(Debug, Parser)]
+#[command(
+    name = "turner",
+    version,
+    disable_help_subcommand = true,
+    arg_required_else_help = true,
+    subcommand_value_name = "COMMAND | SCENE",
+    after_help = "`turner scene.toml` is short for `turner render scene.toml` and writes scene.png.\n\
+                  `turner help scene` explains the scene format, `turner list` names all there is."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::RenderArgs),
+    Info(info::InfoArgs),
+    List(list::ListArgs),
+    Bench(bench::BenchArgs),
+    Help(help::HelpArgs),
+}
+
+/// Runs the command and returns the exit code.
+pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
+    let parsed = with_command(args).and_then(|args| Cli::try_parse_from(args).map_err(Box::new));
+    match parsed.map(|cli| cli.command) {
+        Ok(Command::Render(args)) => render::run(&args, control),
+        Ok(Command::Info(args)) => info::run(&args),
+        Ok(Command::List(args)) => list::run(&args),
+        Ok(Command::Bench(args)) => bench::run(&args),
+        Ok(Command::Help(args)) => help::run(&args),
+        Err(error) => {
+            // A closed pipe is no reason to complain.
+            let _ = error.print();
+            u8::try_from(error.exit_code()).unwrap_or(failure::USAGE)
+        }
+    }
+}
+
+/// The names of all commands.
+pub(crate) fn command_names() -> Vec<String> {
+    Cli::command().get_subcommands().map(|c| c.get_name().to_owned()).collect()
+}
+
+/// Puts `render` before arguments that begin with neither a command nor a flag of the program itself.
+fn with_command(mut args: Vec<OsString>) -> Result<Vec<OsString>, Box<clap::Error>> {
+    const OWN_FLAGS: [&str; 4] = ["-h", "--help", "-V", "--version"];
+    let Some(first) = args.get(1) else { return Ok(args) };
+    let names = command_names();
+    let is = |words: &[&str], arg: &OsStr| words.iter().any(|w| arg == *w);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    if is(&names, first) || is(&OWN_FLAGS, first) {
+        return Ok(args);
+    }
+    // A bare word that is no file was meant as a command.
+    let word = first.to_string_lossy();
+    let bare = !word.starts_with('-') && !word.contains(['.', '/', '\\']) && !Path::new(first).exists();
+    if bare && let Some(near) = nearest(&word, &names) {
+        let message = format!(
+            "there is no command and no file \"{}\"\n\n  tip: did you mean `turner {near}`? commands: {}\n",
+            escape(&word),
+            names.join(", ")
+        );
+        return Err(Box::new(Cli::command().error(clap::error::ErrorKind::InvalidSubcommand, message)));
+    }
+    args.insert(1, "render".into());
+    Ok(args)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(args: &[&str]) -> Option<Vec<String>> {
+        let args = std::iter::once("turner").chain(args.iter().copied()).map(OsString::from).collect();
+        let args = with_command(args).ok()?;
+        Some(args.into_iter().skip(1).map(|a| a.into_string().unwrap()).collect())
+    }
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_scene_needs_no_command() {
+        for args in [&["a.toml"][..], &["-", "-o", "x.png"], &["--samples", "4", "a.toml"], &["some/render"]]
+        {
+            assert_eq!(words(args).unwrap()[0], "render", "{args:?}");
+        }
+        assert_eq!(words(&["info", "a.toml"]).unwrap(), ["info", "a.toml"]);
+        assert_eq!(words(&["--version"]).unwrap(), ["--version"]);
+        assert_eq!(words(&[]).unwrap(), Vec::<String>::new());
+        assert!(words(&["rendr"]).is_none());
+    }
+}

@@ -1,0 +1,66 @@
+//! Why a command ends early: an error, the texts it lies in, the exit code.
+
+use std::collections::HashMap;
+
+use turner::scene::error::{ErrorCode, SceneError};
+use turner_io::scene::{LoadError, Sources};
+
+/// Exit code of bad input and failures.
+pub(crate) const FAILED: u8 = 1;
+/// Exit code of bad usage.
+pub(crate) const USAGE: u8 = 2;
+/// Exit code after Ctrl-C.
+pub(crate) const INTERRUPTED: u8 = 130;
+
+/// How options of the command line are called in messages: by the override they became.
+pub(crate) type Labels = HashMap<String, String>;
+
+/// An error with all it takes to show it.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    /// What is wrong. Several at once under `--strict`.
+    pub(crate) errors: Vec<SceneError>,
+    /// The texts that its place may lie in.
+    pub(crate) sources: Sources,
+    /// Names of options.
+    pub(crate) labels: Labels,
+    /// The exit code.
+    pub(crate) exit: u8,
+}
+
+impl Failure {
+    /// A failure without a place.
+    pub(crate) fn new(error: SceneError) -> Failure {
+        Failure { errors: vec![error], sources: Sources::default(), labels: Labels::new(), exit: FAILED }
+    }
+
+    /// Bad usage.
+    pub(crate) fn usage(error: SceneError) -> Failure {
+        Failure { exit: USAGE, ..Failure::new(error) }
+    }
+
+    /// An error of a scene; bad usage if its place is an argument.
+    pub(crate) fn in_scene(error: SceneError, sources: &Sources, labels: &Labels) -> Failure {
+        let is_argument =
+            error.span.and_then(|s| sources.get(s.file)).is_some_and(|source| source.is_argument);
+        Failure {
+            errors: vec![error],
+            sources: sources.clone(),
+            labels: labels.clone(),
+            exit: if is_argument { USAGE } else { FAILED },
+        }
+    }
+
+    /// An error of loading.
+    pub(crate) fn load(error: LoadError, labels: &Labels) -> Failure {
+        Failure::in_scene(error.error, &error.sources, labels)
+    }
+}
+
+/// Splits `what is wrong\n  remedy`, the form of errors of pictures and files.
+pub(crate) fn two_lines(code: ErrorCode, text: &str) -> SceneError {
+    match text.split_once("\n  ") {
+        Some((message, help)) => SceneError::new(code, message).help(help),
+        None => SceneError::new(code, text),
+    }
+}

@@ -1,0 +1,190 @@
+//! `turner info`: what is in a scene.
+
+use std::collections::BTreeMap;
+
+use clap::Args;
+use serde_json::{Value, json};
+use turner::film::FilmDesc;
+use turner::scene::{ObjectContent, ObjectDesc, SceneDesc};
+
+use crate::events::Events;
+use crate::report::{Reporter, summed};
+use crate::scene::{FilmArgs, Ready, SceneArgs};
+use crate::text;
+
+/// Show what is in a scene and what it takes, without rendering it
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// As JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &InfoArgs) -> u8 {
+    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    match args.scene.ready(&FilmArgs::default(), 0) {
+        Ok(ready) if args.json => {
+            text::print(&format!("{}\n", as_json(&ready)));
+            0
+        }
+        Ok(ready) => {
+            text::print(&as_text(&ready));
+            reporter.warnings(&ready.scene.warnings, &ready.sources, &ready.labels);
+            0
+        }
+        Err(failure) => {
+            reporter.failure(&failure);
+            failure.exit
+        }
+    }
+}
+
+/// How many of each name.
+type Counts = BTreeMap<&'static str, u64>;
+
+fn count(names: impl Iterator<Item = &'static str>) -> Counts {
+    let mut counts = Counts::new();
+    names.for_each(|name| *counts.entry(name).or_default() += 1);
+    counts
+}
+
+fn shapes(desc: &SceneDesc) -> Counts {
+    let in_groups = desc.groups.iter().flat_map(|g| &g.value.objects);
+    count(desc.objects.iter().chain(in_groups).map(|o: &ObjectDesc| match &o.content {
+        ObjectContent::Shape(shape) => shape.type_name(),
+        ObjectContent::Instance(_) => "instance",
+    }))
+}
+
+fn camera(desc: &SceneDesc) -> &'static str {
+    desc.camera.as_ref().map_or("none", |c| c.value.type_name())
+}
+
+/// Sizes in bytes, by what they are for.
+fn memory(ready: &Ready) -> [(&'static str, u64); 4] {
+    let s = &ready.scene.stats;
+    [("tree", s.tree_bytes), ("meshes", s.mesh_bytes), ("textures", s.texture_bytes), ("film", s.film_bytes)]
+}
+
+fn as_json(ready: &Ready) -> Value {
+    let (desc, scene) = (&ready.desc, &ready.scene);
+    let warnings: Vec<Value> = summed(&scene.warnings)
+        .iter()
+        .map(|w| {
+            let at = w.span.and_then(|span| ready.sources.locate(span));
+            json!({
+                "message": w.message,
+                "count": w.count,
+                "file": at.as_ref().map(|at| at.file),
+                "line": at.as_ref().map(|at| at.line),
+                "column": at.as_ref().map(|at| at.column),
+            })
+        })
+        .collect();
+    let film = &scene.film;
+    json!({
+        "objects": shapes(desc),
+        "placed": scene.stats.primitives,
+        "triangles": scene.stats.triangles,
+        "materials": count(desc.materials.iter().map(|m| m.value.type_name())),
+        "textures": count(desc.textures.iter().map(|t| t.value.type_name())),
+        "lights": count(desc.lights.iter().map(|l| l.value.type_name())),
+        "groups": desc.groups.len(),
+        "camera": camera(desc),
+        "integrator": scene.integrator.type_name(),
+        "film": {
+            "width": film.width,
+            "height": film.height,
+            "crop": film.crop,
+            "antialias": film.antialias.word(),
+            "samples": film.samples,
+            "transfer": film.transfer.word(),
+            "seed": film.seed,
+        },
+        "bounds": scene.stats.bounds.map(|b| json!({ "min": b.min.to_array(), "max": b.max.to_array() })),
+        "memory": memory(ready).into_iter().collect::<BTreeMap<_, _>>(),
+        "files": ready.sources.files().iter().filter(|f| !f.is_argument).map(|f| &f.name).collect::<Vec<_>>(),
+        "pictures": desc.images.iter().map(|i| &i.uri).collect::<Vec<_>>(),
+        "meshes": desc.meshes.iter().map(|m| &m.uri).collect::<Vec<_>>(),
+        "warnings": warnings,
+        "scene_hash": ready.hash,
+        "seconds": ready.seconds,
+    })
+}
+
+fn as_text(ready: &Ready) -> String {
+    let (desc, scene) = (&ready.desc, &ready.scene);
+    let stats = &scene.stats;
+    let bounds = stats.bounds.map_or("none: nothing bounded in it".to_owned(), |b| {
+        format!("{} to {}", point(b.min.to_array()), point(b.max.to_array()))
+    });
+    let names =
+        |names: Vec<&str>| if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+    let mut objects = listed(&shapes(desc));
+    if stats.primitives != desc.objects.len() as u64 {
+        objects += &format!("; {} placed", stats.primitives);
+    }
+    if stats.triangles > 0 {
+        objects += &format!("; {} triangles", stats.triangles);
+    }
+    let groups: Vec<&str> = desc.groups.iter().filter_map(|g| g.name.as_deref()).collect();
+    let camera = match &desc.camera {
+        Some(camera) => camera.value.type_name().to_owned(),
+        None => "none given: the scene is framed from the front".to_owned(),
+    };
+    let memory = memory(ready).map(|(what, n)| format!("{what} {}", text::bytes(n))).join(", ");
+    let rows = [
+        ("objects", objects),
+        ("materials", listed(&count(desc.materials.iter().map(|m| m.value.type_name())))),
+        ("textures", listed(&count(desc.textures.iter().map(|t| t.value.type_name())))),
+        ("lights", listed(&count(desc.lights.iter().map(|l| l.value.type_name())))),
+        ("groups", format!("{}{}", groups.len(), names(groups))),
+        ("camera", camera),
+        ("film", film(&scene.film)),
+        ("integrator", scene.integrator.type_name().to_owned()),
+        ("bounds", bounds),
+        ("memory", memory),
+        ("hash", ready.hash.clone()),
+        ("loaded in", text::seconds(ready.seconds)),
+    ];
+    text::columns(rows.iter().map(|(name, what)| (*name, what.clone())))
+}
+
+/// `7: 4 sphere, 3 plane`.
+fn listed(counts: &Counts) -> String {
+    let total: u64 = counts.values().sum();
+    let each = counts.iter().map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ");
+    if total == 0 { "none".into() } else { format!("{total}: {each}") }
+}
+
+fn film(film: &FilmDesc) -> String {
+    let crop = film.crop.map_or(String::new(), |[x, y, w, h]| format!(", crop {w}x{h} at ({x}, {y})"));
+    format!(
+        "{}x{}{crop}, antialias {}, transfer {}, seed {}",
+        film.width,
+        film.height,
+        film.antialias.word(),
+        film.transfer.word(),
+        film.seed
+    )
+}
+
+/// Four digits are enough to know a box by.
+fn point(p: [f64; 3]) -> String {
+    let p = p.map(|v| {
+        let digits = if v.abs() >= 1e6 || (v != 0.0 && v.abs() < 1e-3) {
+            format!("{v:.3e}")
+        } else {
+            format!("{v:.3}")
+        };
+        if digits.contains(['.']) && !digits.contains('e') {
+            digits.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            digits
+        }
+    });
+    format!("({})", p.join(", "))
+}

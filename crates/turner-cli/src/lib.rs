@@ -1,0 +1,119 @@
+//! The command line of Turner: arguments, messages, files. It owns no rendering.
+//!
+//! ```text
+//! main ── start ── cli ─┬─ render   scene ─> picture file      ┌─ scene      load, prepare, overrides
+//!                       ├─ info     what is in a scene         ├─ output     where the picture goes
+//!                       ├─ list     names                      ├─ report     errors, warnings, events
+//!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
+//!                       └─ bench    ── povray
+//! ```
+//!
+//! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
+//! Ctrl-C can leave at once without a process exit anywhere below `main`.
+#![forbid(unsafe_code)]
+
+mod bench;
+mod cli;
+mod control;
+mod events;
+mod failure;
+mod help;
+mod info;
+mod list;
+mod output;
+mod povray;
+mod progress;
+pub mod reference;
+mod render;
+mod report;
+mod scene;
+mod text;
+mod topics;
+
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
+use std::process::ExitCode;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use control::Control;
+use failure::Failure;
+use turner::scene::error::{ErrorCode, SceneError};
+
+/// What the main thread waits for.
+enum Event {
+    /// The command came to its end with this exit code.
+    Done(u8),
+    /// Ctrl-C or a request to terminate.
+    Signal,
+}
+
+/// How long the second Ctrl-C waits for a file that is being put in its place.
+const SAVING: Duration = Duration::from_secs(2);
+
+/// Runs the command of the process' arguments and returns its exit code: 0, 1 for bad input and failures, 2 for bad
+/// usage, 130 if interrupted.
+pub fn start() -> ExitCode {
+    let fault: Arc<Mutex<Option<String>>> = Arc::default();
+    install_panic_hook(Arc::clone(&fault));
+    let control = Arc::new(Control::default());
+    let (sender, events) = channel();
+    let signals = sender.clone();
+    // Without a handler a signal ends the program as it ends any other.
+    let _ = ctrlc::set_handler(move || drop(signals.send(Event::Signal)));
+    let worker = spawn(sender, Arc::clone(&control), fault);
+    if let Err(error) = worker {
+        report::print_error(&internal(&format!("no thread can be started: {error}")));
+        return ExitCode::from(failure::FAILED);
+    }
+    loop {
+        match events.recv() {
+            Ok(Event::Done(code)) => return ExitCode::from(code),
+            Ok(Event::Signal) if control.interrupt() => {}
+            Ok(Event::Signal) => {
+                if control.is_saving() {
+                    let _ = events.recv_timeout(SAVING);
+                }
+                return ExitCode::from(failure::INTERRUPTED);
+            }
+            Err(_) => return ExitCode::from(failure::FAILED),
+        }
+    }
+}
+
+/// Runs the command on a thread with a known stack.
+fn spawn(
+    sender: Sender<Event>,
+    control: Arc<Control>,
+    fault: Arc<Mutex<Option<String>>>,
+) -> std::io::Result<()> {
+    const STACK: usize = 8 << 20;
+    let work = move || {
+        let run = AssertUnwindSafe(|| cli::run(std::env::args_os().collect(), &control));
+        let code = catch_unwind(run).unwrap_or_else(|_| {
+            let fault = fault.lock().unwrap_or_else(|e| e.into_inner()).take();
+            report::print_error(&internal(&fault.unwrap_or_default()));
+            failure::FAILED
+        });
+        // The main thread may have left already.
+        let _ = sender.send(Event::Done(code));
+    };
+    std::thread::Builder::new().name("turner".into()).stack_size(STACK).spawn(work).map(drop)
+}
+
+fn internal(what: &str) -> Failure {
+    let message = format!("internal error: {what}");
+    Failure::new(
+        SceneError::new(ErrorCode::Internal, message).help("this is a bug in Turner: please report it"),
+    )
+}
+
+/// A panic is reported once, by whoever catches it; the hook only keeps what it said.
+fn install_panic_hook(fault: Arc<Mutex<Option<String>>>) {
+    std::panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
+        let message = info.payload_as_str().unwrap_or("unknown");
+        let place = info.location().map_or(String::new(), |l| format!(" ({}:{})", l.file(), l.line()));
+        *fault.lock().unwrap_or_else(|e| e.into_inner()) = Some(format!("{message}{place}"));
+    }));
+    turner_io::image::silence_contained_panics();
+}

@@ -1,0 +1,109 @@
+//! `turner list`: the names of all there is.
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use serde_json::json;
+use turner::camera::CameraDesc;
+use turner::color::{NAMES, Transfer};
+use turner::film::Antialias;
+use turner::integrator::IntegratorDesc;
+use turner::light::LightDesc;
+use turner::material::MaterialDesc;
+use turner::scene::error::ErrorCode;
+use turner::scene::read::SECTIONS;
+use turner::scene::schema::FamilyDoc;
+use turner::shape::ShapeDesc;
+use turner::texture::TextureDesc;
+use turner_io::image::ImageFormat;
+use turner_io::scene::SceneFormat;
+
+use crate::reference::{first_sentence, paragraph};
+use crate::text;
+
+/// List the names of shapes, materials, formats, errors, …
+#[derive(Debug, Args)]
+pub(crate) struct ListArgs {
+    /// Which names [default: the topics]
+    #[arg(value_parser = PossibleValuesParser::new(TOPICS.iter().map(|t| t.name)), hide_possible_values = true)]
+    topic: Option<String>,
+    /// As JSON
+    #[arg(long)]
+    json: bool,
+}
+
+struct Topic {
+    name: &'static str,
+    what: &'static str,
+    rows: fn() -> Vec<(String, String)>,
+}
+
+const TOPICS: &[Topic] = &[
+    Topic { name: "shapes", what: "what an object can be", rows: || family(&ShapeDesc::DOC) },
+    Topic { name: "materials", what: "how surfaces answer light", rows: || family(&MaterialDesc::DOC) },
+    Topic { name: "textures", what: "colours that vary", rows: || family(&TextureDesc::DOC) },
+    Topic { name: "lights", what: "where light comes from", rows: || family(&LightDesc::DOC) },
+    Topic { name: "cameras", what: "how the picture is taken", rows: || family(&CameraDesc::DOC) },
+    Topic { name: "integrators", what: "how light is computed", rows: || family(&IntegratorDesc::DOC) },
+    Topic { name: "antialias", what: "how a pixel's colour comes about", rows: || words(Antialias::DOCS) },
+    Topic {
+        name: "transfers",
+        what: "how scene values become display values",
+        rows: || words(Transfer::DOCS),
+    },
+    Topic { name: "formats", what: "files that are read and written", rows: formats },
+    Topic { name: "sections", what: "what a scene file is made of", rows: || words(SECTIONS) },
+    Topic { name: "colors", what: "names of colours", rows: colors },
+    Topic { name: "errors", what: "codes of errors", rows: errors },
+];
+
+fn family(doc: &FamilyDoc) -> Vec<(String, String)> {
+    doc.entries.iter().map(|e| (e.name.to_owned(), first_sentence(&paragraph(e.doc)))).collect()
+}
+
+fn words(docs: &[(&str, &str)]) -> Vec<(String, String)> {
+    docs.iter().map(|(name, what)| ((*name).to_owned(), (*what).to_owned())).collect()
+}
+
+fn formats() -> Vec<(String, String)> {
+    let dotted =
+        |extensions: &[&str]| extensions.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" ");
+    let pictures = ImageFormat::all().map(|f| {
+        let how = match (f.can_read(), f.can_write()) {
+            (true, true) => "read and written",
+            (true, false) => "read",
+            _ => "written",
+        };
+        (dotted(f.extensions()), format!("{}, {how}: {}", f.name(), f.description()))
+    });
+    let scenes = SceneFormat::all()
+        .map(|f| (dotted(f.extensions()), format!("{}, read: {}", f.name(), f.description())));
+    scenes.chain(pictures).collect()
+}
+
+fn colors() -> Vec<(String, String)> {
+    NAMES.iter().map(|(name, rgb)| ((*name).to_owned(), format!("#{rgb:06x}"))).collect()
+}
+
+fn errors() -> Vec<(String, String)> {
+    ErrorCode::ALL.iter().map(|c| (c.as_str().to_owned(), c.meaning().to_owned())).collect()
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &ListArgs) -> u8 {
+    let rows = match TOPICS.iter().find(|t| Some(t.name) == args.topic.as_deref()) {
+        Some(topic) => (topic.rows)(),
+        None => TOPICS.iter().map(|t| (t.name.to_owned(), t.what.to_owned())).collect(),
+    };
+    if args.json {
+        let rows: Vec<_> = rows.iter().map(|(n, d)| json!({ "name": n, "description": d })).collect();
+        text::print(&format!("{}\n", serde_json::Value::Array(rows)));
+    } else {
+        text::print(&text::columns(rows.iter().map(|(name, what)| (name.as_str(), what.clone()))));
+        if args.topic.is_none() {
+            text::print(
+                "\n`turner list TOPIC` lists one of them, `turner help scene NAME` explains a name.\n",
+            );
+        }
+    }
+    0
+}

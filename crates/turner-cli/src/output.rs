@@ -1,0 +1,173 @@
+//! Where the picture goes, checked before anything is rendered, and what is written with it.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use turner::color::Transfer;
+use turner::film::Picture;
+use turner::scene::Scene;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, encode};
+
+use crate::failure::{Failure, two_lines};
+
+/// Formats by their option.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormatArg {
+    /// 8 bits, what the display shows
+    Png,
+    /// Linear floats, what was computed
+    Exr,
+    /// 8 bits, lossy
+    Jpg,
+    /// Linear, shared exponent
+    Hdr,
+}
+
+impl From<FormatArg> for ImageFormat {
+    fn from(format: FormatArg) -> ImageFormat {
+        match format {
+            FormatArg::Png => ImageFormat::Png,
+            FormatArg::Exr => ImageFormat::Exr,
+            FormatArg::Jpg => ImageFormat::Jpeg,
+            FormatArg::Hdr => ImageFormat::Hdr,
+        }
+    }
+}
+
+/// A place for a picture that has been found fit to be written.
+#[derive(Debug)]
+pub(crate) struct Output {
+    /// `None` is standard output.
+    path: Option<PathBuf>,
+    format: ImageFormat,
+}
+
+impl Output {
+    /// Checks the path and the format. Nothing is left behind, so that a render that is killed leaves nothing either.
+    pub(crate) fn new(
+        path: Option<&Path>,
+        format: Option<FormatArg>,
+        scene: &Path,
+    ) -> Result<Output, Failure> {
+        let usage = |message: &str, help: &str| {
+            Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)))
+        };
+        let path = match path {
+            Some(path) => path.to_owned(),
+            None if scene == Path::new("-") => {
+                return usage("a scene from standard input has no name for its picture", "add `-o FILE`");
+            }
+            None => {
+                let extension = format.map_or("png", |f| ImageFormat::from(f).extensions()[0]);
+                let mut name = scene.file_stem().unwrap_or(scene.as_os_str()).to_owned();
+                name.push(".");
+                name.push(extension);
+                PathBuf::from(name)
+            }
+        };
+        if path == Path::new("-") {
+            return match format {
+                None => usage("standard output has no extension to tell the format", "add `--format png`"),
+                Some(_) if std::io::stdout().is_terminal() => {
+                    usage("standard output is a terminal", "redirect it: `-o - --format png > picture.png`")
+                }
+                Some(format) => Ok(Output { path: None, format: format.into() }),
+            };
+        }
+        let format = match format {
+            Some(format) => format.into(),
+            None => ImageFormat::of_path(&path)
+                .map_err(|e| Failure::usage(two_lines(ErrorCode::Output, &e.to_string())))?,
+        };
+        OutputFile::create(&path).map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
+        Ok(Output { path: Some(path), format })
+    }
+
+    /// What the picture says about its making: the same for the same scene, on any machine, at any time.
+    pub(crate) fn metadata(&self, scene: &Scene, hash: &str, samples_per_pixel: u32) -> Metadata {
+        let film = &scene.film;
+        let settings = format!("film {}; integrator {}", compact(film), compact(&scene.integrator));
+        // PNG has a keyword of its own for it.
+        let software = if self.format == ImageFormat::Png { "Software" } else { "turner:software" };
+        [
+            (software, format!("Turner {}", env!("CARGO_PKG_VERSION"))),
+            ("turner:sceneHash", hash.to_owned()),
+            ("turner:seed", film.seed.to_string()),
+            ("turner:samples", samples_per_pixel.to_string()),
+            ("turner:integrator", scene.integrator.type_name().to_owned()),
+            ("turner:settings", settings),
+            ("turner:transfer", film.transfer.word().to_owned()),
+        ]
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value.as_str().into()))
+        .collect()
+    }
+
+    /// Whether the picture goes to standard output.
+    pub(crate) fn is_stdout(&self) -> bool {
+        self.path.is_none()
+    }
+
+    /// Its name in messages.
+    pub(crate) fn name(&self) -> String {
+        self.path.as_ref().map_or("-".into(), |p| p.display().to_string())
+    }
+
+    /// Encodes the picture and puts it in its place, whole or not at all.
+    pub(crate) fn write(
+        &self,
+        picture: &Picture,
+        scene: &Scene,
+        metadata: &Metadata,
+        threads: usize,
+    ) -> Result<(), Failure> {
+        let failed = |text: &str| Failure::new(two_lines(ErrorCode::Output, text));
+        let image = OutputImage {
+            width: picture.width,
+            height: picture.height,
+            alpha: picture.has_alpha,
+            linear: Some(&picture.linear),
+            display: Some(Display::U8(&picture.display)),
+            transfer: match scene.film.transfer {
+                Transfer::Srgb => turner_io::image::Transfer::Srgb,
+                Transfer::None => turner_io::image::Transfer::Unstated,
+            },
+            metadata,
+            threads,
+        };
+        let bytes = encode(&image, self.format).map_err(|e| failed(&e.to_string()))?;
+        match &self.path {
+            Some(path) => OutputFile::create(path)
+                .and_then(|file| file.commit(&bytes))
+                .map_err(|e| failed(&e.to_string())),
+            None => {
+                let mut out = std::io::stdout().lock();
+                out.write_all(&bytes)
+                    .and_then(|()| out.flush())
+                    .map_err(|e| failed(&format!("standard output cannot be written: {e}")))
+            }
+        }
+    }
+}
+
+/// The fields of plain data as `name=value`: what stands between the outermost braces of its debug form.
+fn compact(value: &impl std::fmt::Debug) -> String {
+    let text = format!("{value:?}");
+    let fields = text.split_once("{ ").map_or(text.as_str(), |(_, rest)| rest);
+    fields.trim_end_matches(')').trim_end_matches('}').trim_end().replace(": ", "=")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_compact() {
+        let normals = turner::integrator::IntegratorDesc::Normals(turner::integrator::NormalsDesc {
+            normal: turner::integrator::NormalKind::Geometric,
+        });
+        assert_eq!(compact(&normals), "normal=Geometric");
+    }
+}

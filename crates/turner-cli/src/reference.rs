@@ -1,0 +1,275 @@
+//! The reference of the scene format: the tables that read it, as text and as Markdown.
+//!
+//! Chapters follow the sections of a scene; each has an introduction and one page per kind. `turner help scene`
+//! shows single pages, docs/scene-format.md holds them all.
+
+use turner::camera::CameraDesc;
+use turner::film::FilmDesc;
+use turner::integrator::IntegratorDesc;
+use turner::light::LightDesc;
+use turner::material::MaterialDesc;
+use turner::scene::background::BackgroundDesc;
+use turner::scene::schema::{EntryDoc, FamilyDoc, Field};
+use turner::shape::ShapeDesc;
+use turner::texture::TextureDesc;
+
+use crate::text::{columns, wrap};
+use crate::topics::{self, CHOICES};
+
+/// One key of a page.
+#[derive(Clone, Debug)]
+pub(crate) struct Key {
+    pub(crate) name: String,
+    pub(crate) kind: String,
+    /// As written; `None` if the key must be given.
+    pub(crate) default: Option<String>,
+    pub(crate) range: Option<String>,
+    pub(crate) doc: String,
+    /// Words it can be, with their meanings.
+    pub(crate) words: &'static [(&'static str, &'static str)],
+}
+
+/// The documentation of one name.
+#[derive(Clone, Debug)]
+pub(crate) struct Page {
+    pub(crate) name: &'static str,
+    /// `the shape "sphere"`, `the section [film]`.
+    pub(crate) title: String,
+    pub(crate) paragraphs: Vec<String>,
+    pub(crate) keys: Vec<Key>,
+    pub(crate) example: Option<String>,
+}
+
+/// A section of a scene with the kinds it may hold.
+#[derive(Clone, Debug)]
+pub(crate) struct Chapter {
+    pub(crate) heading: &'static str,
+    /// Other names for it, such as `shapes`.
+    pub(crate) aliases: &'static [&'static str],
+    pub(crate) intro: Page,
+    pub(crate) pages: Vec<Page>,
+}
+
+/// Everything, in the order of the document.
+pub(crate) fn chapters() -> Vec<Chapter> {
+    vec![
+        single("Film", &[], &FilmDesc::DOC),
+        family("Camera", &["cameras"], &CameraDesc::DOC, topics::CAMERA),
+        family("Integrator", &["integrators"], &IntegratorDesc::DOC, topics::INTEGRATOR),
+        single("Background", &[], &BackgroundDesc::DOC),
+        written("Objects", &["objects"], topics::object()),
+        family("Shapes", &["shapes"], &ShapeDesc::DOC, topics::SHAPE),
+        written("Groups", &["groups", "instance"], topics::group()),
+        written("Transforms", &["transforms", "scale", "rotate", "translate", "matrix"], topics::transform()),
+        written("Colours", &["colors", "colour", "colours"], topics::color()),
+        family("Materials", &["materials"], &MaterialDesc::DOC, topics::MATERIAL),
+        family("Textures", &["textures"], &TextureDesc::DOC, topics::TEXTURE),
+        family("Lights", &["lights"], &LightDesc::DOC, topics::LIGHT),
+        written("Include", &[], topics::include()),
+    ]
+}
+
+fn single(heading: &'static str, aliases: &'static [&'static str], doc: &'static EntryDoc) -> Chapter {
+    let title = format!("the section [{}]", doc.name);
+    Chapter { heading, aliases, intro: entry(doc, title), pages: Vec::new() }
+}
+
+fn written(heading: &'static str, aliases: &'static [&'static str], intro: Page) -> Chapter {
+    Chapter { heading, aliases, intro, pages: Vec::new() }
+}
+
+fn family(
+    heading: &'static str,
+    aliases: &'static [&'static str],
+    doc: &'static FamilyDoc,
+    more: &str,
+) -> Chapter {
+    let mut paragraphs = vec![paragraph(doc.doc)];
+    paragraphs.extend((!more.is_empty()).then(|| more.to_owned()));
+    let intro =
+        Page { name: doc.one, title: doc.many.to_owned(), paragraphs, keys: Vec::new(), example: None };
+    let pages = doc.entries.iter().map(|e| entry(e, format!("the {} \"{}\"", doc.one, e.name))).collect();
+    Chapter { heading, aliases, intro, pages }
+}
+
+fn entry(doc: &'static EntryDoc, title: String) -> Page {
+    Page {
+        name: doc.name,
+        title,
+        paragraphs: vec![paragraph(doc.doc)],
+        keys: doc.fields.iter().map(key).collect(),
+        example: Some(doc.example.trim_end().to_owned()).filter(|e| !e.is_empty()),
+    }
+}
+
+fn key(field: &Field) -> Key {
+    let kind = (field.kind)();
+    let words = CHOICES.iter().find(|(choice, _)| choice() == kind).map_or(&[][..], |(_, words)| words);
+    Key {
+        name: field.name.to_owned(),
+        default: field.default.map(|show| show()),
+        range: field.range.map(|r| r.to_string()),
+        doc: paragraph(field.doc),
+        words,
+        kind,
+    }
+}
+
+/// Lines of a doc comment as one paragraph.
+pub(crate) fn paragraph(lines: &[&str]) -> String {
+    lines.iter().map(|l| l.trim()).collect::<Vec<_>>().join(" ").trim().to_owned()
+}
+
+/// Up to the first full stop or colon that ends a clause.
+pub(crate) fn first_sentence(text: &str) -> String {
+    text.split_once(". ").map_or(text, |(first, _)| first).trim_end_matches('.').to_owned()
+}
+
+/// Examples of all pages, with the name of each: they are tested to load and render.
+pub fn examples() -> Vec<(String, String)> {
+    chapters()
+        .into_iter()
+        .flat_map(|c| std::iter::once(c.intro).chain(c.pages))
+        .filter_map(|page| Some((page.title, page.example?)))
+        .collect()
+}
+
+/// Every name that [`explain`] knows.
+pub(crate) fn names() -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = chapters()
+        .iter()
+        .flat_map(|c| {
+            let own = std::iter::once(c.intro.name).chain(c.aliases.iter().copied());
+            own.chain(c.pages.iter().map(|p| p.name)).collect::<Vec<_>>()
+        })
+        .collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
+/// All pages of that name, as text; `None` if there are none.
+pub(crate) fn explain(name: &str) -> Option<String> {
+    let mut parts = Vec::new();
+    for chapter in chapters() {
+        if chapter.intro.name == name || chapter.aliases.contains(&name) {
+            let mut out = page_text(&chapter.intro);
+            if !chapter.pages.is_empty() {
+                out += "\n";
+                out += &columns(chapter.pages.iter().map(|p| (p.name, first_sentence(&p.paragraphs[0]))));
+                out += "\n`turner help scene NAME` explains one of them.\n";
+            }
+            parts.push(out);
+        }
+        parts.extend(chapter.pages.iter().filter(|p| p.name == name).map(page_text));
+    }
+    (!parts.is_empty()).then(|| parts.join("\n\n"))
+}
+
+/// The sections and the families, as text.
+pub(crate) fn overview() -> String {
+    let mut out = String::from("A scene is a TOML file. Every section may be left out.\n\n");
+    out += &columns(topics::sections().iter().map(|(name, what)| (name.as_str(), (*what).to_owned())));
+    out += "\nKinds of things, by their `type`:\n\n";
+    let chapters = chapters();
+    let kinds = chapters
+        .iter()
+        .filter(|c| !c.pages.is_empty())
+        .map(|c| (c.intro.title.as_str(), c.pages.iter().map(|p| p.name).collect::<Vec<_>>().join(", ")));
+    out += &columns(kinds);
+    out += "\nA whole scene:\n\n";
+    for line in topics::SCENE.lines() {
+        out += format!("    {line}").trim_end();
+        out.push('\n');
+    }
+    out += "\n`turner help scene NAME` explains a section, a kind, `object`, `transform` or `color`;\n\
+            `turner list colors` names the colours.\n";
+    out
+}
+
+fn page_text(page: &Page) -> String {
+    let mut out = format!("{}\n\n", capitalised(&page.title));
+    for paragraph in &page.paragraphs {
+        wrap(&mut out, &paragraph.replace('`', ""), 2);
+        out.push('\n');
+    }
+    for key in &page.keys {
+        out += &format!("  {}  {}", key.name, key.kind);
+        if let Some(range) = &key.range {
+            out += &format!(", {range}");
+        }
+        match key.default.as_deref() {
+            None => out += "; must be given",
+            Some("none") => out += "; optional",
+            Some(default) => out += &format!("; default {default}"),
+        }
+        out.push('\n');
+        wrap(&mut out, &key.doc.replace('`', ""), 6);
+        for (word, meaning) in key.words {
+            wrap(&mut out, &format!("\"{word}\": {meaning}"), 10);
+        }
+    }
+    if let Some(example) = &page.example {
+        out += if page.keys.is_empty() { "  Example:\n\n" } else { "\n  Example:\n\n" };
+        for line in example.lines() {
+            out += format!("    {line}").trim_end();
+            out.push('\n');
+        }
+    }
+    out
+}
+
+fn capitalised(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or(String::new(), |c| c.to_uppercase().chain(chars).collect())
+}
+
+/// The whole reference as Markdown.
+pub fn markdown() -> String {
+    let mut out = String::from(
+        "## Sections\n\nEvery section may be left out.\n\n| section | what it holds |\n| --- | --- |\n",
+    );
+    for (name, what) in topics::sections() {
+        out += &format!("| `{name}` | {} |\n", cell(what));
+    }
+    for chapter in chapters() {
+        out += &format!("\n## {}\n\n", chapter.heading);
+        page_markdown(&mut out, &chapter.intro);
+        for page in &chapter.pages {
+            out += &format!("\n### {}: `{}`\n\n", chapter.heading, page.name);
+            page_markdown(&mut out, page);
+        }
+    }
+    out
+}
+
+fn page_markdown(out: &mut String, page: &Page) {
+    *out += &page.paragraphs.join("\n\n");
+    out.push('\n');
+    if !page.keys.is_empty() {
+        *out += "\n| key | type | default | meaning |\n| --- | --- | --- | --- |\n";
+    }
+    for key in &page.keys {
+        let range = key.range.as_ref().map_or(String::new(), |r| format!(", {}", cell(r)));
+        let default = match key.default.as_deref() {
+            None => "*must be given*".to_owned(),
+            Some("none") => "–".to_owned(),
+            Some(default) => format!("`{}`", cell(default)),
+        };
+        let words: String = key.words.iter().map(|(w, m)| format!("<br>`\"{w}\"`: {}", cell(m))).collect();
+        *out += &format!(
+            "| `{}` | {}{range} | {default} | {}{words} |\n",
+            key.name,
+            cell(&key.kind),
+            cell(&key.doc)
+        );
+    }
+    if let Some(example) = &page.example {
+        *out += &format!("\n```toml\n{example}\n```\n");
+    }
+}
+
+/// Text that stays in its cell.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|").replace('\n', " ").replace('<', "&lt;")
+}

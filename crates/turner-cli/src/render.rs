@@ -1,0 +1,276 @@
+//! `turner render`: a scene to a picture.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::json;
+use turner::film::{Antialias, Film};
+use turner::render::{PassOptions, Renderer};
+use turner::scene::error::SceneError;
+use turner::scene::{Scene, Warning};
+
+use crate::control::Control;
+use crate::events::Events;
+use crate::failure::{Failure, INTERRUPTED};
+use crate::output::{FormatArg, Output};
+use crate::progress::Progress;
+use crate::report::{Reporter, strict};
+use crate::scene::{FilmArgs, Ready, SceneArgs};
+use crate::text;
+
+/// Render a scene into a picture (the command may be left out)
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Ctrl-C saves what is rendered and ends with exit code 130; a second one leaves at once.\n\
+                        Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json."
+)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The picture: .png, .exr, .jpg or .hdr, or `-` for standard output [default: SCENE.png here]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Format of the picture, if not by its extension
+    #[arg(long)]
+    format: Option<FormatArg>,
+    #[command(flatten)]
+    film: FilmArgs,
+    /// Threads [default: all there are]; the picture is the same for any number
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Show nothing but errors
+    #[arg(long)]
+    quiet: bool,
+    /// Write events as JSON lines: `turner help json`
+    #[arg(long)]
+    json: bool,
+    /// Take warnings for errors
+    #[arg(long)]
+    strict: bool,
+}
+
+/// Samples per pixel of the next pass. Short passes, so that an interrupted picture is noisy all over rather than cut
+/// off; longer ones later, when a pass is a small share of what is there, because each starts its threads anew.
+fn pass_samples(done: u32) -> u32 {
+    (done / 8).clamp(16, 256)
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
+    let mut reporter = Reporter { quiet: args.quiet, events: args.json.then_some(Events::Stdout) };
+    let result = Output::new(args.output.as_deref(), args.format, &args.scene.scene).and_then(|output| {
+        if args.json && output.is_stdout() {
+            reporter.events = Some(Events::Stderr);
+        }
+        render(args, &output, &reporter, control)
+    });
+    control.end();
+    result.unwrap_or_else(|failure| {
+        reporter.failure(&failure);
+        failure.exit
+    })
+}
+
+fn render(args: &RenderArgs, output: &Output, reporter: &Reporter, control: &Control) -> Result<u8, Failure> {
+    let mut ready = args.scene.ready(&args.film, args.threads)?;
+    if args.film.has_samples()
+        && !matches!(ready.scene.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
+    {
+        let word = ready.scene.film.antialias.word();
+        let message = format!(
+            "--samples has no effect with antialias = \"{word}\"; add --antialias grid or monte-carlo"
+        );
+        ready.scene.warnings.push(Warning { message, span: None, count: 1 });
+    }
+    if args.strict && !ready.scene.warnings.is_empty() {
+        return Err(strict(&ready.scene.warnings, &ready.sources, &ready.labels));
+    }
+    reporter.warnings(&ready.scene.warnings, &ready.sources, &ready.labels);
+    let Ready { desc, scene, sources, labels, hash, seconds: load_seconds } = ready;
+    // Rendering needs none of it.
+    drop(desc);
+
+    let renderer = Renderer::new(&scene).map_err(|e| Failure::in_scene(e, &sources, &labels))?;
+    let samples_per_pixel = renderer.samples_per_pixel();
+    if let Some(events) = reporter.events {
+        events.send(json!({
+            "event": "start",
+            "scene": args.scene.scene.to_string_lossy(),
+            "output": output.name(),
+            "width": renderer.film.crop.width,
+            "height": renderer.film.crop.height,
+            "samples_per_pixel": samples_per_pixel,
+            "threads": threads(args.threads),
+        }));
+    }
+    let traced = trace(renderer, args.threads, reporter, control);
+
+    control.begin_saving();
+    let start = Instant::now();
+    let written = traced.finished > 0.0;
+    if written {
+        let picture = traced.renderer.film.develop(&scene.film);
+        let metadata = output.metadata(&scene, &hash, samples_per_pixel);
+        output.write(&picture, &scene, &metadata, args.threads)?;
+    }
+    let save_seconds = start.elapsed().as_secs_f64();
+    let late = late_warnings(&traced, &scene);
+    if !args.strict {
+        reporter.warnings(&late, &sources, &labels);
+    }
+    let report = Report { traced: &traced, written, load_seconds, save_seconds, hash: &hash };
+    report.send(output, reporter);
+    match traced.fault {
+        Some(fault) => Err(Failure::new(fault)),
+        None if traced.interrupted => Ok(INTERRUPTED),
+        None if args.strict && !late.is_empty() => Err(strict(&late, &sources, &labels)),
+        None => Ok(0),
+    }
+}
+
+/// Threads that will be used.
+pub(crate) fn threads(asked: usize) -> usize {
+    if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, usize::from) }
+}
+
+/// What came of tracing.
+struct Traced<'a> {
+    renderer: Renderer<'a>,
+    seconds: f64,
+    /// Share of the work that was done.
+    finished: f64,
+    interrupted: bool,
+    fault: Option<SceneError>,
+}
+
+/// Pass after pass until the picture is complete, the user has enough, or a worker fails.
+fn trace<'a>(
+    mut renderer: Renderer<'a>,
+    threads: usize,
+    reporter: &Reporter,
+    control: &Control,
+) -> Traced<'a> {
+    let total = renderer.samples_per_pixel();
+    let progress = Progress::new(reporter, total);
+    let start = Instant::now();
+    control.begin_rendering();
+    let mut fault = None;
+    let mut left = total;
+    while !renderer.is_complete() && !control.is_interrupted() && fault.is_none() {
+        let samples = left.min(pass_samples(total - left));
+        left -= samples;
+        progress.begin_pass(samples);
+        let tile = |done, tiles| progress.tile(done, tiles);
+        let options = PassOptions { threads, cancel: &control.cancel, progress: Some(&tile) };
+        fault = renderer.pass(samples, &options).err();
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    let finished = progress.finish();
+    let interrupted = !renderer.is_complete() && fault.is_none();
+    Traced { renderer, seconds, finished, interrupted, fault }
+}
+
+/// What was doubtful while rendering.
+fn late_warnings(traced: &Traced<'_>, scene: &Scene) -> Vec<Warning> {
+    let mut out = Vec::new();
+    let mut warn = |message: String| out.push(Warning { message, span: None, count: 1 });
+    let bad = traced.renderer.film.non_finite;
+    if let Some((y, x, sample)) = bad.first {
+        let n = text::plural(bad.count, "sample");
+        let verb =
+            if bad.count == 1 { "was no finite number and is" } else { "were no finite numbers and are" };
+        warn(format!(
+            "{n} {verb} left out; the first is sample {sample} of the pixel in column {x}, row {y}"
+        ));
+    }
+    let dropped = traced.renderer.stats.dropped;
+    if dropped > 0 {
+        let n = text::plural(dropped, "sample");
+        let remedy = match &scene.integrator {
+            turner::integrator::IntegratorDesc::Classic(_) => {
+                "; raise `integrator.max_rays` or lower `max_depth`"
+            }
+            _ => "",
+        };
+        warn(format!("the tree of rays was cut off in {n}{remedy}"));
+    }
+    out
+}
+
+/// The closing line or event.
+struct Report<'a> {
+    traced: &'a Traced<'a>,
+    written: bool,
+    load_seconds: f64,
+    save_seconds: f64,
+    hash: &'a str,
+}
+
+impl Report<'_> {
+    fn send(&self, output: &Output, reporter: &Reporter) {
+        match reporter.events {
+            Some(events) => events.send(self.event(output)),
+            None => reporter.line(&self.line(output)),
+        }
+    }
+
+    fn rays_per_second(&self) -> f64 {
+        self.traced.renderer.stats.total() as f64 / self.traced.seconds.max(1e-9)
+    }
+
+    fn event(&self, output: &Output) -> serde_json::Value {
+        let Traced { renderer, seconds, finished, interrupted, fault } = self.traced;
+        let Renderer { film: Film { crop, non_finite, .. }, stats, .. } = renderer;
+        json!({
+            "event": "done",
+            "output": self.written.then(|| output.name()),
+            "width": crop.width,
+            "height": crop.height,
+            "complete": !interrupted && fault.is_none(),
+            "finished": finished,
+            "seconds": { "load": self.load_seconds, "render": seconds, "save": self.save_seconds },
+            "rays": {
+                "camera": stats.camera,
+                "shadow": stats.shadow,
+                "reflected": stats.reflected,
+                "refracted": stats.refracted,
+                "total": stats.total(),
+            },
+            "rays_per_second": self.rays_per_second(),
+            "samples": renderer.film.samples(),
+            "non_finite": {
+                "count": non_finite.count,
+                "first": non_finite.first.map(|(y, x, sample)| json!({ "x": x, "y": y, "sample": sample })),
+            },
+            "scene_hash": self.hash,
+            "version": env!("CARGO_PKG_VERSION"),
+        })
+    }
+
+    fn line(&self, output: &Output) -> String {
+        let Traced { renderer, seconds, finished, interrupted, fault } = self.traced;
+        let film = &renderer.film;
+        let name = if output.is_stdout() { "standard output".to_owned() } else { output.name() };
+        let cut = *interrupted || fault.is_some();
+        let share = if cut {
+            // Rounded down: what is not finished is never 100 %.
+            let percent = (finished * 100.0).floor();
+            let why = if *interrupted { "interrupted" } else { "stopped by a fault" };
+            let kept = if self.written { "" } else { ", nothing written" };
+            format!("{why} with {percent} % finished{kept}, ")
+        } else {
+            String::new()
+        };
+        format!(
+            "{name} {}x{} {share}rendered in {}: {} rays, {} rays/s, {} samples, {} non-finite",
+            film.crop.width,
+            film.crop.height,
+            text::seconds(*seconds),
+            text::count(renderer.stats.total() as f64),
+            text::count(self.rays_per_second()),
+            text::count(film.samples() as f64),
+            film.non_finite.count,
+        )
+    }
+}

@@ -1,0 +1,227 @@
+//! Errors and warnings: for people with the place in the file, for programs as events.
+
+use std::io::{IsTerminal, Write};
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use serde_json::json;
+use turner::scene::Warning;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::value::Span;
+use turner_io::scene::{Location, Sources};
+
+use crate::events::Events;
+use crate::failure::{Failure, Labels};
+use crate::text;
+
+/// Most warnings that are shown one by one.
+const MAX_SHOWN: usize = 20;
+
+/// Where messages go.
+pub(crate) struct Reporter {
+    /// Neither progress nor warnings nor the closing line; errors are still shown.
+    pub(crate) quiet: bool,
+    /// Events instead of text.
+    pub(crate) events: Option<Events>,
+}
+
+impl Reporter {
+    /// Reports why the command ends.
+    pub(crate) fn failure(&self, failure: &Failure) {
+        let Some(events) = &self.events else { return print_error(failure) };
+        for error in &failure.errors {
+            let place = error.span.and_then(|span| failure.sources.locate(span));
+            let file = place.as_ref().map(|p| label(p, &failure.labels));
+            events.send(json!({
+                "event": "error",
+                "code": error.code.as_str(),
+                "message": error.message,
+                "file": file,
+                "line": place.as_ref().map(|p| p.line),
+                "column": place.as_ref().map(|p| p.column),
+                "help": error.help,
+            }));
+        }
+    }
+
+    /// Reports warnings: equal ones once, with their number.
+    pub(crate) fn warnings(&self, warnings: &[Warning], sources: &Sources, labels: &Labels) {
+        let warnings = summed(warnings);
+        if let Some(events) = &self.events {
+            for w in &warnings {
+                let place = w.span.and_then(|span| sources.locate(span));
+                events.send(json!({
+                    "event": "warning",
+                    "message": w.message,
+                    "count": w.count,
+                    "file": place.as_ref().map(|p| label(p, labels)),
+                    "line": place.as_ref().map(|p| p.line),
+                    "column": place.as_ref().map(|p| p.column),
+                }));
+            }
+            return;
+        }
+        if self.quiet || warnings.is_empty() {
+            return;
+        }
+        let mut out = String::new();
+        for w in warnings.iter().take(MAX_SHOWN) {
+            out += &warning_text(w, sources, labels, &renderer());
+        }
+        let total: u64 = warnings.iter().map(|w| w.count).sum();
+        if warnings.len() > MAX_SHOWN {
+            out += &format!("… and {} more\n", warnings.len() - MAX_SHOWN);
+        }
+        if total > 1 {
+            out += &format!("{}\n", text::plural(total, "warning"));
+        }
+        eprint_all(&out);
+    }
+
+    /// One line for people.
+    pub(crate) fn line(&self, line: &str) {
+        if !self.quiet && self.events.is_none() {
+            eprint_all(&format!("{line}\n"));
+        }
+    }
+}
+
+/// Equal messages as one, with the place of the first and the sum of their counts.
+pub(crate) fn summed(warnings: &[Warning]) -> Vec<Warning> {
+    let mut out: Vec<Warning> = Vec::new();
+    let mut seen = std::collections::HashMap::new();
+    for w in warnings {
+        match seen.get(&w.message) {
+            Some(&i) => {
+                let first: &mut Warning = &mut out[i];
+                first.count = first.count.saturating_add(w.count);
+            }
+            None => {
+                seen.insert(w.message.clone(), out.len());
+                out.push(w.clone());
+            }
+        }
+    }
+    out
+}
+
+/// Warnings as the errors they are under `--strict`.
+pub(crate) fn strict(warnings: &[Warning], sources: &Sources, labels: &Labels) -> Failure {
+    let errors = summed(warnings)
+        .into_iter()
+        .take(MAX_SHOWN)
+        .map(|w| SceneError {
+            code: ErrorCode::Strict,
+            message: w.message,
+            span: w.span,
+            help: Some("without --strict this is a warning".into()),
+        })
+        .collect();
+    Failure { errors, sources: sources.clone(), labels: labels.clone(), exit: crate::failure::FAILED }
+}
+
+/// Writes errors to standard error, with excerpts.
+pub(crate) fn print_error(failure: &Failure) {
+    let renderer = renderer();
+    let mut out = String::new();
+    for error in &failure.errors {
+        out += &error_text(error, &failure.sources, &failure.labels, &renderer);
+    }
+    eprint_all(&out);
+}
+
+/// Coloured on terminals only, and only where colours are wanted.
+fn renderer() -> Renderer {
+    let refused = |name, value: fn(&str) -> bool| std::env::var(name).is_ok_and(|v| value(&v));
+    let plain = !std::io::stderr().is_terminal()
+        || refused("NO_COLOR", |v| !v.is_empty())
+        || refused("TERM", |v| v == "dumb");
+    if plain { Renderer::plain() } else { Renderer::styled() }
+}
+
+fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
+    let title = Level::ERROR.primary_title(error.message.as_str()).id(error.code.as_str());
+    let place = Place::of(error.span, sources, labels);
+    let help = error.help.as_deref();
+    if let Some(place) = &place {
+        let group = title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)));
+        return format!("{}\n", renderer.render(&[group]));
+    }
+    // One after the other: together they would be joined by an empty margin.
+    let groups =
+        [Some(Group::with_title(title)), help.map(|h| Group::with_title(Level::HELP.secondary_title(h)))];
+    groups.into_iter().flatten().map(|group| format!("{}\n", renderer.render(&[group]))).collect()
+}
+
+fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
+    let times = if warning.count > 1 { format!(" ({} times)", warning.count) } else { String::new() };
+    let place = Place::of(warning.span, sources, labels);
+    let at = place.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
+    let message = format!("{at}{}{times}", warning.message);
+    format!("{}\n", renderer.render(&[Group::with_title(Level::WARNING.primary_title(message))]))
+}
+
+/// An excerpt with a place in it.
+struct Place {
+    /// `file:line:column`, or the argument.
+    title: String,
+    file: String,
+    line: usize,
+    excerpt: String,
+    /// Bytes of the excerpt.
+    range: std::ops::Range<usize>,
+    is_argument: bool,
+}
+
+impl Place {
+    fn of(span: Option<Span>, sources: &Sources, labels: &Labels) -> Option<Place> {
+        let at = sources.locate(span?)?;
+        let file = label(&at, labels);
+        let (before, length) = (at.excerpt_column.saturating_sub(1), at.length);
+        if !at.is_argument {
+            return Some(Place {
+                title: format!("{file}:{}:{}", at.line, at.column),
+                range: byte_range(&at.excerpt, before, length),
+                line: at.line,
+                excerpt: at.excerpt,
+                file,
+                is_argument: false,
+            });
+        }
+        // An option is shown as it was given; in a `-D` the place of the mistake is shown too.
+        let is_set = file == at.file;
+        let excerpt = if is_set { format!("-D {}", at.excerpt) } else { file.clone() };
+        let range = if is_set { byte_range(&excerpt, before + 3, length) } else { 0..excerpt.len() };
+        Some(Place {
+            title: excerpt.clone(),
+            file: String::new(),
+            line: 1,
+            excerpt,
+            range,
+            is_argument: true,
+        })
+    }
+
+    fn snippet(&self) -> Snippet<'_, annotate_snippets::Annotation<'_>> {
+        Snippet::source(self.excerpt.as_str())
+            .path((!self.is_argument).then_some(self.file.as_str()))
+            .line_start(self.line)
+            .line_numbering(!self.is_argument)
+            .fold(false)
+            .annotation(AnnotationKind::Primary.span(self.range.clone()))
+    }
+}
+
+fn label(at: &Location<'_>, labels: &Labels) -> String {
+    labels.get(at.file).cloned().unwrap_or_else(|| at.file.to_owned())
+}
+
+/// Characters to bytes.
+fn byte_range(text: &str, start: usize, length: usize) -> std::ops::Range<usize> {
+    let at = |n: usize| text.char_indices().nth(n).map_or(text.len(), |(i, _)| i);
+    at(start)..at(start + length)
+}
+
+/// Standard error may be closed; there is nobody to tell.
+fn eprint_all(text: &str) {
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}

@@ -1,0 +1,222 @@
+//! From the arguments to a prepared scene: overrides, loading, preparing.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use turner::film::Antialias;
+use turner::integrator::IntegratorDesc;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::value::{Data, Table};
+use turner::scene::{PrepareOptions, Scene, SceneDesc};
+use turner_io::assets::FolderAssets;
+use turner_io::scene::{LoadError, LoadOptions, Loaded, MAX_TEXT, Override, Sources, load, load_text, parse};
+
+use crate::failure::{Failure, Labels, two_lines};
+
+/// Which scene, and what is changed in it.
+#[derive(Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// The scene file; `-` reads standard input
+    pub(crate) scene: PathBuf,
+    /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
+    #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
+    set: Vec<Override>,
+    /// Let the scene name files outside its folder
+    #[arg(long)]
+    allow_outside: bool,
+}
+
+/// Values of `[film]` and `[integrator]` with options of their own.
+#[derive(Debug, Default, Args)]
+pub(crate) struct FilmArgs {
+    /// Columns of pixels
+    #[arg(long)]
+    width: Option<u32>,
+    /// Rows of pixels
+    #[arg(long)]
+    height: Option<u32>,
+    /// Render a part of the picture: first column, first row, columns, rows
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    crop: Option<String>,
+    /// Rays per pixel for grid and monte-carlo
+    #[arg(long)]
+    samples: Option<u32>,
+    /// How a pixel's colour comes about
+    #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(Antialias::WORDS))]
+    antialias: Option<String>,
+    /// How often a ray may be reflected or refracted
+    #[arg(long, value_name = "N")]
+    max_depth: Option<u32>,
+    /// Seed of the random numbers
+    #[arg(long)]
+    seed: Option<u32>,
+    /// How light is computed; settings that this integrator does not know are dropped
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(integrators()))]
+    integrator: Option<String>,
+}
+
+fn integrators() -> Vec<&'static str> {
+    IntegratorDesc::DOC.entries.iter().map(|e| e.name).collect()
+}
+
+fn parse_override(text: &str) -> Result<Override, String> {
+    Override::parse(text).map_err(|e| match e.help {
+        Some(help) => format!("{}; {help}", e.message),
+        None => e.message,
+    })
+}
+
+/// Four numbers, kept as text: whether they fit the picture is for the film to say.
+fn parse_crop(text: &str) -> Result<String, String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse::<u32>()).collect();
+    match numbers {
+        Ok(n) if n.len() == 4 => Ok(text.to_owned()),
+        _ => Err("expected four whole numbers X,Y,W,H".to_owned()),
+    }
+}
+
+impl FilmArgs {
+    /// The overrides and how each was written.
+    fn overrides(&self) -> Vec<(Override, String)> {
+        let mut out = Vec::new();
+        let mut set = |path: &str, value: Option<String>, option: &str, shown: Option<&str>| {
+            if let Some(value) = value {
+                let label = format!("{option} {}", shown.unwrap_or(&value));
+                out.push((Override { path: path.to_owned(), value }, label));
+            }
+        };
+        let number = |n: Option<u32>| n.map(|n| n.to_string());
+        let quoted = |s: &Option<String>| s.as_ref().map(|s| format!("\"{s}\""));
+        // The integrator first: it decides what `max_depth` means.
+        set("integrator.type", quoted(&self.integrator), "--integrator", self.integrator.as_deref());
+        set("integrator.max_depth", number(self.max_depth), "--max-depth", None);
+        set("film.width", number(self.width), "--width", None);
+        set("film.height", number(self.height), "--height", None);
+        set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), "--crop", self.crop.as_deref());
+        set("film.samples", number(self.samples), "--samples", None);
+        set("film.antialias", quoted(&self.antialias), "--antialias", self.antialias.as_deref());
+        set("film.seed", number(self.seed), "--seed", None);
+        out
+    }
+
+    /// Whether the number of samples was asked for.
+    pub(crate) fn has_samples(&self) -> bool {
+        self.samples.is_some()
+    }
+}
+
+/// A scene, ready, with what its messages need.
+pub(crate) struct Ready {
+    /// What was asked for.
+    pub(crate) desc: SceneDesc,
+    /// What is rendered.
+    pub(crate) scene: Scene,
+    /// The texts.
+    pub(crate) sources: Sources,
+    /// Names of options.
+    pub(crate) labels: Labels,
+    /// Over all that makes the picture.
+    pub(crate) hash: String,
+    /// Seconds to load and prepare.
+    pub(crate) seconds: f64,
+}
+
+impl SceneArgs {
+    /// Loads and prepares the scene.
+    pub(crate) fn ready(&self, film: &FilmArgs, threads: usize) -> Result<Ready, Failure> {
+        let start = Instant::now();
+        let input = Input::new(&self.scene)?;
+        let film_overrides = film.overrides();
+        let labels: Labels =
+            film_overrides.iter().map(|(o, label)| (format!("-D {}", o.text()), label.clone())).collect();
+        let mut overrides: Vec<Override> = film_overrides.into_iter().map(|(o, _)| o).collect();
+        overrides.extend(self.set.iter().cloned());
+        let mut options = LoadOptions { overrides, allow_outside: self.allow_outside };
+        let mut loaded = input.load(&options);
+        if let (Err(error), Some(name)) = (&loaded, &film.integrator)
+            && error.error.code == ErrorCode::UnknownKey
+            && let Some(change) = integrator_without_unknown_keys(name, &error.sources)
+        {
+            options.overrides[0] = change;
+            loaded = input.load(&options);
+        }
+        let Loaded { desc, sources, hash, .. } = loaded.map_err(|e| Failure::load(e, &labels))?;
+        let scene =
+            desc.prepare(&PrepareOptions { threads }).map_err(|e| Failure::in_scene(e, &sources, &labels))?;
+        Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
+    }
+}
+
+/// The scene file, or the text that came in on standard input: it can be read but once.
+enum Input<'a> {
+    File(&'a Path),
+    Text(String),
+}
+
+impl Input<'_> {
+    fn new(path: &Path) -> Result<Input<'_>, Failure> {
+        if path != Path::new("-") {
+            return Ok(Input::File(path));
+        }
+        let mut text = String::new();
+        let read = std::io::stdin().lock().take(MAX_TEXT + 1).read_to_string(&mut text);
+        read.map_err(|e| {
+            let message = format!("standard input cannot be read: {e}");
+            Failure::new(SceneError::new(ErrorCode::File, message).help("scenes are UTF-8 text"))
+        })?;
+        Ok(Input::Text(text))
+    }
+
+    fn load(&self, options: &LoadOptions) -> Result<Loaded, LoadError> {
+        match self {
+            Input::File(path) => load(path, options),
+            Input::Text(text) => {
+                let assets = FolderAssets::new("").map_err(|e| LoadError {
+                    error: two_lines(ErrorCode::File, &e.to_string()),
+                    sources: Sources::default(),
+                })?;
+                let assets = assets.allow_outside(options.allow_outside);
+                load_text(text.clone(), "-", &assets, options)
+            }
+        }
+    }
+}
+
+/// `[integrator]` as the files have it, of another type and without the keys that this type does not know; `None` if
+/// there are no such keys.
+fn integrator_without_unknown_keys(name: &str, sources: &Sources) -> Option<Override> {
+    let known = IntegratorDesc::DOC.entries.iter().find(|e| e.name == name)?.fields;
+    let mut kept: Vec<(String, String)> = Vec::new();
+    let mut dropped = false;
+    // Included files first: what a file says itself counts more.
+    let files: Vec<_> = sources.files().iter().enumerate().filter(|(_, f)| !f.is_argument).collect();
+    for &(i, file) in files.iter().skip(1).chain(files.first()) {
+        let id = turner::scene::value::FileId(i as u32);
+        let Ok(root) = parse(&file.text, id) else { continue };
+        let Some(table) = as_table(&root).and_then(|t| as_table(t.get("integrator")?)) else { continue };
+        for entry in &table.entries {
+            if entry.key == "type" {
+            } else if known.iter().any(|f| f.name == entry.key) {
+                let (start, end) = (entry.value.span.start as usize, entry.value.span.end as usize);
+                let value = file.text.get(start..end)?.to_owned();
+                kept.retain(|(key, _)| *key != entry.key);
+                kept.push((entry.key.clone(), value));
+            } else {
+                dropped = true;
+            }
+        }
+    }
+    let keys: String = kept.iter().map(|(key, value)| format!(", {key} = {value}")).collect();
+    let value = format!("{{ type = \"{name}\"{keys} }}");
+    dropped.then(|| Override { path: "integrator".to_owned(), value })
+}
+
+fn as_table(value: &turner::scene::value::Value) -> Option<&Table> {
+    match &value.data {
+        Data::Table(table) => Some(table),
+        _ => None,
+    }
+}

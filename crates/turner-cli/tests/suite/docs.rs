@@ -1,0 +1,136 @@
+//! docs/*.md: the reference is what the tables say, and every snippet renders.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use turner::render::{PassOptions, Renderer};
+use turner::scene::PrepareOptions;
+use turner_io::assets::{AssetError, AssetSource};
+use turner_io::scene::{LoadOptions, load_text};
+
+const BEGIN: &str = "<!-- generated: reference -->";
+const END: &str = "<!-- end -->";
+
+fn docs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
+}
+
+#[test]
+fn the_reference_is_generated() {
+    let path = docs().join("scene-format.md");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let begin = text.find(BEGIN).expect("a marker") + BEGIN.len();
+    let end = text.find(END).expect("an end marker");
+    let generated = format!("\n\n{}\n", turner_cli::reference::markdown());
+    if std::env::var_os("TURNER_UPDATE").is_some_and(|v| v == "1") {
+        std::fs::write(&path, format!("{}{generated}{}", &text[..begin], &text[end..])).unwrap();
+        return;
+    }
+    let same = text[begin..end].replace("\r\n", "\n") == generated;
+    assert!(same, "docs/scene-format.md is out of date: run this test with TURNER_UPDATE=1");
+}
+
+/// Any file that a snippet names, in its simplest form.
+struct AnyFile;
+
+const TRIANGLE_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+    property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+impl AssetSource for AnyFile {
+    fn read(&self, uri: &str, _: u64) -> Result<Vec<u8>, AssetError> {
+        let picture = |format| {
+            let image = turner_io::image::OutputImage {
+                width: 1,
+                height: 1,
+                alpha: false,
+                linear: Some(&[[0.5, 0.5, 0.5, 1.0]]),
+                display: Some(turner_io::image::Display::U8(&[[128, 128, 128, 255]])),
+                transfer: turner_io::image::Transfer::Unstated,
+                metadata: &Default::default(),
+                threads: 1,
+            };
+            turner_io::image::encode(&image, format).unwrap()
+        };
+        Ok(match uri.rsplit_once('.').map(|(_, e)| e) {
+            Some("toml") => Vec::new(),
+            Some("obj") => b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(),
+            Some("ply") => TRIANGLE_PLY.as_bytes().to_vec(),
+            _ => picture(turner_io::image::ImageFormat::of_path(Path::new(uri)).unwrap()),
+        })
+    }
+
+    fn describe(&self, uri: &str) -> String {
+        uri.to_owned()
+    }
+}
+
+/// Loads, prepares and renders a snippet; a fragment is given an object and a light if it has none.
+fn render(name: &str, snippet: &str) -> Result<(), String> {
+    let mut text = snippet.to_owned();
+    if !text.contains("[[object]]") {
+        text += "\n[[object]]\ntype = \"sphere\"\n";
+    }
+    if !text.contains("[[light]]") {
+        text += "\n[[light]]\ntype = \"point\"\nposition = [3, 5, 4]\n";
+    }
+    let fail = |what: &dyn std::fmt::Display| format!("{name}: {what}\n{text}\n");
+    let mut desc = load_text(text.clone(), "snippet.toml", &AnyFile, &LoadOptions::default())
+        .map_err(|e| fail(&e))?
+        .desc;
+    (desc.film.width, desc.film.height, desc.film.crop) = (16, 12, None);
+    desc.film.samples = desc.film.samples.min(4);
+    let scene = desc.prepare(&PrepareOptions { threads: 1 }).map_err(|e| fail(&e))?;
+    let mut renderer = Renderer::new(&scene).map_err(|e| fail(&e))?;
+    let options = PassOptions { threads: 1, cancel: &AtomicBool::new(false), progress: None };
+    renderer.pass(u32::MAX, &options).map_err(|e| fail(&e))?;
+    match renderer.film.non_finite.count {
+        0 => Ok(()),
+        n => Err(fail(&format!("{n} samples are no finite numbers"))),
+    }
+}
+
+/// The ```toml blocks of a document, with the line each begins on.
+fn snippets(text: &str) -> Vec<(usize, String)> {
+    let mut out: Vec<(usize, String)> = Vec::new();
+    let mut inside = false;
+    for (i, line) in text.lines().enumerate() {
+        match (inside, line.trim()) {
+            (false, "```toml") => {
+                inside = true;
+                out.push((i + 1, String::new()));
+            }
+            (true, "```") => inside = false,
+            (true, _) => {
+                let (_, text) = out.last_mut().unwrap();
+                text.push_str(line);
+                text.push('\n');
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+#[test]
+fn every_example_renders() {
+    let examples = turner_cli::reference::examples();
+    assert!(examples.len() > 10);
+    let wrong: Vec<String> = examples.iter().filter_map(|(name, text)| render(name, text).err()).collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_snippet_of_the_documents_renders() {
+    let mut wrong = Vec::new();
+    for entry in std::fs::read_dir(docs()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "md") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let file = path.file_name().unwrap().to_string_lossy().into_owned();
+            let each = snippets(&text);
+            wrong
+                .extend(each.iter().filter_map(|(line, text)| render(&format!("{file}:{line}"), text).err()));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -1,0 +1,68 @@
+//! Ctrl-C: what is rendered is saved.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::common::{Folder, Run, folder, pixels};
+
+/// A render that takes minutes, once it has begun to make progress.
+fn long(f: &Folder, args: &[&str]) -> (Child, BufReader<std::process::ChildStdout>) {
+    let size = ["--width", "200", "--height", "200", "--antialias", "monte-carlo", "--samples", "1000000"];
+    let mut child = f
+        .command(&[&["s.toml", "--json"], &size[..], args].concat())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut events = BufReader::new(child.stdout.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("\"progress\"") {
+        line.clear();
+        assert!(events.read_line(&mut line).unwrap() > 0, "the program ended early");
+    }
+    (child, events)
+}
+
+fn signal(child: &Child, name: &str) {
+    assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+}
+
+fn end(mut child: Child, mut events: BufReader<std::process::ChildStdout>) -> Run {
+    let start = Instant::now();
+    let mut stdout = String::new();
+    events.read_to_string(&mut stdout).unwrap();
+    let output = child.wait().unwrap();
+    assert!(start.elapsed() < Duration::from_secs(5));
+    Run { code: output.code(), bytes: Vec::new(), stdout, stderr: String::new() }
+}
+
+#[test]
+fn an_interrupt_saves_the_picture() {
+    for name in ["-INT", "-TERM"] {
+        let f = folder();
+        let (child, events) = long(&f, &[]);
+        signal(&child, name);
+        let run = end(child, events);
+        assert_eq!(run.code, Some(130), "{run:?}");
+        let done: serde_json::Value = serde_json::from_str(run.stdout.lines().last().unwrap()).unwrap();
+        assert_eq!((&done["event"], &done["complete"]), (&"done".into(), &false.into()));
+        let share = done["finished"].as_f64().unwrap();
+        assert!(share > 0.0 && share < 1.0, "{share}");
+        let (w, h, p) = pixels(&f.read("s.png"));
+        assert_eq!((w, h), (200, 200));
+        assert!(p.iter().any(|c| c[0] > 0.3));
+        assert_eq!(f.names(), ["s.png", "s.toml"]);
+    }
+}
+
+#[test]
+fn while_it_renders_there_is_no_other_file() {
+    let f = folder();
+    let (mut child, _events) = long(&f, &[]);
+    assert_eq!(f.names(), ["s.toml"]);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(f.names(), ["s.toml"]);
+}

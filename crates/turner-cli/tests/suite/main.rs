@@ -1,0 +1,8 @@
+//! Tests of the program as a user runs it.
+
+mod common;
+mod docs;
+mod interrupt;
+mod names;
+mod render;
+mod scene_options;

@@ -1,0 +1,62 @@
+//! Options that change the scene: `-D`, `--width`, `--integrator`, `--strict`.
+
+use crate::common::{SCENE, folder, pixels};
+
+#[test]
+fn values_are_set_by_path() {
+    let f = folder();
+    f.turner(&["s.toml", "-o", "a.png", "-D", "film.width=9", "-D", "object.0.material.color=blue"]).ok();
+    let (w, _, p) = pixels(&f.read("a.png"));
+    assert_eq!(w, 9);
+    assert!(p.iter().any(|c| c[2] > c[0] + 0.1));
+    f.turner(&["s.toml", "--width", "8", "--height", "6", "-o", "a.png"]).ok();
+    assert_eq!(pixels(&f.read("a.png")).2.len(), 48);
+}
+
+#[test]
+fn bad_values_are_bad_usage_and_show_the_argument() {
+    let f = folder();
+    f.turner(&["s.toml", "-D", "film.widht=9"]).fails(2, &["E0102", "-D film.widht=9", "width"]);
+    f.turner(&["s.toml", "-D", "film"]).fails(2, &["key=value"]);
+    f.turner(&["s.toml", "--width", "0"]).fails(2, &["E0105", "--width 0"]);
+    f.turner(&["s.toml", "--width", "x"]).fails(2, &["--width"]);
+    f.turner(&["s.toml", "--antialias", "gird"]).fails(2, &["grid"]);
+    f.turner(&["s.toml", "--crop", "1,2,3"]).fails(2, &["X,Y,W,H"]);
+    f.turner(&["s.toml", "--integrator", "normal"]).fails(2, &["normals"]);
+    assert_eq!(f.names(), ["s.toml"]);
+}
+
+#[test]
+fn another_integrator_drops_what_it_does_not_know() {
+    let f = folder();
+    f.write("c.toml", &format!("{SCENE}\n[integrator]\nmax_depth = 2\nshadows = false\n"));
+    f.turner(&["c.toml", "--integrator", "normals"]).ok();
+    f.turner(&["c.toml", "--integrator", "classic", "-o", "d.png"]).ok();
+    f.turner(&["c.toml", "-o", "e.png"]).ok();
+    assert_eq!(pixels(&f.read("d.png")), pixels(&f.read("e.png")), "the same integrator keeps its settings");
+    assert_ne!(pixels(&f.read("c.png")), pixels(&f.read("e.png")));
+    f.turner(&["c.toml", "--integrator", "normals", "--max-depth", "3"]).fails(2, &["--max-depth 3"]);
+}
+
+#[test]
+fn warnings_are_shown_once_and_strict_refuses_them() {
+    let f = folder();
+    f.write("dark.toml", "[[object]]\ntype = \"sphere\"\n[film]\nwidth = 4\nheight = 4\n");
+    let run = f.turner(&["dark.toml"]).ok();
+    assert!(run.stderr.contains("warning") && run.stderr.contains("light"), "{run:?}");
+    assert_eq!(f.turner(&["dark.toml", "--quiet"]).ok().stderr, "");
+    f.turner(&["dark.toml", "--strict", "-o", "x.png"]).fails(1, &["error[E0501]", "light"]);
+    assert!(!f.names().contains(&"x.png".to_owned()));
+    let run = f.turner(&["dark.toml", "--samples", "9"]).ok();
+    assert!(run.stderr.contains("--samples has no effect"), "{run:?}");
+}
+
+#[test]
+fn scenes_stay_in_their_folder() {
+    let f = folder();
+    std::fs::create_dir(f.path().join("in")).unwrap();
+    f.write("part.toml", SCENE);
+    f.write("in/s.toml", "include = [\"../part.toml\"]\n");
+    f.turner(&["in/s.toml"]).fails(1, &["E0201"]);
+    f.turner(&["in/s.toml", "--allow-outside"]).ok();
+}
