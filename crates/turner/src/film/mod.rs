@@ -6,7 +6,7 @@ mod sums;
 
 pub use develop::{Picture, PixelRect};
 pub use fixed::Fixed96;
-pub use sums::{Film, MAX_PIXELS, NonFinite, PixelSum};
+pub use sums::{BAND, Band, Film, MAX_PIXELS, NonFinite, PixelSum};
 
 use crate::color::Transfer;
 use crate::scene::schema::{Range, choice, params};

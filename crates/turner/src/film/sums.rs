@@ -111,10 +111,37 @@ pub struct Film {
     pub region: PixelRect,
     /// The part that is shown.
     pub crop: PixelRect,
-    /// One [`PixelSum`] each, as words: so they come zeroed from the system, page by page as they are used.
-    pixels: Vec<[u32; WORDS]>,
+    /// The region in bands of [`BAND`] rows, one [`PixelSum`] a pixel as words: so they come zeroed from the system,
+    /// page by page as they are used.
+    bands: Vec<Band>,
     /// What was not finite.
     pub non_finite: NonFinite,
+}
+
+/// Rows of a band: threads that work on different bands do not wait for each other.
+pub const BAND: u32 = 16;
+
+/// Some rows of a film's region.
+#[derive(Clone, Debug)]
+pub struct Band {
+    rows: PixelRect,
+    pixels: Vec<[u32; WORDS]>,
+}
+
+impl Band {
+    /// Adds the sums of a tile inside the band, row by row.
+    pub fn add_tile(&mut self, tile: &PixelRect, sums: &[PixelSum]) {
+        let stride = self.rows.width as usize;
+        for (row, sums) in sums.chunks_exact(tile.width as usize).enumerate() {
+            let y = (tile.y - self.rows.y) as usize + row;
+            let start = y * stride + (tile.x - self.rows.x) as usize;
+            for (words, sum) in self.pixels[start..start + sums.len()].iter_mut().zip(sums) {
+                let mut pixel = PixelSum::from_words(words);
+                pixel.merge(sum);
+                *words = pixel.to_words();
+            }
+        }
+    }
 }
 
 /// The most pixels a film may have: 16384 × 16384, 13 GB of sums.
@@ -164,38 +191,36 @@ impl Film {
             let message = format!("there is no memory for a film of {}x{}", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
         }
-        let pixels = vec![[0; WORDS]; region.area() as usize];
-        Ok(Film { region, crop, pixels, non_finite: NonFinite::default() })
+        let bands = (0..region.height)
+            .step_by(BAND as usize)
+            .map(|y| {
+                let rows = PixelRect { y: region.y + y, height: BAND.min(region.height - y), ..region };
+                Band { rows, pixels: vec![[0; WORDS]; rows.area() as usize] }
+            })
+            .collect();
+        Ok(Film { region, crop, bands, non_finite: NonFinite::default() })
     }
 
-    /// Adds the sums of a tile inside the region, row by row.
-    pub fn add_tile(&mut self, tile: &PixelRect, sums: &[PixelSum], non_finite: &NonFinite) {
-        let stride = self.region.width as usize;
-        for (row, sums) in sums.chunks_exact(tile.width as usize).enumerate() {
-            let y = (tile.y - self.region.y) as usize + row;
-            let start = y * stride + (tile.x - self.region.x) as usize;
-            for (words, sum) in self.pixels[start..start + sums.len()].iter_mut().zip(sums) {
-                let mut pixel = PixelSum::from_words(words);
-                pixel.merge(sum);
-                *words = pixel.to_words();
-            }
-        }
-        self.non_finite.merge(non_finite);
+    /// The bands, from the top; the band of row y is the ((y − region.y) / [`BAND`])th.
+    pub fn bands_mut(&mut self) -> &mut [Band] {
+        &mut self.bands
     }
 
     /// The sums of a pixel of the region.
     pub(super) fn sum(&self, x: u32, y: u32) -> PixelSum {
-        let i = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
-        PixelSum::from_words(&self.pixels[i])
+        let row = y - self.region.y;
+        let band = &self.bands[(row / BAND) as usize];
+        let i = (row % BAND) as usize * self.region.width as usize + (x - self.region.x) as usize;
+        PixelSum::from_words(&band.pixels[i])
     }
 
     /// Samples in all pixels.
     pub fn samples(&self) -> u64 {
-        self.pixels.iter().map(|p| u64::from(PixelSum::from_words(p).count)).sum()
+        self.bands.iter().flat_map(|b| &b.pixels).map(|p| u64::from(PixelSum::from_words(p).count)).sum()
     }
 
     /// Bytes of memory.
     pub fn memory(&self) -> usize {
-        self.pixels.len() * WORDS * 4
+        self.region.area() as usize * PixelSum::BYTES
     }
 }

@@ -7,14 +7,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use crate::film::{Antialias, Film, PixelRect};
+use crate::film::{Antialias, BAND, Film, NonFinite, PixelRect};
 use crate::integrator::RayStats;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
 use tile::TileBuffers;
 
-/// Edge of a tile in pixels.
-const TILE: u32 = 16;
+/// Edge of a tile in pixels; a row of tiles is a band of the film.
+const TILE: u32 = BAND;
 
 /// How a pass is run; none of it changes the picture.
 #[derive(Clone, Copy)]
@@ -72,25 +72,26 @@ impl<'a> Renderer<'a> {
         let next = AtomicUsize::new(0);
         let done = AtomicUsize::new(0);
         let failed = AtomicBool::new(false);
-        let shared = Mutex::new((&mut self.film, &mut self.stats));
+        let region = self.film.region;
+        let bands: Vec<_> = self.film.bands_mut().iter_mut().map(Mutex::new).collect();
+        // What the workers counted, added once per worker.
+        let counts = Mutex::new((NonFinite::default(), RayStats::default()));
         let scene = self.scene;
         let work = || {
             let mut buffers = TileBuffers::default();
-            loop {
-                if options.cancel.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
-                    return;
-                }
-                let Some(tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+            while !(options.cancel.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed)) {
+                let Some(tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
                 buffers.render(scene, tile, samples.clone());
-                let mut shared = shared.lock().unwrap_or_else(|e| e.into_inner());
-                shared.0.add_tile(tile, &buffers.sums, &buffers.non_finite);
-                shared.1.merge(&buffers.stats);
-                drop(shared);
+                let band = &bands[((tile.y - region.y) / BAND) as usize];
+                band.lock().unwrap_or_else(|e| e.into_inner()).add_tile(tile, &buffers.sums);
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 if let Some(progress) = options.progress {
                     progress(done, tiles.len());
                 }
             }
+            let mut counts = counts.lock().unwrap_or_else(|e| e.into_inner());
+            counts.0.merge(&buffers.non_finite);
+            counts.1.merge(&buffers.stats);
         };
         let guarded = || {
             let result = catch_unwind(AssertUnwindSafe(work));
@@ -112,6 +113,10 @@ impl<'a> Renderer<'a> {
                 }
             });
         }
+        drop(bands);
+        let counts = counts.into_inner().unwrap_or_else(|e| e.into_inner());
+        self.film.non_finite.merge(&counts.0);
+        self.stats.merge(&counts.1);
         if let Some(message) = failure {
             let message = format!("a fault while rendering: {message}");
             return Err(SceneError::new(ErrorCode::Internal, message)

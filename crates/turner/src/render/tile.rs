@@ -24,12 +24,10 @@ pub(super) struct TileBuffers {
 }
 
 impl TileBuffers {
-    /// Renders the samples of all pixels of a tile into `sums`, `non_finite` and `stats`.
+    /// Renders the samples of all pixels of a tile into `sums`; `non_finite` and `stats` count on from tile to tile.
     pub(super) fn render(&mut self, scene: &Scene, tile: &PixelRect, samples: Range<u32>) {
         self.sums.clear();
         self.sums.resize(tile.area() as usize, PixelSum::default());
-        self.non_finite = NonFinite::default();
-        self.stats = RayStats::default();
         if scene.film.antialias == Antialias::Adaptive {
             if samples.contains(&0) {
                 self.render_adaptive(scene, tile);
