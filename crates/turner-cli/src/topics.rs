@@ -3,7 +3,7 @@
 use turner::camera::Handedness;
 use turner::color::Transfer;
 use turner::film::{Antialias, PixelSample};
-use turner::integrator::{AtDepth, Combine, Highlight, Miss, NormalKind};
+use turner::integrator::{AtDepth, Combine, Facing, Highlight, Miss, NormalKind};
 use turner::light::AttenuationKind;
 use turner::material::{Fresnel, ShadowKind};
 use turner::scene::read::SECTIONS;
@@ -26,6 +26,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (AtDepth::kind, AtDepth::DOCS),
     (Miss::kind, Miss::DOCS),
     (Combine::kind, Combine::DOCS),
+    (Facing::kind, Facing::DOCS),
     (Highlight::kind, Highlight::DOCS),
     (NormalKind::kind, NormalKind::DOCS),
     (Handedness::kind, Handedness::DOCS),

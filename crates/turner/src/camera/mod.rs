@@ -74,7 +74,8 @@ impl Camera {
     }
 
     /// The ray through a point of the screen, (−1, −1) its lower left and (1, 1) its upper right corner; `lens` is
-    /// a point of the unit square that chooses the point on the lens, if there is one. Unit direction.
+    /// a point of the unit square that chooses the point on the lens, if there is one. The direction leads to
+    /// the screen (the plane in focus, for a lens), as the documents form it: it has no particular length.
     #[inline]
     pub fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         match self {

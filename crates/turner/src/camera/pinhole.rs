@@ -1,7 +1,7 @@
 //! The pinhole camera, by field of view or by the documents' viewport.
 
 use super::{CameraFrame, Handedness};
-use crate::math::{DVec2, DVec3, elementary::tan, radians};
+use crate::math::{DVec2, DVec3, Ray, elementary::tan, radians};
 use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, Range, params, wrong_type};
@@ -128,16 +128,13 @@ impl PinholeDesc {
 
 impl Pinhole {
     /// The ray through a point of the screen, (−1, −1) its lower left, (1, 1) its upper right corner. The
-    /// direction has unit length.
+    /// direction leads from the eye to the screen.
     #[inline]
-    pub(super) fn ray(&self, at: DVec2) -> crate::math::Ray {
+    pub(super) fn ray(&self, at: DVec2) -> Ray {
         let f = &self.frame;
         let d = f.forward * self.screen.distance
             + f.right * (at.x * self.screen.half.x)
             + f.up * (at.y * self.screen.half.y);
-        let length = d.length();
-        let mut ray = crate::math::Ray::new(f.position, d / length);
-        ray.t_min = self.near * length / self.screen.distance;
-        ray
+        Ray { t_min: self.near / self.screen.distance, ..Ray::new(f.position, d) }
     }
 }

@@ -76,9 +76,6 @@ impl ThinLens {
         let l = concentric_disk(lens) * self.lens_radius;
         let offset = f.right * l.x + f.up * l.y;
         let d = on_focus - offset;
-        let length = d.length();
-        let mut ray = Ray::new(f.position + offset, d / length);
-        ray.t_min = self.near * length / self.focus;
-        ray
+        Ray { t_min: self.near / self.focus, ..Ray::new(f.position + offset, d) }
     }
 }

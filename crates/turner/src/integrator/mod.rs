@@ -4,7 +4,7 @@
 mod classic;
 mod normals;
 
-pub use classic::{AtDepth, ClassicDesc, Combine, Highlight, Miss};
+pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 pub use normals::{NormalKind, NormalsDesc};
 
 use crate::color::Spectrum;
@@ -28,6 +28,9 @@ pub struct CameraSample {
     pub id: SampleId,
     /// The camera ray, of unit direction.
     pub ray: Ray,
+    /// The length of the direction as the camera formed it, from the eye to the screen: the classic documents
+    /// measure t in it.
+    pub length: f64,
 }
 
 /// What came along a camera ray.

@@ -32,6 +32,8 @@ intensity = 0.6
 pub struct Directional {
     /// Towards the light, unit.
     pub to_light: DVec3,
+    /// The same with the length it was given: the classic documents measure shadow rays in it.
+    given: DVec3,
     /// Colour times intensity.
     pub intensity: Spectrum,
     cos_seen: f64,
@@ -56,14 +58,14 @@ impl DirectionalDesc {
             SceneError::new(ErrorCode::OutOfRange, "the direction of a directional light must not be zero")
         })?;
         let cos_seen = cos(radians(self.seen_angle));
-        Ok(Directional { to_light, intensity: self.color * self.intensity as f32, cos_seen })
+        Ok(Directional { to_light, given, intensity: self.color * self.intensity as f32, cos_seen })
     }
 }
 
 impl Directional {
     #[inline]
     pub(super) fn illuminate(&self) -> Illumination {
-        Illumination { to_light: self.to_light, finite: false, intensity: self.intensity }
+        Illumination { to_light: self.given, finite: false, intensity: self.intensity }
     }
 
     /// Whether a ray in this unit direction looks along the light.

@@ -106,5 +106,9 @@ fn camera_sample(scene: &Scene, id: SampleId, at: DVec2) -> CameraSample {
     let screen =
         DVec2::new(2.0 * at.x / f64::from(film.width) - 1.0, 1.0 - 2.0 * at.y / f64::from(film.height));
     let lens = if scene.camera.has_lens() { id.unit_square(LENS_DIMENSION) } else { DVec2::splat(0.5) };
-    CameraSample { id, ray: scene.camera.ray(screen, lens) }
+    let mut ray = scene.camera.ray(screen, lens);
+    let length = ray.direction.length();
+    ray.direction *= length.recip();
+    ray.t_min *= length;
+    CameraSample { id, ray, length }
 }

@@ -10,7 +10,7 @@ use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::film::{Film, PixelSum};
 use crate::light::Light;
-use crate::material::{Material, MaterialDesc, ShadowKind};
+use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{MeshCache, Shape};
@@ -94,7 +94,6 @@ impl SceneDesc {
             Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
             None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
         };
-        let has_tinted = materials.iter().any(|m| m.shadow() == ShadowKind::Tinted);
         let stats = SceneStats {
             primitives: ordered.len() as u64,
             triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
@@ -121,7 +120,6 @@ impl SceneDesc {
             bvh,
             sieve,
             frame,
-            has_tinted,
             warnings,
             stats,
         })

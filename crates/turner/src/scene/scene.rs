@@ -1,5 +1,7 @@
 //! What is rendered: complete, immutable, shared by all threads.
 
+use std::cell::Cell;
+
 use turner_bvh::Bvh2;
 
 use super::background::BackgroundDesc;
@@ -45,8 +47,6 @@ pub struct Scene {
     /// For scenes of few shapes, instead of the tree.
     pub(super) sieve: Option<Sieve>,
     pub(super) frame: TraversalFrame,
-    /// Whether any shadow is tinted.
-    pub(super) has_tinted: bool,
     /// What was dropped or doubtful while preparing.
     pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
@@ -198,7 +198,7 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn primitive_occludes(&self, index: u32, ray: &Ray) -> bool {
+    fn primitive_blocks(&self, index: u32, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let primitive = &self.primitives[index as usize];
         let hit = if primitive.transform == NO_TRANSFORM {
             match &primitive.shape {
@@ -209,35 +209,53 @@ impl Scene {
             let to_object = &self.transforms[primitive.transform as usize].to_object;
             primitive.shape.occludes(&ray.transformed(to_object))
         };
-        hit && self.materials[primitive.material.index()].shadow() != ShadowKind::None
+        hit && match self.materials[primitive.material.index()].shadow() {
+            ShadowKind::Opaque => true,
+            ShadowKind::None => false,
+            ShadowKind::Tinted => {
+                tinted.set(true);
+                false
+            }
+        }
     }
 
-    /// Whether anything that casts a shadow is hit with `t_min <= t <= t_max`.
+    /// Whether anything that casts a shadow, if only a tinted one, is hit with `t_min <= t <= t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
+        let tinted = Cell::new(false);
+        self.blocked(ray, &tinted) || tinted.get()
+    }
+
+    /// Whether anything opaque is hit; if not, `tinted` says whether anything tinted is.
+    #[inline]
+    fn blocked(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
         for i in self.bounded..self.primitives.len() {
-            if self.primitive_occludes(i as u32, ray) {
+            if self.primitive_blocks(i as u32, ray, tinted) {
                 return true;
             }
         }
         match (self.frame.ray(ray), &self.sieve) {
             (None, _) => false,
             (Some(search), Some(sieve)) => {
-                Bits(sieve.candidates(&search.ray)).any(|i| self.primitive_occludes(i, ray))
+                Bits(sieve.candidates(&search.ray)).any(|i| self.primitive_blocks(i, ray, tinted))
             }
-            (Some(search), None) => {
-                self.bvh.any(&search.ray, |leaf| leaf.into_iter().any(|i| self.primitive_occludes(i, ray)))
-            }
+            (Some(search), None) => self
+                .bvh
+                .any(&search.ray, |leaf| leaf.into_iter().any(|i| self.primitive_blocks(i, ray, tinted))),
         }
     }
 
     /// The share of light that comes along a shadow ray: 0 or 1, or what tinted objects let through.
     #[inline]
     pub fn transmittance(&self, ray: &Ray) -> Spectrum {
-        if !self.has_tinted {
-            return if self.occluded(ray) { Spectrum::BLACK } else { Spectrum::WHITE };
+        let tinted = Cell::new(false);
+        if self.blocked(ray, &tinted) {
+            Spectrum::BLACK
+        } else if tinted.get() {
+            self.tinted_transmittance(ray)
+        } else {
+            Spectrum::WHITE
         }
-        self.tinted_transmittance(ray)
     }
 
     /// Crossing after crossing from the near end, so that the order of the product is the ray's and not the tree's.

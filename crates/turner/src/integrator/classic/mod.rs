@@ -51,6 +51,16 @@ choice! {
     }
 }
 
+choice! {
+    /// Which way the normal of the shading rule points.
+    pub enum Facing {
+        /// Towards the viewer, so that surfaces are lit from the side they are seen from.
+        Viewer = "viewer",
+        /// Out of the shape, as document 004 has it: seen from inside, a surface is lit by what is outside.
+        Outward = "outward",
+    }
+}
+
 params! {
     /// Classic recursive ray tracing (Whitted 1980): local colour by ambient, diffuse and highlight terms with shadow rays, mirror reflection, refraction.
     pub struct ClassicDesc as "classic" {
@@ -64,11 +74,13 @@ params! {
         combine: Combine = Combine::Blend;
         /// The colour of highlights.
         highlight: Highlight = Highlight::Light;
+        /// Which way the normal points in N·L and R·V.
+        facing: Facing = Facing::Viewer;
         /// Whether a ray that misses and looks along a directional light sees the light's colour.
         light_seen: bool = false;
         /// Share of a light that reaches points in shadow: the paper's factor.
         shadow_factor: f64 = 0.0, in Range::UNIT;
-        /// Hits nearer than this to where a ray starts on a surface do not count: a distance for reflected and refracted rays and for directional lights, a share of the distance to the light for shadow rays (as the documents' t). 0 instead moves the start off the surface by the precision of the hit.
+        /// Rays that leave a surface count hits from this t on, as the documents measure it: in units of the camera's vector from eye to screen for reflected and refracted rays, of the vector to the light (as given, for a directional light) for shadow rays. 0 instead moves the start off the surface by the precision of the hit.
         epsilon: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Whether the ambient term counts.
         ambient: bool = true;

@@ -1,6 +1,6 @@
 //! The recursion, with a stack of its own.
 
-use super::{AtDepth, ClassicDesc, Combine, Highlight, Miss};
+use super::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 use crate::color::Spectrum;
 use crate::integrator::{CameraSample, Integrator, Radiance, RayStats};
 use crate::light::Light;
@@ -28,6 +28,8 @@ struct Tree {
     /// Rays numbered for the jitter of area lights.
     shaded: u64,
     id: SampleId,
+    /// The documents' length of a ray's direction, which reflection and refraction keep: `epsilon` is a t.
+    length: f64,
 }
 
 impl Integrator for ClassicDesc {
@@ -40,7 +42,14 @@ impl Integrator for ClassicDesc {
     ) {
         let mut stack: Vec<Task> = Vec::with_capacity(32);
         for sample in samples {
-            let mut tree = Tree { color: Spectrum::BLACK, alpha: 1.0, spawned: 0, shaded: 0, id: sample.id };
+            let mut tree = Tree {
+                color: Spectrum::BLACK,
+                alpha: 1.0,
+                spawned: 0,
+                shaded: 0,
+                id: sample.id,
+                length: sample.length,
+            };
             stats.camera += 1;
             stack.push(Task { ray: sample.ray, weight: 1.0, depth: 0 });
             while let Some(task) = stack.pop() {
@@ -68,6 +77,8 @@ struct Shading<'a> {
     d: DVec3,
     /// Shading normal, towards the viewer.
     n: DVec3,
+    /// The same, or pointing outward: the N of the shading rule.
+    lit: DVec3,
 }
 
 impl ClassicDesc {
@@ -88,8 +99,12 @@ impl ClassicDesc {
         let d = task.ray.direction;
         let entering = d.dot(surface.ng) <= 0.0;
         let (n, ng) = if entering { (surface.ns, surface.ng) } else { (-surface.ns, -surface.ng) };
+        let lit = match self.facing {
+            Facing::Viewer => n,
+            Facing::Outward => surface.ns,
+        };
         let color = color_at(material.color, scene, &surface);
-        let s = Shading { surface: &surface, material, color, d, n };
+        let s = Shading { surface: &surface, material, color, d, n, lit };
 
         let eta = if entering { 1.0 / material.ior } else { material.ior };
         let (weights, refracted) = self.weights(&s, eta, task.depth);
@@ -174,7 +189,7 @@ impl ClassicDesc {
         }
         let mut ray = Ray::new(s.surface.p, direction);
         if self.epsilon > 0.0 {
-            ray.t_min = self.epsilon;
+            ray.t_min = self.epsilon * tree.length;
         } else {
             ray.origin = s.surface.leave(direction);
         }
@@ -235,14 +250,14 @@ impl ClassicDesc {
                 };
                 let Some(lit) = light.illuminate(p, i, jitter) else { continue };
                 let l = lit.to_light * lit.to_light.length().recip();
-                let n_dot_l = s.n.dot(l);
+                let n_dot_l = s.lit.dot(l);
                 let mut term = Spectrum::BLACK;
                 if kd > 0.0 && n_dot_l > 0.0 {
                     term += s.color * (kd * n_dot_l) as f32;
                 }
                 if ks > 0.0 {
                     // R is L mirrored about N; V is −d.
-                    let r_dot_v = -(2.0 * n_dot_l * s.n - l).dot(s.d);
+                    let r_dot_v = -(2.0 * n_dot_l * s.lit - l).dot(s.d);
                     if r_dot_v > 0.0 {
                         term += highlight_color * (ks * pow(r_dot_v.min(1.0), m.exponent)) as f32;
                     }
