@@ -49,7 +49,7 @@ impl CameraFrame {
             Handedness::Right => forward.cross(up),
             Handedness::Left => up.cross(forward),
         };
-        if !(right.length() > 1e-9) {
+        if right.length().is_nan() || right.length() <= 1e-9 {
             return error(
                 "the camera's `up` is parallel to its direction of view",
                 "choose another `up`, e.g. [0, 0, 1] when looking straight down",

@@ -57,7 +57,7 @@ pub fn cbrt(x: f64) -> f64 {
 /// x^y. Whole exponents up to 65,536, the usual highlight exponents, go by repeated squaring: 6x faster than
 /// the general power, within 20 ulp of it.
 pub fn pow(x: f64, y: f64) -> f64 {
-    if y >= 0.0 && y <= 65_536.0 && y == y.floor() { pow_int(x, y as u32) } else { libm::pow(x, y) }
+    if (0.0..=65_536.0).contains(&y) && y == y.floor() { pow_int(x, y as u32) } else { libm::pow(x, y) }
 }
 
 /// x^n by repeated squaring.

@@ -1,9 +1,6 @@
 //! Pictures whose pixels are known by formula.
-#![allow(clippy::disallowed_methods, reason = "expected values may come from the platform's functions")]
 
-mod common;
-
-use common::{describe, pixel, render, render_with};
+use crate::common::{describe, pixel, render, render_with};
 use turner::film::Picture;
 
 /// One pixel of a scene.

@@ -9,19 +9,19 @@ use turner::scene::{PrepareOptions, SceneDesc};
 use turner_io::assets::MemoryAssets;
 use turner_io::scene::{LoadOptions, load_text};
 
-pub fn describe(text: &str) -> SceneDesc {
+pub(crate) fn describe(text: &str) -> SceneDesc {
     match load_text(text.to_owned(), "test.toml", &MemoryAssets::default(), &LoadOptions::default()) {
         Ok(loaded) => loaded.desc,
         Err(error) => panic!("{error}\n{text}"),
     }
 }
 
-pub fn render(text: &str) -> (Picture, RayStats) {
+pub(crate) fn render(text: &str) -> (Picture, RayStats) {
     render_with(&describe(text), 2, u32::MAX)
 }
 
 /// Renders with that many threads, that many samples per pass.
-pub fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
+pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
     let scene = desc.prepare(&PrepareOptions { threads }).unwrap();
     let mut renderer = Renderer::new(&scene).unwrap();
     let cancel = AtomicBool::new(false);
@@ -32,7 +32,7 @@ pub fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, Ray
     (renderer.film.develop(&desc.film), renderer.stats)
 }
 
-pub fn pixel(picture: &Picture, x: u32, y: u32) -> [f32; 3] {
+pub(crate) fn pixel(picture: &Picture, x: u32, y: u32) -> [f32; 3] {
     let [r, g, b, _] = picture.linear[(y * picture.width + x) as usize];
     [r, g, b]
 }

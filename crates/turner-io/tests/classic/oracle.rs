@@ -9,29 +9,29 @@ use turner::math::DVec3 as V;
 use turner::scene::{ColorSource, ObjectContent, SceneDesc};
 use turner::shape::ShapeDesc;
 
-pub const INF: f64 = f64::INFINITY;
+pub(crate) const INF: f64 = f64::INFINITY;
 
 #[derive(Clone, Copy)]
-pub enum Form {
+pub(crate) enum Form {
     Sphere { center: V, radius: f64 },
     Plane { point: V, normal: V },
 }
 
 #[derive(Clone, Copy)]
-pub struct Object {
-    pub form: Form,
-    pub color: V,
-    pub ka: f64,
-    pub kd: f64,
-    pub ks: f64,
-    pub n: f64,
-    pub kr: f64,
-    pub kt: f64,
-    pub ior: f64,
+pub(crate) struct Object {
+    pub(crate) form: Form,
+    pub(crate) color: V,
+    pub(crate) ka: f64,
+    pub(crate) kd: f64,
+    pub(crate) ks: f64,
+    pub(crate) n: f64,
+    pub(crate) kr: f64,
+    pub(crate) kt: f64,
+    pub(crate) ior: f64,
 }
 
 #[derive(Clone, Copy)]
-pub enum Lamp {
+pub(crate) enum Lamp {
     Point {
         position: V,
         color: V,
@@ -43,20 +43,20 @@ pub enum Lamp {
     },
 }
 
-pub struct World {
-    pub objects: Vec<Object>,
-    pub lamps: Vec<Lamp>,
-    pub ambient: V,
-    pub background: V,
-    pub eye: V,
-    pub look: V,
-    pub up: V,
-    pub left_handed: bool,
-    pub screen: (f64, f64),
-    pub distance: f64,
-    pub corner: bool,
-    pub width: u32,
-    pub height: u32,
+pub(crate) struct World {
+    pub(crate) objects: Vec<Object>,
+    pub(crate) lamps: Vec<Lamp>,
+    pub(crate) ambient: V,
+    pub(crate) background: V,
+    pub(crate) eye: V,
+    pub(crate) look: V,
+    pub(crate) up: V,
+    pub(crate) left_handed: bool,
+    pub(crate) screen: (f64, f64),
+    pub(crate) distance: f64,
+    pub(crate) corner: bool,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
 }
 
 fn rgb(c: turner::color::Spectrum) -> V {
@@ -65,7 +65,7 @@ fn rgb(c: turner::color::Spectrum) -> V {
 
 impl World {
     /// Reads the plain data of a description made of spheres, planes, point and directional lights.
-    pub fn of(desc: &SceneDesc) -> World {
+    pub(crate) fn of(desc: &SceneDesc) -> World {
         let objects = desc
             .objects
             .iter()
@@ -126,7 +126,7 @@ impl World {
     }
 
     /// From the eye to the sample point of a pixel on the screen (not normalised).
-    pub fn direction(&self, x: u32, y: u32) -> V {
+    pub(crate) fn direction(&self, x: u32, y: u32) -> V {
         let forward = (self.look - self.eye).normalize();
         let right =
             if self.left_handed { self.up.cross(forward) } else { forward.cross(self.up) }.normalize();
@@ -141,7 +141,7 @@ impl World {
 
 impl Object {
     /// All t of the line's intersections, by the textbook formulas.
-    pub fn roots(&self, o: V, d: V) -> Vec<f64> {
+    pub(crate) fn roots(&self, o: V, d: V) -> Vec<f64> {
         match self.form {
             Form::Sphere { center, radius } => {
                 let oc = o - center;
@@ -156,7 +156,7 @@ impl Object {
         }
     }
 
-    pub fn normal(&self, p: V) -> V {
+    pub(crate) fn normal(&self, p: V) -> V {
         match self.form {
             Form::Sphere { center, .. } => (p - center).normalize(),
             Form::Plane { normal, .. } => normal,
@@ -165,7 +165,7 @@ impl Object {
 }
 
 /// The nearest object with t in `min..max`.
-pub fn closest(w: &World, o: V, d: V, min: f64, max: f64) -> Option<(f64, &Object)> {
+pub(crate) fn closest(w: &World, o: V, d: V, min: f64, max: f64) -> Option<(f64, &Object)> {
     let mut best: Option<(f64, &Object)> = None;
     for object in &w.objects {
         for t in object.roots(o, d) {
@@ -208,7 +208,7 @@ fn off(p: V, n: V, d: V) -> V {
 }
 
 /// Document 000, `intensity`.
-pub fn document_000(w: &World, o: V, d: V, depth: u32) -> V {
+pub(crate) fn document_000(w: &World, o: V, d: V, depth: u32) -> V {
     let depth = depth + 1;
     if depth > 5 {
         return w.background;
@@ -265,7 +265,7 @@ fn phong(w: &World, object: &Object, p: V, n: V, d: V) -> V {
 }
 
 /// Documents 001 (`beyond` and `miss` black or sky) and 002 (k1, k2, k3 = 1 − r − τ, r, τ).
-pub fn document_001(w: &World, o: V, d: V, left: u32) -> V {
+pub(crate) fn document_001(w: &World, o: V, d: V, left: u32) -> V {
     let Some((t, object)) = closest(w, o, d, 0.0, INF) else { return w.background };
     let p = o + t * d;
     let outward = object.normal(p);
@@ -294,7 +294,7 @@ pub fn document_001(w: &World, o: V, d: V, left: u32) -> V {
 }
 
 /// Document 003, `Raytrace`; what the document leaves endless ends black after `left` more rays.
-pub fn document_003(w: &World, o: V, d: V, left: u32) -> V {
+pub(crate) fn document_003(w: &World, o: V, d: V, left: u32) -> V {
     let mut colour = V::ZERO;
     let Some((t, object)) = closest(w, o, d, 0.0, INF) else { return colour };
     let p = o + t * d;
@@ -312,7 +312,7 @@ pub fn document_003(w: &World, o: V, d: V, left: u32) -> V {
 }
 
 /// Document 004, `TraceRay`: spheres alone; D is not normalised, t from 1 for camera rays, 0.001 after.
-pub fn document_004(w: &World, o: V, d: V, t_min: f64, depth: u32) -> V {
+pub(crate) fn document_004(w: &World, o: V, d: V, t_min: f64, depth: u32) -> V {
     let Some((t, object)) = closest(w, o, d, t_min, INF) else { return w.background };
     let p = o + t * d;
     let n = object.normal(p);
