@@ -40,7 +40,13 @@ impl Failure {
     }
 
     /// An error of a scene; bad usage if its place is an argument.
-    pub(crate) fn in_scene(error: SceneError, sources: &Sources, labels: &Labels) -> Failure {
+    pub(crate) fn in_scene(mut error: SceneError, sources: &Sources, labels: &Labels) -> Failure {
+        // What concerns the scene as a whole has no place in it, but names its file.
+        if let (None, Some(scene)) = (error.span, sources.files().first())
+            && !error.message.starts_with(&scene.name)
+        {
+            error.message = format!("{}: {}", scene.name, error.message);
+        }
         let is_argument =
             error.span.and_then(|s| sources.get(s.file)).is_some_and(|source| source.is_argument);
         Failure {

@@ -258,3 +258,40 @@ fn a_crop_is_a_part_of_the_picture() {
         }
     }
 }
+
+/// A handful of shapes is searched one by one, some dozens by a sieve, more by a tree: the picture is the same.
+#[test]
+fn the_way_of_searching_does_not_show() {
+    let scene = |hidden: usize| {
+        let mut text = scaled(1.0).replacen(
+            "object = [",
+            "object = [{ type = \"plane\", point = [0, -0.5, 0], material = { color = \"gray\", k_reflect = 0.3 } }, ",
+            1,
+        );
+        // Below an endless floor nothing is seen, mirrored or shaded.
+        let below: String = (0..hidden)
+            .map(|i| {
+                format!(", {{ type = \"sphere\", center = [{}, -3, {}], radius = 0.2 }}", i % 17, i / 17)
+            })
+            .collect();
+        text.truncate(text.rfind(']').unwrap());
+        render(&(text + &below + "]")).0
+    };
+    let few = scene(0);
+    for hidden in [1, 20, 70, 500] {
+        assert_eq!(few.linear, scene(hidden).linear, "{hidden} hidden shapes");
+    }
+}
+
+/// A tree of rays that would never end is cut, and counted.
+#[test]
+fn a_thousand_generations_of_glass_end() {
+    let (_, stats) = render(
+        "film = { width = 4, height = 4 }\ncamera = { position = [0, 0, 4], look_at = [0, 0, 0] }\n\
+         integrator = { max_depth = 1000 }\nbackground = { color = 1 }\n\
+         object = [{ type = \"sphere\", material = \"glass\" }, { type = \"sphere\", radius = 0.8, material = \"glass\" }, { type = \"sphere\", radius = 0.6, material = \"glass\" }]\n\
+         material.glass = { kd = 0, k_reflect = 0.5, k_refract = 0.5 }",
+    );
+    assert!(stats.dropped > 0 && stats.dropped <= 16);
+    assert!(stats.total() < 16 * 17_000);
+}

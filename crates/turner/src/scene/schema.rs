@@ -1,7 +1,7 @@
 //! One source for reading the scene format, for `turner help scene` and for docs/scene-format.md.
 //!
-//! Three small macros: [`params!`] declares what one kind of thing (a sphere, a spot light) is made of,
-//! [`family!`] the closed set of its kinds, [`choice!`] a set of words. Each gives the plain data type, how it
+//! Three small macros: `params!` declares what one kind of thing (a sphere, a spot light) is made of,
+//! `family!` the closed set of its kinds, `choice!` a set of words. Each gives the plain data type, how it
 //! is read from a table of a scene file, and its documentation.
 
 use super::error::{ErrorCode, SceneError, escape, nearest, suggestion, unknown_name};

@@ -95,7 +95,7 @@ params! {
         /// Whether surfaces refract.
         refraction: bool = true;
         /// Rays one camera sample may spawn at most; what goes beyond is dropped and counted.
-        max_rays: u32 = 262144, in Range::closed(1.0, 4294967295.0);
+        max_rays: u32 = 16384, in Range::closed(1.0, 4294967295.0);
     }
     example r#"[integrator]
 type = "classic"
