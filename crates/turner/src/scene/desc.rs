@@ -1,4 +1,4 @@
-//! What was asked for: plain, editable data. [`SceneDesc::prepare`](super::prepare) makes it renderable.
+//! What was asked for: plain, editable data. [`SceneDesc::prepare`] makes it renderable.
 
 use std::sync::Arc;
 
