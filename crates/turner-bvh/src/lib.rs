@@ -35,6 +35,7 @@
 mod aabb;
 mod build;
 mod bvh2;
+mod bvh4;
 mod ray;
 mod slabs;
 mod validate;
@@ -42,4 +43,5 @@ mod validate;
 pub use aabb::Aabb;
 pub use build::{BuildError, BuildOptions, BuildStats};
 pub use bvh2::{Bvh2, MAX_DEPTH};
+pub use bvh4::Bvh4;
 pub use ray::Ray;

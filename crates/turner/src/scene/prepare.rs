@@ -1,6 +1,6 @@
 //! From a description to a scene that can be rendered.
 
-use turner_bvh::{BuildOptions, Bvh2};
+use turner_bvh::{BuildOptions, Bvh2, Bvh4};
 
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape};
@@ -79,6 +79,7 @@ impl SceneDesc {
         let boxes = if sieve.is_some() { Vec::new() } else { boxes };
         let bvh =
             Bvh2::build(&boxes, &build).map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
+        let bvh = Bvh4::collapse(&bvh);
         let mut slots: Vec<Option<Primitive>> = primitives.into_iter().map(Some).collect();
         let mut ordered: Vec<Primitive> = Vec::with_capacity(slots.len());
         if sieve.is_some() {
@@ -100,7 +101,7 @@ impl SceneDesc {
             bounds: (!total.is_empty()).then_some(total),
             tree_bytes: (ordered.len() * size_of::<Primitive>()
                 + transforms.len() * size_of::<ObjectTransform>()
-                + bvh.stats().bytes) as u64,
+                + bvh.bytes()) as u64,
             mesh_bytes: shapes.meshes.iter().map(|m| m.bytes).sum(),
             texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
             film_bytes,

@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use turner_bvh::Bvh2;
+use turner_bvh::Bvh4;
 
 use super::background::BackgroundDesc;
 use super::desc::{MaterialId, Warning};
@@ -43,7 +43,7 @@ pub struct Scene {
     pub(super) bounded: usize,
     pub(super) transforms: Vec<ObjectTransform>,
     /// Empty where the sieve serves.
-    pub(super) bvh: Bvh2,
+    pub(super) bvh: Bvh4,
     /// For scenes of few shapes, instead of the tree.
     pub(super) sieve: Option<Sieve>,
     pub(super) frame: TraversalFrame,

@@ -4,7 +4,7 @@
 //! normals or (u, v), 12 more per triangle and 12 and 8 per vertex. A faceted mesh takes at most 108 bytes per
 //! triangle, a smooth one with (u, v) about 130.
 
-use turner_bvh::{Aabb, BuildOptions, Bvh2};
+use turner_bvh::{Aabb, BuildOptions, Bvh2, Bvh4};
 
 use super::mesh::MeshData;
 use super::traversal::TraversalFrame;
@@ -18,7 +18,7 @@ use crate::scene::{ErrorCode, SceneError};
 pub struct TriangleMesh {
     bounds: Bounds,
     frame: TraversalFrame,
-    tree: Bvh2,
+    tree: Bvh4,
     /// Vertices of the triangles in leaf order.
     vertices: Vec<[[f32; 3]; 3]>,
     /// For each triangle as numbered in the mesh, its place in leaf order; `u32::MAX` for those left out.
@@ -82,6 +82,7 @@ impl TriangleMesh {
             .collect();
         let tree = Bvh2::build(&boxes, &BuildOptions::default())
             .map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
+        let tree = Bvh4::collapse(&tree);
         drop(boxes);
         let vertices = tree.order().iter().map(|&i| corners(&data.triangles[i as usize])).collect();
         let mut places = vec![u32::MAX; data.triangles.len()];
@@ -123,7 +124,7 @@ impl TriangleMesh {
     /// Bytes it takes.
     pub fn memory(&self) -> usize {
         size_of_val(self)
-            + self.tree.stats().bytes
+            + self.tree.bytes()
             + size_of_val(&self.vertices[..])
             + size_of_val(&self.places[..])
             + size_of_val(&self.corners[..])
