@@ -1,8 +1,8 @@
 //! A sieve for scenes of a few dozen shapes: the spheres around all of them against a ray, four at a time, in single
 //! precision and conservatively. What remains is tested exactly.
 //!
-//! A tree over so few shapes costs more than it saves: with thirty spheres the sieve traces 1.6x the rays of the
-//! tree, one thread, at about eighty shapes both are even.
+//! A tree over so few shapes costs more than it saves: rendering thirty spheres took 0.88 s with the sieve and 1.13 s
+//! with the binary tree, one thread. Where the two are even has not been measured; the limit is the mask's width.
 
 use glam::Vec4;
 
