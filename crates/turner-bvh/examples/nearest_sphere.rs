@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p turner-bvh --example nearest_sphere`
 
-use turner_bvh::{Aabb, BuildError, BuildOptions, Bvh2, Ray};
+use turner_bvh::{Aabb, BuildError, Bvh2, Bvh2Options, Ray};
 
 struct Sphere {
     center: [f32; 3],
@@ -34,7 +34,7 @@ fn main() -> Result<(), BuildError> {
         .iter()
         .map(|s| Aabb::new(s.center.map(|c| c - 1.001 * s.radius), s.center.map(|c| c + 1.001 * s.radius)))
         .collect();
-    let bvh = Bvh2::build(&boxes, &BuildOptions::default())?;
+    let bvh = Bvh2::build(&boxes, &Bvh2Options::default())?;
     println!("{:?}", bvh.stats());
 
     let in_order: Vec<&Sphere> = bvh.order().iter().map(|&i| &spheres[i as usize]).collect();

@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use turner_bvh::{Aabb, BuildOptions, Bvh2, Ray};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, Ray};
 
 #[derive(Clone, Copy)]
 struct Sphere {
@@ -77,7 +77,7 @@ fn main() {
         let built: Vec<(Bvh2, f64)> = [1, 2]
             .map(|threads| {
                 let start = Instant::now();
-                let bvh = Bvh2::build(&boxes, &BuildOptions { threads, ..BuildOptions::default() }).unwrap();
+                let bvh = Bvh2::build(&boxes, &Bvh2Options { threads, ..Bvh2Options::default() }).unwrap();
                 (bvh, start.elapsed().as_secs_f64())
             })
             .into();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::slabs::{BoxPair, Slabs};
-use crate::{Aabb, BuildStats, Ray};
+use crate::{Aabb, Bvh2Stats, Ray};
 
 /// The most nodes on a way from the root to a leaf. The builder keeps to it, and no search recurses deeper.
 pub const MAX_DEPTH: usize = 60;
@@ -18,7 +18,7 @@ pub struct Bvh2 {
     nodes: Vec<Node>,
     order: Vec<u32>,
     dropped: Vec<u32>,
-    stats: BuildStats,
+    stats: Bvh2Stats,
     /// The largest distance of any box plane from 0.
     reach: f32,
 }
@@ -99,12 +99,7 @@ impl Node {
 }
 
 impl Bvh2 {
-    pub(crate) fn from_parts(
-        nodes: Vec<Node>,
-        order: Vec<u32>,
-        dropped: Vec<u32>,
-        stats: BuildStats,
-    ) -> Bvh2 {
+    pub(crate) fn from_parts(nodes: Vec<Node>, order: Vec<u32>, dropped: Vec<u32>, stats: Bvh2Stats) -> Bvh2 {
         let all = nodes.first().map_or(Aabb::EMPTY, |root| root.bounds(0).union(root.bounds(1)));
         let reach = all.min.iter().chain(&all.max).fold(0.0_f32, |reach, x| reach.max(x.abs()));
         Bvh2 { nodes, order, dropped, stats, reach }
@@ -127,7 +122,7 @@ impl Bvh2 {
     }
 
     /// The size and the quality of the tree.
-    pub fn stats(&self) -> &BuildStats {
+    pub fn stats(&self) -> &Bvh2Stats {
         &self.stats
     }
 

@@ -4,12 +4,12 @@
 //! of primitives and the caller intersects these with whatever it keeps: spheres, triangles, whole other trees.
 //!
 //! ```
-//! use turner_bvh::{Aabb, BuildOptions, Bvh2, Ray};
+//! use turner_bvh::{Aabb, Bvh2Options, Bvh2, Ray};
 //!
 //! // Ten flat squares across the z axis.
 //! let z: Vec<f32> = (0..10).map(|i| 10.0 - i as f32).collect();
 //! let boxes: Vec<Aabb> = z.iter().map(|&z| Aabb::new([-1.0, -1.0, z], [1.0, 1.0, z])).collect();
-//! let bvh = Bvh2::build(&boxes, &BuildOptions::default())?;
+//! let bvh = Bvh2::build(&boxes, &Bvh2Options::default())?;
 //!
 //! // In leaf order, each leaf is a slice.
 //! let in_order: Vec<f32> = bvh.order().iter().map(|&i| z[i as usize]).collect();
@@ -36,12 +36,13 @@ mod aabb;
 mod build;
 mod bvh2;
 mod bvh4;
+mod node;
 mod ray;
 mod slabs;
 mod validate;
 
 pub use aabb::Aabb;
-pub use build::{BuildError, BuildOptions, BuildStats};
+pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Quality};
 pub use bvh2::{Bvh2, MAX_DEPTH};
 pub use bvh4::Bvh4;
 pub use ray::Ray;

@@ -95,7 +95,7 @@ fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::BuildOptions;
+    use crate::Bvh2Options;
     use crate::bvh2::Child;
 
     fn unit(x: f32) -> Aabb {
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn a_good_tree_passes_and_other_boxes_do_not() {
         let mut boxes: Vec<Aabb> = (0..100).map(|i| unit(i as f32)).collect();
-        let bvh = Bvh2::build(&boxes, &BuildOptions::default()).unwrap();
+        let bvh = Bvh2::build(&boxes, &Bvh2Options::default()).unwrap();
         bvh.validate(&boxes).unwrap();
         assert!(bvh.validate(&boxes[..99]).unwrap_err().contains("primitive"));
         boxes[50] = boxes[50].grow([50.0, 2.0, 0.0]);

@@ -9,7 +9,7 @@
 use std::sync::Mutex;
 use std::thread;
 
-use super::BuildOptions;
+use super::Bvh2Options;
 use crate::bvh2::{Child, Node};
 use crate::{Aabb, MAX_DEPTH};
 
@@ -96,7 +96,7 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    pub(super) fn new(options: &BuildOptions) -> Builder {
+    pub(super) fn new(options: &Bvh2Options) -> Builder {
         Builder {
             bins: usize::from(options.bins).clamp(2, MAX_BINS),
             max_leaf: usize::from(options.max_leaf).max(1),

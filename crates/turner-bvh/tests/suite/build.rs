@@ -1,10 +1,10 @@
 //! Trees are the same for any number of threads, complete, and never too deep.
 
 use crate::common::Random;
-use turner_bvh::{Aabb, BuildOptions, Bvh2, MAX_DEPTH, Ray};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, MAX_DEPTH, Ray};
 
-fn options(threads: usize) -> BuildOptions {
-    BuildOptions { threads, ..BuildOptions::default() }
+fn options(threads: usize) -> Bvh2Options {
+    Bvh2Options { threads, ..Bvh2Options::default() }
 }
 
 fn small_boxes(count: usize, size: f32) -> Vec<Aabb> {
@@ -109,7 +109,7 @@ fn depth_is_bounded_for_boxes_that_grow_exponentially() {
     }
     for bins in [0, 2, 3, 16, 255] {
         for max_leaf in [0, 1, 4, 255] {
-            let bvh = Bvh2::build(&boxes, &BuildOptions { threads: 1, bins, max_leaf }).unwrap();
+            let bvh = Bvh2::build(&boxes, &Bvh2Options { threads: 1, bins, max_leaf }).unwrap();
             bvh.validate(&boxes).unwrap();
             assert!(bvh.stats().max_depth <= MAX_DEPTH);
             if bins == 2 && max_leaf == 1 {

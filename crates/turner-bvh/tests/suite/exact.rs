@@ -1,10 +1,10 @@
 //! No box that a ray meets in exact arithmetic is missed, and the nearest primitive does not depend on the tree.
 
 use crate::common::{Random, Ratio, enter};
-use turner_bvh::{Aabb, BuildOptions, Bvh2, Bvh4, Ray};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, Bvh4, Ray};
 
-fn one_each() -> BuildOptions {
-    BuildOptions { threads: 1, max_leaf: 1, ..BuildOptions::default() }
+fn one_each() -> Bvh2Options {
+    Bvh2Options { threads: 1, max_leaf: 1, ..Bvh2Options::default() }
 }
 
 fn power_of_two(n: i32) -> f64 {
@@ -185,7 +185,7 @@ fn nearest(
 
 fn assert_nearest_as_brute_force(random: &mut Random, boxes: &[Aabb], n: u32, rays: usize) {
     for max_leaf in [1, 4] {
-        let bvh = Bvh2::build(boxes, &BuildOptions { max_leaf, ..one_each() }).unwrap();
+        let bvh = Bvh2::build(boxes, &Bvh2Options { max_leaf, ..one_each() }).unwrap();
         bvh.validate(boxes).unwrap();
         let mut hits = 0;
         for _ in 0..rays {
@@ -247,7 +247,7 @@ fn nearest_sphere_in_double_precision() {
             Aabb::outward(c.map(|c| c - r), c.map(|c| c + r))
         })
         .collect();
-    let bvh = Bvh2::build(&boxes, &BuildOptions::default()).unwrap();
+    let bvh = Bvh2::build(&boxes, &Bvh2Options::default()).unwrap();
     let hit = |i: u32, ray: &Ray| -> Option<f64> {
         let (c, r) = spheres[i as usize];
         let oc: [f64; 3] = std::array::from_fn(|k| c[k] - f64::from(ray.origin[k]));

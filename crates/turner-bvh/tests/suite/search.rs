@@ -2,7 +2,7 @@
 
 use crate::common::Random;
 use proptest::prelude::*;
-use turner_bvh::{Aabb, BuildOptions, Bvh2, Bvh4, Ray};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, Bvh4, Ray};
 
 /// Unit cubes at even x.
 fn row(count: usize) -> Vec<Aabb> {
@@ -10,7 +10,7 @@ fn row(count: usize) -> Vec<Aabb> {
 }
 
 fn build(boxes: &[Aabb], max_leaf: u8) -> Bvh2 {
-    Bvh2::build(boxes, &BuildOptions { threads: 1, max_leaf, ..BuildOptions::default() }).unwrap()
+    Bvh2::build(boxes, &Bvh2Options { threads: 1, max_leaf, ..Bvh2Options::default() }).unwrap()
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn the_wide_tree_finds_the_same() {
                 Aabb::new(p, p.map(|x| x + 0.1 * random.unit()))
             })
             .collect();
-        let bvh = Bvh2::build(&boxes, &BuildOptions { threads: 1, ..BuildOptions::default() }).unwrap();
+        let bvh = Bvh2::build(&boxes, &Bvh2Options { threads: 1, ..Bvh2Options::default() }).unwrap();
         let wide = Bvh4::collapse(&bvh);
         assert_eq!(wide.order(), bvh.order());
         let mut leaves = 0;

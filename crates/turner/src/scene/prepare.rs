@@ -1,6 +1,6 @@
 //! From a description to a scene that can be rendered.
 
-use turner_bvh::{BuildOptions, Bvh2, Bvh4};
+use turner_bvh::{Bvh2Options, Bvh2, Bvh4};
 
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape};
@@ -63,7 +63,7 @@ impl SceneDesc {
         let bounded_ids: Vec<u32> =
             (0..primitives.len() as u32).filter(|i| in_tree(&bounds[*i as usize])).collect();
         let boxes: Vec<_> = bounds.iter().filter(|b| in_tree(b)).flatten().map(|b| frame.aabb(b)).collect();
-        let build = BuildOptions { threads: options.threads, ..BuildOptions::default() };
+        let build = Bvh2Options { threads: options.threads, ..Bvh2Options::default() };
         let sieve = (1..=MAX_SHAPES).contains(&boxes.len()).then(|| {
             Sieve::new(
                 &frame,

@@ -111,7 +111,7 @@ fn power_of_two_below(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::shape::testing::Random;
-    use turner_bvh::{BuildOptions, Bvh2};
+    use turner_bvh::{Bvh2Options, Bvh2};
 
     /// Rays aimed at points of small boxes must offer those boxes, wherever the scene lies, however large it is,
     /// and from however far away.
@@ -127,7 +127,7 @@ mod tests {
                     let boxes: Vec<Aabb> = points.iter().map(|&p| frame.aabb(&Bounds::new(p, p))).collect();
                     assert!(boxes.iter().all(|b| b.is_valid()));
                     let tree =
-                        Bvh2::build(&boxes, &BuildOptions { threads: 1, ..Default::default() }).unwrap();
+                        Bvh2::build(&boxes, &Bvh2Options { threads: 1, ..Default::default() }).unwrap();
                     for (i, &p) in points.iter().enumerate() {
                         let mut way = random.direction();
                         if i % 5 == 0 {

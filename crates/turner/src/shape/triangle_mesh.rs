@@ -4,7 +4,7 @@
 //! normals or (u, v), 12 more per triangle and 12 and 8 per vertex. A faceted mesh takes at most 108 bytes per
 //! triangle, a smooth one with (u, v) about 130.
 
-use turner_bvh::{Aabb, BuildOptions, Bvh2, Bvh4};
+use turner_bvh::{Aabb, Bvh2Options, Bvh2, Bvh4};
 
 use super::mesh::MeshData;
 use super::traversal::TraversalFrame;
@@ -80,7 +80,7 @@ impl TriangleMesh {
                 },
             )
             .collect();
-        let tree = Bvh2::build(&boxes, &BuildOptions::default())
+        let tree = Bvh2::build(&boxes, &Bvh2Options::default())
             .map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
         let tree = Bvh4::collapse(&tree);
         drop(boxes);

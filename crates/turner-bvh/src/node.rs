@@ -1,0 +1,87 @@
+//! Nodes with eight children.
+
+use crate::Aabb;
+
+/// Eight boxes, references to what they hold, and the order in which a ray meets them: four cache lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct WideNode {
+    /// By axis: the eight lower planes, then the eight upper ones. An empty place has lower planes at +infinity and
+    /// upper ones at -infinity, which every ray misses.
+    pub(crate) planes: [[[f32; 8]; 2]; 3],
+    pub(crate) children: [ChildRef; 8],
+    /// For each octant of directions (bit `i` set: direction `i` is negative) the numbers of the children from near
+    /// to far, three bits each, the nearest lowest.
+    pub(crate) order: [u32; 8],
+}
+
+const _: () = assert!(size_of::<WideNode>() == 256);
+
+/// A reference to a node or a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub(crate) struct ChildRef(pub(crate) u32);
+
+/// Blocks a leaf may have: four bits count them.
+pub(crate) const MAX_LEAF_BLOCKS: usize = 15;
+/// Blocks a tree may have: 27 bits number them.
+pub(crate) const MAX_BLOCKS: usize = 1 << 27;
+/// The most nodes on a way from the root to a leaf. Builders keep to it.
+pub(crate) const MAX_WIDE_DEPTH: usize = 40;
+
+impl ChildRef {
+    pub(crate) const LEAF: u32 = 1 << 31;
+    /// A leaf without blocks.
+    pub(crate) const EMPTY: ChildRef = ChildRef(ChildRef::LEAF);
+
+    pub(crate) fn node(index: usize) -> ChildRef {
+        debug_assert!(index < ChildRef::LEAF as usize);
+        ChildRef(index as u32)
+    }
+
+    pub(crate) fn leaf(first_block: usize, blocks: usize) -> ChildRef {
+        debug_assert!(first_block < MAX_BLOCKS && blocks <= MAX_LEAF_BLOCKS);
+        ChildRef(ChildRef::LEAF | (first_block as u32) << 4 | blocks as u32)
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_leaf(self) -> bool {
+        self.0 & ChildRef::LEAF != 0
+    }
+
+    /// The index of a node.
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    #[inline(always)]
+    pub(crate) fn first_block(self) -> usize {
+        (self.0 >> 4 & 0x7ff_ffff) as usize
+    }
+
+    #[inline(always)]
+    pub(crate) fn blocks(self) -> usize {
+        (self.0 & 15) as usize
+    }
+}
+
+impl WideNode {
+    pub(crate) const EMPTY: WideNode = WideNode {
+        planes: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
+        children: [ChildRef::EMPTY; 8],
+        order: [0o76543210; 8],
+    };
+
+    pub(crate) fn bounds(&self, child: usize) -> Aabb {
+        Aabb { min: self.planes.map(|p| p[0][child]), max: self.planes.map(|p| p[1][child]) }
+    }
+
+    pub(crate) fn set(&mut self, child: usize, bounds: Aabb, reference: ChildRef) {
+        for axis in 0..3 {
+            self.planes[axis][0][child] = bounds.min[axis];
+            self.planes[axis][1][child] = bounds.max[axis];
+        }
+        self.children[child] = reference;
+    }
+}
