@@ -34,15 +34,23 @@
 
 mod aabb;
 mod build;
+mod bvh;
 mod bvh2;
 mod bvh4;
+mod hit;
 mod node;
 mod ray;
+mod simd;
 mod slabs;
+mod traverse;
+mod triangle;
 mod validate;
 
 pub use aabb::Aabb;
 pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Quality};
+pub use bvh::{Bvh, Triangles};
 pub use bvh2::{Bvh2, MAX_DEPTH};
 pub use bvh4::Bvh4;
+pub use hit::Hit;
 pub use ray::Ray;
+pub use simd::Kernel;

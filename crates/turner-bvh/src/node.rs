@@ -73,6 +73,12 @@ impl WideNode {
         order: [0o76543210; 8],
     };
 
+    #[inline(always)]
+    pub(crate) fn child_words(&self) -> &[u32; 8] {
+        // SAFETY: a reference is a transparent u32.
+        unsafe { &*(&raw const self.children).cast::<[u32; 8]>() }
+    }
+
     pub(crate) fn bounds(&self, child: usize) -> Aabb {
         Aabb { min: self.planes.map(|p| p[0][child]), max: self.planes.map(|p| p[1][child]) }
     }

@@ -1,5 +1,8 @@
 //! Builders of trees with eight children to a node.
 
+mod simple;
+pub(crate) use simple::build;
+
 use super::BuildError;
 use super::options::{BuildOptions, BuildStats};
 use crate::Aabb;

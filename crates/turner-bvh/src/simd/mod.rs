@@ -1,0 +1,73 @@
+//! Vectors of numbers, and the choice of instructions at run time.
+//!
+//! A kernel is written once, against [`Simd`], and compiled for each set of instructions. [`dispatch`] picks one
+//! when a search starts, not within it. A value of a `Simd` type is the proof that the machine has those
+//! instructions: it is made by [`dispatch`] alone, and every vector is made through it.
+//!
+//! What decides a hit uses exactly rounded operations only (`add sub mul div`, comparisons; never a fused product),
+//! the same in the same order on every machine. Box tests may fuse: they are padded and decide nothing.
+
+mod kernel;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+mod portable;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use kernel::Kernel;
+pub(crate) use kernel::{WithSimd, dispatch};
+#[cfg(target_arch = "aarch64")]
+use portable::Portable;
+
+/// A vector of `f32`. Masks have one bit per lane, the first lane lowest.
+pub(crate) trait Lanes: Copy {
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    fn div(self, other: Self) -> Self;
+    /// The smaller one; `other` if one is NaN, or either.
+    fn min(self, other: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    /// `self * a - b`, with one rounding or two: for box tests only.
+    fn mul_sub(self, a: Self, b: Self) -> Self;
+    fn le(self, other: Self) -> u32;
+    fn lt(self, other: Self) -> u32;
+    /// Writes all lanes.
+    fn store(self, to: &mut [f32]);
+}
+
+/// A set of instructions.
+pub(crate) trait Simd: Copy {
+    /// One number, for tests and slow paths.
+    type F4: Lanes;
+    type F8: Lanes;
+    /// As many rays as a packet has, at most 16.
+    type Packet: Lanes;
+    const PACKET: usize;
+
+    fn splat4(self, x: f32) -> Self::F4;
+    fn load4(self, from: &[f32; 4]) -> Self::F4;
+    fn splat8(self, x: f32) -> Self::F8;
+    fn load8(self, from: &[f32; 8]) -> Self::F8;
+    fn splat_packet(self, x: f32) -> Self::Packet;
+    /// From the first `PACKET` numbers.
+    fn load_packet(self, from: &[f32; 16]) -> Self::Packet;
+
+    /// Writes those lanes of `near` that are at most `t_max`, and their `children`, in the order of eight lane numbers of
+    /// three bits, lowest first, without gaps; returns how many. What is written behind them is arbitrary.
+    fn push_ordered(
+        self,
+        near: Self::F8,
+        hit: u32,
+        children: &[u32; 8],
+        order: u32,
+        stack: (&mut [u32; 8], &mut [f32; 8]),
+    ) -> usize;
+
+    /// Writes the children in `hit`, without gaps; returns how many.
+    fn push_any(self, hit: u32, children: &[u32; 8], stack: &mut [u32; 8]) -> usize;
+
+    /// Asks for the cache lines of `value` ahead of time.
+    fn prefetch<T>(self, value: *const T);
+}

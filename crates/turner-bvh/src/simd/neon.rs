@@ -1,0 +1,197 @@
+//! NEON on 64-bit Arm, where it is part of the baseline.
+//!
+//! SAFETY, for every block in this file: the instructions are part of every aarch64 target.
+
+use std::arch::aarch64::*;
+
+use super::{Lanes, Portable, Simd};
+
+/// NEON.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Neon(());
+
+impl Neon {
+    #[inline(always)]
+    pub(super) fn new() -> Neon {
+        Neon(())
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct N4(float32x4_t);
+
+/// Eight numbers in two registers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct N8(N4, N4);
+
+/// Lane i's comparison as bit i.
+#[inline(always)]
+fn bits(compared: uint32x4_t) -> u32 {
+    const WEIGHTS: [u32; 4] = [1, 2, 4, 8];
+    // SAFETY: see the head of the file.
+    unsafe { vaddvq_u32(vandq_u32(compared, vld1q_u32(WEIGHTS.as_ptr()))) }
+}
+
+macro_rules! two {
+    ($name:ident, $op:ident) => {
+        #[inline(always)]
+        fn $name(self, other: Self) -> Self {
+            // SAFETY: see the head of the file.
+            N4(unsafe { $op(self.0, other.0) })
+        }
+    };
+}
+
+impl Lanes for N4 {
+    two!(add, vaddq_f32);
+    two!(sub, vsubq_f32);
+    two!(mul, vmulq_f32);
+    two!(div, vdivq_f32);
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // By comparison: the instruction for the minimum gives NaN where other machines give `other`.
+        // SAFETY: see the head of the file.
+        N4(unsafe { vbslq_f32(vcltq_f32(self.0, other.0), self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: see the head of the file.
+        N4(unsafe { vbslq_f32(vcgtq_f32(self.0, other.0), self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: see the head of the file.
+        N4(unsafe { vabsq_f32(self.0) })
+    }
+
+    #[inline(always)]
+    fn mul_sub(self, a: Self, b: Self) -> Self {
+        // SAFETY: see the head of the file.
+        N4(unsafe { vfmaq_f32(vnegq_f32(b.0), self.0, a.0) })
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        // SAFETY: see the head of the file.
+        bits(unsafe { vcleq_f32(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> u32 {
+        // SAFETY: see the head of the file.
+        bits(unsafe { vcltq_f32(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        assert!(to.len() >= 4);
+        // SAFETY: see the head of the file; there is room for four.
+        unsafe { vst1q_f32(to.as_mut_ptr(), self.0) }
+    }
+}
+
+macro_rules! halves {
+    ($($name:ident)*) => {$(
+        #[inline(always)]
+        fn $name(self, other: Self) -> Self {
+            N8(self.0.$name(other.0), self.1.$name(other.1))
+        }
+    )*};
+}
+
+impl Lanes for N8 {
+    halves!(add sub mul div min max);
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        N8(self.0.abs(), self.1.abs())
+    }
+
+    #[inline(always)]
+    fn mul_sub(self, a: Self, b: Self) -> Self {
+        N8(self.0.mul_sub(a.0, b.0), self.1.mul_sub(a.1, b.1))
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        self.0.le(other.0) | self.1.le(other.1) << 4
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> u32 {
+        self.0.lt(other.0) | self.1.lt(other.1) << 4
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        let (low, high) = to.split_at_mut(4);
+        self.0.store(low);
+        self.1.store(high);
+    }
+}
+
+impl Simd for Neon {
+    type F4 = N4;
+    type F8 = N8;
+    type Packet = N8;
+    const PACKET: usize = 8;
+
+    #[inline(always)]
+    fn splat4(self, x: f32) -> N4 {
+        // SAFETY: see the head of the file.
+        N4(unsafe { vdupq_n_f32(x) })
+    }
+
+    #[inline(always)]
+    fn load4(self, from: &[f32; 4]) -> N4 {
+        // SAFETY: see the head of the file; four are read.
+        N4(unsafe { vld1q_f32(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn splat8(self, x: f32) -> N8 {
+        N8(self.splat4(x), self.splat4(x))
+    }
+
+    #[inline(always)]
+    fn load8(self, from: &[f32; 8]) -> N8 {
+        // SAFETY: see the head of the file; eight are read.
+        unsafe { N8(N4(vld1q_f32(from.as_ptr())), N4(vld1q_f32(from.as_ptr().add(4)))) }
+    }
+
+    #[inline(always)]
+    fn splat_packet(self, x: f32) -> N8 {
+        self.splat8(x)
+    }
+
+    #[inline(always)]
+    fn load_packet(self, from: &[f32; 16]) -> N8 {
+        // SAFETY: see the head of the file; eight of the sixteen are read.
+        unsafe { N8(N4(vld1q_f32(from.as_ptr())), N4(vld1q_f32(from.as_ptr().add(4)))) }
+    }
+
+    #[inline(always)]
+    fn push_ordered(
+        self,
+        near: N8,
+        hit: u32,
+        children: &[u32; 8],
+        order: u32,
+        stack: (&mut [u32; 8], &mut [f32; 8]),
+    ) -> usize {
+        let mut lanes = [0.0; 8];
+        near.store(&mut lanes);
+        Portable.push_ordered(lanes, hit, children, order, stack)
+    }
+
+    #[inline(always)]
+    fn push_any(self, hit: u32, children: &[u32; 8], stack: &mut [u32; 8]) -> usize {
+        Portable.push_any(hit, children, stack)
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(self, _value: *const T) {}
+}

@@ -1,0 +1,367 @@
+//! AVX2 and AVX-512 on x86-64.
+//!
+//! SAFETY, for every block in this file: the instructions are there, because [`Avx2`] and [`Avx512`] are made only
+//! on machines that have them, and vectors only through these.
+
+use std::arch::x86_64::*;
+
+use super::{Lanes, Simd};
+
+/// AVX2, FMA, BMI and POPCNT.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx2(());
+
+/// AVX-512 F, VL, BW, DQ, and all that [`Avx2`] has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx512(());
+
+impl Avx2 {
+    /// # Safety
+    ///
+    /// The machine has these instructions, and the caller is compiled for them.
+    #[inline(always)]
+    pub(super) unsafe fn new() -> Avx2 {
+        Avx2(())
+    }
+}
+
+impl Avx512 {
+    /// # Safety
+    ///
+    /// The machine has these instructions, and the caller is compiled for them.
+    #[inline(always)]
+    pub(super) unsafe fn new() -> Avx512 {
+        Avx512(())
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct X4(__m128);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct X8(__m256);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct K4(__m128);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct K8(__m256);
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct K16(__m512);
+
+macro_rules! lanes {
+    ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmsub:ident,
+     $store:ident, $abs:expr, $le:expr, $lt:expr) => {
+        impl Lanes for $name {
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $add(self.0, other.0) })
+            }
+
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $sub(self.0, other.0) })
+            }
+
+            #[inline(always)]
+            fn mul(self, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $mul(self.0, other.0) })
+            }
+
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $div(self.0, other.0) })
+            }
+
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $min(self.0, other.0) })
+            }
+
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $max(self.0, other.0) })
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $abs(self.0) })
+            }
+
+            #[inline(always)]
+            fn mul_sub(self, a: Self, b: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $fmsub(self.0, a.0, b.0) })
+            }
+
+            #[inline(always)]
+            fn le(self, other: Self) -> u32 {
+                // SAFETY: see the head of the file.
+                unsafe { $le(self.0, other.0) }
+            }
+
+            #[inline(always)]
+            fn lt(self, other: Self) -> u32 {
+                // SAFETY: see the head of the file.
+                unsafe { $lt(self.0, other.0) }
+            }
+
+            #[inline(always)]
+            fn store(self, to: &mut [f32]) {
+                assert!(to.len() >= $n);
+                // SAFETY: see the head of the file; there is room for all lanes.
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+        }
+    };
+}
+
+lanes!(
+    X4,
+    4,
+    _mm_add_ps,
+    _mm_sub_ps,
+    _mm_mul_ps,
+    _mm_div_ps,
+    _mm_min_ps,
+    _mm_max_ps,
+    _mm_fmsub_ps,
+    _mm_storeu_ps,
+    |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
+    |a, b| _mm_movemask_ps(_mm_cmple_ps(a, b)) as u32,
+    |a, b| _mm_movemask_ps(_mm_cmplt_ps(a, b)) as u32
+);
+lanes!(
+    X8,
+    8,
+    _mm256_add_ps,
+    _mm256_sub_ps,
+    _mm256_mul_ps,
+    _mm256_div_ps,
+    _mm256_min_ps,
+    _mm256_max_ps,
+    _mm256_fmsub_ps,
+    _mm256_storeu_ps,
+    |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
+    |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32,
+    |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32
+);
+lanes!(
+    K4,
+    4,
+    _mm_add_ps,
+    _mm_sub_ps,
+    _mm_mul_ps,
+    _mm_div_ps,
+    _mm_min_ps,
+    _mm_max_ps,
+    _mm_fmsub_ps,
+    _mm_storeu_ps,
+    |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
+    |a, b| u32::from(_mm_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
+    |a, b| u32::from(_mm_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+);
+lanes!(
+    K8,
+    8,
+    _mm256_add_ps,
+    _mm256_sub_ps,
+    _mm256_mul_ps,
+    _mm256_div_ps,
+    _mm256_min_ps,
+    _mm256_max_ps,
+    _mm256_fmsub_ps,
+    _mm256_storeu_ps,
+    |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
+    |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
+    |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+);
+lanes!(
+    K16,
+    16,
+    _mm512_add_ps,
+    _mm512_sub_ps,
+    _mm512_mul_ps,
+    _mm512_div_ps,
+    _mm512_min_ps,
+    _mm512_max_ps,
+    _mm512_fmsub_ps,
+    _mm512_storeu_ps,
+    |a| _mm512_abs_ps(a),
+    |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
+    |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+);
+
+/// What both sets of instructions do alike.
+macro_rules! make {
+    ($f4:ident, $f8:ident) => {
+        #[inline(always)]
+        fn splat4(self, x: f32) -> $f4 {
+            // SAFETY: see the head of the file.
+            $f4(unsafe { _mm_set1_ps(x) })
+        }
+
+        #[inline(always)]
+        fn load4(self, from: &[f32; 4]) -> $f4 {
+            // SAFETY: see the head of the file.
+            $f4(unsafe { _mm_loadu_ps(from.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn splat8(self, x: f32) -> $f8 {
+            // SAFETY: see the head of the file.
+            $f8(unsafe { _mm256_set1_ps(x) })
+        }
+
+        #[inline(always)]
+        fn load8(self, from: &[f32; 8]) -> $f8 {
+            // SAFETY: see the head of the file.
+            $f8(unsafe { _mm256_loadu_ps(from.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn prefetch<T>(self, value: *const T) {
+            for line in (0..size_of::<T>()).step_by(64) {
+                // SAFETY: a prefetch reads nothing, wherever it points.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(value.cast::<i8>().wrapping_add(line)) };
+            }
+        }
+    };
+}
+
+impl Simd for Avx2 {
+    type F4 = X4;
+    type F8 = X8;
+    type Packet = X8;
+    const PACKET: usize = 8;
+
+    make!(X4, X8);
+
+    #[inline(always)]
+    fn splat_packet(self, x: f32) -> X8 {
+        self.splat8(x)
+    }
+
+    #[inline(always)]
+    fn load_packet(self, from: &[f32; 16]) -> X8 {
+        // SAFETY: see the head of the file; the first half is read.
+        X8(unsafe { _mm256_loadu_ps(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn push_ordered(
+        self,
+        near: X8,
+        hit: u32,
+        children: &[u32; 8],
+        order: u32,
+        (to_child, to_near): (&mut [u32; 8], &mut [f32; 8]),
+    ) -> usize {
+        // SAFETY: see the head of the file; loads and stores are of eight lanes.
+        unsafe {
+            let shifts = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+            let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
+            // The bit of each lane that is hit, moved to its place in the order.
+            let bits = _mm256_srlv_epi32(
+                _mm256_set1_epi32(hit as i32),
+                _mm256_and_si256(lanes, _mm256_set1_epi32(7)),
+            );
+            let hit = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_slli_epi32::<31>(bits))) as usize;
+            let packed = _mm256_cvtepu8_epi32(_mm_loadl_epi64(PACK[hit].as_ptr().cast()));
+            let lanes = _mm256_permutevar8x32_epi32(lanes, packed);
+            let child = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(children.as_ptr().cast()), lanes);
+            _mm256_storeu_si256(to_child.as_mut_ptr().cast(), child);
+            _mm256_storeu_ps(to_near.as_mut_ptr(), _mm256_permutevar8x32_ps(near.0, lanes));
+            hit.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn push_any(self, hit: u32, children: &[u32; 8], stack: &mut [u32; 8]) -> usize {
+        // SAFETY: see the head of the file; loads and stores are of eight lanes.
+        unsafe {
+            let packed = _mm256_cvtepu8_epi32(_mm_loadl_epi64(PACK[hit as usize & 255].as_ptr().cast()));
+            let child = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(children.as_ptr().cast()), packed);
+            _mm256_storeu_si256(stack.as_mut_ptr().cast(), child);
+        }
+        hit.count_ones() as usize
+    }
+}
+
+/// For each mask the numbers of its set bits, lowest first.
+static PACK: [[u8; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut bit, mut count) = (0, 0);
+        while bit < 8 {
+            if mask >> bit & 1 != 0 {
+                table[mask][count] = bit as u8;
+                count += 1;
+            }
+            bit += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+impl Simd for Avx512 {
+    type F4 = K4;
+    type F8 = K8;
+    type Packet = K16;
+    const PACKET: usize = 16;
+
+    make!(K4, K8);
+
+    #[inline(always)]
+    fn splat_packet(self, x: f32) -> K16 {
+        // SAFETY: see the head of the file.
+        K16(unsafe { _mm512_set1_ps(x) })
+    }
+
+    #[inline(always)]
+    fn load_packet(self, from: &[f32; 16]) -> K16 {
+        // SAFETY: see the head of the file.
+        K16(unsafe { _mm512_loadu_ps(from.as_ptr()) })
+    }
+
+    #[inline(always)]
+    fn push_ordered(
+        self,
+        near: K8,
+        hit: u32,
+        children: &[u32; 8],
+        order: u32,
+        (to_child, to_near): (&mut [u32; 8], &mut [f32; 8]),
+    ) -> usize {
+        // SAFETY: see the head of the file; loads and stores are of eight lanes.
+        unsafe {
+            let shifts = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+            let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
+            // The permutation looks at three bits of each lane.
+            let bits = _mm256_permutexvar_epi32(lanes, _mm256_maskz_set1_epi32(hit as u8, -1));
+            let hit = _mm256_movepi32_mask(bits);
+            let child = _mm256_permutexvar_epi32(lanes, _mm256_loadu_si256(children.as_ptr().cast()));
+            let near = _mm256_permutexvar_ps(lanes, near.0);
+            // Into registers, then whole stores: compressing stores are slow on some machines.
+            _mm256_storeu_si256(to_child.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(hit, child));
+            _mm256_storeu_ps(to_near.as_mut_ptr(), _mm256_maskz_compress_ps(hit, near));
+            hit.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn push_any(self, hit: u32, children: &[u32; 8], stack: &mut [u32; 8]) -> usize {
+        // SAFETY: see the head of the file; loads and stores are of eight lanes.
+        unsafe {
+            let child = _mm256_loadu_si256(children.as_ptr().cast());
+            _mm256_storeu_si256(stack.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(hit as u8, child));
+        }
+        hit.count_ones() as usize
+    }
+}

@@ -1,0 +1,57 @@
+//! What leaves hold, and how a ray meets it.
+
+use super::SearchRay;
+use crate::Hit;
+use crate::node::ChildRef;
+use crate::simd::Simd;
+use crate::triangle::Triangle4;
+
+/// The leaves of a tree.
+pub(crate) trait Leaves {
+    /// Takes the nearest hit of a leaf into `hit`, whose t is the end of the search. `ray_index` is for filters.
+    fn closest<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32, hit: &mut Hit);
+
+    /// Whether there is any hit until `ray.t_max`.
+    fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool;
+
+    /// Asks for the memory of a leaf.
+    fn prefetch<S: Simd>(&self, simd: S, leaf: ChildRef);
+}
+
+/// Leaves of triangles, four to a block. `filter` gets the ray's number and a hit, and says whether it counts.
+#[derive(Clone, Copy)]
+pub(crate) struct Blocks<'a, F> {
+    pub(crate) blocks: &'a [Triangle4],
+    pub(crate) filter: F,
+}
+
+impl<F: Fn(u32, &Hit) -> bool> Blocks<'_, F> {
+    #[inline(always)]
+    fn of(&self, leaf: ChildRef) -> &[Triangle4] {
+        let (first, count) = (leaf.first_block(), leaf.blocks());
+        debug_assert!(first + count <= self.blocks.len());
+        // SAFETY: builders make leaves of blocks that are there.
+        unsafe { self.blocks.get_unchecked(first..first + count) }
+    }
+}
+
+impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
+    #[inline(always)]
+    fn closest<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32, hit: &mut Hit) {
+        for block in self.of(leaf) {
+            block.closest(simd, &ray.shear, ray.t_min, hit, |h| (self.filter)(ray_index, h));
+        }
+    }
+
+    #[inline(always)]
+    fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool {
+        self.of(leaf)
+            .iter()
+            .any(|b| b.any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, h)))
+    }
+
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, simd: S, leaf: ChildRef) {
+        simd.prefetch(self.blocks.as_ptr().wrapping_add(leaf.first_block()));
+    }
+}

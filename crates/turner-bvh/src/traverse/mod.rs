@@ -1,0 +1,35 @@
+//! Searching trees of wide nodes.
+//!
+//! - one ray at a time: `single`
+//! - many rays that have nothing in common, several in turn: `interleaved`
+//! - many rays that run together, as packets: `packet`
+
+mod interleaved;
+mod leaves;
+mod ray;
+mod single;
+mod stack;
+
+pub(crate) use interleaved::{any_batch, closest_batch};
+pub(crate) use leaves::{Blocks, Leaves};
+pub(crate) use ray::{FARTHEST, SearchRay, Space};
+pub(crate) use single::{any, closest};
+
+use crate::node::{ChildRef, WideNode};
+
+/// What a search goes through.
+#[derive(Clone, Copy)]
+pub(crate) struct Tree<'a, L> {
+    pub(crate) nodes: &'a [WideNode],
+    pub(crate) leaves: &'a L,
+    pub(crate) space: Space,
+}
+
+impl<L> Tree<'_, L> {
+    #[inline(always)]
+    pub(crate) fn node(&self, child: ChildRef) -> &WideNode {
+        debug_assert!(child.index() < self.nodes.len());
+        // SAFETY: builders make references to nodes that are there; a search starts at 0 if there are any.
+        unsafe { self.nodes.get_unchecked(child.index()) }
+    }
+}

@@ -1,0 +1,141 @@
+//! A ray made ready for a tree.
+//!
+//! The slab test. Between the planes of a box on one axis the ray runs from `t_near` to `t_far`; it meets the box when
+//! the largest of `t_min` and the near values is not above the smallest of `t_max` and the far values. Each value is
+//! `plane * inv - offset` with `inv = 1 / direction` and `offset = origin * inv`, and as the ray is the same for all
+//! boxes, so are the roundings. Boxes are padded by moving the *ray*: one offset serves near planes, another far ones.
+//!
+//! How much padding: let `size` be the largest coordinate of the origin plus that of any plane, `e = 2^-23`.
+//! A hit's point lies on its triangle but for `2 e size` that the triangle test allows, `3 e size` of rounding the corners,
+//! `6 e size` of adding them up and `6 e size` along the ray; the slab test adds `3 e size` of its own
+//! (one rounding each of `inv`, the offset, the product and the difference). [`PADDING`] is more than that sum, 20.
+//! So every box that holds the hit's point on the triangle is entered before or at the hit, in any kernel.
+
+use crate::node::WideNode;
+use crate::simd::{Lanes, Simd};
+use crate::triangle::Shear;
+use crate::{Hit, Ray};
+
+/// In units of `f32::EPSILON * size`.
+const PADDING: f32 = 24.0;
+
+/// Coordinates beyond this are out of reach: products of three stay finite below it.
+pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
+
+/// Directions are taken to be at least this much of their longest component on every axis.
+const FLATTEST: f32 = 1.0 / (1_u64 << 40) as f32;
+
+/// The coordinates of a tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Space {
+    /// Units of the tree per unit outside: a power of two, 1 unless the tree is very large or small.
+    pub(crate) scale: f32,
+    /// The largest coordinate in the tree.
+    pub(crate) reach: f32,
+}
+
+/// A ray in the units of a tree, its direction scaled by a power of two so that its longest component is 1 to 2.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SearchRay {
+    inv: [f32; 3],
+    near_offset: [f32; 3],
+    far_offset: [f32; 3],
+    /// 1 on axes that the ray runs down: its near planes are the upper ones.
+    near_side: [u32; 3],
+    /// The same as one number, which selects the order of children.
+    pub(crate) octant: u32,
+    pub(crate) t_min: f32,
+    pub(crate) t_max: f32,
+    /// What t is multiplied with in the end.
+    pub(crate) t_scale: f32,
+    pub(crate) shear: Shear,
+    pub(crate) origin: [f32; 3],
+    pub(crate) direction: [f32; 3],
+    pub(crate) time: f32,
+}
+
+impl SearchRay {
+    /// In place of a ray.
+    pub(crate) const NONE: SearchRay = SearchRay {
+        inv: [0.0; 3],
+        near_offset: [0.0; 3],
+        far_offset: [0.0; 3],
+        near_side: [0; 3],
+        octant: 0,
+        t_min: 0.0,
+        t_max: 0.0,
+        t_scale: 1.0,
+        shear: Shear::NONE,
+        origin: [0.0; 3],
+        direction: [0.0; 3],
+        time: 0.0,
+    };
+
+    /// A hit in the caller's units.
+    #[inline(always)]
+    pub(crate) fn finish(&self, hit: Hit) -> Hit {
+        if hit.is_hit() { Hit { t: hit.t * self.t_scale, ..hit } } else { Hit::MISS }
+    }
+
+    /// `None` for rays that meet nothing: with NaN or infinities, without a direction, with an empty interval, or
+    /// that start out of reach.
+    #[inline(always)]
+    pub(crate) fn new(ray: &Ray, space: &Space) -> Option<SearchRay> {
+        let origin = ray.origin.map(|x| x * space.scale);
+        let far = origin[0].abs().max(origin[1].abs()).max(origin[2].abs());
+        let longest = ray.direction[0].abs().max(ray.direction[1].abs()).max(ray.direction[2].abs());
+        let usable = ray.is_valid() && far <= FARTHEST && longest >= f32::MIN_POSITIVE;
+        if !usable {
+            return None;
+        }
+        // 2^-e for a longest component of 2^e..2^(e + 1). Where that is no normal number, half as much will do.
+        let exponent = longest.to_bits() >> 23;
+        let normal = f32::from_bits((254 - exponent).max(1) << 23);
+        // Outside, a length of 1 along the direction is `scale` in the tree: t does not change by that.
+        let direction = ray.direction.map(|x| x * normal);
+        let t_scale = normal / space.scale;
+        let (t_min, t_max) = (ray.t_min.max(0.0) / t_scale, ray.t_max / t_scale);
+        let size = far + space.reach;
+        let padding = PADDING * f32::EPSILON * size;
+        let [mut inv, mut near_offset, mut far_offset] = [[0.0; 3]; 3];
+        let mut near_side = [0; 3];
+        for i in 0..3 {
+            let d = direction[i].abs().max(FLATTEST).copysign(direction[i]);
+            inv[i] = 1.0 / d;
+            let (middle, pad) = (origin[i] * inv[i], padding * inv[i].abs());
+            near_offset[i] = middle + pad;
+            far_offset[i] = middle - pad;
+            near_side[i] = u32::from(d < 0.0);
+        }
+        let in_tree = Ray { origin, direction, ..*ray };
+        Some(SearchRay {
+            inv,
+            near_offset,
+            far_offset,
+            near_side,
+            octant: near_side[0] | near_side[1] << 1 | near_side[2] << 2,
+            t_min,
+            // So that t is finite outside, too.
+            t_max: t_max.min(f32::MAX / t_scale.max(1.0)),
+            t_scale,
+            shear: Shear::new(&in_tree, size),
+            origin,
+            direction,
+            time: ray.time,
+        })
+    }
+
+    /// For each box a lower bound of the t at which the ray enters it, and which boxes it meets until `t_max`.
+    #[inline(always)]
+    pub(crate) fn meets<S: Simd>(&self, simd: S, node: &WideNode, t_max: f32) -> (S::F8, u32) {
+        let at = |axis: usize, side: u32, offset: f32| {
+            simd.load8(&node.planes[axis][side as usize & 1])
+                .mul_sub(simd.splat8(self.inv[axis]), simd.splat8(offset))
+        };
+        let near = |axis: usize| at(axis, self.near_side[axis], self.near_offset[axis]);
+        let far = |axis: usize| at(axis, self.near_side[axis] ^ 1, self.far_offset[axis]);
+        let entry = near(0).max(near(1)).max(near(2).max(simd.splat8(self.t_min)));
+        let exit = far(0).min(far(1)).min(far(2).min(simd.splat8(t_max)));
+        (entry, entry.le(exit))
+    }
+}

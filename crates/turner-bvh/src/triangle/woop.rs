@@ -1,0 +1,123 @@
+//! The watertight test of a ray and a triangle.
+//!
+//! Woop, Benthin, Wald 2013, "Watertight ray/triangle intersection". Space is moved so that the ray starts at the
+//! origin, its axes are reordered so that the direction is longest along z, and it is sheared so that the ray runs
+//! along z. What is left is whether the origin of a plane lies in a flat triangle, which three edge functions tell.
+//!
+//! **No ray slips through an edge or a vertex.** A corner comes out the same for every triangle it belongs to. An
+//! edge function `fl(fl(c.x b.y) - fl(c.y b.x))` changes sign exactly when the corners swap, and as rounding is
+//! monotone its sign is right or it is 0, which counts as inside for both neighbours. So among the triangles around
+//! an edge or a vertex at least one takes the ray. (With a fused product neither would hold.)
+//!
+//! **A hit lies on its triangle.** Weights of a triangle seen edge-on are mostly rounding. A hit is accepted only
+//! if the point that its weights give lies within [`Shear::tolerance`] of the ray; if not, the weights are computed
+//! again in double precision. Hence any box around that part of the triangle, padded by a few times the tolerance,
+//! holds the hit: no tree can lose it, however its boxes are cut.
+
+use crate::Ray;
+use crate::simd::Lanes;
+
+/// What a ray needs for any number of triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shear {
+    /// The order of axes: the longest of the direction last.
+    pub(crate) axes: [usize; 3],
+    /// In that order.
+    pub(crate) origin: [f32; 3],
+    /// x and y of the direction, for z = 1, and 1 / z.
+    pub(crate) shear: [f32; 3],
+    /// How far from the ray the weighted corners may lie.
+    pub(crate) tolerance: f32,
+}
+
+impl Shear {
+    /// In place of a ray.
+    pub(crate) const NONE: Shear = Shear { axes: [0; 3], origin: [0.0; 3], shear: [0.0; 3], tolerance: 0.0 };
+
+    /// For a ray with a finite direction other than zero. `size` is the largest coordinate of its origin plus that
+    /// of any triangle.
+    #[inline(always)]
+    pub(crate) fn new(ray: &Ray, size: f32) -> Shear {
+        let d = ray.direction.map(f32::abs);
+        let z = if d[0] > d[1] {
+            if d[0] > d[2] { 0 } else { 2 }
+        } else if d[1] > d[2] {
+            1
+        } else {
+            2
+        };
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
+        let [x, y, z] = axes.map(|a| ray.direction[a]);
+        Shear {
+            axes,
+            origin: axes.map(|a| ray.origin[a]),
+            shear: [x / z, y / z, 1.0 / z],
+            tolerance: 2.0 * f32::EPSILON * size,
+        }
+    }
+
+    /// A corner as the ray sees it.
+    #[inline(always)]
+    pub(crate) fn corner(&self, p: [f32; 3]) -> [f32; 3] {
+        let [x, y, z] = [0, 1, 2].map(|i| p[self.axes[i]] - self.origin[i]);
+        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+    }
+}
+
+/// x, y, z of three corners, sheared: one triangle per lane.
+pub(crate) type Corners<V> = [[V; 3]; 3];
+
+/// Where triangles are met, if they are: `u` and `v` are the weights of the second and third corner.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights<V> {
+    pub(crate) t: V,
+    pub(crate) u: V,
+    pub(crate) v: V,
+    /// How far the weighted corners lie from the ray.
+    pub(crate) off: V,
+}
+
+/// Which lanes' triangles the ray passes through the edges of, whatever t; not those with a NaN. `finish` gives
+/// the rest, rarely needed.
+#[inline(always)]
+pub(crate) fn corners_meet<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [V; 3]) {
+    let u = c[0].mul(b[1]).sub(c[1].mul(b[0]));
+    let v = a[0].mul(c[1]).sub(a[1].mul(c[0]));
+    let w = b[0].mul(a[1]).sub(b[1].mul(a[0]));
+    let least = u.min(v).min(w);
+    let most = u.max(v).max(w);
+    (zero.le(least) | most.le(zero), [u, v, w])
+}
+
+impl<V: Lanes> Weights<V> {
+    /// From the edge functions. NaN where the triangle is flat or a number is not finite.
+    #[inline(always)]
+    pub(crate) fn new([a, b, c]: &Corners<V>, [u, v, w]: [V; 3], one: V, shear_z: V) -> Weights<V> {
+        let scale = one.div(u.add(v).add(w));
+        let (u, v, w) = (u.mul(scale), v.mul(scale), w.mul(scale));
+        let sum = |i: usize| u.mul(a[i]).add(v.mul(b[i])).add(w.mul(c[i]));
+        Weights { t: sum(2).mul(shear_z), u: v, v: w, off: sum(0).abs().max(sum(1).abs()) }
+    }
+}
+
+/// The same in double precision, for triangles seen almost edge-on: products of single-precision numbers are exact
+/// there. Only called when the edge functions agree in sign; none if the triangle is nothing but an edge.
+#[cold]
+#[inline(never)]
+pub(crate) fn precise(corners: &Corners<f32>, shear_z: f32, tolerance: f32) -> Option<[f32; 3]> {
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
+    let u = c[0] * b[1] - c[1] * b[0];
+    let v = a[0] * c[1] - a[1] * c[0];
+    let w = b[0] * a[1] - b[1] * a[0];
+    // Those that single precision rounded to 0 may have the other sign here.
+    let side = if u + v + w < 0.0 { -1.0 } else { 1.0 };
+    let [u, v, w] = [u, v, w].map(|x| (x * side).max(0.0));
+    let sum = u + v + w;
+    if !(sum > 0.0 && sum.is_finite()) {
+        return None;
+    }
+    let (u, v, w) = (u / sum, v / sum, w / sum);
+    let point = [0, 1, 2].map(|i| u * a[i] + v * b[i] + w * c[i]);
+    let near = point[0].abs().max(point[1].abs()) <= f64::from(tolerance);
+    near.then_some([(point[2] * f64::from(shear_z)) as f32, v as f32, w as f32])
+}
