@@ -36,6 +36,7 @@ mod aabb;
 mod build;
 mod bvh2;
 mod bvh4;
+pub mod generate;
 mod ray;
 mod slabs;
 mod validate;
