@@ -39,6 +39,7 @@ mod bvh2;
 mod bvh4;
 mod hit;
 mod node;
+pub mod generate;
 mod ray;
 mod simd;
 mod slabs;
