@@ -51,7 +51,7 @@ impl Bvh {
                 .flat_map(|b| b.min.into_iter().chain(b.max))
                 .fold(0.0_f32, |reach, x| reach.max(x.abs()))
         });
-        Ok(Bvh { nodes, blocks, space: Space { scale, reach }, stats })
+        Ok(Bvh { nodes, blocks, space: Space { scale, unscale: 1.0 / scale, reach }, stats })
     }
 
     /// The size of the tree.
@@ -74,7 +74,7 @@ impl Bvh {
             type Output = Option<Hit>;
             #[inline(always)]
             fn run<S: Simd>(self, simd: S) -> Option<Hit> {
-                let ray = SearchRay::new(self.1, &self.0.space)?;
+                let ray = SearchRay::new(simd, self.1, &self.0.space)?;
                 ray.finish(traverse::closest(simd, &self.0, &ray, 0)).some()
             }
         }
@@ -88,7 +88,8 @@ impl Bvh {
             type Output = bool;
             #[inline(always)]
             fn run<S: Simd>(self, simd: S) -> bool {
-                SearchRay::new(self.1, &self.0.space).is_some_and(|ray| traverse::any(simd, &self.0, &ray, 0))
+                SearchRay::new(simd, self.1, &self.0.space)
+                    .is_some_and(|ray| traverse::any(simd, &self.0, &ray, 0))
             }
         }
         dispatch(Work(self.tree(&self.leaves(|_, _| true)), ray))

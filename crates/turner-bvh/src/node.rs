@@ -73,6 +73,17 @@ impl WideNode {
         order: [0o76543210; 8],
     };
 
+    /// Bytes from an axis' lower planes to its upper ones.
+    pub(crate) const UPPER: u32 = 32;
+
+    /// The planes `offset` bytes (0 or [`UPPER`](Self::UPPER)) behind the lower ones of an axis.
+    #[inline(always)]
+    pub(crate) fn side(&self, axis: usize, offset: u32) -> &[f32; 8] {
+        debug_assert!(offset == 0 || offset == WideNode::UPPER);
+        // SAFETY: both kinds of planes lie there; searches have no other offsets.
+        unsafe { &*(&raw const self.planes[axis]).byte_add(offset as usize).cast::<[f32; 8]>() }
+    }
+
     #[inline(always)]
     pub(crate) fn child_words(&self) -> &[u32; 8] {
         // SAFETY: a reference is a transparent u32.

@@ -29,6 +29,8 @@ pub(crate) trait Lanes: Copy {
     fn min(self, other: Self) -> Self;
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
+    /// The size of `self`, the sign of `other`.
+    fn with_sign(self, other: Self) -> Self;
     /// `self * a - b`, with one rounding or two: for box tests only.
     fn mul_sub(self, a: Self, b: Self) -> Self;
     fn le(self, other: Self) -> u32;

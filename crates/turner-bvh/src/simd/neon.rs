@@ -68,6 +68,12 @@ impl Lanes for N4 {
     }
 
     #[inline(always)]
+    fn with_sign(self, other: Self) -> Self {
+        // SAFETY: see the head of the file.
+        N4(unsafe { vbslq_f32(vdupq_n_u32(1 << 31), other.0, self.0) })
+    }
+
+    #[inline(always)]
     fn mul_sub(self, a: Self, b: Self) -> Self {
         // SAFETY: see the head of the file.
         N4(unsafe { vfmaq_f32(vnegq_f32(b.0), self.0, a.0) })
@@ -103,7 +109,7 @@ macro_rules! halves {
 }
 
 impl Lanes for N8 {
-    halves!(add sub mul div min max);
+    halves!(add sub mul div min max with_sign);
 
     #[inline(always)]
     fn abs(self) -> Self {

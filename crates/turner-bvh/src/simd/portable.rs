@@ -49,6 +49,11 @@ impl<const N: usize> Lanes for [f32; N] {
     }
 
     #[inline(always)]
+    fn with_sign(self, other: Self) -> Self {
+        each!(self, other, f32::copysign)
+    }
+
+    #[inline(always)]
     fn mul_sub(self, a: Self, b: Self) -> Self {
         std::array::from_fn(|i| self[i] * a[i] - b[i])
     }

@@ -39,8 +39,7 @@ impl Avx512 {
 pub(crate) struct X4(__m128);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct X8(__m256);
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct K4(__m128);
+/// Eight numbers, compared into mask registers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct K8(__m256);
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +47,7 @@ pub(crate) struct K16(__m512);
 
 macro_rules! lanes {
     ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmsub:ident,
-     $store:ident, $abs:expr, $le:expr, $lt:expr) => {
+     $store:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr) => {
         impl Lanes for $name {
             #[inline(always)]
             fn add(self, other: Self) -> Self {
@@ -93,6 +92,12 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
+            fn with_sign(self, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $sign(self.0, other.0) })
+            }
+
+            #[inline(always)]
             fn mul_sub(self, a: Self, b: Self) -> Self {
                 // SAFETY: see the head of the file.
                 $name(unsafe { $fmsub(self.0, a.0, b.0) })
@@ -132,6 +137,7 @@ lanes!(
     _mm_fmsub_ps,
     _mm_storeu_ps,
     |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
+    |a, b| _mm_or_ps(_mm_andnot_ps(_mm_set1_ps(-0.0), a), _mm_and_ps(_mm_set1_ps(-0.0), b)),
     |a, b| _mm_movemask_ps(_mm_cmple_ps(a, b)) as u32,
     |a, b| _mm_movemask_ps(_mm_cmplt_ps(a, b)) as u32
 );
@@ -147,23 +153,9 @@ lanes!(
     _mm256_fmsub_ps,
     _mm256_storeu_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
+    |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32,
     |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32
-);
-lanes!(
-    K4,
-    4,
-    _mm_add_ps,
-    _mm_sub_ps,
-    _mm_mul_ps,
-    _mm_div_ps,
-    _mm_min_ps,
-    _mm_max_ps,
-    _mm_fmsub_ps,
-    _mm_storeu_ps,
-    |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
-    |a, b| u32::from(_mm_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
-    |a, b| u32::from(_mm_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
 );
 lanes!(
     K8,
@@ -177,6 +169,7 @@ lanes!(
     _mm256_fmsub_ps,
     _mm256_storeu_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
+    |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
     |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
 );
@@ -192,6 +185,7 @@ lanes!(
     _mm512_fmsub_ps,
     _mm512_storeu_ps,
     |a| _mm512_abs_ps(a),
+    |a, b| _mm512_or_ps(_mm512_abs_ps(a), _mm512_and_ps(_mm512_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
     |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
 );
@@ -311,12 +305,12 @@ static PACK: [[u8; 8]; 256] = {
 };
 
 impl Simd for Avx512 {
-    type F4 = K4;
+    type F4 = X4;
     type F8 = K8;
     type Packet = K16;
     const PACKET: usize = 16;
 
-    make!(K4, K8);
+    make!(X4, K8);
 
     #[inline(always)]
     fn splat_packet(self, x: f32) -> K16 {

@@ -12,6 +12,9 @@ use crate::{Hit, Ray};
 /// Rays under way at once.
 const WAYS: usize = 4;
 
+/// In place of a ray's number.
+const NOBODY: usize = usize::MAX;
+
 /// One ray under way.
 struct Way {
     ray: SearchRay,
@@ -39,34 +42,16 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
     rays: &[Ray],
     mut found: impl FnMut(usize, Hit),
 ) {
-    let mut next = 0;
-    // Starts the next ray that has anything to search; false if there is none left.
-    let mut start = |way: &mut Way, found: &mut dyn FnMut(usize, Hit)| {
-        while let Some(ray) = rays.get(next) {
-            let index = next;
-            next += 1;
-            if let Some(ray) = SearchRay::new(ray, &tree.space)
-                && !tree.nodes.is_empty()
-            {
-                way.hit = Hit { t: ray.t_max, ..Hit::MISS };
-                way.ray = ray;
-                way.index = index;
-                way.stack.clear();
-                way.stack.push(ChildRef::node(0).0, 0.0);
-                return true;
-            }
-            found(index, Hit::MISS);
-        }
-        false
-    };
-    let mut ways: [Way; WAYS] =
-        std::array::from_fn(|_| Way { ray: SearchRay::NONE, hit: Hit::MISS, index: 0, stack: Stack::new() });
-    // Those under way come first.
+    let mut ways: [Way; WAYS] = std::array::from_fn(|_| Way {
+        ray: SearchRay::NONE,
+        hit: Hit::MISS,
+        index: NOBODY,
+        stack: Stack::new(),
+    });
+    // Those under way come first. At the start all are, on behalf of nobody, and over at once.
     let mut order: [usize; WAYS] = std::array::from_fn(|i| i);
-    let mut active = 0;
-    while active < WAYS && start(&mut ways[active], &mut found) {
-        active += 1;
-    }
+    let mut active = WAYS;
+    let mut next = 0;
     while active > 0 {
         let mut i = 0;
         while i < active {
@@ -75,12 +60,29 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
                 i += 1;
                 continue;
             }
-            found(way.index, way.ray.finish(way.hit));
-            if start(way, &mut found) {
-                i += 1;
-            } else {
-                active -= 1;
-                order.swap(i, active);
+            if way.index != NOBODY {
+                found(way.index, way.ray.finish(way.hit));
+            }
+            loop {
+                let Some(ray) = rays.get(next) else {
+                    active -= 1;
+                    order.swap(i, active);
+                    break;
+                };
+                let index = next;
+                next += 1;
+                match SearchRay::new(simd, ray, &tree.space) {
+                    Some(ray) if !tree.nodes.is_empty() => {
+                        way.hit = Hit { t: ray.t_max, ..Hit::MISS };
+                        way.ray = ray;
+                        way.index = index;
+                        way.stack.clear();
+                        way.stack.push(ChildRef::node(0).0, 0.0);
+                        i += 1;
+                        break;
+                    }
+                    _ => found(index, Hit::MISS),
+                }
             }
         }
     }

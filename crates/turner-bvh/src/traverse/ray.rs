@@ -30,6 +30,8 @@ const FLATTEST: f32 = 1.0 / (1_u64 << 40) as f32;
 pub(crate) struct Space {
     /// Units of the tree per unit outside: a power of two, 1 unless the tree is very large or small.
     pub(crate) scale: f32,
+    /// Its inverse.
+    pub(crate) unscale: f32,
     /// The largest coordinate in the tree.
     pub(crate) reach: f32,
 }
@@ -37,10 +39,10 @@ pub(crate) struct Space {
 /// A ray in the units of a tree, its direction scaled by a power of two so that its longest component is 1 to 2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SearchRay {
-    inv: [f32; 3],
-    near_offset: [f32; 3],
-    far_offset: [f32; 3],
-    /// 1 on axes that the ray runs down: its near planes are the upper ones.
+    inv: [f32; 4],
+    near_offset: [f32; 4],
+    far_offset: [f32; 4],
+    /// Bytes to the near planes from those of the axis: see [`WideNode::side`].
     near_side: [u32; 3],
     /// The same as one number, which selects the order of children.
     pub(crate) octant: u32,
@@ -57,9 +59,9 @@ pub(crate) struct SearchRay {
 impl SearchRay {
     /// In place of a ray.
     pub(crate) const NONE: SearchRay = SearchRay {
-        inv: [0.0; 3],
-        near_offset: [0.0; 3],
-        far_offset: [0.0; 3],
+        inv: [0.0; 4],
+        near_offset: [0.0; 4],
+        far_offset: [0.0; 4],
         near_side: [0; 3],
         octant: 0,
         t_min: 0.0,
@@ -80,10 +82,12 @@ impl SearchRay {
     /// `None` for rays that meet nothing: with NaN or infinities, without a direction, with an empty interval, or
     /// that start out of reach.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray, space: &Space) -> Option<SearchRay> {
-        let origin = ray.origin.map(|x| x * space.scale);
-        let far = origin[0].abs().max(origin[1].abs()).max(origin[2].abs());
-        let longest = ray.direction[0].abs().max(ray.direction[1].abs()).max(ray.direction[2].abs());
+    pub(crate) fn new<S: Simd>(simd: S, ray: &Ray, space: &Space) -> Option<SearchRay> {
+        let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.direction);
+        let origin = simd.load4(&[ox, oy, oz, 0.0]).mul(simd.splat4(space.scale));
+        let far = array(origin.abs());
+        let far = far[0].max(far[1]).max(far[2]);
+        let longest = dx.abs().max(dy.abs()).max(dz.abs());
         let usable = ray.is_valid() && far <= FARTHEST && longest >= f32::MIN_POSITIVE;
         if !usable {
             return None;
@@ -91,36 +95,31 @@ impl SearchRay {
         // 2^-e for a longest component of 2^e..2^(e + 1). Where that is no normal number, half as much will do.
         let exponent = longest.to_bits() >> 23;
         let normal = f32::from_bits((254 - exponent).max(1) << 23);
+        let back = f32::from_bits(exponent.min(253) << 23);
         // Outside, a length of 1 along the direction is `scale` in the tree: t does not change by that.
-        let direction = ray.direction.map(|x| x * normal);
-        let t_scale = normal / space.scale;
-        let (t_min, t_max) = (ray.t_min.max(0.0) / t_scale, ray.t_max / t_scale);
+        let direction = simd.load4(&[dx, dy, dz, 1.0]).mul(simd.splat4(normal));
+        let (to_tree, t_scale) = (back * space.scale, normal * space.unscale);
         let size = far + space.reach;
-        let padding = PADDING * f32::EPSILON * size;
-        let [mut inv, mut near_offset, mut far_offset] = [[0.0; 3]; 3];
-        let mut near_side = [0; 3];
-        for i in 0..3 {
-            let d = direction[i].abs().max(FLATTEST).copysign(direction[i]);
-            inv[i] = 1.0 / d;
-            let (middle, pad) = (origin[i] * inv[i], padding * inv[i].abs());
-            near_offset[i] = middle + pad;
-            far_offset[i] = middle - pad;
-            near_side[i] = u32::from(d < 0.0);
-        }
-        let in_tree = Ray { origin, direction, ..*ray };
+        let padding = simd.splat4(PADDING * f32::EPSILON * size);
+        let d = direction.abs().max(simd.splat4(FLATTEST)).with_sign(direction);
+        let inv = simd.splat4(1.0).div(d);
+        let middle = origin.mul(inv);
+        let pad = padding.mul(inv.abs());
+        let down = d.lt(simd.splat4(0.0)) & 7;
+        let in_tree = [array(origin), array(direction)].map(|[x, y, z, _]| [x, y, z]);
         Some(SearchRay {
-            inv,
-            near_offset,
-            far_offset,
-            near_side,
-            octant: near_side[0] | near_side[1] << 1 | near_side[2] << 2,
-            t_min,
+            inv: array(inv),
+            near_offset: array(middle.add(pad)),
+            far_offset: array(middle.sub(pad)),
+            near_side: [0, 1, 2].map(|axis| (down >> axis & 1) * WideNode::UPPER),
+            octant: down,
+            t_min: ray.t_min.max(0.0) * to_tree,
             // So that t is finite outside, too.
-            t_max: t_max.min(f32::MAX / t_scale.max(1.0)),
+            t_max: (ray.t_max * to_tree).min(f32::MAX / t_scale.max(1.0)),
             t_scale,
-            shear: Shear::new(&in_tree, size),
-            origin,
-            direction,
+            shear: Shear::new(simd, &in_tree[0], &in_tree[1], size),
+            origin: in_tree[0],
+            direction: in_tree[1],
             time: ray.time,
         })
     }
@@ -129,13 +128,19 @@ impl SearchRay {
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(&self, simd: S, node: &WideNode, t_max: f32) -> (S::F8, u32) {
         let at = |axis: usize, side: u32, offset: f32| {
-            simd.load8(&node.planes[axis][side as usize & 1])
-                .mul_sub(simd.splat8(self.inv[axis]), simd.splat8(offset))
+            simd.load8(node.side(axis, side)).mul_sub(simd.splat8(self.inv[axis]), simd.splat8(offset))
         };
         let near = |axis: usize| at(axis, self.near_side[axis], self.near_offset[axis]);
-        let far = |axis: usize| at(axis, self.near_side[axis] ^ 1, self.far_offset[axis]);
+        let far = |axis: usize| at(axis, self.near_side[axis] ^ WideNode::UPPER, self.far_offset[axis]);
         let entry = near(0).max(near(1)).max(near(2).max(simd.splat8(self.t_min)));
         let exit = far(0).min(far(1)).min(far(2).min(simd.splat8(t_max)));
         (entry, entry.le(exit))
     }
+}
+
+#[inline(always)]
+fn array<V: Lanes>(lanes: V) -> [f32; 4] {
+    let mut array = [0.0; 4];
+    lanes.store(&mut array);
+    array
 }

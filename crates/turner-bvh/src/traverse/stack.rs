@@ -9,15 +9,21 @@ const SIZE: usize = 7 * MAX_WIDE_DEPTH + 8 + 8;
 
 /// Children and the t at which they are entered. Not cleared before use: that would cost as much as a short search.
 pub(crate) struct Stack {
-    children: [MaybeUninit<u32>; SIZE],
-    near: [MaybeUninit<f32>; SIZE],
+    children: MaybeUninit<[u32; SIZE]>,
+    near: MaybeUninit<[f32; SIZE]>,
     len: usize,
 }
 
 impl Stack {
     #[inline(always)]
     pub(crate) fn new() -> Stack {
-        Stack { children: [MaybeUninit::uninit(); SIZE], near: [MaybeUninit::uninit(); SIZE], len: 0 }
+        // Field by field: building it whole makes the compiler clear the array beside `len`.
+        let mut stack = MaybeUninit::<Stack>::uninit();
+        // SAFETY: the arrays need no value, and `len` gets one.
+        unsafe {
+            (&raw mut (*stack.as_mut_ptr()).len).write(0);
+            stack.assume_init()
+        }
     }
 
     #[inline(always)]
@@ -25,10 +31,28 @@ impl Stack {
         self.len = 0;
     }
 
+    /// Where entry `i` lies. Entries below `len` were written, and `len` is at most `SIZE - 8` (see there).
+    #[inline(always)]
+    fn child(&mut self, i: usize) -> *mut u32 {
+        debug_assert!(i + 8 <= SIZE);
+        // SAFETY: within the array, as depth is limited.
+        unsafe { self.children.as_mut_ptr().cast::<u32>().add(i) }
+    }
+
+    #[inline(always)]
+    fn entry(&mut self, i: usize) -> *mut f32 {
+        debug_assert!(i + 8 <= SIZE);
+        // SAFETY: within the array, as depth is limited.
+        unsafe { self.near.as_mut_ptr().cast::<f32>().add(i) }
+    }
+
     #[inline(always)]
     pub(crate) fn push(&mut self, child: u32, near: f32) {
-        self.children[self.len].write(child);
-        self.near[self.len].write(near);
+        // SAFETY: `len` is within the arrays.
+        unsafe {
+            self.child(self.len).write(child);
+            self.entry(self.len).write(near);
+        }
         self.len += 1;
     }
 
@@ -43,13 +67,8 @@ impl Stack {
             return None;
         }
         self.len -= 1;
-        // SAFETY: everything below `len` was written, and `len` is within the arrays.
-        unsafe {
-            Some((
-                self.children.get_unchecked(self.len).assume_init(),
-                self.near.get_unchecked(self.len).assume_init(),
-            ))
-        }
+        // SAFETY: everything below the old `len` was written.
+        unsafe { Some((self.child(self.len).read(), self.entry(self.len).read())) }
     }
 
     #[inline(always)]
@@ -61,9 +80,9 @@ impl Stack {
 
     /// The child that `pop` would give.
     #[inline(always)]
-    pub(crate) fn top(&self) -> Option<u32> {
+    pub(crate) fn top(&mut self) -> Option<u32> {
         // SAFETY: as in `pop`.
-        (self.len != 0).then(|| unsafe { self.children.get_unchecked(self.len - 1).assume_init() })
+        (self.len != 0).then(|| unsafe { self.child(self.len - 1).read() })
     }
 
     /// Room for eight more, to be followed by `grow`.
@@ -73,10 +92,7 @@ impl Stack {
         // SAFETY: depth is limited, so that there is always room for eight (see SIZE). Vectors are written there before
         // anything is read, and any bits are a number.
         unsafe {
-            (
-                &mut *self.children.as_mut_ptr().add(self.len).cast::<[u32; 8]>(),
-                &mut *self.near.as_mut_ptr().add(self.len).cast::<[f32; 8]>(),
-            )
+            (&mut *self.child(self.len).cast::<[u32; 8]>(), &mut *self.entry(self.len).cast::<[f32; 8]>())
         }
     }
 

@@ -35,12 +35,12 @@ impl Triangle4 {
     fn sheared<S: Simd>(&self, simd: S, ray: &Shear) -> Corners<S::F4> {
         let origin = ray.origin.map(|x| simd.splat4(x));
         let shear = [simd.splat4(ray.shear[0]), simd.splat4(ray.shear[1])];
-        [0, 1, 2].map(|corner| {
-            // Axes are 0, 1, 2; the remainder is never taken, but spares a check of bounds.
-            let [x, y, z] =
-                [0, 1, 2].map(|i| simd.load4(&self.corners[corner][ray.axes[i] % 3]).sub(origin[i]));
-            [x.sub(shear[0].mul(z)), y.sub(shear[1].mul(z)), z]
-        })
+        let seen = |corner: usize| {
+            let p = ray.axes.refs(&self.corners[corner]);
+            let [x, y, z] = p.map(|p| simd.load4(p));
+            [x.sub(shear[0].mul(z)).sub(origin[0]), y.sub(shear[1].mul(z)).sub(origin[1]), z.sub(origin[2])]
+        };
+        [seen(0), seen(1), seen(2)]
     }
 
     /// Hits with `t_min <= t <= hit.t`, each given to `accept`.

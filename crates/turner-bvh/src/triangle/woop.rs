@@ -14,53 +14,75 @@
 //! again in double precision. Hence any box around that part of the triangle, padded by a few times the tolerance,
 //! holds the hit: no tree can lose it, however its boxes are cut.
 
-use crate::Ray;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, Simd};
+
+/// Numbers of the three axes, in some order: below 3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Axes([u32; 3]);
+
+impl Axes {
+    pub(crate) const XYZ: Axes = Axes([0, 1, 2]);
+    const YZX: Axes = Axes([1, 2, 0]);
+    const ZXY: Axes = Axes([2, 0, 1]);
+
+    /// The numbers in that order.
+    #[inline(always)]
+    pub(crate) fn of<T: Copy>(self, xyz: &[T; 3]) -> [T; 3] {
+        // SAFETY: the numbers are below 3.
+        self.0.map(|axis| unsafe { *xyz.get_unchecked(axis as usize) })
+    }
+
+    /// References to what is there, in that order.
+    #[inline(always)]
+    pub(crate) fn refs<T>(self, xyz: &[T; 3]) -> [&T; 3] {
+        // SAFETY: the numbers are below 3.
+        self.0.map(|axis| unsafe { xyz.get_unchecked(axis as usize) })
+    }
+}
 
 /// What a ray needs for any number of triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
     /// The order of axes: the longest of the direction last.
-    pub(crate) axes: [usize; 3],
-    /// In that order.
-    pub(crate) origin: [f32; 3],
-    /// x and y of the direction, for z = 1, and 1 / z.
+    pub(crate) axes: Axes,
+    /// x and y of the direction for z = 1, and 1 / z, in that order.
     pub(crate) shear: [f32; 3],
+    /// x and y of the origin, sheared, and its z.
+    pub(crate) origin: [f32; 3],
     /// How far from the ray the weighted corners may lie.
     pub(crate) tolerance: f32,
 }
 
 impl Shear {
     /// In place of a ray.
-    pub(crate) const NONE: Shear = Shear { axes: [0; 3], origin: [0.0; 3], shear: [0.0; 3], tolerance: 0.0 };
+    pub(crate) const NONE: Shear =
+        Shear { axes: Axes::XYZ, origin: [0.0; 3], shear: [0.0; 3], tolerance: 0.0 };
 
     /// For a ray with a finite direction other than zero. `size` is the largest coordinate of its origin plus that
     /// of any triangle.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray, size: f32) -> Shear {
-        let d = ray.direction.map(f32::abs);
-        let z = if d[0] > d[1] {
-            if d[0] > d[2] { 0 } else { 2 }
-        } else if d[1] > d[2] {
-            1
+    pub(crate) fn new<S: Simd>(simd: S, origin: &[f32; 3], direction: &[f32; 3], size: f32) -> Shear {
+        let d = direction.map(f32::abs);
+        let axes = if d[0] > d[1] && d[0] > d[2] {
+            Axes::YZX
+        } else if d[1] > d[2] && d[1] >= d[0] {
+            Axes::ZXY
         } else {
-            2
+            Axes::XYZ
         };
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
-        let [x, y, z] = axes.map(|a| ray.direction[a]);
-        Shear {
-            axes,
-            origin: axes.map(|a| ray.origin[a]),
-            shear: [x / z, y / z, 1.0 / z],
-            tolerance: 2.0 * f32::EPSILON * size,
-        }
+        let [x, y, z] = axes.of(direction);
+        let mut shear = [0.0; 4];
+        simd.load4(&[x, y, 1.0, 1.0]).div(simd.splat4(z)).store(&mut shear);
+        let [x, y, z, _] = shear;
+        Shear { axes, origin: axes.of(origin), shear: [x, y, z], tolerance: 2.0 * f32::EPSILON * size }
     }
 
     /// A corner as the ray sees it.
     #[inline(always)]
     pub(crate) fn corner(&self, p: [f32; 3]) -> [f32; 3] {
-        let [x, y, z] = [0, 1, 2].map(|i| p[self.axes[i]] - self.origin[i]);
-        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+        let p = self.axes.of(&p);
+        let [x, y] = [0, 1].map(|i| p[i] - self.shear[i] * p[2] - self.origin[i]);
+        [x, y, p[2] - self.origin[2]]
     }
 }
 

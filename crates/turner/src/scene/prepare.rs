@@ -1,6 +1,6 @@
 //! From a description to a scene that can be rendered.
 
-use turner_bvh::{Bvh2Options, Bvh2, Bvh4};
+use turner_bvh::{Bvh2, Bvh2Options, Bvh4};
 
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape};

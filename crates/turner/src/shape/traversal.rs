@@ -111,7 +111,7 @@ fn power_of_two_below(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::shape::testing::Random;
-    use turner_bvh::{Bvh2Options, Bvh2};
+    use turner_bvh::{Bvh2, Bvh2Options};
 
     /// Rays aimed at points of small boxes must offer those boxes, wherever the scene lies, however large it is,
     /// and from however far away.

@@ -4,7 +4,7 @@
 //! normals or (u, v), 12 more per triangle and 12 and 8 per vertex. A faceted mesh takes at most 108 bytes per
 //! triangle, a smooth one with (u, v) about 130.
 
-use turner_bvh::{Aabb, Bvh2Options, Bvh2, Bvh4};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, Bvh4};
 
 use super::mesh::MeshData;
 use super::traversal::TraversalFrame;

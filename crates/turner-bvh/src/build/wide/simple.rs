@@ -15,6 +15,19 @@ pub(crate) fn build(source: &Source<'_>, _options: &BuildOptions<'_>) -> Result<
     if t2.nodes().is_empty() {
         return Ok(tree);
     }
+    fn range(t2: &Bvh2, n: usize, s: usize) -> (u32, u32) {
+        match t2.nodes()[n].leaf(s) {
+            Some(r) => (r.start, r.end),
+            None => {
+                let c = t2.nodes()[n].child(s);
+                (range(t2, c, 0).0.min(range(t2, c, 1).0), range(t2, c, 1).1.max(range(t2, c, 0).1))
+            }
+        }
+    }
+    fn leaf(t2: &Bvh2, n: usize, s: usize) -> Option<std::ops::Range<u32>> {
+        let (a, b) = range(t2, n, s);
+        if t2.nodes()[n].leaf(s).is_some() || b - a <= 4 { Some(a..b) } else { None }
+    }
     fn go(t2: &Bvh2, tree: &mut WideTree, root: usize, depth: usize) -> usize {
         let at = tree.nodes.len();
         tree.nodes.push(WideNode::EMPTY);
@@ -23,7 +36,7 @@ pub(crate) fn build(source: &Source<'_>, _options: &BuildOptions<'_>) -> Result<
             (0..2).map(|s| (t2.nodes()[root].bounds(s), root, s)).collect();
         while set.len() < 8 {
             let Some(i) = (0..set.len())
-                .filter(|&i| t2.nodes()[set[i].1].leaf(set[i].2).is_none())
+                .filter(|&i| leaf(t2, set[i].1, set[i].2).is_none())
                 .max_by(|&a, &b| set[a].0.half_area().total_cmp(&set[b].0.half_area()))
             else {
                 break;
@@ -36,7 +49,7 @@ pub(crate) fn build(source: &Source<'_>, _options: &BuildOptions<'_>) -> Result<
         }
         let mut node = WideNode::EMPTY;
         for (i, &(b, n, s)) in set.iter().enumerate() {
-            let child = match t2.nodes()[n].leaf(s) {
+            let child = match leaf(t2, n, s) {
                 Some(r) => {
                     let first = tree.slots.len() / 4;
                     let mut ids: Vec<u32> = r.map(|p| t2.order()[p as usize]).collect();
