@@ -1,12 +1,28 @@
 //! Builders of trees with eight children to a node.
+//!
+//! A tree depends on its primitives and the quality asked for, not on threads or on the machine: every split is decided
+//! by minima, maxima and counts of a set, or by an order in which no two primitives are equal.
 
-mod simple;
-pub(crate) use simple::build;
+mod assembly;
+mod binary;
+mod bins;
+mod collapse;
+mod lanes;
+mod load;
+mod octants;
+mod parallel;
+mod prims;
+mod sweep;
+mod top;
+#[cfg(test)]
+mod validate;
+#[cfg(test)]
+mod tests;
 
+use super::options::{BuildOptions, BuildStats, Quality};
 use super::BuildError;
-use super::options::{BuildOptions, BuildStats};
 use crate::Aabb;
-use crate::node::WideNode;
+use crate::node::{MAX_BLOCKS, WideNode};
 
 /// What a tree is built over.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +41,14 @@ impl Source<'_> {
             Source::Boxes { .. } => 1,
         }
     }
+
+    /// Primitives, usable or not.
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Source::Triangles { triangles, .. } => triangles.len(),
+            Source::Boxes { boxes, .. } => boxes.len(),
+        }
+    }
 }
 
 /// Nodes, and which primitives their leaves hold.
@@ -39,3 +63,41 @@ pub(crate) struct WideTree {
 
 /// An empty place in a block.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
+
+/// Builds the tree over all primitives of the source that a ray may meet.
+pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<WideTree, BuildError> {
+    if source.len() > MAX_BLOCKS {
+        return Err(BuildError::TooManyPrimitives { count: source.len(), limit: MAX_BLOCKS });
+    }
+    let threads = match options.threads {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        n => n,
+    };
+    let progress = parallel::Progress::new(options.progress, options.cancel, top::work_of(source.len()));
+    progress.check()?;
+    let mut loaded = load::load(source, threads)?;
+    progress.advance(source.len())?;
+    let primitives = loaded.prims.len();
+    let (non_finite, degenerate) = (loaded.non_finite, loaded.degenerate);
+    let costs = prims::Costs::new(source.block_width(), loaded.bounds);
+    let (top, subtrees) = if primitives == 0 {
+        (Vec::new(), Vec::new())
+    } else {
+        let set =
+            prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };
+        let max_bins = if options.quality == Quality::Fast { 8 } else { 16 };
+        top::Top { costs, max_bins, threads, progress: &progress }.build(set)?
+    };
+    drop(loaded);
+    let mut tree = assembly::assemble(source, &top, subtrees, threads)?;
+    tree.stats.primitives = primitives;
+    tree.stats.non_finite = non_finite;
+    tree.stats.degenerate = degenerate;
+    let block_bytes = match (source, options.compact) {
+        (Source::Triangles { .. }, false) => 160,
+        _ => source.block_width() * size_of::<u32>(),
+    };
+    tree.stats.bytes = tree.nodes.len() * size_of::<WideNode>() + tree.stats.blocks * block_bytes;
+    progress.tell(1.0);
+    Ok(tree)
+}

@@ -1,0 +1,168 @@
+//! Binary trees: what is decided first, before eight children are made of two.
+
+use super::bins::{Grid, MAX_BINS, Scratch, Split, best_split, halve, partition};
+use super::prims::{Bounds, Costs, Set};
+use super::sweep::{MAX_SWEEP, Sweep};
+use crate::node::MAX_LEAF_BLOCKS;
+use super::lanes::F4;
+
+/// Beyond this depth sets are halved: that bounds the recursion.
+const MAX_BINARY_DEPTH: usize = 96;
+
+/// What a node costs, in blocks.
+pub(super) const NODE_COST: f32 = 1.0;
+
+/// A node of a binary tree in depth-first order: its left child follows it.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct BinaryNode {
+    /// The last lanes are the position of the first primitive, and how many there are.
+    bounds: Bounds,
+    /// The least cost of this subtree as at most 1, 2, ... 7 children of a wide node.
+    pub(super) costs: [f32; 7],
+    /// The right child; 0 makes a leaf.
+    pub(super) right: u32,
+}
+
+const _: () = assert!(size_of::<BinaryNode>() == 64);
+
+impl BinaryNode {
+    fn new(bounds: Bounds, first: usize, count: usize) -> BinaryNode {
+        let ([a, b, c, _], [d, e, f, _]) = (bounds.lo.array(), bounds.hi.array());
+        let lo = F4::new([a, b, c, f32::from_bits(first as u32)]);
+        let hi = F4::new([d, e, f, f32::from_bits(count as u32)]);
+        BinaryNode { bounds: Bounds { lo, hi }, costs: [0.0; 7], right: 0 }
+    }
+
+    pub(super) fn leaf(bounds: Bounds, first: usize, count: usize, costs: &Costs) -> BinaryNode {
+        let cost = costs.leaf(bounds, count);
+        BinaryNode { costs: [cost; 7], ..BinaryNode::new(bounds, first, count) }
+    }
+
+    pub(super) fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    pub(super) fn first(&self) -> usize {
+        self.bounds.lo.array()[3].to_bits() as usize
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.bounds.hi.array()[3].to_bits() as usize
+    }
+
+    pub(super) fn is_leaf(&self) -> bool {
+        self.right == 0
+    }
+
+    /// What it costs as one leaf; infinite where it is too large for one.
+    pub(super) fn leaf_cost(&self, costs: &Costs) -> f32 {
+        let count = self.count();
+        if costs.blocks(count) > MAX_LEAF_BLOCKS { f32::INFINITY } else { costs.leaf(self.bounds, count) }
+    }
+}
+
+/// A binary tree, and the numbers of primitives in the order of its leaves.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BinaryTree {
+    pub(super) nodes: Vec<BinaryNode>,
+    pub(super) ids: Vec<u32>,
+}
+
+impl BinaryTree {
+    pub(super) fn clear(&mut self) {
+        self.nodes.clear();
+        self.ids.clear();
+    }
+
+    pub(super) fn push_leaf(&mut self, bounds: Bounds, first: usize, costs: &Costs) {
+        self.nodes.push(BinaryNode::leaf(bounds, first, self.ids.len() - first, costs));
+    }
+
+    /// A place for a node whose children follow.
+    pub(super) fn push_inner(&mut self, bounds: Bounds) -> usize {
+        self.nodes.push(BinaryNode::new(bounds, self.ids.len(), 0));
+        self.nodes.len() - 1
+    }
+
+    /// Fills in what is known once both subtrees are there.
+    pub(super) fn finish(&mut self, index: usize, right: usize, costs: &Costs) {
+        let bounds = self.nodes[index].bounds;
+        let first = self.nodes[index].first();
+        let (l, r) = (self.nodes[index + 1].costs, self.nodes[right].costs);
+        let mut node = BinaryNode::new(bounds, first, self.ids.len() - first);
+        node.right = right as u32;
+        // The least cost of exactly i + 2 children, shared out between both subtrees.
+        let mut both = [f32::INFINITY; 7];
+        for a in 0..7 {
+            for b in 0..7 - a {
+                let cost = l[a] + r[b];
+                both[a + b] = if cost < both[a + b] { cost } else { both[a + b] };
+            }
+        }
+        let as_node = bounds.area(costs.pad) * NODE_COST + both[6];
+        let mut least = as_node.min(node.leaf_cost(costs));
+        node.costs[0] = least;
+        for i in 1..7 {
+            least = least.min(both[i - 1]);
+            node.costs[i] = least;
+        }
+        self.nodes[index] = node;
+    }
+}
+
+/// Makes binary trees of sets.
+#[derive(Debug)]
+pub(super) struct BinaryBuilder {
+    pub(super) costs: Costs,
+    pub(super) max_bins: usize,
+    pub(super) tree: BinaryTree,
+    scratch: Scratch,
+    sweep: Sweep,
+}
+
+impl BinaryBuilder {
+    pub(super) fn new(costs: Costs, max_bins: usize) -> BinaryBuilder {
+        BinaryBuilder { costs, max_bins, tree: BinaryTree::default(), scratch: Scratch::new(), sweep: Sweep::new() }
+    }
+
+    /// Appends the tree of a set that is not empty.
+    pub(super) fn subtree(&mut self, set: Set<'_>, depth: usize) {
+        if set.len() <= MAX_SWEEP {
+            self.sweep.subtree(set.prims, &self.costs, &mut self.tree);
+            return;
+        }
+        let index = self.tree.push_inner(set.bounds);
+        let [left, right] = if depth < MAX_BINARY_DEPTH { self.split(set) } else { halve(set) };
+        self.subtree(left, depth + 1);
+        let right_index = self.tree.nodes.len();
+        self.subtree(right, depth + 1);
+        self.tree.finish(index, right_index, &self.costs);
+    }
+
+    /// Splits where that is cheapest, or in the middle where it makes no difference.
+    pub(super) fn split<'a>(&mut self, set: Set<'a>) -> [Set<'a>; 2] {
+        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins));
+        let bins = self.scratch.fill(set.prims, &grid);
+        let Some(split) = best_split(bins, &grid, set.len(), &self.costs) else { return halve(set) };
+        let (middle, centers) = partition(set.prims, &grid, &split);
+        divide(set, middle, &split, centers)
+    }
+}
+
+/// The two parts of a set that has been partitioned.
+pub(super) fn divide<'a>(set: Set<'a>, middle: usize, split: &Split, centers: [Bounds; 2]) -> [Set<'a>; 2] {
+    if middle == 0 || middle == set.len() {
+        return halve(set);
+    }
+    let (left, right) = set.prims.split_at_mut(middle);
+    [
+        Set { prims: left, bounds: split.bounds[0], centers: centers[0] },
+        Set { prims: right, bounds: split.bounds[1], centers: centers[1] },
+    ]
+}
+
+/// Fewer bins for small sets: looking through them would take longer than filling them.
+pub(super) fn bins_for(count: usize, max_bins: usize) -> usize {
+    (4 + count / 16).min(max_bins).min(MAX_BINS)
+}

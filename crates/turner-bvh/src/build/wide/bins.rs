@@ -1,0 +1,226 @@
+//! The surface area heuristic over bins (Wald 2007, "On fast construction of SAH-based bounding volume hierarchies").
+//!
+//! Minima, maxima and counts do not depend on the order of the primitives, and so neither does the split.
+
+use super::lanes::F4;
+use super::prims::{Bounds, Costs, Prim, Set};
+
+pub(super) const MAX_BINS: usize = 32;
+
+/// Sets from this size on are binned into two sets of bins in turn: neighbours fall into the same bins, and the second
+/// would wait for the first.
+const MIN_TWO_ACCUMULATORS: usize = 512;
+
+/// Which bin a centre belongs to, on all axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    min: F4,
+    scale: F4,
+    last: F4,
+    bins: usize,
+}
+
+impl Grid {
+    pub(super) fn new(centers: Bounds, bins: usize) -> Grid {
+        let bins = bins.clamp(2, MAX_BINS);
+        let ([a, b, c, _], extents) = (centers.lo.array(), F4::splat(0.0).sub(centers.lo.add(centers.hi)));
+        let [x, y, z, _] = extents.array().map(|e| {
+            // A little less, so that the largest centre is in the last bin. Infinite scales would make NaN of 0.
+            if e > 0.0 { (bins as f32 * 0.999_999 / e).min(f32::MAX) } else { 0.0 }
+        });
+        Grid {
+            min: F4::new([a, b, c, 0.0]),
+            scale: F4::new([x, y, z, 0.0]),
+            last: F4::splat((bins - 1) as f32),
+            bins,
+        }
+    }
+
+    /// Real numbers whose integer part is the bin; not yet within the range of bins.
+    #[inline(always)]
+    fn place(&self, center: F4) -> F4 {
+        center.sub(self.min).mul(self.scale)
+    }
+
+    #[inline(always)]
+    fn bins_of(&self, bounds: Bounds) -> [usize; 3] {
+        let [x, y, z, _] =
+            self.place(bounds.center()).max(F4::splat(0.0)).min(self.last).truncated();
+        [x as usize, y as usize, z as usize]
+    }
+}
+
+/// Of each axis and bin, the box around the primitives and their number.
+#[derive(Clone, Debug)]
+pub(super) struct Bins {
+    boxes: [[Bounds; MAX_BINS]; 3],
+    counts: [[u32; MAX_BINS]; 3],
+}
+
+impl Bins {
+    pub(super) fn new() -> Bins {
+        Bins { boxes: [[Bounds::empty(); MAX_BINS]; 3], counts: [[0; MAX_BINS]; 3] }
+    }
+
+    fn clear(&mut self, bins: usize) {
+        for axis in 0..3 {
+            self.boxes[axis][..bins].fill(Bounds::empty());
+            self.counts[axis][..bins].fill(0);
+        }
+    }
+
+    pub(super) fn merge(&mut self, other: &Bins, grid: &Grid) {
+        for axis in 0..3 {
+            for bin in 0..grid.bins {
+                let b = &mut self.boxes[axis][bin];
+                *b = b.union(other.boxes[axis][bin]);
+                self.counts[axis][bin] += other.counts[axis][bin];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, prim: &Prim, grid: &Grid) {
+        let bins = grid.bins_of(prim.bounds);
+        for axis in 0..3 {
+            let bin = bins[axis] & (MAX_BINS - 1);
+            let b = &mut self.boxes[axis][bin];
+            *b = b.union(prim.bounds);
+            self.counts[axis][bin] += 1;
+        }
+    }
+}
+
+/// Bins to work with, made once per thread.
+#[derive(Clone, Debug)]
+pub(super) struct Scratch {
+    bins: Box<[Bins; 2]>,
+}
+
+impl Scratch {
+    pub(super) fn new() -> Scratch {
+        Scratch { bins: Box::new([Bins::new(), Bins::new()]) }
+    }
+
+    /// What [`fill`](Self::fill) filled last.
+    pub(super) fn first(&mut self) -> &mut Bins {
+        &mut self.bins[0]
+    }
+
+    /// Counts the primitives into bins.
+    pub(super) fn fill(&mut self, prims: &[Prim], grid: &Grid) -> &mut Bins {
+        let [first, second] = &mut *self.bins;
+        first.clear(grid.bins);
+        if prims.len() < MIN_TWO_ACCUMULATORS {
+            for prim in prims {
+                first.add(prim, grid);
+            }
+        } else {
+            second.clear(grid.bins);
+            let (pairs, rest) = prims.as_chunks::<2>();
+            for [a, b] in pairs {
+                first.add(a, grid);
+                second.add(b, grid);
+            }
+            for prim in rest {
+                first.add(prim, grid);
+            }
+            first.merge(second, grid);
+        }
+        first
+    }
+}
+
+/// Bins `0..=last_left` of `axis` go left.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Split {
+    pub(super) axis: usize,
+    pub(super) last_left: usize,
+    pub(super) cost: f32,
+    pub(super) bounds: [Bounds; 2],
+}
+
+/// The cheapest split with something on both sides; `None` when all centres fall together.
+pub(super) fn best_split(bins: &Bins, grid: &Grid, count: usize, costs: &Costs) -> Option<Split> {
+    let mut best: Option<(f32, usize, usize)> = None;
+    let mut best_balance = usize::MAX;
+    for axis in 0..3 {
+        let (boxes, counts) = (&bins.boxes[axis], &bins.counts[axis]);
+        let mut right_areas = [0.0; MAX_BINS];
+        let mut right = Bounds::empty();
+        for bin in (1..grid.bins).rev() {
+            right = right.union(boxes[bin]);
+            right_areas[bin] = right.area(costs.pad);
+        }
+        let mut left = Bounds::empty();
+        let mut left_count = 0;
+        for bin in 0..grid.bins - 1 {
+            left = left.union(boxes[bin]);
+            left_count += counts[bin] as usize;
+            let right_count = count - left_count;
+            if counts[bin] == 0 || right_count == 0 {
+                continue;
+            }
+            let cost = left.area(costs.pad) * costs.blocks(left_count) as f32
+                + right_areas[bin + 1] * costs.blocks(right_count) as f32;
+            let balance = left_count.abs_diff(right_count);
+            if best.is_none_or(|(least, ..)| cost < least || cost == least && balance < best_balance) {
+                best = Some((cost, axis, bin));
+                best_balance = balance;
+            }
+        }
+    }
+    let (cost, axis, last_left) = best?;
+    let around = |boxes: &[Bounds]| boxes.iter().fold(Bounds::empty(), |a, b| a.union(*b));
+    let (left, right) = bins.boxes[axis][..grid.bins].split_at(last_left + 1);
+    Some(Split { axis, last_left, cost, bounds: [around(left), around(right)] })
+}
+
+/// Moves what goes left to the front. Returns the number of those, and the boxes around the centres of both parts.
+pub(super) fn partition(prims: &mut [Prim], grid: &Grid, split: &Split) -> (usize, [Bounds; 2]) {
+    match split.axis {
+        0 => partition_on::<0>(prims, grid, split.last_left),
+        1 => partition_on::<1>(prims, grid, split.last_left),
+        _ => partition_on::<2>(prims, grid, split.last_left),
+    }
+}
+
+fn partition_on<const AXIS: usize>(prims: &mut [Prim], grid: &Grid, last_left: usize) -> (usize, [Bounds; 2]) {
+    let border = F4::splat((last_left + 1) as f32);
+    let [mut left, mut right] = [Bounds::empty(); 2];
+    let mut front = 0;
+    for i in 0..prims.len() {
+        // SAFETY: `front <= i < prims.len()`, as `front` grows at most by one a step.
+        let (here, there) = unsafe { (*prims.get_unchecked(i), *prims.get_unchecked(front)) };
+        let center = here.bounds.center();
+        let goes_right = grid.place(center).at_least(border).array()[AXIS];
+        // NaN where the primitive is on the other side: a minimum leaves that out.
+        let mask = F4::splat(goes_right);
+        let other = F4::splat(f32::from_bits(!goes_right.to_bits()));
+        let point = Bounds::point(center);
+        left.lo = point.lo.or(mask).min(left.lo);
+        left.hi = point.hi.or(mask).min(left.hi);
+        right.lo = point.lo.or(other).min(right.lo);
+        right.hi = point.hi.or(other).min(right.hi);
+        // SAFETY: as above.
+        unsafe {
+            *prims.get_unchecked_mut(i) = there;
+            *prims.get_unchecked_mut(front) = here;
+        }
+        front += usize::from(goes_right.to_bits() == 0);
+    }
+    (front, [left, right])
+}
+
+/// Splits a set in the middle: by the centre on the axis where centres spread most, then by number.
+pub(super) fn halve<'a>(set: Set<'a>) -> [Set<'a>; 2] {
+    let extents = F4::splat(0.0).sub(set.centers.lo.add(set.centers.hi)).array();
+    let axis = (1..3).fold(0, |widest, i| if extents[i] > extents[widest] { i } else { widest });
+    let middle = set.prims.len() / 2;
+    let key = |prim: &Prim| prim.bounds.center().array()[axis];
+    set.prims.select_nth_unstable_by(middle, |a, b| {
+        key(a).total_cmp(&key(b)).then_with(|| a.id().cmp(&b.id()))
+    });
+    let (left, right) = set.prims.split_at_mut(middle);
+    [Set::of(left), Set::of(right)]
+}

@@ -1,0 +1,180 @@
+//! Eight children of two: the cheapest cut through each binary tree (Ylitie, Karras, Laine 2017, "Efficient incoherent
+//! ray traversal on GPUs through compressed wide BVHs"), with leaves of as many blocks as pays.
+
+use super::NO_PRIMITIVE;
+use super::binary::{BinaryNode, BinaryTree};
+use super::octants::set_order;
+use super::prims::Costs;
+use crate::node::{ChildRef, MAX_WIDE_DEPTH, WideNode};
+
+/// A wide subtree. References count from its own first node and block.
+#[derive(Debug, Default)]
+pub(super) struct Subtree {
+    pub(super) nodes: Vec<WideNode>,
+    pub(super) slots: Vec<u32>,
+    pub(super) root: Option<ChildRef>,
+    pub(super) leaves: usize,
+    pub(super) references: usize,
+    /// Nodes on the longest way down, those above included.
+    pub(super) max_depth: usize,
+}
+
+/// Appends wide nodes to a subtree.
+pub(super) struct Collapse<'a> {
+    pub(super) tree: &'a BinaryTree,
+    pub(super) costs: &'a Costs,
+    pub(super) out: Subtree,
+}
+
+impl Collapse<'_> {
+    /// Makes the wide tree of the whole binary one, below `depth` nodes; with `is_root` a node even if a leaf would do.
+    pub(super) fn run(mut self, depth: usize, is_root: bool) -> Subtree {
+        self.out.max_depth = depth;
+        let root = &self.tree.nodes[0];
+        self.out.root = Some(if !self.is_leaf(root) {
+            self.node(0, depth + 1)
+        } else if is_root {
+            self.wide_node(&[0], depth + 1)
+        } else {
+            self.leaf(root)
+        });
+        self.out
+    }
+
+    /// Whether a subtree that is one child is a leaf.
+    fn is_leaf(&self, node: &BinaryNode) -> bool {
+        node.is_leaf() || node.leaf_cost(self.costs) <= node.costs[0]
+    }
+
+    /// Appends the node of the subtree at `index`, which has two children at least.
+    fn node(&mut self, index: usize, depth: usize) -> ChildRef {
+        if depth + halvings(self.tree.nodes[index].count()) >= MAX_WIDE_DEPTH {
+            let mut leaves = Vec::new();
+            self.gather_leaves(index, &mut leaves);
+            return self.even_node(&leaves, depth);
+        }
+        let mut children = [0; 8];
+        let mut count = 0;
+        self.share_out(index, 8, &mut children, &mut count);
+        self.wide_node(&children[..count], depth)
+    }
+
+    /// Notes what the subtree becomes as at most `places` children.
+    fn gather(&self, index: usize, mut places: usize, children: &mut [usize; 8], count: &mut usize) {
+        let node = &self.tree.nodes[index];
+        while places > 1 && node.costs[places - 2] <= node.costs[places - 1] {
+            places -= 1;
+        }
+        if places == 1 || node.is_leaf() {
+            children[*count] = index;
+            *count += 1;
+        } else {
+            self.share_out(index, places, children, count);
+        }
+    }
+
+    /// Shares the places out between both children, as cheaply as possible.
+    fn share_out(&self, index: usize, places: usize, children: &mut [usize; 8], count: &mut usize) {
+        let (left, right) = (index + 1, self.tree.nodes[index].right as usize);
+        let (l, r) = (&self.tree.nodes[left].costs, &self.tree.nodes[right].costs);
+        let mut best = (f32::INFINITY, 1);
+        for for_left in 1..places {
+            let cost = l[for_left - 1] + r[places - for_left - 1];
+            if cost < best.0 {
+                best = (cost, for_left);
+            }
+        }
+        self.gather(left, best.1, children, count);
+        self.gather(right, places - best.1, children, count);
+    }
+
+    fn wide_node(&mut self, children: &[usize], depth: usize) -> ChildRef {
+        let index = self.start_node(depth);
+        let mut node = WideNode::EMPTY;
+        for (place, &child) in children.iter().enumerate() {
+            let tree = self.tree;
+            let binary = &tree.nodes[child];
+            let reference =
+                if self.is_leaf(binary) { self.leaf(binary) } else { self.node(child, depth + 1) };
+            node.set(place, binary.bounds().aabb(), reference);
+        }
+        self.end_node(index, node)
+    }
+
+    fn start_node(&mut self, depth: usize) -> usize {
+        self.out.max_depth = self.out.max_depth.max(depth);
+        self.out.nodes.push(WideNode::EMPTY);
+        self.out.nodes.len() - 1
+    }
+
+    fn end_node(&mut self, index: usize, mut node: WideNode) -> ChildRef {
+        set_order(&mut node);
+        self.out.nodes[index] = node;
+        ChildRef::node(index)
+    }
+
+    /// Appends a leaf with all primitives below the binary node, each once, in the order of their numbers.
+    fn leaf(&mut self, node: &BinaryNode) -> ChildRef {
+        let first = self.out.slots.len();
+        self.out.slots.extend_from_slice(&self.tree.ids[node.first()..node.first() + node.count()]);
+        let slots = &mut self.out.slots[first..];
+        if !slots.is_sorted_by(|a, b| a < b) {
+            slots.sort_unstable();
+            let mut kept = 1;
+            for i in 1..slots.len() {
+                if slots[i] != slots[kept - 1] {
+                    slots[kept] = slots[i];
+                    kept += 1;
+                }
+            }
+            self.out.slots.truncate(first + kept);
+        }
+        let count = self.out.slots.len() - first;
+        self.out.leaves += 1;
+        self.out.references += count;
+        let blocks = self.costs.blocks(count);
+        self.out.slots.resize(first + (blocks << self.costs.block_shift), NO_PRIMITIVE);
+        ChildRef::leaf(first >> self.costs.block_shift, blocks)
+    }
+
+    fn gather_leaves(&self, index: usize, leaves: &mut Vec<usize>) {
+        let mut pending = vec![index];
+        while let Some(index) = pending.pop() {
+            let node = &self.tree.nodes[index];
+            if self.is_leaf(node) {
+                leaves.push(index);
+            } else {
+                pending.extend([node.right as usize, index + 1]);
+            }
+        }
+    }
+
+    /// A node over leaves that are shared out evenly, where trees get too deep.
+    fn even_node(&mut self, leaves: &[usize], depth: usize) -> ChildRef {
+        if leaves.len() <= 8 {
+            return self.wide_node(leaves, depth);
+        }
+        let index = self.start_node(depth);
+        let mut node = WideNode::EMPTY;
+        for place in 0..8 {
+            let part = &leaves[leaves.len() * place / 8..leaves.len() * (place + 1) / 8];
+            let tree = self.tree;
+            let bounds = part.iter().map(|&i| tree.nodes[i].bounds()).reduce(|a, b| a.union(b));
+            let reference =
+                if let [leaf] = part { self.leaf(&tree.nodes[*leaf]) } else { self.even_node(part, depth + 1) };
+            node.set(place, bounds.expect("eight parts of more than eight").aabb(), reference);
+        }
+        self.end_node(index, node)
+    }
+}
+
+/// Nodes on the longest way down when leaves are shared out evenly.
+pub(super) fn halvings(count: usize) -> usize {
+    let mut levels = 1;
+    let mut reach = 8;
+    while reach < count {
+        levels += 1;
+        reach *= 8;
+    }
+    levels + 1
+}

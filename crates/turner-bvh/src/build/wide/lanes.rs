@@ -1,0 +1,198 @@
+//! Four floats at a time: SSE2 where it belongs to the machine, plain arrays elsewhere, with the same results.
+
+pub(super) use imp::F4;
+
+#[cfg(target_arch = "x86_64")]
+mod imp {
+    use std::arch::x86_64::*;
+
+    macro_rules! sse {
+        ($call:expr) => {
+            // SAFETY: every x86-64 processor has SSE2.
+            #[allow(unused_unsafe)]
+            unsafe {
+                $call
+            }
+        };
+    }
+
+    #[derive(Clone, Copy, Debug)]
+    #[repr(transparent)]
+    pub(in super::super) struct F4(__m128);
+
+    impl F4 {
+        #[inline(always)]
+        pub(in super::super) fn new(a: [f32; 4]) -> F4 {
+            F4(sse!(_mm_set_ps(a[3], a[2], a[1], a[0])))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn splat(x: f32) -> F4 {
+            F4(sse!(_mm_set1_ps(x)))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn array(self) -> [f32; 4] {
+            // SAFETY: both are 16 bytes of plain numbers.
+            unsafe { std::mem::transmute(self.0) }
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn add(self, other: F4) -> F4 {
+            F4(sse!(_mm_add_ps(self.0, other.0)))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn sub(self, other: F4) -> F4 {
+            F4(sse!(_mm_sub_ps(self.0, other.0)))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn mul(self, other: F4) -> F4 {
+            F4(sse!(_mm_mul_ps(self.0, other.0)))
+        }
+
+        /// `self` where it is the smaller one, else `other`: `other` also where either is NaN.
+        #[inline(always)]
+        pub(in super::super) fn min(self, other: F4) -> F4 {
+            F4(sse!(_mm_min_ps(self.0, other.0)))
+        }
+
+        /// `self` where it is the larger one, else `other`: `other` also where either is NaN.
+        #[inline(always)]
+        pub(in super::super) fn max(self, other: F4) -> F4 {
+            F4(sse!(_mm_max_ps(self.0, other.0)))
+        }
+
+        /// All bits set where `self >= other`.
+        #[inline(always)]
+        pub(in super::super) fn at_least(self, other: F4) -> F4 {
+            F4(sse!(_mm_cmpge_ps(self.0, other.0)))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn or(self, other: F4) -> F4 {
+            F4(sse!(_mm_or_ps(self.0, other.0)))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn and(self, other: F4) -> F4 {
+            F4(sse!(_mm_and_ps(self.0, other.0)))
+        }
+
+        /// `self` without the bits of `mask`.
+        #[inline(always)]
+        pub(in super::super) fn without(self, mask: F4) -> F4 {
+            F4(sse!(_mm_andnot_ps(mask.0, self.0)))
+        }
+
+        /// Lanes 1, 2, 0, 3.
+        #[inline(always)]
+        pub(in super::super) fn rotated(self) -> F4 {
+            F4(sse!(_mm_shuffle_ps::<0b11_00_10_01>(self.0, self.0)))
+        }
+
+        /// Rounded towards zero; all lanes must be within the range of `i32`.
+        #[inline(always)]
+        pub(in super::super) fn truncated(self) -> [i32; 4] {
+            // SAFETY: both are 16 bytes of plain numbers.
+            unsafe { std::mem::transmute(sse!(_mm_cvttps_epi32(self.0))) }
+        }
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+mod imp {
+    #[derive(Clone, Copy, Debug)]
+    #[repr(C, align(16))]
+    pub(in super::super) struct F4([f32; 4]);
+
+    impl F4 {
+        #[inline(always)]
+        fn zip(self, other: F4, f: impl Fn(f32, f32) -> f32) -> F4 {
+            F4(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        }
+
+        #[inline(always)]
+        fn bits(self, other: F4, f: impl Fn(u32, u32) -> u32) -> F4 {
+            self.zip(other, |a, b| f32::from_bits(f(a.to_bits(), b.to_bits())))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn new(a: [f32; 4]) -> F4 {
+            F4(a)
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn splat(x: f32) -> F4 {
+            F4([x; 4])
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn array(self) -> [f32; 4] {
+            self.0
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn add(self, other: F4) -> F4 {
+            self.zip(other, |a, b| a + b)
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn sub(self, other: F4) -> F4 {
+            self.zip(other, |a, b| a - b)
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn mul(self, other: F4) -> F4 {
+            self.zip(other, |a, b| a * b)
+        }
+
+        /// `self` where it is the smaller one, else `other`: `other` also where either is NaN.
+        #[inline(always)]
+        pub(in super::super) fn min(self, other: F4) -> F4 {
+            self.zip(other, |a, b| if a < b { a } else { b })
+        }
+
+        /// `self` where it is the larger one, else `other`: `other` also where either is NaN.
+        #[inline(always)]
+        pub(in super::super) fn max(self, other: F4) -> F4 {
+            self.zip(other, |a, b| if a > b { a } else { b })
+        }
+
+        /// All bits set where `self >= other`.
+        #[inline(always)]
+        pub(in super::super) fn at_least(self, other: F4) -> F4 {
+            self.zip(other, |a, b| f32::from_bits(if a >= b { u32::MAX } else { 0 }))
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn or(self, other: F4) -> F4 {
+            self.bits(other, |a, b| a | b)
+        }
+
+        #[inline(always)]
+        pub(in super::super) fn and(self, other: F4) -> F4 {
+            self.bits(other, |a, b| a & b)
+        }
+
+        /// `self` without the bits of `mask`.
+        #[inline(always)]
+        pub(in super::super) fn without(self, mask: F4) -> F4 {
+            self.bits(mask, |a, b| a & !b)
+        }
+
+        /// Lanes 1, 2, 0, 3.
+        #[inline(always)]
+        pub(in super::super) fn rotated(self) -> F4 {
+            let [a, b, c, d] = self.0;
+            F4([b, c, a, d])
+        }
+
+        /// Rounded towards zero; all lanes must be within the range of `i32`.
+        #[inline(always)]
+        pub(in super::super) fn truncated(self) -> [i32; 4] {
+            self.0.map(|x| x as i32)
+        }
+    }
+}

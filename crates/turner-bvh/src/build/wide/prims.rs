@@ -1,0 +1,138 @@
+//! Primitives on their way to a leaf.
+
+use super::lanes::F4;
+use crate::Aabb;
+
+/// A box as lower corner and negated upper corner, so that minima alone make a union. The last lanes mean nothing.
+///
+/// Zeros are positive, in both: minima then do not depend on the order they are taken in, to the last bit.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(super) struct Bounds {
+    pub(super) lo: F4,
+    pub(super) hi: F4,
+}
+
+impl Bounds {
+    #[inline(always)]
+    pub(super) fn empty() -> Bounds {
+        Bounds { lo: F4::splat(f32::INFINITY), hi: F4::splat(f32::INFINITY) }
+    }
+
+    #[inline(always)]
+    pub(super) fn from_corners(min: [f32; 3], max: [f32; 3]) -> Bounds {
+        let zero = F4::splat(0.0);
+        Bounds {
+            lo: F4::new([min[0], min[1], min[2], 0.0]).add(zero),
+            hi: F4::new([-max[0], -max[1], -max[2], 0.0]).add(zero),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn union(self, other: Bounds) -> Bounds {
+        Bounds { lo: self.lo.min(other.lo), hi: self.hi.min(other.hi) }
+    }
+
+    /// Half the area of the box made longer by `pad` on each axis, as flat boxes and points are to cost something too.
+    #[inline(always)]
+    pub(super) fn area(self, pad: F4) -> f32 {
+        let extent = pad.sub(self.lo.add(self.hi)).max(F4::splat(0.0));
+        let [a, b, c, _] = extent.mul(extent.rotated()).array();
+        a + b + c
+    }
+
+    pub(super) fn aabb(self) -> Aabb {
+        let ([a, b, c, _], [d, e, f, _]) = (self.lo.array(), self.hi.array());
+        Aabb { min: [a, b, c], max: [-d + 0.0, -e + 0.0, -f + 0.0] }
+    }
+
+    /// Twice the centre.
+    #[inline(always)]
+    pub(super) fn center(self) -> F4 {
+        self.lo.sub(self.hi)
+    }
+
+    /// The box of a point.
+    #[inline(always)]
+    pub(super) fn point(p: F4) -> Bounds {
+        Bounds { lo: p, hi: F4::splat(0.0).sub(p) }
+    }
+}
+
+/// A primitive's box and number, in half a cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct Prim {
+    /// The last lane of the lower corner is the number.
+    pub(super) bounds: Bounds,
+}
+
+const _: () = assert!(size_of::<Prim>() == 32);
+
+impl Prim {
+    #[inline(always)]
+    pub(super) fn new(min: [f32; 3], max: [f32; 3], id: u32) -> Prim {
+        let mut bounds = Bounds::from_corners(min, max);
+        let [a, b, c, _] = bounds.lo.array();
+        bounds.lo = F4::new([a, b, c, f32::from_bits(id)]);
+        Prim { bounds }
+    }
+
+    #[inline(always)]
+    pub(super) fn id(&self) -> u32 {
+        self.bounds.lo.array()[3].to_bits()
+    }
+}
+
+/// Primitives to make a subtree of, and the boxes around them and around their centres (doubled).
+#[derive(Debug)]
+pub(super) struct Set<'a> {
+    pub(super) prims: &'a mut [Prim],
+    pub(super) bounds: Bounds,
+    pub(super) centers: Bounds,
+}
+
+impl<'a> Set<'a> {
+    /// Measures both boxes.
+    pub(super) fn of(prims: &'a mut [Prim]) -> Set<'a> {
+        let (mut bounds, mut centers) = (Bounds::empty(), Bounds::empty());
+        for prim in &*prims {
+            bounds = bounds.union(prim.bounds);
+            centers = centers.union(Bounds::point(prim.bounds.center()));
+        }
+        Set { prims, bounds, centers }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.prims.len()
+    }
+}
+
+/// What sets of primitives cost.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Costs {
+    /// Primitives in a block, as a power of two.
+    pub(super) block_shift: u32,
+    /// What boxes are made longer by before their areas are compared.
+    pub(super) pad: F4,
+}
+
+impl Costs {
+    pub(super) fn new(block_width: usize, root: Bounds) -> Costs {
+        let b = root.aabb();
+        let extent = (0..3).map(|i| b.max[i] - b.min[i]).fold(0.0, f32::max);
+        // 2^-26 of the largest extent.
+        let pad = (extent * 1.490_116_1e-8).max(1e-15);
+        Costs { block_shift: block_width.trailing_zeros(), pad: F4::splat(pad) }
+    }
+
+    #[inline(always)]
+    pub(super) fn blocks(&self, count: usize) -> usize {
+        (count + (1 << self.block_shift) - 1) >> self.block_shift
+    }
+
+    #[inline(always)]
+    pub(super) fn leaf(&self, bounds: Bounds, count: usize) -> f32 {
+        bounds.area(self.pad) * self.blocks(count) as f32
+    }
+}

@@ -1,0 +1,263 @@
+//! The upper nodes, by all threads together, and the subtrees below them, one to a thread.
+
+use std::collections::BinaryHeap;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+use super::assembly::{TopChild, TopNode};
+use super::binary::{BinaryBuilder, bins_for, divide};
+use super::bins::{Grid, Scratch, best_split, halve, partition};
+use super::collapse::{Collapse, Subtree, halvings};
+use super::parallel::{Progress, at_once, parts};
+use super::prims::{Bounds, Costs, Prim, Set};
+use super::super::BuildError;
+use crate::node::MAX_WIDE_DEPTH;
+
+/// Sets up to this size become subtrees of their own. The tree depends on it.
+pub(super) const MAX_SUBTREE: usize = 1 << 13;
+
+/// Sets from this size on are split by several threads.
+const MIN_PARALLEL: usize = 1 << 17;
+
+/// A set that waits to become a child of a top node.
+struct Work<'a> {
+    set: Set<'a>,
+    /// Nodes above.
+    depth: usize,
+    /// The top node, and which child of it this is; `None` for the whole tree.
+    parent: Option<(usize, usize)>,
+}
+
+impl Ord for Work<'_> {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.set.len().cmp(&other.set.len())
+    }
+}
+
+impl PartialOrd for Work<'_> {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Work<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Work<'_> {}
+
+/// What all threads see.
+struct State<'a> {
+    /// The largest first.
+    waiting: BinaryHeap<Work<'a>>,
+    /// Sets that wait or are worked on.
+    unfinished: usize,
+    top: Vec<TopNode>,
+    subtrees: Vec<Subtree>,
+    error: Option<BuildError>,
+}
+
+pub(super) struct Top<'a> {
+    pub(super) costs: Costs,
+    pub(super) max_bins: usize,
+    pub(super) threads: usize,
+    pub(super) progress: &'a Progress<'a>,
+}
+
+/// How much work a set is, for the share of the whole.
+pub(super) fn work_of(count: usize) -> usize {
+    count * (count.max(2).ilog2() as usize + 4)
+}
+
+impl Top<'_> {
+    /// Builds top nodes and subtrees; the numbers of both depend on the threads, not so the tree they make.
+    pub(super) fn build(&self, set: Set<'_>) -> Result<(Vec<TopNode>, Vec<Subtree>), BuildError> {
+        let count = set.len();
+        let root = Work { set, depth: 0, parent: None };
+        let state = Mutex::new(State {
+            waiting: BinaryHeap::from([root]),
+            unfinished: 1,
+            top: Vec::new(),
+            subtrees: Vec::new(),
+            error: None,
+        });
+        let changed = Condvar::new();
+        let builder = BinaryBuilder::new(self.costs, self.max_bins);
+        if self.threads > 1 {
+            // While there are fewer sets than threads.
+            let large = MIN_PARALLEL.max(count / (4 * self.threads));
+            loop {
+                let mut guard = lock(&state);
+                if guard.error.is_some() || guard.waiting.peek().is_none_or(|work| work.set.len() < large) {
+                    break;
+                }
+                let work = guard.waiting.pop().expect("looked at just now");
+                drop(guard);
+                let result = self.top_node(work, &mut |set| self.split_together(set), &state);
+                self.note(result, &state);
+            }
+        }
+        let threads = if count <= MAX_SUBTREE { 1 } else { self.threads };
+        let builders = Mutex::new(Some(builder));
+        at_once(threads, |_| {
+            let first = builders.lock().unwrap_or_else(PoisonError::into_inner).take();
+            let mut builder = first.unwrap_or_else(|| BinaryBuilder::new(self.costs, self.max_bins));
+            self.work(&mut builder, &state, &changed);
+        });
+        let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        match state.error {
+            Some(error) => Err(error),
+            None => Ok((state.top, state.subtrees)),
+        }
+    }
+
+    /// Takes sets until there are none left.
+    fn work<'a>(&self, builder: &mut BinaryBuilder, state: &Mutex<State<'a>>, changed: &Condvar) {
+        loop {
+            let mut guard = lock(state);
+            let work = loop {
+                if guard.error.is_some() || guard.unfinished == 0 {
+                    return;
+                }
+                if let Some(work) = guard.waiting.pop() {
+                    break work;
+                }
+                guard = changed.wait(guard).unwrap_or_else(PoisonError::into_inner);
+            };
+            drop(guard);
+            let result = if work.set.len() > MAX_SUBTREE {
+                self.top_node(work, &mut |set| builder.split(set), state)
+            } else {
+                self.subtree(work, builder, state)
+            };
+            self.note(result, state);
+            changed.notify_all();
+        }
+    }
+
+    fn note(&self, result: Result<(), BuildError>, state: &Mutex<State<'_>>) {
+        if let Err(error) = result {
+            lock(state).error.get_or_insert(error);
+        }
+    }
+
+    /// Splits a set into up to eight children, each time the one with the largest box, and has them built too.
+    fn top_node<'a>(
+        &self,
+        work: Work<'a>,
+        split: &mut dyn FnMut(Set<'a>) -> [Set<'a>; 2],
+        state: &Mutex<State<'a>>,
+    ) -> Result<(), BuildError> {
+        let depth = work.depth + 1;
+        let evenly = depth + halvings(work.set.len()) + 1 >= MAX_WIDE_DEPTH;
+        let count = work.set.len();
+        let mut sets = vec![work.set];
+        while sets.len() < 8 {
+            self.progress.check()?;
+            let size = |set: &Set<'_>| match evenly {
+                true => set.len() as f32,
+                false => set.bounds.area(self.costs.pad),
+            };
+            let splittable = (0..sets.len()).filter(|&i| sets[i].len() > 1 << self.costs.block_shift);
+            let Some(largest) = splittable.max_by(|&a, &b| size(&sets[a]).total_cmp(&size(&sets[b]))) else {
+                break;
+            };
+            let set = std::mem::replace(&mut sets[largest], Set::of(&mut []));
+            let [left, right] = if evenly { halve(set) } else { split(set) };
+            sets[largest] = left;
+            sets.insert(largest + 1, right);
+        }
+        self.progress.advance(3 * count)?;
+        let mut state = lock(state);
+        let index = state.top.len();
+        state.top.push(TopNode {
+            children: sets.iter().map(|set| (set.bounds.aabb(), TopChild::Node(0))).collect(),
+        });
+        self.link(&mut state, work.parent, TopChild::Node(index));
+        state.unfinished += sets.len() - 1;
+        for (i, set) in sets.into_iter().enumerate() {
+            state.waiting.push(Work { set, depth, parent: Some((index, i)) });
+        }
+        Ok(())
+    }
+
+    fn subtree<'a>(
+        &self,
+        work: Work<'a>,
+        builder: &mut BinaryBuilder,
+        state: &Mutex<State<'a>>,
+    ) -> Result<(), BuildError> {
+        self.progress.check()?;
+        let count = work.set.len();
+        builder.tree.clear();
+        builder.subtree(work.set, 0);
+        let collapse = Collapse { tree: &builder.tree, costs: &self.costs, out: Subtree::default() };
+        let subtree = collapse.run(work.depth, work.parent.is_none());
+        {
+            let mut state = lock(state);
+            let index = state.subtrees.len();
+            state.subtrees.push(subtree);
+            self.link(&mut state, work.parent, TopChild::Subtree(index));
+            state.unfinished -= 1;
+        }
+        self.progress.advance(work_of(count))
+    }
+
+    fn link(&self, state: &mut State<'_>, parent: Option<(usize, usize)>, child: TopChild) {
+        if let Some((parent, place)) = parent {
+            state.top[parent].children[place].1 = child;
+        }
+    }
+
+    /// Splits a large set with all threads.
+    fn split_together<'a>(&self, set: Set<'a>) -> [Set<'a>; 2] {
+        let threads = self.threads.min(set.len() / (MIN_PARALLEL / 4)).max(1);
+        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins));
+        let shares: Vec<Mutex<&mut [Prim]>> = parts(set.prims, threads).into_iter().map(Mutex::new).collect();
+        let mut all = at_once(threads, |i| {
+            let share = shares[i].lock().unwrap_or_else(PoisonError::into_inner);
+            let mut scratch = Scratch::new();
+            scratch.fill(&share, &grid);
+            scratch
+        });
+        let (first, others) = all.split_first_mut().expect("one thread at least");
+        for other in others {
+            first.first().merge(other.first(), &grid);
+        }
+        let Some(split) = best_split(first.first(), &grid, shares.iter().map(|s| lock(s).len()).sum(), &self.costs)
+        else {
+            drop(shares);
+            return halve(set);
+        };
+        let parted = at_once(threads, |i| {
+            let mut share = shares[i].lock().unwrap_or_else(PoisonError::into_inner);
+            partition(&mut share, &grid, &split)
+        });
+        drop(shares);
+        let centers = parted.iter().fold([Bounds::empty(); 2], |[a, b], (_, [c, d])| [a.union(*c), b.union(*d)]);
+        let lefts: Vec<usize> = parted.iter().map(|(left, _)| *left).collect();
+        exchange(set.prims, &lefts);
+        divide(set, lefts.iter().sum(), &split, centers)
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Brings together what goes left: each of the equal parts of the slice has its own first, `lefts[i]` of them.
+fn exchange(prims: &mut [Prim], lefts: &[usize]) {
+    let (count, len) = (lefts.len(), prims.len());
+    let middle: usize = lefts.iter().sum();
+    let starts: Vec<usize> = (0..=count).map(|i| len * i / count).collect();
+    // What goes right but stands before the middle, and what goes left but stands behind it.
+    let before = (0..count).map(|i| starts[i] + lefts[i]..starts[i + 1].min(middle));
+    let behind = (0..count).map(|i| starts[i].max(middle)..starts[i] + lefts[i]);
+    let (low, high) = prims.split_at_mut(middle);
+    let mut high_places = behind.flatten();
+    for place in before.flatten() {
+        let other = high_places.next().expect("as many on the one side as on the other");
+        std::mem::swap(&mut low[place], &mut high[other - middle]);
+    }
+}
