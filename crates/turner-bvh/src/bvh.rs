@@ -135,3 +135,27 @@ fn scale(positions: &[[f32; 3]]) -> f32 {
     let target = if exponent > 0 { 39 } else { 0 };
     f32::from_bits(((target - exponent).clamp(-126, 127) + 127) as u32 * (1 << 23))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{SceneKind, rays};
+    use crate::oracle;
+
+    #[test]
+    fn scenes_equal_brute_force() {
+        for kind in [SceneKind::Cornell, SceneKind::Architecture, SceneKind::Scan] {
+            let scene = kind.generate(30_000);
+            let mesh = &scene.meshes[0];
+            let triangles = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
+            let bvh = Bvh::build(&triangles, &BuildOptions::default()).unwrap();
+            let all: Vec<_> = (0..mesh.triangles.len()).map(|i| (i as u32, mesh.triangle(i))).collect();
+            let primary = rays::primary(&scene.camera, 16);
+            for ray in &primary {
+                let expected = oracle::closest(&all, ray, &bvh.space);
+                let found = bvh.intersect(ray).unwrap_or(Hit::MISS);
+                assert_eq!(expected, found, "{kind:?} {ray:?}");
+            }
+        }
+    }
+}

@@ -40,6 +40,8 @@ mod bvh4;
 pub mod generate;
 mod hit;
 mod node;
+#[cfg(test)]
+mod oracle;
 mod ray;
 mod simd;
 mod slabs;

@@ -10,8 +10,8 @@ pub(crate) struct WideNode {
     /// upper ones at -infinity, which every ray misses.
     pub(crate) planes: [[[f32; 8]; 2]; 3],
     pub(crate) children: [ChildRef; 8],
-    /// For each octant of directions (bit `i` set: direction `i` is negative) the numbers of the children from near
-    /// to far, three bits each, the nearest lowest.
+    /// For each octant of directions (bit `i` set: direction `i` is negative) the numbers of the children from far
+    /// to near, three bits each, the farthest lowest.
     pub(crate) order: [u32; 8],
 }
 

@@ -16,8 +16,8 @@ mod x86;
 
 pub use kernel::Kernel;
 pub(crate) use kernel::{WithSimd, dispatch};
-#[cfg(target_arch = "aarch64")]
-use portable::Portable;
+#[cfg(any(test, target_arch = "aarch64"))]
+pub(crate) use portable::Portable;
 
 /// A vector of `f32`. Masks have one bit per lane, the first lane lowest.
 pub(crate) trait Lanes: Copy {

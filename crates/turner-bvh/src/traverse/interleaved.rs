@@ -110,7 +110,7 @@ fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &
         let count = if ANY {
             simd.push_any(met, node.child_words(), way.stack.room().0)
         } else {
-            let order = node.order[(way.ray.octant ^ 7) as usize & 7];
+            let order = node.order[way.ray.octant as usize & 7];
             simd.push_ordered(near, met, node.child_words(), order, way.stack.room())
         };
         way.stack.grow(count);

@@ -32,7 +32,7 @@ pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &Sea
                     near,
                     met,
                     node.child_words(),
-                    node.order[(ray.octant ^ 7) as usize & 7],
+                    node.order[ray.octant as usize & 7],
                     stack.room(),
                 );
                 stack.grow(count);

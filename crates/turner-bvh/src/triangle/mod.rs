@@ -4,4 +4,4 @@ mod block;
 mod woop;
 
 pub(crate) use block::Triangle4;
-pub(crate) use woop::{Axes, Corners, Shear, Weights, corners_meet, precise};
+pub(crate) use woop::{Corners, Shear, Weights, corners_meet, precise};

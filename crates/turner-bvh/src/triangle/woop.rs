@@ -74,7 +74,9 @@ impl Shear {
         let mut shear = [0.0; 4];
         simd.load4(&[x, y, 1.0, 1.0]).div(simd.splat4(z)).store(&mut shear);
         let [x, y, z, _] = shear;
-        Shear { axes, origin: axes.of(origin), shear: [x, y, z], tolerance: 2.0 * f32::EPSILON * size }
+        let [ox, oy, oz] = axes.of(origin);
+        let origin = [ox - x * oz, oy - y * oz, oz];
+        Shear { axes, shear: [x, y, z], origin, tolerance: 2.0 * f32::EPSILON * size }
     }
 
     /// A corner as the ray sees it.

@@ -1,10 +1,10 @@
 //! Binary trees: what is decided first, before eight children are made of two.
 
 use super::bins::{Grid, MAX_BINS, Scratch, Split, best_split, halve, partition};
+use super::lanes::F4;
 use super::prims::{Bounds, Costs, Set};
 use super::sweep::{MAX_SWEEP, Sweep};
 use crate::node::MAX_LEAF_BLOCKS;
-use super::lanes::F4;
 
 /// Beyond this depth sets are halved: that bounds the recursion.
 const MAX_BINARY_DEPTH: usize = 96;
@@ -123,7 +123,13 @@ pub(super) struct BinaryBuilder {
 
 impl BinaryBuilder {
     pub(super) fn new(costs: Costs, max_bins: usize) -> BinaryBuilder {
-        BinaryBuilder { costs, max_bins, tree: BinaryTree::default(), scratch: Scratch::new(), sweep: Sweep::new() }
+        BinaryBuilder {
+            costs,
+            max_bins,
+            tree: BinaryTree::default(),
+            scratch: Scratch::new(),
+            sweep: Sweep::new(),
+        }
     }
 
     /// Appends the tree of a set that is not empty.

@@ -13,14 +13,14 @@ mod octants;
 mod parallel;
 mod prims;
 mod sweep;
+#[cfg(test)]
+mod tests;
 mod top;
 #[cfg(test)]
 mod validate;
-#[cfg(test)]
-mod tests;
 
-use super::options::{BuildOptions, BuildStats, Quality};
 use super::BuildError;
+use super::options::{BuildOptions, BuildStats, Quality};
 use crate::Aabb;
 use crate::node::{MAX_BLOCKS, WideNode};
 
@@ -83,8 +83,7 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     let (top, subtrees) = if primitives == 0 {
         (Vec::new(), Vec::new())
     } else {
-        let set =
-            prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };
+        let set = prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };
         let max_bins = if options.quality == Quality::Fast { 8 } else { 16 };
         top::Top { costs, max_bins, threads, progress: &progress }.build(set)?
     };

@@ -5,8 +5,25 @@ use crate::node::{ChildRef, WideNode};
 
 /// Comparators that sort eight values (Batcher 1968).
 const NETWORK: [(usize, usize); 19] = [
-    (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7), (0, 1), (2, 3), (4, 5), (6, 7), (2, 4),
-    (3, 5), (1, 4), (3, 6), (1, 2), (3, 4), (5, 6),
+    (0, 2),
+    (1, 3),
+    (4, 6),
+    (5, 7),
+    (0, 4),
+    (1, 5),
+    (2, 6),
+    (3, 7),
+    (0, 1),
+    (2, 3),
+    (4, 5),
+    (6, 7),
+    (2, 4),
+    (3, 5),
+    (1, 4),
+    (3, 6),
+    (1, 2),
+    (3, 4),
+    (5, 6),
 ];
 
 /// Sets the order of the node's children in each octant: by how far along its diagonal their boxes are entered.
@@ -38,7 +55,7 @@ pub(super) fn set_order(node: &mut WideNode) {
     for (place, halves) in keys.iter().enumerate() {
         for (octant, word) in order.iter_mut().enumerate() {
             let key = halves[octant / 4].array()[octant % 4];
-            *word |= (key.to_bits() & 7) << (3 * place);
+            *word |= (key.to_bits() & 7) << (3 * (7 - place));
         }
     }
     node.order = order;

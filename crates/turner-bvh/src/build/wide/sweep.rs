@@ -23,11 +23,7 @@ pub(super) struct Sweep {
 
 impl Sweep {
     pub(super) fn new() -> Sweep {
-        Sweep {
-            prims: [Bounds::empty(); MAX_SWEEP],
-            ids: [0; MAX_SWEEP],
-            orders: [[0; MAX_SWEEP]; 3],
-        }
+        Sweep { prims: [Bounds::empty(); MAX_SWEEP], ids: [0; MAX_SWEEP], orders: [[0; MAX_SWEEP]; 3] }
     }
 
     /// Appends the tree of at most `MAX_SWEEP` primitives, at least one.

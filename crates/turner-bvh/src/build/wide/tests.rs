@@ -15,10 +15,12 @@ fn random(seed: &mut u64) -> f32 {
 fn a_first_tree() {
     let mut seed = 1;
     for n in [0, 1, 2, 3, 4, 5, 9, 33, 100, 1000, 10_000, 100_000] {
-        let positions: Vec<[f32; 3]> = (0..n).flat_map(|_| {
-            let c = [0; 3].map(|_| random(&mut seed));
-            [0; 3].map(|_| c.map(|x| x + 0.01 * random(&mut seed)))
-        }).collect();
+        let positions: Vec<[f32; 3]> = (0..n)
+            .flat_map(|_| {
+                let c = [0; 3].map(|_| random(&mut seed));
+                [0; 3].map(|_| c.map(|x| x + 0.01 * random(&mut seed)))
+            })
+            .collect();
         let triangles: Vec<[u32; 3]> = (0..n).map(|i| [0, 1, 2].map(|k| i * 3 + k)).collect();
         let source = Source::Triangles { positions: &positions, triangles: &triangles, scale: 1.0 };
         let tree = build(&source, &BuildOptions { threads: 1, ..Default::default() }).unwrap();

@@ -3,13 +3,13 @@
 use std::collections::BinaryHeap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
+use super::super::BuildError;
 use super::assembly::{TopChild, TopNode};
 use super::binary::{BinaryBuilder, bins_for, divide};
 use super::bins::{Grid, Scratch, best_split, halve, partition};
 use super::collapse::{Collapse, Subtree, halvings};
 use super::parallel::{Progress, at_once, parts};
 use super::prims::{Bounds, Costs, Prim, Set};
-use super::super::BuildError;
 use crate::node::MAX_WIDE_DEPTH;
 
 /// Sets up to this size become subtrees of their own. The tree depends on it.
@@ -225,7 +225,8 @@ impl Top<'_> {
         for other in others {
             first.first().merge(other.first(), &grid);
         }
-        let Some(split) = best_split(first.first(), &grid, shares.iter().map(|s| lock(s).len()).sum(), &self.costs)
+        let Some(split) =
+            best_split(first.first(), &grid, shares.iter().map(|s| lock(s).len()).sum(), &self.costs)
         else {
             drop(shares);
             return halve(set);
@@ -235,7 +236,8 @@ impl Top<'_> {
             partition(&mut share, &grid, &split)
         });
         drop(shares);
-        let centers = parted.iter().fold([Bounds::empty(); 2], |[a, b], (_, [c, d])| [a.union(*c), b.union(*d)]);
+        let centers =
+            parted.iter().fold([Bounds::empty(); 2], |[a, b], (_, [c, d])| [a.union(*c), b.union(*d)]);
         let lefts: Vec<usize> = parted.iter().map(|(left, _)| *left).collect();
         exchange(set.prims, &lefts);
         divide(set, lefts.iter().sum(), &split, centers)
