@@ -4,7 +4,7 @@ use crate::build::wide::{self, NO_PRIMITIVE, Source, WideTree};
 use crate::node::WideNode;
 use crate::simd::{Simd, WithSimd, dispatch};
 use crate::traverse::{self, Blocks, FARTHEST, SearchRay, Space, Tree};
-use crate::triangle::Triangle4;
+use crate::triangle::{BLOCK, Block};
 use crate::{BuildError, BuildOptions, BuildStats, Hit, Ray};
 
 /// Triangles as a mesh has them: corners by number.
@@ -20,7 +20,7 @@ pub struct Triangles<'a> {
 #[derive(Clone, Debug)]
 pub struct Bvh {
     nodes: Vec<WideNode>,
-    blocks: Vec<Triangle4>,
+    blocks: Vec<Block>,
     space: Space,
     stats: BuildStats,
 }
@@ -32,10 +32,10 @@ impl Bvh {
         let scale = scale(positions);
         let tree = wide::build(&Source::Triangles { positions, triangles, scale }, options)?;
         let WideTree { nodes, slots, mut stats } = tree;
-        let blocks: Vec<Triangle4> = slots
-            .chunks_exact(4)
+        let blocks: Vec<Block> = slots
+            .chunks_exact(BLOCK)
             .map(|ids| {
-                let mut block = Triangle4::EMPTY;
+                let mut block = Block::EMPTY;
                 for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
                     let corners = triangles[id as usize].map(|i| positions[i as usize].map(|x| x * scale));
                     block.set(lane, id, corners);

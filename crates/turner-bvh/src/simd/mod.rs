@@ -56,12 +56,12 @@ pub(crate) trait Simd: Copy {
     /// From the first `PACKET` numbers.
     fn load_packet(self, from: &[f32; 16]) -> Self::Packet;
 
-    /// Writes those lanes of `near` that are at most `t_max`, and their `children`, in the order of eight lane numbers of
+    /// Writes those lanes of `near` that are at most `far`, and their `children`, in the order of eight lane numbers of
     /// three bits, lowest first, without gaps; returns how many. What is written behind them is arbitrary.
     fn push_ordered(
         self,
         near: Self::F8,
-        hit: u32,
+        far: Self::F8,
         children: &[u32; 8],
         order: u32,
         stack: (&mut [u32; 8], &mut [f32; 8]),
@@ -70,6 +70,6 @@ pub(crate) trait Simd: Copy {
     /// Writes the children in `hit`, without gaps; returns how many.
     fn push_any(self, hit: u32, children: &[u32; 8], stack: &mut [u32; 8]) -> usize;
 
-    /// Asks for the cache lines of `value` ahead of time.
-    fn prefetch<T>(self, value: *const T);
+    /// Asks for four cache lines ahead of time, wherever they may be.
+    fn prefetch(self, from: *const u8);
 }

@@ -183,14 +183,15 @@ impl Simd for Neon {
     fn push_ordered(
         self,
         near: N8,
-        hit: u32,
+        far: N8,
         children: &[u32; 8],
         order: u32,
         stack: (&mut [u32; 8], &mut [f32; 8]),
     ) -> usize {
-        let mut lanes = [0.0; 8];
-        near.store(&mut lanes);
-        Portable.push_ordered(lanes, hit, children, order, stack)
+        let [mut near_lanes, mut far_lanes] = [[0.0; 8]; 2];
+        near.store(&mut near_lanes);
+        far.store(&mut far_lanes);
+        Portable.push_ordered(near_lanes, far_lanes, children, order, stack)
     }
 
     #[inline(always)]
@@ -199,5 +200,5 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, _value: *const T) {}
+    fn prefetch(self, _from: *const u8) {}
 }

@@ -114,7 +114,7 @@ impl Simd for Portable {
     fn push_ordered(
         self,
         near: [f32; 8],
-        hit: u32,
+        far: [f32; 8],
         children: &[u32; 8],
         order: u32,
         (to_child, to_near): (&mut [u32; 8], &mut [f32; 8]),
@@ -122,7 +122,7 @@ impl Simd for Portable {
         let mut count = 0;
         for i in 0..8 {
             let lane = (order >> (3 * i) & 7) as usize;
-            if hit >> lane & 1 != 0 {
+            if near[lane] <= far[lane] {
                 to_child[count] = children[lane];
                 to_near[count] = near[lane];
                 count += 1;
@@ -143,5 +143,5 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, _value: *const T) {}
+    fn prefetch(self, _from: *const u8) {}
 }

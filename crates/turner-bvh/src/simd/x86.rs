@@ -218,10 +218,14 @@ macro_rules! make {
         }
 
         #[inline(always)]
-        fn prefetch<T>(self, value: *const T) {
-            for line in (0..size_of::<T>()).step_by(64) {
-                // SAFETY: a prefetch reads nothing, wherever it points.
-                unsafe { _mm_prefetch::<_MM_HINT_T0>(value.cast::<i8>().wrapping_add(line)) };
+        fn prefetch(self, from: *const u8) {
+            let from = from.cast::<i8>();
+            // SAFETY: a prefetch reads nothing, wherever it points.
+            unsafe {
+                _mm_prefetch::<_MM_HINT_T0>(from);
+                _mm_prefetch::<_MM_HINT_T0>(from.wrapping_add(64));
+                _mm_prefetch::<_MM_HINT_T0>(from.wrapping_add(128));
+                _mm_prefetch::<_MM_HINT_T0>(from.wrapping_add(192));
             }
         }
     };
@@ -250,7 +254,7 @@ impl Simd for Avx2 {
     fn push_ordered(
         self,
         near: X8,
-        hit: u32,
+        far: X8,
         children: &[u32; 8],
         order: u32,
         (to_child, to_near): (&mut [u32; 8], &mut [f32; 8]),
@@ -259,12 +263,9 @@ impl Simd for Avx2 {
         unsafe {
             let shifts = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
-            // The bit of each lane that is hit, moved to its place in the order.
-            let bits = _mm256_srlv_epi32(
-                _mm256_set1_epi32(hit as i32),
-                _mm256_and_si256(lanes, _mm256_set1_epi32(7)),
-            );
-            let hit = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_slli_epi32::<31>(bits))) as usize;
+            let (in_order, far) =
+                (_mm256_permutevar8x32_ps(near.0, lanes), _mm256_permutevar8x32_ps(far.0, lanes));
+            let hit = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(in_order, far)) as usize;
             let packed = _mm256_cvtepu8_epi32(_mm_loadl_epi64(PACK[hit].as_ptr().cast()));
             let lanes = _mm256_permutevar8x32_epi32(lanes, packed);
             let child = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(children.as_ptr().cast()), lanes);
@@ -328,7 +329,7 @@ impl Simd for Avx512 {
     fn push_ordered(
         self,
         near: K8,
-        hit: u32,
+        far: K8,
         children: &[u32; 8],
         order: u32,
         (to_child, to_near): (&mut [u32; 8], &mut [f32; 8]),
@@ -338,10 +339,10 @@ impl Simd for Avx512 {
             let shifts = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
             // The permutation looks at three bits of each lane.
-            let bits = _mm256_permutexvar_epi32(lanes, _mm256_maskz_set1_epi32(hit as u8, -1));
-            let hit = _mm256_movepi32_mask(bits);
             let child = _mm256_permutexvar_epi32(lanes, _mm256_loadu_si256(children.as_ptr().cast()));
             let near = _mm256_permutexvar_ps(lanes, near.0);
+            let far = _mm256_permutexvar_ps(lanes, far.0);
+            let hit = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
             // Into registers, then whole stores: compressing stores are slow on some machines.
             _mm256_storeu_si256(to_child.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(hit, child));
             _mm256_storeu_ps(to_near.as_mut_ptr(), _mm256_maskz_compress_ps(hit, near));

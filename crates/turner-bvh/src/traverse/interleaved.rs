@@ -3,10 +3,12 @@
 //! A step of one ray waits for memory, for its own last step, and for guessed branches; meanwhile the processor works
 //! on the next rays' steps. So each step is a short piece of code with few branches.
 
+use std::hint::select_unpredictable;
+
 use super::stack::Stack;
 use super::{Leaves, SearchRay, Tree};
 use crate::node::ChildRef;
-use crate::simd::Simd;
+use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
 
 /// Rays under way at once.
@@ -106,25 +108,19 @@ fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &
         }
     } else {
         let node = tree.node(child);
-        let (near, met) = way.ray.meets(simd, node, way.hit.t);
+        let (near, far) = way.ray.meets(simd, node, way.hit.t);
         let count = if ANY {
-            simd.push_any(met, node.child_words(), way.stack.room().0)
+            simd.push_any(near.le(far), node.child_words(), way.stack.room().0)
         } else {
             let order = node.order[way.ray.octant as usize & 7];
-            simd.push_ordered(near, met, node.child_words(), order, way.stack.room())
+            simd.push_ordered(near, far, node.child_words(), order, way.stack.room())
         };
         way.stack.grow(count);
     }
-    match way.stack.top() {
-        None => false,
-        Some(word) => {
-            let child = ChildRef(word);
-            if child.is_leaf() {
-                tree.leaves.prefetch(simd, child);
-            } else {
-                simd.prefetch(tree.node(child));
-            }
-            true
-        }
-    }
+    let Some(word) = way.stack.top() else { return false };
+    // Without a branch: it would be guessed, and the guess is proved only when this step's work is done.
+    let child = ChildRef(word);
+    let node: *const u8 = tree.nodes.as_ptr().wrapping_add(child.index()).cast();
+    simd.prefetch(select_unpredictable(child.is_leaf(), tree.leaves.address(child), node));
+    true
 }

@@ -4,7 +4,7 @@ use super::SearchRay;
 use crate::Hit;
 use crate::node::ChildRef;
 use crate::simd::Simd;
-use crate::triangle::Triangle4;
+use crate::triangle::Block;
 
 /// The leaves of a tree.
 pub(crate) trait Leaves {
@@ -14,20 +14,21 @@ pub(crate) trait Leaves {
     /// Whether there is any hit until `ray.t_max`.
     fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool;
 
-    /// Asks for the memory of a leaf.
-    fn prefetch<S: Simd>(&self, simd: S, leaf: ChildRef);
+    /// Where a leaf's memory begins, to be asked for ahead of time. Called with references to nodes, too, whose result is
+    /// not used: that costs less than to ask which it is.
+    fn address(&self, leaf: ChildRef) -> *const u8;
 }
 
-/// Leaves of triangles, four to a block. `filter` gets the ray's number and a hit, and says whether it counts.
+/// Leaves of triangles in blocks. `filter` gets the ray's number and a hit, and says whether it counts.
 #[derive(Clone, Copy)]
 pub(crate) struct Blocks<'a, F> {
-    pub(crate) blocks: &'a [Triangle4],
+    pub(crate) blocks: &'a [Block],
     pub(crate) filter: F,
 }
 
 impl<F: Fn(u32, &Hit) -> bool> Blocks<'_, F> {
     #[inline(always)]
-    fn of(&self, leaf: ChildRef) -> &[Triangle4] {
+    fn of(&self, leaf: ChildRef) -> &[Block] {
         let (first, count) = (leaf.first_block(), leaf.blocks());
         debug_assert!(first + count <= self.blocks.len());
         // SAFETY: builders make leaves of blocks that are there.
@@ -51,7 +52,7 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
     }
 
     #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S, leaf: ChildRef) {
-        simd.prefetch(self.blocks.as_ptr().wrapping_add(leaf.first_block()));
+    fn address(&self, leaf: ChildRef) -> *const u8 {
+        self.blocks.as_ptr().wrapping_add(leaf.first_block()).cast()
     }
 }

@@ -124,17 +124,30 @@ impl SearchRay {
         })
     }
 
-    /// For each box a lower bound of the t at which the ray enters it, and which boxes it meets until `t_max`.
+    /// For each box a lower bound of the t at which the ray enters it, and an upper one of where it leaves it, or `t_max`.
+    /// A box that the ray meets is entered before it is left.
     #[inline(always)]
-    pub(crate) fn meets<S: Simd>(&self, simd: S, node: &WideNode, t_max: f32) -> (S::F8, u32) {
-        let at = |axis: usize, side: u32, offset: f32| {
-            simd.load8(node.side(axis, side)).mul_sub(simd.splat8(self.inv[axis]), simd.splat8(offset))
-        };
-        let near = |axis: usize| at(axis, self.near_side[axis], self.near_offset[axis]);
-        let far = |axis: usize| at(axis, self.near_side[axis] ^ WideNode::UPPER, self.far_offset[axis]);
-        let entry = near(0).max(near(1)).max(near(2).max(simd.splat8(self.t_min)));
-        let exit = far(0).min(far(1)).min(far(2).min(simd.splat8(t_max)));
-        (entry, entry.le(exit))
+    pub(crate) fn meets<S: Simd>(&self, simd: S, node: &WideNode, t_max: f32) -> (S::F8, S::F8) {
+        let [x, y, z] = self.near_side;
+        let near = [
+            self.at(simd, node, 0, x, self.near_offset[0]),
+            self.at(simd, node, 1, y, self.near_offset[1]),
+            self.at(simd, node, 2, z, self.near_offset[2]),
+        ];
+        let far = [
+            self.at(simd, node, 0, x ^ WideNode::UPPER, self.far_offset[0]),
+            self.at(simd, node, 1, y ^ WideNode::UPPER, self.far_offset[1]),
+            self.at(simd, node, 2, z ^ WideNode::UPPER, self.far_offset[2]),
+        ];
+        let entry = near[0].max(near[1]).max(near[2].max(simd.splat8(self.t_min)));
+        let exit = far[0].min(far[1]).min(far[2].min(simd.splat8(t_max)));
+        (entry, exit)
+    }
+
+    /// The t of eight planes.
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, node: &WideNode, axis: usize, side: u32, offset: f32) -> S::F8 {
+        simd.load8(node.side(axis, side)).mul_sub(simd.splat8(self.inv[axis]), simd.splat8(offset))
     }
 }
 

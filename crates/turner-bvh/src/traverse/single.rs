@@ -4,7 +4,7 @@ use super::stack::Stack;
 use super::{Leaves, SearchRay, Tree};
 use crate::Hit;
 use crate::node::ChildRef;
-use crate::simd::Simd;
+use crate::simd::{Lanes, Simd};
 
 /// The nearest hit; its t is still that of the tree.
 #[inline(always)]
@@ -20,7 +20,8 @@ pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &Sea
             tree.leaves.closest(simd, child, ray, index, &mut hit);
         } else {
             let node = tree.node(child);
-            let (near, met) = ray.meets(simd, node, hit.t);
+            let (near, far) = ray.meets(simd, node, hit.t);
+            let met = near.le(far);
             if met & met.wrapping_sub(1) == 0 {
                 if met != 0 {
                     // One child: straight on.
@@ -30,7 +31,7 @@ pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &Sea
             } else {
                 let count = simd.push_ordered(
                     near,
-                    met,
+                    far,
                     node.child_words(),
                     node.order[ray.octant as usize & 7],
                     stack.room(),
@@ -67,8 +68,8 @@ pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchR
             }
         } else {
             let node = tree.node(child);
-            let (_, met) = ray.meets(simd, node, ray.t_max);
-            let count = simd.push_any(met, node.child_words(), stack.room().0);
+            let (near, far) = ray.meets(simd, node, ray.t_max);
+            let count = simd.push_any(near.le(far), node.child_words(), stack.room().0);
             stack.grow(count);
         }
         let Some(word) = stack.pop_child() else { return false };

@@ -1,25 +1,28 @@
-//! Four triangles, one per lane.
+//! Triangles side by side, one per lane.
 
 use super::{Corners, Shear, Weights, corners_meet, precise};
 use crate::Hit;
 use crate::build::wide::NO_PRIMITIVE;
 use crate::simd::{Lanes, Simd};
 
-/// Four triangles of a leaf: 160 bytes.
+/// Triangles in a block: as many as the widest registers in common use take at once.
+pub(crate) const BLOCK: usize = 8;
+
+/// Some triangles of a leaf: 40 bytes each.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(32))]
-pub(crate) struct Triangle4 {
+#[repr(C, align(64))]
+pub(crate) struct Block {
     /// By corner and axis.
-    pub(crate) corners: [[[f32; 4]; 3]; 3],
+    pub(crate) corners: [[[f32; BLOCK]; 3]; 3],
     /// Numbers of the triangles; `NO_PRIMITIVE` in empty lanes, whose corners are NaN.
-    pub(crate) ids: [u32; 4],
+    pub(crate) ids: [u32; BLOCK],
 }
 
-const _: () = assert!(size_of::<Triangle4>() == 160);
+const _: () = assert!(size_of::<Block>() == 40 * BLOCK);
 
-impl Triangle4 {
-    pub(crate) const EMPTY: Triangle4 =
-        Triangle4 { corners: [[[f32::NAN; 4]; 3]; 3], ids: [NO_PRIMITIVE; 4] };
+impl Block {
+    pub(crate) const EMPTY: Block =
+        Block { corners: [[[f32::NAN; BLOCK]; 3]; 3], ids: [NO_PRIMITIVE; BLOCK] };
 
     pub(crate) fn set(&mut self, lane: usize, id: u32, corners: [[f32; 3]; 3]) {
         for (corner, p) in corners.into_iter().enumerate() {
@@ -30,20 +33,32 @@ impl Triangle4 {
         self.ids[lane] = id;
     }
 
-    /// All four as the ray sees them.
-    #[inline(always)]
-    fn sheared<S: Simd>(&self, simd: S, ray: &Shear) -> Corners<S::F4> {
-        let origin = ray.origin.map(|x| simd.splat4(x));
-        let shear = [simd.splat4(ray.shear[0]), simd.splat4(ray.shear[1])];
-        let seen = |corner: usize| {
-            let p = ray.axes.refs(&self.corners[corner]);
-            let [x, y, z] = p.map(|p| simd.load4(p));
-            [x.sub(shear[0].mul(z)).sub(origin[0]), y.sub(shear[1].mul(z)).sub(origin[1]), z.sub(origin[2])]
-        };
-        [seen(0), seen(1), seen(2)]
+    pub(crate) fn lane(&self, lane: usize) -> [[f32; 3]; 3] {
+        self.corners.map(|corner| corner.map(|axis| axis[lane]))
     }
 
-    /// Hits with `t_min <= t <= hit.t`, each given to `accept`.
+    /// All triangles as the ray sees them.
+    #[inline(always)]
+    fn sheared<S: Simd>(&self, simd: S, ray: &Shear) -> Corners<S::F8> {
+        let [a, b, c] = &self.corners;
+        [Self::seen(simd, ray, a), Self::seen(simd, ray, b), Self::seen(simd, ray, c)]
+    }
+
+    /// One corner of each: [`Shear::corner`] in all lanes.
+    #[inline(always)]
+    fn seen<S: Simd>(simd: S, ray: &Shear, corner: &[[f32; BLOCK]; 3]) -> [S::F8; 3] {
+        let [x, y, z] = ray.axes.refs(corner);
+        let [x, y, z] = [simd.load8(x), simd.load8(y), simd.load8(z)];
+        let [sx, sy, _] = ray.shear;
+        let [ox, oy, oz] = ray.origin;
+        [
+            x.sub(simd.splat8(sx).mul(z)).sub(simd.splat8(ox)),
+            y.sub(simd.splat8(sy).mul(z)).sub(simd.splat8(oy)),
+            z.sub(simd.splat8(oz)),
+        ]
+    }
+
+    /// Gives `accept` each hit with `t_min <= t <= t_max` until it returns true, and whether it did.
     #[inline(always)]
     fn each_hit<S: Simd>(
         &self,
@@ -54,44 +69,44 @@ impl Triangle4 {
         mut accept: impl FnMut(f32, f32, f32, u32) -> bool,
     ) -> bool {
         let corners = self.sheared(simd, ray);
-        let (inside, edges) = corners_meet(&corners, simd.splat4(0.0));
+        let (inside, edges) = corners_meet(&corners, simd.splat8(0.0));
         if inside == 0 {
             return false;
         }
-        let at = Weights::new(&corners, edges, simd.splat4(1.0), simd.splat4(ray.shear[2]));
-        let within = simd.splat4(t_min).le(at.t) & at.t.le(simd.splat4(t_max));
-        let close = at.off.le(simd.splat4(ray.tolerance));
-        // A NaN in `off` alone is impossible: whatever makes one is in `t` too.
-        let mut doubtful = inside & !close;
-        let mut good = inside & close & within;
-        if good | doubtful == 0 {
+        let at = Weights::new(&corners, edges, simd.splat8(1.0), simd.splat8(ray.shear[2]));
+        let within = simd.splat8(t_min).le(at.t) & at.t.le(simd.splat8(t_max));
+        let close = at.off.le(simd.splat8(ray.tolerance));
+        // Those not close may be anywhere: also within.
+        let mut candidates = inside & (within | !close);
+        if candidates == 0 {
             return false;
         }
-        let [mut t, mut u, mut v] = [[0.0; 4]; 3];
+        let [mut t, mut u, mut v] = [[0.0; BLOCK]; 3];
         at.t.store(&mut t);
         at.u.store(&mut u);
         at.v.store(&mut v);
-        while doubtful != 0 {
-            let lane = doubtful.trailing_zeros() as usize & 3;
-            doubtful &= doubtful - 1;
-            let corners = self.lane(lane).map(|p| ray.corner(p));
-            if let Some(found) = precise(&corners, ray.shear[2], ray.tolerance) {
-                [t[lane], u[lane], v[lane]] = found;
-                good |= u32::from(t_min <= t[lane] && t[lane] <= t_max) << lane;
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize % BLOCK;
+            candidates &= candidates - 1;
+            let mut found = [t[lane], u[lane], v[lane]];
+            if close >> lane & 1 == 0 {
+                found = self.doubtful(ray, lane);
             }
-        }
-        while good != 0 {
-            let lane = good.trailing_zeros() as usize & 3;
-            good &= good - 1;
-            if t[lane] < f32::INFINITY && accept(t[lane], u[lane], v[lane], self.ids[lane]) {
+            let [t, u, v] = found;
+            let within = t_min <= t && t <= t_max && t < f32::INFINITY;
+            if within && accept(t, u, v, self.ids[lane]) {
                 return true;
             }
         }
         false
     }
 
-    pub(crate) fn lane(&self, lane: usize) -> [[f32; 3]; 3] {
-        self.corners.map(|corner| corner.map(|axis| axis[lane]))
+    /// A triangle seen almost edge-on, once more; NaN if it is not hit.
+    #[cold]
+    #[inline(never)]
+    fn doubtful(&self, ray: &Shear, lane: usize) -> [f32; 3] {
+        let corners = self.lane(lane).map(|p| ray.corner(p));
+        precise(&corners, ray.shear[2], ray.tolerance).unwrap_or([f32::NAN; 3])
     }
 
     /// Takes the nearest hit into `hit`, of equally near ones that of the lowest number.

@@ -3,5 +3,5 @@
 mod block;
 mod woop;
 
-pub(crate) use block::Triangle4;
+pub(crate) use block::{BLOCK, Block};
 pub(crate) use woop::{Corners, Shear, Weights, corners_meet, precise};

@@ -28,15 +28,18 @@ impl Axes {
     /// The numbers in that order.
     #[inline(always)]
     pub(crate) fn of<T: Copy>(self, xyz: &[T; 3]) -> [T; 3] {
-        // SAFETY: the numbers are below 3.
-        self.0.map(|axis| unsafe { *xyz.get_unchecked(axis as usize) })
+        let [x, y, z] = self.refs(xyz);
+        [*x, *y, *z]
     }
 
     /// References to what is there, in that order.
     #[inline(always)]
     pub(crate) fn refs<T>(self, xyz: &[T; 3]) -> [&T; 3] {
+        let [x, y, z] = self.0;
         // SAFETY: the numbers are below 3.
-        self.0.map(|axis| unsafe { xyz.get_unchecked(axis as usize) })
+        unsafe {
+            [xyz.get_unchecked(x as usize), xyz.get_unchecked(y as usize), xyz.get_unchecked(z as usize)]
+        }
     }
 }
 
@@ -119,8 +122,10 @@ impl<V: Lanes> Weights<V> {
     pub(crate) fn new([a, b, c]: &Corners<V>, [u, v, w]: [V; 3], one: V, shear_z: V) -> Weights<V> {
         let scale = one.div(u.add(v).add(w));
         let (u, v, w) = (u.mul(scale), v.mul(scale), w.mul(scale));
-        let sum = |i: usize| u.mul(a[i]).add(v.mul(b[i])).add(w.mul(c[i]));
-        Weights { t: sum(2).mul(shear_z), u: v, v: w, off: sum(0).abs().max(sum(1).abs()) }
+        let x = u.mul(a[0]).add(v.mul(b[0])).add(w.mul(c[0]));
+        let y = u.mul(a[1]).add(v.mul(b[1])).add(w.mul(c[1]));
+        let z = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
+        Weights { t: z.mul(shear_z), u: v, v: w, off: x.abs().max(y.abs()) }
     }
 }
 

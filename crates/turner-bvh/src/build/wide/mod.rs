@@ -23,6 +23,7 @@ use super::BuildError;
 use super::options::{BuildOptions, BuildStats, Quality};
 use crate::Aabb;
 use crate::node::{MAX_BLOCKS, WideNode};
+use crate::triangle::{BLOCK, Block};
 
 /// What a tree is built over.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +38,7 @@ impl Source<'_> {
     /// Primitives in a block: leaves hold whole blocks.
     pub(crate) fn block_width(&self) -> usize {
         match self {
-            Source::Triangles { .. } => 4,
+            Source::Triangles { .. } => BLOCK,
             Source::Boxes { .. } => 1,
         }
     }
@@ -93,7 +94,7 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     tree.stats.non_finite = non_finite;
     tree.stats.degenerate = degenerate;
     let block_bytes = match (source, options.compact) {
-        (Source::Triangles { .. }, false) => 160,
+        (Source::Triangles { .. }, false) => size_of::<Block>(),
         _ => source.block_width() * size_of::<u32>(),
     };
     tree.stats.bytes = tree.nodes.len() * size_of::<WideNode>() + tree.stats.blocks * block_bytes;

@@ -1,0 +1,36 @@
+//! The search without a tree: what every tree must find.
+
+use crate::simd::Portable;
+use crate::traverse::{SearchRay, Space};
+use crate::triangle::{Weights, corners_meet, precise};
+use crate::{Hit, Ray};
+
+/// The nearest hit among triangles whose corners are already in the units of the tree, one after the other.
+pub(crate) fn closest(triangles: &[(u32, [[f32; 3]; 3])], ray: &Ray, space: &Space) -> Hit {
+    let Some(search) = SearchRay::new(Portable, ray, space) else { return Hit::MISS };
+    let mut best = Hit { t: search.t_max, ..Hit::MISS };
+    for &(primitive, corners) in triangles {
+        let Some([t, u, v]) = one(&search, corners) else { continue };
+        if t >= search.t_min && (t < best.t || t == best.t && primitive < best.primitive) {
+            best = Hit { t, u, v, primitive, instance: Hit::NONE };
+        }
+    }
+    search.finish(best)
+}
+
+/// One triangle, in plain numbers.
+fn one(ray: &SearchRay, corners: [[f32; 3]; 3]) -> Option<[f32; 3]> {
+    let seen = corners.map(|p| ray.shear.corner(p));
+    let lanes = seen.map(|p| p.map(|x| [x; 1]));
+    let (inside, edges) = corners_meet(&lanes, [0.0]);
+    if inside == 0 {
+        return None;
+    }
+    let at = Weights::new(&lanes, edges, [1.0], [ray.shear.shear[2]]);
+    let found = if at.off[0] <= ray.shear.tolerance {
+        [at.t[0], at.u[0], at.v[0]]
+    } else {
+        precise(&seen, ray.shear.shear[2], ray.shear.tolerance)?
+    };
+    found[0].is_finite().then_some(found)
+}
