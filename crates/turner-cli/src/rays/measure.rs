@@ -44,6 +44,7 @@ pub(super) struct RaySet {
     /// The rays.
     pub(super) rays: Vec<Ray>,
     /// The same, laid out beforehand for packets.
+    #[cfg_attr(not(feature = "embree"), expect(dead_code))]
     pub(super) packets: Packets,
     /// Whether any hit will do.
     pub(super) any: bool,
