@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use serde_json::json;
 use turner::render::{PassOptions, Renderer};
 use turner::scene::error::{ErrorCode, SceneError, escape, suggestion};
@@ -15,15 +15,20 @@ use crate::events::Events;
 use crate::failure::{Failure, Labels, USAGE};
 use crate::povray::PovRay;
 use crate::report::Reporter;
-use crate::text;
+use crate::{rays, text};
 
 /// Measure how fast the scenes of a folder render
 #[derive(Debug, Args)]
 #[command(
+    args_conflicts_with_subcommands = true,
+    disable_help_subcommand = true,
+    subcommand_help_heading = "Others",
     after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving.\n\
                         POV-Ray's are its own `Trace Time`; its runs alternate with Turner's."
 )]
 pub(crate) struct BenchArgs {
+    #[command(subcommand)]
+    other: Option<OtherBench>,
     /// Names of scenes, without .toml [default: all of the folder]
     names: Vec<String>,
     /// The folder of the scenes
@@ -43,8 +48,17 @@ pub(crate) struct BenchArgs {
     povray: Option<PathBuf>,
 }
 
+/// What else is measured than the scenes of a folder.
+#[derive(Debug, Subcommand)]
+enum OtherBench {
+    Rays(rays::RaysArgs),
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &BenchArgs) -> u8 {
+    if let Some(OtherBench::Rays(args)) = &args.other {
+        return rays::run(args);
+    }
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
     match bench(args) {
         Ok(()) => 0,
@@ -156,7 +170,7 @@ fn measure<'a>(
 }
 
 /// The middle value, or the mean of the two middle ones.
-fn median(values: &[f64]) -> Option<f64> {
+pub(crate) fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;

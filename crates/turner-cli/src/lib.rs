@@ -5,7 +5,7 @@
 //!                       ├─ info     what is in a scene         ├─ output     where the picture goes
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
-//!                       └─ bench    ── povray
+//!                       └─ bench    ── povray, rays
 //! ```
 //!
 //! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
@@ -23,6 +23,7 @@ mod list;
 mod output;
 mod povray;
 mod progress;
+mod rays;
 pub mod reference;
 mod render;
 mod report;

@@ -5,6 +5,7 @@
 //! less of the same structure.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
+use std::mem::ManuallyDrop;
 
 pub(crate) const INVALID: u32 = u32::MAX;
 
@@ -124,11 +125,12 @@ pub(crate) type MemoryMonitor = unsafe extern "C" fn(*mut c_void, isize, bool) -
 /// Declares the table of functions, and how it is filled.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The functions of the library, which stays loaded as long as this lives.
+        /// The functions of the library. It is never unloaded: its thread pool keeps threads that run its code, and
+        /// threads that have traced call it once more as they end.
         #[derive(Debug)]
         pub(crate) struct Functions {
             $(pub(crate) $field: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
-            _library: libloading::Library,
+            _library: ManuallyDrop<libloading::Library>,
         }
 
         impl Functions {
@@ -141,7 +143,7 @@ macro_rules! functions {
                 Ok(Functions {
                     // SAFETY: the caller vouches for the type, and the library is kept beside the pointer.
                     $($field: unsafe { *library.get($symbol)? },)*
-                    _library: library,
+                    _library: ManuallyDrop::new(library),
                 })
             }
         }

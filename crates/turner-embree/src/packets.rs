@@ -46,7 +46,11 @@ impl Packets {
 }
 
 /// All lanes are active: rays without extent are left out by Embree itself.
-static ACTIVE: [i32; 16] = [-1; 16];
+static ACTIVE: Active = Active([-1; 16]);
+
+/// Read by aligned loads of 64 bytes.
+#[repr(C, align(64))]
+struct Active([i32; 16]);
 
 const EMPTY: RtcRay16 = RtcRay16 {
     origin: [[0.0; 16]; 3],
@@ -76,10 +80,10 @@ impl Scene {
         let mut arguments = RtcArguments::COHERENT;
         for (packet, out) in packets.packets[range].iter().zip(hits.chunks_mut(Packets::WIDTH)) {
             let mut query = RtcRayHit16 { ray: *packet, hit: NO_HITS };
-            // SAFETY: the scene is committed; sizes and alignments are the header's; 16 valid flags.
+            // SAFETY: the scene is committed; sizes and alignments are the header's; the 16 flags are aligned, too.
             unsafe {
                 (self.device.functions.intersect_16)(
-                    ACTIVE.as_ptr(),
+                    ACTIVE.0.as_ptr(),
                     self.object,
                     &mut query,
                     &mut arguments,
@@ -106,7 +110,12 @@ impl Scene {
             let mut query = *packet;
             // SAFETY: as in `intersect_packets`.
             unsafe {
-                (self.device.functions.occluded_16)(ACTIVE.as_ptr(), self.object, &mut query, &mut arguments);
+                (self.device.functions.occluded_16)(
+                    ACTIVE.0.as_ptr(),
+                    self.object,
+                    &mut query,
+                    &mut arguments,
+                );
             }
             for (out, &t) in out.iter_mut().zip(&query.t_far) {
                 *out = t == f32::NEG_INFINITY;

@@ -13,7 +13,7 @@ pub(super) fn scene(size: usize) -> Scene {
     for _ in 0..sticks {
         let middle = random.in_cube();
         let along = random.direction();
-        let half = random.between(0.2, 0.8);
+        let half = random.between(0.02, 0.12);
         let radius = random.between(0.0004, 0.0012);
         stick(&mut mesh, middle, scale(half, along), radius);
     }

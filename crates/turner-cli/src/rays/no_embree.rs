@@ -1,0 +1,56 @@
+//! What stands in for Embree in a program built without it.
+
+use std::ops::Range;
+use std::path::Path;
+
+use turner_bvh::Ray;
+use turner_bvh::generate::Scene;
+
+use super::Rival;
+use super::measure::{CHUNK, Query, RaySet, Tracer};
+use super::tracer::Hit;
+
+pub(super) type Packets = ();
+
+pub(super) fn packets(_: &[Ray]) -> Packets {}
+
+/// There is none.
+pub(super) enum Embree {}
+pub(super) enum Workshop {}
+pub(super) enum Built {}
+
+impl Embree {
+    pub(super) fn load(_: &Path) -> Result<Embree, String> {
+        Err("this program was built without its feature `embree`".into())
+    }
+
+    pub(super) fn version(&self) -> String {
+        match *self {}
+    }
+
+    pub(super) fn workshop(&self, _: &Scene, _: usize) -> Result<Workshop, String> {
+        match *self {}
+    }
+}
+
+impl Workshop {
+    pub(super) fn build(&self, _: Rival) -> Result<Built, String> {
+        match *self {}
+    }
+}
+
+impl Built {
+    pub(super) fn bytes(&self) -> usize {
+        match *self {}
+    }
+}
+
+impl Tracer for Built {
+    fn nearest(&self, _: Query, _: &RaySet, _: Range<usize>, _: &mut [Hit; CHUNK]) {
+        match *self {}
+    }
+
+    fn any(&self, _: Query, _: &RaySet, _: Range<usize>, _: &mut [bool; CHUNK]) {
+        match *self {}
+    }
+}
