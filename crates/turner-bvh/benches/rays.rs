@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use turner_bvh::generate::{Scene, SceneKind, rays};
-use turner_bvh::{Aabb, BuildOptions, Bvh2, Bvh4, Ray};
+use turner_bvh::{Aabb, Bvh2Options, Bvh2, Bvh4, Ray};
 
 /// Scenes of one mesh.
 const SCENES: [SceneKind; 5] =
@@ -98,7 +98,7 @@ impl Tree {
         let boxes: Vec<Aabb> = (0..mesh.triangles.len())
             .map(|i| mesh.triangle(i).into_iter().fold(Aabb::EMPTY, Aabb::grow))
             .collect();
-        let options = BuildOptions { threads: 1, ..BuildOptions::default() };
+        let options = Bvh2Options { threads: 1, ..Bvh2Options::default() };
         let tree = Bvh4::collapse(&Bvh2::build(&boxes, &options).expect("fewer triangles than a tree holds"));
         let triangles = tree.order().iter().map(|&i| {
             let [a, b, c] = mesh.triangle(i as usize);

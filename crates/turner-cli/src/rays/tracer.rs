@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use turner_bvh::generate::{Mesh, Scene};
-use turner_bvh::{Aabb, BuildOptions, Bvh2, Bvh4, Ray};
+use turner_bvh::{Aabb, Bvh2Options, Bvh2, Bvh4, Ray};
 
 use super::measure::{CHUNK, Query, RaySet, Tracer};
 
@@ -42,13 +42,13 @@ impl Quality {
         }
     }
 
-    fn options(self, threads: usize) -> BuildOptions {
+    fn options(self, threads: usize) -> Bvh2Options {
         let bins = match self {
             Quality::Fast => 8,
             Quality::Balanced => 16,
             Quality::High => 32,
         };
-        BuildOptions { threads, bins, ..BuildOptions::default() }
+        Bvh2Options { threads, bins, ..Bvh2Options::default() }
     }
 }
 
@@ -138,7 +138,7 @@ impl Turner {
 }
 
 impl Part {
-    fn build(mesh: &Mesh, options: &BuildOptions) -> Result<Part, String> {
+    fn build(mesh: &Mesh, options: &Bvh2Options) -> Result<Part, String> {
         let corners = |i: usize| mesh.triangle(i);
         let boxes: Vec<Aabb> =
             (0..mesh.triangles.len()).map(|i| corners(i).into_iter().fold(Aabb::EMPTY, Aabb::grow)).collect();
@@ -171,7 +171,7 @@ impl Part {
     }
 }
 
-fn tree(boxes: &[Aabb], options: &BuildOptions) -> Result<Bvh4, String> {
+fn tree(boxes: &[Aabb], options: &Bvh2Options) -> Result<Bvh4, String> {
     Bvh2::build(boxes, options).map(|tree| Bvh4::collapse(&tree)).map_err(|e| e.to_string())
 }
 
