@@ -4,6 +4,7 @@
 ///
 /// The direction need not be normalised: `t` is in units of its length.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Ray {
     /// Where `t = 0`.
     pub origin: [f32; 3],

@@ -70,6 +70,16 @@ pub(crate) trait Simd: Copy {
     /// Writes the children in `hit`, without gaps; returns how many.
     fn push_any(self, hit: u32, children: &[u32; 8], stack: &mut [u32; 8]) -> usize;
 
+    /// Writes the children in `kept` and their `near`, without gaps; returns how many.
+    fn push_kept(
+        self,
+        kept: u32,
+        children: &[u32; 8],
+        near: &[f32; 8],
+        to_child: &mut [u32; 8],
+        to_near: &mut [f32; 8],
+    ) -> usize;
+
     /// Asks for four cache lines ahead of time, wherever they may be.
     fn prefetch(self, from: *const u8);
 }

@@ -200,5 +200,25 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
+    fn push_kept(
+        self,
+        mut kept: u32,
+        children: &[u32; 8],
+        near: &[f32; 8],
+        to_child: &mut [u32; 8],
+        to_near: &mut [f32; 8],
+    ) -> usize {
+        let mut count = 0;
+        while kept != 0 {
+            let lane = kept.trailing_zeros() as usize & 7;
+            to_child[count & 7] = children[lane];
+            to_near[count & 7] = near[lane];
+            kept &= kept - 1;
+            count += 1;
+        }
+        count
+    }
+
+    #[inline(always)]
     fn prefetch(self, _from: *const u8) {}
 }

@@ -285,6 +285,26 @@ impl Simd for Avx2 {
         }
         hit.count_ones() as usize
     }
+
+    #[inline(always)]
+    fn push_kept(
+        self,
+        kept: u32,
+        children: &[u32; 8],
+        near: &[f32; 8],
+        to_child: &mut [u32; 8],
+        to_near: &mut [f32; 8],
+    ) -> usize {
+        // SAFETY: see the head of the file; loads and stores are of eight lanes.
+        unsafe {
+            let child = _mm256_loadu_si256(children.as_ptr().cast());
+            let near = _mm256_loadu_ps(near.as_ptr());
+            let packed = _mm256_cvtepu8_epi32(_mm_loadl_epi64(PACK[kept as usize & 255].as_ptr().cast()));
+            _mm256_storeu_si256(to_child.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, packed));
+            _mm256_storeu_ps(to_near.as_mut_ptr(), _mm256_permutevar8x32_ps(near, packed));
+        }
+        kept.count_ones() as usize
+    }
 }
 
 /// For each mask the numbers of its set bits, lowest first.
@@ -358,5 +378,24 @@ impl Simd for Avx512 {
             _mm256_storeu_si256(stack.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(hit as u8, child));
         }
         hit.count_ones() as usize
+    }
+
+    #[inline(always)]
+    fn push_kept(
+        self,
+        kept: u32,
+        children: &[u32; 8],
+        near: &[f32; 8],
+        to_child: &mut [u32; 8],
+        to_near: &mut [f32; 8],
+    ) -> usize {
+        // SAFETY: see the head of the file; loads and stores are of eight lanes.
+        unsafe {
+            let child = _mm256_loadu_si256(children.as_ptr().cast());
+            let near = _mm256_loadu_ps(near.as_ptr());
+            _mm256_storeu_si256(to_child.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(kept as u8, child));
+            _mm256_storeu_ps(to_near.as_mut_ptr(), _mm256_maskz_compress_ps(kept as u8, near));
+        }
+        kept.count_ones() as usize
     }
 }

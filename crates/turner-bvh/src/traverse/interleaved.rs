@@ -1,9 +1,10 @@
-//! Rays that have nothing in common: several in turn, one step each.
+//! Rays that have nothing in common: many under way, one step each in turn.
 //!
-//! A step of one ray waits for memory, for its own last step, and for guessed branches; meanwhile the processor works
-//! on the next rays' steps. So each step is a short piece of code with few branches.
-
-use std::hint::select_unpredictable;
+//! A step of one ray waits for memory and for its own last step; meanwhile the processor works on those of other rays.
+//! What it cannot hide are wrong guesses of branches, and whether a ray comes to a node, to a leaf or to its end is
+//! anybody's guess. So rays are not asked: each step ends by putting its ray into one of three queues, by arithmetic, and
+//! queues are worked off one after the other. For the same reason nothing is compared when it is taken off a stack:
+//! whenever a hit is found, which is rare, what lies behind it is swept from the stack.
 
 use super::stack::Stack;
 use super::{Leaves, SearchRay, Tree};
@@ -12,17 +13,67 @@ use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
 
 /// Rays under way at once.
-const WAYS: usize = 4;
+const WAYS: usize = 16;
 
 /// In place of a ray's number.
 const NOBODY: usize = usize::MAX;
+
+/// At the bottom of each stack: the search is over. No node has such a child.
+const END: u32 = ChildRef::EMPTY.0;
 
 /// One ray under way.
 struct Way {
     ray: SearchRay,
     hit: Hit,
     index: usize,
+    /// What comes next.
+    child: u32,
     stack: Stack,
+}
+
+/// Rays that wait for the same kind of step.
+#[derive(Clone, Copy)]
+struct Queue {
+    ways: [u8; WAYS],
+    len: usize,
+}
+
+/// Which queue a child belongs to.
+const NODES: usize = 0;
+const LEAVES: usize = 1;
+const ENDS: usize = 2;
+
+struct Queues([Queue; 3]);
+
+impl Queues {
+    /// All rays at their end, on behalf of nobody.
+    #[inline(always)]
+    fn new() -> Queues {
+        let empty = Queue { ways: [0; WAYS], len: 0 };
+        let mut all = Queue { ways: [0; WAYS], len: WAYS };
+        let mut i = 0;
+        while i < WAYS {
+            all.ways[i] = i as u8;
+            i += 1;
+        }
+        Queues([empty, empty, all])
+    }
+
+    /// Empties a queue.
+    #[inline(always)]
+    fn take(&mut self, kind: usize) -> Queue {
+        let queue = self.0[kind];
+        self.0[kind].len = 0;
+        queue
+    }
+
+    #[inline(always)]
+    fn put(&mut self, way: u8, child: u32) {
+        let kind = (child >> 31) as usize + usize::from(child == END);
+        let queue = &mut self.0[kind % 3];
+        queue.ways[queue.len % WAYS] = way;
+        queue.len += 1;
+    }
 }
 
 /// Finds the nearest hit of each ray.
@@ -44,83 +95,104 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
     rays: &[Ray],
     mut found: impl FnMut(usize, Hit),
 ) {
+    if tree.nodes.is_empty() {
+        for index in 0..rays.len() {
+            found(index, Hit::MISS);
+        }
+        return;
+    }
     let mut ways: [Way; WAYS] = std::array::from_fn(|_| Way {
         ray: SearchRay::NONE,
         hit: Hit::MISS,
         index: NOBODY,
+        child: END,
         stack: Stack::new(),
     });
-    // Those under way come first. At the start all are, on behalf of nobody, and over at once.
-    let mut order: [usize; WAYS] = std::array::from_fn(|i| i);
-    let mut active = WAYS;
+    let mut queues = Queues::new();
     let mut next = 0;
-    while active > 0 {
-        let mut i = 0;
-        while i < active {
-            let way = &mut ways[order[i] % WAYS];
-            if step::<S, L, ANY>(simd, tree, way) {
-                i += 1;
-                continue;
-            }
+    loop {
+        let ends = queues.take(ENDS);
+        for &number in &ends.ways[..ends.len % (WAYS + 1)] {
+            let way = &mut ways[number as usize % WAYS];
             if way.index != NOBODY {
                 found(way.index, way.ray.finish(way.hit));
+                way.index = NOBODY;
             }
-            loop {
-                let Some(ray) = rays.get(next) else {
-                    active -= 1;
-                    order.swap(i, active);
-                    break;
-                };
+            while let Some(ray) = rays.get(next) {
                 let index = next;
                 next += 1;
-                match SearchRay::new(simd, ray, &tree.space) {
-                    Some(ray) if !tree.nodes.is_empty() => {
-                        way.hit = Hit { t: ray.t_max, ..Hit::MISS };
-                        way.ray = ray;
-                        way.index = index;
-                        way.stack.clear();
-                        way.stack.push(ChildRef::node(0).0, 0.0);
-                        i += 1;
-                        break;
-                    }
-                    _ => found(index, Hit::MISS),
+                if let Some(ray) = SearchRay::new(simd, ray, &tree.space) {
+                    way.hit = Hit { t: ray.t_max, ..Hit::MISS };
+                    way.ray = ray;
+                    way.index = index;
+                    way.stack.clear();
+                    way.stack.push(END, f32::NEG_INFINITY);
+                    way.child = ChildRef::node(0).0;
+                    queues.put(number, way.child);
+                    break;
                 }
+                found(index, Hit::MISS);
             }
+        }
+        let nodes = queues.take(NODES);
+        for &number in &nodes.ways[..nodes.len % (WAYS + 1)] {
+            let way = &mut ways[number as usize % WAYS];
+            step::<S, L, ANY>(simd, tree, way);
+            queues.put(number, way.child);
+        }
+        let leaves = queues.take(LEAVES);
+        for &number in &leaves.ways[..leaves.len % (WAYS + 1)] {
+            let way = &mut ways[number as usize % WAYS];
+            leaf::<S, L, ANY>(simd, tree, way);
+            queues.put(number, way.child);
+        }
+        if nodes.len + leaves.len == 0 && queues.0[NODES].len == 0 {
+            return;
         }
     }
 }
 
-/// One step: takes the nearest child left. False when the search is over.
+/// Searches a node: its children that the ray meets go onto the stack, and the top comes next.
 #[inline(always)]
-fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) -> bool {
-    let Some((word, near)) = way.stack.pop() else { return false };
-    if !ANY && near > way.hit.t {
-        return !way.stack.is_empty();
-    }
-    let child = ChildRef(word);
-    if child.is_leaf() {
-        let index = way.index as u32;
-        if !ANY {
-            tree.leaves.closest(simd, child, &way.ray, index, &mut way.hit);
-        } else if tree.leaves.any(simd, child, &way.ray, index) {
+fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
+    let node = tree.node(ChildRef(way.child));
+    let (near, far) = way.ray.meets(simd, node, way.hit.t);
+    let count = if ANY {
+        simd.push_any(near.le(far), node.child_words(), way.stack.room().0)
+    } else {
+        let order = node.order[way.ray.octant as usize & 7];
+        simd.push_ordered(near, far, node.child_words(), order, way.stack.room())
+    };
+    way.stack.grow(count);
+    advance(simd, tree, way);
+}
+
+/// Takes the next child off the stack and asks for its memory.
+#[inline(always)]
+fn advance<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
+    way.child = way.stack.take();
+    let child = ChildRef(way.child);
+    let node: *const u8 = tree.nodes.as_ptr().wrapping_add(child.index()).cast();
+    // Not by a branch: it would be guessed, and the guess is proved only when this step's work is done.
+    simd.prefetch(std::hint::select_unpredictable(child.is_leaf(), tree.leaves.address(child), node));
+}
+
+/// Tests what a leaf holds.
+#[inline(always)]
+fn leaf<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
+    let (child, index) = (ChildRef(way.child), way.index as u32);
+    if ANY {
+        if tree.leaves.any(simd, child, &way.ray, index) {
             way.hit.primitive = 0;
-            return false;
+            way.child = END;
+            return;
         }
     } else {
-        let node = tree.node(child);
-        let (near, far) = way.ray.meets(simd, node, way.hit.t);
-        let count = if ANY {
-            simd.push_any(near.le(far), node.child_words(), way.stack.room().0)
-        } else {
-            let order = node.order[way.ray.octant as usize & 7];
-            simd.push_ordered(near, far, node.child_words(), order, way.stack.room())
-        };
-        way.stack.grow(count);
+        let before = way.hit.t;
+        tree.leaves.closest(simd, child, &way.ray, index, &mut way.hit);
+        if way.hit.t < before {
+            way.stack.sweep(simd, way.hit.t);
+        }
     }
-    let Some(word) = way.stack.top() else { return false };
-    // Without a branch: it would be guessed, and the guess is proved only when this step's work is done.
-    let child = ChildRef(word);
-    let node: *const u8 = tree.nodes.as_ptr().wrapping_add(child.index()).cast();
-    simd.prefetch(select_unpredictable(child.is_leaf(), tree.leaves.address(child), node));
-    true
+    advance(simd, tree, way);
 }

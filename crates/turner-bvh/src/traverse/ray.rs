@@ -22,6 +22,9 @@ const PADDING: f32 = 24.0;
 /// Coordinates beyond this are out of reach: products of three stay finite below it.
 pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
 
+/// Directions with a longest component up to this, or down to its inverse, are taken as they are.
+const SIZE: f32 = (1 << 20) as f32;
+
 /// Directions are taken to be at least this much of their longest component on every axis.
 const FLATTEST: f32 = 1.0 / (1_u64 << 40) as f32;
 
@@ -36,7 +39,7 @@ pub(crate) struct Space {
     pub(crate) reach: f32,
 }
 
-/// A ray in the units of a tree, its direction scaled by a power of two so that its longest component is 1 to 2.
+/// A ray in the units of a tree, its direction scaled by a power of two where it is very long or short.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SearchRay {
     inv: [f32; 4],
@@ -84,42 +87,47 @@ impl SearchRay {
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, ray: &Ray, space: &Space) -> Option<SearchRay> {
         let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.direction);
-        let origin = simd.load4(&[ox, oy, oz, 0.0]).mul(simd.splat4(space.scale));
-        let far = array(origin.abs());
-        let far = far[0].max(far[1]).max(far[2]);
-        let longest = dx.abs().max(dy.abs()).max(dz.abs());
-        let usable = ray.is_valid() && far <= FARTHEST && longest >= f32::MIN_POSITIVE;
+        // The fourth numbers are those that follow in memory: whole registers are read, and not looked at.
+        let mut origin = simd.load4(&[ox, oy, oz, dx]);
+        let mut direction = simd.load4(&[dx, dy, dz, ray.t_min]);
+        let mut longest = larger(larger(dx.abs(), dy.abs()), dz.abs());
+        let (mut t_scale, mut to_tree) = (1.0, 1.0);
+        let ordinary = space.scale == 1.0 && (1.0 / SIZE..=SIZE).contains(&longest);
+        if !ordinary {
+            [t_scale, to_tree, longest] = rescale(space, longest);
+            // Outside, a length of 1 along the direction is `scale` in the tree: t does not change by that.
+            origin = origin.mul(simd.splat4(space.scale));
+            direction = direction.mul(simd.splat4(t_scale * space.scale));
+        }
+        let within = origin.abs().le(simd.splat4(FARTHEST)) & direction.abs().le(simd.splat4(f32::MAX));
+        let usable =
+            within & 7 == 7 && longest >= f32::MIN_POSITIVE && ray.t_min <= ray.t_max && ray.t_max >= 0.0;
         if !usable {
             return None;
         }
-        // 2^-e for a longest component of 2^e..2^(e + 1). Where that is no normal number, half as much will do.
-        let exponent = longest.to_bits() >> 23;
-        let normal = f32::from_bits((254 - exponent).max(1) << 23);
-        let back = f32::from_bits(exponent.min(253) << 23);
-        // Outside, a length of 1 along the direction is `scale` in the tree: t does not change by that.
-        let direction = simd.load4(&[dx, dy, dz, 1.0]).mul(simd.splat4(normal));
-        let (to_tree, t_scale) = (back * space.scale, normal * space.unscale);
-        let size = far + space.reach;
-        let padding = simd.splat4(PADDING * f32::EPSILON * size);
-        let d = direction.abs().max(simd.splat4(FLATTEST)).with_sign(direction);
+        let in_tree = [array(origin), array(direction)];
+        let [ox, oy, oz, _] = in_tree[0];
+        let size = larger(larger(ox.abs(), oy.abs()), oz.abs()) + space.reach;
+        let d = direction.abs().max(simd.splat4(FLATTEST * longest)).with_sign(direction);
         let inv = simd.splat4(1.0).div(d);
         let middle = origin.mul(inv);
-        let pad = padding.mul(inv.abs());
+        let pad = simd.splat4(PADDING * f32::EPSILON * size).mul(inv.abs());
         let down = d.lt(simd.splat4(0.0)) & 7;
-        let in_tree = [array(origin), array(direction)].map(|[x, y, z, _]| [x, y, z]);
+        let [x, y, z] = [down & 1, down >> 1 & 1, down >> 2];
+        let [[ox, oy, oz, _], [dx, dy, dz, _]] = in_tree;
+        let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
         Some(SearchRay {
             inv: array(inv),
             near_offset: array(middle.add(pad)),
             far_offset: array(middle.sub(pad)),
-            near_side: [0, 1, 2].map(|axis| (down >> axis & 1) * WideNode::UPPER),
+            near_side: [x * WideNode::UPPER, y * WideNode::UPPER, z * WideNode::UPPER],
             octant: down,
-            t_min: ray.t_min.max(0.0) * to_tree,
-            // So that t is finite outside, too.
-            t_max: (ray.t_max * to_tree).min(f32::MAX / t_scale.max(1.0)),
+            t_min: larger(ray.t_min, 0.0) * to_tree,
+            t_max: smaller(ray.t_max * to_tree, f32::MAX * smaller(to_tree, 1.0)),
             t_scale,
-            shear: Shear::new(simd, &in_tree[0], &in_tree[1], size),
-            origin: in_tree[0],
-            direction: in_tree[1],
+            shear: Shear::new(simd, &origin, &direction, size),
+            origin,
+            direction,
             time: ray.time,
         })
     }
@@ -156,4 +164,29 @@ fn array<V: Lanes>(lanes: V) -> [f32; 4] {
     let mut array = [0.0; 4];
     lanes.store(&mut array);
     array
+}
+
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// For directions that are very long or short, and for trees that are very large or small: what t in the tree is
+/// multiplied with to get t outside, the inverse, and the longest component of the direction in the tree: 1 to 2.
+#[cold]
+#[inline(never)]
+fn rescale(space: &Space, longest: f32) -> [f32; 3] {
+    if !(f32::MIN_POSITIVE..=f32::MAX).contains(&longest) {
+        return [1.0, 1.0, 0.0];
+    }
+    // 2^-e for a longest component of 2^e..2^(e + 1). Where that is no normal number, half as much will do.
+    let exponent = longest.to_bits() >> 23;
+    let normal = f32::from_bits((254 - exponent).max(1) << 23);
+    let back = f32::from_bits(exponent.min(253) << 23);
+    [normal * space.unscale, back * space.scale, longest * normal]
 }

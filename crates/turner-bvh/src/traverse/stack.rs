@@ -3,6 +3,7 @@
 use std::mem::MaybeUninit;
 
 use crate::node::MAX_WIDE_DEPTH;
+use crate::simd::{Lanes, Simd};
 
 /// A node leaves at most seven children behind on each level, and pushes write eight at once.
 const SIZE: usize = 7 * MAX_WIDE_DEPTH + 8 + 8;
@@ -57,11 +58,6 @@ impl Stack {
     }
 
     #[inline(always)]
-    pub(crate) fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    #[inline(always)]
     pub(crate) fn pop(&mut self) -> Option<(u32, f32)> {
         if self.len == 0 {
             return None;
@@ -76,6 +72,35 @@ impl Stack {
         let top = self.top();
         self.len = self.len.saturating_sub(1);
         top
+    }
+
+    /// Takes the top child of a stack that is not empty.
+    #[inline(always)]
+    pub(crate) fn take(&mut self) -> u32 {
+        debug_assert!(self.len > 0);
+        self.len = self.len.wrapping_sub(1);
+        // SAFETY: as in `pop`.
+        unsafe { self.child(self.len).read() }
+    }
+
+    /// Removes what is entered behind `t`.
+    #[inline(always)]
+    pub(crate) fn sweep<S: Simd>(&mut self, simd: S, t: f32) {
+        let len = self.len;
+        self.len = 0;
+        let mut from = 0;
+        while from < len {
+            // SAFETY: eight entries may be read from anywhere below `len`: SIZE leaves room, and what lies beyond is
+            // whatever was written there by a push of eight, or nothing yet; it is kept out by the mask.
+            let (children, near) =
+                unsafe { (*self.child(from).cast::<[u32; 8]>(), *self.entry(from).cast::<[f32; 8]>()) };
+            let valid = if len - from >= 8 { 255 } else { (1 << (len - from)) - 1 };
+            let kept = simd.load8(&near).le(simd.splat8(t)) & valid;
+            let (to_child, to_near) = self.room();
+            let count = simd.push_kept(kept, &children, &near, to_child, to_near);
+            self.len += count;
+            from += 8;
+        }
     }
 
     /// The child that `pop` would give.

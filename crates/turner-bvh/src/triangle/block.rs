@@ -70,9 +70,7 @@ impl Block {
     ) -> bool {
         let corners = self.sheared(simd, ray);
         let (inside, edges) = corners_meet(&corners, simd.splat8(0.0));
-        if inside == 0 {
-            return false;
-        }
+        // No way out if none is inside: among eight triangles of a leaf one usually is.
         let at = Weights::new(&corners, edges, simd.splat8(1.0), simd.splat8(ray.shear[2]));
         let within = simd.splat8(t_min).le(at.t) & at.t.le(simd.splat8(t_max));
         let close = at.off.le(simd.splat8(ray.tolerance));

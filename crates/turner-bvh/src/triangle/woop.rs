@@ -65,14 +65,12 @@ impl Shear {
     /// of any triangle.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, origin: &[f32; 3], direction: &[f32; 3], size: f32) -> Shear {
-        let d = direction.map(f32::abs);
-        let axes = if d[0] > d[1] && d[0] > d[2] {
-            Axes::YZX
-        } else if d[1] > d[2] && d[1] >= d[0] {
-            Axes::ZXY
-        } else {
-            Axes::XYZ
-        };
+        let [x, y, z] = [direction[0].abs(), direction[1].abs(), direction[2].abs()];
+        // By arithmetic: which axis it is cannot be guessed.
+        let y_over_x = y > x;
+        let other = if y_over_x { y } else { x };
+        let longest = if z >= other { 2 } else { usize::from(y_over_x) };
+        let axes = [Axes::YZX, Axes::ZXY, Axes::XYZ][longest];
         let [x, y, z] = axes.of(direction);
         let mut shear = [0.0; 4];
         simd.load4(&[x, y, 1.0, 1.0]).div(simd.splat4(z)).store(&mut shear);
