@@ -2,7 +2,7 @@
 
 use crate::simd::Portable;
 use crate::traverse::{SearchRay, Space};
-use crate::triangle::{Weights, corners_meet, precise};
+use crate::triangle::{corners_meet, distance, precise, weights};
 use crate::{Hit, Ray};
 
 /// The nearest hit among triangles whose corners are already in the units of the tree, one after the other.
@@ -11,7 +11,7 @@ pub(crate) fn closest(triangles: &[(u32, [[f32; 3]; 3])], ray: &Ray, space: &Spa
     let mut best = Hit { t: search.t_max, ..Hit::MISS };
     for &(primitive, corners) in triangles {
         let Some([t, u, v]) = one(&search, corners) else { continue };
-        if t >= search.t_min && (t < best.t || t == best.t && primitive < best.primitive) {
+        if t < best.t || t == best.t && primitive < best.primitive {
             best = Hit { t, u, v, primitive, instance: Hit::NONE };
         }
     }
@@ -26,11 +26,11 @@ fn one(ray: &SearchRay, corners: [[f32; 3]; 3]) -> Option<[f32; 3]> {
     if inside == 0 {
         return None;
     }
-    let at = Weights::new(&lanes, edges, [1.0], [ray.shear.shear[2]]);
-    let found = if at.off[0] <= ray.shear.tolerance {
-        [at.t[0], at.u[0], at.v[0]]
-    } else {
-        precise(&seen, ray.shear.shear[2], ray.shear.tolerance)?
-    };
-    found[0].is_finite().then_some(found)
+    let z = ray.shear.shear[2];
+    let ([t], sum) = distance(&lanes, &edges, [z]);
+    if !(ray.t_min <= t && t < f32::INFINITY) {
+        return None;
+    }
+    let [[u], [v], [off]] = weights(&lanes, &edges, [1.0], sum);
+    if off <= ray.shear.tolerance { Some([t, u, v]) } else { precise(&seen, z, ray.shear.tolerance, t) }
 }

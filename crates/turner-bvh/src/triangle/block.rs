@@ -1,6 +1,6 @@
 //! Triangles side by side, one per lane.
 
-use super::{Corners, Shear, Weights, corners_meet, precise};
+use super::{Corners, Shear, corners_meet, distance, precise, weights};
 use crate::Hit;
 use crate::build::wide::NO_PRIMITIVE;
 use crate::simd::{Lanes, Simd};
@@ -71,28 +71,25 @@ impl Block {
         let corners = self.sheared(simd, ray);
         let (inside, edges) = corners_meet(&corners, simd.splat8(0.0));
         // No way out if none is inside: among eight triangles of a leaf one usually is.
-        let at = Weights::new(&corners, edges, simd.splat8(1.0), simd.splat8(ray.shear[2]));
-        let within = simd.splat8(t_min).le(at.t) & at.t.le(simd.splat8(t_max));
-        let close = at.off.le(simd.splat8(ray.tolerance));
-        // Those not close may be anywhere: also within.
-        let mut candidates = inside & (within | !close);
+        let (t, sum) = distance(&corners, &edges, simd.splat8(ray.shear[2]));
+        let mut candidates = inside & simd.splat8(t_min).le(t) & t.le(simd.splat8(t_max));
         if candidates == 0 {
             return false;
         }
-        let [mut t, mut u, mut v] = [[0.0; BLOCK]; 3];
-        at.t.store(&mut t);
-        at.u.store(&mut u);
-        at.v.store(&mut v);
+        let [u, v, off] = weights(&corners, &edges, simd.splat8(1.0), sum);
+        let close = off.le(simd.splat8(ray.tolerance));
+        let [mut ts, mut us, mut vs] = [[0.0; BLOCK]; 3];
+        t.store(&mut ts);
+        u.store(&mut us);
+        v.store(&mut vs);
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % BLOCK;
             candidates &= candidates - 1;
-            let mut found = [t[lane], u[lane], v[lane]];
+            let (mut t, mut u, mut v) = (ts[lane], us[lane], vs[lane]);
             if close >> lane & 1 == 0 {
-                found = self.doubtful(ray, lane);
+                [t, u, v] = self.doubtful(ray, lane, t);
             }
-            let [t, u, v] = found;
-            let within = t_min <= t && t <= t_max && t < f32::INFINITY;
-            if within && accept(t, u, v, self.ids[lane]) {
+            if t <= t_max && t < f32::INFINITY && accept(t, u, v, self.ids[lane]) {
                 return true;
             }
         }
@@ -102,9 +99,9 @@ impl Block {
     /// A triangle seen almost edge-on, once more; NaN if it is not hit.
     #[cold]
     #[inline(never)]
-    fn doubtful(&self, ray: &Shear, lane: usize) -> [f32; 3] {
+    fn doubtful(&self, ray: &Shear, lane: usize, t: f32) -> [f32; 3] {
         let corners = self.lane(lane).map(|p| ray.corner(p));
-        precise(&corners, ray.shear[2], ray.tolerance).unwrap_or([f32::NAN; 3])
+        precise(&corners, ray.shear[2], ray.tolerance, t).unwrap_or([f32::NAN; 3])
     }
 
     /// Takes the nearest hit into `hit`, of equally near ones that of the lowest number.

@@ -11,7 +11,8 @@
 //!
 //! **A hit lies on its triangle.** Weights of a triangle seen edge-on are mostly rounding. A hit is accepted only
 //! if the point that its weights give lies within [`Shear::tolerance`] of the ray; if not, the weights are computed
-//! again in double precision. Hence any box around that part of the triangle, padded by a few times the tolerance,
+//! again in double precision, and t is the larger of both (so that a search may skip what lies behind its nearest hit by the
+//! first t alone, in any order of triangles). Hence any box around that part of the triangle, padded by a few times the tolerance,
 //! holds the hit: no tree can lose it, however its boxes are cut.
 
 use crate::simd::{Lanes, Simd};
@@ -92,18 +93,7 @@ impl Shear {
 /// x, y, z of three corners, sheared: one triangle per lane.
 pub(crate) type Corners<V> = [[V; 3]; 3];
 
-/// Where triangles are met, if they are: `u` and `v` are the weights of the second and third corner.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Weights<V> {
-    pub(crate) t: V,
-    pub(crate) u: V,
-    pub(crate) v: V,
-    /// How far the weighted corners lie from the ray.
-    pub(crate) off: V,
-}
-
-/// Which lanes' triangles the ray passes through the edges of, whatever t; not those with a NaN. `finish` gives
-/// the rest, rarely needed.
+/// Which lanes' triangles the ray passes through the edges of, whatever t, and the edge functions.
 #[inline(always)]
 pub(crate) fn corners_meet<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [V; 3]) {
     let u = c[0].mul(b[1]).sub(c[1].mul(b[0]));
@@ -114,24 +104,30 @@ pub(crate) fn corners_meet<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [
     (zero.le(least) | most.le(zero), [u, v, w])
 }
 
-impl<V: Lanes> Weights<V> {
-    /// From the edge functions. NaN where the triangle is flat or a number is not finite.
-    #[inline(always)]
-    pub(crate) fn new([a, b, c]: &Corners<V>, [u, v, w]: [V; 3], one: V, shear_z: V) -> Weights<V> {
-        let scale = one.div(u.add(v).add(w));
-        let (u, v, w) = (u.mul(scale), v.mul(scale), w.mul(scale));
-        let x = u.mul(a[0]).add(v.mul(b[0])).add(w.mul(c[0]));
-        let y = u.mul(a[1]).add(v.mul(b[1])).add(w.mul(c[1]));
-        let z = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
-        Weights { t: z.mul(shear_z), u: v, v: w, off: x.abs().max(y.abs()) }
-    }
+/// The t at which triangles are met, and their edge functions' sum. NaN or infinite where a triangle is flat or a number
+/// is not finite.
+#[inline(always)]
+pub(crate) fn distance<V: Lanes>([a, b, c]: &Corners<V>, &[u, v, w]: &[V; 3], shear_z: V) -> (V, V) {
+    let sum = u.add(v).add(w);
+    let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
+    (depth.mul(shear_z.div(sum)), sum)
+}
+
+/// Weights of the second and third corner, and how far from the ray the weighted corners lie.
+#[inline(always)]
+pub(crate) fn weights<V: Lanes>([a, b, c]: &Corners<V>, &[u, v, w]: &[V; 3], one: V, sum: V) -> [V; 3] {
+    let scale = one.div(sum);
+    let (u, v, w) = (u.mul(scale), v.mul(scale), w.mul(scale));
+    let x = u.mul(a[0]).add(v.mul(b[0])).add(w.mul(c[0]));
+    let y = u.mul(a[1]).add(v.mul(b[1])).add(w.mul(c[1]));
+    [v, w, x.abs().max(y.abs())]
 }
 
 /// The same in double precision, for triangles seen almost edge-on: products of single-precision numbers are exact
 /// there. Only called when the edge functions agree in sign; none if the triangle is nothing but an edge.
 #[cold]
 #[inline(never)]
-pub(crate) fn precise(corners: &Corners<f32>, shear_z: f32, tolerance: f32) -> Option<[f32; 3]> {
+pub(crate) fn precise(corners: &Corners<f32>, shear_z: f32, tolerance: f32, t: f32) -> Option<[f32; 3]> {
     let [a, b, c] = corners.map(|p| p.map(f64::from));
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
@@ -146,5 +142,6 @@ pub(crate) fn precise(corners: &Corners<f32>, shear_z: f32, tolerance: f32) -> O
     let (u, v, w) = (u / sum, v / sum, w / sum);
     let point = [0, 1, 2].map(|i| u * a[i] + v * b[i] + w * c[i]);
     let near = point[0].abs().max(point[1].abs()) <= f64::from(tolerance);
-    near.then_some([(point[2] * f64::from(shear_z)) as f32, v as f32, w as f32])
+    let precise = (point[2] * f64::from(shear_z)) as f32;
+    near.then_some([precise.max(t), v as f32, w as f32])
 }
