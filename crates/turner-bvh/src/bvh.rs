@@ -109,6 +109,34 @@ impl Bvh {
         dispatch(Work(self.tree(&self.leaves(|_, _| true)), rays, hits))
     }
 
+    /// The nearest hits of many rays that run together, neighbours next to each other.
+    pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Hit]) {
+        struct Work<'a, F>(Tree<'a, Blocks<'a, F>>, &'a [Ray], &'a mut [Hit]);
+        impl<F: Fn(u32, &Hit) -> bool> WithSimd for Work<'_, F> {
+            type Output = ();
+            #[inline(always)]
+            fn run<S: Simd>(self, simd: S) {
+                traverse::closest_packets(simd, &self.0, self.1, self.2);
+            }
+        }
+        assert_eq!(rays.len(), hits.len());
+        dispatch(Work(self.tree(&self.leaves(|_, _| true)), rays, hits))
+    }
+
+    /// Whether each of many rays that run together hits anything.
+    pub fn occluded_coherent(&self, rays: &[Ray], hits: &mut [bool]) {
+        struct Work<'a, F>(Tree<'a, Blocks<'a, F>>, &'a [Ray], &'a mut [bool]);
+        impl<F: Fn(u32, &Hit) -> bool> WithSimd for Work<'_, F> {
+            type Output = ();
+            #[inline(always)]
+            fn run<S: Simd>(self, simd: S) {
+                traverse::any_packets(simd, &self.0, self.1, self.2);
+            }
+        }
+        assert_eq!(rays.len(), hits.len());
+        dispatch(Work(self.tree(&self.leaves(|_, _| true)), rays, hits))
+    }
+
     /// Whether each of many rays hits anything.
     pub fn occluded_batch(&self, rays: &[Ray], hits: &mut [bool]) {
         struct Work<'a, F>(Tree<'a, Blocks<'a, F>>, &'a [Ray], &'a mut [bool]);
@@ -155,6 +183,11 @@ mod tests {
                 let expected = oracle::closest(&all, ray, &bvh.space);
                 let found = bvh.intersect(ray).unwrap_or(Hit::MISS);
                 assert_eq!(expected, found, "{kind:?} {ray:?}");
+            }
+            let mut hits = vec![Hit::MISS; primary.len()];
+            bvh.intersect_coherent(&primary, &mut hits);
+            for (ray, hit) in primary.iter().zip(&hits) {
+                assert_eq!(bvh.intersect(ray).unwrap_or(Hit::MISS), *hit);
             }
         }
     }

@@ -35,6 +35,8 @@ pub(crate) trait Lanes: Copy {
     fn mul_sub(self, a: Self, b: Self) -> Self;
     fn le(self, other: Self) -> u32;
     fn lt(self, other: Self) -> u32;
+    /// The smallest and the largest lane; not called with NaN.
+    fn range(self) -> [f32; 2];
     /// Writes all lanes.
     fn store(self, to: &mut [f32]);
 }
@@ -44,8 +46,9 @@ pub(crate) trait Simd: Copy {
     /// One number, for tests and slow paths.
     type F4: Lanes;
     type F8: Lanes;
-    /// As many rays as a packet has, at most 16.
+    /// As many rays as are tested against one triangle at once.
     type Packet: Lanes;
+    /// How many: at most 16.
     const PACKET: usize;
 
     fn splat4(self, x: f32) -> Self::F4;

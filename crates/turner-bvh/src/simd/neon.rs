@@ -92,6 +92,12 @@ impl Lanes for N4 {
     }
 
     #[inline(always)]
+    fn range(self) -> [f32; 2] {
+        // SAFETY: see the head of the file.
+        unsafe { [vminvq_f32(self.0), vmaxvq_f32(self.0)] }
+    }
+
+    #[inline(always)]
     fn store(self, to: &mut [f32]) {
         assert!(to.len() >= 4);
         // SAFETY: see the head of the file; there is room for four.
@@ -129,6 +135,11 @@ impl Lanes for N8 {
     #[inline(always)]
     fn lt(self, other: Self) -> u32 {
         self.0.lt(other.0) | self.1.lt(other.1) << 4
+    }
+
+    #[inline(always)]
+    fn range(self) -> [f32; 2] {
+        [self.0.min(self.1).range()[0], self.0.max(self.1).range()[1]]
     }
 
     #[inline(always)]

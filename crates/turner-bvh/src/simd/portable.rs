@@ -69,6 +69,16 @@ impl<const N: usize> Lanes for [f32; N] {
     }
 
     #[inline(always)]
+    fn range(self) -> [f32; 2] {
+        let (mut low, mut high) = (self[0], self[0]);
+        for x in self {
+            low = if x < low { x } else { low };
+            high = if x > high { x } else { high };
+        }
+        [low, high]
+    }
+
+    #[inline(always)]
     fn store(self, to: &mut [f32]) {
         to[..N].copy_from_slice(&self);
     }

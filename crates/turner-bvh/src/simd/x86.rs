@@ -116,6 +116,13 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
+            fn range(self) -> [f32; 2] {
+                let mut lanes = [0.0; $n];
+                self.store(&mut lanes);
+                lanes.range()
+            }
+
+            #[inline(always)]
             fn store(self, to: &mut [f32]) {
                 assert!(to.len() >= $n);
                 // SAFETY: see the head of the file; there is room for all lanes.

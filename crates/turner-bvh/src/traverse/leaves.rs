@@ -19,6 +19,15 @@ pub(crate) trait Leaves {
     fn address(&self, leaf: ChildRef) -> *const u8;
 }
 
+/// Leaves that packets of rays search.
+pub(crate) trait PacketLeaves: Leaves {
+    /// The blocks of a leaf.
+    fn blocks(&self, leaf: ChildRef) -> &[Block];
+
+    /// Whether a ray's hit counts.
+    fn accepts(&self, ray_index: u32, hit: &Hit) -> bool;
+}
+
 /// Leaves of triangles in blocks. `filter` gets the ray's number and a hit, and says whether it counts.
 #[derive(Clone, Copy)]
 pub(crate) struct Blocks<'a, F> {
@@ -54,5 +63,17 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
     #[inline(always)]
     fn address(&self, leaf: ChildRef) -> *const u8 {
         self.blocks.as_ptr().wrapping_add(leaf.first_block()).cast()
+    }
+}
+
+impl<F: Fn(u32, &Hit) -> bool> PacketLeaves for Blocks<'_, F> {
+    #[inline(always)]
+    fn blocks(&self, leaf: ChildRef) -> &[Block] {
+        self.of(leaf)
+    }
+
+    #[inline(always)]
+    fn accepts(&self, ray_index: u32, hit: &Hit) -> bool {
+        (self.filter)(ray_index, hit)
     }
 }

@@ -6,12 +6,14 @@
 
 mod interleaved;
 mod leaves;
+mod packet;
 mod ray;
 mod single;
 mod stack;
 
 pub(crate) use interleaved::{any_batch, closest_batch};
-pub(crate) use leaves::{Blocks, Leaves};
+pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
+pub(crate) use packet::{any_packets, closest_packets};
 pub(crate) use ray::{FARTHEST, SearchRay, Space};
 pub(crate) use single::{any, closest};
 

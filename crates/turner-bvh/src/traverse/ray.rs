@@ -17,16 +17,16 @@ use crate::triangle::Shear;
 use crate::{Hit, Ray};
 
 /// In units of `f32::EPSILON * size`.
-const PADDING: f32 = 24.0;
+pub(super) const PADDING: f32 = 24.0;
 
 /// Coordinates beyond this are out of reach: products of three stay finite below it.
 pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
 
 /// Directions with a longest component up to this, or down to its inverse, are taken as they are.
-const SIZE: f32 = (1 << 20) as f32;
+pub(super) const SIZE: f32 = (1 << 20) as f32;
 
 /// Directions are taken to be at least this much of their longest component on every axis.
-const FLATTEST: f32 = 1.0 / (1_u64 << 40) as f32;
+pub(super) const FLATTEST: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// The coordinates of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]

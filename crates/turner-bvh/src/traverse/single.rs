@@ -10,46 +10,50 @@ use crate::simd::{Lanes, Simd};
 #[inline(always)]
 pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchRay, index: u32) -> Hit {
     let mut hit = Hit { t: ray.t_max, ..Hit::MISS };
-    if tree.nodes.is_empty() {
-        return hit;
+    if !tree.nodes.is_empty() {
+        let mut stack = Stack::new();
+        stack.push(ChildRef::node(0).0, 0.0);
+        go_on(simd, tree, ray, index, &mut stack, &mut hit);
     }
-    let mut stack = Stack::new();
-    let mut child = ChildRef::node(0);
+    hit
+}
+
+/// Searches what is left on a stack for a hit nearer than `hit`.
+#[inline(always)]
+pub(crate) fn go_on<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    ray: &SearchRay,
+    index: u32,
+    stack: &mut Stack,
+    hit: &mut Hit,
+) {
     loop {
-        if child.is_leaf() {
-            tree.leaves.closest(simd, child, ray, index, &mut hit);
-        } else {
+        let Some((word, near)) = stack.pop() else { return };
+        if near > hit.t {
+            continue;
+        }
+        let mut child = ChildRef(word);
+        // Down to a leaf, always to the nearest child, which needs no comparison.
+        while !child.is_leaf() {
             let node = tree.node(child);
             let (near, far) = ray.meets(simd, node, hit.t);
             let met = near.le(far);
             if met & met.wrapping_sub(1) == 0 {
-                if met != 0 {
-                    // One child: straight on.
-                    child = node.children[met.trailing_zeros() as usize & 7];
-                    continue;
+                if met == 0 {
+                    child = ChildRef::EMPTY;
+                    break;
                 }
-            } else {
-                let count = simd.push_ordered(
-                    near,
-                    far,
-                    node.child_words(),
-                    node.order[ray.octant as usize & 7],
-                    stack.room(),
-                );
-                stack.grow(count);
-                // The top is the nearest: no need to compare it.
-                let Some((word, _)) = stack.pop() else { return hit };
-                child = ChildRef(word);
+                // One child: straight on.
+                child = node.children[met.trailing_zeros() as usize & 7];
                 continue;
             }
+            let order = node.order[ray.octant as usize & 7];
+            let count = simd.push_ordered(near, far, node.child_words(), order, stack.room());
+            stack.grow(count);
+            child = ChildRef(stack.take());
         }
-        loop {
-            let Some((word, near)) = stack.pop() else { return hit };
-            if near <= hit.t {
-                child = ChildRef(word);
-                break;
-            }
-        }
+        tree.leaves.closest(simd, child, ray, index, hit);
     }
 }
 
@@ -60,8 +64,22 @@ pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchR
         return false;
     }
     let mut stack = Stack::new();
-    let mut child = ChildRef::node(0);
+    stack.push(ChildRef::node(0).0, 0.0);
+    any_of(simd, tree, ray, index, &mut stack)
+}
+
+/// Whether there is any hit in what is left on a stack.
+#[inline(always)]
+pub(crate) fn any_of<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    ray: &SearchRay,
+    index: u32,
+    stack: &mut Stack,
+) -> bool {
     loop {
+        let Some(word) = stack.pop_child() else { return false };
+        let child = ChildRef(word);
         if child.is_leaf() {
             if tree.leaves.any(simd, child, ray, index) {
                 return true;
@@ -72,7 +90,5 @@ pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchR
             let count = simd.push_any(near.le(far), node.child_words(), stack.room().0);
             stack.grow(count);
         }
-        let Some(word) = stack.pop_child() else { return false };
-        child = ChildRef(word);
     }
 }

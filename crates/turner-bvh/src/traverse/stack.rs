@@ -9,6 +9,7 @@ use crate::simd::{Lanes, Simd};
 const SIZE: usize = 7 * MAX_WIDE_DEPTH + 8 + 8;
 
 /// Children and the t at which they are entered. Not cleared before use: that would cost as much as a short search.
+#[derive(Clone)]
 pub(crate) struct Stack {
     children: MaybeUninit<[u32; SIZE]>,
     near: MaybeUninit<[f32; SIZE]>,

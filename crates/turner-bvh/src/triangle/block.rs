@@ -99,7 +99,7 @@ impl Block {
     /// A triangle seen almost edge-on, once more; NaN if it is not hit.
     #[cold]
     #[inline(never)]
-    fn doubtful(&self, ray: &Shear, lane: usize, t: f32) -> [f32; 3] {
+    pub(crate) fn doubtful(&self, ray: &Shear, lane: usize, t: f32) -> [f32; 3] {
         let corners = self.lane(lane).map(|p| ray.corner(p));
         precise(&corners, ray.shear[2], ray.tolerance, t).unwrap_or([f32::NAN; 3])
     }

@@ -4,4 +4,4 @@ mod block;
 mod woop;
 
 pub(crate) use block::{BLOCK, Block};
-pub(crate) use woop::{Corners, Shear, corners_meet, distance, precise, weights};
+pub(crate) use woop::{Axes, Corners, Shear, corners_meet, distance, precise, weights};

@@ -23,8 +23,8 @@ pub(crate) struct Axes([u32; 3]);
 
 impl Axes {
     pub(crate) const XYZ: Axes = Axes([0, 1, 2]);
-    const YZX: Axes = Axes([1, 2, 0]);
-    const ZXY: Axes = Axes([2, 0, 1]);
+    pub(crate) const YZX: Axes = Axes([1, 2, 0]);
+    pub(crate) const ZXY: Axes = Axes([2, 0, 1]);
 
     /// The numbers in that order.
     #[inline(always)]

@@ -1,0 +1,438 @@
+//! Rays that run together: camera rays of neighbouring pixels, shadow rays of neighbouring points to one light.
+//!
+//! A packet goes through the tree as one: a node is entered by an interval that holds the t of all its rays (interval
+//! arithmetic over origins and reciprocal directions: Boulos et al. 2006, "Interactive distribution ray tracing"), triangles
+//! of a leaf are left out by the same test, and what is left meets all rays at once, one ray per lane. Rays that do not run
+//! together (signs or longest axes of directions differ), or whose packet has been to too many places, go on alone.
+//!
+//! Hits are those of single rays, bit for bit: triangles are tested by the same arithmetic.
+
+use super::stack::Stack;
+use super::{PacketLeaves, SearchRay, Tree, single};
+use crate::node::{ChildRef, WideNode};
+use crate::simd::{Lanes, Simd};
+use crate::triangle::{Axes, BLOCK, Block, Corners, Shear, corners_meet, distance, weights};
+use crate::{Hit, Ray};
+
+use super::ray::{FARTHEST, FLATTEST, PADDING, SIZE};
+
+/// The most rays in a packet.
+const MOST: usize = 16;
+
+/// Nodes and leaves that a packet visits before its rays go on alone.
+const PATIENCE: u32 = 192;
+
+/// Numbers of rays side by side.
+type Row = [f32; MOST];
+
+/// Rays under way together.
+struct Packet {
+    /// Of the sheared space: see [`Shear`].
+    axes: Axes,
+    shear: [Row; 3],
+    origin: [Row; 3],
+    tolerance: Row,
+    t_min: Row,
+    /// Of the nearest hits so far, or the ends of the rays.
+    t: Row,
+    u: Row,
+    v: Row,
+    primitive: [u32; MOST],
+    /// Intervals, by axis: reciprocal directions, and what is subtracted from near and far planes.
+    inv: [[f32; 2]; 3],
+    near_offset: [f32; 3],
+    far_offset: [f32; 3],
+    near_side: [u32; 3],
+    octant: u32,
+    /// The least `t_min`, the largest `t`.
+    start: f32,
+    end: f32,
+}
+
+/// Finds the nearest hit of each ray.
+#[inline(always)]
+pub(crate) fn closest_packets<S: Simd, L: PacketLeaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    hits: &mut [Hit],
+) {
+    let mut first = 0;
+    while first < rays.len() {
+        let last = (first + S::PACKET).min(rays.len());
+        let (rays, hits) = (&rays[first..last], &mut hits[first..last]);
+        match Packet::new(simd, tree, rays) {
+            Some(mut packet) => packet.run::<S, L, false>(simd, tree, rays, first, |i, hit| hits[i] = hit),
+            None => {
+                let mut i = 0;
+                while i < rays.len() {
+                    hits[i] = alone::<S, L, false>(simd, tree, &rays[i], first + i);
+                    i += 1;
+                }
+            }
+        }
+        first = last;
+    }
+}
+
+/// Finds whether each ray hits anything.
+#[inline(always)]
+pub(crate) fn any_packets<S: Simd, L: PacketLeaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    hits: &mut [bool],
+) {
+    let mut first = 0;
+    while first < rays.len() {
+        let last = (first + S::PACKET).min(rays.len());
+        let (rays, hits) = (&rays[first..last], &mut hits[first..last]);
+        match Packet::new(simd, tree, rays) {
+            Some(mut packet) => {
+                packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit());
+            }
+            None => {
+                let mut i = 0;
+                while i < rays.len() {
+                    hits[i] = alone::<S, L, true>(simd, tree, &rays[i], first + i).is_hit();
+                    i += 1;
+                }
+            }
+        }
+        first = last;
+    }
+}
+
+/// A ray whose packet is none.
+#[inline(always)]
+fn alone<S: Simd, L: PacketLeaves, const ANY: bool>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    ray: &Ray,
+    index: usize,
+) -> Hit {
+    let Some(ray) = SearchRay::new(simd, ray, &tree.space) else { return Hit::MISS };
+    if ANY {
+        let found = single::any(simd, tree, &ray, index as u32);
+        return if found { Hit { primitive: 0, ..Hit::MISS } } else { Hit::MISS };
+    }
+    ray.finish(single::closest(simd, tree, &ray, index as u32))
+}
+
+impl Packet {
+    /// `None` if the rays do not run together, or are not ordinary (see [`SearchRay`]).
+    #[inline(always)]
+    fn new<S: Simd, L>(simd: S, tree: &Tree<'_, L>, rays: &[Ray]) -> Option<Packet> {
+        let all: u32 = (1 << S::PACKET) - 1;
+        if tree.space.scale != 1.0 || tree.nodes.is_empty() || rays.len() < S::PACKET || S::PACKET < 8 {
+            return None;
+        }
+        let mut o = [[0.0; MOST]; 3];
+        let mut d = [[0.0; MOST]; 3];
+        let (mut t_min, mut t_max) = ([0.0; MOST], [0.0; MOST]);
+        let mut i = 0;
+        while i < S::PACKET {
+            let ray = &rays[i];
+            let mut axis = 0;
+            while axis < 3 {
+                o[axis][i] = ray.origin[axis];
+                d[axis][i] = ray.direction[axis];
+                axis += 1;
+            }
+            t_min[i] = if ray.t_min > 0.0 { ray.t_min } else { 0.0 };
+            t_max[i] = ray.t_max;
+            // What a comparison of the above does not see: NaN at the start.
+            if !(ray.t_min <= ray.t_max && ray.t_max >= 0.0) {
+                return None;
+            }
+            i += 1;
+        }
+        let [ox, oy, oz] = [simd.load_packet(&o[0]), simd.load_packet(&o[1]), simd.load_packet(&o[2])];
+        let [dx, dy, dz] = [simd.load_packet(&d[0]), simd.load_packet(&d[1]), simd.load_packet(&d[2])];
+        let far = ox.abs().max(oy.abs()).max(oz.abs());
+        let longest = dx.abs().max(dy.abs()).max(dz.abs());
+        let reachable = simd.splat_packet(FARTHEST);
+        let finite = ox.abs().le(reachable) & oy.abs().le(reachable) & oz.abs().le(reachable);
+        let size_limit = simd.splat_packet(SIZE);
+        let ordinary = dx.abs().le(size_limit) & dy.abs().le(size_limit) & dz.abs().le(size_limit);
+        if finite & ordinary & simd.splat_packet(1.0 / SIZE).le(longest) != all {
+            return None;
+        }
+        // The longest axis, by the same comparisons as for single rays.
+        let [x, y, z] = [dx.abs(), dy.abs(), dz.abs()];
+        let y_over_x = x.lt(y);
+        let z_longest = x.max(y).le(z);
+        let (axes, [kx, ky, kz]) = if z_longest == all {
+            (Axes::XYZ, [0, 1, 2])
+        } else if z_longest != 0 {
+            return None;
+        } else if y_over_x == all {
+            (Axes::ZXY, [2, 0, 1])
+        } else if y_over_x == 0 {
+            (Axes::YZX, [1, 2, 0])
+        } else {
+            return None;
+        };
+        let size = far.add(simd.splat_packet(tree.space.reach));
+        let flattest = simd.splat_packet(FLATTEST).mul(longest);
+        let zero = simd.splat_packet(0.0);
+        let one = simd.splat_packet(1.0);
+        let padding = PADDING * f32::EPSILON * size.range()[1];
+        let [mut near_offset, mut far_offset] = [[0.0; 3]; 2];
+        let mut inv = [[0.0; 2]; 3];
+        let mut near_side = [0; 3];
+        let mut octant = 0;
+        let (os, ds) = ([ox, oy, oz], [dx, dy, dz]);
+        let mut axis = 0;
+        while axis < 3 {
+            let way = ds[axis].abs().max(flattest).with_sign(ds[axis]);
+            let down = way.lt(zero);
+            if down != 0 && down != all {
+                return None;
+            }
+            inv[axis] = one.div(way).range();
+            let [low, high] = os[axis].range();
+            let (low, high) = (low - padding, high + padding);
+            (near_offset[axis], far_offset[axis]) = if down == 0 { (high, low) } else { (low, high) };
+            near_side[axis] = if down == 0 { 0 } else { WideNode::UPPER };
+            octant |= u32::from(down != 0) << axis;
+            axis += 1;
+        }
+        let scale = [ds[kx].div(ds[kz]), ds[ky].div(ds[kz]), one.div(ds[kz])];
+        let [mut shear, mut origin] = [[[0.0; MOST]; 3]; 2];
+        scale[0].store(&mut shear[0]);
+        scale[1].store(&mut shear[1]);
+        scale[2].store(&mut shear[2]);
+        os[kx].sub(scale[0].mul(os[kz])).store(&mut origin[0]);
+        os[ky].sub(scale[1].mul(os[kz])).store(&mut origin[1]);
+        os[kz].store(&mut origin[2]);
+        let mut tolerance = [0.0; MOST];
+        simd.splat_packet(2.0 * f32::EPSILON).mul(size).store(&mut tolerance);
+        let largest = simd.splat_packet(f32::MAX);
+        let ends = simd.load_packet(&t_max).min(largest);
+        let mut t = [0.0; MOST];
+        ends.store(&mut t);
+        Some(Packet {
+            axes,
+            shear,
+            origin,
+            tolerance,
+            t_min,
+            t,
+            u: [0.0; MOST],
+            v: [0.0; MOST],
+            primitive: [Hit::NONE; MOST],
+            inv,
+            near_offset,
+            far_offset,
+            near_side,
+            octant,
+            start: simd.load_packet(&t_min).range()[0],
+            end: ends.range()[1],
+        })
+    }
+
+    /// Lower bounds of where eight boxes are entered by any ray, and upper ones of where they are left by all.
+    #[inline(always)]
+    fn meets<S: Simd>(&self, simd: S, near: [S::F8; 3], far: [S::F8; 3]) -> (S::F8, S::F8) {
+        let entry = self.entry(simd, near[0], 0).max(self.entry(simd, near[1], 1));
+        let entry = entry.max(self.entry(simd, near[2], 2).max(simd.splat8(self.start)));
+        let exit = self.exit(simd, far[0], 0).min(self.exit(simd, far[1], 1));
+        (entry, exit.min(self.exit(simd, far[2], 2).min(simd.splat8(self.end))))
+    }
+
+    #[inline(always)]
+    fn entry<S: Simd>(&self, simd: S, plane: S::F8, axis: usize) -> S::F8 {
+        let d = plane.sub(simd.splat8(self.near_offset[axis]));
+        d.mul(simd.splat8(self.inv[axis][0])).min(d.mul(simd.splat8(self.inv[axis][1])))
+    }
+
+    #[inline(always)]
+    fn exit<S: Simd>(&self, simd: S, plane: S::F8, axis: usize) -> S::F8 {
+        let d = plane.sub(simd.splat8(self.far_offset[axis]));
+        d.mul(simd.splat8(self.inv[axis][0])).max(d.mul(simd.splat8(self.inv[axis][1])))
+    }
+
+    #[inline(always)]
+    fn node<S: Simd>(&self, simd: S, node: &WideNode) -> (S::F8, S::F8) {
+        let [x, y, z] = self.near_side;
+        let near = [simd.load8(node.side(0, x)), simd.load8(node.side(1, y)), simd.load8(node.side(2, z))];
+        let (x, y, z) = (x ^ WideNode::UPPER, y ^ WideNode::UPPER, z ^ WideNode::UPPER);
+        let far = [simd.load8(node.side(0, x)), simd.load8(node.side(1, y)), simd.load8(node.side(2, z))];
+        self.meets(simd, near, far)
+    }
+
+    /// Searches the tree and gives each ray's hit to `found`.
+    #[inline(always)]
+    fn run<S: Simd, L: PacketLeaves, const ANY: bool>(
+        &mut self,
+        simd: S,
+        tree: &Tree<'_, L>,
+        rays: &[Ray],
+        first: usize,
+        mut found: impl FnMut(usize, Hit),
+    ) {
+        let mut stack = Stack::new();
+        let mut child = ChildRef::node(0);
+        let mut patience = PATIENCE;
+        'search: loop {
+            patience -= 1;
+            if patience == 0 {
+                stack.push(child.0, f32::NEG_INFINITY);
+                break;
+            }
+            if child.is_leaf() {
+                for block in tree.leaves.blocks(child) {
+                    self.block::<S, L, ANY>(simd, tree.leaves, block, first);
+                }
+                if ANY && self.end < 0.0 {
+                    break;
+                }
+            } else {
+                let node = tree.node(child);
+                let (near, far) = self.node(simd, node);
+                let order = node.order[self.octant as usize & 7];
+                let count = simd.push_ordered(near, far, node.child_words(), order, stack.room());
+                stack.grow(count);
+            }
+            loop {
+                let Some((word, near)) = stack.pop() else { break 'search };
+                if near <= self.end {
+                    child = ChildRef(word);
+                    break;
+                }
+            }
+        }
+        let mut i = 0;
+        while i < S::PACKET {
+            let mut hit = Hit {
+                t: self.t[i],
+                u: self.u[i],
+                v: self.v[i],
+                primitive: self.primitive[i],
+                instance: Hit::NONE,
+            };
+            if patience == 0
+                && !(ANY && hit.is_hit())
+                && let Some(ray) = SearchRay::new(simd, &rays[i], &tree.space)
+            {
+                let index = (first + i) as u32;
+                if !ANY {
+                    single::go_on(simd, tree, &ray, index, &mut stack.clone(), &mut hit);
+                } else if single::any_of(simd, tree, &ray, index, &mut stack.clone()) {
+                    hit.primitive = 0;
+                }
+            }
+            found(i, if hit.is_hit() { hit } else { Hit::MISS });
+            i += 1;
+        }
+    }
+
+    /// Tests all rays against those triangles of a block that any may meet.
+    #[inline(always)]
+    fn block<S: Simd, L: PacketLeaves, const ANY: bool>(
+        &mut self,
+        simd: S,
+        leaves: &L,
+        block: &Block,
+        first: usize,
+    ) {
+        let [mut low, mut high] = [[simd.splat8(0.0); 3]; 2];
+        let mut axis = 0;
+        while axis < 3 {
+            let [a, b, c] = [
+                simd.load8(&block.corners[0][axis]),
+                simd.load8(&block.corners[1][axis]),
+                simd.load8(&block.corners[2][axis]),
+            ];
+            let (least, most) = (a.min(b).min(c), a.max(b).max(c));
+            let down = self.near_side[axis] != 0;
+            (low[axis], high[axis]) = if down { (most, least) } else { (least, most) };
+            axis += 1;
+        }
+        let (near, far) = self.meets(simd, low, high);
+        let mut candidates = near.le(far);
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize % BLOCK;
+            candidates &= candidates - 1;
+            self.triangle::<S, L, ANY>(simd, leaves, block, lane, first);
+        }
+    }
+
+    /// One corner as all rays see it: [`Shear::corner`], one ray per lane.
+    #[inline(always)]
+    fn seen<S: Simd>(&self, simd: S, corner: &[[f32; BLOCK]; 3], lane: usize) -> [S::Packet; 3] {
+        let [x, y, z] = self.axes.refs(corner);
+        let [x, y, z] = [simd.splat_packet(x[lane]), simd.splat_packet(y[lane]), simd.splat_packet(z[lane])];
+        let [sx, sy] = [simd.load_packet(&self.shear[0]), simd.load_packet(&self.shear[1])];
+        [
+            x.sub(sx.mul(z)).sub(simd.load_packet(&self.origin[0])),
+            y.sub(sy.mul(z)).sub(simd.load_packet(&self.origin[1])),
+            z.sub(simd.load_packet(&self.origin[2])),
+        ]
+    }
+
+    #[inline(always)]
+    fn triangle<S: Simd, L: PacketLeaves, const ANY: bool>(
+        &mut self,
+        simd: S,
+        leaves: &L,
+        block: &Block,
+        lane: usize,
+        first: usize,
+    ) {
+        let corners: Corners<S::Packet> = [
+            self.seen(simd, &block.corners[0], lane),
+            self.seen(simd, &block.corners[1], lane),
+            self.seen(simd, &block.corners[2], lane),
+        ];
+        let (inside, edges) = corners_meet(&corners, simd.splat_packet(0.0));
+        if inside == 0 {
+            return;
+        }
+        let (t, sum) = distance(&corners, &edges, simd.load_packet(&self.shear[2]));
+        let ends = simd.load_packet(&self.t);
+        let mut candidates = inside & simd.load_packet(&self.t_min).le(t) & t.le(ends);
+        if candidates == 0 {
+            return;
+        }
+        let [u, v, off] = weights(&corners, &edges, simd.splat_packet(1.0), sum);
+        let close = off.le(simd.load_packet(&self.tolerance));
+        let [mut ts, mut us, mut vs] = [[0.0; MOST]; 3];
+        t.store(&mut ts);
+        u.store(&mut us);
+        v.store(&mut vs);
+        let primitive = block.ids[lane];
+        while candidates != 0 {
+            let i = candidates.trailing_zeros() as usize % MOST;
+            candidates &= candidates - 1;
+            let (mut t, mut u, mut v) = (ts[i], us[i], vs[i]);
+            if close >> i & 1 == 0 {
+                [t, u, v] = block.doubtful(&self.shear_of(i), lane, t);
+            }
+            let hit = Hit { t, u, v, primitive, instance: Hit::NONE };
+            let nearer = if ANY {
+                t <= self.t[i]
+            } else {
+                t < self.t[i] || t == self.t[i] && primitive < self.primitive[i]
+            };
+            if nearer && t < f32::INFINITY && leaves.accepts((first + i) as u32, &hit) {
+                self.t[i] = if ANY { f32::NEG_INFINITY } else { t };
+                self.u[i] = u;
+                self.v[i] = v;
+                self.primitive[i] = primitive;
+            }
+        }
+        self.end = simd.load_packet(&self.t).range()[1];
+    }
+
+    #[inline(always)]
+    fn shear_of(&self, i: usize) -> Shear {
+        Shear {
+            axes: self.axes,
+            shear: [self.shear[0][i], self.shear[1][i], self.shear[2][i]],
+            origin: [self.origin[0][i], self.origin[1][i], self.origin[2][i]],
+            tolerance: self.tolerance[i],
+        }
+    }
+}
