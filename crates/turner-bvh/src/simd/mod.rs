@@ -37,6 +37,8 @@ pub(crate) trait Lanes: Copy {
     fn lt(self, other: Self) -> u32;
     /// The smallest and the largest lane; not called with NaN.
     fn range(self) -> [f32; 2];
+    /// The lanes of `self` in `mask`, of `other` elsewhere, bit for bit.
+    fn choose(self, mask: u32, other: Self) -> Self;
     /// Writes all lanes.
     fn store(self, to: &mut [f32]);
 }

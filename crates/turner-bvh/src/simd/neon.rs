@@ -98,6 +98,13 @@ impl Lanes for N4 {
     }
 
     #[inline(always)]
+    fn choose(self, mask: u32, other: Self) -> Self {
+        const BITS: [u32; 4] = [1, 2, 4, 8];
+        // SAFETY: see the head of the file.
+        N4(unsafe { vbslq_f32(vtstq_u32(vdupq_n_u32(mask), vld1q_u32(BITS.as_ptr())), self.0, other.0) })
+    }
+
+    #[inline(always)]
     fn store(self, to: &mut [f32]) {
         assert!(to.len() >= 4);
         // SAFETY: see the head of the file; there is room for four.
@@ -140,6 +147,11 @@ impl Lanes for N8 {
     #[inline(always)]
     fn range(self) -> [f32; 2] {
         [self.0.min(self.1).range()[0], self.0.max(self.1).range()[1]]
+    }
+
+    #[inline(always)]
+    fn choose(self, mask: u32, other: Self) -> Self {
+        N8(self.0.choose(mask, other.0), self.1.choose(mask >> 4, other.1))
     }
 
     #[inline(always)]

@@ -79,6 +79,11 @@ impl<const N: usize> Lanes for [f32; N] {
     }
 
     #[inline(always)]
+    fn choose(self, mask: u32, other: Self) -> Self {
+        std::array::from_fn(|i| if mask >> i & 1 != 0 { self[i] } else { other[i] })
+    }
+
+    #[inline(always)]
     fn store(self, to: &mut [f32]) {
         to[..N].copy_from_slice(&self);
     }

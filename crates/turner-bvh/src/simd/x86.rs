@@ -47,7 +47,7 @@ pub(crate) struct K16(__m512);
 
 macro_rules! lanes {
     ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmsub:ident,
-     $store:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr) => {
+     $store:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr, $range:expr, $choose:expr) => {
         impl Lanes for $name {
             #[inline(always)]
             fn add(self, other: Self) -> Self {
@@ -117,9 +117,14 @@ macro_rules! lanes {
 
             #[inline(always)]
             fn range(self) -> [f32; 2] {
-                let mut lanes = [0.0; $n];
-                self.store(&mut lanes);
-                lanes.range()
+                // SAFETY: see the head of the file.
+                unsafe { $range(self.0) }
+            }
+
+            #[inline(always)]
+            fn choose(self, mask: u32, other: Self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $choose(mask, self.0, other.0) })
             }
 
             #[inline(always)]
@@ -146,7 +151,18 @@ lanes!(
     |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
     |a, b| _mm_or_ps(_mm_andnot_ps(_mm_set1_ps(-0.0), a), _mm_and_ps(_mm_set1_ps(-0.0), b)),
     |a, b| _mm_movemask_ps(_mm_cmple_ps(a, b)) as u32,
-    |a, b| _mm_movemask_ps(_mm_cmplt_ps(a, b)) as u32
+    |a, b| _mm_movemask_ps(_mm_cmplt_ps(a, b)) as u32,
+    |a: __m128| {
+        let (low, high) = (_mm_min_ps(a, _mm_movehl_ps(a, a)), _mm_max_ps(a, _mm_movehl_ps(a, a)));
+        let low = _mm_min_ss(low, _mm_shuffle_ps::<1>(low, low));
+        let high = _mm_max_ss(high, _mm_shuffle_ps::<1>(high, high));
+        [_mm_cvtss_f32(low), _mm_cvtss_f32(high)]
+    },
+    |mask, a, b| {
+        let bits = _mm_setr_epi32(1, 2, 4, 8);
+        let chosen = _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(mask as i32), bits), bits);
+        _mm_blendv_ps(b, a, _mm_castsi128_ps(chosen))
+    }
 );
 lanes!(
     X8,
@@ -162,7 +178,16 @@ lanes!(
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32,
-    |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32
+    |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32,
+    |a: __m256| {
+        let (a, b) = (_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
+        [X4(_mm_min_ps(a, b)).range()[0], X4(_mm_max_ps(a, b)).range()[1]]
+    },
+    |mask, a, b| {
+        let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bits), bits);
+        _mm256_blendv_ps(b, a, _mm256_castsi256_ps(chosen))
+    }
 );
 lanes!(
     K8,
@@ -178,7 +203,12 @@ lanes!(
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
-    |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+    |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
+    |a: __m256| {
+        let (a, b) = (_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a));
+        [X4(_mm_min_ps(a, b)).range()[0], X4(_mm_max_ps(a, b)).range()[1]]
+    },
+    |mask, a, b| _mm256_mask_blend_ps(mask as u8, b, a)
 );
 lanes!(
     K16,
@@ -194,7 +224,9 @@ lanes!(
     |a| _mm512_abs_ps(a),
     |a, b| _mm512_or_ps(_mm512_abs_ps(a), _mm512_and_ps(_mm512_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
-    |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b))
+    |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)),
+    |a: __m512| [_mm512_reduce_min_ps(a), _mm512_reduce_max_ps(a)],
+    |mask, a, b| _mm512_mask_blend_ps(mask as u16, b, a)
 );
 
 /// What both sets of instructions do alike.

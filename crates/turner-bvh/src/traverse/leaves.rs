@@ -21,6 +21,9 @@ pub(crate) trait Leaves {
 
 /// Leaves that packets of rays search.
 pub(crate) trait PacketLeaves: Leaves {
+    /// Whether anything asks before a hit counts.
+    const FILTERED: bool;
+
     /// The blocks of a leaf.
     fn blocks(&self, leaf: ChildRef) -> &[Block];
 
@@ -67,6 +70,9 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
 }
 
 impl<F: Fn(u32, &Hit) -> bool> PacketLeaves for Blocks<'_, F> {
+    // A function without captures is `all_hits`, or as good as it: see there.
+    const FILTERED: bool = size_of::<F>() != 0;
+
     #[inline(always)]
     fn blocks(&self, leaf: ChildRef) -> &[Block] {
         self.of(leaf)

@@ -19,8 +19,8 @@ use super::ray::{FARTHEST, FLATTEST, PADDING, SIZE};
 /// The most rays in a packet.
 const MOST: usize = 16;
 
-/// Nodes and leaves that a packet visits before its rays go on alone.
-const PATIENCE: u32 = 192;
+/// Nodes, leaves and triangles that a packet visits before its rays go on alone.
+const PATIENCE: u32 = 100;
 
 /// Numbers of rays side by side.
 type Row = [f32; MOST];
@@ -37,7 +37,8 @@ struct Packet {
     t: Row,
     u: Row,
     v: Row,
-    primitive: [u32; MOST],
+    /// The numbers of triangles, as the bits of a float.
+    primitive: Row,
     /// Intervals, by axis: reciprocal directions, and what is subtracted from near and far planes.
     inv: [[f32; 2]; 3],
     near_offset: [f32; 3],
@@ -221,7 +222,7 @@ impl Packet {
             t,
             u: [0.0; MOST],
             v: [0.0; MOST],
-            primitive: [Hit::NONE; MOST],
+            primitive: [f32::from_bits(Hit::NONE); MOST],
             inv,
             near_offset,
             far_offset,
@@ -276,15 +277,17 @@ impl Packet {
         let mut child = ChildRef::node(0);
         let mut patience = PATIENCE;
         'search: loop {
-            patience -= 1;
+            patience = patience.saturating_sub(1);
             if patience == 0 {
                 stack.push(child.0, f32::NEG_INFINITY);
                 break;
             }
             if child.is_leaf() {
                 for block in tree.leaves.blocks(child) {
-                    self.block::<S, L, ANY>(simd, tree.leaves, block, first);
+                    let tested = self.block::<S, L, ANY>(simd, tree.leaves, block, first);
+                    patience = patience.saturating_sub(tested);
                 }
+                self.end = simd.load_packet(&self.t).range()[1];
                 if ANY && self.end < 0.0 {
                     break;
                 }
@@ -309,7 +312,7 @@ impl Packet {
                 t: self.t[i],
                 u: self.u[i],
                 v: self.v[i],
-                primitive: self.primitive[i],
+                primitive: self.primitive[i].to_bits(),
                 instance: Hit::NONE,
             };
             if patience == 0
@@ -328,7 +331,7 @@ impl Packet {
         }
     }
 
-    /// Tests all rays against those triangles of a block that any may meet.
+    /// Tests all rays against those triangles of a block that any may meet; returns how many.
     #[inline(always)]
     fn block<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,
@@ -336,7 +339,7 @@ impl Packet {
         leaves: &L,
         block: &Block,
         first: usize,
-    ) {
+    ) -> u32 {
         let [mut low, mut high] = [[simd.splat8(0.0); 3]; 2];
         let mut axis = 0;
         while axis < 3 {
@@ -352,11 +355,13 @@ impl Packet {
         }
         let (near, far) = self.meets(simd, low, high);
         let mut candidates = near.le(far);
+        let tested = candidates.count_ones();
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % BLOCK;
             candidates &= candidates - 1;
             self.triangle::<S, L, ANY>(simd, leaves, block, lane, first);
         }
+        tested
     }
 
     /// One corner as all rays see it: [`Shear::corner`], one ray per lane.
@@ -398,11 +403,21 @@ impl Packet {
         }
         let [u, v, off] = weights(&corners, &edges, simd.splat_packet(1.0), sum);
         let close = off.le(simd.load_packet(&self.tolerance));
+        let primitive = block.ids[lane];
+        let nearer = t.lt(ends);
+        // The usual case: no doubts, no ties, no questions.
+        if !L::FILTERED && !ANY && candidates & !(close & nearer) == 0 {
+            t.choose(candidates, ends).store(&mut self.t);
+            u.choose(candidates, simd.load_packet(&self.u)).store(&mut self.u);
+            v.choose(candidates, simd.load_packet(&self.v)).store(&mut self.v);
+            let number = simd.splat_packet(f32::from_bits(primitive));
+            number.choose(candidates, simd.load_packet(&self.primitive)).store(&mut self.primitive);
+            return;
+        }
         let [mut ts, mut us, mut vs] = [[0.0; MOST]; 3];
         t.store(&mut ts);
         u.store(&mut us);
         v.store(&mut vs);
-        let primitive = block.ids[lane];
         while candidates != 0 {
             let i = candidates.trailing_zeros() as usize % MOST;
             candidates &= candidates - 1;
@@ -411,19 +426,14 @@ impl Packet {
                 [t, u, v] = block.doubtful(&self.shear_of(i), lane, t);
             }
             let hit = Hit { t, u, v, primitive, instance: Hit::NONE };
-            let nearer = if ANY {
-                t <= self.t[i]
-            } else {
-                t < self.t[i] || t == self.t[i] && primitive < self.primitive[i]
-            };
+            let nearer = t < self.t[i] || t == self.t[i] && (ANY || primitive < self.primitive[i].to_bits());
             if nearer && t < f32::INFINITY && leaves.accepts((first + i) as u32, &hit) {
                 self.t[i] = if ANY { f32::NEG_INFINITY } else { t };
                 self.u[i] = u;
                 self.v[i] = v;
-                self.primitive[i] = primitive;
+                self.primitive[i] = f32::from_bits(primitive);
             }
         }
-        self.end = simd.load_packet(&self.t).range()[1];
     }
 
     #[inline(always)]
