@@ -37,7 +37,10 @@ mod build;
 mod bvh2;
 mod bvh4;
 mod ray;
+mod rays;
+pub mod simd;
 mod slabs;
+mod spheres;
 mod validate;
 
 pub use aabb::Aabb;
@@ -45,3 +48,5 @@ pub use build::{BuildError, BuildOptions, BuildStats};
 pub use bvh2::{Bvh2, MAX_DEPTH};
 pub use bvh4::Bvh4;
 pub use ray::Ray;
+pub use rays::RayBlock;
+pub use spheres::{NearestBlock, Spheres};

@@ -2,6 +2,7 @@
 
 use turner_bvh::{BuildOptions, Bvh2, Bvh4};
 
+use super::batch::BatchShapes;
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
@@ -96,13 +97,16 @@ impl SceneDesc {
             Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
             None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
         };
+        let batch =
+            (sieve.is_some() || bounded == 0).then(|| BatchShapes::new(&ordered, bounded, &materials));
         let stats = SceneStats {
             primitives: ordered.len() as u64,
             triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
             bounds: (!total.is_empty()).then_some(total),
             tree_bytes: (ordered.len() * size_of::<Primitive>()
                 + transforms.len() * size_of::<ObjectTransform>()
-                + bvh.bytes()) as u64,
+                + bvh.bytes()
+                + batch.as_ref().map_or(0, BatchShapes::bytes)) as u64,
             mesh_bytes: shapes.meshes.iter().map(|m| m.bytes).sum(),
             texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
             film_bytes,
@@ -122,6 +126,7 @@ impl SceneDesc {
             bvh,
             sieve,
             frame,
+            batch,
             warnings,
             stats,
         })

@@ -65,7 +65,13 @@ impl Sphere {
             t0
         } else {
             let t1 = q / a;
-            if b <= 0.0 && ray.contains(t1) { t1 } else { t0.max(t1) }
+            if b <= 0.0 && ray.contains(t1) {
+                t1
+            } else if t1 > t0 || t0.is_nan() {
+                t1
+            } else {
+                t0
+            }
         };
         (ray.contains(t) && a > 0.0).then_some(ShapeHit { t, part: 0, u: 0.0, v: 0.0 })
     }
@@ -75,8 +81,14 @@ impl Sphere {
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         let n = (ray.at(hit.t) - self.center).normalize();
         let p = self.center + self.radius * n;
+        SurfacePoint { p, error: self.error(), ng: n, ns: n }
+    }
+
+    /// The error bound of its surface points.
+    #[inline]
+    pub fn error(&self) -> f64 {
         let scale = self.radius + self.center.abs().max_element();
-        SurfacePoint { p, error: scale * ROUNDING, ng: n, ns: n }
+        scale * ROUNDING
     }
 
     /// (u, v) at a unit normal.
