@@ -3,10 +3,12 @@
 mod frame;
 mod orthographic;
 mod pinhole;
+mod rays;
 mod thin_lens;
 
 pub use frame::{CameraFrame, Handedness};
 pub use orthographic::OrthographicDesc;
+pub use rays::camera_rays;
 pub use pinhole::{PinholeDesc, Viewport};
 pub use thin_lens::ThinLensDesc;
 

@@ -81,6 +81,25 @@ impl RayBatch {
         self.len += LANES;
     }
 
+    /// Adds the first `count` rays of a block. What was pushed before must have filled its block.
+    #[inline]
+    pub fn push_part(&mut self, block: &RayBlock, count: usize) {
+        self.push_block(block);
+        self.len -= LANES - count;
+        if count < LANES
+            && let Some(block) = self.blocks.last_mut()
+        {
+            block.t_max.0[count..].fill(f64::NAN);
+        }
+    }
+
+    /// Takes over the rays of another batch.
+    pub fn copy(&mut self, other: &RayBatch) {
+        self.blocks.clear();
+        self.blocks.extend_from_slice(&other.blocks);
+        self.len = other.len;
+    }
+
     /// The ray at a place; `None` if it is empty.
     #[inline]
     pub fn get(&self, i: usize) -> Option<Ray> {

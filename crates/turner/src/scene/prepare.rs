@@ -9,7 +9,7 @@ use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
-use crate::film::{Film, PixelSum};
+use crate::film::Film;
 use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
@@ -35,7 +35,7 @@ impl SceneDesc {
     /// Checks what only the whole scene shows and builds what rendering needs.
     pub fn prepare(&self, options: &PrepareOptions) -> Result<Scene, SceneError> {
         let mut warnings = self.warnings.clone();
-        let film_bytes = film_bytes(self)?;
+        let film_bytes = Film::check(&self.film)?;
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let mut materials: Vec<Material> = self.materials.iter().map(|m| m.value.prepare()).collect();
         let default_material = MaterialId(materials.len() as u32);
@@ -206,10 +206,6 @@ impl SceneDesc {
         }
         Ok(total)
     }
-}
-
-fn film_bytes(desc: &SceneDesc) -> Result<u64, SceneError> {
-    Film::check(&desc.film).map(|pixels| pixels * PixelSum::BYTES as u64)
 }
 
 /// Shapes made ready once, however often their groups are placed.

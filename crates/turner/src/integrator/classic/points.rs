@@ -1,12 +1,10 @@
 //! Hits on their way through shading, eight to a block.
 
-use turner_bvh::simd::{Block, Block32, F64x8, Kernel, LANES, Mask8, Simd, Vec3x8};
-use turner_bvh::{RayBlock, simd};
+use turner_bvh::simd::{Block, Block32, F64x8, Kernel, Mask8, Simd, Vec3x8};
 
 use super::Facing;
-use crate::color::Spectrum;
-use crate::math::{DVec3, Ray};
-use crate::scene::{Scene, SpectrumBlock};
+use crate::math::DVec3;
+use crate::scene::SpectrumBlock;
 
 /// Eight hits. Lanes beyond the last hit of a batch hold what was there before or zero; nothing reads their results.
 #[derive(Clone, Copy, Default)]

@@ -9,12 +9,11 @@ use super::points::{PointBlock, Surfaces, get, set};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
 use super::{AtDepth, ClassicDesc, Combine, Miss};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSample, Integrator, Radiance, RayStats};
+use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer};
 use crate::light::Light;
 use crate::material::{Classic, Fresnel, Material, color_at};
 use crate::math::elementary::Exponent;
 use crate::math::{DVec2, DVec3, Ray, refract};
-use crate::sampler::SampleId;
 use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock};
 
 /// A ray of a tree: whose it is, and its share of the pixel.
@@ -33,17 +32,13 @@ struct Waiting {
     next: Option<u32>,
 }
 
-/// What the tree of one sample has come to.
+/// How far the tree of one sample has come.
+#[derive(Clone)]
 struct Tree {
-    color: Spectrum,
-    alpha: f32,
     /// Rays spawned.
     spawned: u32,
     /// Rays numbered for the jitter of area lights.
     shaded: u64,
-    id: SampleId,
-    /// The documents' length of a ray's direction, which reflection and refraction keep: `epsilon` is a t.
-    length: f64,
     /// The ray to be traced when those under way are done, in the list of all that wait.
     waiting: Option<u32>,
 }
@@ -68,11 +63,10 @@ impl Front {
     }
 }
 
-/// All that is known of a batch of samples while it is traced.
+/// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
 struct Wave<'a> {
     integrator: &'a ClassicDesc,
     scene: &'a Scene,
-    stats: &'a mut RayStats,
     trees: Vec<Tree>,
     waiting: Vec<Waiting>,
     front: Front,
@@ -104,18 +98,11 @@ struct Weights {
 }
 
 impl Integrator for ClassicDesc {
-    fn radiance(
-        &self,
-        scene: &Scene,
-        samples: &[CameraSample],
-        out: &mut Vec<Radiance>,
-        stats: &mut RayStats,
-    ) {
-        let mut wave = Wave {
+    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
+        Box::new(Wave {
             integrator: self,
             scene,
-            stats,
-            trees: Vec::with_capacity(samples.len()),
+            trees: Vec::new(),
             waiting: Vec::new(),
             front: Front::default(),
             next: Front::default(),
@@ -126,48 +113,49 @@ impl Integrator for ClassicDesc {
             shadow_rays: RayBatch::default(),
             through: Vec::new(),
             leaving: Vec::new(),
-        };
-        wave.stats.camera += samples.len() as u64;
-        for (i, sample) in samples.iter().enumerate() {
-            wave.trees.push(Tree {
-                color: Spectrum::BLACK,
-                alpha: 1.0,
-                spawned: 0,
-                shaded: 0,
-                id: sample.id,
-                length: sample.length,
-                waiting: None,
-            });
-            wave.front.push(&sample.ray, Task { sample: i as u32, depth: 0, weight: 1.0 });
+        })
+    }
+}
+
+impl Tracer for Wave<'_> {
+    fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
+        let count = samples.ids.len();
+        stats.camera += count as u64;
+        out.clear();
+        out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
+        self.trees.clear();
+        self.trees.resize(count, Tree { spawned: 0, shaded: 0, waiting: None });
+        self.waiting.clear();
+        self.front.rays.copy(&samples.rays);
+        self.front.tasks.clear();
+        self.front.tasks.extend((0..count as u32).map(|sample| Task { sample, depth: 0, weight: 1.0 }));
+        while !self.front.tasks.is_empty() {
+            self.round(samples, out, stats);
         }
-        while !wave.front.tasks.is_empty() {
-            wave.round();
-        }
-        for tree in &wave.trees {
-            wave.stats.dropped += u64::from(tree.spawned > self.max_rays);
-            out.push(Radiance { color: tree.color, alpha: tree.alpha });
+        for tree in &self.trees {
+            stats.dropped += u64::from(tree.spawned > self.integrator.max_rays);
         }
     }
 }
 
 impl Wave<'_> {
     /// Traces the front and finds the next one.
-    fn round(&mut self) {
+    fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.scene.intersect_batch(&mut self.front.rays, &mut self.hits);
         self.next.clear();
-        self.gather();
+        self.gather(out);
         let facing = self.integrator.facing;
         dispatch(Surfaces { points: &mut self.points, facing });
         self.weigh();
         let ambient = self.integrator.ambient.then_some(self.scene.ambient);
         dispatch(Ambient { points: &mut self.points, ambient });
-        self.lights();
-        self.leave();
+        self.lights(samples, stats);
+        self.leave(samples, out, stats);
         std::mem::swap(&mut self.front, &mut self.next);
     }
 
     /// Settles rays that hit nothing and collects the hits of the others.
-    fn gather(&mut self) {
+    fn gather(&mut self, out: &mut [Radiance]) {
         self.points.clear();
         self.struck.clear();
         for (i, hit) in self.hits.iter().enumerate() {
@@ -175,7 +163,8 @@ impl Wave<'_> {
             let Some(hit) = hit else {
                 let tree = &mut self.trees[task.sample as usize];
                 let direction = || get(&self.front.rays.blocks()[i / LANES].direction, i % LANES);
-                self.integrator.miss(self.scene, &task, direction, tree);
+                let pixel = &mut out[task.sample as usize];
+                self.integrator.miss(self.scene, &task, direction, pixel);
                 resume(tree, &mut self.waiting, &mut self.next);
                 continue;
             };
@@ -242,7 +231,7 @@ impl Wave<'_> {
     }
 
     /// Adds the lights, one after the other, to the local colours.
-    fn lights(&mut self) {
+    fn lights(&mut self, samples: &CameraSamples, stats: &mut RayStats) {
         if self.points.iter().all(|b| b.shaded == 0) {
             return;
         }
@@ -255,8 +244,9 @@ impl Wave<'_> {
                         if !light.is_jittered() {
                             return DVec2::ZERO;
                         }
-                        let tree = &self.trees[self.struck[at].task.sample as usize];
-                        tree.id.unit_square(jitter_dimension(tree.shaded, number, i))
+                        let sample = self.struck[at].task.sample as usize;
+                        let dimension = jitter_dimension(self.trees[sample].shaded, number, i);
+                        samples.ids[sample].unit_square(dimension)
                     };
                     ask(light, i, &self.points, &mut self.terms, jitter);
                 }
@@ -273,7 +263,7 @@ impl Wave<'_> {
                     continue;
                 }
                 let through = if self.integrator.shadows {
-                    self.stats.shadow += reached;
+                    stats.shadow += reached;
                     self.scene.transmittance_batch(&mut self.shadow_rays, &mut self.through);
                     Some(&self.through[..])
                 } else {
@@ -296,16 +286,18 @@ impl Wave<'_> {
     }
 
     /// Adds the local colours to the pixels and spawns the rays that leave the hits.
-    fn leave(&mut self) {
+    fn leave(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.leaving.clear();
         let leaving = &mut self.leaving;
         dispatch(Leave { integrator: self.integrator, points: &self.points, leaving });
         for (i, struck) in self.struck.iter().enumerate() {
             let (b, leaving, lane) = (&self.points[i / LANES], &self.leaving[i / LANES], i % LANES);
-            let tree = &mut self.trees[struck.task.sample as usize];
+            let sample = struck.task.sample as usize;
+            let (tree, pixel) = (&mut self.trees[sample], &mut out[sample]);
             if struck.weights.local > 0.0 {
-                tree.color += leaving.color.get(lane);
+                pixel.color += leaving.color.get(lane);
             }
+            let length = samples.lengths[sample / LANES].0[sample % LANES];
             // The refracted ray comes first, but the reflected one is traced first: the documents' order.
             let mut spawned = None;
             if let Some(direction) = struck.refracted
@@ -313,27 +305,29 @@ impl Wave<'_> {
             {
                 let task = &struck.task;
                 let weight = struck.weights.refract;
-                if let Some(task) = self.integrator.spawn(self.scene, task, weight, || direction, tree) {
-                    self.stats.refracted += 1;
+                if let Some(task) = self.integrator.spawn(self.scene, task, weight, || direction, tree, pixel)
+                {
+                    stats.refracted += 1;
                     let origin = if self.integrator.epsilon > 0.0 {
                         get(&b.p, lane)
                     } else {
                         b.leave(lane, direction)
                     };
-                    spawned = Some((self.integrator.leaving_ray(origin, direction, tree), task));
+                    spawned = Some((self.integrator.leaving_ray(origin, direction, length), task));
                 }
             }
             if struck.weights.reflect > 0.0 {
                 let direction = || get(&leaving.mirrored.direction, lane);
                 let weight = struck.weights.reflect;
-                if let Some(task) = self.integrator.spawn(self.scene, &struck.task, weight, direction, tree) {
-                    self.stats.reflected += 1;
+                if let Some(task) = self.integrator.spawn(self.scene, &struck.task, weight, direction, tree, pixel)
+                {
+                    stats.reflected += 1;
                     if let Some((ray, task)) = spawned {
                         let behind = tree.waiting.replace(self.waiting.len() as u32);
                         self.waiting.push(Waiting { ray, task, next: behind });
                     }
                     let origin = get(&leaving.mirrored.origin, lane);
-                    spawned = Some((self.integrator.leaving_ray(origin, direction(), tree), task));
+                    spawned = Some((self.integrator.leaving_ray(origin, direction(), length), task));
                 }
             }
             match spawned {
@@ -419,6 +413,7 @@ impl ClassicDesc {
         weight: f64,
         direction: impl Fn() -> DVec3,
         tree: &mut Tree,
+        pixel: &mut Radiance,
     ) -> Option<Task> {
         let weight = from.weight * weight;
         let depth = from.depth + 1;
@@ -428,24 +423,25 @@ impl ClassicDesc {
                 AtDepth::Ambient => scene.ambient,
                 AtDepth::Black | AtDepth::Local => return None,
             };
-            tree.color += color * weight as f32;
+            pixel.color += color * weight as f32;
             return None;
         }
         tree.spawned = tree.spawned.saturating_add(1);
         (tree.spawned <= self.max_rays).then_some(Task { sample: from.sample, depth, weight })
     }
 
-    /// A ray that leaves a surface.
+    /// A ray that leaves a surface; `length` is that of the camera ray, as the documents form it, which reflection and
+    /// refraction keep: `epsilon` is a t.
     #[inline]
-    fn leaving_ray(&self, origin: DVec3, direction: DVec3, tree: &Tree) -> Ray {
+    fn leaving_ray(&self, origin: DVec3, direction: DVec3, length: f64) -> Ray {
         let mut ray = Ray::new(origin, direction);
         if self.epsilon > 0.0 {
-            ray.t_min = self.epsilon * tree.length;
+            ray.t_min = self.epsilon * length;
         }
         ray
     }
 
-    fn miss(&self, scene: &Scene, task: &Task, direction: impl Fn() -> DVec3, tree: &mut Tree) {
+    fn miss(&self, scene: &Scene, task: &Task, direction: impl Fn() -> DVec3, pixel: &mut Radiance) {
         if self.light_seen {
             let mut seen = Spectrum::BLACK;
             let mut any = false;
@@ -458,16 +454,16 @@ impl ClassicDesc {
                 }
             }
             if any {
-                tree.color += seen * task.weight as f32;
+                pixel.color += seen * task.weight as f32;
                 return;
             }
         }
         if task.depth == 0 && scene.background.transparent {
-            tree.alpha = 0.0;
+            pixel.alpha = 0.0;
             return;
         }
         if self.miss == Miss::Background {
-            tree.color += scene.background.color(direction()) * task.weight as f32;
+            pixel.color += scene.background.color(direction()) * task.weight as f32;
         }
     }
 }

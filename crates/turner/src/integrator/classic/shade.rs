@@ -1,7 +1,7 @@
 //! The shading rule, eight hits at a time: ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^n)
 
 use turner_bvh::RayBlock;
-use turner_bvh::simd::{Block, Block32, F32x8, F64x8, Kernel, LANES, Mask8, Simd, Vec3x8};
+use turner_bvh::simd::{Block, F32x8, F64x8, Kernel, LANES, Mask8, Simd, Vec3x8};
 
 use super::points::{PointBlock, set};
 use super::{ClassicDesc, Highlight};

@@ -1,0 +1,62 @@
+//! The rays of many points of the picture.
+
+use turner_bvh::RayBlock;
+use turner_bvh::simd::{Block, F64x8, Kernel, LANES, Simd, Vec3x8, dispatch};
+
+use super::Camera;
+use super::pinhole::Pinhole;
+use crate::film::FilmDesc;
+use crate::math::DVec2;
+
+/// The camera rays through eight points of the picture, `x` and `y` in pixels from its top left corner: of unit
+/// direction, and the length the directions had. `lens` gives a lane's place on the lens, if there is one.
+#[inline]
+pub fn camera_rays(
+    camera: &Camera,
+    film: &FilmDesc,
+    x: &Block,
+    y: &Block,
+    lens: impl Fn(usize) -> DVec2,
+) -> (RayBlock, Block) {
+    let size = [f64::from(film.width), f64::from(film.height)];
+    if let Camera::Pinhole(pinhole) = camera {
+        return dispatch(PinholeRays { pinhole, size, x, y });
+    }
+    let (mut rays, mut lengths) = (RayBlock::NOTHING, Block::default());
+    for lane in 0..LANES {
+        let screen = DVec2::new(2.0 * x.0[lane] / size[0] - 1.0, 1.0 - 2.0 * y.0[lane] / size[1]);
+        let ray = camera.ray(screen, lens(lane));
+        let length = ray.direction.length();
+        let direction = ray.direction * length.recip();
+        rays.set(lane, ray.origin.to_array(), direction.to_array(), ray.t_min * length, ray.t_max);
+        lengths.0[lane] = length;
+    }
+    (rays, lengths)
+}
+
+struct PinholeRays<'a> {
+    pinhole: &'a Pinhole,
+    size: [f64; 2],
+    x: &'a Block,
+    y: &'a Block,
+}
+
+impl Kernel for PinholeRays<'_> {
+    type Output = (RayBlock, Block);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> (RayBlock, Block) {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let x = splat(2.0) * F64x8::load(simd, self.x) / splat(self.size[0]) - splat(1.0);
+        let y = splat(1.0) - splat(2.0) * F64x8::load(simd, self.y) / splat(self.size[1]);
+        let (d, t_min) = self.pinhole.directions(simd, x, y);
+        let length = d.dot(d).sqrt();
+        let (mut rays, mut lengths) = (RayBlock::NOTHING, Block::default());
+        Vec3x8::splat(simd, self.pinhole.position().to_array()).store(&mut rays.origin);
+        (d * (splat(1.0) / length)).store(&mut rays.direction);
+        (splat(t_min) * length).store(&mut rays.t_min);
+        splat(f64::INFINITY).store(&mut rays.t_max);
+        length.store(&mut lengths);
+        (rays, lengths)
+    }
+}
