@@ -5,7 +5,7 @@
 //! against eight spheres: no lane is idle however few spheres there are, and there is nothing to reduce.
 
 use crate::rays::RayBlock;
-use crate::simd::{Block, F64x8, Kernel, Mask8, Simd, Vec3x8, dispatch};
+use crate::simd::{Block, F64x8, Kernel, KernelKind, Mask8, Simd, Vec3x8, dispatch_with, kernel};
 
 /// A list of spheres.
 #[derive(Clone, Debug, Default)]
@@ -52,17 +52,29 @@ impl Spheres {
 
     /// For each ray the nearest hit with `t_min <= t <= t_max`; among equally near ones that of the sphere with the
     /// lowest number. Replaces what was in `nearest`.
+    #[inline]
     pub fn closest(&self, rays: &[RayBlock], nearest: &mut Vec<NearestBlock>) {
+        self.closest_with(kernel(), rays, nearest);
+    }
+
+    /// [`Spheres::closest`] with a given instruction set.
+    pub fn closest_with(&self, kind: KernelKind, rays: &[RayBlock], nearest: &mut Vec<NearestBlock>) {
         nearest.clear();
         nearest.reserve(rays.len());
-        dispatch(Closest { spheres: &self.spheres, rays, nearest });
+        dispatch_with(kind, Closest { spheres: &self.spheres, rays, nearest });
     }
 
     /// For each block the set of rays that hit anything with `t_min <= t <= t_max`. Replaces what was in `hit`.
+    #[inline]
     pub fn any(&self, rays: &[RayBlock], hit: &mut Vec<u8>) {
+        self.any_with(kernel(), rays, hit);
+    }
+
+    /// [`Spheres::any`] with a given instruction set.
+    pub fn any_with(&self, kind: KernelKind, rays: &[RayBlock], hit: &mut Vec<u8>) {
         hit.clear();
         hit.reserve(rays.len());
-        dispatch(Any { spheres: &self.spheres, rays, hit });
+        dispatch_with(kind, Any { spheres: &self.spheres, rays, hit });
     }
 }
 
@@ -74,8 +86,9 @@ struct Rays<S: Simd> {
     /// |direction|².
     a: F64x8<S>,
     t_min: F64x8<S>,
-    /// Rays that begin at or after t = 0 and have a direction.
+    /// Rays that begin at or after t = 0.
     forward: Mask8<S>,
+    /// Rays that have a direction; not the empty lanes.
     moving: Mask8<S>,
 }
 
@@ -93,7 +106,7 @@ impl<S: Simd> Rays<S> {
             a,
             t_min,
             forward: t_min.ge(zero),
-            moving: a.gt(zero),
+            moving: a.gt(zero).and_not(F64x8::load(simd, &block.t_max).is_nan()),
         }
     }
 

@@ -72,13 +72,18 @@ impl<S: Simd> F64x8<S> {
         F64x8(unsafe { S::sqrt(self.0) })
     }
 
+    /// The number without its sign.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        F64x8(unsafe { S::bits_and(self.0, S::splat(f64::from_bits(u64::MAX >> 1))) })
+    }
+
     /// The sign of `sign` on this number.
     #[inline(always)]
     pub fn copysign(self, sign: Self) -> Self {
         F64x8(unsafe {
             let mask = S::splat(-0.0);
-            let magnitude = S::bits_and(self.0, S::splat(f64::from_bits(u64::MAX >> 1)));
-            S::bits_or(magnitude, S::bits_and(sign.0, mask))
+            S::bits_or(self.abs().0, S::bits_and(sign.0, mask))
         })
     }
 

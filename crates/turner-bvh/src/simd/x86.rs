@@ -17,8 +17,10 @@ impl Avx512 {
     #[inline]
     pub(super) fn detect() -> Option<Avx512> {
         // The macro remembers: a load and a test.
-        (is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") && Avx2::detect().is_some())
-            .then_some(Avx512(()))
+        (is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && Avx2::detect().is_some())
+        .then_some(Avx512(()))
     }
 
     #[inline]

@@ -8,8 +8,8 @@ mod thin_lens;
 
 pub use frame::{CameraFrame, Handedness};
 pub use orthographic::OrthographicDesc;
-pub use rays::camera_rays;
 pub use pinhole::{PinholeDesc, Viewport};
+pub use rays::camera_rays;
 pub use thin_lens::ThinLensDesc;
 
 use crate::scene::schema::family;

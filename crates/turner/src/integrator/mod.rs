@@ -11,8 +11,8 @@ use turner_bvh::simd::Block;
 
 use crate::color::Spectrum;
 use crate::sampler::SampleId;
-use crate::scene::{RayBatch, Scene};
 use crate::scene::schema::family;
+use crate::scene::{RayBatch, Scene};
 
 family! {
     /// Integrators: `[integrator]`. The `type` is "classic" unless given.

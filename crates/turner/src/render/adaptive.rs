@@ -44,14 +44,8 @@ impl TileBuffers<'_> {
                     let corner = corners[((row + dy) * columns + column + dx) as usize];
                     grid.values[dy as usize * (side - 1) * side + dx as usize * (side - 1)] = Some(corner);
                 }
-                let mean = self.square(
-                    &mut grid,
-                    0,
-                    0,
-                    cells as usize,
-                    f64::from(film.threshold as f32),
-                    &point,
-                );
+                let mean =
+                    self.square(&mut grid, 0, 0, cells as usize, f64::from(film.threshold as f32), &point);
                 self.pixels.push(mean);
             }
         }
@@ -82,8 +76,7 @@ impl TileBuffers<'_> {
             .filter(|(x, y)| grid.values[at(*x, *y)].is_none())
             .collect();
         let (gx, gy) = (grid.x, grid.y);
-        let traced =
-            self.trace_points(missing.iter().map(|(x, y)| point(gx + *x as u32, gy + *y as u32)));
+        let traced = self.trace_points(missing.iter().map(|(x, y)| point(gx + *x as u32, gy + *y as u32)));
         for ((x, y), value) in missing.iter().zip(traced) {
             grid.values[y * grid.side + x] = Some(*value);
         }

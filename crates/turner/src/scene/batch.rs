@@ -12,10 +12,12 @@ use crate::material::{Material, ShadowKind};
 use crate::math::{DVec3, Ray};
 use crate::shape::{Shape, ShapeHit};
 
-/// Rays in blocks of eight, and room to work on them.
+/// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
+/// holds beside a `t_max` of NaN is of no account.
 #[derive(Default)]
 pub struct RayBatch {
     blocks: Vec<RayBlock>,
+    /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
     len: usize,
     nearest: Vec<NearestBlock>,
     blocked: Vec<u8>,
@@ -45,7 +47,6 @@ impl SpectrumBlock {
 impl RayBatch {
     /// Takes all rays out.
     pub fn clear(&mut self) {
-        self.blocks.clear();
         self.len = 0;
     }
 
@@ -63,40 +64,38 @@ impl RayBatch {
     #[inline]
     pub fn push(&mut self, ray: &Ray) {
         let lane = self.len % LANES;
-        if lane == 0 {
+        let block = if lane == 0 { self.add_block(1) } else { self.last_block() };
+        block.set(lane, ray.origin.to_array(), ray.direction.to_array(), ray.t_min, ray.t_max);
+        if lane != 0 {
+            self.len += 1;
+        }
+    }
+
+    /// Adds `count` places, at most eight, to be filled by the caller; all of the block's are empty. What was pushed
+    /// before must have filled its block.
+    #[inline]
+    pub fn add_block(&mut self, count: usize) -> &mut RayBlock {
+        debug_assert!(self.len.is_multiple_of(LANES) && count <= LANES);
+        let index = self.len / LANES;
+        if index == self.blocks.len() {
             self.blocks.push(RayBlock::NOTHING);
         }
-        if let Some(block) = self.blocks.last_mut() {
-            block.set(lane, ray.origin.to_array(), ray.direction.to_array(), ray.t_min, ray.t_max);
-        }
-        self.len += 1;
+        self.len += count;
+        let block = &mut self.blocks[index];
+        block.t_max.0 = [f64::NAN; LANES];
+        block
     }
 
-    /// Adds eight places at once; those whose `t_max` is NaN are empty. What was pushed before must have filled its
-    /// block.
     #[inline]
-    pub fn push_block(&mut self, block: &RayBlock) {
-        debug_assert!(self.len.is_multiple_of(LANES));
-        self.blocks.push(*block);
-        self.len += LANES;
-    }
-
-    /// Adds the first `count` rays of a block. What was pushed before must have filled its block.
-    #[inline]
-    pub fn push_part(&mut self, block: &RayBlock, count: usize) {
-        self.push_block(block);
-        self.len -= LANES - count;
-        if count < LANES
-            && let Some(block) = self.blocks.last_mut()
-        {
-            block.t_max.0[count..].fill(f64::NAN);
-        }
+    fn last_block(&mut self) -> &mut RayBlock {
+        let index = self.len / LANES;
+        &mut self.blocks[index]
     }
 
     /// Takes over the rays of another batch.
     pub fn copy(&mut self, other: &RayBatch) {
         self.blocks.clear();
-        self.blocks.extend_from_slice(&other.blocks);
+        self.blocks.extend_from_slice(other.blocks());
         self.len = other.len;
     }
 
@@ -114,8 +113,9 @@ impl RayBatch {
     }
 
     /// The blocks.
+    #[inline]
     pub fn blocks(&self) -> &[RayBlock] {
-        &self.blocks
+        &self.blocks[..self.len.div_ceil(LANES)]
     }
 }
 
@@ -195,7 +195,8 @@ impl Scene {
             hits.extend((0..rays.len).map(|i| rays.get(i).and_then(|ray| self.intersect(&ray))));
             return;
         };
-        shapes.spheres.closest(&rays.blocks, &mut rays.nearest);
+        let used = rays.len.div_ceil(LANES);
+        shapes.spheres.closest(&rays.blocks[..used], &mut rays.nearest);
         for (i, nearest) in rays.nearest.iter().enumerate() {
             let lanes = LANES.min(rays.len - i * LANES);
             hits.extend((0..lanes).map(|lane| {
@@ -225,7 +226,7 @@ impl Scene {
     pub fn transmittance_batch(&self, rays: &mut RayBatch, through: &mut Vec<SpectrumBlock>) {
         through.clear();
         let Some(shapes) = &self.batch else {
-            through.extend((0..rays.blocks.len()).map(|block| {
+            through.extend((0..rays.blocks().len()).map(|block| {
                 let mut out = SpectrumBlock::default();
                 for lane in 0..LANES {
                     if let Some(ray) = rays.get(block * LANES + lane) {
@@ -236,7 +237,8 @@ impl Scene {
             }));
             return;
         };
-        shapes.opaque.any(&rays.blocks, &mut rays.blocked);
+        let used = rays.len.div_ceil(LANES);
+        shapes.opaque.any(&rays.blocks[..used], &mut rays.blocked);
         through.extend(rays.blocked.iter().map(|blocked| {
             let lanes = std::array::from_fn(|lane| if blocked >> lane & 1 == 1 { 0.0 } else { 1.0 });
             SpectrumBlock([Block32(lanes); 3])
@@ -265,5 +267,87 @@ impl Scene {
         let (Some(sieve), true) = (&self.sieve, rest.sieved != 0) else { return false };
         let Some(search) = self.frame.ray(ray) else { return false };
         super::scene::Bits(sieve.candidates(&search.ray) & rest.sieved).any(test)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Sphere;
+    use crate::shape::testing::Random;
+    use turner_bvh::simd::available;
+
+    /// Every instruction set finds what the test of one sphere finds, to the last bit: random rays, tangents, from
+    /// inside, at all scales, and rays that are none.
+    #[test]
+    fn eight_rays_hit_what_one_ray_hits() {
+        let mut random = Random::new(7);
+        let strange = [0.0, -0.0, f64::NAN, f64::INFINITY, 1e-310, 1e200, -1e-200];
+        let mut found = 0;
+        for n in 0..3000 {
+            let scale = [1.0, 1e-6, 1e6, 1e-150, 1e150][n % 5];
+            let spheres: Vec<Sphere> = (0..1 + n % 9)
+                .map(|i| {
+                    let center: DVec3 = 3.0 * random.in_cube() * scale;
+                    let radius: f64 = [0.4, 1.0, 5000.0][(n / 5 + i) % 3] * scale;
+                    // Now and then the same one again: the first one counts.
+                    if i % 4 == 3 { (DVec3::ZERO, scale) } else { (center, radius) }
+                })
+                .map(|(center, radius)| Sphere { center, radius })
+                .collect();
+            let mut list = Spheres::default();
+            for s in &spheres {
+                list.push(s.center.to_array(), s.radius);
+            }
+            let mut batch = RayBatch::default();
+            let rays: Vec<Ray> = (0..1 + n % 20)
+                .map(|i| {
+                    let target = &spheres[i % spheres.len()];
+                    let normal = random.direction();
+                    let across = normal.cross(random.direction());
+                    let surface = target.center + target.radius * normal;
+                    let (origin, direction) = match i % 5 {
+                        0 => (6.0 * scale * random.in_cube(), random.direction()),
+                        1 => (surface - across * scale, across),
+                        2 => (surface, random.direction() * scale),
+                        3 => (target.center, random.direction() * 1e-3),
+                        _ => (DVec3::splat(strange[(n + i) % 7]), DVec3::new(0.0, strange[n % 7], 1.0)),
+                    };
+                    let mut ray = Ray::new(origin, direction);
+                    if n % 3 == 0 {
+                        ray.t_min = 0.3 * random.unit();
+                        ray.t_max = random.unit() * 2.0 * scale;
+                    }
+                    batch.push(&ray);
+                    ray
+                })
+                .collect();
+            for kind in available() {
+                let (mut nearest, mut any) = (Vec::new(), Vec::new());
+                list.closest_with(kind, batch.blocks(), &mut nearest);
+                list.any_with(kind, batch.blocks(), &mut any);
+                for (i, ray) in rays.iter().enumerate() {
+                    let (block, lane) = (i / LANES, i % LANES);
+                    let mut best: Option<(f64, usize)> = None;
+                    let mut searched = *ray;
+                    for (k, sphere) in spheres.iter().enumerate() {
+                        if let Some(hit) = sphere.intersect(&searched)
+                            && (hit.t < searched.t_max || best.is_none())
+                        {
+                            searched.t_max = hit.t;
+                            best = Some((hit.t, k));
+                        }
+                    }
+                    let got = nearest[block].sphere.0[lane];
+                    let got = (got >= 0.0).then(|| (nearest[block].t.0[lane].to_bits(), got as usize));
+                    assert_eq!(got, best.map(|(t, k)| (t.to_bits(), k)), "{kind:?} {ray:?} {spheres:?}");
+                    assert_eq!(any[block] >> lane & 1 == 1, best.is_some(), "{kind:?} {ray:?}");
+                    found += usize::from(best.is_some());
+                }
+                let last = any.last().copied().unwrap_or_default();
+                assert!(u32::from(last) >> (1 + (rays.len() - 1) % LANES) == 0, "empty lanes hit nothing");
+            }
+        }
+        assert!(found > 10_000, "{found}");
     }
 }

@@ -81,14 +81,8 @@ impl Sphere {
     pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
         let n = (ray.at(hit.t) - self.center).normalize();
         let p = self.center + self.radius * n;
-        SurfacePoint { p, error: self.error(), ng: n, ns: n }
-    }
-
-    /// The error bound of its surface points.
-    #[inline]
-    pub fn error(&self) -> f64 {
         let scale = self.radius + self.center.abs().max_element();
-        scale * ROUNDING
+        SurfacePoint { p, error: scale * ROUNDING, ng: n, ns: n }
     }
 
     /// (u, v) at a unit normal.

@@ -5,8 +5,9 @@ use turner_bvh::simd::{Block, Block32, F64x8, Kernel, Mask8, Simd, Vec3x8};
 use super::Facing;
 use crate::math::DVec3;
 use crate::scene::SpectrumBlock;
+use crate::shape::ROUNDING;
 
-/// Eight hits. Lanes beyond the last hit of a batch hold what was there before or zero; nothing reads their results.
+/// Eight hits. Lanes without one hold what was there before: nothing reads what comes of them.
 #[derive(Clone, Copy, Default)]
 pub(super) struct PointBlock {
     /// Unit direction of the ray.
@@ -66,7 +67,13 @@ pub(super) fn get(block: &[Block; 3], lane: usize) -> DVec3 {
 }
 
 impl PointBlock {
-    /// The geometric normal of a lane, towards the viewer.
+    /// Ready for other hits.
+    pub(super) fn clear(&mut self) {
+        (self.on_sphere, self.real_exponent, self.glossy, self.shaded, self.mirrors) = (0, 0, 0, 0, 0);
+        self.exponent_bits = 0;
+    }
+
+    /// A normal of a lane, towards the viewer.
     #[inline]
     pub(super) fn facing(&self, normal: &[Block; 3], lane: usize) -> DVec3 {
         let n = get(normal, lane);
@@ -110,10 +117,12 @@ impl Kernel for Surfaces<'_> {
                 let at = Vec3x8::load(simd, &b.origin) + d * t - center;
                 let n = at * (F64x8::splat(simd, 1.0) / at.dot(at).sqrt());
                 let p = center + n * F64x8::load(simd, &b.radius);
-                let error = F64x8::load(simd, &b.error);
+                // As `Sphere::surface` has it.
+                let reach = center.x.abs().or_larger(center.y.abs().or_larger(center.z.abs()));
+                let error = (F64x8::load(simd, &b.radius) + reach) * F64x8::splat(simd, ROUNDING);
                 let floor = F64x8::splat(simd, 1e-15) * t;
                 let sphere = Mask8::new(simd, b.on_sphere);
-                sphere.select(error.or_larger(floor), error).store(&mut b.error);
+                sphere.select(error.or_larger(floor), F64x8::load(simd, &b.error)).store(&mut b.error);
                 for (to, v) in [(&mut b.p, p), (&mut b.ng, n), (&mut b.ns, n)] {
                     Vec3x8::select(sphere, v, Vec3x8::load(simd, to)).store(to);
                 }

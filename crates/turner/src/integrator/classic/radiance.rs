@@ -72,9 +72,10 @@ struct Wave<'a> {
     front: Front,
     next: Front,
     hits: Vec<Option<Hit>>,
-    /// Hits of this round, in the order of the front.
+    /// Hits of this round, in the order of the front, in the first so many blocks.
     points: Vec<PointBlock>,
-    struck: Vec<Struck>,
+    blocks: usize,
+    struck: Vec<Struck<'a>>,
     terms: Vec<TermBlock>,
     shadow_rays: RayBatch,
     through: Vec<SpectrumBlock>,
@@ -82,9 +83,9 @@ struct Wave<'a> {
 }
 
 /// What a hit needs beside its place in a block.
-struct Struck {
+struct Struck<'a> {
     task: Task,
-    material: Classic,
+    material: &'a Classic,
     weights: Weights,
     refracted: Option<DVec3>,
 }
@@ -108,6 +109,7 @@ impl Integrator for ClassicDesc {
             next: Front::default(),
             hits: Vec::new(),
             points: Vec::new(),
+            blocks: 0,
             struck: Vec::new(),
             terms: Vec::new(),
             shadow_rays: RayBatch::default(),
@@ -145,10 +147,10 @@ impl Wave<'_> {
         self.next.clear();
         self.gather(out);
         let facing = self.integrator.facing;
-        dispatch(Surfaces { points: &mut self.points, facing });
+        dispatch(Surfaces { points: &mut self.points[..self.blocks], facing });
         self.weigh();
         let ambient = self.integrator.ambient.then_some(self.scene.ambient);
-        dispatch(Ambient { points: &mut self.points, ambient });
+        dispatch(Ambient { points: &mut self.points[..self.blocks], ambient });
         self.lights(samples, stats);
         self.leave(samples, out, stats);
         std::mem::swap(&mut self.front, &mut self.next);
@@ -156,7 +158,7 @@ impl Wave<'_> {
 
     /// Settles rays that hit nothing and collects the hits of the others.
     fn gather(&mut self, out: &mut [Radiance]) {
-        self.points.clear();
+        self.blocks = 0;
         self.struck.clear();
         for (i, hit) in self.hits.iter().enumerate() {
             let task = self.front.tasks[i];
@@ -170,9 +172,13 @@ impl Wave<'_> {
             };
             let lane = self.struck.len() % LANES;
             if lane == 0 {
-                self.points.push(PointBlock::default());
+                self.blocks += 1;
+                if self.blocks > self.points.len() {
+                    self.points.push(PointBlock::default());
+                }
+                self.points[self.blocks - 1].clear();
             }
-            let Some(b) = self.points.last_mut() else { continue };
+            let b = &mut self.points[self.blocks - 1];
             let Material::Classic(material) = self.scene.material_at(hit);
             let rays = &self.front.rays.blocks()[i / LANES];
             for axis in 0..3 {
@@ -185,7 +191,6 @@ impl Wave<'_> {
                 b.on_sphere |= 1 << lane;
                 set(&mut b.center, lane, sphere.center);
                 b.radius.0[lane] = sphere.radius;
-                b.error.0[lane] = sphere.error();
             }
             let mut color = None;
             if let ColorSource::Constant(c) = material.color
@@ -205,7 +210,7 @@ impl Wave<'_> {
             self.integrator.coefficients(material, b, lane);
             self.struck.push(Struck {
                 task,
-                material: *material,
+                material,
                 weights: Weights { local: 0.0, reflect: 0.0, refract: 0.0 },
                 refracted: None,
             });
@@ -217,7 +222,7 @@ impl Wave<'_> {
         for (i, struck) in self.struck.iter_mut().enumerate() {
             let (b, lane) = (&mut self.points[i / LANES], i % LANES);
             (struck.weights, struck.refracted) =
-                self.integrator.weights(&struck.material, struck.task.depth, b, lane);
+                self.integrator.weights(struck.material, struck.task.depth, b, lane);
             b.weight.0[lane] = struck.task.weight * struck.weights.local;
             if struck.weights.local > 0.0 {
                 if b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0 {
@@ -232,10 +237,10 @@ impl Wave<'_> {
 
     /// Adds the lights, one after the other, to the local colours.
     fn lights(&mut self, samples: &CameraSamples, stats: &mut RayStats) {
-        if self.points.iter().all(|b| b.shaded == 0) {
+        if self.points[..self.blocks].iter().all(|b| b.shaded == 0) {
             return;
         }
-        self.terms.resize(self.points.len(), TermBlock::default());
+        self.terms.resize(self.blocks.max(self.terms.len()), TermBlock::default());
         for (number, light) in self.scene.lights.iter().enumerate() {
             let uniform = light.uniform();
             for i in 0..light.samples() {
@@ -248,12 +253,12 @@ impl Wave<'_> {
                         let dimension = jitter_dimension(self.trees[sample].shaded, number, i);
                         samples.ids[sample].unit_square(dimension)
                     };
-                    ask(light, i, &self.points, &mut self.terms, jitter);
+                    ask(light, i, &self.points[..self.blocks], &mut self.terms, jitter);
                 }
                 self.shadow_rays.clear();
                 let reached = dispatch(Illuminate {
                     integrator: self.integrator,
-                    points: &self.points,
+                    points: &self.points[..self.blocks],
                     terms: &mut self.terms,
                     uniform,
                     finite: light.is_finite(),
@@ -270,7 +275,7 @@ impl Wave<'_> {
                     None
                 };
                 dispatch(Accumulate {
-                    points: &mut self.points,
+                    points: &mut self.points[..self.blocks],
                     terms: &self.terms,
                     intensity: uniform.map(|u| u.intensity()),
                     through,
@@ -287,9 +292,9 @@ impl Wave<'_> {
 
     /// Adds the local colours to the pixels and spawns the rays that leave the hits.
     fn leave(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
-        self.leaving.clear();
         let leaving = &mut self.leaving;
-        dispatch(Leave { integrator: self.integrator, points: &self.points, leaving });
+        leaving.resize(self.blocks.max(leaving.len()), LeavingBlock::default());
+        dispatch(Leave { integrator: self.integrator, points: &self.points[..self.blocks], leaving });
         for (i, struck) in self.struck.iter().enumerate() {
             let (b, leaving, lane) = (&self.points[i / LANES], &self.leaving[i / LANES], i % LANES);
             let sample = struck.task.sample as usize;
@@ -317,16 +322,17 @@ impl Wave<'_> {
                 }
             }
             if struck.weights.reflect > 0.0 {
-                let direction = || get(&leaving.mirrored.direction, lane);
+                let direction = || get(&leaving.direction, lane);
                 let weight = struck.weights.reflect;
-                if let Some(task) = self.integrator.spawn(self.scene, &struck.task, weight, direction, tree, pixel)
+                if let Some(task) =
+                    self.integrator.spawn(self.scene, &struck.task, weight, direction, tree, pixel)
                 {
                     stats.reflected += 1;
                     if let Some((ray, task)) = spawned {
                         let behind = tree.waiting.replace(self.waiting.len() as u32);
                         self.waiting.push(Waiting { ray, task, next: behind });
                     }
-                    let origin = get(&leaving.mirrored.origin, lane);
+                    let origin = get(&leaving.origin, lane);
                     spawned = Some((self.integrator.leaving_ray(origin, direction(), length), task));
                 }
             }

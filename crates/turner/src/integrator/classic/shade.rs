@@ -1,6 +1,5 @@
 //! The shading rule, eight hits at a time: ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^n)
 
-use turner_bvh::RayBlock;
 use turner_bvh::simd::{Block, F32x8, F64x8, Kernel, LANES, Mask8, Simd, Vec3x8};
 
 use super::points::{PointBlock, set};
@@ -115,8 +114,8 @@ impl Kernel for Illuminate<'_> {
             };
             let arrives = arrives.and_not(is_black(simd, intensity));
             out.active = 0;
+            let rays = self.shadow_rays.add_block(LANES);
             if !arrives.any() {
-                self.shadow_rays.push_block(&RayBlock::NOTHING);
                 continue;
             }
             let lit = Vec3x8::load(simd, &b.lit);
@@ -160,10 +159,8 @@ impl Kernel for Illuminate<'_> {
                 term[i].store(&mut out.term.0[i]);
             }
             if !integrator.shadows || out.active == 0 {
-                self.shadow_rays.push_block(&RayBlock::NOTHING);
                 continue;
             }
-            let mut rays = RayBlock::NOTHING;
             let (origin, direction, t_min) = if integrator.epsilon > 0.0 {
                 (p, to_light, integrator.epsilon)
             } else {
@@ -175,7 +172,6 @@ impl Kernel for Illuminate<'_> {
             direction.store(&mut rays.direction);
             F64x8::splat(simd, t_min).store(&mut rays.t_min);
             active.select(t_max, F64x8::splat(simd, f64::NAN)).store(&mut rays.t_max);
-            self.shadow_rays.push_block(&rays);
         }
         reached
     }
@@ -256,17 +252,19 @@ impl Kernel for Accumulate<'_> {
 }
 
 /// What leaves eight hits: the local colour's part of the pixel, and mirrored rays.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct LeavingBlock {
     pub(super) color: SpectrumBlock,
-    pub(super) mirrored: RayBlock,
+    /// Only in the lanes with a mirrored ray.
+    pub(super) origin: [Block; 3],
+    pub(super) direction: [Block; 3],
 }
 
 /// Weighs the local colours and mirrors the rays.
 pub(super) struct Leave<'a> {
     pub(super) integrator: &'a ClassicDesc,
     pub(super) points: &'a [PointBlock],
-    pub(super) leaving: &'a mut Vec<LeavingBlock>,
+    pub(super) leaving: &'a mut [LeavingBlock],
 }
 
 impl Kernel for Leave<'_> {
@@ -276,8 +274,7 @@ impl Kernel for Leave<'_> {
     fn run<S: Simd>(self, simd: S) {
         let zero = F64x8::splat(simd, 0.0);
         let two = F64x8::splat(simd, 2.0);
-        for b in self.points {
-            let mut out = LeavingBlock { color: SpectrumBlock::default(), mirrored: RayBlock::NOTHING };
+        for (b, out) in self.points.iter().zip(self.leaving) {
             let weight = F64x8::load(simd, &b.weight).narrow();
             let local = load(simd, &b.local);
             for i in 0..3 {
@@ -300,10 +297,9 @@ impl Kernel for Leave<'_> {
                 } else {
                     b.leave_wide(simd, direction)
                 };
-                origin.store(&mut out.mirrored.origin);
-                direction.store(&mut out.mirrored.direction);
+                origin.store(&mut out.origin);
+                direction.store(&mut out.direction);
             }
-            self.leaving.push(out);
         }
     }
 }
