@@ -2,9 +2,6 @@
 //!
 //! Each can only be made with a value of its instruction set: whoever has one may use the instructions.
 
-// The one reason why all of the unsafe calls here are sound.
-#![allow(clippy::undocumented_unsafe_blocks)]
-
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::{Block, Block32, Simd};
@@ -62,25 +59,28 @@ impl<S: Simd> F64x8<S> {
     /// To memory.
     #[inline(always)]
     pub fn store(self, to: &mut Block) {
-        // SAFETY: `self` was made with a value of `S`; this holds for all functions below.
+        // SAFETY: these lanes were made with a value of `S`.
         unsafe { S::store(self.0, to) }
     }
 
     /// The square root.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
         F64x8(unsafe { S::sqrt(self.0) })
     }
 
     /// The number without its sign.
     #[inline(always)]
     pub fn abs(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
         F64x8(unsafe { S::bits_and(self.0, S::splat(f64::from_bits(u64::MAX >> 1))) })
     }
 
     /// The sign of `sign` on this number.
     #[inline(always)]
     pub fn copysign(self, sign: Self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
         F64x8(unsafe {
             let mask = S::splat(-0.0);
             S::bits_or(self.abs().0, S::bits_and(sign.0, mask))
@@ -90,12 +90,14 @@ impl<S: Simd> F64x8<S> {
     /// `self < other`.
     #[inline(always)]
     pub fn lt(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::lt(self.0, other.0) })
     }
 
     /// `self <= other`.
     #[inline(always)]
     pub fn le(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::le(self.0, other.0) })
     }
 
@@ -114,12 +116,14 @@ impl<S: Simd> F64x8<S> {
     /// `self == other`.
     #[inline(always)]
     pub fn eq(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::eq(self.0, other.0) })
     }
 
     /// Whether bit `bit` of the integer is set that has the same bits.
     #[inline(always)]
     pub fn has_bit(self, bit: u32) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::test(self.0, S::splat(f64::from_bits(1 << bit))) })
     }
 
@@ -134,12 +138,14 @@ impl<S: Simd> F64x8<S> {
     #[inline(always)]
     pub fn is_nan(self) -> Mask8<S> {
         let number = self.eq(self);
+        // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::and_not(S::mask(u8::MAX), number.0) })
     }
 
     /// Rounded to single precision.
     #[inline(always)]
     pub fn narrow(self) -> F32x8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         F32x8(unsafe { S::narrow(self.0) })
     }
 }
@@ -148,6 +154,7 @@ impl<S: Simd> Neg for F64x8<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
         F64x8(unsafe { S::bits_xor(self.0, S::splat(-0.0)) })
     }
 }
@@ -171,12 +178,14 @@ impl<S: Simd> F32x8<S> {
     /// To memory.
     #[inline(always)]
     pub fn store(self, to: &mut Block32) {
+        // SAFETY: these lanes were made with a value of `S`.
         unsafe { S::store32(self.0, to) }
     }
 
     /// `self == other`.
     #[inline(always)]
     pub fn eq(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::eq32(self.0, other.0) })
     }
 }
@@ -192,6 +201,7 @@ impl<S: Simd> Mask8<S> {
     /// Lane i as bit i.
     #[inline(always)]
     pub fn bits(self) -> u8 {
+        // SAFETY: these lanes were made with a value of `S`.
         unsafe { S::bits(self.0) }
     }
 
@@ -204,18 +214,21 @@ impl<S: Simd> Mask8<S> {
     /// This and not the other.
     #[inline(always)]
     pub fn and_not(self, other: Self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::and_not(self.0, other.0) })
     }
 
     /// `a` where it is set, `b` elsewhere.
     #[inline(always)]
     pub fn select(self, a: F64x8<S>, b: F64x8<S>) -> F64x8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         F64x8(unsafe { S::select(self.0, a.0, b.0) })
     }
 
     /// `a` where it is set, `b` elsewhere.
     #[inline(always)]
     pub fn select32(self, a: F32x8<S>, b: F32x8<S>) -> F32x8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
         F32x8(unsafe { S::select32(self.0, a.0, b.0) })
     }
 }

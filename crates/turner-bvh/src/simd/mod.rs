@@ -51,7 +51,7 @@ pub struct Block32(pub [f32; LANES]);
 ///
 /// Values exist only where the functions may be called. Each function does to every lane what its name says, by IEEE
 /// 754, rounding to nearest. Comparisons with NaN are false.
-#[allow(missing_docs)]
+#[allow(missing_docs, clippy::missing_safety_doc)]
 pub unsafe trait Simd: Copy + Send + Sync + 'static {
     /// Eight f64.
     type F: Copy;

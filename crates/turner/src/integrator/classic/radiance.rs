@@ -224,10 +224,8 @@ impl Wave<'_> {
             (struck.weights, struck.refracted) =
                 self.integrator.weights(struck.material, struck.task.depth, b, lane);
             b.weight.0[lane] = struck.task.weight * struck.weights.local;
-            if struck.weights.local > 0.0 {
-                if b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0 {
-                    b.shaded |= 1 << lane;
-                }
+            if struck.weights.local > 0.0 && (b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0) {
+                b.shaded |= 1 << lane;
             }
             if struck.weights.reflect > 0.0 {
                 b.mirrors |= 1 << lane;

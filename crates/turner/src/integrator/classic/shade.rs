@@ -1,5 +1,8 @@
 //! The shading rule, eight hits at a time: ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^n)
 
+// Bands of several colours go by one index.
+#![allow(clippy::needless_range_loop)]
+
 use turner_bvh::simd::{Block, F32x8, F64x8, Kernel, LANES, Mask8, Simd, Vec3x8};
 
 use super::points::{PointBlock, set};
