@@ -19,7 +19,7 @@ const VALUES: [f64; 14] = [
     f64::INFINITY,
     f64::NEG_INFINITY,
     f64::NAN,
-    2.718281828459045,
+    2.625,
 ];
 
 struct Operations<'a> {
@@ -57,7 +57,7 @@ impl Kernel for Operations<'_> {
         number("mask", Mask8::new(simd, bits).select(a, b));
         let v = Vec3x8 { x: a, y: b, z: a };
         number("dot", v.dot(Vec3x8 { x: b, y: b, z: a }));
-        number("cross", v.cross(Vec3x8 { x: b, y: b, z: a }).x);
+        number("cross", v.cross(Vec3x8 { x: b, y: b, z: a }).y);
         let mut mask = |name, m: Mask8<S>| {
             let bits = m.bits();
             results.push((name, Block(std::array::from_fn(|i| f64::from(bits >> i & 1)))));
@@ -107,7 +107,7 @@ fn expected(name: &str, a: &Block, b: &Block) -> Block {
         "select" => each(&|a, b| if a < b { a } else { b }),
         "mask" => Block(std::array::from_fn(|i| if bits >> i & 1 == 1 { a.0[i] } else { b.0[i] })),
         "dot" => each(&|a, b| a * b + b * b + a * a),
-        "cross" => each(&|a, b| b * a - b * a),
+        "cross" => each(&|a, b| a * b - a * a),
         "lt" => truth(&|a, b| a < b),
         "le" => truth(&|a, b| a <= b),
         "gt" => truth(&|a, b| a > b),
