@@ -38,7 +38,7 @@ mod bvh2;
 mod bvh4;
 mod ray;
 mod rays;
-pub mod simd;
+pub mod lanes;
 mod slabs;
 mod spheres;
 mod validate;

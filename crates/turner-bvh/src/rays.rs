@@ -1,6 +1,6 @@
 //! Many rays in double precision, eight to a block.
 
-use crate::simd::{Block, LANES};
+use crate::lanes::{Block, LANES};
 
 /// Eight rays: the parts `t_min <= t <= t_max` of the lines `origin + t * direction`.
 #[derive(Clone, Copy, Debug)]

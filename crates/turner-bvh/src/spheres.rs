@@ -5,7 +5,7 @@
 //! against eight spheres: no lane is idle however few spheres there are, and there is nothing to reduce.
 
 use crate::rays::RayBlock;
-use crate::simd::{Block, F64x8, Kernel, KernelKind, Mask8, Simd, Vec3x8, dispatch_with, kernel};
+use crate::lanes::{Block, F64x8, Kernel, KernelKind, Mask8, Simd, Vec3x8, dispatch_with, kernel};
 
 /// A list of spheres.
 #[derive(Clone, Debug, Default)]

@@ -4,4 +4,4 @@ mod build;
 mod common;
 mod exact;
 mod search;
-mod simd;
+mod lanes;

@@ -1,6 +1,6 @@
 //! The pinhole camera, by field of view or by the documents' viewport.
 
-use turner_bvh::simd::{F64x8, Simd, Vec3x8};
+use turner_bvh::lanes::{F64x8, Simd, Vec3x8};
 
 use super::{CameraFrame, Handedness};
 use crate::math::{DVec2, DVec3, Ray, elementary::tan, radians};

@@ -1,7 +1,7 @@
 //! The rays of many points of the picture.
 
 use turner_bvh::RayBlock;
-use turner_bvh::simd::{Block, F64x8, Kernel, LANES, Simd, Vec3x8, dispatch};
+use turner_bvh::lanes::{Block, F64x8, Kernel, LANES, Simd, Vec3x8, dispatch};
 
 use super::Camera;
 use super::pinhole::Pinhole;

@@ -7,7 +7,7 @@ mod normals;
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 pub use normals::{NormalKind, NormalsDesc};
 
-use turner_bvh::simd::Block;
+use turner_bvh::lanes::Block;
 
 use crate::color::Spectrum;
 use crate::sampler::SampleId;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use turner_bvh::simd::{Block, LANES};
+use turner_bvh::lanes::{Block, LANES};
 
 use crate::camera::camera_rays;
 use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};

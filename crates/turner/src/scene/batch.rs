@@ -3,7 +3,7 @@
 
 use std::cell::Cell;
 
-use turner_bvh::simd::{Block32, LANES};
+use turner_bvh::lanes::{Block32, LANES};
 use turner_bvh::{NearestBlock, RayBlock, Spheres};
 
 use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
@@ -103,7 +103,7 @@ impl RayBatch {
     #[inline]
     pub fn get(&self, i: usize) -> Option<Ray> {
         let (block, lane) = (&self.blocks[i / LANES], i % LANES);
-        let vector = |v: &[turner_bvh::simd::Block; 3]| DVec3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]);
+        let vector = |v: &[turner_bvh::lanes::Block; 3]| DVec3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]);
         let ray = Ray {
             t_min: block.t_min.0[lane],
             t_max: block.t_max.0[lane],
@@ -275,7 +275,7 @@ mod tests {
     use super::*;
     use crate::shape::Sphere;
     use crate::shape::testing::Random;
-    use turner_bvh::simd::available;
+    use turner_bvh::lanes::available;
 
     /// Every instruction set finds what the test of one sphere finds, to the last bit: random rays, tangents, from
     /// inside, at all scales, and rays that are none.

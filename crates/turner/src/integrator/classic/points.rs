@@ -1,6 +1,6 @@
 //! Hits on their way through shading, eight to a block.
 
-use turner_bvh::simd::{Block, Block32, F64x8, Kernel, Mask8, Simd, Vec3x8};
+use turner_bvh::lanes::{Block, Block32, F64x8, Kernel, Mask8, Simd, Vec3x8};
 
 use super::Facing;
 use crate::math::DVec3;

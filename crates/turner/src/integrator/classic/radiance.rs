@@ -3,7 +3,7 @@
 //! A sample's rays are traced in the order of the recursion, whatever the other samples do, so its sum does not
 //! depend on them. Batches of closest hits and of shadow rays come of it, which the scene answers eight at a time.
 
-use turner_bvh::simd::{LANES, dispatch};
+use turner_bvh::lanes::{LANES, dispatch};
 
 use super::points::{PointBlock, Surfaces, get, set};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};

@@ -3,7 +3,7 @@
 // Bands of several colours go by one index.
 #![allow(clippy::needless_range_loop)]
 
-use turner_bvh::simd::{Block, F32x8, F64x8, Kernel, LANES, Mask8, Simd, Vec3x8};
+use turner_bvh::lanes::{Block, F32x8, F64x8, Kernel, LANES, Mask8, Simd, Vec3x8};
 
 use super::points::{PointBlock, set};
 use super::{ClassicDesc, Highlight};

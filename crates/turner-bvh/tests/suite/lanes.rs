@@ -1,6 +1,6 @@
 //! Eight lanes do what one number does, to the last bit, with every instruction set.
 
-use turner_bvh::simd::{
+use turner_bvh::lanes::{
     Block, Block32, F32x8, F64x8, Kernel, KernelKind, LANES, Mask8, Simd, Vec3x8, available, dispatch_with,
 };
 

@@ -5,7 +5,7 @@
 //! approximated, so a lane comes to what scalar code would come to, and all versions agree to the last bit.
 //!
 //! ```
-//! use turner_bvh::simd::{Block, F64x8, Kernel, Simd, dispatch};
+//! use turner_bvh::lanes::{Block, F64x8, Kernel, Simd, dispatch};
 //!
 //! struct Halve<'a>(&'a mut Block);
 //!
@@ -22,14 +22,14 @@
 //! assert_eq!(block.0, [1.5; 8]);
 //! ```
 
-mod lanes;
+mod vectors;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 use std::sync::OnceLock;
 
-pub use lanes::{F32x8, F64x8, Mask8, Vec3x8};
+pub use vectors::{F32x8, F64x8, Mask8, Vec3x8};
 pub use portable::Portable;
 
 /// Numbers in a block.
