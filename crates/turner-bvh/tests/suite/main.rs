@@ -3,4 +3,5 @@
 mod build;
 mod common;
 mod exact;
+mod lanes;
 mod search;

@@ -3,6 +3,7 @@
 mod common;
 mod docs;
 mod interrupt;
+mod kernels;
 mod names;
 mod render;
 mod scene_options;

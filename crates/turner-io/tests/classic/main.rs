@@ -4,6 +4,7 @@
     reason = "expected values are independent of the renderer's own functions"
 )]
 
+mod batches;
 mod closed_forms;
 mod common;
 mod documents;

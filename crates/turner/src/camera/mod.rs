@@ -3,11 +3,13 @@
 mod frame;
 mod orthographic;
 mod pinhole;
+mod rays;
 mod thin_lens;
 
 pub use frame::{CameraFrame, Handedness};
 pub use orthographic::OrthographicDesc;
 pub use pinhole::{PinholeDesc, Viewport};
+pub use rays::camera_rays;
 pub use thin_lens::ThinLensDesc;
 
 use crate::scene::schema::family;

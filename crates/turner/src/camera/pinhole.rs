@@ -1,5 +1,7 @@
 //! The pinhole camera, by field of view or by the documents' viewport.
 
+use turner_bvh::lanes::{F64x8, Simd, Vec3x8};
+
 use super::{CameraFrame, Handedness};
 use crate::math::{DVec2, DVec3, Ray, elementary::tan, radians};
 use crate::scene::error::{ErrorCode, SceneError};
@@ -127,6 +129,23 @@ impl PinholeDesc {
 }
 
 impl Pinhole {
+    /// The eye.
+    #[inline]
+    pub(super) fn position(&self) -> DVec3 {
+        self.frame.position
+    }
+
+    /// As [`Pinhole::ray`], eight at a time: the directions, and what `t_min` is for all of them.
+    #[inline(always)]
+    pub(super) fn directions<S: Simd>(&self, simd: S, x: F64x8<S>, y: F64x8<S>) -> (Vec3x8<S>, f64) {
+        let f = &self.frame;
+        let vector = |v: DVec3| Vec3x8::splat(simd, v.to_array());
+        let d = vector(f.forward * self.screen.distance)
+            + vector(f.right) * (x * F64x8::splat(simd, self.screen.half.x))
+            + vector(f.up) * (y * F64x8::splat(simd, self.screen.half.y));
+        (d, self.near / self.screen.distance)
+    }
+
     /// The ray through a point of the screen, (−1, −1) its lower left, (1, 1) its upper right corner. The
     /// direction leads from the eye to the screen.
     #[inline]

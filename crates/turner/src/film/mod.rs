@@ -1,12 +1,14 @@
 //! The film: what is asked of the picture, and the sums that become it.
 
+mod band;
 mod develop;
 mod fixed;
 mod sums;
 
+pub use band::{BAND, Band};
 pub use develop::{Picture, PixelRect};
 pub use fixed::Fixed96;
-pub use sums::{BAND, Band, Film, MAX_PIXELS, NonFinite, PixelSum};
+pub use sums::{Film, MAX_PIXELS, NonFinite, PixelSum};
 
 use crate::color::Transfer;
 use crate::scene::schema::{Range, choice, params};
@@ -67,4 +69,21 @@ height = 240
 antialias = "adaptive"
 threshold = 0.05
 "#
+}
+
+impl FilmDesc {
+    /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
+    pub fn samples_per_pixel(&self) -> u32 {
+        match self.antialias {
+            Antialias::None | Antialias::Mean | Antialias::Adaptive => 1,
+            Antialias::Grid => self.grid_side() * self.grid_side(),
+            Antialias::MonteCarlo => self.samples,
+        }
+    }
+
+    /// Sides of the square grid for at least `samples` rays.
+    pub(crate) fn grid_side(&self) -> u32 {
+        let side = f64::from(self.samples).sqrt() as u32;
+        if side * side < self.samples { side + 1 } else { side.max(1) }
+    }
 }

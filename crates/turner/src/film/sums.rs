@@ -1,5 +1,6 @@
 //! The sums of samples, per pixel.
 
+use super::band::{BAND, Band, WORDS};
 use super::{FilmDesc, Fixed96, PixelRect};
 use crate::color::Spectrum;
 use crate::scene::error::{ErrorCode, SceneError};
@@ -15,20 +16,17 @@ pub struct PixelSum {
     bad: u32,
 }
 
-/// Words of a pixel's sums.
-const WORDS: usize = 13;
-
 impl PixelSum {
     /// Bytes on the film.
-    pub const BYTES: usize = WORDS * 4;
+    pub const BYTES: usize = 52;
 
-    fn to_words(self) -> [u32; WORDS] {
+    pub(super) fn to_words(self) -> [u32; WORDS] {
         let [r, g, b] = self.rgb.map(Fixed96::to_words);
         let a = [self.alpha as u32, (self.alpha >> 32) as u32];
         [r[0], r[1], r[2], g[0], g[1], g[2], b[0], b[1], b[2], a[0], a[1], self.count, self.bad]
     }
 
-    fn from_words(w: &[u32; WORDS]) -> PixelSum {
+    pub(super) fn from_words(w: &[u32; WORDS]) -> PixelSum {
         PixelSum {
             rgb: [[w[0], w[1], w[2]], [w[3], w[4], w[5]], [w[6], w[7], w[8]]].map(Fixed96::from_words),
             alpha: u64::from(w[10]) << 32 | u64::from(w[9]),
@@ -45,6 +43,18 @@ impl PixelSum {
         }
         self.alpha += (f64::from(alpha) * 4_294_967_296.0) as u64;
         self.count += 1;
+    }
+
+    /// Adds a sample, or counts it as left out if it is not finite; says which.
+    #[inline]
+    pub fn add_or_leave_out(&mut self, color: Spectrum, alpha: f32) -> bool {
+        let finite = color.is_finite() && alpha.is_finite();
+        if finite {
+            self.add(color, alpha);
+        } else {
+            self.leave_out();
+        }
+        finite
     }
 
     /// Adds the samples of another sum.
@@ -111,37 +121,11 @@ pub struct Film {
     pub region: PixelRect,
     /// The part that is shown.
     pub crop: PixelRect,
-    /// The region in bands of [`BAND`] rows, one [`PixelSum`] a pixel as words: so they come zeroed from the system,
-    /// page by page as they are used.
+    /// The region in bands of [`BAND`] rows.
     bands: Vec<Band>,
+    bytes_per_pixel: usize,
     /// What was not finite.
     pub non_finite: NonFinite,
-}
-
-/// Rows of a band: threads that work on different bands do not wait for each other.
-pub const BAND: u32 = 16;
-
-/// Some rows of a film's region.
-#[derive(Clone, Debug)]
-pub struct Band {
-    rows: PixelRect,
-    pixels: Vec<[u32; WORDS]>,
-}
-
-impl Band {
-    /// Adds the sums of a tile inside the band, row by row.
-    pub fn add_tile(&mut self, tile: &PixelRect, sums: &[PixelSum]) {
-        let stride = self.rows.width as usize;
-        for (row, sums) in sums.chunks_exact(tile.width as usize).enumerate() {
-            let y = (tile.y - self.rows.y) as usize + row;
-            let start = y * stride + (tile.x - self.rows.x) as usize;
-            for (words, sum) in self.pixels[start..start + sums.len()].iter_mut().zip(sums) {
-                let mut pixel = PixelSum::from_words(words);
-                pixel.merge(sum);
-                *words = pixel.to_words();
-            }
-        }
-    }
 }
 
 /// The most pixels a film may have: 16384 × 16384, 13 GB of sums.
@@ -178,16 +162,19 @@ impl Film {
         Ok((region, crop))
     }
 
-    /// The pixels of the film a description asks for, or the reason why there can be no such film.
+    /// The bytes of the film a description asks for, or the reason why there can be no such film.
     pub fn check(desc: &FilmDesc) -> Result<u64, SceneError> {
-        Film::rects(desc).map(|(region, _)| region.area())
+        let bytes = Band::bytes_per_pixel(desc.samples_per_pixel() == 1) as u64;
+        Film::rects(desc).map(|(region, _)| region.area() * bytes)
     }
 
     /// An empty film for a description, or the reason why there can be none.
     pub fn new(desc: &FilmDesc) -> Result<Film, SceneError> {
         let (region, crop) = Film::rects(desc)?;
         // Asking first: a failed allocation would end the program.
-        if Vec::<[u32; WORDS]>::new().try_reserve_exact(region.area() as usize).is_err() {
+        let one_sample = desc.samples_per_pixel() == 1;
+        let bytes_per_pixel = Band::bytes_per_pixel(one_sample);
+        if Vec::<u8>::new().try_reserve_exact(region.area() as usize * bytes_per_pixel).is_err() {
             let message = format!("there is no memory for a film of {}x{}", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
         }
@@ -195,10 +182,10 @@ impl Film {
             .step_by(BAND as usize)
             .map(|y| {
                 let rows = PixelRect { y: region.y + y, height: BAND.min(region.height - y), ..region };
-                Band { rows, pixels: vec![[0; WORDS]; rows.area() as usize] }
+                Band::new(rows, one_sample)
             })
             .collect();
-        Ok(Film { region, crop, bands, non_finite: NonFinite::default() })
+        Ok(Film { region, crop, bands, bytes_per_pixel, non_finite: NonFinite::default() })
     }
 
     /// The bands, from the top; the band of row y is the ((y − region.y) / [`BAND`])th.
@@ -211,16 +198,16 @@ impl Film {
         let row = y - self.region.y;
         let band = &self.bands[(row / BAND) as usize];
         let i = (row % BAND) as usize * self.region.width as usize + (x - self.region.x) as usize;
-        PixelSum::from_words(&band.pixels[i])
+        band.sum(i)
     }
 
     /// Samples in all pixels.
     pub fn samples(&self) -> u64 {
-        self.bands.iter().flat_map(|b| &b.pixels).map(|p| u64::from(PixelSum::from_words(p).count)).sum()
+        self.bands.iter().map(Band::samples).sum()
     }
 
     /// Bytes of memory.
     pub fn memory(&self) -> usize {
-        self.region.area() as usize * PixelSum::BYTES
+        self.region.area() as usize * self.bytes_per_pixel
     }
 }

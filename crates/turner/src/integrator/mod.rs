@@ -7,11 +7,12 @@ mod normals;
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 pub use normals::{NormalKind, NormalsDesc};
 
+use turner_bvh::lanes::Block;
+
 use crate::color::Spectrum;
-use crate::math::Ray;
 use crate::sampler::SampleId;
-use crate::scene::Scene;
 use crate::scene::schema::family;
+use crate::scene::{RayBatch, Scene};
 
 family! {
     /// Integrators: `[integrator]`. The `type` is "classic" unless given.
@@ -21,16 +22,25 @@ family! {
     }
 }
 
-/// A point of the picture to be coloured.
-#[derive(Clone, Copy, Debug)]
-pub struct CameraSample {
-    /// What its random numbers depend on.
-    pub id: SampleId,
-    /// The camera ray, of unit direction.
-    pub ray: Ray,
-    /// The length of the direction as the camera formed it, from the eye to the screen: the classic documents
-    /// measure t in it.
-    pub length: f64,
+/// Points of the picture to be coloured.
+#[derive(Default)]
+pub struct CameraSamples {
+    /// What their random numbers depend on.
+    pub ids: Vec<SampleId>,
+    /// The camera rays, of unit direction.
+    pub rays: RayBatch,
+    /// The lengths of the directions as the camera formed them, from the eye to the screen: the classic documents
+    /// measure t in them.
+    pub lengths: Vec<Block>,
+}
+
+impl CameraSamples {
+    /// Takes all out.
+    pub fn clear(&mut self) {
+        self.ids.clear();
+        self.rays.clear();
+        self.lengths.clear();
+    }
 }
 
 /// What came along a camera ray.
@@ -73,16 +83,16 @@ impl RayStats {
     }
 }
 
-/// How much light comes along camera rays. Called once per batch; a sample's result depends on nothing but itself.
+/// How much light comes along camera rays.
 pub trait Integrator: Sync {
-    /// Appends one result per sample to `out`.
-    fn radiance(
-        &self,
-        scene: &Scene,
-        samples: &[CameraSample],
-        out: &mut Vec<Radiance>,
-        stats: &mut RayStats,
-    );
+    /// What a thread needs for its work on a scene.
+    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a>;
+}
+
+/// An integrator at work in one thread; keeps its memory from batch to batch, and nothing else.
+pub trait Tracer {
+    /// Replaces what is in `out` by one result per sample. A sample's result depends on nothing but itself.
+    fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats);
 }
 
 impl IntegratorDesc {

@@ -131,7 +131,52 @@ impl LightDesc {
     }
 }
 
+/// A light of the same intensity everywhere: what [`Light::illuminate`] needs to be done for many points at once.
+#[derive(Clone, Copy, Debug)]
+pub enum Uniform {
+    /// From a point.
+    Point {
+        /// Where it is.
+        position: DVec3,
+        /// Colour times intensity.
+        intensity: Spectrum,
+    },
+    /// From one direction.
+    Directional {
+        /// Towards the light.
+        to_light: DVec3,
+        /// Colour times intensity.
+        intensity: Spectrum,
+    },
+}
+
+impl Uniform {
+    /// Colour times intensity.
+    pub fn intensity(&self) -> Spectrum {
+        match self {
+            Uniform::Point { intensity, .. } | Uniform::Directional { intensity, .. } => *intensity,
+        }
+    }
+}
+
 impl Light {
+    /// This light, if its intensity is the same everywhere.
+    pub fn uniform(&self) -> Option<Uniform> {
+        match self {
+            Light::Point(l) => l.uniform(),
+            Light::Directional(l) => {
+                let Illumination { to_light, intensity, .. } = l.illuminate();
+                Some(Uniform::Directional { to_light, intensity })
+            }
+            Light::Spot(_) | Light::Area(_) => None,
+        }
+    }
+
+    /// Whether it has a place.
+    pub fn is_finite(&self) -> bool {
+        !matches!(self, Light::Directional(_))
+    }
+
     /// How many points of the light are asked for visibility.
     #[inline]
     pub fn samples(&self) -> u32 {

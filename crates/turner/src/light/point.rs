@@ -1,6 +1,6 @@
 //! Light from one point.
 
-use super::{Attenuation, Illumination};
+use super::{Attenuation, Illumination, Uniform};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::scene::schema::{Range, params};
@@ -40,6 +40,11 @@ impl PointDesc {
 }
 
 impl Point {
+    pub(super) fn uniform(&self) -> Option<Uniform> {
+        (self.attenuation == Attenuation::NONE)
+            .then_some(Uniform::Point { position: self.position, intensity: self.intensity })
+    }
+
     #[inline]
     pub(super) fn illuminate(&self, p: DVec3) -> Option<Illumination> {
         from_point(self.position, self.intensity, &self.attenuation, p)

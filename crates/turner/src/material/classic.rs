@@ -1,7 +1,7 @@
 //! The material of the classic documents: one shading rule for all five.
 
 use crate::color::Spectrum;
-use crate::math::elementary::pow;
+use crate::math::elementary::{Exponent, exp, ln, pow};
 use crate::scene::ColorSource;
 use crate::scene::schema::{Range, choice, params};
 
@@ -110,7 +110,9 @@ pub struct Classic {
     /// Strength of the highlight, by `ks` or `gloss`.
     pub ks: f64,
     /// Its exponent.
-    pub exponent: f64,
+    pub exponent: Exponent,
+    /// A cosine below which the highlight is zero in single precision, by far.
+    pub dark: f64,
     /// Weight of the local colour, if given.
     pub k_local: Option<f64>,
     /// Weight of the reflected ray.
@@ -134,7 +136,8 @@ impl ClassicMaterial {
             ka: self.ka,
             kd: self.kd,
             ks,
-            exponent,
+            exponent: Exponent::new(exponent),
+            dark: dark_cosine(ks, exponent),
             k_local: self.k_local,
             k_reflect: self.k_reflect,
             k_refract: self.k_refract,
@@ -152,6 +155,18 @@ impl ClassicMaterial {
             Some(_) => (0.0, 1.0),
         }
     }
+}
+
+/// A cosine c such that ks·x^exponent < 2^-180 for all 0 <= x < c; 0 if there is none. The smallest number in
+/// single precision is 2^-149: the difference leaves room for rounding.
+fn dark_cosine(ks: f64, exponent: f64) -> f64 {
+    if !(ks > 0.0 && ks < f64::INFINITY && exponent > 0.0 && exponent < 1e10) {
+        return 0.0;
+    }
+    const LN_2: f64 = std::f64::consts::LN_2;
+    let cosine = exp((-180.0 * LN_2 - ln(ks)) / exponent);
+    // Far from the ends of the range the power of a rounding error stays small.
+    if cosine > 1e-300 { cosine.min(1.0) } else { 0.0 }
 }
 
 impl Fresnel {

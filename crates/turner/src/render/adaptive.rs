@@ -3,12 +3,11 @@
 //! Whitted 1980, §"Antialiasing". A corner is numbered by its place on the finest grid over the picture, so the
 //! same corner gives the same value whichever pixel asks for it.
 
-use super::tile::{TileBuffers, add};
+use super::tile::TileBuffers;
 use crate::film::PixelRect;
 use crate::integrator::Radiance;
 use crate::math::DVec2;
 use crate::sampler::SampleId;
-use crate::scene::Scene;
 
 /// The values known within one pixel, on the finest grid.
 struct PixelGrid {
@@ -20,9 +19,9 @@ struct PixelGrid {
     y: u32,
 }
 
-impl TileBuffers {
-    pub(super) fn render_adaptive(&mut self, scene: &Scene, tile: &PixelRect) {
-        let film = &scene.film;
+impl TileBuffers<'_> {
+    pub(super) fn render_adaptive(&mut self, tile: &PixelRect) {
+        let film = &self.scene.film;
         let cells = 1u32 << film.max_subdivisions;
         let point = |x: u32, y: u32| {
             let id = SampleId { x, y, index: 0, seed: u64::from(film.seed) };
@@ -32,7 +31,7 @@ impl TileBuffers {
         let corners = (0..tile.height + 1)
             .flat_map(|row| (0..columns).map(move |column| (tile.x + column, tile.y + row)))
             .map(|(x, y)| point(x * cells, y * cells));
-        let corners: Vec<Radiance> = self.trace_points(scene, corners).to_vec();
+        let corners: Vec<Radiance> = self.trace_points(corners).to_vec();
 
         let side = cells as usize + 1;
         let mut grid = PixelGrid { side, values: vec![None; side * side], x: 0, y: 0 };
@@ -45,27 +44,18 @@ impl TileBuffers {
                     let corner = corners[((row + dy) * columns + column + dx) as usize];
                     grid.values[dy as usize * (side - 1) * side + dx as usize * (side - 1)] = Some(corner);
                 }
-                let mean = self.square(
-                    scene,
-                    &mut grid,
-                    0,
-                    0,
-                    cells as usize,
-                    f64::from(film.threshold as f32),
-                    &point,
-                );
-                let id = SampleId { x, y, index: 0, seed: u64::from(film.seed) };
-                let i = (row * tile.width + column) as usize;
-                add(&mut self.sums[i], &mut self.non_finite, &id, &mean);
+                let mean =
+                    self.square(&mut grid, 0, 0, cells as usize, f64::from(film.threshold as f32), &point);
+                self.pixels.push(mean);
             }
         }
+        self.check_pixels(tile);
     }
 
     /// The mean over the square of `size` cells at (`cx`, `cy`) of a pixel. Recurses at most `max_subdivisions` deep.
     #[allow(clippy::too_many_arguments)]
     fn square(
         &mut self,
-        scene: &Scene,
         grid: &mut PixelGrid,
         cx: usize,
         cy: usize,
@@ -86,13 +76,12 @@ impl TileBuffers {
             .filter(|(x, y)| grid.values[at(*x, *y)].is_none())
             .collect();
         let (gx, gy) = (grid.x, grid.y);
-        let traced =
-            self.trace_points(scene, missing.iter().map(|(x, y)| point(gx + *x as u32, gy + *y as u32)));
+        let traced = self.trace_points(missing.iter().map(|(x, y)| point(gx + *x as u32, gy + *y as u32)));
         for ((x, y), value) in missing.iter().zip(traced) {
             grid.values[y * grid.side + x] = Some(*value);
         }
         let quarters = [(0, 0), (half, 0), (0, half), (half, half)]
-            .map(|(x, y)| self.square(scene, grid, cx + x, cy + y, half, threshold, point));
+            .map(|(x, y)| self.square(grid, cx + x, cy + y, half, threshold, point));
         mean(&quarters)
     }
 }

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use crate::film::{Antialias, BAND, Film, NonFinite, PixelRect};
+use crate::film::{BAND, Film, NonFinite, PixelRect};
 use crate::integrator::RayStats;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
@@ -45,12 +45,7 @@ impl<'a> Renderer<'a> {
 
     /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
     pub fn samples_per_pixel(&self) -> u32 {
-        let film = &self.scene.film;
-        match film.antialias {
-            Antialias::None | Antialias::Mean | Antialias::Adaptive => 1,
-            Antialias::Grid => grid_side(film.samples) * grid_side(film.samples),
-            Antialias::MonteCarlo => film.samples,
-        }
+        self.scene.film.samples_per_pixel()
     }
 
     /// Whether all samples are in.
@@ -78,12 +73,12 @@ impl<'a> Renderer<'a> {
         let counts = Mutex::new((NonFinite::default(), RayStats::default()));
         let scene = self.scene;
         let work = || {
-            let mut buffers = TileBuffers::default();
+            let mut buffers = TileBuffers::new(scene);
             while !(options.cancel.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed)) {
                 let Some(tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-                buffers.render(scene, tile, samples.clone());
+                buffers.render(tile, samples.clone());
                 let band = &bands[((tile.y - region.y) / BAND) as usize];
-                band.lock().unwrap_or_else(|e| e.into_inner()).add_tile(tile, &buffers.sums);
+                buffers.deposit(tile, &mut band.lock().unwrap_or_else(|e| e.into_inner()));
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                 if let Some(progress) = options.progress {
                     progress(done, tiles.len());
@@ -128,12 +123,6 @@ impl<'a> Renderer<'a> {
         }
         Ok(complete)
     }
-}
-
-/// Sides of the square grid for at least `samples` rays.
-pub(crate) fn grid_side(samples: u32) -> u32 {
-    let side = f64::from(samples).sqrt() as u32;
-    if side * side < samples { side + 1 } else { side.max(1) }
 }
 
 fn tiles(region: &PixelRect) -> Vec<PixelRect> {

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
-use super::grid_side;
-use crate::film::{Antialias, NonFinite, PixelRect, PixelSample, PixelSum};
-use crate::integrator::{CameraSample, Radiance, RayStats};
+use turner_bvh::lanes::{Block, LANES};
+
+use crate::camera::camera_rays;
+use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};
+use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
 use crate::sampler::{SampleId, stratified};
 use crate::scene::Scene;
@@ -14,76 +16,145 @@ const PIXEL_DIMENSION: u64 = 0;
 const LENS_DIMENSION: u64 = 1;
 
 /// What a worker needs for its tiles; kept from tile to tile.
-#[derive(Default)]
-pub(super) struct TileBuffers {
-    pub(super) sums: Vec<PixelSum>,
+pub(super) struct TileBuffers<'a> {
+    pub(super) scene: &'a Scene,
+    tracer: Box<dyn Tracer + 'a>,
+    /// The results of scenes with one sample per pixel.
+    pub(super) pixels: Vec<Radiance>,
+    /// The sums of the others.
+    sums: Vec<PixelSum>,
     pub(super) non_finite: NonFinite,
     pub(super) stats: RayStats,
-    samples: Vec<CameraSample>,
+    samples: CameraSamples,
     radiance: Vec<Radiance>,
 }
 
-impl TileBuffers {
-    /// Renders the samples of all pixels of a tile into `sums`; `non_finite` and `stats` count on from tile to tile.
-    pub(super) fn render(&mut self, scene: &Scene, tile: &PixelRect, samples: Range<u32>) {
+impl<'a> TileBuffers<'a> {
+    pub(super) fn new(scene: &'a Scene) -> TileBuffers<'a> {
+        TileBuffers {
+            scene,
+            tracer: scene.integrator.integrator().tracer(scene),
+            pixels: Vec::new(),
+            sums: Vec::new(),
+            non_finite: NonFinite::default(),
+            stats: RayStats::default(),
+            samples: CameraSamples::default(),
+            radiance: Vec::new(),
+        }
+    }
+
+    /// Renders samples of all pixels of a tile; `non_finite` and `stats` count on from tile to tile.
+    pub(super) fn render(&mut self, tile: &PixelRect, samples: Range<u32>) {
+        let one_sample = self.scene.film.samples_per_pixel() == 1;
+        self.pixels.clear();
         self.sums.clear();
-        self.sums.resize(tile.area() as usize, PixelSum::default());
-        if scene.film.antialias == Antialias::Adaptive {
+        if !one_sample {
+            self.sums.resize(tile.area() as usize, PixelSum::default());
+        }
+        if self.scene.film.antialias == Antialias::Adaptive {
             if samples.contains(&0) {
-                self.render_adaptive(scene, tile);
+                self.render_adaptive(tile);
             }
             return;
         }
+        let film = &self.scene.film;
         for index in samples {
+            let points = (tile.y..tile.y + tile.height)
+                .flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)))
+                .map(|(x, y)| {
+                    let id = SampleId { x, y, index, seed: u64::from(film.seed) };
+                    (id, DVec2::new(f64::from(x), f64::from(y)) + within_pixel(self.scene, &id))
+                });
             self.samples.clear();
-            for y in tile.y..tile.y + tile.height {
-                for x in tile.x..tile.x + tile.width {
-                    let id = SampleId { x, y, index, seed: u64::from(scene.film.seed) };
-                    let within = within_pixel(scene, &id);
-                    self.samples.push(camera_sample(
-                        scene,
-                        id,
-                        DVec2::new(f64::from(x), f64::from(y)) + within,
-                    ));
+            take_points(self.scene, &mut self.samples, points);
+            self.trace();
+            if one_sample {
+                std::mem::swap(&mut self.pixels, &mut self.radiance);
+                self.check_pixels(tile);
+                continue;
+            }
+            for ((sum, id), radiance) in self.sums.iter_mut().zip(&self.samples.ids).zip(&self.radiance) {
+                if !sum.add_or_leave_out(radiance.color, radiance.alpha) {
+                    self.non_finite.note(id.x, id.y, id.index);
                 }
             }
-            self.trace(scene);
-            for (i, (sample, radiance)) in self.samples.iter().zip(&self.radiance).enumerate() {
-                add(&mut self.sums[i], &mut self.non_finite, &sample.id, radiance);
+        }
+    }
+
+    /// Adds what was rendered to the tile's band of the film.
+    pub(super) fn deposit(&self, tile: &PixelRect, band: &mut Band) {
+        if self.sums.is_empty() {
+            let samples = self.pixels.iter().map(|r| (r.color, r.alpha));
+            if !self.pixels.is_empty() {
+                band.add_samples(tile, samples);
+            }
+        } else {
+            band.add_sums(tile, &self.sums);
+        }
+    }
+
+    /// Counts the pixels that are not finite.
+    pub(super) fn check_pixels(&mut self, tile: &PixelRect) {
+        // One test without branches for nearly all tiles: times 0 is 0 for finite numbers alone. The sum may be
+        // infinite though they are not.
+        let sum = |r: &Radiance| (r.color.r + r.color.g + r.color.b + r.alpha) * 0.0;
+        if self.pixels.iter().fold(true, |finite, r| finite & (sum(r) == 0.0)) {
+            return;
+        }
+        for (i, r) in self.pixels.iter().enumerate() {
+            if !(r.color.is_finite() && r.alpha.is_finite()) {
+                let (x, y) = (tile.x + i as u32 % tile.width, tile.y + i as u32 / tile.width);
+                self.non_finite.note(x, y, 0);
             }
         }
     }
 
     /// Traces the prepared samples.
-    pub(super) fn trace(&mut self, scene: &Scene) {
-        self.radiance.clear();
-        scene.integrator.integrator().radiance(scene, &self.samples, &mut self.radiance, &mut self.stats);
+    fn trace(&mut self) {
+        self.tracer.radiance(&self.samples, &mut self.radiance, &mut self.stats);
     }
 
     /// Traces a list of points of the picture and gives their results in order.
-    pub(super) fn trace_points(
-        &mut self,
-        scene: &Scene,
-        points: impl Iterator<Item = (SampleId, DVec2)>,
-    ) -> &[Radiance] {
+    pub(super) fn trace_points(&mut self, points: impl Iterator<Item = (SampleId, DVec2)>) -> &[Radiance] {
         self.samples.clear();
-        self.samples.extend(points.map(|(id, at)| camera_sample(scene, id, at)));
-        self.trace(scene);
+        take_points(self.scene, &mut self.samples, points);
+        self.trace();
         &self.radiance
     }
 }
 
-/// Adds a result to its pixel, or counts it as not finite.
-pub(super) fn add(sum: &mut PixelSum, non_finite: &mut NonFinite, id: &SampleId, radiance: &Radiance) {
-    if radiance.color.is_finite() && radiance.alpha.is_finite() {
-        sum.add(radiance.color, radiance.alpha);
-    } else {
-        sum.leave_out();
-        non_finite.note(id.x, id.y, id.index);
+/// Adds the camera samples of points of the picture, in pixels from its top left corner.
+fn take_points(
+    scene: &Scene,
+    samples: &mut CameraSamples,
+    mut points: impl Iterator<Item = (SampleId, DVec2)>,
+) {
+    let has_lens = scene.camera.has_lens();
+    loop {
+        let first = samples.ids.len();
+        let (mut x, mut y) = (Block([f64::NAN; LANES]), Block([f64::NAN; LANES]));
+        for (lane, (id, at)) in (&mut points).take(LANES).enumerate() {
+            (x.0[lane], y.0[lane]) = (at.x, at.y);
+            samples.ids.push(id);
+        }
+        let ids = &samples.ids[first..];
+        if ids.is_empty() {
+            return;
+        }
+        let lens = |lane: usize| match ids.get(lane) {
+            Some(id) if has_lens => id.unit_square(LENS_DIMENSION),
+            _ => DVec2::splat(0.5),
+        };
+        let rays = samples.rays.add_block(ids.len());
+        samples.lengths.push(camera_rays(&scene.camera, &scene.film, &x, &y, lens, rays));
+        if ids.len() < LANES {
+            return;
+        }
     }
 }
 
 /// Where in its pixel a sample lies: (0, 0) is the top left corner, (1, 1) the bottom right one.
+#[inline]
 fn within_pixel(scene: &Scene, id: &SampleId) -> DVec2 {
     let film = &scene.film;
     match film.antialias {
@@ -92,23 +163,10 @@ fn within_pixel(scene: &Scene, id: &SampleId) -> DVec2 {
             PixelSample::Corner => DVec2::new(0.0, 1.0),
         },
         Antialias::Grid => {
-            let side = grid_side(film.samples);
+            let side = film.grid_side();
             let cell = DVec2::new(f64::from(id.index % side), f64::from(id.index / side));
             (cell + 0.5) / f64::from(side)
         }
         Antialias::MonteCarlo => stratified(id.index, film.samples, id.unit_square(PIXEL_DIMENSION)),
     }
-}
-
-/// The camera ray through a point of the picture, in pixels from its top left corner.
-fn camera_sample(scene: &Scene, id: SampleId, at: DVec2) -> CameraSample {
-    let film = &scene.film;
-    let screen =
-        DVec2::new(2.0 * at.x / f64::from(film.width) - 1.0, 1.0 - 2.0 * at.y / f64::from(film.height));
-    let lens = if scene.camera.has_lens() { id.unit_square(LENS_DIMENSION) } else { DVec2::splat(0.5) };
-    let mut ray = scene.camera.ray(screen, lens);
-    let length = ray.direction.length();
-    ray.direction *= length.recip();
-    ray.t_min *= length;
-    CameraSample { id, ray, length }
 }

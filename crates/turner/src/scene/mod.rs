@@ -1,6 +1,7 @@
 //! Scenes: description, preparation, and the errors on the way.
 
 pub mod background;
+mod batch;
 pub mod desc;
 pub mod error;
 mod param;
@@ -13,6 +14,7 @@ mod sieve;
 pub mod transform;
 pub mod value;
 
+pub use batch::{RayBatch, SpectrumBlock};
 pub use desc::*;
 pub use error::{ErrorCode, SceneError};
 pub use param::ColorSource;

@@ -2,13 +2,14 @@
 
 use turner_bvh::{Bvh2, Bvh2Options, Bvh4};
 
+use super::batch::BatchShapes;
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
-use crate::film::{Film, PixelSum};
+use crate::film::Film;
 use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
@@ -34,7 +35,7 @@ impl SceneDesc {
     /// Checks what only the whole scene shows and builds what rendering needs.
     pub fn prepare(&self, options: &PrepareOptions) -> Result<Scene, SceneError> {
         let mut warnings = self.warnings.clone();
-        let film_bytes = film_bytes(self)?;
+        let film_bytes = Film::check(&self.film)?;
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let mut materials: Vec<Material> = self.materials.iter().map(|m| m.value.prepare()).collect();
         let default_material = MaterialId(materials.len() as u32);
@@ -96,13 +97,16 @@ impl SceneDesc {
             Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
             None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
         };
+        let batch =
+            (sieve.is_some() || bounded == 0).then(|| BatchShapes::new(&ordered, bounded, &materials));
         let stats = SceneStats {
             primitives: ordered.len() as u64,
             triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
             bounds: (!total.is_empty()).then_some(total),
             tree_bytes: (ordered.len() * size_of::<Primitive>()
                 + transforms.len() * size_of::<ObjectTransform>()
-                + bvh.bytes()) as u64,
+                + bvh.bytes()
+                + batch.as_ref().map_or(0, BatchShapes::bytes)) as u64,
             mesh_bytes: shapes.meshes.iter().map(|m| m.bytes).sum(),
             texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
             film_bytes,
@@ -122,6 +126,7 @@ impl SceneDesc {
             bvh,
             sieve,
             frame,
+            batch,
             warnings,
             stats,
         })
@@ -201,10 +206,6 @@ impl SceneDesc {
         }
         Ok(total)
     }
-}
-
-fn film_bytes(desc: &SceneDesc) -> Result<u64, SceneError> {
-    Film::check(&desc.film).map(|pixels| pixels * PixelSum::BYTES as u64)
 }
 
 /// Shapes made ready once, however often their groups are placed.

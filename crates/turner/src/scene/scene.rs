@@ -5,6 +5,7 @@ use std::cell::Cell;
 use turner_bvh::Bvh4;
 
 use super::background::BackgroundDesc;
+use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
 use super::sieve::Sieve;
 use crate::camera::Camera;
@@ -15,7 +16,7 @@ use crate::light::Light;
 use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
 use crate::shape::traversal::TraversalFrame;
-use crate::shape::{Shape, ShapeHit, SurfacePoint};
+use crate::shape::{Shape, ShapeHit, Sphere, SurfacePoint};
 use crate::texture::{TexturePoint, Textures};
 
 /// A scene ready to be rendered.
@@ -47,6 +48,8 @@ pub struct Scene {
     /// For scenes of few shapes, instead of the tree.
     pub(super) sieve: Option<Sieve>,
     pub(super) frame: TraversalFrame,
+    /// For scenes without a tree: what is tested many rays at a time.
+    pub(super) batch: Option<BatchShapes>,
     /// What was dropped or doubtful while preparing.
     pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
@@ -113,7 +116,7 @@ pub struct Hit {
     /// Where on the shape.
     pub shape: ShapeHit,
     /// Index of the primitive.
-    primitive: u32,
+    pub(super) primitive: u32,
 }
 
 /// The surface at a hit, in world space; made once, for the nearest hit.
@@ -172,7 +175,7 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub(super) fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
         let primitive = &self.primitives[index as usize];
         let Some(shape) = self.intersect_primitive(primitive, ray) else { return };
         let nearer = shape.t < ray.t_max
@@ -198,7 +201,7 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn primitive_blocks(&self, index: u32, ray: &Ray, tinted: &Cell<bool>) -> bool {
+    pub(super) fn primitive_blocks(&self, index: u32, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let primitive = &self.primitives[index as usize];
         let hit = if primitive.transform == NO_TRANSFORM {
             match &primitive.shape {
@@ -259,7 +262,7 @@ impl Scene {
     }
 
     /// Crossing after crossing from the near end, so that the order of the product is the ray's and not the tree's.
-    fn tinted_transmittance(&self, ray: &Ray) -> Spectrum {
+    pub(super) fn tinted_transmittance(&self, ray: &Ray) -> Spectrum {
         /// More crossings than this count as opaque.
         const MAX_CROSSINGS: u32 = 4096;
         let mut ray = *ray;
@@ -311,6 +314,21 @@ impl Scene {
         SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit }
     }
 
+    /// The sphere that was hit, if it is one without a transform.
+    #[inline]
+    pub fn sphere_at(&self, hit: &Hit) -> Option<&Sphere> {
+        match &self.primitives[hit.primitive as usize] {
+            Primitive { shape: Shape::Sphere(s), transform: NO_TRANSFORM, .. } => Some(s),
+            _ => None,
+        }
+    }
+
+    /// The material at a hit.
+    #[inline]
+    pub fn material_at(&self, hit: &Hit) -> &Material {
+        &self.materials[self.primitives[hit.primitive as usize].material.index()]
+    }
+
     /// Where textures are looked up on a surface.
     pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint {
         let shape = &self.primitives[surface.hit.primitive as usize].shape;
@@ -319,7 +337,7 @@ impl Scene {
 }
 
 /// The set bits of a word, from the lowest.
-struct Bits(u64);
+pub(super) struct Bits(pub(super) u64);
 
 impl Iterator for Bits {
     type Item = u32;

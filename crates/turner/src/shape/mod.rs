@@ -16,7 +16,7 @@ mod plane;
 mod rectangle;
 mod sphere;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod torus;
 pub mod traversal;
 pub mod triangle;
@@ -58,7 +58,7 @@ family! {
 /// Bound on the distance of a surface point from the surface, per unit of the largest coordinate or length that
 /// went into it: eighteen roundings. It is generous on purpose: a ray that starts that far outside must not be
 /// taken for one that starts inside, after further roundings.
-const ROUNDING: f64 = 4e-15;
+pub(crate) const ROUNDING: f64 = 4e-15;
 
 /// A hit of a ray with a shape: all that traversal carries.
 #[derive(Clone, Copy, Debug, PartialEq)]

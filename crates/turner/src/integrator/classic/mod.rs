@@ -3,7 +3,9 @@
 //! Whitted 1980, "An improved illumination model for shaded display"; docs/classic.md says which settings make
 //! which document.
 
+mod points;
 mod radiance;
+mod shade;
 
 use crate::scene::schema::{Range, choice, params};
 

@@ -1,138 +1,384 @@
-//! The recursion, with a stack of its own.
+//! The recursion, many samples at a time: each round traces the next ray of every sample that has one.
+//!
+//! A sample's rays are traced in the order of the recursion, whatever the other samples do, so its sum does not
+//! depend on them. Batches of closest hits and of shadow rays come of it, which the scene answers eight at a time.
 
-use super::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
+use turner_bvh::lanes::{LANES, dispatch};
+
+use super::points::{PointBlock, Surfaces, get, set};
+use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
+use super::{AtDepth, ClassicDesc, Combine, Miss};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSample, Integrator, Radiance, RayStats};
+use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer};
 use crate::light::Light;
 use crate::material::{Classic, Fresnel, Material, color_at};
-use crate::math::elementary::pow;
-use crate::math::{DVec2, DVec3, Ray, reflect, refract};
-use crate::sampler::SampleId;
-use crate::scene::{Scene, SurfaceInteraction};
+use crate::math::elementary::Exponent;
+use crate::math::{DVec2, DVec3, Ray, refract};
+use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock};
 
-/// A ray of the tree that is still to be traced.
+/// A ray of a tree: whose it is, and its share of the pixel.
 #[derive(Clone, Copy)]
 struct Task {
-    ray: Ray,
-    /// Its share of the pixel.
-    weight: f64,
+    sample: u32,
     depth: u32,
+    weight: f64,
 }
 
-/// What the tree of one sample has come to.
+/// A ray that waits until those before it, and all that these spawn, have been traced.
+struct Waiting {
+    ray: Ray,
+    task: Task,
+    /// The one that waits behind it, as `Tree::waiting`.
+    next: Option<u32>,
+}
+
+/// How far the tree of one sample has come.
+#[derive(Clone)]
 struct Tree {
-    color: Spectrum,
-    alpha: f32,
     /// Rays spawned.
     spawned: u32,
     /// Rays numbered for the jitter of area lights.
     shaded: u64,
-    id: SampleId,
-    /// The documents' length of a ray's direction, which reflection and refraction keep: `epsilon` is a t.
-    length: f64,
+    /// The ray to be traced when those under way are done, in the list of all that wait.
+    waiting: Option<u32>,
 }
 
-impl Integrator for ClassicDesc {
-    fn radiance(
-        &self,
-        scene: &Scene,
-        samples: &[CameraSample],
-        out: &mut Vec<Radiance>,
-        stats: &mut RayStats,
-    ) {
-        let mut stack: Vec<Task> = Vec::with_capacity(32);
-        for sample in samples {
-            let mut tree = Tree {
-                color: Spectrum::BLACK,
-                alpha: 1.0,
-                spawned: 0,
-                shaded: 0,
-                id: sample.id,
-                length: sample.length,
-            };
-            stats.camera += 1;
-            stack.push(Task { ray: sample.ray, weight: 1.0, depth: 0 });
-            while let Some(task) = stack.pop() {
-                self.trace(scene, &task, &mut tree, &mut stack, stats);
-            }
-            stats.dropped += u64::from(tree.spawned > self.max_rays);
-            out.push(Radiance { color: tree.color, alpha: tree.alpha });
-        }
+/// The rays of one round, one for each sample that has one.
+#[derive(Default)]
+struct Front {
+    rays: RayBatch,
+    tasks: Vec<Task>,
+}
+
+impl Front {
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.tasks.clear();
+    }
+
+    #[inline]
+    fn push(&mut self, ray: &Ray, task: Task) {
+        self.rays.push(ray);
+        self.tasks.push(task);
     }
 }
 
+/// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
+struct Wave<'a> {
+    integrator: &'a ClassicDesc,
+    scene: &'a Scene,
+    trees: Vec<Tree>,
+    waiting: Vec<Waiting>,
+    front: Front,
+    next: Front,
+    hits: Vec<Option<Hit>>,
+    /// Hits of this round, in the order of the front, in the first so many blocks.
+    points: Vec<PointBlock>,
+    blocks: usize,
+    struck: Vec<Struck<'a>>,
+    terms: Vec<TermBlock>,
+    shadow_rays: RayBatch,
+    through: Vec<SpectrumBlock>,
+    leaving: Vec<LeavingBlock>,
+}
+
+/// What a hit needs beside its place in a block.
+struct Struck<'a> {
+    task: Task,
+    material: &'a Classic,
+    weights: Weights,
+    refracted: Option<DVec3>,
+}
+
 /// Weights of the three terms at a hit.
+#[derive(Clone, Copy)]
 struct Weights {
     local: f64,
     reflect: f64,
     refract: f64,
 }
 
-/// A hit as shading sees it.
-struct Shading<'a> {
-    surface: &'a SurfaceInteraction,
-    material: &'a Classic,
-    color: Spectrum,
-    /// Unit direction of the ray.
-    d: DVec3,
-    /// Shading normal, towards the viewer.
-    n: DVec3,
-    /// The same, or pointing outward: the N of the shading rule.
-    lit: DVec3,
+impl Integrator for ClassicDesc {
+    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
+        Box::new(Wave {
+            integrator: self,
+            scene,
+            trees: Vec::new(),
+            waiting: Vec::new(),
+            front: Front::default(),
+            next: Front::default(),
+            hits: Vec::new(),
+            points: Vec::new(),
+            blocks: 0,
+            struck: Vec::new(),
+            terms: Vec::new(),
+            shadow_rays: RayBatch::default(),
+            through: Vec::new(),
+            leaving: Vec::new(),
+        })
+    }
+}
+
+impl Tracer for Wave<'_> {
+    fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
+        let count = samples.ids.len();
+        stats.camera += count as u64;
+        out.clear();
+        out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
+        self.trees.clear();
+        self.trees.resize(count, Tree { spawned: 0, shaded: 0, waiting: None });
+        self.waiting.clear();
+        self.front.rays.copy(&samples.rays);
+        self.front.tasks.clear();
+        self.front.tasks.extend((0..count as u32).map(|sample| Task { sample, depth: 0, weight: 1.0 }));
+        while !self.front.tasks.is_empty() {
+            self.round(samples, out, stats);
+        }
+        for tree in &self.trees {
+            stats.dropped += u64::from(tree.spawned > self.integrator.max_rays);
+        }
+    }
+}
+
+impl Wave<'_> {
+    /// Traces the front and finds the next one.
+    fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
+        self.scene.intersect_batch(&mut self.front.rays, &mut self.hits);
+        self.next.clear();
+        self.gather(out);
+        let facing = self.integrator.facing;
+        dispatch(Surfaces { points: &mut self.points[..self.blocks], facing });
+        self.weigh();
+        let ambient = self.integrator.ambient.then_some(self.scene.ambient);
+        dispatch(Ambient { points: &mut self.points[..self.blocks], ambient });
+        self.lights(samples, stats);
+        self.leave(samples, out, stats);
+        std::mem::swap(&mut self.front, &mut self.next);
+    }
+
+    /// Settles rays that hit nothing and collects the hits of the others.
+    fn gather(&mut self, out: &mut [Radiance]) {
+        self.blocks = 0;
+        self.struck.clear();
+        for (i, hit) in self.hits.iter().enumerate() {
+            let task = self.front.tasks[i];
+            let Some(hit) = hit else {
+                let tree = &mut self.trees[task.sample as usize];
+                let direction = || get(&self.front.rays.blocks()[i / LANES].direction, i % LANES);
+                let pixel = &mut out[task.sample as usize];
+                self.integrator.miss(self.scene, &task, direction, pixel);
+                resume(tree, &mut self.waiting, &mut self.next);
+                continue;
+            };
+            let lane = self.struck.len() % LANES;
+            if lane == 0 {
+                self.blocks += 1;
+                if self.blocks > self.points.len() {
+                    self.points.push(PointBlock::default());
+                }
+                self.points[self.blocks - 1].clear();
+            }
+            let b = &mut self.points[self.blocks - 1];
+            let Material::Classic(material) = self.scene.material_at(hit);
+            let rays = &self.front.rays.blocks()[i / LANES];
+            for axis in 0..3 {
+                b.d[axis].0[lane] = rays.direction[axis].0[i % LANES];
+                b.origin[axis].0[lane] = rays.origin[axis].0[i % LANES];
+            }
+            b.t.0[lane] = hit.shape.t;
+            let sphere = self.scene.sphere_at(hit);
+            if let Some(sphere) = sphere {
+                b.on_sphere |= 1 << lane;
+                set(&mut b.center, lane, sphere.center);
+                b.radius.0[lane] = sphere.radius;
+            }
+            let mut color = None;
+            if let ColorSource::Constant(c) = material.color
+                && sphere.is_some()
+            {
+                color = Some(c);
+            } else if let Some(ray) = self.front.rays.get(i) {
+                let surface = self.scene.surface(&ray, hit);
+                b.on_sphere &= !(1 << lane);
+                set(&mut b.p, lane, surface.p);
+                set(&mut b.ng, lane, surface.ng);
+                set(&mut b.ns, lane, surface.ns);
+                b.error.0[lane] = surface.error;
+                color = Some(color_at(material.color, self.scene, &surface));
+            }
+            b.color.set(lane, color.unwrap_or(Spectrum::BLACK));
+            self.integrator.coefficients(material, b, lane);
+            self.struck.push(Struck {
+                task,
+                material,
+                weights: Weights { local: 0.0, reflect: 0.0, refract: 0.0 },
+                refracted: None,
+            });
+        }
+    }
+
+    /// Divides each ray's weight among local colour, reflection and refraction.
+    fn weigh(&mut self) {
+        for (i, struck) in self.struck.iter_mut().enumerate() {
+            let (b, lane) = (&mut self.points[i / LANES], i % LANES);
+            (struck.weights, struck.refracted) =
+                self.integrator.weights(struck.material, struck.task.depth, b, lane);
+            b.weight.0[lane] = struck.task.weight * struck.weights.local;
+            if struck.weights.local > 0.0 && (b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0) {
+                b.shaded |= 1 << lane;
+            }
+            if struck.weights.reflect > 0.0 {
+                b.mirrors |= 1 << lane;
+            }
+        }
+    }
+
+    /// Adds the lights, one after the other, to the local colours.
+    fn lights(&mut self, samples: &CameraSamples, stats: &mut RayStats) {
+        if self.points[..self.blocks].iter().all(|b| b.shaded == 0) {
+            return;
+        }
+        self.terms.resize(self.blocks.max(self.terms.len()), TermBlock::default());
+        for (number, light) in self.scene.lights.iter().enumerate() {
+            let uniform = light.uniform();
+            for i in 0..light.samples() {
+                if uniform.is_none() {
+                    let jitter = |at: usize| {
+                        if !light.is_jittered() {
+                            return DVec2::ZERO;
+                        }
+                        let sample = self.struck[at].task.sample as usize;
+                        let dimension = jitter_dimension(self.trees[sample].shaded, number, i);
+                        samples.ids[sample].unit_square(dimension)
+                    };
+                    ask(light, i, &self.points[..self.blocks], &mut self.terms, jitter);
+                }
+                self.shadow_rays.clear();
+                let reached = dispatch(Illuminate {
+                    integrator: self.integrator,
+                    points: &self.points[..self.blocks],
+                    terms: &mut self.terms,
+                    uniform,
+                    finite: light.is_finite(),
+                    shadow_rays: &mut self.shadow_rays,
+                });
+                if reached == 0 {
+                    continue;
+                }
+                let through = if self.integrator.shadows {
+                    stats.shadow += reached;
+                    self.scene.transmittance_batch(&mut self.shadow_rays, &mut self.through);
+                    Some(&self.through[..])
+                } else {
+                    None
+                };
+                dispatch(Accumulate {
+                    points: &mut self.points[..self.blocks],
+                    terms: &self.terms,
+                    intensity: uniform.map(|u| u.intensity()),
+                    through,
+                    shadow_factor: self.integrator.shadow_factor as f32,
+                });
+            }
+        }
+        for (i, struck) in self.struck.iter().enumerate() {
+            if self.points[i / LANES].shaded >> (i % LANES) & 1 == 1 {
+                self.trees[struck.task.sample as usize].shaded += 1;
+            }
+        }
+    }
+
+    /// Adds the local colours to the pixels and spawns the rays that leave the hits.
+    fn leave(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
+        let leaving = &mut self.leaving;
+        leaving.resize(self.blocks.max(leaving.len()), LeavingBlock::default());
+        dispatch(Leave { integrator: self.integrator, points: &self.points[..self.blocks], leaving });
+        for (i, struck) in self.struck.iter().enumerate() {
+            let (b, leaving, lane) = (&self.points[i / LANES], &self.leaving[i / LANES], i % LANES);
+            let sample = struck.task.sample as usize;
+            let (tree, pixel) = (&mut self.trees[sample], &mut out[sample]);
+            if struck.weights.local > 0.0 {
+                pixel.color += leaving.color.get(lane);
+            }
+            let length = samples.lengths[sample / LANES].0[sample % LANES];
+            // The refracted ray comes first, but the reflected one is traced first: the documents' order.
+            let mut spawned = None;
+            if let Some(direction) = struck.refracted
+                && struck.weights.refract > 0.0
+            {
+                let task = &struck.task;
+                let weight = struck.weights.refract;
+                if let Some(task) = self.integrator.spawn(self.scene, task, weight, || direction, tree, pixel)
+                {
+                    stats.refracted += 1;
+                    let origin = if self.integrator.epsilon > 0.0 {
+                        get(&b.p, lane)
+                    } else {
+                        b.leave(lane, direction)
+                    };
+                    spawned = Some((self.integrator.leaving_ray(origin, direction, length), task));
+                }
+            }
+            if struck.weights.reflect > 0.0 {
+                let direction = || get(&leaving.direction, lane);
+                let weight = struck.weights.reflect;
+                if let Some(task) =
+                    self.integrator.spawn(self.scene, &struck.task, weight, direction, tree, pixel)
+                {
+                    stats.reflected += 1;
+                    if let Some((ray, task)) = spawned {
+                        let behind = tree.waiting.replace(self.waiting.len() as u32);
+                        self.waiting.push(Waiting { ray, task, next: behind });
+                    }
+                    let origin = get(&leaving.origin, lane);
+                    spawned = Some((self.integrator.leaving_ray(origin, direction(), length), task));
+                }
+            }
+            match spawned {
+                Some((ray, task)) => self.next.push(&ray, task),
+                None => resume(tree, &mut self.waiting, &mut self.next),
+            }
+        }
+    }
+}
+
+/// Takes up the ray of a sample that has waited for the shortest time, if there is one.
+#[inline]
+fn resume(tree: &mut Tree, waiting: &mut [Waiting], next: &mut Front) {
+    if let Some(i) = tree.waiting {
+        let Waiting { ray, task, next: behind } = &waiting[i as usize];
+        tree.waiting = *behind;
+        next.push(ray, *task);
+    }
 }
 
 impl ClassicDesc {
-    fn trace(
-        &self,
-        scene: &Scene,
-        task: &Task,
-        tree: &mut Tree,
-        stack: &mut Vec<Task>,
-        stats: &mut RayStats,
-    ) {
-        let Some(hit) = scene.intersect(&task.ray) else {
-            self.miss(scene, task, tree);
-            return;
-        };
-        let surface = scene.surface(&task.ray, &hit);
-        let Material::Classic(material) = &scene.materials[surface.material.index()];
-        let d = task.ray.direction;
-        let entering = d.dot(surface.ng) <= 0.0;
-        let (n, ng) = if entering { (surface.ns, surface.ng) } else { (-surface.ns, -surface.ng) };
-        let lit = match self.facing {
-            Facing::Viewer => n,
-            Facing::Outward => surface.ns,
-        };
-        let color = color_at(material.color, scene, &surface);
-        let s = Shading { surface: &surface, material, color, d, n, lit };
-
-        let eta = if entering { 1.0 / material.ior } else { material.ior };
-        let (weights, refracted) = self.weights(&s, eta, task.depth);
-        if weights.local > 0.0 {
-            let local = self.local(scene, &s, tree, stats);
-            tree.color += local * (task.weight * weights.local) as f32;
-        }
-        // The refracted ray is pushed first, so that the reflected one is traced first: the documents' order.
-        if let Some(direction) = refracted
-            && weights.refract > 0.0
-        {
-            let spawned = self.spawn(scene, &s, direction, task, weights.refract, tree, stack);
-            stats.refracted += u64::from(spawned);
-        }
-        if weights.reflect > 0.0 {
-            // A shading normal may tip the mirror direction below the surface: then the geometric one serves.
-            let mut direction = reflect(d, n);
-            if direction.dot(ng) <= 0.0 {
-                direction = reflect(d, ng);
+    /// The coefficients of a material as far as their terms count.
+    #[inline]
+    fn coefficients(&self, material: &Classic, b: &mut PointBlock, lane: usize) {
+        b.ka.0[lane] = material.ka as f32;
+        b.kd.0[lane] = if self.diffuse { material.kd } else { 0.0 };
+        let ks = if self.highlights { material.ks } else { 0.0 };
+        b.ks.0[lane] = ks;
+        if ks > 0.0 {
+            b.glossy |= 1 << lane;
+            b.dark.0[lane] = material.dark;
+            match material.exponent {
+                Exponent::Whole(n) => {
+                    b.exponent.0[lane] = f64::from_bits(u64::from(n));
+                    b.exponent_bits |= n;
+                }
+                Exponent::Real(y) => {
+                    b.exponent.0[lane] = y;
+                    b.real_exponent |= 1 << lane;
+                }
             }
-            let spawned = self.spawn(scene, &s, direction, task, weights.reflect, tree, stack);
-            stats.reflected += u64::from(spawned);
         }
     }
 
     /// The weights of local, reflected and refracted colour, and the refracted direction if there is one.
-    fn weights(&self, s: &Shading<'_>, eta: f64, depth: u32) -> (Weights, Option<DVec3>) {
-        let m = s.material;
+    #[inline]
+    fn weights(&self, m: &Classic, depth: u32, b: &PointBlock, lane: usize) -> (Weights, Option<DVec3>) {
         let k_reflect = if self.reflection { m.k_reflect } else { 0.0 };
         let k_refract = if self.refraction { m.k_refract } else { 0.0 };
         if k_reflect == 0.0 && k_refract == 0.0 {
@@ -141,14 +387,17 @@ impl ClassicDesc {
         if self.at_depth == AtDepth::Local && depth >= self.max_depth {
             return (Weights { local: 1.0, reflect: 0.0, refract: 0.0 }, None);
         }
-        let direction = if k_refract > 0.0 { refract(s.d, s.n, eta) } else { None };
+        let d = get(&b.d, lane);
+        let n = b.facing(&b.ns, lane);
+        let eta = if b.entering >> lane & 1 == 1 { 1.0 / m.ior } else { m.ior };
+        let direction = if k_refract > 0.0 { refract(d, n, eta) } else { None };
         let (reflect, refracted) = match (m.fresnel, k_refract > 0.0 && direction.is_none()) {
             // Total internal reflection: the refracted share goes along the mirror direction.
             (Fresnel::Off, true) => (k_reflect + k_refract, 0.0),
             (_, true) => (k_reflect.max(k_refract), 0.0),
             (Fresnel::Off, false) => (k_reflect, k_refract),
             (fresnel, false) => {
-                let f = fresnel.reflectance((-s.d.dot(s.n)).clamp(0.0, 1.0), eta);
+                let f = fresnel.reflectance((-d.dot(n)).clamp(0.0, 1.0), eta);
                 (k_reflect * f, k_refract * (1.0 - f))
             }
         };
@@ -159,150 +408,67 @@ impl ClassicDesc {
         (Weights { local, reflect, refract: refracted }, direction)
     }
 
-    /// Puts a reflected or refracted ray on the stack; beyond the depth limit adds what stands for it instead.
-    /// Returns whether there is such a ray.
-    #[allow(clippy::too_many_arguments)]
+    /// A reflected or refracted ray to be traced; beyond the depth limit adds what stands for it instead.
+    #[inline]
     fn spawn(
         &self,
         scene: &Scene,
-        s: &Shading<'_>,
-        direction: DVec3,
         from: &Task,
         weight: f64,
+        direction: impl Fn() -> DVec3,
         tree: &mut Tree,
-        stack: &mut Vec<Task>,
-    ) -> bool {
+        pixel: &mut Radiance,
+    ) -> Option<Task> {
         let weight = from.weight * weight;
         let depth = from.depth + 1;
         if depth > self.max_depth {
             let color = match self.at_depth {
-                AtDepth::Background => scene.background.color(direction),
+                AtDepth::Background => scene.background.color(direction()),
                 AtDepth::Ambient => scene.ambient,
-                AtDepth::Black | AtDepth::Local => return false,
+                AtDepth::Black | AtDepth::Local => return None,
             };
-            tree.color += color * weight as f32;
-            return false;
+            pixel.color += color * weight as f32;
+            return None;
         }
         tree.spawned = tree.spawned.saturating_add(1);
-        if tree.spawned > self.max_rays {
-            return false;
-        }
-        let mut ray = Ray::new(s.surface.p, direction);
-        if self.epsilon > 0.0 {
-            ray.t_min = self.epsilon * tree.length;
-        } else {
-            ray.origin = s.surface.leave(direction);
-        }
-        stack.push(Task { ray, weight, depth });
-        true
+        (tree.spawned <= self.max_rays).then_some(Task { sample: from.sample, depth, weight })
     }
 
-    fn miss(&self, scene: &Scene, task: &Task, tree: &mut Tree) {
-        let d = task.ray.direction;
+    /// A ray that leaves a surface; `length` is that of the camera ray, as the documents form it, which reflection and
+    /// refraction keep: `epsilon` is a t.
+    #[inline]
+    fn leaving_ray(&self, origin: DVec3, direction: DVec3, length: f64) -> Ray {
+        let mut ray = Ray::new(origin, direction);
+        if self.epsilon > 0.0 {
+            ray.t_min = self.epsilon * length;
+        }
+        ray
+    }
+
+    fn miss(&self, scene: &Scene, task: &Task, direction: impl Fn() -> DVec3, pixel: &mut Radiance) {
         if self.light_seen {
             let mut seen = Spectrum::BLACK;
             let mut any = false;
             for light in &scene.lights {
                 if let Light::Directional(light) = light
-                    && light.is_seen(d)
+                    && light.is_seen(direction())
                 {
                     seen += light.intensity;
                     any = true;
                 }
             }
             if any {
-                tree.color += seen * task.weight as f32;
+                pixel.color += seen * task.weight as f32;
                 return;
             }
         }
         if task.depth == 0 && scene.background.transparent {
-            tree.alpha = 0.0;
+            pixel.alpha = 0.0;
             return;
         }
         if self.miss == Miss::Background {
-            tree.color += scene.background.color(d) * task.weight as f32;
+            pixel.color += scene.background.color(direction()) * task.weight as f32;
         }
-    }
-
-    /// ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^n)
-    fn local(&self, scene: &Scene, s: &Shading<'_>, tree: &mut Tree, stats: &mut RayStats) -> Spectrum {
-        let m = s.material;
-        let mut local = Spectrum::BLACK;
-        if self.ambient {
-            local += scene.ambient * s.color * m.ka as f32;
-        }
-        let kd = if self.diffuse { m.kd } else { 0.0 };
-        let ks = if self.highlights { m.ks } else { 0.0 };
-        if kd == 0.0 && ks == 0.0 {
-            return local;
-        }
-        let highlight_color = match self.highlight {
-            Highlight::Light => Spectrum::WHITE,
-            Highlight::Material => s.color,
-        };
-        let p = s.surface.p;
-        for (number, light) in scene.lights.iter().enumerate() {
-            for i in 0..light.samples() {
-                let jitter = if light.is_jittered() {
-                    tree.id.unit_square(jitter_dimension(tree.shaded, number, i))
-                } else {
-                    DVec2::ZERO
-                };
-                let Some(lit) = light.illuminate(p, i, jitter) else { continue };
-                let l = lit.to_light * lit.to_light.length().recip();
-                let n_dot_l = s.lit.dot(l);
-                let mut term = Spectrum::BLACK;
-                if kd > 0.0 && n_dot_l > 0.0 {
-                    term += s.color * (kd * n_dot_l) as f32;
-                }
-                if ks > 0.0 {
-                    // R is L mirrored about N; V is −d.
-                    let r_dot_v = -(2.0 * n_dot_l * s.lit - l).dot(s.d);
-                    if r_dot_v > 0.0 {
-                        term += highlight_color * (ks * pow(r_dot_v.min(1.0), m.exponent)) as f32;
-                    }
-                }
-                // What no light reaches needs no shadow ray.
-                if term.is_black() || lit.intensity.is_black() {
-                    continue;
-                }
-                local += term * lit.intensity * self.visibility(scene, s, lit.to_light, lit.finite, stats);
-            }
-        }
-        tree.shaded += 1;
-        local
-    }
-
-    /// The share of a light that arrives: shadow rays, tinted shadows, the paper's shadow factor.
-    #[inline]
-    fn visibility(
-        &self,
-        scene: &Scene,
-        s: &Shading<'_>,
-        to_light: DVec3,
-        finite: bool,
-        stats: &mut RayStats,
-    ) -> Spectrum {
-        if !self.shadows {
-            return Spectrum::WHITE;
-        }
-        stats.shadow += 1;
-        let p = s.surface.p;
-        let mut ray = Ray::new(p, to_light);
-        if self.epsilon > 0.0 {
-            ray.t_min = self.epsilon;
-        } else {
-            ray.origin = s.surface.leave(to_light);
-            if finite {
-                ray.direction = p + to_light - ray.origin;
-            }
-        }
-        if finite {
-            ray.t_max = 1.0;
-        }
-        let seen = scene.transmittance(&ray);
-        let f = self.shadow_factor as f32;
-        if f > 0.0 { seen * (1.0 - f) + Spectrum::grey(f) } else { seen }
     }
 }
 

@@ -1,0 +1,135 @@
+//! Eight numbers at a time, the same bits on every machine.
+//!
+//! Code that is generic over [`Simd`] is compiled once for each instruction set; [`dispatch`] runs the version for the
+//! machine at hand. Every operation is the one of IEEE 754 on each of the eight lanes: nothing is fused, nothing is
+//! approximated, so a lane comes to what scalar code would come to, and all versions agree to the last bit.
+//!
+//! ```
+//! use turner_bvh::lanes::{Block, F64x8, Simd, Work, dispatch};
+//!
+//! struct Halve<'a>(&'a mut Block);
+//!
+//! impl Work for Halve<'_> {
+//!     type Output = ();
+//!     #[inline(always)]
+//!     fn run<S: Simd>(self, simd: S) {
+//!         (F64x8::load(simd, self.0) * F64x8::splat(simd, 0.5)).store(self.0);
+//!     }
+//! }
+//!
+//! let mut block = Block([3.0; 8]);
+//! dispatch(Halve(&mut block));
+//! assert_eq!(block.0, [1.5; 8]);
+//! ```
+
+mod portable;
+mod vectors;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::Kernel;
+
+pub use portable::Portable;
+pub use vectors::{F32x8, F64x8, Mask8, Vec3x8};
+
+/// Numbers in a block.
+pub const LANES: usize = 8;
+
+/// Eight numbers, aligned to a cache line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub struct Block(pub [f64; LANES]);
+
+/// Eight numbers in single precision.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct Block32(pub [f32; LANES]);
+
+/// An instruction set: a value of the type is the proof that the machine has it.
+///
+/// # Safety
+///
+/// Values exist only where the functions may be called. Each function does to every lane what its name says, by IEEE
+/// 754, rounding to nearest. Comparisons with NaN are false.
+#[allow(missing_docs, clippy::missing_safety_doc)]
+pub unsafe trait Simd: Copy + Send + Sync + 'static {
+    /// Eight f64.
+    type F: Copy;
+    /// Eight f32.
+    type H: Copy;
+    /// Eight truth values.
+    type M: Copy;
+
+    unsafe fn splat(v: f64) -> Self::F;
+    unsafe fn load(v: &Block) -> Self::F;
+    unsafe fn store(v: Self::F, to: &mut Block);
+    unsafe fn add(a: Self::F, b: Self::F) -> Self::F;
+    unsafe fn sub(a: Self::F, b: Self::F) -> Self::F;
+    unsafe fn mul(a: Self::F, b: Self::F) -> Self::F;
+    unsafe fn div(a: Self::F, b: Self::F) -> Self::F;
+    unsafe fn sqrt(a: Self::F) -> Self::F;
+    /// The bits of both: `a & b`.
+    unsafe fn bits_and(a: Self::F, b: Self::F) -> Self::F;
+    unsafe fn bits_or(a: Self::F, b: Self::F) -> Self::F;
+    unsafe fn bits_xor(a: Self::F, b: Self::F) -> Self::F;
+    unsafe fn lt(a: Self::F, b: Self::F) -> Self::M;
+    unsafe fn le(a: Self::F, b: Self::F) -> Self::M;
+    unsafe fn eq(a: Self::F, b: Self::F) -> Self::M;
+    /// Whether any bit is set in both, taken as integers.
+    unsafe fn test(a: Self::F, b: Self::F) -> Self::M;
+    /// `a` where the mask is set, `b` elsewhere.
+    unsafe fn select(m: Self::M, a: Self::F, b: Self::F) -> Self::F;
+
+    unsafe fn mask(bits: u8) -> Self::M;
+    unsafe fn bits(m: Self::M) -> u8;
+    unsafe fn and(a: Self::M, b: Self::M) -> Self::M;
+    unsafe fn or(a: Self::M, b: Self::M) -> Self::M;
+    /// `a` and not `b`.
+    unsafe fn and_not(a: Self::M, b: Self::M) -> Self::M;
+
+    unsafe fn splat32(v: f32) -> Self::H;
+    unsafe fn load32(v: &Block32) -> Self::H;
+    unsafe fn store32(v: Self::H, to: &mut Block32);
+    unsafe fn add32(a: Self::H, b: Self::H) -> Self::H;
+    unsafe fn mul32(a: Self::H, b: Self::H) -> Self::H;
+    unsafe fn eq32(a: Self::H, b: Self::H) -> Self::M;
+    unsafe fn select32(m: Self::M, a: Self::H, b: Self::H) -> Self::H;
+    /// Rounded to single precision.
+    unsafe fn narrow(a: Self::F) -> Self::H;
+}
+
+/// Work to be compiled for each instruction set.
+pub trait Work {
+    /// What it comes to.
+    type Output;
+    /// Does the work. This and all it calls with lanes as arguments must be `#[inline(always)]`: only so the
+    /// instructions are those of `S`.
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
+}
+
+/// Runs the work with the instruction set in use.
+#[inline]
+pub fn dispatch<W: Work>(work: W) -> W::Output {
+    dispatch_with(Kernel::current(), work)
+}
+
+/// Runs the work with a given instruction set, or the portable one where the machine does not have it.
+#[inline]
+pub fn dispatch_with<W: Work>(kernel: Kernel, work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    match kernel {
+        Kernel::Avx512 => {
+            if let Some(simd) = x86::Avx512::detect() {
+                return simd.run(work);
+            }
+        }
+        Kernel::Avx2 => {
+            if let Some(simd) = x86::Avx2::detect() {
+                return simd.run(work);
+            }
+        }
+        Kernel::Scalar | Kernel::Neon => {}
+    }
+    let _ = kernel;
+    work.run(Portable)
+}

@@ -1,0 +1,321 @@
+//! Numbers, truth values and vectors, eight at a time, with the operators of plain ones.
+//!
+//! Each can only be made with a value of its instruction set: whoever has one may use the instructions.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
+
+use super::{Block, Block32, Simd};
+
+/// Eight f64.
+#[derive(Clone, Copy)]
+pub struct F64x8<S: Simd>(S::F);
+
+/// Eight f32.
+#[derive(Clone, Copy)]
+pub struct F32x8<S: Simd>(S::H);
+
+/// Eight truth values.
+#[derive(Clone, Copy)]
+pub struct Mask8<S: Simd>(S::M);
+
+macro_rules! operator {
+    ($type:ident, $trait:ident, $method:ident, $function:ident) => {
+        impl<S: Simd> $trait for $type<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: the operands were made with a value of `S`.
+                $type(unsafe { S::$function(self.0, other.0) })
+            }
+        }
+    };
+}
+
+operator!(F64x8, Add, add, add);
+operator!(F64x8, Sub, sub, sub);
+operator!(F64x8, Mul, mul, mul);
+operator!(F64x8, Div, div, div);
+operator!(F32x8, Add, add, add32);
+operator!(F32x8, Mul, mul, mul32);
+operator!(Mask8, BitAnd, bitand, and);
+operator!(Mask8, BitOr, bitor, or);
+
+#[allow(clippy::should_implement_trait)]
+impl<S: Simd> F64x8<S> {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat(_: S, v: f64) -> Self {
+        // SAFETY: here is a value of `S`.
+        F64x8(unsafe { S::splat(v) })
+    }
+
+    /// From memory.
+    #[inline(always)]
+    pub fn load(_: S, from: &Block) -> Self {
+        // SAFETY: here is a value of `S`.
+        F64x8(unsafe { S::load(from) })
+    }
+
+    /// To memory.
+    #[inline(always)]
+    pub fn store(self, to: &mut Block) {
+        // SAFETY: these lanes were made with a value of `S`.
+        unsafe { S::store(self.0, to) }
+    }
+
+    /// The square root.
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe { S::sqrt(self.0) })
+    }
+
+    /// The number without its sign.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe { S::bits_and(self.0, S::splat(f64::from_bits(u64::MAX >> 1))) })
+    }
+
+    /// The sign of `sign` on this number.
+    #[inline(always)]
+    pub fn copysign(self, sign: Self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe {
+            let mask = S::splat(-0.0);
+            S::bits_or(self.abs().0, S::bits_and(sign.0, mask))
+        })
+    }
+
+    /// `self < other`.
+    #[inline(always)]
+    pub fn lt(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::lt(self.0, other.0) })
+    }
+
+    /// `self <= other`.
+    #[inline(always)]
+    pub fn le(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::le(self.0, other.0) })
+    }
+
+    /// `self > other`.
+    #[inline(always)]
+    pub fn gt(self, other: Self) -> Mask8<S> {
+        other.lt(self)
+    }
+
+    /// `self >= other`.
+    #[inline(always)]
+    pub fn ge(self, other: Self) -> Mask8<S> {
+        other.le(self)
+    }
+
+    /// `self == other`.
+    #[inline(always)]
+    pub fn eq(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::eq(self.0, other.0) })
+    }
+
+    /// Whether bit `bit` of the integer is set that has the same bits.
+    #[inline(always)]
+    pub fn has_bit(self, bit: u32) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::test(self.0, S::splat(f64::from_bits(1 << bit))) })
+    }
+
+    /// The larger one, this one where they are equal; where this is not a number the other.
+    #[inline(always)]
+    pub fn or_larger(self, other: Self) -> Self {
+        // Where `other` is not a number both comparisons are false but for a lane where `self` is not one either.
+        (other.gt(self) | self.is_nan()).select(other, self)
+    }
+
+    /// Whether it is not a number.
+    #[inline(always)]
+    pub fn is_nan(self) -> Mask8<S> {
+        let number = self.eq(self);
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::and_not(S::mask(u8::MAX), number.0) })
+    }
+
+    /// Rounded to single precision.
+    #[inline(always)]
+    pub fn narrow(self) -> F32x8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        F32x8(unsafe { S::narrow(self.0) })
+    }
+}
+
+impl<S: Simd> Neg for F64x8<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe { S::bits_xor(self.0, S::splat(-0.0)) })
+    }
+}
+
+#[allow(clippy::should_implement_trait)]
+impl<S: Simd> F32x8<S> {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat(_: S, v: f32) -> Self {
+        // SAFETY: here is a value of `S`.
+        F32x8(unsafe { S::splat32(v) })
+    }
+
+    /// From memory.
+    #[inline(always)]
+    pub fn load(_: S, from: &Block32) -> Self {
+        // SAFETY: here is a value of `S`.
+        F32x8(unsafe { S::load32(from) })
+    }
+
+    /// To memory.
+    #[inline(always)]
+    pub fn store(self, to: &mut Block32) {
+        // SAFETY: these lanes were made with a value of `S`.
+        unsafe { S::store32(self.0, to) }
+    }
+
+    /// `self == other`.
+    #[inline(always)]
+    pub fn eq(self, other: Self) -> Mask8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::eq32(self.0, other.0) })
+    }
+}
+
+impl<S: Simd> Mask8<S> {
+    /// Lane i is bit i.
+    #[inline(always)]
+    pub fn new(_: S, bits: u8) -> Self {
+        // SAFETY: here is a value of `S`.
+        Mask8(unsafe { S::mask(bits) })
+    }
+
+    /// Lane i as bit i.
+    #[inline(always)]
+    pub fn bits(self) -> u8 {
+        // SAFETY: these lanes were made with a value of `S`.
+        unsafe { S::bits(self.0) }
+    }
+
+    /// Whether it is set in any lane.
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        self.bits() != 0
+    }
+
+    /// This and not the other.
+    #[inline(always)]
+    pub fn and_not(self, other: Self) -> Self {
+        // SAFETY: these lanes were made with a value of `S`.
+        Mask8(unsafe { S::and_not(self.0, other.0) })
+    }
+
+    /// `a` where it is set, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(self, a: F64x8<S>, b: F64x8<S>) -> F64x8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe { S::select(self.0, a.0, b.0) })
+    }
+
+    /// `a` where it is set, `b` elsewhere.
+    #[inline(always)]
+    pub fn select32(self, a: F32x8<S>, b: F32x8<S>) -> F32x8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        F32x8(unsafe { S::select32(self.0, a.0, b.0) })
+    }
+}
+
+/// Eight vectors.
+#[derive(Clone, Copy)]
+pub struct Vec3x8<S: Simd> {
+    /// First coordinates.
+    pub x: F64x8<S>,
+    /// Second coordinates.
+    pub y: F64x8<S>,
+    /// Third coordinates.
+    pub z: F64x8<S>,
+}
+
+impl<S: Simd> Vec3x8<S> {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat(simd: S, [x, y, z]: [f64; 3]) -> Self {
+        Vec3x8 { x: F64x8::splat(simd, x), y: F64x8::splat(simd, y), z: F64x8::splat(simd, z) }
+    }
+
+    /// From memory, coordinate by coordinate.
+    #[inline(always)]
+    pub fn load(simd: S, [x, y, z]: &[Block; 3]) -> Self {
+        Vec3x8 { x: F64x8::load(simd, x), y: F64x8::load(simd, y), z: F64x8::load(simd, z) }
+    }
+
+    /// To memory, coordinate by coordinate.
+    #[inline(always)]
+    pub fn store(self, [x, y, z]: &mut [Block; 3]) {
+        self.x.store(x);
+        self.y.store(y);
+        self.z.store(z);
+    }
+
+    /// (x·x + y·y) + z·z.
+    #[inline(always)]
+    pub fn dot(self, o: Self) -> F64x8<S> {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    /// The vector product.
+    #[inline(always)]
+    pub fn cross(self, o: Self) -> Self {
+        Vec3x8 {
+            x: self.y * o.z - o.y * self.z,
+            y: self.z * o.x - o.z * self.x,
+            z: self.x * o.y - o.x * self.y,
+        }
+    }
+
+    /// `a` where the mask is set, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: Mask8<S>, a: Self, b: Self) -> Self {
+        Vec3x8 { x: mask.select(a.x, b.x), y: mask.select(a.y, b.y), z: mask.select(a.z, b.z) }
+    }
+}
+
+impl<S: Simd> Add for Vec3x8<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Vec3x8 { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
+    }
+}
+
+impl<S: Simd> Sub for Vec3x8<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Vec3x8 { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
+    }
+}
+
+impl<S: Simd> Neg for Vec3x8<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Vec3x8 { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
+
+impl<S: Simd> Mul<F64x8<S>> for Vec3x8<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, k: F64x8<S>) -> Self {
+        Vec3x8 { x: self.x * k, y: self.y * k, z: self.z * k }
+    }
+}

@@ -1,0 +1,353 @@
+//! Many rays at once: spheres that stand where they are described are tested eight rays at a time, everything else
+//! ray by ray. What comes out is that of [`Scene::intersect`] and [`Scene::transmittance`], ray by ray.
+
+use std::cell::Cell;
+
+use turner_bvh::lanes::{Block32, LANES};
+use turner_bvh::{NearestBlock, RayBlock, Spheres};
+
+use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
+use crate::color::Spectrum;
+use crate::material::{Material, ShadowKind};
+use crate::math::{DVec3, Ray};
+use crate::shape::{Shape, ShapeHit};
+
+/// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
+/// holds beside a `t_max` of NaN is of no account.
+#[derive(Default)]
+pub struct RayBatch {
+    blocks: Vec<RayBlock>,
+    /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
+    len: usize,
+    nearest: Vec<NearestBlock>,
+    blocked: Vec<u8>,
+}
+
+/// Eight colours, band by band.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SpectrumBlock(pub [Block32; 3]);
+
+impl SpectrumBlock {
+    /// Puts a colour into a lane.
+    #[inline]
+    pub fn set(&mut self, lane: usize, color: Spectrum) {
+        for (block, v) in self.0.iter_mut().zip(color.to_array()) {
+            block.0[lane] = v;
+        }
+    }
+
+    /// The colour of a lane.
+    #[inline]
+    pub fn get(&self, lane: usize) -> Spectrum {
+        let [r, g, b] = &self.0;
+        Spectrum::new(r.0[lane], g.0[lane], b.0[lane])
+    }
+}
+
+impl RayBatch {
+    /// Takes all rays out.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// How many places for rays there are; some may be empty.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Adds a ray. Its time is not kept: nothing moves yet.
+    #[inline]
+    pub fn push(&mut self, ray: &Ray) {
+        let lane = self.len % LANES;
+        let block = if lane == 0 { self.add_block(1) } else { self.last_block() };
+        block.set(lane, ray.origin.to_array(), ray.direction.to_array(), ray.t_min, ray.t_max);
+        if lane != 0 {
+            self.len += 1;
+        }
+    }
+
+    /// Adds `count` places, at most eight, to be filled by the caller; all of the block's are empty. What was pushed
+    /// before must have filled its block.
+    #[inline]
+    pub fn add_block(&mut self, count: usize) -> &mut RayBlock {
+        debug_assert!(self.len.is_multiple_of(LANES) && count <= LANES);
+        let index = self.len / LANES;
+        if index == self.blocks.len() {
+            self.blocks.push(RayBlock::NOTHING);
+        }
+        self.len += count;
+        let block = &mut self.blocks[index];
+        block.t_max.0 = [f64::NAN; LANES];
+        block
+    }
+
+    #[inline]
+    fn last_block(&mut self) -> &mut RayBlock {
+        let index = self.len / LANES;
+        &mut self.blocks[index]
+    }
+
+    /// Takes over the rays of another batch.
+    pub fn copy(&mut self, other: &RayBatch) {
+        self.blocks.clear();
+        self.blocks.extend_from_slice(other.blocks());
+        self.len = other.len;
+    }
+
+    /// The ray at a place; `None` if it is empty.
+    #[inline]
+    pub fn get(&self, i: usize) -> Option<Ray> {
+        let (block, lane) = (&self.blocks[i / LANES], i % LANES);
+        let vector = |v: &[turner_bvh::lanes::Block; 3]| DVec3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]);
+        let ray = Ray {
+            t_min: block.t_min.0[lane],
+            t_max: block.t_max.0[lane],
+            ..Ray::new(vector(&block.origin), vector(&block.direction))
+        };
+        (!ray.t_max.is_nan()).then_some(ray)
+    }
+
+    /// The blocks.
+    #[inline]
+    pub fn blocks(&self) -> &[RayBlock] {
+        &self.blocks[..self.len.div_ceil(LANES)]
+    }
+}
+
+/// What of a scene of few shapes is tested eight rays at a time, and what is not.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BatchShapes {
+    /// Spheres without a transform, in the order of their ids.
+    spheres: Spheres,
+    /// Their primitives.
+    primitives: Vec<u32>,
+    /// Those that cast a full shadow.
+    opaque: Spheres,
+    /// The primitives that are not among the spheres.
+    rest: Rest,
+    /// Those that cast a shadow and are not among the opaque spheres.
+    shadow_rest: Rest,
+}
+
+/// Primitives that are tested ray by ray.
+#[derive(Clone, Debug, Default)]
+struct Rest {
+    /// Those that are always tested.
+    always: Vec<u32>,
+    /// Those that the sieve may hold back, a bit each.
+    sieved: u64,
+}
+
+impl Rest {
+    fn add(&mut self, index: usize, bounded: usize) {
+        if index < bounded { self.sieved |= 1 << index } else { self.always.push(index as u32) }
+    }
+
+    #[inline]
+    fn is_empty(&self) -> bool {
+        self.always.is_empty() && self.sieved == 0
+    }
+}
+
+impl BatchShapes {
+    /// For primitives of which the first `bounded`, at most 64, are in the sieve.
+    pub(super) fn new(primitives: &[Primitive], bounded: usize, materials: &[Material]) -> BatchShapes {
+        let mut shapes = BatchShapes::default();
+        for (i, primitive) in primitives.iter().enumerate() {
+            let shadow = materials[primitive.material.index()].shadow();
+            let sphere = match &primitive.shape {
+                Shape::Sphere(s) if primitive.transform == NO_TRANSFORM => Some(s),
+                _ => None,
+            };
+            match sphere {
+                Some(s) => {
+                    shapes.spheres.push(s.center.to_array(), s.radius);
+                    shapes.primitives.push(i as u32);
+                }
+                None => shapes.rest.add(i, bounded),
+            }
+            match (sphere, shadow) {
+                (_, ShadowKind::None) => {}
+                (Some(s), ShadowKind::Opaque) => shapes.opaque.push(s.center.to_array(), s.radius),
+                _ => shapes.shadow_rest.add(i, bounded),
+            }
+        }
+        shapes
+    }
+
+    /// Bytes of memory.
+    pub(super) fn bytes(&self) -> usize {
+        self.spheres.bytes() + self.opaque.bytes() + self.primitives.len() * size_of::<u32>()
+    }
+}
+
+impl Scene {
+    /// For each ray what [`Scene::intersect`] finds; `None` at empty places. Replaces what was in `hits`.
+    pub fn intersect_batch(&self, rays: &mut RayBatch, hits: &mut Vec<Option<Hit>>) {
+        hits.clear();
+        hits.reserve(rays.len);
+        let Some(shapes) = &self.batch else {
+            hits.extend((0..rays.len).map(|i| rays.get(i).and_then(|ray| self.intersect(&ray))));
+            return;
+        };
+        let used = rays.len.div_ceil(LANES);
+        shapes.spheres.closest(&rays.blocks[..used], &mut rays.nearest);
+        for (i, nearest) in rays.nearest.iter().enumerate() {
+            let lanes = LANES.min(rays.len - i * LANES);
+            hits.extend((0..lanes).map(|lane| {
+                let sphere = nearest.sphere.0[lane];
+                (sphere >= 0.0).then(|| Hit {
+                    shape: ShapeHit { t: nearest.t.0[lane], part: 0, u: 0.0, v: 0.0 },
+                    primitive: shapes.primitives[sphere as usize],
+                })
+            }));
+        }
+        if !shapes.rest.is_empty() {
+            for (i, hit) in hits.iter_mut().enumerate() {
+                let Some(mut ray) = rays.get(i) else { continue };
+                if let Some(hit) = hit {
+                    ray.t_max = hit.shape.t;
+                }
+                let search = ray;
+                self.among(&shapes.rest, &search, |i| {
+                    self.try_primitive(i, &mut ray, hit);
+                    false
+                });
+            }
+        }
+    }
+
+    /// For each ray what [`Scene::transmittance`] comes to; anything at empty places. Replaces what was in `through`.
+    pub fn transmittance_batch(&self, rays: &mut RayBatch, through: &mut Vec<SpectrumBlock>) {
+        through.clear();
+        let Some(shapes) = &self.batch else {
+            through.extend((0..rays.blocks().len()).map(|block| {
+                let mut out = SpectrumBlock::default();
+                for lane in 0..LANES {
+                    if let Some(ray) = rays.get(block * LANES + lane) {
+                        out.set(lane, self.transmittance(&ray));
+                    }
+                }
+                out
+            }));
+            return;
+        };
+        let used = rays.len.div_ceil(LANES);
+        shapes.opaque.any(&rays.blocks[..used], &mut rays.blocked);
+        through.extend(rays.blocked.iter().map(|blocked| {
+            let lanes = std::array::from_fn(|lane| if blocked >> lane & 1 == 1 { 0.0 } else { 1.0 });
+            SpectrumBlock([Block32(lanes); 3])
+        }));
+        if !shapes.shadow_rest.is_empty() {
+            for (i, blocked) in rays.blocked.iter().enumerate() {
+                for lane in (0..LANES).filter(|lane| blocked >> lane & 1 == 0) {
+                    let Some(ray) = rays.get(i * LANES + lane) else { continue };
+                    let tinted = Cell::new(false);
+                    if self.among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted)) {
+                        through[i].set(lane, Spectrum::BLACK);
+                    } else if tinted.get() {
+                        through[i].set(lane, self.tinted_transmittance(&ray));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether `test` says so for any of some primitives that the ray may meet; stops at the first.
+    #[inline]
+    fn among(&self, rest: &Rest, ray: &Ray, mut test: impl FnMut(u32) -> bool) -> bool {
+        if rest.always.iter().any(|i| test(*i)) {
+            return true;
+        }
+        let (Some(sieve), true) = (&self.sieve, rest.sieved != 0) else { return false };
+        let Some(search) = self.frame.ray(ray) else { return false };
+        super::scene::Bits(sieve.candidates(&search.ray) & rest.sieved).any(test)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Sphere;
+    use crate::shape::testing::Random;
+    use turner_bvh::Kernel;
+
+    /// Every instruction set finds what the test of one sphere finds, to the last bit: random rays, tangents, from
+    /// inside, at all scales, and rays that are none.
+    #[test]
+    fn eight_rays_hit_what_one_ray_hits() {
+        let mut random = Random::new(7);
+        let strange = [0.0, -0.0, f64::NAN, f64::INFINITY, 1e-310, 1e200, -1e-200];
+        let mut found = 0;
+        for n in 0..3000 {
+            let scale = [1.0, 1e-6, 1e6, 1e-150, 1e150][n % 5];
+            let spheres: Vec<Sphere> = (0..1 + n % 9)
+                .map(|i| {
+                    let center: DVec3 = 3.0 * random.in_cube() * scale;
+                    let radius: f64 = [0.4, 1.0, 5000.0][(n / 5 + i) % 3] * scale;
+                    // Now and then the same one again: the first one counts.
+                    if i % 4 == 3 { (DVec3::ZERO, scale) } else { (center, radius) }
+                })
+                .map(|(center, radius)| Sphere { center, radius })
+                .collect();
+            let mut list = Spheres::default();
+            for s in &spheres {
+                list.push(s.center.to_array(), s.radius);
+            }
+            let mut batch = RayBatch::default();
+            let rays: Vec<Ray> = (0..1 + n % 20)
+                .map(|i| {
+                    let target = &spheres[i % spheres.len()];
+                    let normal = random.direction();
+                    let across = normal.cross(random.direction());
+                    let surface = target.center + target.radius * normal;
+                    let (origin, direction) = match i % 5 {
+                        0 => (6.0 * scale * random.in_cube(), random.direction()),
+                        1 => (surface - across * scale, across),
+                        2 => (surface, random.direction() * scale),
+                        3 => (target.center, random.direction() * 1e-3),
+                        _ => (DVec3::splat(strange[(n + i) % 7]), DVec3::new(0.0, strange[n % 7], 1.0)),
+                    };
+                    let mut ray = Ray::new(origin, direction);
+                    if n % 3 == 0 {
+                        ray.t_min = 0.3 * random.unit();
+                        ray.t_max = random.unit() * 2.0 * scale;
+                    }
+                    batch.push(&ray);
+                    ray
+                })
+                .collect();
+            for kind in Kernel::available() {
+                let (mut nearest, mut any) = (Vec::new(), Vec::new());
+                list.closest_with(kind, batch.blocks(), &mut nearest);
+                list.any_with(kind, batch.blocks(), &mut any);
+                for (i, ray) in rays.iter().enumerate() {
+                    let (block, lane) = (i / LANES, i % LANES);
+                    let mut best: Option<(f64, usize)> = None;
+                    let mut searched = *ray;
+                    for (k, sphere) in spheres.iter().enumerate() {
+                        if let Some(hit) = sphere.intersect(&searched)
+                            && (hit.t < searched.t_max || best.is_none())
+                        {
+                            searched.t_max = hit.t;
+                            best = Some((hit.t, k));
+                        }
+                    }
+                    let got = nearest[block].sphere.0[lane];
+                    let got = (got >= 0.0).then(|| (nearest[block].t.0[lane].to_bits(), got as usize));
+                    assert_eq!(got, best.map(|(t, k)| (t.to_bits(), k)), "{kind:?} {ray:?} {spheres:?}");
+                    assert_eq!(any[block] >> lane & 1 == 1, best.is_some(), "{kind:?} {ray:?}");
+                    found += usize::from(best.is_some());
+                }
+                let last = any.last().copied().unwrap_or_default();
+                assert!(u32::from(last) >> (1 + (rays.len() - 1) % LANES) == 0, "empty lanes hit nothing");
+            }
+        }
+        assert!(found > 10_000, "{found}");
+    }
+}
