@@ -101,3 +101,13 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     progress.tell(1.0);
     Ok(tree)
 }
+
+/// What a tree over triangles is like, without the tree: for measuring builders.
+#[doc(hidden)]
+pub fn build_stats(
+    positions: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    options: &BuildOptions<'_>,
+) -> Result<BuildStats, BuildError> {
+    Ok(build(&Source::Triangles { positions, triangles, scale: 1.0 }, options)?.stats)
+}
