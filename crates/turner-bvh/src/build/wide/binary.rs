@@ -1,7 +1,7 @@
 //! Binary trees: what is decided first, before eight children are made of two.
 
 use super::bins::{Grid, MAX_BINS, Scratch, Split, best_split, halve, partition};
-use super::prims::{Bounds, Costs, Set};
+use super::prims::{Bounds, Costs, Prim, Set};
 use super::sweep::{MAX_SWEEP, Sweep};
 use crate::node::MAX_LEAF_BLOCKS;
 use super::lanes::F4;
@@ -85,12 +85,33 @@ impl BinaryTree {
         self.nodes.len() - 1
     }
 
-    /// Fills in what is known once both subtrees are there.
+    /// Appends another tree, which keeps its order.
+    pub(super) fn append(&mut self, other: BinaryTree) {
+        let (first_node, first_id) = (self.nodes.len() as u32, self.ids.len());
+        self.ids.extend_from_slice(&other.ids);
+        self.nodes.extend(other.nodes.iter().map(|node| {
+            let moved = BinaryNode::new(node.bounds, node.first() + first_id, node.count());
+            let right = if node.is_leaf() { 0 } else { node.right + first_node };
+            BinaryNode { costs: node.costs, right, ..moved }
+        }));
+    }
+
+    /// Fills in what is known once both subtrees are there and nothing else.
     pub(super) fn finish(&mut self, index: usize, right: usize, costs: &Costs) {
+        self.finish_with(index, right, self.ids.len() - self.nodes[index].first(), costs);
+    }
+
+    /// Fills in what is known once both subtrees are finished, wherever they are.
+    pub(super) fn finish_counted(&mut self, index: usize, right: usize, costs: &Costs) {
+        let count = self.nodes[index + 1].count() + self.nodes[right].count();
+        self.finish_with(index, right, count, costs);
+    }
+
+    fn finish_with(&mut self, index: usize, right: usize, count: usize, costs: &Costs) {
         let bounds = self.nodes[index].bounds;
         let first = self.nodes[index].first();
         let (l, r) = (self.nodes[index + 1].costs, self.nodes[right].costs);
-        let mut node = BinaryNode::new(bounds, first, self.ids.len() - first);
+        let mut node = BinaryNode::new(bounds, first, count);
         node.right = right as u32;
         // The least cost of exactly i + 2 children, shared out between both subtrees.
         let mut both = [f32::INFINITY; 7];
@@ -117,7 +138,7 @@ pub(super) struct BinaryBuilder {
     pub(super) costs: Costs,
     pub(super) max_bins: usize,
     pub(super) tree: BinaryTree,
-    scratch: Scratch,
+    pub(super) scratch: Scratch,
     sweep: Sweep,
 }
 
@@ -138,6 +159,11 @@ impl BinaryBuilder {
         let right_index = self.tree.nodes.len();
         self.subtree(right, depth + 1);
         self.tree.finish(index, right_index, &self.costs);
+    }
+
+    /// Appends the tree of a small set.
+    pub(super) fn sweep(&mut self, prims: &[Prim]) {
+        self.sweep.subtree(prims, &self.costs, &mut self.tree);
     }
 
     /// Splits where that is cheapest, or in the middle where it makes no difference.

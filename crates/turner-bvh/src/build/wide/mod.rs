@@ -6,12 +6,16 @@
 mod assembly;
 mod binary;
 mod bins;
+mod clip;
 mod collapse;
+mod high;
 mod lanes;
 mod load;
 mod octants;
 mod parallel;
 mod prims;
+mod reinsertion;
+mod spatial;
 mod sweep;
 mod top;
 #[cfg(test)]
@@ -82,6 +86,20 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     let costs = prims::Costs::new(source.block_width(), loaded.bounds);
     let (top, subtrees) = if primitives == 0 {
         (Vec::new(), Vec::new())
+    } else if options.quality == Quality::High {
+        let triangles = match *source {
+            Source::Triangles { positions, triangles, scale } => {
+                Some(spatial::Triangles { positions, triangles, scale })
+            }
+            Source::Boxes { .. } => None,
+        };
+        let high = high::High { costs, triangles, threads, progress: &progress };
+        let prims = std::mem::take(&mut loaded.prims);
+        let budget = primitives / 2;
+        let tree = high.build(prims, loaded.bounds, loaded.centers, budget)?;
+        let tree = reinsertion::improve(tree, &costs, threads, &progress)?;
+        let collapse = collapse::Collapse { tree: &tree, costs: &costs, out: collapse::Subtree::default() };
+        (Vec::new(), vec![collapse.run(0, true)])
     } else {
         let set =
             prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };

@@ -78,6 +78,12 @@ impl Prim {
         Prim { bounds }
     }
 
+    /// The same primitive, in part.
+    pub(super) fn with_bounds(&self, bounds: Bounds) -> Prim {
+        let b = bounds.aabb();
+        Prim::new(b.min, b.max, self.id())
+    }
+
     #[inline(always)]
     pub(super) fn id(&self) -> u32 {
         self.bounds.lo.array()[3].to_bits()

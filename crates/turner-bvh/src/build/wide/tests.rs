@@ -21,9 +21,11 @@ fn a_first_tree() {
         }).collect();
         let triangles: Vec<[u32; 3]> = (0..n).map(|i| [0, 1, 2].map(|k| i * 3 + k)).collect();
         let source = Source::Triangles { positions: &positions, triangles: &triangles, scale: 1.0 };
-        let tree = build(&source, &BuildOptions { threads: 1, ..Default::default() }).unwrap();
-        validate(&tree, &source, true).unwrap_or_else(|e| panic!("{n}: {e}"));
-        let other = build(&source, &BuildOptions { threads: 3, ..Default::default() }).unwrap();
-        assert!(tree == other);
+        for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
+            let tree = build(&source, &BuildOptions { quality, threads: 1, ..Default::default() }).unwrap();
+            validate(&tree, &source, quality != Quality::High).unwrap_or_else(|e| panic!("{n}: {e}"));
+            let other = build(&source, &BuildOptions { quality, threads: 3, ..Default::default() }).unwrap();
+            assert!(tree == other);
+        }
     }
 }
