@@ -136,15 +136,16 @@ impl BinaryTree {
 #[derive(Debug)]
 pub(super) struct BinaryBuilder {
     pub(super) costs: Costs,
-    pub(super) max_bins: usize,
+    max_bins: usize,
+    one_axis: bool,
     pub(super) tree: BinaryTree,
     pub(super) scratch: Scratch,
     sweep: Sweep,
 }
 
 impl BinaryBuilder {
-    pub(super) fn new(costs: Costs, max_bins: usize) -> BinaryBuilder {
-        BinaryBuilder { costs, max_bins, tree: BinaryTree::default(), scratch: Scratch::new(), sweep: Sweep::new() }
+    pub(super) fn new(costs: Costs, max_bins: usize, one_axis: bool) -> BinaryBuilder {
+        BinaryBuilder { costs, max_bins, one_axis, tree: BinaryTree::default(), scratch: Scratch::new(), sweep: Sweep::new(one_axis) }
     }
 
     /// Appends the tree of a set that is not empty.
@@ -168,7 +169,7 @@ impl BinaryBuilder {
 
     /// Splits where that is cheapest, or in the middle where it makes no difference.
     pub(super) fn split<'a>(&mut self, set: Set<'a>) -> [Set<'a>; 2] {
-        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins));
+        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins), self.one_axis);
         let bins = self.scratch.fill(set.prims, &grid);
         let Some(split) = best_split(bins, &grid, set.len(), &self.costs) else { return halve(set) };
         let (middle, centers) = partition(set.prims, &grid, &split);

@@ -103,8 +103,8 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     } else {
         let set =
             prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };
-        let max_bins = if options.quality == Quality::Fast { 8 } else { 16 };
-        top::Top { costs, max_bins, threads, progress: &progress }.build(set)?
+        let fast = options.quality == Quality::Fast;
+        top::Top { costs, max_bins: 16, one_axis: fast, threads, progress: &progress }.build(set)?
     };
     drop(loaded);
     let mut tree = assembly::assemble(source, &top, subtrees, threads)?;

@@ -46,6 +46,12 @@ impl Bounds {
         Aabb { min: [a, b, c], max: [-d + 0.0, -e + 0.0, -f + 0.0] }
     }
 
+    pub(super) fn longest_axis(self) -> usize {
+        // Negated, so the least is the longest.
+        let [x, y, z, _] = self.lo.add(self.hi).array();
+        if x <= y && x <= z { 0 } else { if y <= z { 1 } else { 2 } }
+    }
+
     /// Twice the centre.
     #[inline(always)]
     pub(super) fn center(self) -> F4 {

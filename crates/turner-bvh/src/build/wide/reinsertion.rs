@@ -7,10 +7,13 @@ use super::prims::{Bounds, Costs};
 use super::super::BuildError;
 
 /// Rounds of searching and moving.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 8;
 
-/// Of all nodes, those with the largest boxes are looked at, one in so many.
-const SHARE: usize = 12;
+/// A round that saves less than this share of all areas is the last.
+const MIN_GAIN: f64 = 0.002;
+
+/// In the first round one node of so many is looked at, those with the largest boxes; then two, three, ...
+const SHARE: usize = 4;
 
 /// Searches of a task.
 const BATCH: usize = 1024;
@@ -67,14 +70,14 @@ pub(super) fn improve(
         }
         moves.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain).then(a.node.cmp(&b.node)));
         let mut touched = vec![false; count];
-        let mut moved = 0;
+        let mut saved = 0.0;
         for reinsertion in &moves {
             if linked.is_free(reinsertion, &touched) {
                 linked.reinsert(reinsertion, costs, &mut touched);
-                moved += 1;
+                saved += f64::from(reinsertion.gain);
             }
         }
-        if moved == 0 {
+        if saved < MIN_GAIN * linked.total() {
             break;
         }
     }
@@ -96,6 +99,11 @@ impl Linked {
         let bounds: Vec<Bounds> = tree.nodes.iter().map(BinaryNode::bounds).collect();
         let areas = bounds.iter().map(|b| b.area(costs.pad)).collect();
         Linked { bounds, areas, parents, children }
+    }
+
+    /// The areas of all nodes with children.
+    fn total(&self) -> f64 {
+        self.areas.iter().zip(&self.children).filter(|(_, c)| c[1] != 0).map(|(&a, _)| f64::from(a)).sum()
     }
 
     fn sibling(&self, node: u32) -> u32 {

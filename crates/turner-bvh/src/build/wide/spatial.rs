@@ -62,15 +62,16 @@ impl SpatialBins {
         let largest = extents.iter().fold(0.0_f32, |a, &b| a.max(b));
         // Where a box is all but flat there is nothing to split.
         let axes = [0, 1, 2].map(|i| extents[i] > 1e-4 * largest && widths[i] > f32::MIN_POSITIVE && widths[i].is_finite());
+        let inverse: [f32; 3] = std::array::from_fn(|i| if axes[i] { 1.0 / widths[i] } else { 0.0 });
+        let [scale, start] =
+            [inverse, around.min].map(|[x, y, z]| F4::new([x, y, z, 0.0]));
+        let (zero, top) = (F4::splat(0.0), F4::splat((BINS - 1) as f32));
+        let place = |p: F4| p.sub(start).mul(scale).max(zero).min(top).truncated();
         for prim in prims {
-            let b = prim.bounds.aabb();
+            let (low, high) = (place(prim.bounds.lo), place(zero.sub(prim.bounds.hi)));
             let mut corners = None;
             for axis in 0..3 {
-                if !axes[axis] {
-                    continue;
-                }
-                let bin = |x: f32| (((x - around.min[axis]) / widths[axis]) as usize).min(BINS - 1);
-                let (from, to) = (bin(b.min[axis]), bin(b.max[axis]));
+                let (from, to) = (low[axis] as usize % BINS, high[axis] as usize % BINS);
                 self.first[axis][from] += 1;
                 self.last[axis][to] += 1;
                 if from == to {
@@ -78,7 +79,7 @@ impl SpatialBins {
                     *b = b.union(prim.bounds);
                 } else {
                     let corners = *corners.get_or_insert_with(|| triangles.corners(prim.id()));
-                    self.spread(axis, [from, to], prim.bounds, corners, around.min[axis], widths[axis]);
+                    self.spread(axis, [from, to], prim.bounds, corners, around.min[axis], inverse[axis]);
                 }
             }
         }
@@ -116,11 +117,12 @@ impl SpatialBins {
         bounds: Bounds,
         corners: [[f32; 3]; 3],
         min: f32,
-        width: f32,
+        inverse: f32,
     ) {
         let mut parts = [Bounds::empty(); BINS];
         let p = corners.map(|p| F4::new([p[0], p[1], p[2], 0.0]));
-        let slab = |x: f32| (((x - min) / width) as usize).clamp(from, to);
+        let width = 1.0 / inverse;
+        let slab = |x: f32| (((x - min) * inverse) as usize).clamp(from, to);
         for i in 0..3 {
             let (mut a, mut b) = (i, (i + 1) % 3);
             if corners[a][axis] > corners[b][axis] {
@@ -131,9 +133,10 @@ impl SpatialBins {
             parts[first] = parts[first].union(Bounds::point(p[a]));
             parts[last] = parts[last].union(Bounds::point(p[b]));
             let edge = p[b].sub(p[a]);
+            let per_length = if first < last { 1.0 / (y - x) } else { 0.0 };
             for bin in first..last {
                 let plane = min + width * (bin + 1) as f32;
-                let t = ((plane - x) / (y - x)).clamp(0.0, 1.0);
+                let t = ((plane - x) * per_length).clamp(0.0, 1.0);
                 let point = Bounds::point(p[a].add(edge.mul(F4::splat(t))));
                 parts[bin] = parts[bin].union(point);
                 parts[bin + 1] = parts[bin + 1].union(point);

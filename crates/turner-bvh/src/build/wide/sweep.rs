@@ -19,14 +19,17 @@ pub(super) struct Sweep {
     prims: [Bounds; MAX_SWEEP],
     ids: [u32; MAX_SWEEP],
     orders: Orders,
+    /// Looks for splits on the longest axis only.
+    one_axis: bool,
 }
 
 impl Sweep {
-    pub(super) fn new() -> Sweep {
+    pub(super) fn new(one_axis: bool) -> Sweep {
         Sweep {
             prims: [Bounds::empty(); MAX_SWEEP],
             ids: [0; MAX_SWEEP],
             orders: [[0; MAX_SWEEP]; 3],
+            one_axis,
         }
     }
 
@@ -68,7 +71,7 @@ impl Sweep {
             tree.push_leaf(bounds, first, costs);
             return;
         }
-        let (axis, middle) = self.best_split(begin, end, costs);
+        let (axis, middle) = self.best_split(begin, end, bounds, costs);
         let left_members = self.orders[axis][begin..middle].iter().fold(0_u32, |set, i| set | 1 << i);
         for other in 0..3 {
             if other != axis {
@@ -88,11 +91,12 @@ impl Sweep {
     }
 
     /// The axis, and where on it the right part begins.
-    fn best_split(&self, begin: usize, end: usize, costs: &Costs) -> (usize, usize) {
+    fn best_split(&self, begin: usize, end: usize, bounds: Bounds, costs: &Costs) -> (usize, usize) {
         let count = end - begin;
         let mut best = (f32::INFINITY, usize::MAX, 0, begin + count / 2);
         let mut left_areas = [0.0_f32; MAX_SWEEP];
-        for axis in 0..3 {
+        let axes = if self.one_axis { bounds.longest_axis()..bounds.longest_axis() + 1 } else { 0..3 };
+        for axis in axes {
             let order = &self.orders[axis][begin..end];
             let mut around = Bounds::empty();
             for (area, &i) in left_areas.iter_mut().zip(order) {
