@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use turner_bvh::{BuildOptions, Quality, build_stats};
+use turner_bvh::{Aabb, BuildOptions, Quality, build_stats, build_stats_of_boxes};
 
 struct Mesh {
     positions: Vec<[f32; 3]>,
@@ -33,30 +33,42 @@ fn main() {
     let share: f32 = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(1.0);
     let runs: usize = arguments.get(1).and_then(|a| a.parse().ok()).unwrap_or(3);
     let wanted = |name: &str| arguments.len() < 3 || arguments[2..].iter().any(|a| a == name);
-    println!("{:12} {:9} {:>9} {:>8} {:>8} {:>7} {:>8} {:>6} {:>6}", "scene", "quality", "triangles", "1 thread", "2", "B/tri", "SAH", "depth", "refs");
+    println!(
+        "{:12} {:9} {:>9} {:>8} {:>8} {:>7} {:>8} {:>6} {:>6}",
+        "scene", "quality", "triangles", "1 thread", "2", "B/tri", "SAH", "depth", "refs"
+    );
     type Generator = fn(f32) -> Mesh;
-    let scenes: [(&str, Generator); 4] =
-        [("architecture", architecture), ("sphere", sphere), ("sticks", sticks), ("terrain", terrain)];
+    let scenes: [(&str, Generator); 5] = [
+        ("architecture", architecture),
+        ("sphere", sphere),
+        ("sticks", sticks),
+        ("terrain", terrain),
+        ("boxes", spread),
+    ];
     for (name, generate) in scenes {
         if !wanted(name) {
             continue;
         }
         let mesh = generate(share);
+        let boxes = (name == "boxes").then(|| mesh_boxes(&mesh));
         for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
-            measure(name, &mesh, quality, runs);
+            measure(name, &mesh, boxes.as_deref(), quality, runs);
         }
     }
 }
 
 /// Builds with one thread and with two in turn.
-fn measure(name: &str, mesh: &Mesh, quality: Quality, runs: usize) {
+fn measure(name: &str, mesh: &Mesh, boxes: Option<&[Aabb]>, quality: Quality, runs: usize) {
     let mut seconds = [const { Vec::new() }; 2];
     let mut stats = None;
     for _ in 0..runs {
         for (threads, seconds) in (1..).zip(&mut seconds) {
             let options = BuildOptions { quality, threads, ..BuildOptions::default() };
             let start = (Instant::now(), cpu_seconds());
-            let found = build_stats(&mesh.positions, &mesh.triangles, &options);
+            let found = match boxes {
+                Some(boxes) => build_stats_of_boxes(boxes, &options),
+                None => build_stats(&mesh.positions, &mesh.triangles, &options),
+            };
             // On a machine with other work to do, the time that one thread ran says more than the clock.
             let cpu = cpu_seconds().zip(start.1).filter(|_| threads == 1);
             seconds.push(cpu.map_or(start.0.elapsed().as_secs_f64(), |(end, start)| end - start));
@@ -83,6 +95,24 @@ fn measure(name: &str, mesh: &Mesh, quality: Quality, runs: usize) {
 fn cpu_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
+}
+
+/// A million small things all over a cube.
+fn spread(share: f32) -> Mesh {
+    let mut random = Random(4);
+    let count = (1e6 * share) as u32;
+    let positions = (0..count)
+        .flat_map(|_| {
+            let p = random.point();
+            [(); 3].map(|()| random.point()).map(|d| std::array::from_fn(|i| p[i] + 0.01 * d[i]))
+        })
+        .collect();
+    Mesh { positions, triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect() }
+}
+
+fn mesh_boxes(mesh: &Mesh) -> Vec<Aabb> {
+    let around = |t: &[u32; 3]| t.iter().fold(Aabb::EMPTY, |b, &v| b.grow(mesh.positions[v as usize]));
+    mesh.triangles.iter().map(around).collect()
 }
 
 /// A height field.
@@ -163,7 +193,9 @@ fn architecture(share: f32) -> Mesh {
             let p: [f32; 3] = std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] });
             mesh.positions.push([c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]]);
         }
-        for [a, b, c, d] in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+        for [a, b, c, d] in
+            [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+        {
             mesh.triangles.extend([[a, b, c], [a, c, d]].map(|t| t.map(|v| v + first)));
         }
     };

@@ -2,11 +2,11 @@
 
 use std::mem::MaybeUninit;
 
+use super::super::{BuildError, BuildStats};
 use super::collapse::Subtree;
 use super::octants::set_order;
 use super::parallel::each;
 use super::{NO_PRIMITIVE, Source, WideTree};
-use super::super::{BuildError, BuildStats};
 use crate::Aabb;
 use crate::node::{ChildRef, MAX_BLOCKS, WideNode};
 

@@ -1,10 +1,10 @@
 //! Binary trees: what is decided first, before eight children are made of two.
 
 use super::bins::{Grid, MAX_BINS, Scratch, Split, best_split, halve, partition};
+use super::lanes::F4;
 use super::prims::{Bounds, Costs, Prim, Set};
 use super::sweep::{MAX_SWEEP, Sweep};
 use crate::node::MAX_LEAF_BLOCKS;
-use super::lanes::F4;
 
 /// Beyond this depth sets are halved: that bounds the recursion.
 const MAX_BINARY_DEPTH: usize = 96;
@@ -55,10 +55,13 @@ impl BinaryNode {
         self.right == 0
     }
 
-    /// What it costs as one leaf; infinite where it is too large for one.
+    pub(super) fn fits_leaf(&self, costs: &Costs) -> bool {
+        costs.blocks(self.count()) <= MAX_LEAF_BLOCKS
+    }
+
+    /// What it costs as one leaf; infinite where it is too large for one, but also where areas overflow.
     pub(super) fn leaf_cost(&self, costs: &Costs) -> f32 {
-        let count = self.count();
-        if costs.blocks(count) > MAX_LEAF_BLOCKS { f32::INFINITY } else { costs.leaf(self.bounds, count) }
+        if self.fits_leaf(costs) { costs.leaf(self.bounds, self.count()) } else { f32::INFINITY }
     }
 }
 
@@ -145,7 +148,14 @@ pub(super) struct BinaryBuilder {
 
 impl BinaryBuilder {
     pub(super) fn new(costs: Costs, max_bins: usize, one_axis: bool) -> BinaryBuilder {
-        BinaryBuilder { costs, max_bins, one_axis, tree: BinaryTree::default(), scratch: Scratch::new(), sweep: Sweep::new(one_axis) }
+        BinaryBuilder {
+            costs,
+            max_bins,
+            one_axis,
+            tree: BinaryTree::default(),
+            scratch: Scratch::new(),
+            sweep: Sweep::new(one_axis),
+        }
     }
 
     /// Appends the tree of a set that is not empty.

@@ -51,8 +51,7 @@ impl Grid {
 
     #[inline(always)]
     fn bins_of(&self, bounds: Bounds) -> [usize; 3] {
-        let [x, y, z, _] =
-            self.place(bounds.center()).max(F4::splat(0.0)).min(self.last).truncated();
+        let [x, y, z, _] = self.place(bounds.center()).max(F4::splat(0.0)).min(self.last).truncated();
         [x as usize, y as usize, z as usize]
     }
 }
@@ -89,8 +88,8 @@ impl Bins {
     #[inline(always)]
     fn add<const FIRST: usize, const END: usize>(&mut self, prim: &Prim, grid: &Grid) {
         let bins = grid.bins_of(prim.bounds);
-        for axis in FIRST..END {
-            let bin = bins[axis] & (MAX_BINS - 1);
+        for (axis, bin) in bins.into_iter().enumerate().take(END).skip(FIRST) {
+            let bin = bin & (MAX_BINS - 1);
             let b = &mut self.boxes[axis][bin];
             *b = b.union(prim.bounds);
             self.counts[axis][bin] += 1;
@@ -201,7 +200,11 @@ pub(super) fn partition(prims: &mut [Prim], grid: &Grid, split: &Split) -> (usiz
     }
 }
 
-fn partition_on<const AXIS: usize>(prims: &mut [Prim], grid: &Grid, last_left: usize) -> (usize, [Bounds; 2]) {
+fn partition_on<const AXIS: usize>(
+    prims: &mut [Prim],
+    grid: &Grid,
+    last_left: usize,
+) -> (usize, [Bounds; 2]) {
     let border = F4::splat((last_left + 1) as f32);
     let [mut left, mut right] = [Bounds::empty(); 2];
     let mut front = 0;
@@ -234,9 +237,8 @@ pub(super) fn halve<'a>(set: Set<'a>) -> [Set<'a>; 2] {
     let axis = (1..3).fold(0, |widest, i| if extents[i] > extents[widest] { i } else { widest });
     let middle = set.prims.len() / 2;
     let key = |prim: &Prim| prim.bounds.center().array()[axis];
-    set.prims.select_nth_unstable_by(middle, |a, b| {
-        key(a).total_cmp(&key(b)).then_with(|| a.id().cmp(&b.id()))
-    });
+    set.prims
+        .select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then_with(|| a.id().cmp(&b.id())));
     let (left, right) = set.prims.split_at_mut(middle);
     [Set::of(left), Set::of(right)]
 }

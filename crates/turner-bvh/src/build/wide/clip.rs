@@ -37,13 +37,7 @@ pub(super) fn clipped(triangle: [[f32; 3]; 3], within: Aabb) -> Option<Aabb> {
 }
 
 /// Leaves of a convex polygon what has `sign * p[axis] <= limit` (Sutherland, Hodgman 1974).
-fn cut(
-    corners: &mut [[f64; 3]; MAX_CORNERS],
-    count: usize,
-    axis: usize,
-    sign: f64,
-    limit: f64,
-) -> usize {
+fn cut(corners: &mut [[f64; 3]; MAX_CORNERS], count: usize, axis: usize, sign: f64, limit: f64) -> usize {
     let height = |p: &[f64; 3]| sign * p[axis] - limit;
     if corners[..count].iter().all(|p| height(p) <= 0.0) {
         return count;

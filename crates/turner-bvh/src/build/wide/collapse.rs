@@ -43,7 +43,7 @@ impl Collapse<'_> {
 
     /// Whether a subtree that is one child is a leaf.
     fn is_leaf(&self, node: &BinaryNode) -> bool {
-        node.is_leaf() || node.leaf_cost(self.costs) <= node.costs[0]
+        node.is_leaf() || node.fits_leaf(self.costs) && node.leaf_cost(self.costs) <= node.costs[0]
     }
 
     /// Appends the node of the subtree at `index`, which has two children at least.
@@ -160,8 +160,11 @@ impl Collapse<'_> {
             let part = &leaves[leaves.len() * place / 8..leaves.len() * (place + 1) / 8];
             let tree = self.tree;
             let bounds = part.iter().map(|&i| tree.nodes[i].bounds()).reduce(|a, b| a.union(b));
-            let reference =
-                if let [leaf] = part { self.leaf(&tree.nodes[*leaf]) } else { self.even_node(part, depth + 1) };
+            let reference = if let [leaf] = part {
+                self.leaf(&tree.nodes[*leaf])
+            } else {
+                self.even_node(part, depth + 1)
+            };
             node.set(place, bounds.expect("eight parts of more than eight").aabb(), reference);
         }
         self.end_node(index, node)

@@ -1,12 +1,12 @@
 //! Trees of high quality: spatial splits where they pay, then subtrees moved to better places.
 
+use super::super::BuildError;
 use super::binary::{BinaryBuilder, BinaryTree};
 use super::bins::{Grid, best_split, halve, partition};
 use super::parallel::{Progress, each};
 use super::prims::{Bounds, Costs, Prim, Set};
 use super::spatial::{SpatialBins, Triangles, cut};
 use super::sweep::MAX_SWEEP;
-use super::super::BuildError;
 
 /// Sets up to this size are one thread's task. The tree does not depend on it.
 const MAX_TASK: usize = 1 << 14;
@@ -208,9 +208,8 @@ impl Worker<'_> {
         if let Some(triangles) = triangles.filter(|_| overlap > least) {
             let plane = self.spatial.best_plane(set, bounds, &triangles, &costs);
             let limit = object.map_or(f32::INFINITY, |split| split.cost);
-            let plane = plane.filter(|plane| {
-                plane.cost < limit && plane.counts[0] + plane.counts[1] <= count + budget
-            });
+            let plane = plane
+                .filter(|plane| plane.cost < limit && plane.counts[0] + plane.counts[1] <= count + budget);
             if let Some(plane) = plane {
                 self.room.clear();
                 self.room.extend_from_slice(set);

@@ -2,8 +2,8 @@
 
 use std::mem::MaybeUninit;
 
-use super::Source;
 use super::super::BuildError;
+use super::Source;
 use super::parallel::{at_once, parts};
 use super::prims::{Bounds, Prim};
 
@@ -61,7 +61,8 @@ pub(super) fn load(source: &Source<'_>, threads: usize) -> Result<Loaded, BuildE
         let Source::Triangles { positions, .. } = source else { unreachable!("boxes have no vertices") };
         return Err(BuildError::VertexOutOfRange { triangle, vertex, vertices: positions.len() });
     }
-    let mut all = Loaded { prims, bounds: Bounds::empty(), centers: Bounds::empty(), non_finite: 0, degenerate: 0 };
+    let mut all =
+        Loaded { prims, bounds: Bounds::empty(), centers: Bounds::empty(), non_finite: 0, degenerate: 0 };
     let mut used = 0;
     for (part, start) in found.iter().zip(starts) {
         let room = all.prims.spare_capacity_mut();

@@ -11,20 +11,21 @@ mod collapse;
 mod high;
 mod lanes;
 mod load;
+mod memory;
 mod octants;
 mod parallel;
 mod prims;
 mod reinsertion;
 mod spatial;
 mod sweep;
+#[cfg(test)]
+mod tests;
 mod top;
 #[cfg(test)]
 mod validate;
-#[cfg(test)]
-mod tests;
 
-use super::options::{BuildOptions, BuildStats, Quality};
 use super::BuildError;
+use super::options::{BuildOptions, BuildStats, Quality};
 use crate::Aabb;
 use crate::node::{MAX_BLOCKS, WideNode};
 
@@ -77,6 +78,7 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         n => n,
     };
+    let plan = memory::plan(source, options)?;
     let progress = parallel::Progress::new(options.progress, options.cancel, top::work_of(source.len()));
     progress.check()?;
     let mut loaded = load::load(source, threads)?;
@@ -86,7 +88,7 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     let costs = prims::Costs::new(source.block_width(), loaded.bounds);
     let (top, subtrees) = if primitives == 0 {
         (Vec::new(), Vec::new())
-    } else if options.quality == Quality::High {
+    } else if plan.quality == Quality::High {
         let triangles = match *source {
             Source::Triangles { positions, triangles, scale } => {
                 Some(spatial::Triangles { positions, triangles, scale })
@@ -95,15 +97,13 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
         };
         let high = high::High { costs, triangles, threads, progress: &progress };
         let prims = std::mem::take(&mut loaded.prims);
-        let budget = primitives / 2;
-        let tree = high.build(prims, loaded.bounds, loaded.centers, budget)?;
+        let tree = high.build(prims, loaded.bounds, loaded.centers, plan.budget)?;
         let tree = reinsertion::improve(tree, &costs, threads, &progress)?;
         let collapse = collapse::Collapse { tree: &tree, costs: &costs, out: collapse::Subtree::default() };
         (Vec::new(), vec![collapse.run(0, true)])
     } else {
-        let set =
-            prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };
-        let fast = options.quality == Quality::Fast;
+        let set = prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };
+        let fast = plan.quality == Quality::Fast;
         top::Top { costs, max_bins: 16, one_axis: fast, threads, progress: &progress }.build(set)?
     };
     drop(loaded);
@@ -116,8 +116,18 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
         _ => source.block_width() * size_of::<u32>(),
     };
     tree.stats.bytes = tree.nodes.len() * size_of::<WideNode>() + tree.stats.blocks * block_bytes;
+    let needed = tree.stats.bytes + size_of_val(&*tree.slots);
+    if options.memory_limit.is_some_and(|limit| needed > limit) {
+        return Err(BuildError::OutOfMemory { needed });
+    }
     progress.tell(1.0);
     Ok(tree)
+}
+
+/// The same for a tree over boxes.
+#[doc(hidden)]
+pub fn build_stats_of_boxes(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BuildStats, BuildError> {
+    Ok(build(&Source::Boxes { boxes, scale: 1.0 }, options)?.stats)
 }
 
 /// What a tree over triangles is like, without the tree: for measuring builders.

@@ -11,9 +11,8 @@ use super::super::BuildError;
 pub(super) fn at_once<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
     thread::scope(|scope| {
         let work = &work;
-        let others: Vec<_> = (1..count)
-            .map(|i| (i, thread::Builder::new().spawn_scoped(scope, move || work(i))))
-            .collect();
+        let others: Vec<_> =
+            (1..count).map(|i| (i, thread::Builder::new().spawn_scoped(scope, move || work(i)))).collect();
         let mut results = vec![work(0)];
         for (i, other) in others {
             results.push(match other {
@@ -26,11 +25,7 @@ pub(super) fn at_once<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -
 }
 
 /// Does all tasks, in order as far as threads are free, and returns the results in order.
-pub(super) fn each<T: Send, R: Send>(
-    threads: usize,
-    tasks: Vec<T>,
-    work: impl Fn(T) -> R + Sync,
-) -> Vec<R> {
+pub(super) fn each<T: Send, R: Send>(threads: usize, tasks: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = threads.min(tasks.len());
     if threads <= 1 {
         return tasks.into_iter().map(work).collect();
@@ -54,7 +49,8 @@ pub(super) fn parts<T>(mut slice: &mut [T], count: usize) -> Vec<&mut [T]> {
     let len = slice.len();
     (0..count)
         .map(|i| {
-            let (part, rest) = std::mem::take(&mut slice).split_at_mut(len * (i + 1) / count - len * i / count);
+            let (part, rest) =
+                std::mem::take(&mut slice).split_at_mut(len * (i + 1) / count - len * i / count);
             slice = rest;
             part
         })

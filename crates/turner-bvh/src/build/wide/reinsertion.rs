@@ -1,10 +1,10 @@
 //! Subtrees moved to where they make other boxes grow least (Meister, Bittner 2018, "Parallel reinsertion for bounding
 //! volume hierarchy optimization").
 
+use super::super::BuildError;
 use super::binary::{BinaryNode, BinaryTree};
 use super::parallel::{Progress, each};
 use super::prims::{Bounds, Costs};
-use super::super::BuildError;
 
 /// Rounds of searching and moving.
 const ROUNDS: usize = 8;
@@ -47,7 +47,7 @@ pub(super) fn improve(
     for round in 0..ROUNDS {
         // Others each time.
         let mut nodes: Vec<u32> = (1..count as u32).collect();
-        let wanted = (count / SHARE * (round + 1)).clamp(count.min(64), count) .min(nodes.len());
+        let wanted = (count / SHARE * (round + 1)).clamp(count.min(64), count).min(nodes.len());
         if wanted == 0 {
             break;
         }
@@ -93,7 +93,9 @@ impl Linked {
         for (i, node) in tree.nodes.iter().enumerate() {
             if !node.is_leaf() {
                 children[i] = [i as u32 + 1, node.right];
-                children[i].map(|child| parents[child as usize] = i as u32);
+                for child in children[i] {
+                    parents[child as usize] = i as u32;
+                }
             }
         }
         let bounds: Vec<Bounds> = tree.nodes.iter().map(BinaryNode::bounds).collect();

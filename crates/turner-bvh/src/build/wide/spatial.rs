@@ -61,10 +61,10 @@ impl SpatialBins {
         let widths = extents.map(|e| e / BINS as f32);
         let largest = extents.iter().fold(0.0_f32, |a, &b| a.max(b));
         // Where a box is all but flat there is nothing to split.
-        let axes = [0, 1, 2].map(|i| extents[i] > 1e-4 * largest && widths[i] > f32::MIN_POSITIVE && widths[i].is_finite());
+        let axes = [0, 1, 2]
+            .map(|i| extents[i] > 1e-4 * largest && widths[i] > f32::MIN_POSITIVE && widths[i].is_finite());
         let inverse: [f32; 3] = std::array::from_fn(|i| if axes[i] { 1.0 / widths[i] } else { 0.0 });
-        let [scale, start] =
-            [inverse, around.min].map(|[x, y, z]| F4::new([x, y, z, 0.0]));
+        let [scale, start] = [inverse, around.min].map(|[x, y, z]| F4::new([x, y, z, 0.0]));
         let (zero, top) = (F4::splat(0.0), F4::splat((BINS - 1) as f32));
         let place = |p: F4| p.sub(start).mul(scale).max(zero).min(top).truncated();
         for prim in prims {
@@ -142,13 +142,12 @@ impl SpatialBins {
                 parts[bin + 1] = parts[bin + 1].union(point);
             }
         }
-        for bin in from..=to {
+        for (part, in_slab) in parts[from..=to].iter().zip(&mut self.boxes[axis][from..=to]) {
             // Within its own box, which may be that of a part already.
-            let part = Bounds { lo: parts[bin].lo.max(bounds.lo), hi: parts[bin].hi.max(bounds.hi) };
+            let part = Bounds { lo: part.lo.max(bounds.lo), hi: part.hi.max(bounds.hi) };
             let sum = part.lo.add(part.hi).array();
             if sum[0] <= 0.0 && sum[1] <= 0.0 && sum[2] <= 0.0 {
-                let b = &mut self.boxes[axis][bin];
-                *b = b.union(part);
+                *in_slab = in_slab.union(part);
             }
         }
     }

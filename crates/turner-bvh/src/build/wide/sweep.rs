@@ -48,13 +48,13 @@ impl Sweep {
             self.prims[rank] = prim.bounds;
             self.ids[rank] = prim.id();
             let center = prim.bounds.center().array();
-            for axis in 0..3 {
-                centers[axis][rank] = ordered(center[axis]) & !INDEX_MASK | rank as i32;
+            for (centers, center) in centers.iter_mut().zip(center) {
+                centers[rank] = ordered(center) & !INDEX_MASK | rank as i32;
             }
         }
-        for axis in 0..3 {
-            for (i, rank) in (0..n as u8).zip(self::ranks(&centers[axis])) {
-                self.orders[axis][rank as usize % MAX_SWEEP] = i;
+        for (order, centers) in self.orders.iter_mut().zip(&centers) {
+            for (i, rank) in (0..n as u8).zip(self::ranks(centers)) {
+                order[rank as usize % MAX_SWEEP] = i;
             }
         }
         let bounds = prims.iter().fold(Bounds::empty(), |a, p| a.union(p.bounds));

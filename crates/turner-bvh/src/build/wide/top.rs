@@ -3,13 +3,13 @@
 use std::collections::BinaryHeap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
+use super::super::BuildError;
 use super::assembly::{TopChild, TopNode};
 use super::binary::{BinaryBuilder, bins_for, divide};
 use super::bins::{Grid, Scratch, best_split, halve, partition};
 use super::collapse::{Collapse, Subtree, halvings};
 use super::parallel::{Progress, at_once, parts};
 use super::prims::{Bounds, Costs, Prim, Set};
-use super::super::BuildError;
 use crate::node::MAX_WIDE_DEPTH;
 
 /// Sets up to this size become subtrees of their own. The tree depends on it.
@@ -104,7 +104,8 @@ impl Top<'_> {
         let builders = Mutex::new(Some(builder));
         at_once(threads, |_| {
             let first = builders.lock().unwrap_or_else(PoisonError::into_inner).take();
-            let mut builder = first.unwrap_or_else(|| BinaryBuilder::new(self.costs, self.max_bins, self.one_axis));
+            let mut builder =
+                first.unwrap_or_else(|| BinaryBuilder::new(self.costs, self.max_bins, self.one_axis));
             self.work(&mut builder, &state, &changed);
         });
         let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -162,7 +163,11 @@ impl Top<'_> {
                 false => set.bounds.area(self.costs.pad),
             };
             let splittable = (0..sets.len()).filter(|&i| sets[i].len() > 1 << self.costs.block_shift);
-            let Some(largest) = splittable.max_by(|&a, &b| size(&sets[a]).total_cmp(&size(&sets[b]))) else {
+            let larger = |a: &usize, b: &usize| {
+                let (a, b) = (&sets[*a], &sets[*b]);
+                size(a).total_cmp(&size(b)).then(a.len().cmp(&b.len()))
+            };
+            let Some(largest) = splittable.max_by(larger) else {
                 break;
             };
             let set = std::mem::replace(&mut sets[largest], Set::of(&mut []));
@@ -227,7 +232,8 @@ impl Top<'_> {
         for other in others {
             first.first().merge(other.first(), &grid);
         }
-        let Some(split) = best_split(first.first(), &grid, shares.iter().map(|s| lock(s).len()).sum(), &self.costs)
+        let Some(split) =
+            best_split(first.first(), &grid, shares.iter().map(|s| lock(s).len()).sum(), &self.costs)
         else {
             drop(shares);
             return halve(set);
@@ -237,7 +243,8 @@ impl Top<'_> {
             partition(&mut share, &grid, &split)
         });
         drop(shares);
-        let centers = parted.iter().fold([Bounds::empty(); 2], |[a, b], (_, [c, d])| [a.union(*c), b.union(*d)]);
+        let centers =
+            parted.iter().fold([Bounds::empty(); 2], |[a, b], (_, [c, d])| [a.union(*c), b.union(*d)]);
         let lefts: Vec<usize> = parted.iter().map(|(left, _)| *left).collect();
         exchange(set.prims, &lefts);
         divide(set, lefts.iter().sum(), &split, centers)

@@ -136,7 +136,9 @@ impl Check<'_> {
                 (None, _) => return Err(format!("primitive {id} is of no use")),
                 (Some(_), 0) => return Err(format!("primitive {id} is missing")),
                 (Some(b), 1) if leaf_boxes[0].contains(b) => {}
-                (Some(b), 1) => return Err(format!("primitive {id} {b:?} sticks out of {:?}", leaf_boxes[0])),
+                (Some(b), 1) => {
+                    return Err(format!("primitive {id} {b:?} sticks out of {:?}", leaf_boxes[0]));
+                }
                 (Some(_), n) if self.whole => return Err(format!("primitive {id} is in {n} leaves")),
                 (Some(_), _) => check_cover(self.source, id, leaf_boxes)?,
             }
@@ -145,15 +147,10 @@ impl Check<'_> {
         if expected != (tree.nodes.len(), tree.slots.len()) {
             return Err(format!("{expected:?} of {} nodes, {} slots", tree.nodes.len(), tree.slots.len()));
         }
-        let counted = (primitives, self.references, self.next_node, self.leaves, self.next_block, self.max_depth);
-        let said = (
-            stats.primitives,
-            stats.references,
-            stats.nodes,
-            stats.leaves,
-            stats.blocks,
-            stats.max_depth,
-        );
+        let counted =
+            (primitives, self.references, self.next_node, self.leaves, self.next_block, self.max_depth);
+        let said =
+            (stats.primitives, stats.references, stats.nodes, stats.leaves, stats.blocks, stats.max_depth);
         if counted != said || stats.primitives + stats.non_finite + stats.degenerate != self.source.len() {
             return Err(format!("counted {counted:?}, but {stats:?}"));
         }
@@ -173,9 +170,8 @@ fn check_cover(source: &Source<'_>, id: usize, leaf_boxes: &[Aabb]) -> Result<()
             let (u, v) = (f64::from(i) / f64::from(steps), f64::from(j) / f64::from(steps));
             let at: [f64; 3] = std::array::from_fn(|k| p[0][k] * (1.0 - u - v) + p[1][k] * u + p[2][k] * v);
             // The point itself is rounded.
-            let slack: [f64; 3] = std::array::from_fn(|k| {
-                1e-15 * p.iter().map(|p| p[k].abs()).fold(0.0, f64::max)
-            });
+            let slack: [f64; 3] =
+                std::array::from_fn(|k| 1e-15 * p.iter().map(|p| p[k].abs()).fold(0.0, f64::max));
             let covered = leaf_boxes.iter().any(|b| {
                 (0..3).all(|k| {
                     f64::from(b.min[k]) - slack[k] <= at[k] && at[k] <= f64::from(b.max[k]) + slack[k]
@@ -204,9 +200,7 @@ fn check_order(node: &WideNode) -> Result<(), String> {
         // A box that lies wholly behind another one on the diagonal does not come first.
         let entry = |child: usize| -> f64 {
             let b = node.bounds(child);
-            (0..3)
-                .map(|i| f64::from(if octant >> i & 1 == 0 { b.min[i] } else { -b.max[i] }))
-                .sum()
+            (0..3).map(|i| f64::from(if octant >> i & 1 == 0 { b.min[i] } else { -b.max[i] })).sum()
         };
         for pair in places[..used].windows(2) {
             let (a, b) = (entry(pair[0]), entry(pair[1]));
@@ -219,7 +213,8 @@ fn check_order(node: &WideNode) -> Result<(), String> {
                 })
                 .map(|x| f64::from(x.abs()))
                 .fold(largest, f64::max)
-                * 1e-5;
+                * 1e-5
+                + 1e-43;
             if a > b + slack && a.abs() < 1e38 && b.abs() < 1e38 {
                 return Err(format!("octant {octant}: {} enters at {a}, {} at {b}", pair[0], pair[1]));
             }
