@@ -186,7 +186,7 @@ fn sticks(share: f32) -> Mesh {
 fn architecture(share: f32) -> Mesh {
     let mut random = Random(3);
     let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };
-    let mut cuboid = |mesh: &mut Mesh, min: [f32; 3], max: [f32; 3], turn: f32| {
+    let cuboid = |mesh: &mut Mesh, min: [f32; 3], max: [f32; 3], turn: f32| {
         let first = mesh.positions.len() as u32;
         let (c, s) = (1.0 - turn * turn / 2.0, turn);
         for i in 0..8 {

@@ -96,6 +96,7 @@ impl Sweep {
         let mut best = (f32::INFINITY, usize::MAX, 0, begin + count / 2);
         let mut left_areas = [0.0_f32; MAX_SWEEP];
         let axes = if self.one_axis { bounds.longest_axis()..bounds.longest_axis() + 1 } else { 0..3 };
+        let blocks = costs.blocks(count);
         for axis in axes {
             let order = &self.orders[axis][begin..end];
             let mut around = Bounds::empty();
@@ -106,6 +107,9 @@ impl Sweep {
             let mut around = Bounds::empty();
             for middle in (1..count).rev() {
                 around = around.union(self.prims[usize::from(order[middle]) % MAX_SWEEP]);
+                if costs.blocks(middle) + costs.blocks(count - middle) > blocks {
+                    continue;
+                }
                 let cost = left_areas[middle - 1] * costs.blocks(middle) as f32
                     + around.area(costs.pad) * costs.blocks(count - middle) as f32;
                 let balance = (2 * middle).abs_diff(count);
