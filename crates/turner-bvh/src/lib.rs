@@ -54,6 +54,8 @@ mod validate;
 
 pub use aabb::Aabb;
 pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Quality};
+#[doc(hidden)]
+pub use build::{build_stats, build_stats_of_boxes};
 pub use bvh::{Bvh, Triangles};
 pub use bvh2::{Bvh2, MAX_DEPTH};
 pub use bvh4::Bvh4;

@@ -7,3 +7,4 @@ pub(crate) mod wide;
 
 pub use bvh2::{BuildError, Bvh2Options, Bvh2Stats};
 pub use options::{BuildOptions, BuildStats, Quality};
+pub use wide::{build_stats, build_stats_of_boxes};

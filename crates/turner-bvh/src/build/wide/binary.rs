@@ -2,7 +2,7 @@
 
 use super::bins::{Grid, MAX_BINS, Scratch, Split, best_split, halve, partition};
 use super::lanes::F4;
-use super::prims::{Bounds, Costs, Set};
+use super::prims::{Bounds, Costs, Prim, Set};
 use super::sweep::{MAX_SWEEP, Sweep};
 use crate::node::MAX_LEAF_BLOCKS;
 
@@ -55,10 +55,13 @@ impl BinaryNode {
         self.right == 0
     }
 
-    /// What it costs as one leaf; infinite where it is too large for one.
+    pub(super) fn fits_leaf(&self, costs: &Costs) -> bool {
+        costs.blocks(self.count()) <= MAX_LEAF_BLOCKS
+    }
+
+    /// What it costs as one leaf; infinite where it is too large for one, but also where areas overflow.
     pub(super) fn leaf_cost(&self, costs: &Costs) -> f32 {
-        let count = self.count();
-        if costs.blocks(count) > MAX_LEAF_BLOCKS { f32::INFINITY } else { costs.leaf(self.bounds, count) }
+        if self.fits_leaf(costs) { costs.leaf(self.bounds, self.count()) } else { f32::INFINITY }
     }
 }
 
@@ -85,12 +88,33 @@ impl BinaryTree {
         self.nodes.len() - 1
     }
 
-    /// Fills in what is known once both subtrees are there.
+    /// Appends another tree, which keeps its order.
+    pub(super) fn append(&mut self, other: BinaryTree) {
+        let (first_node, first_id) = (self.nodes.len() as u32, self.ids.len());
+        self.ids.extend_from_slice(&other.ids);
+        self.nodes.extend(other.nodes.iter().map(|node| {
+            let moved = BinaryNode::new(node.bounds, node.first() + first_id, node.count());
+            let right = if node.is_leaf() { 0 } else { node.right + first_node };
+            BinaryNode { costs: node.costs, right, ..moved }
+        }));
+    }
+
+    /// Fills in what is known once both subtrees are there and nothing else.
     pub(super) fn finish(&mut self, index: usize, right: usize, costs: &Costs) {
+        self.finish_with(index, right, self.ids.len() - self.nodes[index].first(), costs);
+    }
+
+    /// Fills in what is known once both subtrees are finished, wherever they are.
+    pub(super) fn finish_counted(&mut self, index: usize, right: usize, costs: &Costs) {
+        let count = self.nodes[index + 1].count() + self.nodes[right].count();
+        self.finish_with(index, right, count, costs);
+    }
+
+    fn finish_with(&mut self, index: usize, right: usize, count: usize, costs: &Costs) {
         let bounds = self.nodes[index].bounds;
         let first = self.nodes[index].first();
         let (l, r) = (self.nodes[index + 1].costs, self.nodes[right].costs);
-        let mut node = BinaryNode::new(bounds, first, self.ids.len() - first);
+        let mut node = BinaryNode::new(bounds, first, count);
         node.right = right as u32;
         // The least cost of exactly i + 2 children, shared out between both subtrees.
         let mut both = [f32::INFINITY; 7];
@@ -115,20 +139,22 @@ impl BinaryTree {
 #[derive(Debug)]
 pub(super) struct BinaryBuilder {
     pub(super) costs: Costs,
-    pub(super) max_bins: usize,
+    max_bins: usize,
+    one_axis: bool,
     pub(super) tree: BinaryTree,
-    scratch: Scratch,
+    pub(super) scratch: Scratch,
     sweep: Sweep,
 }
 
 impl BinaryBuilder {
-    pub(super) fn new(costs: Costs, max_bins: usize) -> BinaryBuilder {
+    pub(super) fn new(costs: Costs, max_bins: usize, one_axis: bool) -> BinaryBuilder {
         BinaryBuilder {
             costs,
             max_bins,
+            one_axis,
             tree: BinaryTree::default(),
             scratch: Scratch::new(),
-            sweep: Sweep::new(),
+            sweep: Sweep::new(one_axis),
         }
     }
 
@@ -146,9 +172,14 @@ impl BinaryBuilder {
         self.tree.finish(index, right_index, &self.costs);
     }
 
+    /// Appends the tree of a small set.
+    pub(super) fn sweep(&mut self, prims: &[Prim]) {
+        self.sweep.subtree(prims, &self.costs, &mut self.tree);
+    }
+
     /// Splits where that is cheapest, or in the middle where it makes no difference.
     pub(super) fn split<'a>(&mut self, set: Set<'a>) -> [Set<'a>; 2] {
-        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins));
+        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins), self.one_axis);
         let bins = self.scratch.fill(set.prims, &grid);
         let Some(split) = best_split(bins, &grid, set.len(), &self.costs) else { return halve(set) };
         let (middle, centers) = partition(set.prims, &grid, &split);

@@ -18,17 +18,24 @@ pub(super) struct Grid {
     scale: F4,
     last: F4,
     bins: usize,
+    /// All, or one.
+    first_axis: usize,
+    end_axis: usize,
 }
 
 impl Grid {
-    pub(super) fn new(centers: Bounds, bins: usize) -> Grid {
+    /// With `one_axis` only that one on which centres spread most.
+    pub(super) fn new(centers: Bounds, bins: usize, one_axis: bool) -> Grid {
         let bins = bins.clamp(2, MAX_BINS);
         let ([a, b, c, _], extents) = (centers.lo.array(), F4::splat(0.0).sub(centers.lo.add(centers.hi)));
         let [x, y, z, _] = extents.array().map(|e| {
             // A little less, so that the largest centre is in the last bin. Infinite scales would make NaN of 0.
             if e > 0.0 { (bins as f32 * 0.999_999 / e).min(f32::MAX) } else { 0.0 }
         });
+        let longest = centers.longest_axis();
         Grid {
+            first_axis: if one_axis { longest } else { 0 },
+            end_axis: if one_axis { longest + 1 } else { 3 },
             min: F4::new([a, b, c, 0.0]),
             scale: F4::new([x, y, z, 0.0]),
             last: F4::splat((bins - 1) as f32),
@@ -61,15 +68,15 @@ impl Bins {
         Bins { boxes: [[Bounds::empty(); MAX_BINS]; 3], counts: [[0; MAX_BINS]; 3] }
     }
 
-    fn clear(&mut self, bins: usize) {
-        for axis in 0..3 {
-            self.boxes[axis][..bins].fill(Bounds::empty());
-            self.counts[axis][..bins].fill(0);
+    fn clear(&mut self, grid: &Grid) {
+        for axis in grid.first_axis..grid.end_axis {
+            self.boxes[axis][..grid.bins].fill(Bounds::empty());
+            self.counts[axis][..grid.bins].fill(0);
         }
     }
 
     pub(super) fn merge(&mut self, other: &Bins, grid: &Grid) {
-        for axis in 0..3 {
+        for axis in grid.first_axis..grid.end_axis {
             for bin in 0..grid.bins {
                 let b = &mut self.boxes[axis][bin];
                 *b = b.union(other.boxes[axis][bin]);
@@ -79,10 +86,10 @@ impl Bins {
     }
 
     #[inline(always)]
-    fn add(&mut self, prim: &Prim, grid: &Grid) {
+    fn add<const FIRST: usize, const END: usize>(&mut self, prim: &Prim, grid: &Grid) {
         let bins = grid.bins_of(prim.bounds);
-        for axis in 0..3 {
-            let bin = bins[axis] & (MAX_BINS - 1);
+        for (axis, bin) in bins.into_iter().enumerate().take(END).skip(FIRST) {
+            let bin = bin & (MAX_BINS - 1);
             let b = &mut self.boxes[axis][bin];
             *b = b.union(prim.bounds);
             self.counts[axis][bin] += 1;
@@ -108,21 +115,30 @@ impl Scratch {
 
     /// Counts the primitives into bins.
     pub(super) fn fill(&mut self, prims: &[Prim], grid: &Grid) -> &mut Bins {
+        match (grid.first_axis, grid.end_axis) {
+            (0, 1) => self.fill_axes::<0, 1>(prims, grid),
+            (1, 2) => self.fill_axes::<1, 2>(prims, grid),
+            (2, 3) => self.fill_axes::<2, 3>(prims, grid),
+            _ => self.fill_axes::<0, 3>(prims, grid),
+        }
+    }
+
+    fn fill_axes<const FIRST: usize, const END: usize>(&mut self, prims: &[Prim], grid: &Grid) -> &mut Bins {
         let [first, second] = &mut *self.bins;
-        first.clear(grid.bins);
+        first.clear(grid);
         if prims.len() < MIN_TWO_ACCUMULATORS {
             for prim in prims {
-                first.add(prim, grid);
+                first.add::<FIRST, END>(prim, grid);
             }
         } else {
-            second.clear(grid.bins);
+            second.clear(grid);
             let (pairs, rest) = prims.as_chunks::<2>();
             for [a, b] in pairs {
-                first.add(a, grid);
-                second.add(b, grid);
+                first.add::<FIRST, END>(a, grid);
+                second.add::<FIRST, END>(b, grid);
             }
             for prim in rest {
-                first.add(prim, grid);
+                first.add::<FIRST, END>(prim, grid);
             }
             first.merge(second, grid);
         }
@@ -143,7 +159,7 @@ pub(super) struct Split {
 pub(super) fn best_split(bins: &Bins, grid: &Grid, count: usize, costs: &Costs) -> Option<Split> {
     let mut best: Option<(f32, usize, usize)> = None;
     let mut best_balance = usize::MAX;
-    for axis in 0..3 {
+    for axis in grid.first_axis..grid.end_axis {
         let (boxes, counts) = (&bins.boxes[axis], &bins.counts[axis]);
         let mut right_areas = [0.0; MAX_BINS];
         let mut right = Bounds::empty();

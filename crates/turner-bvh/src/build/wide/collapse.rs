@@ -43,7 +43,7 @@ impl Collapse<'_> {
 
     /// Whether a subtree that is one child is a leaf.
     fn is_leaf(&self, node: &BinaryNode) -> bool {
-        node.is_leaf() || node.leaf_cost(self.costs) <= node.costs[0]
+        node.is_leaf() || node.fits_leaf(self.costs) && node.leaf_cost(self.costs) <= node.costs[0]
     }
 
     /// Appends the node of the subtree at `index`, which has two children at least.

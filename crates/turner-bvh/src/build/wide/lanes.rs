@@ -1,9 +1,12 @@
 //! Four floats at a time: SSE2 where it belongs to the machine, plain arrays elsewhere, with the same results.
 
-pub(super) use imp::F4;
+#[cfg(not(target_arch = "x86_64"))]
+pub(super) use portable::F4;
+#[cfg(target_arch = "x86_64")]
+pub(super) use sse2::F4;
 
 #[cfg(target_arch = "x86_64")]
-mod imp {
+mod sse2 {
     use std::arch::x86_64::*;
 
     macro_rules! sse {
@@ -75,11 +78,6 @@ mod imp {
             F4(sse!(_mm_or_ps(self.0, other.0)))
         }
 
-        #[inline(always)]
-        pub(in super::super) fn and(self, other: F4) -> F4 {
-            F4(sse!(_mm_and_ps(self.0, other.0)))
-        }
-
         /// `self` without the bits of `mask`.
         #[inline(always)]
         pub(in super::super) fn without(self, mask: F4) -> F4 {
@@ -101,8 +99,8 @@ mod imp {
     }
 }
 
-#[cfg(not(target_arch = "x86_64"))]
-mod imp {
+#[cfg(any(test, not(target_arch = "x86_64")))]
+mod portable {
     #[derive(Clone, Copy, Debug)]
     #[repr(C, align(16))]
     pub(in super::super) struct F4([f32; 4]);
@@ -171,11 +169,6 @@ mod imp {
             self.bits(other, |a, b| a | b)
         }
 
-        #[inline(always)]
-        pub(in super::super) fn and(self, other: F4) -> F4 {
-            self.bits(other, |a, b| a & b)
-        }
-
         /// `self` without the bits of `mask`.
         #[inline(always)]
         pub(in super::super) fn without(self, mask: F4) -> F4 {
@@ -194,5 +187,43 @@ mod imp {
         pub(in super::super) fn truncated(self) -> [i32; 4] {
             self.0.map(|x| x as i32)
         }
+    }
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::{portable, sse2};
+
+    #[test]
+    fn both_kinds_agree_to_the_last_bit() {
+        let numbers =
+            [0.0, -0.0, 1.0, -1.5, 1e-40, 3e38, f32::INFINITY, f32::NEG_INFINITY, 7.25, f32::MIN_POSITIVE];
+        let quads: Vec<[f32; 4]> =
+            (0..40).map(|i| [0, 1, 2, 3].map(|k| numbers[(i * (k + 1) + 3 * k) % numbers.len()])).collect();
+        macro_rules! check {
+            ($($name:ident)*) => {
+                for &a in &quads {
+                    for &b in &quads {
+                        $(
+                            let x = sse2::F4::new(a).$name(sse2::F4::new(b)).array();
+                            let y = portable::F4::new(a).$name(portable::F4::new(b)).array();
+                            let same = |(x, y): (f32, f32)| x.to_bits() == y.to_bits() || x.is_nan() && y.is_nan();
+                            assert!(x.into_iter().zip(y).all(same), "{} {a:?} {b:?}", stringify!($name));
+                        )*
+                    }
+                }
+            };
+        }
+        check!(add sub mul min max at_least or without);
+        // A minimum leaves NaN out on one side.
+        let nan = [f32::NAN; 4];
+        for &a in &quads {
+            assert_eq!(sse2::F4::new(nan).min(sse2::F4::new(a)).array(), a);
+            assert_eq!(portable::F4::new(nan).min(portable::F4::new(a)).array(), a);
+            assert_eq!(sse2::F4::new(a).rotated().array(), portable::F4::new(a).rotated().array());
+        }
+        let places = [0.0, 0.99, 7.5, 31.0];
+        assert_eq!(sse2::F4::new(places).truncated(), portable::F4::new(places).truncated());
+        assert_eq!(sse2::F4::splat(2.5).array(), portable::F4::splat(2.5).array());
     }
 }

@@ -6,12 +6,17 @@
 mod assembly;
 mod binary;
 mod bins;
+mod clip;
 mod collapse;
+mod high;
 mod lanes;
 mod load;
+mod memory;
 mod octants;
 mod parallel;
 mod prims;
+mod reinsertion;
+mod spatial;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -74,6 +79,7 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         n => n,
     };
+    let plan = memory::plan(source, options)?;
     let progress = parallel::Progress::new(options.progress, options.cancel, top::work_of(source.len()));
     progress.check()?;
     let mut loaded = load::load(source, threads)?;
@@ -83,10 +89,23 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     let costs = prims::Costs::new(source.block_width(), loaded.bounds);
     let (top, subtrees) = if primitives == 0 {
         (Vec::new(), Vec::new())
+    } else if plan.quality == Quality::High {
+        let triangles = match *source {
+            Source::Triangles { positions, triangles, scale } => {
+                Some(spatial::Triangles { positions, triangles, scale })
+            }
+            Source::Boxes { .. } => None,
+        };
+        let high = high::High { costs, triangles, threads, progress: &progress };
+        let prims = std::mem::take(&mut loaded.prims);
+        let tree = high.build(prims, loaded.bounds, loaded.centers, plan.budget)?;
+        let tree = reinsertion::improve(tree, &costs, threads, &progress)?;
+        let collapse = collapse::Collapse { tree: &tree, costs: &costs, out: collapse::Subtree::default() };
+        (Vec::new(), vec![collapse.run(0, true)])
     } else {
         let set = prims::Set { bounds: loaded.bounds, centers: loaded.centers, prims: &mut loaded.prims };
-        let max_bins = if options.quality == Quality::Fast { 8 } else { 16 };
-        top::Top { costs, max_bins, threads, progress: &progress }.build(set)?
+        let fast = plan.quality == Quality::Fast;
+        top::Top { costs, max_bins: 16, one_axis: fast, threads, progress: &progress }.build(set)?
     };
     drop(loaded);
     let mut tree = assembly::assemble(source, &top, subtrees, threads)?;
@@ -98,6 +117,26 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
         _ => source.block_width() * size_of::<u32>(),
     };
     tree.stats.bytes = tree.nodes.len() * size_of::<WideNode>() + tree.stats.blocks * block_bytes;
+    let needed = tree.stats.bytes + size_of_val(&*tree.slots);
+    if options.memory_limit.is_some_and(|limit| needed > limit) {
+        return Err(BuildError::OutOfMemory { needed });
+    }
     progress.tell(1.0);
     Ok(tree)
+}
+
+/// The same for a tree over boxes.
+#[doc(hidden)]
+pub fn build_stats_of_boxes(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BuildStats, BuildError> {
+    Ok(build(&Source::Boxes { boxes, scale: 1.0 }, options)?.stats)
+}
+
+/// What a tree over triangles is like, without the tree: for measuring builders.
+#[doc(hidden)]
+pub fn build_stats(
+    positions: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    options: &BuildOptions<'_>,
+) -> Result<BuildStats, BuildError> {
+    Ok(build(&Source::Triangles { positions, triangles, scale: 1.0 }, options)?.stats)
 }

@@ -28,28 +28,27 @@ const NETWORK: [(usize, usize); 19] = [
 
 /// Sets the order of the node's children in each octant: by how far along its diagonal their boxes are entered.
 pub(super) fn set_order(node: &mut WideNode) {
-    const LARGE: F4Array = [1e38; 4];
+    let large = F4::splat(1e38);
     let mut keys = [[F4::splat(0.0); 2]; 8];
-    for child in 0..8 {
+    for (child, keys) in keys.iter_mut().enumerate() {
         let [x, y, z]: [[f32; 2]; 3] =
             std::array::from_fn(|axis| [node.planes[axis][0][child], -node.planes[axis][1][child]]);
         let xs = F4::new([x[0], x[1], x[0], x[1]]);
         let ys = F4::new([y[0], y[0], y[1], y[1]]);
         let xys = xs.add(ys);
         let number = F4::splat(f32::from_bits(child as u32));
-        for half in 0..2 {
+        for (half, key) in keys.iter_mut().enumerate() {
             let entry = xys.add(F4::splat(z[half]));
             // Empty places come last; nothing may become infinite or NaN by the number in its lowest bits.
-            let entry = if node.children[child] == ChildRef::EMPTY { F4::new(LARGE) } else { entry };
-            let entry = entry.min(F4::new(LARGE)).max(F4::splat(-1e38));
-            keys[child][half] = entry.without(F4::splat(f32::from_bits(7))).or(number);
+            let entry = if node.children[child] == ChildRef::EMPTY { large } else { entry };
+            let entry = entry.min(large).max(F4::splat(-1e38));
+            *key = entry.without(F4::splat(f32::from_bits(7))).or(number);
         }
     }
     for (a, b) in NETWORK {
-        for half in 0..2 {
-            let (x, y) = (keys[a][half], keys[b][half]);
-            (keys[a][half], keys[b][half]) = (x.min(y), x.max(y));
-        }
+        let (near, far) = (keys[a], keys[b]);
+        keys[a] = [near[0].min(far[0]), near[1].min(far[1])];
+        keys[b] = [near[0].max(far[0]), near[1].max(far[1])];
     }
     let mut order = [0; 8];
     for (place, halves) in keys.iter().enumerate() {
@@ -60,5 +59,3 @@ pub(super) fn set_order(node: &mut WideNode) {
     }
     node.order = order;
 }
-
-type F4Array = [f32; 4];

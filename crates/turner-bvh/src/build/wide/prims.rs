@@ -46,6 +46,12 @@ impl Bounds {
         Aabb { min: [a, b, c], max: [-d + 0.0, -e + 0.0, -f + 0.0] }
     }
 
+    pub(super) fn longest_axis(self) -> usize {
+        // Negated, so the least is the longest.
+        let [x, y, z, _] = self.lo.add(self.hi).array();
+        if x <= y && x <= z { 0 } else { if y <= z { 1 } else { 2 } }
+    }
+
     /// Twice the centre.
     #[inline(always)]
     pub(super) fn center(self) -> F4 {
@@ -76,6 +82,12 @@ impl Prim {
         let [a, b, c, _] = bounds.lo.array();
         bounds.lo = F4::new([a, b, c, f32::from_bits(id)]);
         Prim { bounds }
+    }
+
+    /// The same primitive, in part.
+    pub(super) fn with_bounds(&self, bounds: Bounds) -> Prim {
+        let b = bounds.aabb();
+        Prim::new(b.min, b.max, self.id())
     }
 
     #[inline(always)]

@@ -19,11 +19,18 @@ pub(super) struct Sweep {
     prims: [Bounds; MAX_SWEEP],
     ids: [u32; MAX_SWEEP],
     orders: Orders,
+    /// Looks for splits on the longest axis only.
+    one_axis: bool,
 }
 
 impl Sweep {
-    pub(super) fn new() -> Sweep {
-        Sweep { prims: [Bounds::empty(); MAX_SWEEP], ids: [0; MAX_SWEEP], orders: [[0; MAX_SWEEP]; 3] }
+    pub(super) fn new(one_axis: bool) -> Sweep {
+        Sweep {
+            prims: [Bounds::empty(); MAX_SWEEP],
+            ids: [0; MAX_SWEEP],
+            orders: [[0; MAX_SWEEP]; 3],
+            one_axis,
+        }
     }
 
     /// Appends the tree of at most `MAX_SWEEP` primitives, at least one.
@@ -41,13 +48,13 @@ impl Sweep {
             self.prims[rank] = prim.bounds;
             self.ids[rank] = prim.id();
             let center = prim.bounds.center().array();
-            for axis in 0..3 {
-                centers[axis][rank] = ordered(center[axis]) & !INDEX_MASK | rank as i32;
+            for (centers, center) in centers.iter_mut().zip(center) {
+                centers[rank] = ordered(center) & !INDEX_MASK | rank as i32;
             }
         }
-        for axis in 0..3 {
-            for (i, rank) in (0..n as u8).zip(self::ranks(&centers[axis])) {
-                self.orders[axis][rank as usize % MAX_SWEEP] = i;
+        for (order, centers) in self.orders.iter_mut().zip(&centers) {
+            for (i, rank) in (0..n as u8).zip(self::ranks(centers)) {
+                order[rank as usize % MAX_SWEEP] = i;
             }
         }
         let bounds = prims.iter().fold(Bounds::empty(), |a, p| a.union(p.bounds));
@@ -64,7 +71,7 @@ impl Sweep {
             tree.push_leaf(bounds, first, costs);
             return;
         }
-        let (axis, middle) = self.best_split(begin, end, costs);
+        let (axis, middle) = self.best_split(begin, end, bounds, costs);
         let left_members = self.orders[axis][begin..middle].iter().fold(0_u32, |set, i| set | 1 << i);
         for other in 0..3 {
             if other != axis {
@@ -84,11 +91,13 @@ impl Sweep {
     }
 
     /// The axis, and where on it the right part begins.
-    fn best_split(&self, begin: usize, end: usize, costs: &Costs) -> (usize, usize) {
+    fn best_split(&self, begin: usize, end: usize, bounds: Bounds, costs: &Costs) -> (usize, usize) {
         let count = end - begin;
         let mut best = (f32::INFINITY, usize::MAX, 0, begin + count / 2);
         let mut left_areas = [0.0_f32; MAX_SWEEP];
-        for axis in 0..3 {
+        let axes = if self.one_axis { bounds.longest_axis()..bounds.longest_axis() + 1 } else { 0..3 };
+        let blocks = costs.blocks(count);
+        for axis in axes {
             let order = &self.orders[axis][begin..end];
             let mut around = Bounds::empty();
             for (area, &i) in left_areas.iter_mut().zip(order) {
@@ -98,6 +107,9 @@ impl Sweep {
             let mut around = Bounds::empty();
             for middle in (1..count).rev() {
                 around = around.union(self.prims[usize::from(order[middle]) % MAX_SWEEP]);
+                if costs.blocks(middle) + costs.blocks(count - middle) > blocks {
+                    continue;
+                }
                 let cost = left_areas[middle - 1] * costs.blocks(middle) as f32
                     + around.area(costs.pad) * costs.blocks(count - middle) as f32;
                 let balance = (2 * middle).abs_diff(count);

@@ -61,6 +61,8 @@ struct State<'a> {
 pub(super) struct Top<'a> {
     pub(super) costs: Costs,
     pub(super) max_bins: usize,
+    /// Look for splits on one axis only.
+    pub(super) one_axis: bool,
     pub(super) threads: usize,
     pub(super) progress: &'a Progress<'a>,
 }
@@ -83,7 +85,7 @@ impl Top<'_> {
             error: None,
         });
         let changed = Condvar::new();
-        let builder = BinaryBuilder::new(self.costs, self.max_bins);
+        let builder = BinaryBuilder::new(self.costs, self.max_bins, self.one_axis);
         if self.threads > 1 {
             // While there are fewer sets than threads.
             let large = MIN_PARALLEL.max(count / (4 * self.threads));
@@ -102,7 +104,8 @@ impl Top<'_> {
         let builders = Mutex::new(Some(builder));
         at_once(threads, |_| {
             let first = builders.lock().unwrap_or_else(PoisonError::into_inner).take();
-            let mut builder = first.unwrap_or_else(|| BinaryBuilder::new(self.costs, self.max_bins));
+            let mut builder =
+                first.unwrap_or_else(|| BinaryBuilder::new(self.costs, self.max_bins, self.one_axis));
             self.work(&mut builder, &state, &changed);
         });
         let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -160,7 +163,11 @@ impl Top<'_> {
                 false => set.bounds.area(self.costs.pad),
             };
             let splittable = (0..sets.len()).filter(|&i| sets[i].len() > 1 << self.costs.block_shift);
-            let Some(largest) = splittable.max_by(|&a, &b| size(&sets[a]).total_cmp(&size(&sets[b]))) else {
+            let larger = |a: &usize, b: &usize| {
+                let (a, b) = (&sets[*a], &sets[*b]);
+                size(a).total_cmp(&size(b)).then(a.len().cmp(&b.len()))
+            };
+            let Some(largest) = splittable.max_by(larger) else {
                 break;
             };
             let set = std::mem::replace(&mut sets[largest], Set::of(&mut []));
@@ -213,7 +220,7 @@ impl Top<'_> {
     /// Splits a large set with all threads.
     fn split_together<'a>(&self, set: Set<'a>) -> [Set<'a>; 2] {
         let threads = self.threads.min(set.len() / (MIN_PARALLEL / 4)).max(1);
-        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins));
+        let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins), self.one_axis);
         let shares: Vec<Mutex<&mut [Prim]>> = parts(set.prims, threads).into_iter().map(Mutex::new).collect();
         let mut all = at_once(threads, |i| {
             let share = shares[i].lock().unwrap_or_else(PoisonError::into_inner);

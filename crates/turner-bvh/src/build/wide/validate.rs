@@ -188,7 +188,7 @@ fn check_cover(source: &Source<'_>, id: usize, leaf_boxes: &[Aabb]) -> Result<()
 fn check_order(node: &WideNode) -> Result<(), String> {
     let used = node.children.iter().filter(|&&child| child != ChildRef::EMPTY).count();
     for (octant, &word) in node.order.iter().enumerate() {
-        let places: Vec<usize> = (0..8).map(|place| (word >> (3 * place) & 7) as usize).collect();
+        let places: Vec<usize> = (0..8).rev().map(|place| (word >> (3 * place) & 7) as usize).collect();
         let mut sorted = places.clone();
         sorted.sort_unstable();
         if sorted != (0..8).collect::<Vec<_>>() || word >> 24 != 0 {
@@ -213,7 +213,8 @@ fn check_order(node: &WideNode) -> Result<(), String> {
                 })
                 .map(|x| f64::from(x.abs()))
                 .fold(largest, f64::max)
-                * 1e-5;
+                * 1e-5
+                + 1e-43;
             if a > b + slack && a.abs() < 1e38 && b.abs() < 1e38 {
                 return Err(format!("octant {octant}: {} enters at {a}, {} at {b}", pair[0], pair[1]));
             }

@@ -1,0 +1,54 @@
+//! What a build takes, before it is begun.
+
+use super::super::{BuildError, BuildOptions, Quality};
+use super::Source;
+
+/// How a tree is built under a limit of memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Plan {
+    pub(super) quality: Quality,
+    /// References that spatial splits may add.
+    pub(super) budget: usize,
+}
+
+/// References that spatial splits may add, as a share of the primitives.
+const MAX_ADDED: usize = 2;
+
+/// The best plan that fits.
+pub(super) fn plan(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<Plan, BuildError> {
+    let count = source.len();
+    let budget = match source {
+        Source::Triangles { .. } => count / MAX_ADDED,
+        Source::Boxes { .. } => 0,
+    };
+    let wanted = options.quality;
+    let mut plans = vec![Plan { quality: wanted, budget: if wanted == Quality::High { budget } else { 0 } }];
+    if wanted == Quality::High {
+        plans.push(Plan { quality: Quality::High, budget: 0 });
+        plans.push(Plan { quality: Quality::Balanced, budget: 0 });
+    }
+    let Some(limit) = options.memory_limit else { return Ok(plans[0]) };
+    let needed = plans.iter().map(|plan| peak(source, options.compact, plan));
+    match plans.iter().zip(needed.clone()).find(|(_, needed)| *needed <= limit) {
+        Some((plan, _)) => Ok(*plan),
+        None => Err(BuildError::OutOfMemory { needed: needed.min().unwrap_or(0) }),
+    }
+}
+
+/// Bytes at the peak of a build, for trees whose leaves are filled no better than half.
+fn peak(source: &Source<'_>, compact: bool, plan: &Plan) -> usize {
+    let references = source.len() + plan.budget;
+    // Of each reference: as primitive, its share of nodes and slots, its share of blocks.
+    let (prim, tree, block) = match source {
+        Source::Triangles { .. } => (32, 30, if compact { 8 } else { 80 }),
+        Source::Boxes { .. } => (32, 80, 0),
+    };
+    let binary = match (plan.quality, source) {
+        (Quality::High, Source::Triangles { .. }) => 32 + 2 * 48 + 40,
+        (Quality::High, Source::Boxes { .. }) => 32 + 4 * 64 + 100,
+        _ => 0,
+    };
+    // Primitives and subtrees, then subtrees and the tree, then the tree and its blocks.
+    let each = (prim + tree).max(2 * tree).max(tree + block) + binary;
+    references.saturating_mul(each).saturating_add(1 << 16)
+}
