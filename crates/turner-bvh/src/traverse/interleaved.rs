@@ -34,7 +34,7 @@ struct Way {
 /// Rays that wait for the same kind of step.
 #[derive(Clone, Copy)]
 struct Queue {
-    ways: [u8; WAYS],
+    ways: [*mut Way; WAYS],
     len: usize,
 }
 
@@ -43,22 +43,10 @@ const NODES: usize = 0;
 const LEAVES: usize = 1;
 const ENDS: usize = 2;
 
+/// Every way is in exactly one queue, or in the hands of the loop that took it out.
 struct Queues([Queue; 3]);
 
 impl Queues {
-    /// All rays at their end, on behalf of nobody.
-    #[inline(always)]
-    fn new() -> Queues {
-        let empty = Queue { ways: [0; WAYS], len: 0 };
-        let mut all = Queue { ways: [0; WAYS], len: WAYS };
-        let mut i = 0;
-        while i < WAYS {
-            all.ways[i] = i as u8;
-            i += 1;
-        }
-        Queues([empty, empty, all])
-    }
-
     /// Empties a queue.
     #[inline(always)]
     fn take(&mut self, kind: usize) -> Queue {
@@ -68,11 +56,14 @@ impl Queues {
     }
 
     #[inline(always)]
-    fn put(&mut self, way: u8, child: u32) {
+    fn put(&mut self, way: *mut Way, child: u32) {
         let kind = (child >> 31) as usize + usize::from(child == END);
-        let queue = &mut self.0[kind % 3];
-        queue.ways[queue.len % WAYS] = way;
-        queue.len += 1;
+        // SAFETY: there are three kinds, and no more ways than a queue has places.
+        unsafe {
+            let queue = self.0.get_unchecked_mut(kind);
+            *queue.ways.get_unchecked_mut(queue.len) = way;
+            queue.len += 1;
+        }
     }
 }
 
@@ -108,12 +99,19 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
         child: END,
         stack: Stack::new(),
     });
-    let mut queues = Queues::new();
+    // At first all are at their end, on behalf of nobody.
+    let mut queues = Queues([Queue { ways: [std::ptr::null_mut(); WAYS], len: 0 }; 3]);
+    let first = ways.as_mut_ptr();
+    for i in 0..WAYS {
+        // SAFETY: within the array.
+        queues.put(unsafe { first.add(i) }, END);
+    }
     let mut next = 0;
     loop {
         let ends = queues.take(ENDS);
-        for &number in &ends.ways[..ends.len % (WAYS + 1)] {
-            let way = &mut ways[number as usize % WAYS];
+        for &pointer in &ends.ways[..ends.len % (WAYS + 1)] {
+            // SAFETY: it points into `ways`, and no other reference to that way exists: see `Queues`.
+            let way = unsafe { &mut *pointer };
             if way.index != NOBODY {
                 found(way.index, way.ray.finish(way.hit));
                 way.index = NOBODY;
@@ -128,23 +126,25 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
                     way.stack.clear();
                     way.stack.push(END, f32::NEG_INFINITY);
                     way.child = ChildRef::node(0).0;
-                    queues.put(number, way.child);
+                    queues.put(pointer, way.child);
                     break;
                 }
                 found(index, Hit::MISS);
             }
         }
         let nodes = queues.take(NODES);
-        for &number in &nodes.ways[..nodes.len % (WAYS + 1)] {
-            let way = &mut ways[number as usize % WAYS];
+        for &pointer in &nodes.ways[..nodes.len % (WAYS + 1)] {
+            // SAFETY: as above.
+            let way = unsafe { &mut *pointer };
             step::<S, L, ANY>(simd, tree, way);
-            queues.put(number, way.child);
+            queues.put(pointer, way.child);
         }
         let leaves = queues.take(LEAVES);
-        for &number in &leaves.ways[..leaves.len % (WAYS + 1)] {
-            let way = &mut ways[number as usize % WAYS];
+        for &pointer in &leaves.ways[..leaves.len % (WAYS + 1)] {
+            // SAFETY: as above.
+            let way = unsafe { &mut *pointer };
             leaf::<S, L, ANY>(simd, tree, way);
-            queues.put(number, way.child);
+            queues.put(pointer, way.child);
         }
         if nodes.len + leaves.len == 0 && queues.0[NODES].len == 0 {
             return;
