@@ -86,12 +86,16 @@ impl Bins {
     }
 
     #[inline(always)]
-    fn add<const FIRST: usize, const END: usize>(&mut self, prim: &Prim, grid: &Grid) {
+    fn add<const FIRST: usize, const END: usize>(
+        &mut self,
+        prim: &Prim,
+        grid: &Grid,
+        unite: impl Fn(&mut Bounds),
+    ) {
         let bins = grid.bins_of(prim.bounds);
         for (axis, bin) in bins.into_iter().enumerate().take(END).skip(FIRST) {
             let bin = bin & (MAX_BINS - 1);
-            let b = &mut self.boxes[axis][bin];
-            *b = b.union(prim.bounds);
+            unite(&mut self.boxes[axis][bin]);
             self.counts[axis][bin] += 1;
         }
     }
@@ -124,25 +128,57 @@ impl Scratch {
     }
 
     fn fill_axes<const FIRST: usize, const END: usize>(&mut self, prims: &[Prim], grid: &Grid) -> &mut Bins {
+        #[cfg(target_arch = "x86_64")]
+        if super::lanes::has_avx2() {
+            // SAFETY: the processor has AVX2.
+            unsafe { self.fill_avx2::<FIRST, END>(prims, grid) };
+            return &mut self.bins[0];
+        }
+        self.fill_here::<FIRST, END>(prims, grid, |bounds, other| *bounds = bounds.union(other));
+        &mut self.bins[0]
+    }
+
+    /// The same with twice as wide registers.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn fill_avx2<const FIRST: usize, const END: usize>(&mut self, prims: &[Prim], grid: &Grid) {
+        use std::arch::x86_64::{_mm256_load_ps, _mm256_min_ps, _mm256_store_ps};
+        const { assert!(align_of::<Bounds>() == 32 && size_of::<Bounds>() == 32) };
+        self.fill_here::<FIRST, END>(prims, grid, |bounds, other| {
+            let place = (&raw mut *bounds).cast::<f32>();
+            // SAFETY: both are eight floats at an address that is a multiple of 32.
+            unsafe {
+                let other = _mm256_load_ps((&raw const other).cast());
+                _mm256_store_ps(place, _mm256_min_ps(other, _mm256_load_ps(place)));
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn fill_here<const FIRST: usize, const END: usize>(
+        &mut self,
+        prims: &[Prim],
+        grid: &Grid,
+        unite: impl Fn(&mut Bounds, Bounds),
+    ) {
         let [first, second] = &mut *self.bins;
         first.clear(grid);
         if prims.len() < MIN_TWO_ACCUMULATORS {
             for prim in prims {
-                first.add::<FIRST, END>(prim, grid);
+                first.add::<FIRST, END>(prim, grid, |bounds| unite(bounds, prim.bounds));
             }
         } else {
             second.clear(grid);
             let (pairs, rest) = prims.as_chunks::<2>();
             for [a, b] in pairs {
-                first.add::<FIRST, END>(a, grid);
-                second.add::<FIRST, END>(b, grid);
+                first.add::<FIRST, END>(a, grid, |bounds| unite(bounds, a.bounds));
+                second.add::<FIRST, END>(b, grid, |bounds| unite(bounds, b.bounds));
             }
             for prim in rest {
-                first.add::<FIRST, END>(prim, grid);
+                first.add::<FIRST, END>(prim, grid, |bounds| unite(bounds, prim.bounds));
             }
             first.merge(second, grid);
         }
-        first
     }
 }
 
@@ -201,6 +237,30 @@ pub(super) fn partition(prims: &mut [Prim], grid: &Grid, split: &Split) -> (usiz
 }
 
 fn partition_on<const AXIS: usize>(
+    prims: &mut [Prim],
+    grid: &Grid,
+    last_left: usize,
+) -> (usize, [Bounds; 2]) {
+    #[cfg(target_arch = "x86_64")]
+    if super::lanes::has_avx2() {
+        // SAFETY: the processor has AVX2.
+        return unsafe { partition_avx2::<AXIS>(prims, grid, last_left) };
+    }
+    partition_here::<AXIS>(prims, grid, last_left)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn partition_avx2<const AXIS: usize>(
+    prims: &mut [Prim],
+    grid: &Grid,
+    last_left: usize,
+) -> (usize, [Bounds; 2]) {
+    partition_here::<AXIS>(prims, grid, last_left)
+}
+
+#[inline(always)]
+fn partition_here<const AXIS: usize>(
     prims: &mut [Prim],
     grid: &Grid,
     last_left: usize,

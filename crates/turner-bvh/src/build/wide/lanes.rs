@@ -5,6 +5,13 @@ pub(super) use portable::F4;
 #[cfg(target_arch = "x86_64")]
 pub(super) use sse2::F4;
 
+/// Whether wider registers can be used; results are the same.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+pub(super) fn has_avx2() -> bool {
+    std::arch::is_x86_feature_detected!("avx2")
+}
+
 #[cfg(target_arch = "x86_64")]
 mod sse2 {
     use std::arch::x86_64::*;

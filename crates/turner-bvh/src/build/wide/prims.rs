@@ -7,7 +7,7 @@ use crate::Aabb;
 ///
 /// Zeros are positive, in both: minima then do not depend on the order they are taken in, to the last bit.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
+#[repr(C, align(32))]
 pub(super) struct Bounds {
     pub(super) lo: F4,
     pub(super) hi: F4,

@@ -124,6 +124,22 @@ impl Sweep {
 
 /// The place of each key in ascending order; no two keys of interest are equal.
 fn ranks(keys: &[i32; MAX_SWEEP]) -> [i32; MAX_SWEEP] {
+    #[cfg(target_arch = "x86_64")]
+    if super::lanes::has_avx2() {
+        // SAFETY: the processor has AVX2.
+        return unsafe { ranks_avx2(keys) };
+    }
+    ranks_here(keys)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn ranks_avx2(keys: &[i32; MAX_SWEEP]) -> [i32; MAX_SWEEP] {
+    ranks_here(keys)
+}
+
+#[inline(always)]
+fn ranks_here(keys: &[i32; MAX_SWEEP]) -> [i32; MAX_SWEEP] {
     let mut ranks = [0; MAX_SWEEP];
     for &key in keys {
         for (rank, other) in ranks.iter_mut().zip(keys) {
