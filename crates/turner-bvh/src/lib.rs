@@ -37,12 +37,17 @@ mod build;
 mod bvh;
 mod bvh2;
 mod bvh4;
+mod custom;
 pub mod generate;
 mod hit;
+mod levels;
+mod motion;
 mod node;
 #[cfg(test)]
 mod oracle;
 mod ray;
+mod refit;
+mod search;
 mod simd;
 mod slabs;
 mod traverse;
@@ -54,6 +59,10 @@ pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Qu
 pub use bvh::{Bvh, Triangles};
 pub use bvh2::{Bvh2, MAX_DEPTH};
 pub use bvh4::Bvh4;
+pub use custom::BoxBvh;
 pub use hit::Hit;
+pub use levels::{Group, GroupError, GroupParts, GroupStats, Instance, MAX_LEVELS, Object, Visit, inverse};
+pub use motion::{MovingBvh, MovingTriangles};
 pub use ray::Ray;
+pub use refit::RefitError;
 pub use simd::Kernel;

@@ -17,7 +17,7 @@ use crate::triangle::Shear;
 use crate::{Hit, Ray};
 
 /// In units of `f32::EPSILON * size`.
-const PADDING: f32 = 24.0;
+pub(crate) const PADDING: f32 = 24.0;
 
 /// Coordinates beyond this are out of reach: products of three stay finite below it.
 pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
@@ -34,6 +34,18 @@ pub(crate) struct Space {
     pub(crate) unscale: f32,
     /// The largest coordinate in the tree.
     pub(crate) reach: f32,
+    /// Padding beyond [`PADDING`] for rays that start farther away than `reach`, per unit of that distance: 0 unless leaves
+    /// transform rays.
+    pub(crate) far_padding: f32,
+}
+
+impl Space {
+    /// Of a tree whose leaves are in its own coordinates.
+    pub(crate) fn of(scale: f32, nodes: &[WideNode]) -> Space {
+        let planes = nodes.first().into_iter().flat_map(|root| root.planes.iter().flatten().flatten());
+        let reach = planes.map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f32::max);
+        Space { scale, unscale: 1.0 / scale, reach, far_padding: 0.0 }
+    }
 }
 
 /// A ray in the units of a tree, its direction scaled by a power of two so that its longest component is 1 to 2.
@@ -100,7 +112,8 @@ impl SearchRay {
         let direction = simd.load4(&[dx, dy, dz, 1.0]).mul(simd.splat4(normal));
         let (to_tree, t_scale) = (back * space.scale, normal * space.unscale);
         let size = far + space.reach;
-        let padding = simd.splat4(PADDING * f32::EPSILON * size);
+        let beyond = space.far_padding * (far - space.reach).max(0.0);
+        let padding = simd.splat4((PADDING * size + beyond) * f32::EPSILON);
         let d = direction.abs().max(simd.splat4(FLATTEST)).with_sign(direction);
         let inv = simd.splat4(1.0).div(d);
         let middle = origin.mul(inv);

@@ -2,5 +2,6 @@
 
 mod build;
 mod common;
+mod custom;
 mod exact;
 mod search;

@@ -19,6 +19,9 @@ mod top;
 #[cfg(test)]
 mod validate;
 
+pub(crate) use octants::set_order;
+pub(crate) use parallel::each;
+
 use super::BuildError;
 use super::options::{BuildOptions, BuildStats, Quality};
 use crate::Aabb;
@@ -30,8 +33,8 @@ use crate::triangle::{BLOCK, Block};
 pub(crate) enum Source<'a> {
     /// Triangles; every position is multiplied by `scale`, a power of two, before use.
     Triangles { positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]], scale: f32 },
-    /// Boxes of anything, scaled likewise.
-    Boxes { boxes: &'a [Aabb], scale: f32 },
+    /// Boxes of anything, scaled likewise, of which leaves test `width` at once.
+    Boxes { boxes: &'a [Aabb], scale: f32, width: usize },
 }
 
 impl Source<'_> {
@@ -39,7 +42,7 @@ impl Source<'_> {
     pub(crate) fn block_width(&self) -> usize {
         match self {
             Source::Triangles { .. } => BLOCK,
-            Source::Boxes { .. } => 1,
+            Source::Boxes { width, .. } => *width,
         }
     }
 
