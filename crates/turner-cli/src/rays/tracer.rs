@@ -118,8 +118,12 @@ impl Tracer for Turner {
         let one = |hit: Option<turner_bvh::Hit>| hit.unwrap_or(turner_bvh::Hit::MISS);
         // The last name but one is that of rays that lie close together: no packets yet.
         match self {
-            Turner::Mesh(m) => ask!(m, query, rays, &mut *found, intersect, intersect_batch, intersect_batch, one),
-            Turner::Group(g) => ask!(g, query, rays, &mut *found, intersect, intersect_batch, intersect_batch, one),
+            Turner::Mesh(m) => {
+                ask!(m, query, rays, &mut *found, intersect, intersect_batch, intersect_batch, one)
+            }
+            Turner::Group(g) => {
+                ask!(g, query, rays, &mut *found, intersect, intersect_batch, intersect_batch, one)
+            }
         }
         for (out, &found) in hits.iter_mut().zip(&found[..rays.len()]) {
             *out = hit(found);
@@ -132,7 +136,9 @@ impl Tracer for Turner {
         let one = |hit: bool| hit;
         match self {
             Turner::Mesh(m) => ask!(m, query, rays, &mut *out, occluded, occluded_batch, occluded_batch, one),
-            Turner::Group(g) => ask!(g, query, rays, &mut *out, occluded, occluded_batch, occluded_batch, one),
+            Turner::Group(g) => {
+                ask!(g, query, rays, &mut *out, occluded, occluded_batch, occluded_batch, one)
+            }
         }
     }
 }
