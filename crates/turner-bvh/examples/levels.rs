@@ -22,7 +22,7 @@ fn main() {
     }
     if wanted("instances") {
         instances(SceneKind::Instances1k);
-        instances(SceneKind::Instances1m);
+        if !asked.iter().any(|a| a == "small") { instances(SceneKind::Instances1m); }
     }
     if wanted("motion") {
         motion();

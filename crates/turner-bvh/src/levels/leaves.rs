@@ -90,6 +90,30 @@ pub(super) struct GroupLeaves<'a, V> {
     pub(super) own: u32,
     /// The caller's t per t of the group outside its tree.
     pub(super) outer: f32,
+    pub(super) ordered: bool,
+}
+
+/// Leaves that end a search for the nearest hit at the first one: a search for any hit that goes from near to far. Where
+/// leaves are whole trees that is worth more than it costs, as what is near is hit most often.
+pub(super) struct FirstHit<'a, L>(pub(super) &'a L);
+
+impl<L: Leaves> Leaves for FirstHit<'_, L> {
+    #[inline(always)]
+    fn closest<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32, hit: &mut Hit) {
+        if self.0.any(simd, leaf, ray, ray_index) {
+            *hit = Hit { t: f32::NEG_INFINITY, primitive: 0, ..*hit };
+        }
+    }
+
+    #[inline(always)]
+    fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool {
+        self.0.any(simd, leaf, ray, ray_index)
+    }
+
+    #[inline(always)]
+    fn address(&self, leaf: ChildRef) -> *const u8 {
+        self.0.address(leaf)
+    }
 }
 
 /// Whether `a` comes before `b`.
@@ -128,7 +152,7 @@ impl<'a, V: Visit> GroupLeaves<'a, V> {
     #[inline(always)]
     fn nested(&self, group: &'a Group, id: u32, outer: f32) -> GroupLeaves<'a, V> {
         let base = self.base.wrapping_add(id);
-        GroupLeaves { group, visit: self.visit, base, own: base.wrapping_add(group.placed), outer }
+        GroupLeaves { group, visit: self.visit, base, own: base.wrapping_add(group.placed), outer, ordered: self.ordered }
     }
 
     /// An own primitive; t is that of the tree.
@@ -222,7 +246,13 @@ impl<V: Visit> Leaves for GroupLeaves<'_, V> {
                         |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
                     let leaves = Blocks { blocks: &mesh.blocks, filter: accept };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
-                    traverse::any(simd, &tree, &search, ray_index)
+                    if self.ordered {
+                        let leaves = FirstHit(&leaves);
+                        let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
+                        traverse::closest(simd, &tree, &search, ray_index).is_hit()
+                    } else {
+                        traverse::any(simd, &tree, &search, ray_index)
+                    }
                 }
                 Object::Moving(mesh) => {
                     let Some(search) = SearchRay::new(simd, &inside, &mesh.space) else { continue };
@@ -284,7 +314,8 @@ impl<V: Visit> WithSimd for Any<'_, V> {
     fn run<S: Simd>(self, simd: S) -> bool {
         let group = self.leaves.group;
         let Some(ray) = SearchRay::new(simd, self.ray, &group.space) else { return false };
-        let tree = Tree { nodes: &group.nodes, leaves: &self.leaves, space: group.space };
-        traverse::any(simd, &tree, &ray, self.ray_index)
+        let leaves = FirstHit(&self.leaves);
+        let tree = Tree { nodes: &group.nodes, leaves: &leaves, space: group.space };
+        traverse::closest(simd, &tree, &ray, self.ray_index).is_hit()
     }
 }

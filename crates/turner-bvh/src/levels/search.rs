@@ -1,7 +1,7 @@
 //! What a group is asked.
 
 use super::group::Group;
-use super::leaves::GroupLeaves;
+use super::leaves::{FirstHit, GroupLeaves};
 use crate::traverse::Tree;
 use crate::{Hit, Ray, search};
 
@@ -40,14 +40,17 @@ impl<V: Visit> Visit for &V {
     }
 }
 
+/// Rays of a batch that are searched at a time.
+const CHUNK: usize = 256;
+
 impl Group {
     #[inline(always)]
     fn leaves<'a, V: Visit>(&'a self, visit: &'a V) -> GroupLeaves<'a, V> {
-        GroupLeaves { group: self, visit, base: 0, own: Hit::NONE, outer: 1.0 }
+        GroupLeaves { group: self, visit, base: 0, own: Hit::NONE, outer: 1.0, ordered: false }
     }
 
     #[inline(always)]
-    fn tree<'a, V: Visit>(&'a self, leaves: &'a GroupLeaves<'a, V>) -> Tree<'a, GroupLeaves<'a, V>> {
+    fn tree<'a, L>(&'a self, leaves: &'a L) -> Tree<'a, L> {
         Tree { nodes: &self.nodes, leaves, space: self.space }
     }
 
@@ -80,7 +83,8 @@ impl Group {
     /// Whether there is a hit that counts, own primitives included.
     #[inline]
     pub fn occluded_with<V: Visit>(&self, ray: &Ray, visit: &V) -> bool {
-        search::any(self.tree(&self.leaves(visit)), ray)
+        let leaves = GroupLeaves { ordered: true, ..self.leaves(visit) };
+        search::closest(self.tree(&FirstHit(&leaves)), ray).is_hit()
     }
 
     /// The nearest hits that count, own primitives included.
@@ -92,6 +96,15 @@ impl Group {
     /// Whether there are hits that count, own primitives included.
     #[inline]
     pub fn occluded_batch_with<V: Visit>(&self, rays: &[Ray], hits: &mut [bool], visit: &V) {
-        search::any_batch(self.tree(&self.leaves(visit)), rays, hits);
+        assert_eq!(rays.len(), hits.len());
+        let mut found = [Hit::MISS; CHUNK];
+        for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
+            for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+                let _ = i;
+                let leaves = self.leaves(visit);
+                *hit = search::closest(self.tree(&FirstHit(&leaves)), ray).is_hit();
+            }
+        }
+        found[0] = Hit::MISS;
     }
 }
