@@ -37,7 +37,10 @@ fn main() {
 
 fn measure(kind: SceneKind, scene: &Scene, resolution: u32) {
     let start = Instant::now();
-    let tree = Tree::build(scene);
+    let mesh = &scene.meshes[0];
+    let triangles = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
+    let options = BuildOptions { threads: 1, ..BuildOptions::default() };
+    let tree = Bvh::build(&triangles, &options).expect("fewer triangles than a tree holds");
     let seconds = start.elapsed().as_secs_f64();
     let count = scene.triangles();
     let extent = scene.extent();
@@ -45,23 +48,17 @@ fn measure(kind: SceneKind, scene: &Scene, resolution: u32) {
     let points: Vec<rays::Point> = primary
         .iter()
         .filter_map(|ray| {
-            let (t, primitive) = tree.intersect(ray)?;
-            rays::point(scene, extent, ray, t, u32::MAX, primitive)
+            let hit = tree.intersect(ray)?;
+            rays::point(scene, extent, ray, hit.t, hit.instance, hit.primitive)
         })
         .collect();
     let nearest = |rays: &[Ray]| {
-        rate(rays.len(), || {
-            for ray in rays {
-                black_box(tree.intersect(ray));
-            }
-        })
+        let mut hits = vec![Hit::MISS; rays.len()];
+        rate(rays.len(), || tree.intersect_batch(black_box(rays), &mut hits))
     };
     let any = |rays: &[Ray]| {
-        rate(rays.len(), || {
-            for ray in rays {
-                black_box(tree.occluded(ray));
-            }
-        })
+        let mut hits = vec![false; rays.len()];
+        rate(rays.len(), || tree.occluded_batch(black_box(rays), &mut hits))
     };
     let rates = [
         nearest(&primary),
@@ -69,7 +66,7 @@ fn measure(kind: SceneKind, scene: &Scene, resolution: u32) {
         nearest(&rays::diffuse(&points)),
         any(&rays::ambient(&points, 0.07 * extent)),
     ];
-    let bytes = tree.bytes() as f64 / count as f64;
+    let bytes = tree.stats().bytes as f64 / count as f64;
     print!("{:14} {count:>9} {:>9.3} {bytes:>8.1} ", kind.name(), count as f64 / 1e6 / seconds);
     println!("{}", rates.map(|rate| format!(" {rate:>8.3}")).concat());
 }
@@ -83,74 +80,4 @@ fn rate(count: usize, mut work: impl FnMut()) -> f64 {
     });
     seconds.sort_by(f64::total_cmp);
     count as f64 / 1e6 / seconds[2].max(1e-9)
-}
-
-/// Triangles in the leaves of a tree of boxes, by Möller and Trumbore's method.
-struct Tree {
-    tree: Bvh4,
-    /// In the order of the leaves: a vertex and two edges.
-    triangles: Vec<[[f32; 3]; 3]>,
-}
-
-impl Tree {
-    fn build(scene: &Scene) -> Tree {
-        let mesh = &scene.meshes[0];
-        let boxes: Vec<Aabb> = (0..mesh.triangles.len())
-            .map(|i| mesh.triangle(i).into_iter().fold(Aabb::EMPTY, Aabb::grow))
-            .collect();
-        let options = Bvh2Options { threads: 1, ..Bvh2Options::default() };
-        let tree = Bvh4::collapse(&Bvh2::build(&boxes, &options).expect("fewer triangles than a tree holds"));
-        let triangles = tree.order().iter().map(|&i| {
-            let [a, b, c] = mesh.triangle(i as usize);
-            [a, sub(b, a), sub(c, a)]
-        });
-        Tree { triangles: triangles.collect(), tree }
-    }
-
-    fn bytes(&self) -> usize {
-        self.tree.bytes() + size_of_val(self.triangles.as_slice())
-    }
-
-    fn intersect(&self, ray: &Ray) -> Option<(f32, u32)> {
-        let mut hit = None;
-        self.tree.closest(ray, |positions, mut t_max| {
-            for i in positions {
-                if let Some(t) = meet(ray, &self.triangles[i as usize], t_max) {
-                    t_max = t;
-                    hit = Some((t, self.tree.order()[i as usize]));
-                }
-            }
-            t_max
-        });
-        hit
-    }
-
-    fn occluded(&self, ray: &Ray) -> bool {
-        self.tree.any(ray, |mut positions| {
-            positions.any(|i| meet(ray, &self.triangles[i as usize], ray.t_max).is_some())
-        })
-    }
-}
-
-fn meet(ray: &Ray, &[a, e, f]: &[[f32; 3]; 3], t_max: f32) -> Option<f32> {
-    let p = cross(ray.direction, f);
-    let inverse = 1.0 / dot(e, p);
-    let s = sub(ray.origin, a);
-    let u = dot(s, p) * inverse;
-    let q = cross(s, e);
-    let v = dot(ray.direction, q) * inverse;
-    let t = dot(f, q) * inverse;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= ray.t_min && t <= t_max).then_some(t)
-}
-
-fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

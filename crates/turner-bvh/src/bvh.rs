@@ -19,10 +19,12 @@ pub struct Triangles<'a> {
 /// A tree over triangles.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    nodes: Vec<WideNode>,
-    blocks: Vec<Block>,
-    space: Space,
-    stats: BuildStats,
+    pub(crate) nodes: Vec<WideNode>,
+    pub(crate) blocks: Vec<Block>,
+    pub(crate) space: Space,
+    pub(crate) stats: BuildStats,
+    /// Triangles of the mesh, in the tree or not.
+    pub(crate) count: usize,
 }
 
 impl Bvh {
@@ -44,14 +46,8 @@ impl Bvh {
             })
             .collect();
         stats.bytes = size_of_val(&nodes[..]) + size_of_val(&blocks[..]);
-        let reach = nodes.first().map_or(0.0, |root| {
-            (0..8)
-                .map(|i| root.bounds(i))
-                .filter(|b| b.is_valid())
-                .flat_map(|b| b.min.into_iter().chain(b.max))
-                .fold(0.0_f32, |reach, x| reach.max(x.abs()))
-        });
-        Ok(Bvh { nodes, blocks, space: Space { scale, unscale: 1.0 / scale, reach }, stats })
+        let space = Space::of(scale, &nodes);
+        Ok(Bvh { nodes, blocks, space, stats, count: triangles.len() })
     }
 
     /// The size of the tree.
@@ -59,11 +55,11 @@ impl Bvh {
         &self.stats
     }
 
-    fn tree<'a, F>(&'a self, leaves: &'a Blocks<'a, F>) -> Tree<'a, Blocks<'a, F>> {
+    pub(crate) fn tree<'a, F>(&'a self, leaves: &'a Blocks<'a, F>) -> Tree<'a, Blocks<'a, F>> {
         Tree { nodes: &self.nodes, leaves, space: self.space }
     }
 
-    fn leaves<F: Fn(u32, &Hit) -> bool>(&self, filter: F) -> Blocks<'_, F> {
+    pub(crate) fn leaves<F: Fn(u32, &Hit) -> bool>(&self, filter: F) -> Blocks<'_, F> {
         Blocks { blocks: &self.blocks, filter }
     }
 
@@ -153,8 +149,12 @@ impl Bvh {
 }
 
 /// The power of two that brings all positions within reach: 1 for ordinary sizes.
-fn scale(positions: &[[f32; 3]]) -> f32 {
-    let reach = positions.iter().flatten().map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f32::max);
+pub(crate) fn scale(positions: &[[f32; 3]]) -> f32 {
+    scale_of(positions.iter().flatten().map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f32::max))
+}
+
+/// The same from the largest coordinate.
+pub(crate) fn scale_of(reach: f32) -> f32 {
     if (1.0 / FARTHEST..=FARTHEST).contains(&reach) || reach < f32::MIN_POSITIVE {
         return 1.0;
     }

@@ -58,9 +58,13 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
 
     #[inline(always)]
     fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool {
-        self.of(leaf)
-            .iter()
-            .any(|b| b.any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, h)))
+        // Not by `Iterator::any`: what its closure calls need not be inlined.
+        for block in self.of(leaf) {
+            if block.any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, h)) {
+                return true;
+            }
+        }
+        false
     }
 
     #[inline(always)]

@@ -14,7 +14,7 @@ mod stack;
 pub(crate) use interleaved::{any_batch, closest_batch};
 pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
 pub(crate) use packet::{any_packets, closest_packets};
-pub(crate) use ray::{FARTHEST, SearchRay, Space};
+pub(crate) use ray::{FARTHEST, PADDING, SearchRay, Space};
 pub(crate) use single::{any, closest};
 
 use crate::node::{ChildRef, WideNode};

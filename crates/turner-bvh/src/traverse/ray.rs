@@ -17,7 +17,7 @@ use crate::triangle::Shear;
 use crate::{Hit, Ray};
 
 /// In units of `f32::EPSILON * size`.
-pub(super) const PADDING: f32 = 24.0;
+pub(crate) const PADDING: f32 = 24.0;
 
 /// Coordinates beyond this are out of reach: products of three stay finite below it.
 pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
@@ -37,6 +37,18 @@ pub(crate) struct Space {
     pub(crate) unscale: f32,
     /// The largest coordinate in the tree.
     pub(crate) reach: f32,
+    /// Padding beyond [`PADDING`] for rays that start farther away than `reach`, per unit of that distance: 0 unless leaves
+    /// transform rays.
+    pub(crate) far_padding: f32,
+}
+
+impl Space {
+    /// Of a tree whose leaves are in its own coordinates.
+    pub(crate) fn of(scale: f32, nodes: &[WideNode]) -> Space {
+        let planes = nodes.first().into_iter().flat_map(|root| root.planes.iter().flatten().flatten());
+        let reach = planes.map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f32::max);
+        Space { scale, unscale: 1.0 / scale, reach, far_padding: 0.0 }
+    }
 }
 
 /// A ray in the units of a tree, its direction scaled by a power of two where it is very long or short.
@@ -107,11 +119,14 @@ impl SearchRay {
         }
         let in_tree = [array(origin), array(direction)];
         let [ox, oy, oz, _] = in_tree[0];
-        let size = larger(larger(ox.abs(), oy.abs()), oz.abs()) + space.reach;
+        let far = larger(larger(ox.abs(), oy.abs()), oz.abs());
+        let size = far + space.reach;
+        let beyond = space.far_padding * larger(far - space.reach, 0.0);
+        let padding = (PADDING * size + beyond) * f32::EPSILON;
         let d = direction.abs().max(simd.splat4(FLATTEST * longest)).with_sign(direction);
         let inv = simd.splat4(1.0).div(d);
         let middle = origin.mul(inv);
-        let pad = simd.splat4(PADDING * f32::EPSILON * size).mul(inv.abs());
+        let pad = simd.splat4(padding).mul(inv.abs());
         let down = d.lt(simd.splat4(0.0)) & 7;
         let [x, y, z] = [down & 1, down >> 1 & 1, down >> 2];
         let [[ox, oy, oz, _], [dx, dy, dz, _]] = in_tree;

@@ -2,6 +2,7 @@
 
 mod build;
 mod common;
+mod custom;
 mod exact;
 mod lanes;
 mod search;

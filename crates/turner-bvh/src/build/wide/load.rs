@@ -48,7 +48,7 @@ pub(super) fn load(source: &Source<'_>, threads: usize) -> Result<Loaded, BuildE
             Source::Triangles { positions, triangles, scale } => {
                 fill(&mut room, starts[i], |id| triangle(positions, triangles[id], scale, id))
             }
-            Source::Boxes { boxes, scale } => fill(&mut room, starts[i], |id| {
+            Source::Boxes { boxes, scale, .. } => fill(&mut room, starts[i], |id| {
                 let b = boxes[id];
                 let (min, max) = (b.min.map(|x| x * scale), b.max.map(|x| x * scale));
                 let valid = crate::Aabb { min, max }.is_valid();

@@ -24,6 +24,9 @@ mod top;
 #[cfg(test)]
 mod validate;
 
+pub(crate) use octants::set_order;
+pub(crate) use parallel::each;
+
 use super::BuildError;
 use super::options::{BuildOptions, BuildStats, Quality};
 use crate::Aabb;
@@ -35,8 +38,8 @@ use crate::triangle::{BLOCK, Block};
 pub(crate) enum Source<'a> {
     /// Triangles; every position is multiplied by `scale`, a power of two, before use.
     Triangles { positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]], scale: f32 },
-    /// Boxes of anything, scaled likewise.
-    Boxes { boxes: &'a [Aabb], scale: f32 },
+    /// Boxes of anything, scaled likewise, of which leaves test `width` at once.
+    Boxes { boxes: &'a [Aabb], scale: f32, width: usize },
 }
 
 impl Source<'_> {
@@ -44,7 +47,7 @@ impl Source<'_> {
     pub(crate) fn block_width(&self) -> usize {
         match self {
             Source::Triangles { .. } => BLOCK,
-            Source::Boxes { .. } => 1,
+            Source::Boxes { width, .. } => *width,
         }
     }
 
@@ -128,7 +131,7 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
 /// The same for a tree over boxes.
 #[doc(hidden)]
 pub fn build_stats_of_boxes(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BuildStats, BuildError> {
-    Ok(build(&Source::Boxes { boxes, scale: 1.0 }, options)?.stats)
+    Ok(build(&Source::Boxes { boxes, scale: 1.0, width: 1 }, options)?.stats)
 }
 
 /// What a tree over triangles is like, without the tree: for measuring builders.

@@ -27,7 +27,7 @@ const NETWORK: [(usize, usize); 19] = [
 ];
 
 /// Sets the order of the node's children in each octant: by how far along its diagonal their boxes are entered.
-pub(super) fn set_order(node: &mut WideNode) {
+pub(crate) fn set_order(node: &mut WideNode) {
     let large = F4::splat(1e38);
     let mut keys = [[F4::splat(0.0); 2]; 8];
     for (child, keys) in keys.iter_mut().enumerate() {

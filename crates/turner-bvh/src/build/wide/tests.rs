@@ -87,7 +87,7 @@ fn points(points: impl IntoIterator<Item = [f32; 3]>) -> Vec<Aabb> {
 }
 
 fn build_boxes(boxes: &[Aabb]) -> [WideTree; 3] {
-    build_all(&Source::Boxes { boxes, scale: 1.0 })
+    build_all(&Source::Boxes { boxes, scale: 1.0, width: 1 })
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn the_order_of_primitives_does_not_shape_the_tree() {
 fn boxes_that_no_split_tells_apart_are_halved() {
     let boxes = vec![Aabb::new([1.0, -2.0, -0.0], [3.0, 0.0, 0.5]); 1_000_000];
     for quality in [Quality::Fast, Quality::Balanced] {
-        let source = Source::Boxes { boxes: &boxes, scale: 1.0 };
+        let source = Source::Boxes { boxes: &boxes, scale: 1.0, width: 1 };
         let tree = build(&source, &options(quality, 2)).unwrap();
         validate(&tree, &source, true).unwrap();
         assert!(tree.stats.max_depth <= 8, "{:?}", tree.stats);
@@ -211,7 +211,7 @@ fn what_no_ray_meets_is_left_out_and_counted() {
     boxes[3].min[1] = f32::NAN;
     boxes[70_000].max[0] = -1.0;
     boxes[99_999] = Aabb::EMPTY;
-    let source = Source::Boxes { boxes: &boxes, scale: 0.5 };
+    let source = Source::Boxes { boxes: &boxes, scale: 0.5, width: 1 };
     let tree = build(&source, &options(Quality::Balanced, 3)).unwrap();
     validate(&tree, &source, true).unwrap();
     assert_eq!((tree.stats.primitives, tree.stats.non_finite), (99_997, 3));

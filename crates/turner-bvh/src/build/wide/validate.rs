@@ -14,7 +14,7 @@ pub(super) fn primitive_box(source: &Source<'_>, id: usize) -> Option<Aabb> {
             let finite = p.iter().flatten().all(|x| x.is_finite());
             (finite && distinct).then_some(bounds)
         }
-        Source::Boxes { boxes, scale } => {
+        Source::Boxes { boxes, scale, .. } => {
             let b = Aabb::new(boxes[id].min.map(|x| x * scale), boxes[id].max.map(|x| x * scale));
             b.is_valid().then_some(b)
         }

@@ -1,0 +1,286 @@
+//! The tree over boxes of anything.
+
+use std::cell::RefCell;
+use std::ops::Range;
+
+use crate::build::wide::{self, Source};
+use crate::bvh::scale_of;
+use crate::node::{ChildRef, WideNode};
+use crate::refit::{left_out, refit};
+use crate::simd::Simd;
+use crate::traverse::{FARTHEST, Leaves, SearchRay, Space, Tree};
+use crate::{Aabb, BuildError, BuildOptions, BuildStats, Hit, Ray, RefitError, search};
+
+/// A tree over boxes of anything: it hands out ranges of primitives, and the caller meets them.
+///
+/// ```
+/// use turner_bvh::{Aabb, BoxBvh, BuildOptions, Ray};
+///
+/// // Ten flat squares across the z axis.
+/// let z: Vec<f32> = (0..10).map(|i| 10.0 - i as f32).collect();
+/// let boxes: Vec<Aabb> = z.iter().map(|&z| Aabb::new([-1.0, -1.0, z], [1.0, 1.0, z])).collect();
+/// let bvh = BoxBvh::build(&boxes, &BuildOptions::default())?;
+///
+/// // In leaf order, each leaf is a slice.
+/// let in_order: Vec<f32> = bvh.order().iter().map(|&i| z[i as usize]).collect();
+/// let ray = Ray::new([0.0, 0.0, 3.5], [0.0, 0.0, 1.0]);
+/// let t = bvh.closest(&ray, |range, t_max| {
+///     in_order[range.start as usize..range.end as usize]
+///         .iter()
+///         .map(|z| (z - ray.origin[2]) / ray.direction[2])
+///         .filter(|&t| t >= ray.t_min)
+///         .fold(t_max, f32::min)
+/// });
+/// assert_eq!(t, 0.5);
+/// # Ok::<(), turner_bvh::BuildError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct BoxBvh {
+    nodes: Vec<WideNode>,
+    order: Vec<u32>,
+    dropped: Vec<u32>,
+    bounds: Aabb,
+    space: Space,
+    stats: BuildStats,
+    count: usize,
+}
+
+/// Rays of a batch that are searched at a time.
+const CHUNK: usize = 256;
+
+impl BoxBvh {
+    /// Builds the tree. Boxes that are not [valid](Aabb::is_valid) are left out.
+    pub fn build(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BoxBvh, BuildError> {
+        let scale = scale(boxes);
+        let tree = wide::build(&Source::Boxes { boxes, scale, width: 1 }, options)?;
+        let dropped = if tree.stats.non_finite == 0 {
+            Vec::new()
+        } else {
+            left_out(tree.slots.iter().copied(), boxes.len())
+        };
+        let space = Space::of(scale, &tree.nodes);
+        let bounds = bounds(&tree.nodes, space.unscale);
+        let (nodes, order, stats) = (tree.nodes, tree.slots, tree.stats);
+        Ok(BoxBvh { nodes, order, dropped, bounds, space, stats, count: boxes.len() })
+    }
+
+    /// Takes on other boxes for the same primitives: much faster than to build anew.
+    pub fn refit(&mut self, boxes: &[Aabb]) -> Result<(), RefitError> {
+        if boxes.len() != self.count {
+            return Err(RefitError::Count { built: self.count, given: boxes.len() });
+        }
+        let scale = scale(boxes);
+        let scaled = |b: Aabb| Aabb::new(b.min.map(|x| x * scale), b.max.map(|x| x * scale));
+        if let Some(&id) = self.dropped.iter().find(|&&id| scaled(boxes[id as usize]).is_valid()) {
+            return Err(RefitError::LeftOut { primitive: id as usize });
+        }
+        refit(&mut self.nodes, |leaf| {
+            let ids = &self.order[leaf.first_block()..leaf.first_block() + leaf.blocks()];
+            let boxes = ids.iter().map(|&id| scaled(boxes[id as usize])).filter(|b| b.is_valid());
+            boxes.fold(Aabb::EMPTY, Aabb::union)
+        });
+        self.space = Space::of(scale, &self.nodes);
+        self.bounds = bounds(&self.nodes, self.space.unscale);
+        Ok(())
+    }
+
+    /// For each position in leaf order, the index of its primitive in the input. A caller that stores primitives in
+    /// this order reads each leaf from consecutive memory.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Indices of the primitives that are not in the tree, because their boxes were not [valid](Aabb::is_valid).
+    pub fn dropped(&self) -> &[u32] {
+        &self.dropped
+    }
+
+    /// The box around everything in the tree.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// The size and the quality of the tree.
+    pub fn stats(&self) -> &BuildStats {
+        &self.stats
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.order[..]) + size_of_val(&self.dropped[..])
+    }
+
+    fn tree<'a, L>(&'a self, leaves: &'a L) -> Tree<'a, L> {
+        Tree { nodes: &self.nodes, leaves, space: self.space }
+    }
+
+    fn all(&self) -> Range<u32> {
+        0..self.order.len() as u32
+    }
+
+    /// Visits the leaves that the ray may meet at `t_min <= t <= t_max`, nearer ones first as far as boxes can tell,
+    /// and returns the last `t_max`.
+    ///
+    /// `leaf` gets a range of positions in [`order`](Self::order) and the present `t_max`; it returns the new `t_max`:
+    /// the smaller of the old one and its nearest hit. A larger one is ignored, and NaN ends the search.
+    ///
+    /// No primitive is missed whose box the ray meets, in exact arithmetic, at `t_min <= t <= t_max`: a primitive as
+    /// near as the nearest so far is still offered, so that a caller can break ties by its own rule. Rays to which boxes
+    /// mean nothing in single precision (without direction, or from 2^40 times the tree's coordinates) are offered
+    /// all primitives at once.
+    #[inline]
+    pub fn closest(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>, f32) -> f32) -> f32 {
+        if !self.reaches(ray) {
+            let t = if ray.is_valid() && !self.order.is_empty() {
+                leaf(self.all(), ray.t_max)
+            } else {
+                ray.t_max
+            };
+            return if t > ray.t_max { ray.t_max } else { t };
+        }
+        let leaves = Nearest {
+            rays: std::slice::from_ref(ray),
+            visit: RefCell::new(|_, range, t| leaf(range, t)),
+            order: &self.order,
+        };
+        let hit = search::closest(self.tree(&leaves), ray);
+        if hit.is_hit() { hit.u } else { ray.t_max }
+    }
+
+    /// Whether `leaf` says so for any of the leaves that the ray may meet at `t_min <= t <= t_max`; stops at the first.
+    ///
+    /// As with [`closest`](Self::closest), no primitive is missed whose box the ray meets.
+    #[inline]
+    pub fn any(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>) -> bool) -> bool {
+        if !self.reaches(ray) {
+            return ray.is_valid() && !self.order.is_empty() && leaf(self.all());
+        }
+        let leaves = Any { visit: RefCell::new(|_, range| leaf(range)), order: &self.order };
+        search::any(self.tree(&leaves), ray)
+    }
+
+    /// As [`closest`](Self::closest) for many rays, several at a time: `leaf` gets the number of the ray, too, in no
+    /// particular order. What it finds it has to keep.
+    #[inline]
+    pub fn closest_batch(&self, rays: &[Ray], mut leaf: impl FnMut(usize, Range<u32>, f32) -> f32) {
+        let mut hits = [Hit::MISS; CHUNK];
+        for (chunk, rays) in rays.chunks(CHUNK).enumerate() {
+            let first = chunk * CHUNK;
+            let leaves = Nearest {
+                rays,
+                visit: RefCell::new(|i, range, t| leaf(first + i, range, t)),
+                order: &self.order,
+            };
+            search::closest_batch(self.tree(&leaves), rays, &mut hits[..rays.len()]);
+            for (i, ray) in rays.iter().enumerate().filter(|(_, ray)| !self.reaches(ray)) {
+                if ray.is_valid() && !self.order.is_empty() {
+                    leaf(first + i, self.all(), ray.t_max);
+                }
+            }
+        }
+    }
+
+    /// As [`any`](Self::any) for many rays, several at a time: `leaf` gets the number of the ray, too.
+    #[inline]
+    pub fn any_batch(
+        &self,
+        rays: &[Ray],
+        hits: &mut [bool],
+        mut leaf: impl FnMut(usize, Range<u32>) -> bool,
+    ) {
+        assert_eq!(rays.len(), hits.len());
+        {
+            let leaves = Any { visit: RefCell::new(&mut leaf), order: &self.order };
+            search::any_batch(self.tree(&leaves), rays, hits);
+        }
+        for (i, ray) in rays.iter().enumerate().filter(|(_, ray)| !self.reaches(ray)) {
+            hits[i] = ray.is_valid() && !self.order.is_empty() && leaf(i, self.all());
+        }
+    }
+
+    /// Whether the search takes this ray, and t is exact within it.
+    #[inline(always)]
+    fn reaches(&self, ray: &Ray) -> bool {
+        let [x, y, z] = ray.origin.map(f32::abs);
+        let [u, v, w] = ray.direction.map(f32::abs);
+        let (far, longest) = (x.max(y).max(z), u.max(v).max(w));
+        let scale = self.space.scale;
+        // In any ordinary tree the scale is 1.
+        let t_scale = longest * scale;
+        far * scale <= FARTHEST
+            && (1e-36..1e36).contains(&longest)
+            && (1e-36..1e36).contains(&t_scale)
+            && ray.is_valid()
+    }
+}
+
+fn scale(boxes: &[Aabb]) -> f32 {
+    let valid = boxes.iter().filter(|b| b.is_valid());
+    scale_of(valid.flat_map(|b| b.min.into_iter().chain(b.max)).fold(0.0, |reach, x| reach.max(x.abs())))
+}
+
+fn bounds(nodes: &[WideNode], unscale: f32) -> Aabb {
+    let Some(root) = nodes.first() else { return Aabb::EMPTY };
+    let all = (0..8).map(|i| root.bounds(i)).fold(Aabb::EMPTY, Aabb::union);
+    Aabb::new(all.min.map(|x| x * unscale), all.max.map(|x| x * unscale))
+}
+
+/// Positions in a leaf.
+#[inline(always)]
+fn positions(leaf: ChildRef) -> Range<u32> {
+    let first = leaf.first_block() as u32;
+    first..first + leaf.blocks() as u32
+}
+
+/// Leaves that are visited with the ray's number, positions and t; they give the new t, which stands in `hit.u`.
+struct Nearest<'a, F> {
+    rays: &'a [Ray],
+    visit: RefCell<F>,
+    order: &'a [u32],
+}
+
+impl<F: FnMut(usize, Range<u32>, f32) -> f32> Leaves for Nearest<'_, F> {
+    #[inline(always)]
+    fn closest<S: Simd>(&self, _: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32, hit: &mut Hit) {
+        let index = ray_index as usize;
+        let before = if hit.is_hit() { hit.u } else { self.rays[index].t_max };
+        let t = (self.visit.borrow_mut())(index, positions(leaf), before);
+        if t < before {
+            // Powers of two: exact.
+            *hit = Hit { t: (t / ray.t_scale).min(hit.t), u: t, primitive: 0, ..*hit };
+        } else if t.is_nan() {
+            *hit = Hit { t: f32::NEG_INFINITY, u: t, primitive: 0, ..*hit };
+        }
+    }
+
+    #[inline(always)]
+    fn any<S: Simd>(&self, _: S, _: ChildRef, _: &SearchRay, _: u32) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn address(&self, leaf: ChildRef) -> *const u8 {
+        self.order.as_ptr().wrapping_add(leaf.first_block()).cast()
+    }
+}
+
+/// Leaves that are visited with the ray's number and positions, until one says yes.
+struct Any<'a, F> {
+    visit: RefCell<F>,
+    order: &'a [u32],
+}
+
+impl<F: FnMut(usize, Range<u32>) -> bool> Leaves for Any<'_, F> {
+    #[inline(always)]
+    fn closest<S: Simd>(&self, _: S, _: ChildRef, _: &SearchRay, _: u32, _: &mut Hit) {}
+
+    #[inline(always)]
+    fn any<S: Simd>(&self, _: S, leaf: ChildRef, _: &SearchRay, ray_index: u32) -> bool {
+        (self.visit.borrow_mut())(ray_index as usize, positions(leaf))
+    }
+
+    #[inline(always)]
+    fn address(&self, leaf: ChildRef) -> *const u8 {
+        self.order.as_ptr().wrapping_add(leaf.first_block()).cast()
+    }
+}

@@ -1,0 +1,591 @@
+//! Groups against a search without any tree.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use proptest::prelude::*;
+
+use super::bounds::{Extent, Place, Reach};
+use super::matrix::{Affine, between, inverse64, rounded, scaled};
+use super::*;
+use crate::generate::{Random, noisy_icosphere};
+use crate::motion::{MovingBvh, MovingTriangles, clamped};
+use crate::oracle;
+use crate::simd::Portable;
+use crate::traverse::SearchRay;
+use crate::{Aabb, BuildOptions, Bvh, Hit, Kernel, Ray, RefitError, Triangles};
+
+/// Runs a test on every kernel of this machine, one test at a time.
+pub(crate) fn kernels(test: impl Fn(Kernel)) {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+    let before = Kernel::current();
+    for kernel in Kernel::available() {
+        assert!(kernel.force());
+        test(kernel);
+    }
+    before.force();
+}
+
+/// A group and what it is made of.
+struct Made {
+    group: Arc<Group>,
+    inner: Vec<Thing>,
+    instances: Vec<Instance>,
+    ends: Vec<Affine>,
+    spheres: usize,
+}
+
+enum Thing {
+    Mesh(Arc<Bvh>),
+    Moving(Arc<MovingBvh>, MovingMesh),
+    Group(Box<Made>),
+}
+
+struct MovingMesh {
+    start: Vec<[f32; 3]>,
+    end: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl MovingMesh {
+    fn triangles(&self) -> MovingTriangles<'_> {
+        MovingTriangles { start: &self.start, end: &self.end, triangles: &self.triangles }
+    }
+}
+
+impl Thing {
+    fn object(&self) -> Object {
+        match self {
+            Thing::Mesh(mesh) => Object::Mesh(Arc::clone(mesh)),
+            Thing::Moving(mesh, _) => Object::Moving(Arc::clone(mesh)),
+            Thing::Group(made) => Object::Group(Arc::clone(&made.group)),
+        }
+    }
+}
+
+impl Made {
+    fn new(inner: Vec<Thing>, instances: Vec<Instance>, ends: Vec<Affine>, spheres: usize) -> Made {
+        let objects = inner.iter().map(Thing::object).collect();
+        let boxes: Vec<Aabb> = (0..spheres).map(|i| Spheres::bounds(i as u32)).collect();
+        let parts = GroupParts { instances: &instances, ends: &ends, boxes: &boxes };
+        let group = Arc::new(Group::build(objects, &parts, &BuildOptions::default()).unwrap());
+        Made { group, inner, instances, ends, spheres }
+    }
+
+    fn numbers(&self) -> u32 {
+        let of = |thing: &Thing| match thing {
+            Thing::Group(made) => made.numbers() + u32::from(made.spheres > 0),
+            _ => 1,
+        };
+        self.instances.iter().map(|i| of(&self.inner[i.object as usize])).sum()
+    }
+
+    /// The nearest hit, by looking at everything. t in the units of the ray.
+    fn brute(&self, ray: &Ray, base: u32, own: u32, outer: f32, visit: &impl Visit) -> Hit {
+        let space = &self.group.space;
+        let Some(search) = SearchRay::new(Portable, ray, space) else { return Hit::MISS };
+        let mut best = Hit { t: search.t_max, ..Hit::MISS };
+        let mut take = |hit: Hit| {
+            let nearer = hit.t < best.t
+                || hit.t == best.t && (hit.instance, hit.primitive) < (best.instance, best.primitive);
+            if hit.is_hit() && nearer {
+                best = hit;
+            }
+        };
+        let to_caller = search.t_scale * outer;
+        let mut number = base;
+        for (i, instance) in self.instances.iter().enumerate() {
+            let thing = &self.inner[instance.object as usize];
+            let first = number;
+            number += match thing {
+                Thing::Group(made) => made.numbers() + u32::from(made.spheres > 0),
+                _ => 1,
+            };
+            let matrix = match self.ends.get(i) {
+                Some(end) => between(&instance.transform, end, clamped(ray.time)),
+                None => instance.transform.map(|row| row.map(f64::from)),
+            };
+            let matrix = scaled(&matrix, f64::from(space.scale));
+            let Some(m) = inverse64(&matrix).and_then(|m| rounded(&m)) else { continue };
+            let ([x, y, z], [u, v, w]) = (search.origin, search.direction);
+            let inside = Ray {
+                origin: m.map(|r| r[0] * x + r[1] * y + r[2] * z + r[3]),
+                direction: m.map(|r| r[0] * u + r[1] * v + r[2] * w),
+                t_min: search.t_min,
+                t_max: search.t_max,
+                time: ray.time,
+            };
+            match thing {
+                Thing::Mesh(mesh) => {
+                    let all: Vec<_> = mesh
+                        .blocks
+                        .iter()
+                        .flat_map(|b| (0..8).map(|lane| (b.ids[lane], b.lane(lane))))
+                        .filter(|(id, _)| *id != u32::MAX)
+                        .collect();
+                    take(Hit { instance: first, ..oracle::closest(&all, &inside, &mesh.space) });
+                }
+                Thing::Moving(mesh, source) => {
+                    let hit = crate::motion::tests::brute(&source.triangles(), mesh, &inside);
+                    take(Hit { instance: first, ..hit });
+                }
+                Thing::Group(made) => {
+                    take(made.brute(&inside, first, first + made.numbers(), to_caller, visit));
+                }
+            }
+        }
+        for sphere in 0..self.spheres as u32 {
+            let back = space.unscale / to_caller;
+            let outside = Ray {
+                origin: search.origin.map(|x| x * space.unscale),
+                direction: search.direction.map(|x| x * back),
+                t_min: search.t_min * to_caller,
+                t_max: search.t_max * to_caller,
+                time: ray.time,
+            };
+            if let Some([t, u, v]) = visit.primitive(0, &outside, own, sphere) {
+                take(Hit { t: t / to_caller, u, v, primitive: sphere, instance: own });
+            }
+        }
+        search.finish(best)
+    }
+}
+
+/// Own primitives, the same in all groups.
+struct Spheres;
+
+impl Spheres {
+    fn get(i: u32) -> ([f32; 3], f32) {
+        let mut random = Random::new(u64::from(i) + 77);
+        (random.in_cube(), random.between(0.05, 0.4))
+    }
+
+    fn bounds(i: u32) -> Aabb {
+        let (center, radius) = Spheres::get(i);
+        Aabb::new(center.map(|x| x - radius * 1.0001), center.map(|x| x + radius * 1.0001))
+    }
+}
+
+impl Visit for Spheres {
+    fn primitive(&self, _: u32, within: &Ray, _: u32, primitive: u32) -> Option<[f32; 3]> {
+        let (center, radius) = Spheres::get(primitive);
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let o: [f64; 3] = std::array::from_fn(|i| f64::from(within.origin[i]) - f64::from(center[i]));
+        let d = within.direction.map(f64::from);
+        let (a, b) = (dot(d, d), -dot(o, d));
+        let c = dot(o, o) - f64::from(radius) * f64::from(radius);
+        let root = b * b - a * c;
+        if root < 0.0 {
+            return None;
+        }
+        let t = [(b - root.sqrt()) / a, (b + root.sqrt()) / a].map(|t| t as f32);
+        let t = t.into_iter().find(|&t| within.t_min <= t && t <= within.t_max)?;
+        Some([t, 0.25, 0.5])
+    }
+}
+
+fn mesh(random: &mut Random, count: usize) -> Thing {
+    let mut positions = Vec::new();
+    for _ in 0..count {
+        let c = random.in_cube();
+        for _ in 0..3 {
+            let p = random.in_cube();
+            positions.push([0, 1, 2].map(|i| c[i] + 0.3 * p[i]));
+        }
+    }
+    let triangles: Vec<[u32; 3]> = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let mesh = Triangles { positions: &positions, triangles: &triangles };
+    Thing::Mesh(Arc::new(Bvh::build(&mesh, &BuildOptions::default()).unwrap()))
+}
+
+fn moving_mesh(random: &mut Random, count: usize) -> Thing {
+    let place = |random: &mut Random| (0..3 * count).map(|_| random.in_cube()).collect::<Vec<_>>();
+    let source = MovingMesh {
+        start: place(random),
+        end: place(random),
+        triangles: (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+    };
+    let bvh = MovingBvh::build(&source.triangles(), &BuildOptions::default()).unwrap();
+    Thing::Moving(Arc::new(bvh), source)
+}
+
+/// Turned, stretched, sheared, mirrored.
+fn transform(random: &mut Random, spread: f32) -> Affine {
+    let x = random.direction();
+    let y = random.direction();
+    let z = random.direction();
+    let size = [1.0, 0.1, 10.0, 1e-3, 1e3][(random.bits() % 5) as usize];
+    let stretch = [random.between(0.3, 2.0), random.between(0.3, 2.0), random.between(-2.0, 2.0)];
+    let center = random.in_cube();
+    std::array::from_fn(|i| {
+        [size * stretch[0] * x[i], size * stretch[1] * y[i], size * stretch[2] * z[i], spread * center[i]]
+    })
+}
+
+fn identity() -> Affine {
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]
+}
+
+fn instances(random: &mut Random, count: usize, objects: usize, spread: f32) -> Vec<Instance> {
+    let one = |random: &mut Random| Instance {
+        object: (random.bits() % objects as u64) as u32,
+        transform: transform(random, spread),
+    };
+    (0..count).map(|_| one(random)).collect()
+}
+
+/// Towards a point of an instance, from near and far; some are nonsense.
+fn rays(random: &mut Random, made: &Made, count: usize) -> Vec<Ray> {
+    let targets: Vec<&Instance> = made.instances.iter().collect();
+    (0..count)
+        .map(|i| {
+            let time = [0.0, 1.0, 0.5, random.unit(), -2.0, 9.0, f32::NAN][i % 7];
+            let mut target = random.in_cube();
+            if !targets.is_empty() && i % 4 != 0 {
+                let p = random.in_cube().map(|x| 0.8 * x);
+                let m = targets[i % targets.len()].transform;
+                target = m.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3]);
+            }
+            let away = [0.0, 2.0, 30.0, 3000.0, 1e6][(random.bits() % 5) as usize];
+            let from = random.in_cube();
+            let origin: [f32; 3] = std::array::from_fn(|i| target[i] + (away + 1e-3) * from[i]);
+            let length = [1.0, 1e-4, 0.1, 1e5][i / 3 % 4];
+            let direction = std::array::from_fn(|i| (target[i] - origin[i]) * length);
+            let mut ray = Ray { time, ..Ray::new(origin, direction) };
+            match i % 23 {
+                3 => ray.t_max = random.unit() / length,
+                5 => ray.t_min = random.unit() / length,
+                7 => ray.direction[i % 3] = 0.0,
+                11 => ray.origin[i % 3] = f32::NAN,
+                13 => ray.direction = [0.0; 3],
+                17 => ray.direction[1] = f32::INFINITY,
+                _ => {}
+            }
+            ray
+        })
+        .collect()
+}
+
+/// All four searches on all kernels; returns how many rays hit.
+fn check(made: &Made, rays: &[Ray]) -> usize {
+    let group = &made.group;
+    let expected: Vec<Hit> = rays.iter().map(|ray| made.brute(ray, 0, Hit::NONE, 1.0, &Spheres)).collect();
+    kernels(|kernel| {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        let mut any = vec![false; rays.len()];
+        group.intersect_batch_with(rays, &mut hits, &Spheres);
+        group.occluded_batch_with(rays, &mut any, &Spheres);
+        for (i, ray) in rays.iter().enumerate() {
+            let one = group.intersect_with(ray, &Spheres).unwrap_or(Hit::MISS);
+            assert_eq!(one, expected[i], "{kernel} {i} {ray:?}");
+            assert_eq!(hits[i], expected[i], "{kernel} {i} {ray:?}");
+            assert_eq!(any[i], expected[i].is_hit(), "{kernel} {i} {ray:?}");
+            assert_eq!(group.occluded_with(ray, &Spheres), any[i], "{kernel} {i} {ray:?}");
+        }
+    });
+    expected.iter().filter(|h| h.is_hit()).count()
+}
+
+#[test]
+fn instances_of_meshes_equal_brute_force() {
+    let mut random = Random::new(1);
+    for (count, spread) in [(1, 0.0), (5, 1.0), (60, 5.0), (300, 300.0)] {
+        let things = vec![mesh(&mut random, 40), mesh(&mut random, 3), mesh(&mut random, 0)];
+        let mut instances = instances(&mut random, count, 3, spread);
+        // Equal ones: ties go to the lower number.
+        if count > 4 {
+            instances[4] = instances[1];
+        }
+        let made = Made::new(things, instances, Vec::new(), 0);
+        let rays = rays(&mut random, &made, 400);
+        let hits = check(&made, &rays);
+        assert!(count < 60 || hits > 50, "{hits}");
+    }
+}
+
+#[test]
+fn singular_transforms_are_dropped_and_nearly_singular_ones_are_not() {
+    let mut random = Random::new(2);
+    let things = vec![mesh(&mut random, 30)];
+    let mut instances = instances(&mut random, 40, 1, 3.0);
+    instances[3].transform[1] = [0.0; 4];
+    instances[4].transform = [[0.0; 4]; 3];
+    instances[5].transform[0][0] = f32::NAN;
+    instances[6].transform[2][3] = f32::INFINITY;
+    instances[7].transform = [[1e-39; 4]; 3];
+    instances[8].transform = [[1e-30, 0.0, 0.0, 0.0], [0.0, 1e-30, 0.0, 0.0], [0.0, 0.0, 1e-41, 0.0]];
+    // Almost flat, and turned.
+    for i in 10..30 {
+        let t = &mut instances[i].transform;
+        let other: [f32; 3] = std::array::from_fn(|row| t[row][0] + t[row][1]);
+        for row in 0..3 {
+            t[row][2] = other[row] + 1e-5 * t[row][2];
+        }
+    }
+    let made = Made::new(things, instances, Vec::new(), 2);
+    let stats = made.group.stats();
+    assert_eq!(stats.singular, 6);
+    assert!(stats.loose >= 20, "{stats:?}");
+    let rays = rays(&mut random, &made, 300);
+    assert!(check(&made, &rays) > 50);
+    assert_eq!(made.group.bounds(), None);
+    // Loose ones within another group.
+    let outer = vec![Thing::Group(Box::new(made)), mesh(&mut random, 5)];
+    let placed = self::instances(&mut random, 6, 2, 3.0);
+    let made = Made::new(outer, placed, Vec::new(), 1);
+    let rays = self::rays(&mut random, &made, 200);
+    check(&made, &rays);
+}
+
+#[test]
+fn more_loose_instances_than_a_node_has_leaves() {
+    let mut random = Random::new(21);
+    let flat = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [1.0, 1.0, 1e-6, 0.0]];
+    for count in [1, 15, 16, 106, 900] {
+        let mut instances = vec![Instance { object: 0, transform: flat }; count];
+        for instance in &mut instances {
+            instance.transform[0][3] = random.unit();
+        }
+        instances.push(Instance { object: 0, transform: identity() });
+        let made = Made::new(vec![mesh(&mut random, 2)], instances, Vec::new(), 0);
+        assert_eq!(made.group.stats().loose, count);
+        let rays = rays(&mut random, &made, 40);
+        check(&made, &rays);
+    }
+}
+
+#[test]
+fn nothing_is_hit_in_empty_groups() {
+    let made = Made::new(Vec::new(), Vec::new(), Vec::new(), 0);
+    assert_eq!(made.group.bounds(), Some(Aabb::EMPTY));
+    let mut random = Random::new(3);
+    let some = rays(&mut random, &made, 30);
+    assert_eq!(check(&made, &some), 0);
+    let empty =
+        Made::new(vec![Thing::Group(Box::new(made))], instances(&mut random, 3, 1, 1.0), Vec::new(), 0);
+    assert_eq!(empty.group.stats().empty, 3);
+    assert_eq!(check(&empty, &some), 0);
+    empty.group.intersect_batch(&[], &mut []);
+}
+
+/// Groups in groups, with meshes, moving meshes, spheres and motion at every level.
+fn nested(random: &mut Random, levels: usize, moving: bool) -> Made {
+    let mut things = vec![mesh(random, 12), moving_mesh(random, 6)];
+    if levels > 1 {
+        things.push(Thing::Group(Box::new(nested(random, levels - 1, !moving))));
+        things.push(Thing::Group(Box::new(Made::new(Vec::new(), Vec::new(), Vec::new(), 1))));
+    }
+    let count = things.len();
+    let instances: Vec<Instance> =
+        (0..4 + levels).map(|i| Instance { object: (i % count) as u32, transform: gentle(random) }).collect();
+    let ends = if moving {
+        let mut ends: Vec<Affine> = instances.iter().map(|_| gentle(random)).collect();
+        ends[0] = instances[0].transform;
+        // Inside out on the way.
+        ends[1] = instances[1].transform.map(|row| row.map(|x| -x));
+        ends
+    } else {
+        Vec::new()
+    };
+    Made::new(things, instances, ends, levels % 3)
+}
+
+fn gentle(random: &mut Random) -> Affine {
+    let mut t = transform(random, 1.0);
+    let size = t.iter().flat_map(|r| &r[..3]).fold(0.0_f32, |a, x| a.max(x.abs()));
+    let to = random.between(0.3, 1.5) / size;
+    t.iter_mut().flat_map(|r| &mut r[..3]).for_each(|x| *x *= to);
+    t
+}
+
+#[test]
+fn groups_in_groups_equal_brute_force() {
+    let mut random = Random::new(4);
+    for levels in 1..=4 {
+        for moving in [false, true] {
+            let made = nested(&mut random, levels, moving);
+            let rays = rays(&mut random, &made, 150);
+            assert!(check(&made, &rays) > 20);
+        }
+    }
+}
+
+#[test]
+fn no_more_than_the_greatest_depth() {
+    let mut random = Random::new(5);
+    let mut made = Made::new(vec![mesh(&mut random, 20)], instances(&mut random, 3, 1, 1.0), Vec::new(), 0);
+    for _ in 1..MAX_LEVELS {
+        let placed = vec![
+            Instance { object: 0, transform: gentle(&mut random) },
+            Instance { object: 1, transform: gentle(&mut random) },
+        ];
+        made = Made::new(vec![Thing::Group(Box::new(made)), mesh(&mut random, 4)], placed, Vec::new(), 0);
+    }
+    let rays = rays(&mut random, &made, 60);
+    check(&made, &rays);
+    assert_eq!(made.group.path(0), [0; MAX_LEVELS]);
+    assert_eq!(made.group.path(2), [0, 0, 0, 0, 0, 0, 0, 2]);
+    assert_eq!(made.group.path(3), [0, 0, 0, 0, 0, 0, 1]);
+    assert_eq!(made.group.path(9), [1]);
+    assert_eq!(made.group.path(Hit::NONE), []);
+    let parts =
+        GroupParts { instances: &[Instance { object: 0, transform: identity() }], ..GroupParts::default() };
+    let deeper = Group::build(vec![Object::Group(Arc::clone(&made.group))], &parts, &BuildOptions::default());
+    assert_eq!(deeper.unwrap_err(), GroupError::TooDeep);
+    let missing = Group::build(Vec::new(), &parts, &BuildOptions::default());
+    assert_eq!(missing.unwrap_err(), GroupError::NoSuchObject { instance: 0, object: 0 });
+    let ends = GroupParts { ends: &[identity(); 2], ..parts };
+    let ends = Group::build(vec![Object::Group(made.group)], &ends, &BuildOptions::default());
+    assert_eq!(ends.unwrap_err(), GroupError::Ends { instances: 1, ends: 2 });
+}
+
+#[test]
+fn very_large_and_very_small_scenes() {
+    let mut random = Random::new(6);
+    for size in [1e-25_f32, 1e-14, 1e14, 1e25] {
+        let things = vec![mesh(&mut random, 40)];
+        let mut placed = instances(&mut random, 20, 1, 1.0);
+        for instance in &mut placed {
+            instance.transform = gentle(&mut random).map(|row| row.map(|x| x * size));
+        }
+        let made = Made::new(things, placed, Vec::new(), 0);
+        let mut rays = rays(&mut random, &made, 200);
+        for (i, ray) in rays.iter_mut().enumerate() {
+            ray.origin = random.in_cube().map(|x| 2.0 * x * size);
+            ray.direction = random.direction().map(|x| if i % 2 == 0 { x } else { x * size });
+        }
+        assert!(check(&made, &rays) > 20, "{size}");
+    }
+}
+
+#[test]
+fn filters_see_the_hits_that_the_caller_would_get() {
+    struct Odd;
+    impl Visit for Odd {
+        fn accept(&self, _: u32, hit: &Hit) -> bool {
+            assert!(hit.t > 100.0 && hit.t < 1e7);
+            hit.instance % 2 == 1 && hit.primitive % 2 == 1
+        }
+    }
+    let mut random = Random::new(7);
+    let things = vec![mesh(&mut random, 60)];
+    let placed: Vec<Instance> =
+        (0..20).map(|_| Instance { object: 0, transform: gentle(&mut random) }).collect();
+    let made = Made::new(things, placed, Vec::new(), 0);
+    let inner = made.group.clone();
+    let outer = [Instance { object: 0, transform: identity() }; 2];
+    let parts = GroupParts { instances: &outer, ..GroupParts::default() };
+    let outer = Group::build(vec![Object::Group(inner)], &parts, &BuildOptions::default()).unwrap();
+    let rays: Vec<Ray> = (0..200)
+        .map(|_| {
+            let d = random.direction();
+            Ray::new(d.map(|x| -x * 10.0), d.map(|x| x * 1e-2))
+        })
+        .collect();
+    kernels(|_| {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        outer.intersect_batch_with(&rays, &mut hits, &Odd);
+        for (ray, hit) in rays.iter().zip(&hits) {
+            assert_eq!(made.group.intersect_with(ray, &Odd).unwrap_or(Hit::MISS), *hit);
+            assert_eq!(outer.occluded_with(ray, &Odd), hit.is_hit());
+        }
+        assert!(hits.iter().filter(|h| h.is_hit()).count() > 50);
+    });
+}
+
+#[test]
+fn refitted_groups_equal_brute_force() {
+    let mut random = Random::new(8);
+    let things = vec![mesh(&mut random, 20), mesh(&mut random, 30)];
+    let mut placed = instances(&mut random, 80, 2, 3.0);
+    placed[0].transform = [[0.0; 4]; 3];
+    let mut made = Made::new(things, placed, Vec::new(), 3);
+    let boxes: Vec<Aabb> = (0..3).map(Spheres::bounds).collect();
+    for round in 0..4 {
+        made.instances = instances(&mut random, 80, 2, 4.0);
+        made.ends = if round % 2 == 1 {
+            made.instances
+                .iter()
+                .map(|i| if i.object == 0 { i.transform } else { gentle(&mut random) })
+                .collect()
+        } else {
+            Vec::new()
+        };
+        made.instances[round].transform[1] = [f32::NAN; 4];
+        made.instances[20].transform[2] = made.instances[20].transform[1];
+        made.instances[21].transform[2] = made.instances[21].transform[1].map(|x| x * 1.000_01);
+        let parts = GroupParts { instances: &made.instances, ends: &made.ends, boxes: &boxes };
+        let objects = made.group.objects().to_vec();
+        let group = Arc::make_mut(&mut made.group);
+        group.refit(objects, &parts, &BuildOptions::default()).unwrap();
+        let rays = rays(&mut random, &made, 200);
+        assert!(check(&made, &rays) > 50);
+    }
+    let parts = GroupParts { instances: &made.instances[1..], ends: &[], boxes: &boxes };
+    let objects = made.group.objects().to_vec();
+    let error = Arc::make_mut(&mut made.group).refit(objects, &parts, &BuildOptions::default());
+    assert_eq!(error, Err(GroupError::Refit(RefitError::Count { built: 80, given: 79 })));
+}
+
+/// The bound itself: places of hits, in double precision.
+#[test]
+fn hits_lie_within_the_padded_boxes() {
+    let mut random = Random::new(9);
+    let sphere = noisy_icosphere(1, 0.2, 1);
+    let triangles = Triangles { positions: &sphere.positions, triangles: &sphere.triangles };
+    let mesh = Arc::new(Bvh::build(&triangles, &BuildOptions::default()).unwrap());
+    let extent = Extent::new(Some(sphere.bounds()), f64::from(mesh.space.reach), 0.0);
+    let mut worst = 0.0_f64;
+    for _ in 0..200 {
+        let matrix = transform(&mut random, 3.0);
+        let reach = Reach::new(Place::Still(&matrix), &extent, 1.0);
+        let Reach::Box { min, max, base, by_reach, by_origin } = reach else { continue };
+        let r = reach.needed();
+        let inverse = inverse(&matrix).unwrap();
+        for _ in 0..50 {
+            let p = random.in_cube().map(|x| 0.8 * x);
+            let target = matrix.map(|m| m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3]);
+            let away = [1.0, 100.0][(random.bits() % 2) as usize] * r as f32;
+            let origin = random.in_cube().map(|x| x * away);
+            let direction: [f32; 3] = std::array::from_fn(|i| target[i] - origin[i]);
+            let inside = Ray::new(
+                inverse.map(|m| m[0] * origin[0] + m[1] * origin[1] + m[2] * origin[2] + m[3]),
+                inverse.map(|m| m[0] * direction[0] + m[1] * direction[1] + m[2] * direction[2]),
+            );
+            let Some(hit) = mesh.intersect(&inside) else { continue };
+            let a = origin.iter().fold(0.0_f64, |a, x| a.max(f64::from(x.abs())));
+            for i in 0..3 {
+                let x = f64::from(origin[i]) + f64::from(hit.t) * f64::from(direction[i]);
+                let off = (min[i] - x).max(x - max[i]);
+                worst = worst.max(off / (base[i] + by_reach[i] * r + by_origin[i] * a));
+            }
+        }
+    }
+    assert!(worst < 0.5, "{worst}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn any_group_equals_brute_force(
+        seed in any::<u64>(),
+        count in 0_usize..40,
+        triangles in 0_usize..30,
+        spread in 0.0_f32..100.0,
+        spheres in 0_usize..5,
+        moving in any::<bool>(),
+        deep in any::<bool>(),
+    ) {
+        let mut random = Random::new(seed);
+        let mut things = vec![mesh(&mut random, triangles), moving_mesh(&mut random, triangles / 2)];
+        if deep {
+            things.push(Thing::Group(Box::new(nested(&mut random, 2, moving))));
+        }
+        let placed = instances(&mut random, count, things.len(), spread);
+        let ends = placed.iter().map(|_| transform(&mut random, spread)).collect();
+        let made = Made::new(things, placed, if moving { ends } else { Vec::new() }, spheres);
+        let rays = rays(&mut random, &made, 60);
+        check(&made, &rays);
+    }
+}

@@ -1,0 +1,151 @@
+//! Trees over boxes of anything, against looking at everything.
+
+use proptest::prelude::*;
+use turner_bvh::{Aabb, BoxBvh, BuildOptions, Quality, Ray, RefitError};
+
+use crate::common::{Random, enter};
+
+fn build(boxes: &[Aabb]) -> BoxBvh {
+    BoxBvh::build(boxes, &BuildOptions::default()).unwrap()
+}
+
+/// Every box that the ray meets in exact arithmetic is offered, in all four ways.
+fn check(bvh: &BoxBvh, boxes: &[Aabb], rays: &[Ray]) {
+    let order = bvh.order();
+    let mut of_batch = vec![Vec::new(); rays.len()];
+    bvh.closest_batch(rays, |ray, range, t_max| {
+        of_batch[ray].extend(range.map(|i| order[i as usize]));
+        t_max
+    });
+    for (i, ray) in rays.iter().enumerate() {
+        let mut seen = Vec::new();
+        let t = bvh.closest(ray, |range, t_max| {
+            seen.extend(range.map(|i| order[i as usize]));
+            t_max
+        });
+        assert_eq!(t, ray.t_max);
+        for (id, b) in boxes.iter().enumerate().filter(|(_, b)| b.is_valid()) {
+            if enter(ray, b).is_some() {
+                assert!(seen.contains(&(id as u32)), "{ray:?} misses {b:?}");
+                assert!(of_batch[i].contains(&(id as u32)), "{ray:?} misses {b:?} in a batch");
+                assert!(bvh.any(ray, |mut range| range.any(|i| order[i as usize] == id as u32)));
+            }
+        }
+        seen.sort_unstable();
+        seen.dedup();
+        of_batch[i].sort_unstable();
+        of_batch[i].dedup();
+        assert_eq!(seen, of_batch[i]);
+    }
+    let mut any = vec![false; rays.len()];
+    bvh.any_batch(rays, &mut any, |_, _| true);
+    for (ray, any) in rays.iter().zip(any) {
+        assert_eq!(bvh.any(ray, |_| true), any);
+    }
+}
+
+fn scene(random: &mut Random, count: usize) -> (Vec<Aabb>, Vec<Ray>) {
+    let boxes = (0..count)
+        .map(|_| {
+            let (a, b) = (random.integers(1000), random.integers(30).map(f32::abs));
+            Aabb::new(a, [0, 1, 2].map(|i| a[i] + b[i]))
+        })
+        .collect();
+    let rays = (0..60)
+        .map(|i| {
+            let mut ray = Ray::new(random.integers(2000), random.integers([3, 100, 2000][i % 3]));
+            if i % 5 == 0 {
+                ray.t_max = 2.0;
+            }
+            ray
+        })
+        .collect();
+    (boxes, rays)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn no_box_is_missed(seed in any::<u64>(), count in 0_usize..300) {
+        let mut random = Random(seed);
+        let (mut boxes, rays) = scene(&mut random, count);
+        if count > 3 {
+            boxes[2].min[1] = f32::NAN;
+        }
+        let mut bvh = build(&boxes);
+        prop_assert_eq!(bvh.dropped().len(), usize::from(count > 3));
+        check(&bvh, &boxes, &rays);
+        let (mut other, _) = scene(&mut random, count);
+        if count > 3 {
+            other[2] = boxes[2];
+            other[3].max[0] = f32::INFINITY;
+        }
+        bvh.refit(&other).unwrap();
+        check(&bvh, &other, &rays);
+        if count > 3 {
+            other[2] = other[1];
+            prop_assert_eq!(bvh.refit(&other), Err(RefitError::LeftOut { primitive: 2 }));
+        }
+    }
+}
+
+#[test]
+fn t_is_that_of_the_caller() {
+    let mut random = Random(5);
+    for size in [1.0_f32, 1e-25, 1e25] {
+        let boxes: Vec<Aabb> = (0..200)
+            .map(|_| random.point().map(|x| x * size))
+            .map(|p| Aabb::new(p, p.map(|x| x + 0.1 * size)))
+            .collect();
+        for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
+            let bvh = BoxBvh::build(&boxes, &BuildOptions { quality, ..BuildOptions::default() }).unwrap();
+            for i in 0..200 {
+                let length = if i % 2 == 0 { size } else { 1.0 };
+                let ray = Ray::new(random.point().map(|x| x * size), random.point().map(|x| x * length));
+                let enters = |id: u32| {
+                    let b = &boxes[id as usize];
+                    let (mut near, mut far) = (0.0_f32, f32::INFINITY);
+                    for axis in 0..3 {
+                        let t =
+                            [b.min[axis], b.max[axis]].map(|x| (x - ray.origin[axis]) / ray.direction[axis]);
+                        near = near.max(t[0].min(t[1]));
+                        far = far.min(t[0].max(t[1]));
+                    }
+                    (near <= far).then_some(near)
+                };
+                let expected = (0..200).filter_map(enters).fold(f32::INFINITY, f32::min);
+                let found = bvh.closest(&ray, |range, t_max| {
+                    range.filter_map(|i| enters(bvh.order()[i as usize])).fold(t_max, f32::min)
+                });
+                assert_eq!(found, expected, "{ray:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_valid_ray_is_answered() {
+    let boxes = [Aabb::new([-1.0; 3], [1.0; 3])];
+    let bvh = build(&boxes);
+    let far = Ray::new([1e30, 0.0, 0.0], [-1e30, 0.0, 0.0]);
+    let still = Ray::new([0.5; 3], [0.0; 3]);
+    let slow = Ray::new([0.5; 3], [1e-44, 0.0, 0.0]);
+    for ray in [far, still, slow] {
+        assert_eq!(bvh.closest(&ray, |_, _| 0.25), 0.25);
+        assert!(bvh.any(&ray, |_| true));
+        let mut hits = [false];
+        bvh.any_batch(&[ray], &mut hits, |_, _| true);
+        assert!(hits[0]);
+    }
+    for bad in [Ray { t_min: f32::NAN, ..still }, Ray { origin: [f32::NAN; 3], ..still }] {
+        assert!(!bvh.any(&bad, |_| true));
+        bvh.closest_batch(&[bad], |_, _, _| panic!("nothing to see"));
+    }
+    // NaN ends the search; what is larger is ignored.
+    assert!(bvh.closest(&Ray::new([0.0; 3], [1.0; 3]), |_, _| f32::NAN).is_nan());
+    assert_eq!(bvh.closest(&Ray { t_max: 3.0, ..Ray::new([0.0; 3], [1.0; 3]) }, |_, _| 4.0), 3.0);
+    let empty = build(&[]);
+    assert_eq!(empty.bounds(), Aabb::EMPTY);
+    assert!(!empty.any(&far, |_| true));
+}
