@@ -2,7 +2,7 @@
 
 use crate::simd::Portable;
 use crate::traverse::{SearchRay, Space};
-use crate::triangle::{corners_meet, distance, precise, weights};
+use crate::triangle::{SMALLEST, corners_meet, distance, precise, weights};
 use crate::{Hit, Ray};
 
 /// The nearest hit among triangles whose corners are already in the units of the tree, one after the other.
@@ -28,7 +28,7 @@ fn one(ray: &SearchRay, corners: [[f32; 3]; 3]) -> Option<[f32; 3]> {
     }
     let z = ray.shear.shear[2];
     let ([t], sum) = distance(&lanes, &edges, [z]);
-    if !(ray.t_min <= t && t < f32::INFINITY) {
+    if !(ray.t_min <= t && t < f32::INFINITY && SMALLEST <= sum[0].abs()) {
         return None;
     }
     let [[u], [v], [off]] = weights(&lanes, &edges, [1.0], sum);

@@ -27,8 +27,6 @@ pub struct BuildOptions<'a> {
     /// would spend beyond it is saved: first references by spatial splits, then all that `Balanced` does without.
     /// A tree that does not fit at all is an error.
     pub memory_limit: Option<usize>,
-    /// Leaves name their triangles instead of holding copies of them: about half the memory, slower rays.
-    pub compact: bool,
     /// Called now and then, from any thread, with the share of the work that is done: 0 to 1.
     pub progress: Option<&'a (dyn Fn(f32) + Sync)>,
     /// Set it to end the build early, with [`BuildError::Cancelled`](super::BuildError::Cancelled).
@@ -41,7 +39,6 @@ impl fmt::Debug for BuildOptions<'_> {
             .field("quality", &self.quality)
             .field("threads", &self.threads)
             .field("memory_limit", &self.memory_limit)
-            .field("compact", &self.compact)
             .finish_non_exhaustive()
     }
 }

@@ -208,7 +208,7 @@ impl<V: Visit> Leaves for GroupLeaves<'_, V> {
                     let to_caller = search.t_scale * ray.t_scale * self.outer;
                     let accept =
                         |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
-                    let leaves = Blocks { blocks: &mesh.blocks, filter: accept };
+                    let leaves = Blocks { blocks: &mesh.blocks, filter: accept, filtered: true };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
                     let found = traverse::closest(simd, &tree, &search, ray_index);
                     Hit { t: found.t * search.t_scale, instance, ..found }
@@ -251,7 +251,7 @@ impl<V: Visit> Leaves for GroupLeaves<'_, V> {
                     let to_caller = search.t_scale * ray.t_scale * self.outer;
                     let accept =
                         |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
-                    let leaves = Blocks { blocks: &mesh.blocks, filter: accept };
+                    let leaves = Blocks { blocks: &mesh.blocks, filter: accept, filtered: true };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
                     if self.ordered {
                         let leaves = FirstHit(&leaves);

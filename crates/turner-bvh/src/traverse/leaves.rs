@@ -22,7 +22,7 @@ pub(crate) trait Leaves {
 /// Leaves that packets of rays search.
 pub(crate) trait PacketLeaves: Leaves {
     /// Whether anything asks before a hit counts.
-    const FILTERED: bool;
+    fn is_filtered(&self) -> bool;
 
     /// The blocks of a leaf.
     fn blocks(&self, leaf: ChildRef) -> &[Block];
@@ -31,11 +31,13 @@ pub(crate) trait PacketLeaves: Leaves {
     fn accepts(&self, ray_index: u32, hit: &Hit) -> bool;
 }
 
-/// Leaves of triangles in blocks. `filter` gets the ray's number and a hit, and says whether it counts.
+/// Leaves of triangles in blocks. `filter` gets the ray's number and a hit in the caller's units, and says whether it counts.
 #[derive(Clone, Copy)]
 pub(crate) struct Blocks<'a, F> {
     pub(crate) blocks: &'a [Block],
     pub(crate) filter: F,
+    /// Whether it ever says no.
+    pub(crate) filtered: bool,
 }
 
 impl<F: Fn(u32, &Hit) -> bool> Blocks<'_, F> {
@@ -52,7 +54,7 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
     #[inline(always)]
     fn closest<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32, hit: &mut Hit) {
         for block in self.of(leaf) {
-            block.closest(simd, &ray.shear, ray.t_min, hit, |h| (self.filter)(ray_index, h));
+            block.closest(simd, &ray.shear, ray.t_min, hit, |h| (self.filter)(ray_index, &ray.finish(*h)));
         }
     }
 
@@ -60,7 +62,9 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
     fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool {
         // Not by `Iterator::any`: what its closure calls need not be inlined.
         for block in self.of(leaf) {
-            if block.any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, h)) {
+            if block
+                .any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, &ray.finish(*h)))
+            {
                 return true;
             }
         }
@@ -74,8 +78,10 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
 }
 
 impl<F: Fn(u32, &Hit) -> bool> PacketLeaves for Blocks<'_, F> {
-    // A function without captures is `all_hits`, or as good as it: see there.
-    const FILTERED: bool = size_of::<F>() != 0;
+    #[inline(always)]
+    fn is_filtered(&self) -> bool {
+        self.filtered
+    }
 
     #[inline(always)]
     fn blocks(&self, leaf: ChildRef) -> &[Block] {

@@ -15,7 +15,7 @@ pub(crate) use interleaved::{any_batch, closest_batch};
 pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
 pub(crate) use packet::{any_packets, closest_packets};
 pub(crate) use ray::{FARTHEST, PADDING, SearchRay, Space};
-pub(crate) use single::{any, closest};
+pub(crate) use single::{any, any_each, closest, closest_each};
 
 use crate::node::{ChildRef, WideNode};
 

@@ -11,7 +11,7 @@ use super::stack::Stack;
 use super::{PacketLeaves, SearchRay, Tree, single};
 use crate::node::{ChildRef, WideNode};
 use crate::simd::{Lanes, Simd};
-use crate::triangle::{Axes, BLOCK, Block, Corners, Shear, corners_meet, distance, weights};
+use crate::triangle::{Axes, BLOCK, Block, Corners, SMALLEST, Shear, corners_meet, distance, weights};
 use crate::{Hit, Ray};
 
 use super::ray::{FARTHEST, FLATTEST, PADDING, SIZE};
@@ -401,12 +401,13 @@ impl Packet {
         if candidates == 0 {
             return;
         }
+        candidates &= simd.splat_packet(SMALLEST).le(sum.abs());
         let [u, v, off] = weights(&corners, &edges, simd.splat_packet(1.0), sum);
         let close = off.le(simd.load_packet(&self.tolerance));
         let primitive = block.ids[lane];
         let nearer = t.lt(ends);
         // The usual case: no doubts, no ties, no questions.
-        if !L::FILTERED && !ANY && candidates & !(close & nearer) == 0 {
+        if !leaves.is_filtered() && !ANY && candidates & !(close & nearer) == 0 {
             t.choose(candidates, ends).store(&mut self.t);
             u.choose(candidates, simd.load_packet(&self.u)).store(&mut self.u);
             v.choose(candidates, simd.load_packet(&self.v)).store(&mut self.v);

@@ -2,9 +2,9 @@
 
 use super::stack::Stack;
 use super::{Leaves, SearchRay, Tree};
-use crate::Hit;
 use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
+use crate::{Hit, Ray};
 
 /// The nearest hit; its t is still that of the tree.
 #[inline(always)]
@@ -90,5 +90,27 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
             let count = simd.push_any(near.le(far), node.child_words(), stack.room().0);
             stack.grow(count);
         }
+    }
+}
+
+/// The nearest hits of many rays, one after the other.
+#[inline(always)]
+pub(crate) fn closest_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
+    for (index, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+        *hit = match SearchRay::new(simd, ray, &tree.space) {
+            Some(ray) => ray.finish(closest(simd, tree, &ray, index as u32)),
+            None => Hit::MISS,
+        };
+    }
+}
+
+/// Whether each of many rays hits anything, one after the other.
+#[inline(always)]
+pub(crate) fn any_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
+    for (index, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+        *hit = match SearchRay::new(simd, ray, &tree.space) {
+            Some(ray) => any(simd, tree, &ray, index as u32),
+            None => false,
+        };
     }
 }

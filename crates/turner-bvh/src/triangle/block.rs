@@ -1,6 +1,6 @@
 //! Triangles side by side, one per lane.
 
-use super::{Corners, Shear, corners_meet, distance, precise, weights};
+use super::{Corners, SMALLEST, Shear, corners_meet, distance, precise, weights};
 use crate::Hit;
 use crate::build::wide::NO_PRIMITIVE;
 use crate::simd::{Lanes, Simd};
@@ -76,6 +76,7 @@ impl Block {
         if candidates == 0 {
             return false;
         }
+        candidates &= simd.splat8(SMALLEST).le(sum.abs());
         let [u, v, off] = weights(&corners, &edges, simd.splat8(1.0), sum);
         let close = off.le(simd.splat8(ray.tolerance));
         let [mut ts, mut us, mut vs] = [[0.0; BLOCK]; 3];

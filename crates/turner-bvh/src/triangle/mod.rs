@@ -1,7 +1,9 @@
 //! Triangles: how a ray meets one, and how leaves hold them.
 
 mod block;
+mod fill;
 mod woop;
 
 pub(crate) use block::{BLOCK, Block};
-pub(crate) use woop::{Axes, Corners, Shear, corners_meet, distance, precise, weights};
+pub(crate) use fill::{block, fill_blocks};
+pub(crate) use woop::{Axes, Corners, SMALLEST, Shear, corners_meet, distance, precise, weights};

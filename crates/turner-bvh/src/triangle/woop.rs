@@ -90,6 +90,10 @@ impl Shear {
     }
 }
 
+/// Edge functions add up to at least this for triangles that count: below, products with them are no longer precise.
+/// Their corners lie some 2^-50 apart, which is nothing in the coordinates of a tree.
+pub(crate) const SMALLEST: f32 = 1.0 / (1_u128 << 100) as f32;
+
 /// x, y, z of three corners, sheared: one triangle per lane.
 pub(crate) type Corners<V> = [[V; 3]; 3];
 

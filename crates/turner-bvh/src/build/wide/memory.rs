@@ -28,7 +28,7 @@ pub(super) fn plan(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<Pl
         plans.push(Plan { quality: Quality::Balanced, budget: 0 });
     }
     let Some(limit) = options.memory_limit else { return Ok(plans[0]) };
-    let needed = plans.iter().map(|plan| peak(source, options.compact, plan));
+    let needed = plans.iter().map(|plan| peak(source, plan));
     match plans.iter().zip(needed.clone()).find(|(_, needed)| *needed <= limit) {
         Some((plan, _)) => Ok(*plan),
         None => Err(BuildError::OutOfMemory { needed: needed.min().unwrap_or(0) }),
@@ -36,11 +36,11 @@ pub(super) fn plan(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<Pl
 }
 
 /// Bytes at the peak of a build, for trees whose leaves are filled no better than half.
-fn peak(source: &Source<'_>, compact: bool, plan: &Plan) -> usize {
+fn peak(source: &Source<'_>, plan: &Plan) -> usize {
     let references = source.len() + plan.budget;
     // Of each reference: as primitive, its share of nodes and slots, its share of blocks.
     let (prim, tree, block) = match source {
-        Source::Triangles { .. } => (32, 30, if compact { 8 } else { 80 }),
+        Source::Triangles { .. } => (32, 30, 80),
         Source::Boxes { .. } => (32, 80, 0),
     };
     let binary = match (plan.quality, source) {

@@ -115,8 +115,8 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     tree.stats.primitives = primitives;
     tree.stats.non_finite = non_finite;
     tree.stats.degenerate = degenerate;
-    let block_bytes = match (source, options.compact) {
-        (Source::Triangles { .. }, false) => size_of::<Block>(),
+    let block_bytes = match source {
+        Source::Triangles { .. } => size_of::<Block>(),
         _ => source.block_width() * size_of::<u32>(),
     };
     tree.stats.bytes = tree.nodes.len() * size_of::<WideNode>() + tree.stats.blocks * block_bytes;

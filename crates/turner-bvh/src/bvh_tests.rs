@@ -1,0 +1,356 @@
+use std::sync::Mutex;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::generate::{Random, SceneKind, rays};
+use crate::{Aabb, Bvh2, Bvh2Options, CompactBvh, Kernel, Quality, oracle};
+
+/// The kernel is the process': tests that choose one take turns.
+static KERNEL: Mutex<()> = Mutex::new(());
+
+/// Runs a check with each kernel this machine has.
+fn each_kernel(mut check: impl FnMut(Kernel)) {
+    let _turn = KERNEL.lock().unwrap_or_else(|e| e.into_inner());
+    let before = Kernel::current();
+    for kernel in Kernel::available() {
+        assert!(kernel.force());
+        check(kernel);
+    }
+    before.force();
+}
+
+/// What brute force finds, in the units of the tree.
+fn expected(mesh: &Triangles<'_>, space: &Space, rays: &[Ray]) -> Vec<Hit> {
+    let finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
+    let all: Vec<(u32, [[f32; 3]; 3])> = (0..)
+        .zip(mesh.triangles)
+        .map(|(id, t)| (id, t.map(|i| mesh.positions[i as usize].map(|x| x * space.scale))))
+        .filter(|(_, p)| p.iter().all(finite) && p[0] != p[1] && p[1] != p[2] && p[2] != p[0])
+        .collect();
+    rays.iter().map(|ray| oracle::closest(&all, ray, space)).collect()
+}
+
+/// Every quality, kernel and way to ask gives the hits of brute force, bit for bit.
+fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
+    let bits = |hit: &Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive);
+    for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
+        let options = BuildOptions { quality, threads: 2, ..BuildOptions::default() };
+        let bvh = Bvh::build(mesh, &options).unwrap();
+        let compact = CompactBvh::build(mesh, &options).unwrap();
+        let wanted = expected(mesh, &bvh.space, rays);
+        each_kernel(|kernel| {
+            let same = |what: &str, found: &[Hit]| {
+                for ((ray, wanted), found) in rays.iter().zip(&wanted).zip(found) {
+                    assert_eq!(bits(wanted), bits(found), "{quality:?} {kernel} {what}: {ray:?}");
+                }
+            };
+            let any_same = |what: &str, found: &[bool]| {
+                for ((ray, wanted), found) in rays.iter().zip(&wanted).zip(found) {
+                    assert_eq!(wanted.is_hit(), *found, "{quality:?} {kernel} {what}: {ray:?}");
+                }
+            };
+            let mut hits = vec![Hit { t: 1.0, primitive: 7, ..Hit::MISS }; rays.len()];
+            let mut any = vec![false; rays.len()];
+            for (ray, hit) in rays.iter().zip(&mut hits) {
+                *hit = bvh.intersect(ray).unwrap_or(Hit::MISS);
+            }
+            same("one by one", &hits);
+            for (ray, hit) in rays.iter().zip(&mut hits) {
+                *hit = compact.intersect(mesh, ray).unwrap_or(Hit::MISS);
+            }
+            same("compact", &hits);
+            // Both kinds of batches, whatever the size of the tree.
+            crate::search::interleaved(bvh.tree(&bvh.all()), rays, &mut hits);
+            same("in turns", &hits);
+            bvh.intersect_batch(rays, &mut hits);
+            same("batch", &hits);
+            bvh.intersect_coherent(rays, &mut hits);
+            same("packets", &hits);
+            bvh.intersect_coherent_filtered(rays, &mut hits, |_, _| true);
+            same("packets with a filter", &hits);
+            for (ray, any) in rays.iter().zip(&mut any) {
+                *any = bvh.occluded(ray);
+            }
+            any_same("any, one by one", &any);
+            crate::search::any_interleaved(bvh.tree(&bvh.all()), rays, &mut any);
+            any_same("any, in turns", &any);
+            bvh.occluded_coherent(rays, &mut any);
+            any_same("any, packets", &any);
+            compact.occluded_batch(mesh, rays, &mut any);
+            any_same("any, compact", &any);
+        });
+    }
+}
+
+#[test]
+fn scenes_equal_brute_force() {
+    for kind in [SceneKind::Cornell, SceneKind::Architecture, SceneKind::Scan, SceneKind::Sticks] {
+        let scene = kind.generate(3000);
+        let mesh = &scene.meshes[0];
+        let mesh = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
+        let primary = rays::primary(&scene.camera, 16);
+        let extent = scene.extent();
+        let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
+        let points: Vec<_> = primary
+            .iter()
+            .filter_map(|r| {
+                bvh.intersect(r).and_then(|h| rays::point(&scene, extent, r, h.t, 0, h.primitive))
+            })
+            .collect();
+        let sets = [
+            primary,
+            rays::shadow(&points, scene.light),
+            rays::diffuse(&points),
+            rays::ambient(&points, 0.1 * extent),
+        ];
+        check(&mesh, &sets.concat());
+    }
+}
+
+/// A grid of heights on whole numbers: rays find edges and vertices exactly.
+fn field(side: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let height = |x: u32, y: u32| ((x * 7 + y * 13) % 5) as f32 - 2.0;
+    let positions =
+        (0..=side).flat_map(|y| (0..=side).map(move |x| [x as f32, y as f32, height(x, y)])).collect();
+    let row = side + 1;
+    let cell = |x: u32, y: u32| {
+        let a = y * row + x;
+        [[a, a + 1, a + row], [a + 1, a + row + 1, a + row]]
+    };
+    let triangles = (0..side).flat_map(|y| (0..side).flat_map(move |x| cell(x, y))).collect();
+    (positions, triangles)
+}
+
+#[test]
+fn rays_along_axes_planes_edges_and_from_vertices() {
+    let (positions, triangles) = field(12);
+    let mesh = Triangles { positions: &positions, triangles: &triangles };
+    let mut rays = Vec::new();
+    for i in 0..25 {
+        for j in 0..25 {
+            let (x, y) = (0.5 * i as f32, 0.5 * j as f32);
+            rays.push(Ray::new([x, y, 10.0], [0.0, 0.0, -1.0]));
+            rays.push(Ray::new([x, y, -10.0], [0.0, -0.0, 3.0]));
+            rays.push(Ray::new([x - 20.0, y, 0.0], [1.0, 0.0, 0.0]));
+            rays.push(Ray::new([x, y - 20.0, -1.0], [0.0, 0.25, 0.0]));
+            rays.push(Ray::new([x, y, 0.0], [1.0, 1.0, 0.0]));
+            rays.push(Ray::new([x, y, 1.0], [-1.0, 0.5, 1e-30]));
+        }
+    }
+    // Vertex to vertex, along edges and past them.
+    for (i, a) in positions.iter().enumerate() {
+        let b = positions[(i * 37 + 11) % positions.len()];
+        let way = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+        rays.push(Ray::new(*a, way));
+        rays.push(Ray { t_min: 1.0, t_max: 1.0, ..Ray::new(*a, way) });
+        rays.push(Ray { t_max: 0.5, ..Ray::new(*a, way) });
+        rays.push(Ray::new([a[0] - 1e4 * way[0], a[1] - 1e4 * way[1], a[2] - 1e4 * way[2]], way));
+    }
+    check(&mesh, &rays);
+}
+
+#[test]
+fn sizes_from_tiny_to_huge_and_rays_from_afar() {
+    let (positions, triangles) = field(6);
+    let mut random = Random::new(5);
+    for scale in [1e-30_f32, 1e-15, 1e-6, 1.0, 1e9, 1e18, 1e30] {
+        let positions: Vec<[f32; 3]> = positions.iter().map(|p| p.map(|x| x * scale)).collect();
+        let mesh = Triangles { positions: &positions, triangles: &triangles };
+        let mut rays = Vec::new();
+        for i in 0..200 {
+            let distance = [1.0, 1e3, 1e6, 1e9][i % 4];
+            let way = random.direction();
+            let at = [6.0 * random.unit(), 6.0 * random.unit(), random.unit()];
+            let origin = [0, 1, 2].map(|k| (at[k] - distance * way[k]) * scale);
+            let length = [1.0, scale, 1e-20, 1e20][i / 4 % 4];
+            rays.push(Ray::new(origin, way.map(|x| x * length)));
+        }
+        check(&mesh, &rays);
+        let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
+        let near: Vec<Ray> = rays.iter().step_by(4).copied().collect();
+        let hits = near.iter().filter(|ray| bvh.occluded(ray)).count();
+        assert!(hits > near.len() / 2, "scale {scale}: {hits} of {} rays hit", near.len());
+    }
+}
+
+#[test]
+fn no_ray_slips_through_edges_and_vertices() {
+    // A closed surface around the origin: whatever direction, there is a hit.
+    let scene = SceneKind::Scan.generate(25_000);
+    let mesh = &scene.meshes[0];
+    let bvh = Bvh::build(
+        &Triangles { positions: &mesh.positions, triangles: &mesh.triangles },
+        &BuildOptions::default(),
+    )
+    .unwrap();
+    let mut random = Random::new(3);
+    let mut rays = Vec::new();
+    for round in 0..8 {
+        // From near the middle, exactly at vertices, and at points of edges as near as numbers come to them.
+        let from = [random.unit() * 0.1, random.unit() * 0.1, random.unit() * 0.1];
+        for triangle in &mesh.triangles {
+            let [a, b] = [triangle[round % 3], triangle[(round + 1) % 3]].map(|i| mesh.positions[i as usize]);
+            let w = random.unit();
+            let p = [0, 1, 2].map(|i| a[i] + w * (b[i] - a[i]));
+            for to in [a, p] {
+                rays.push(Ray::new(from, [0, 1, 2].map(|i| to[i] - from[i])));
+            }
+        }
+    }
+    assert!(rays.len() > 300_000);
+    each_kernel(|kernel| {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        bvh.intersect_batch(&rays, &mut hits);
+        let leaks = hits.iter().filter(|hit| !hit.is_hit()).count();
+        assert_eq!(leaks, 0, "{kernel}: {leaks} of {} rays leave a closed surface", rays.len());
+        assert!(hits.iter().all(|hit| (hit.t - 1.0).abs() < 1e-2));
+    });
+}
+
+#[test]
+fn rays_that_are_none_hit_nothing_and_do_not_hang() {
+    let (positions, triangles) = field(12);
+    let mesh = Triangles { positions: &positions, triangles: &triangles };
+    let good = Ray::new([6.1, 6.2, 10.0], [0.0, 0.0, -1.0]);
+    let mut rays = Vec::new();
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for axis in 0..3 {
+            let (mut a, mut b) = (good, good);
+            a.origin[axis] = bad;
+            b.direction[axis] = bad;
+            rays.extend([a, b]);
+        }
+        rays.push(Ray { t_max: bad, ..good });
+    }
+    rays.retain(|ray| ray.t_max != f32::INFINITY || !ray.is_valid());
+    rays.push(Ray { t_min: f32::NAN, ..good });
+    rays.push(Ray { t_min: 30.0, t_max: 20.0, ..good });
+    rays.push(Ray { t_min: -2.0, t_max: -1.0, ..good });
+    rays.push(Ray { direction: [0.0; 3], ..good });
+    rays.push(Ray { direction: [1e-45; 3], ..good });
+    rays.push(Ray { origin: [1e30, 0.0, 0.0], ..good });
+    let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
+    assert!(bvh.occluded(&good));
+    assert!(rays.iter().all(|ray| !bvh.occluded(ray)), "{:?}", rays.iter().find(|r| bvh.occluded(r)));
+    // Also among rays that are good, in packets and batches.
+    let mixed: Vec<Ray> = rays.iter().flat_map(|bad| [good, *bad]).collect();
+    check(&mesh, &mixed);
+}
+
+#[test]
+fn filters_see_hits_in_the_callers_units() {
+    // Squares one behind the other, at a scale that the tree changes.
+    for scale in [1.0_f32, 1e-25, 1e25] {
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let positions: Vec<[f32; 3]> =
+            (0..20).flat_map(|z| corners.map(|[x, y]| [x * scale, y * scale, z as f32 * scale])).collect();
+        let triangles: Vec<[u32; 3]> =
+            (0..20).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect();
+        let mesh = Triangles { positions: &positions, triangles: &triangles };
+        let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
+        let ray = Ray::new([0.5 * scale, 0.25 * scale, -scale], [0.0, 0.0, scale]);
+        each_kernel(|_| {
+            // Every square but those from 8 on lets the ray through.
+            let solid = |hit: &Hit| hit.primitive >= 16;
+            let hit = bvh.intersect_filtered(&ray, solid).unwrap();
+            assert!((hit.t - 9.0).abs() < 1e-5 && hit.primitive == 16);
+            assert!(bvh.intersect_filtered(&ray, |_| false).is_none());
+            assert!(!bvh.occluded_filtered(&ray, |hit| hit.t > 20.5));
+            assert!(bvh.occluded_filtered(&ray, |hit| hit.t > 19.5));
+            let rays = [ray; 40];
+            let mut hits = [Hit::MISS; 40];
+            let own = |i: u32, hit: &Hit| hit.primitive >= 2 * (i % 20);
+            bvh.intersect_batch_filtered(&rays, &mut hits, own);
+            for (i, hit) in hits.iter().enumerate() {
+                assert!((hit.t - 1.0 - (i % 20) as f32).abs() < 1e-5);
+            }
+            bvh.intersect_coherent_filtered(&rays, &mut hits, own);
+            for (i, hit) in hits.iter().enumerate() {
+                assert!((hit.t - 1.0 - (i % 20) as f32).abs() < 1e-5);
+            }
+        });
+    }
+}
+
+#[test]
+fn the_binary_tree_agrees() {
+    let scene = SceneKind::Architecture.generate(30_000);
+    let mesh = &scene.meshes[0];
+    let triangles = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
+    let bvh = Bvh::build(&triangles, &BuildOptions::default()).unwrap();
+    // Boxes padded as those of the wide tree are by its rays.
+    let pad = 1e-5 * scene.extent();
+    let boxes: Vec<Aabb> = (0..mesh.triangles.len())
+        .map(|i| {
+            let b = mesh.triangle(i).into_iter().fold(Aabb::EMPTY, Aabb::grow);
+            Aabb::new(b.min.map(|x| x - pad), b.max.map(|x| x + pad))
+        })
+        .collect();
+    let binary = Bvh2::build(&boxes, &Bvh2Options::default()).unwrap();
+    for ray in rays::primary(&scene.camera, 40) {
+        let mut best = Hit::MISS;
+        binary.closest(&ray, |range, t_max| {
+            let ids = &binary.order()[range.start as usize..range.end as usize];
+            let leaf: Vec<_> = ids.iter().map(|&i| (i, mesh.triangle(i as usize))).collect();
+            let hit = oracle::closest(&leaf, &Ray { t_max, ..ray }, &bvh.space);
+            if hit.is_hit() && (hit.t < best.t || hit.t == best.t && hit.primitive < best.primitive) {
+                best = hit;
+            }
+            best.t.min(t_max)
+        });
+        assert_eq!(bvh.intersect(&ray).unwrap_or(Hit::MISS), best, "{ray:?}");
+    }
+}
+
+#[test]
+fn empty_and_degenerate_meshes() {
+    let ray = Ray::new([0.0; 3], [1.0; 3]);
+    let nothing = Bvh::build(&Triangles::default(), &BuildOptions::default()).unwrap();
+    let mut hits = [Hit { primitive: 3, ..Hit::MISS }; 20];
+    nothing.intersect_batch(&[ray; 20], &mut hits);
+    nothing.intersect_coherent(&[ray; 20], &mut hits);
+    assert!(hits.iter().all(|h| *h == Hit::MISS) && !nothing.occluded(&ray));
+
+    let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [f32::NAN; 3], [2.0, 0.0, 0.0]];
+    let triangles = [[0, 1, 2], [0, 1, 3], [1, 1, 2], [0, 1, 4], [0, 0, 0]];
+    let mesh = Triangles { positions: &positions, triangles: &triangles };
+    let stats = *Bvh::build(&mesh, &BuildOptions::default()).unwrap().stats();
+    assert_eq!((stats.primitives, stats.non_finite, stats.degenerate), (2, 1, 2));
+    check(
+        &mesh,
+        &[Ray::new([0.2, 0.2, 1.0], [0.0, 0.0, -1.0]), Ray::new([0.5, 0.0, 1.0], [0.0, 0.0, -1.0]), ray],
+    );
+
+    let error = Bvh::build(
+        &Triangles { positions: &positions, triangles: &[[0, 1, 2], [0, 1, 9]] },
+        &BuildOptions::default(),
+    )
+    .unwrap_err();
+    assert_eq!(error, BuildError::VertexOutOfRange { triangle: 1, vertex: 9, vertices: 5 });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+
+    /// Anything at all: coordinates on a coarse grid meet each other often, others are any float.
+    #[test]
+    fn any_triangles_and_any_rays(
+        grid in prop::collection::vec(prop::array::uniform3(-4_i8..=4), 3..40),
+        wild in prop::collection::vec(prop::array::uniform3(any::<f32>()), 0..4),
+        corners in prop::collection::vec(prop::array::uniform3(any::<prop::sample::Index>()), 1..60),
+        ways in prop::collection::vec((prop::array::uniform3(-5_i8..=5), prop::array::uniform3(-3_i8..=3)), 1..40),
+        strange in prop::collection::vec((prop::array::uniform3(any::<f32>()), prop::array::uniform3(any::<f32>())), 0..4),
+    ) {
+        let mut positions: Vec<[f32; 3]> = grid.iter().map(|p| p.map(|x| f32::from(x) * 0.37)).collect();
+        positions.extend(&wild);
+        let triangles: Vec<[u32; 3]> =
+            corners.iter().map(|t| [0, 1, 2].map(|i| t[i].index(positions.len()) as u32)).collect();
+        let mut rays: Vec<Ray> = ways
+            .iter()
+            .map(|(o, d)| Ray::new(o.map(|x| f32::from(x) * 0.37), d.map(f32::from)))
+            .collect();
+        rays.extend(strange.iter().map(|(o, d)| Ray::new(*o, *d)));
+        check(&Triangles { positions: &positions, triangles: &triangles }, &rays);
+    }
+}

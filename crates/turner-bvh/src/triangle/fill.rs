@@ -1,0 +1,66 @@
+//! Copies of triangles for the leaves of a tree.
+
+use std::mem::MaybeUninit;
+
+use super::{BLOCK, Block};
+use crate::build::wide::NO_PRIMITIVE;
+use crate::{BuildError, Triangles};
+
+/// Blocks that are worth a thread.
+const MIN_PARALLEL: usize = 4096;
+
+/// A block for each [`BLOCK`] slots, filled by several threads (0: as many as there are).
+pub(crate) fn fill_blocks(
+    mesh: &Triangles<'_>,
+    scale: f32,
+    slots: &[u32],
+    threads: usize,
+) -> Result<Vec<Block>, BuildError> {
+    let count = slots.len() / BLOCK;
+    let mut blocks = Vec::new();
+    blocks
+        .try_reserve_exact(count)
+        .map_err(|_| BuildError::OutOfMemory { needed: count * size_of::<Block>() })?;
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        n => n,
+    };
+    let share = count.div_ceil(threads).max(MIN_PARALLEL);
+    let spare = &mut blocks.spare_capacity_mut()[..count];
+    std::thread::scope(|scope| {
+        let mut parts = spare.chunks_mut(share).zip(slots.chunks(share * BLOCK));
+        let first = parts.next();
+        for (to, slots) in parts {
+            let waiting = std::sync::Mutex::new(Some((to, slots)));
+            let work = move || {
+                if let Some((to, slots)) = waiting.lock().ok().and_then(|mut part| part.take()) {
+                    fill(mesh, scale, slots, to);
+                }
+            };
+            scope.spawn(work);
+        }
+        if let Some((to, slots)) = first {
+            fill(mesh, scale, slots, to);
+        }
+    });
+    // SAFETY: all `count` blocks have been written; a panic in a thread would have come out of the scope.
+    unsafe { blocks.set_len(count) };
+    Ok(blocks)
+}
+
+fn fill(mesh: &Triangles<'_>, scale: f32, slots: &[u32], to: &mut [MaybeUninit<Block>]) {
+    for (ids, to) in slots.chunks_exact(BLOCK).zip(to) {
+        to.write(block(mesh, scale, ids));
+    }
+}
+
+/// One block of the triangles named by `ids`, empty where they are `NO_PRIMITIVE`.
+#[inline]
+pub(crate) fn block(mesh: &Triangles<'_>, scale: f32, ids: &[u32]) -> Block {
+    let mut block = Block::EMPTY;
+    for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
+        let corners = mesh.triangles[id as usize].map(|i| mesh.positions[i as usize].map(|x| x * scale));
+        block.set(lane, id, corners);
+    }
+    block
+}
