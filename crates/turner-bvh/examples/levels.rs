@@ -22,9 +22,7 @@ fn main() {
     }
     if wanted("instances") {
         instances(SceneKind::Instances1k);
-        if !asked.iter().any(|a| a == "small") {
-            instances(SceneKind::Instances1m);
-        }
+        instances(SceneKind::Instances1m);
     }
     if wanted("motion") {
         motion();
@@ -189,11 +187,12 @@ fn instances(kind: SceneKind) {
     let primary = rays::primary(&scene.camera, 256);
     let mut hits = vec![Hit::MISS; primary.len()];
     group.intersect_batch(&primary, &mut hits);
+    let extent = scene.extent();
     let points: Vec<rays::Point> = primary
         .iter()
         .zip(&hits)
         .filter(|(_, h)| h.is_hit())
-        .filter_map(|(ray, h)| rays::point(&scene, scene.extent(), ray, h.t, h.instance, h.primitive))
+        .filter_map(|(ray, h)| rays::point(&scene, extent, ray, h.t, h.instance, h.primitive))
         .collect();
     let diffuse = rays::diffuse(&points);
     for (name, rays) in [("primary", primary), ("diffuse", diffuse)] {

@@ -382,7 +382,7 @@ impl<'a> Plan<'a> {
 impl Group {
     /// Builds the tree over instances and own primitives; those of the objects are there already.
     ///
-    /// For 1,000,000 instances that is less than a second on two threads. Memory: about 150 bytes for each, and 112 more for one
+    /// For 1,000,000 instances that takes about 0.7 s on two threads. The tree has about 111 bytes for each, and 96 more for one
     /// that moves.
     pub fn build(
         objects: Vec<Object>,

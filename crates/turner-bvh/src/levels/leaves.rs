@@ -90,7 +90,6 @@ pub(super) struct GroupLeaves<'a, V> {
     pub(super) own: u32,
     /// The caller's t per t of the group outside its tree.
     pub(super) outer: f32,
-    pub(super) ordered: bool,
 }
 
 /// Leaves that end a search for the nearest hit at the first one: a search for any hit that goes from near to far. Where
@@ -118,7 +117,7 @@ impl<L: Leaves> Leaves for FirstHit<'_, L> {
 
 /// Whether `a` comes before `b`.
 #[inline(always)]
-fn nearer(a: &Hit, b: &Hit) -> bool {
+pub(super) fn nearer(a: &Hit, b: &Hit) -> bool {
     a.t < b.t || (a.t == b.t && (a.instance, a.primitive) < (b.instance, b.primitive))
 }
 
@@ -133,7 +132,13 @@ impl<'a, V: Visit> GroupLeaves<'a, V> {
 
     /// The ray as an instance sees it; none where a moving one cannot be seen.
     #[inline(always)]
-    fn inside<S: Simd>(&self, simd: S, record: &Record, ray: &SearchRay, t_max: f32) -> Option<Ray> {
+    pub(super) fn inside<S: Simd>(
+        &self,
+        simd: S,
+        record: &Record,
+        ray: &SearchRay,
+        t_max: f32,
+    ) -> Option<Ray> {
         if record.motion == Record::STILL {
             return Some(into(simd, &record.columns, ray, t_max));
         }
@@ -152,14 +157,7 @@ impl<'a, V: Visit> GroupLeaves<'a, V> {
     #[inline(always)]
     fn nested(&self, group: &'a Group, id: u32, outer: f32) -> GroupLeaves<'a, V> {
         let base = self.base.wrapping_add(id);
-        GroupLeaves {
-            group,
-            visit: self.visit,
-            base,
-            own: base.wrapping_add(group.placed),
-            outer,
-            ordered: self.ordered,
-        }
+        GroupLeaves { group, visit: self.visit, base, own: base.wrapping_add(group.placed), outer }
     }
 
     /// An own primitive; t is that of the tree.
@@ -253,13 +251,7 @@ impl<V: Visit> Leaves for GroupLeaves<'_, V> {
                         |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
                     let leaves = Blocks { blocks: &mesh.blocks, filter: accept, filtered: true };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
-                    if self.ordered {
-                        let leaves = FirstHit(&leaves);
-                        let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
-                        traverse::closest(simd, &tree, &search, ray_index).is_hit()
-                    } else {
-                        traverse::any(simd, &tree, &search, ray_index)
-                    }
+                    traverse::any(simd, &tree, &search, ray_index)
                 }
                 Object::Moving(mesh) => {
                     let Some(search) = SearchRay::new(simd, &inside, &mesh.space) else { continue };

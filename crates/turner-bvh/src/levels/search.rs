@@ -2,7 +2,8 @@
 
 use super::group::Group;
 use super::leaves::{FirstHit, GroupLeaves};
-use crate::traverse::Tree;
+use crate::simd::{Simd, WithSimd, dispatch};
+use crate::traverse::{self, SearchRay, Tree};
 use crate::{Hit, Ray, search};
 
 /// What a caller has to say while a ray is searched: which hits count, and how a group's own primitives are met.
@@ -40,13 +41,10 @@ impl<V: Visit> Visit for &V {
     }
 }
 
-/// Rays of a batch that are searched at a time.
-const CHUNK: usize = 256;
-
 impl Group {
     #[inline(always)]
     fn leaves<'a, V: Visit>(&'a self, visit: &'a V) -> GroupLeaves<'a, V> {
-        GroupLeaves { group: self, visit, base: 0, own: Hit::NONE, outer: 1.0, ordered: false }
+        GroupLeaves { group: self, visit, base: 0, own: Hit::NONE, outer: 1.0 }
     }
 
     #[inline(always)]
@@ -83,28 +81,66 @@ impl Group {
     /// Whether there is a hit that counts, own primitives included.
     #[inline]
     pub fn occluded_with<V: Visit>(&self, ray: &Ray, visit: &V) -> bool {
-        let leaves = GroupLeaves { ordered: true, ..self.leaves(visit) };
+        let leaves = self.leaves(visit);
         search::closest(self.tree(&FirstHit(&leaves)), ray).is_hit()
     }
 
     /// The nearest hits that count, own primitives included.
+    ///
+    /// One ray after the other. Tried: four at a time in turn, through the group's tree and the meshes' as in a single tree.
+    /// In 1,000,000 instances of a small mesh that was 0.75 (camera) to 0.83 (diffuse) times as fast.
     #[inline]
     pub fn intersect_batch_with<V: Visit>(&self, rays: &[Ray], hits: &mut [Hit], visit: &V) {
-        search::closest_batch(self.tree(&self.leaves(visit)), rays, hits);
+        assert_eq!(rays.len(), hits.len());
+        dispatch(Batch { leaves: self.leaves(visit), rays, found: Found::Hits(hits) });
     }
 
     /// Whether there are hits that count, own primitives included.
     #[inline]
     pub fn occluded_batch_with<V: Visit>(&self, rays: &[Ray], hits: &mut [bool], visit: &V) {
         assert_eq!(rays.len(), hits.len());
-        let mut found = [Hit::MISS; CHUNK];
-        for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
-            for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-                let _ = i;
-                let leaves = self.leaves(visit);
-                *hit = search::closest(self.tree(&FirstHit(&leaves)), ray).is_hit();
+        dispatch(Batch { leaves: self.leaves(visit), rays, found: Found::Any(hits) });
+    }
+}
+
+/// Where the answers of a batch go.
+enum Found<'a> {
+    Hits(&'a mut [Hit]),
+    Any(&'a mut [bool]),
+}
+
+struct Batch<'a, V> {
+    leaves: GroupLeaves<'a, V>,
+    rays: &'a [Ray],
+    found: Found<'a>,
+}
+
+impl<V: Visit> WithSimd for Batch<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let group = self.leaves.group;
+        match self.found {
+            Found::Hits(hits) => {
+                let tree = group.tree(&self.leaves);
+                for (i, (ray, hit)) in self.rays.iter().zip(hits).enumerate() {
+                    *hit = match SearchRay::new(simd, ray, &group.space) {
+                        Some(ray) => ray.finish(traverse::closest(simd, &tree, &ray, i as u32)),
+                        None => Hit::MISS,
+                    };
+                }
+            }
+            Found::Any(hits) => {
+                let leaves = FirstHit(&self.leaves);
+                let tree = group.tree(&leaves);
+                for (i, (ray, hit)) in self.rays.iter().zip(hits).enumerate() {
+                    *hit = match SearchRay::new(simd, ray, &group.space) {
+                        Some(ray) => traverse::closest(simd, &tree, &ray, i as u32).is_hit(),
+                        None => false,
+                    };
+                }
             }
         }
-        found[0] = Hit::MISS;
     }
 }
