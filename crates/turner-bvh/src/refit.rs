@@ -160,7 +160,7 @@ mod tests {
                 let corners =
                     mesh.triangles[(i * 31) % mesh.triangles.len()].map(|v| mesh.positions[v as usize]);
                 let target: [f32; 3] = std::array::from_fn(|k| corners.iter().map(|p| p[k] / 3.0).sum());
-                let origin = random.in_cube().map(|x| 2.0 * x * reach);
+                let origin = random.in_cube().map(|x| 0.9 * x * reach);
                 Ray::new(origin, std::array::from_fn(|k| target[k] - origin[k]))
             })
             .collect()
