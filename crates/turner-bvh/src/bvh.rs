@@ -198,9 +198,9 @@ pub(crate) fn scale_of(reach: f32) -> f32 {
     if (NEAREST..=FARTHEST).contains(&reach) || reach < f32::MIN_POSITIVE {
         return 1.0;
     }
-    // Up to 1 from below; down to FARTHEST from above.
+    // Up to 1 from below; down to what leaves room for rays that start far away from above.
     let exponent = (reach.to_bits() >> 23) as i32 - 127;
-    let target = if exponent > 0 { 39 } else { 0 };
+    let target = if exponent > 0 { 30 } else { 0 };
     f32::from_bits(((target - exponent).clamp(-126, 127) + 127) as u32 * (1 << 23))
 }
 

@@ -116,10 +116,10 @@ impl Tracer for Turner {
         let mut found = [turner_bvh::Hit::MISS; CHUNK];
         let found = &mut found[..];
         let one = |hit: Option<turner_bvh::Hit>| hit.unwrap_or(turner_bvh::Hit::MISS);
-        // The last name but one is that of rays that lie close together: no packets yet.
+        // The last name but one is that for rays that run together; groups have no packets.
         match self {
             Turner::Mesh(m) => {
-                ask!(m, query, rays, &mut *found, intersect, intersect_batch, intersect_batch, one)
+                ask!(m, query, rays, &mut *found, intersect, intersect_batch, intersect_coherent, one)
             }
             Turner::Group(g) => {
                 ask!(g, query, rays, &mut *found, intersect, intersect_batch, intersect_batch, one)
@@ -135,7 +135,7 @@ impl Tracer for Turner {
         let out = &mut occluded[..];
         let one = |hit: bool| hit;
         match self {
-            Turner::Mesh(m) => ask!(m, query, rays, &mut *out, occluded, occluded_batch, occluded_batch, one),
+            Turner::Mesh(m) => ask!(m, query, rays, &mut *out, occluded, occluded_batch, occluded_coherent, one),
             Turner::Group(g) => {
                 ask!(g, query, rays, &mut *out, occluded, occluded_batch, occluded_batch, one)
             }
