@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use turner_bvh::generate::{Scene, SceneKind, rays};
-use turner_bvh::{Aabb, Bvh2Options, Bvh2, Bvh4, Ray};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, Bvh4, Ray};
 
 /// Scenes of one mesh.
 const SCENES: [SceneKind; 5] =

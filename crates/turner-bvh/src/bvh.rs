@@ -69,6 +69,11 @@ impl Bvh {
 
     /// The nearest hit.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.intersect_filtered(ray, |_| true)
+    }
+
+    /// The nearest of the hits that `filter` takes. It is asked about hits in any order, not only about the nearest.
+    pub fn intersect_filtered(&self, ray: &Ray, filter: impl Fn(&Hit) -> bool) -> Option<Hit> {
         struct Work<'a, F>(Tree<'a, Blocks<'a, F>>, &'a Ray);
         impl<F: Fn(u32, &Hit) -> bool> WithSimd for Work<'_, F> {
             type Output = Option<Hit>;
@@ -78,11 +83,16 @@ impl Bvh {
                 ray.finish(traverse::closest(simd, &self.0, &ray, 0)).some()
             }
         }
-        dispatch(Work(self.tree(&self.leaves(|_, _| true)), ray))
+        dispatch(Work(self.tree(&self.leaves(|_, hit: &Hit| filter(hit))), ray))
     }
 
     /// Whether anything is hit.
     pub fn occluded(&self, ray: &Ray) -> bool {
+        self.occluded_filtered(ray, |_| true)
+    }
+
+    /// Whether there is a hit that `filter` takes.
+    pub fn occluded_filtered(&self, ray: &Ray, filter: impl Fn(&Hit) -> bool) -> bool {
         struct Work<'a, F>(Tree<'a, Blocks<'a, F>>, &'a Ray);
         impl<F: Fn(u32, &Hit) -> bool> WithSimd for Work<'_, F> {
             type Output = bool;
@@ -92,11 +102,21 @@ impl Bvh {
                     .is_some_and(|ray| traverse::any(simd, &self.0, &ray, 0))
             }
         }
-        dispatch(Work(self.tree(&self.leaves(|_, _| true)), ray))
+        dispatch(Work(self.tree(&self.leaves(|_, hit: &Hit| filter(hit))), ray))
     }
 
     /// The nearest hits of many rays.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.intersect_batch_filtered(rays, hits, |_, _| true);
+    }
+
+    /// The nearest hits of many rays of those that `filter` takes; it is told the number of the ray.
+    pub fn intersect_batch_filtered(
+        &self,
+        rays: &[Ray],
+        hits: &mut [Hit],
+        filter: impl Fn(u32, &Hit) -> bool,
+    ) {
         struct Work<'a, F>(Tree<'a, Blocks<'a, F>>, &'a [Ray], &'a mut [Hit]);
         impl<F: Fn(u32, &Hit) -> bool> WithSimd for Work<'_, F> {
             type Output = ();
@@ -106,11 +126,21 @@ impl Bvh {
             }
         }
         assert_eq!(rays.len(), hits.len());
-        dispatch(Work(self.tree(&self.leaves(|_, _| true)), rays, hits))
+        dispatch(Work(self.tree(&self.leaves(filter)), rays, hits))
     }
 
     /// Whether each of many rays hits anything.
     pub fn occluded_batch(&self, rays: &[Ray], hits: &mut [bool]) {
+        self.occluded_batch_filtered(rays, hits, |_, _| true);
+    }
+
+    /// Whether each of many rays has a hit that `filter` takes; it is told the number of the ray.
+    pub fn occluded_batch_filtered(
+        &self,
+        rays: &[Ray],
+        hits: &mut [bool],
+        filter: impl Fn(u32, &Hit) -> bool,
+    ) {
         struct Work<'a, F>(Tree<'a, Blocks<'a, F>>, &'a [Ray], &'a mut [bool]);
         impl<F: Fn(u32, &Hit) -> bool> WithSimd for Work<'_, F> {
             type Output = ();
@@ -120,7 +150,7 @@ impl Bvh {
             }
         }
         assert_eq!(rays.len(), hits.len());
-        dispatch(Work(self.tree(&self.leaves(|_, _| true)), rays, hits))
+        dispatch(Work(self.tree(&self.leaves(filter)), rays, hits))
     }
 }
 

@@ -19,7 +19,7 @@ pub(crate) trait Leaves {
     fn address(&self, leaf: ChildRef) -> *const u8;
 }
 
-/// Leaves of triangles in blocks. `filter` gets the ray's number and a hit, and says whether it counts.
+/// Leaves of triangles in blocks. `filter` gets the ray's number and a hit in the caller's units, and says whether it counts.
 #[derive(Clone, Copy)]
 pub(crate) struct Blocks<'a, F> {
     pub(crate) blocks: &'a [Block],
@@ -40,15 +40,15 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
     #[inline(always)]
     fn closest<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32, hit: &mut Hit) {
         for block in self.of(leaf) {
-            block.closest(simd, &ray.shear, ray.t_min, hit, |h| (self.filter)(ray_index, h));
+            block.closest(simd, &ray.shear, ray.t_min, hit, |h| (self.filter)(ray_index, &ray.finish(*h)));
         }
     }
 
     #[inline(always)]
     fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool {
-        self.of(leaf)
-            .iter()
-            .any(|b| b.any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, h)))
+        self.of(leaf).iter().any(|b| {
+            b.any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, &ray.finish(*h)))
+        })
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use turner_bvh::generate::{Mesh, Scene};
-use turner_bvh::{Aabb, Bvh2Options, Bvh2, Bvh4, Ray};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, Bvh4, Ray};
 
 use super::measure::{CHUNK, Query, RaySet, Tracer};
 

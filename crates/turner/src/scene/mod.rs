@@ -3,6 +3,8 @@
 pub mod background;
 pub mod desc;
 pub mod error;
+mod faces;
+mod mesh_batch;
 mod param;
 mod prepare;
 pub mod read;
@@ -19,3 +21,4 @@ pub use param::ColorSource;
 pub use prepare::PrepareOptions;
 pub use read::{SceneAssets, read_scene};
 pub use scene::{Hit, Scene, SceneStats, SurfaceInteraction};
+pub use turner_bvh::Quality;

@@ -6,6 +6,7 @@ use turner_bvh::Bvh4;
 
 use super::background::BackgroundDesc;
 use super::desc::{MaterialId, Warning};
+use super::faces::{Faces, NO_FACES};
 use super::sieve::Sieve;
 use crate::camera::Camera;
 use crate::color::Spectrum;
@@ -47,6 +48,8 @@ pub struct Scene {
     /// For scenes of few shapes, instead of the tree.
     pub(super) sieve: Option<Sieve>,
     pub(super) frame: TraversalFrame,
+    /// For primitives with cut-outs or several materials.
+    pub(super) faces: Vec<Faces>,
     /// What was dropped or doubtful while preparing.
     pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
@@ -79,6 +82,8 @@ pub(super) struct Primitive {
     pub(super) material: MaterialId,
     /// Index into the scene's transforms, or [`NO_TRANSFORM`].
     pub(super) transform: u32,
+    /// Index into the scene's faces, or [`NO_FACES`].
+    pub(super) faces: u32,
     /// Its number in the description, instances in order: breaks ties between equally near hits, so that the
     /// picture does not depend on the tree.
     pub(super) id: u32,
@@ -113,7 +118,7 @@ pub struct Hit {
     /// Where on the shape.
     pub shape: ShapeHit,
     /// Index of the primitive.
-    primitive: u32,
+    pub(super) primitive: u32,
 }
 
 /// The surface at a hit, in world space; made once, for the nearest hit.
@@ -172,9 +177,16 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub(super) fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
         let primitive = &self.primitives[index as usize];
         let Some(shape) = self.intersect_primitive(primitive, ray) else { return };
+        self.keep_nearer(index, shape, ray, best);
+    }
+
+    /// Takes a hit of a primitive into `best` if it is nearer; the ray then ends there.
+    #[inline(always)]
+    pub(super) fn keep_nearer(&self, index: u32, shape: ShapeHit, ray: &mut Ray, best: &mut Option<Hit>) {
+        let primitive = &self.primitives[index as usize];
         let nearer = shape.t < ray.t_max
             || best.is_none_or(|b| primitive.id < self.primitives[b.primitive as usize].id);
         if nearer {
@@ -185,6 +197,9 @@ impl Scene {
 
     #[inline(always)]
     fn intersect_primitive(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
+        if primitive.faces != NO_FACES {
+            return self.intersect_faces(primitive, ray);
+        }
         if primitive.transform == NO_TRANSFORM {
             // Spheres are tested in place: a call costs as much as the test.
             match &primitive.shape {
@@ -200,6 +215,9 @@ impl Scene {
     #[inline(always)]
     fn primitive_blocks(&self, index: u32, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let primitive = &self.primitives[index as usize];
+        if primitive.faces != NO_FACES {
+            return self.faces_block(primitive, ray, tinted);
+        }
         let hit = if primitive.transform == NO_TRANSFORM {
             match &primitive.shape {
                 Shape::Sphere(sphere) => sphere.intersect(ray).is_some(),
@@ -286,7 +304,7 @@ impl Scene {
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let primitive = &self.primitives[hit.primitive as usize];
-        let material = primitive.material;
+        let material = self.material_of(primitive, &hit.shape);
         // A point may be exact, as the origin on a plane through it: a ray must leave it all the same.
         let floor = 1e-15 * hit.shape.t;
         if primitive.transform == NO_TRANSFORM {
@@ -312,9 +330,9 @@ impl Scene {
     }
 
     /// Where textures are looked up on a surface.
-    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint {
+    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
         let shape = &self.primitives[surface.hit.primitive as usize].shape;
-        TexturePoint { uv: shape.uv(&surface.hit.shape, &surface.object), p: surface.object.p }
+        shape.texture_point(&surface.hit.shape, &surface.object)
     }
 }
 
