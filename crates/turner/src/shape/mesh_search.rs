@@ -38,6 +38,8 @@ pub(super) struct MeshRay {
     /// Where the search's ray starts, as a length from t = 0.
     start: f64,
     pad: f64,
+    /// Of distances in double precision.
+    rounding: f64,
     /// Hits up to here may lie before `t_min`.
     doubtful: f32,
 }
@@ -49,16 +51,35 @@ impl MeshRay {
         hit.t <= self.doubtful
     }
 
-    /// Whether a t in double precision can be that of a hit.
-    #[inline(always)]
-    pub(super) fn is_near(&self, hit: &Hit, t: f64) -> bool {
-        (t * self.speed - self.start - f64::from(hit.t)).abs() <= self.pad
-    }
-
     /// Whether `t` is not beyond the ray's end.
     #[inline(always)]
     pub(super) fn ends_after(&self, t: f64) -> bool {
         t <= self.original.t_max && t < f64::INFINITY
+    }
+
+    /// Whether a ray that passes a triangle at this distance does so by more than rounding.
+    pub(super) fn is_beside(&self, distance: f64) -> bool {
+        !(distance <= self.rounding)
+    }
+
+    /// Rays beside this one, by a little more than the search may be wrong, near a hit.
+    pub(super) fn moved_around(&self, hit: &Hit) -> [turner_bvh::Ray; 16] {
+        let (x, y) = self.direction.any_orthonormal_pair();
+        let room = (16.0 * self.pad) as f32;
+        // Eight directions in a half circle, some 22.5 degrees apart.
+        let around = [(1.0, 0.0), (0.92, 0.38), (0.71, 0.71), (0.38, 0.92)];
+        let around = around.iter().flat_map(|&(a, b)| [(a, b), (-b, a)]).collect::<Vec<_>>();
+        std::array::from_fn(|i| {
+            let (a, b) = around[i / 2];
+            let step = if i % 2 == 0 { 0.125 * self.pad } else { -0.125 * self.pad };
+            let origin = DVec3::from(self.ray.origin.map(f64::from)) + step * (a * x + b * y);
+            turner_bvh::Ray {
+                origin: origin.as_vec3().to_array(),
+                t_min: (hit.t - room).max(0.0),
+                t_max: hit.t + room,
+                ..self.ray
+            }
+        })
     }
 
     /// The t of the point of the ray that is nearest to `p`.
@@ -109,8 +130,9 @@ impl MeshSpace {
         if !((o + nearest * direction).length_squared() <= reach * reach && start <= nearest + 2.0 * reach) {
             return None;
         }
-        // Twice the rounding of distances in double precision, should the ray begin very far away.
-        let pad = self.pad + 4.0 * f64::EPSILON * nearest.abs();
+        // Should the ray begin very far away.
+        let rounding = 1e-10 * self.pad + 4.0 * f64::EPSILON * nearest.abs();
+        let pad = self.pad + rounding;
         let p = o + start * direction + (self.center - self.shift);
         let search = turner_bvh::Ray {
             origin: p.as_vec3().to_array(),
@@ -120,7 +142,7 @@ impl MeshSpace {
             time: ray.time,
         };
         let doubtful = (first - start + 2.0 * pad) as f32;
-        Some(MeshRay { original: *ray, ray: search, direction, speed, start, pad, doubtful })
+        Some(MeshRay { original: *ray, ray: search, direction, speed, start, pad, rounding, doubtful })
     }
 }
 

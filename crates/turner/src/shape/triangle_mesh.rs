@@ -5,8 +5,8 @@
 //! in double precision from the same vertices, and so are `t_min` and `t_max` decided: a surface point is off by
 //! rounding of double precision only, however large or far away the mesh is, and a ray that leaves a surface does
 //! not meet it again. Where single precision sees a hit that double precision does not, which happens within some
-//! 2^-20 of the mesh's size of an edge, the hit counts (no ray slips through an edge) unless the ray leaves the
-//! triangle's plane or has just begun.
+//! 2^-20 of the mesh's size of an edge, the triangles around are asked in double precision: no ray slips through an
+//! edge, and none that leaves a surface at a grazing angle is caught by the next triangle.
 //!
 //! Of several triangles at the same t, in single precision, the one with the lowest number is hit.
 //!
@@ -232,27 +232,60 @@ impl TriangleMesh {
     }
 
     /// A hit in double precision; `None` if it lies before `t_min`, or is none and need not count.
+    #[inline]
     fn exact(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
-        let vertices = self.corners(hit.primitive);
-        let (ray, part) = (&search.original, hit.primitive);
-        if let Some(at) = RayShear::new(ray).triangle(&vertices)
-            && search.is_near(hit, at.t)
-        {
-            return (at.t >= ray.t_min).then_some(ShapeHit { t: at.t, part, u: at.u, v: at.v });
+        match self.strict(search, hit) {
+            Some(exact) => (exact.t >= search.original.t_min).then_some(exact),
+            None => self.past_an_edge(search, hit),
         }
-        // Past an edge, or all but edge-on. Is the plane behind?
-        let [a, b, c] = vertices.map(wide);
+    }
+
+    /// Where the ray meets a triangle that the search reports, if it does in double precision.
+    #[inline]
+    fn strict(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+        let at = RayShear::new(&search.original).triangle(&self.corners(hit.primitive))?;
+        let hit = ShapeHit { t: at.t, part: hit.primitive, u: at.u, v: at.v };
+        at.t.is_finite().then_some(hit)
+    }
+
+    /// A hit in single precision that is none in double precision: the ray passes an edge, or lies almost in the plane.
+    /// Then it meets a neighbour, which rays moved by the precision of the search find; or it passes between the
+    /// mesh and the search's idea of it.
+    #[cold]
+    #[inline(never)]
+    fn past_an_edge(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+        let ray = &search.original;
+        let [a, b, c] = self.corners(hit.primitive).map(wide);
         let normal = (b - a).cross(c - a);
         let start = normal.dot(ray.origin + ray.t_min * ray.direction - a);
         let way = normal.dot(ray.direction);
-        let leaves = way > 0.0 && start > 0.0 || way < 0.0 && start < 0.0 || way == 0.0;
-        if leaves || search.is_doubtful(hit) {
+        if way > 0.0 && start > 0.0 || way < 0.0 && start < 0.0 || way == 0.0 {
+            // The plane is behind.
+            return None;
+        }
+        let mut nearest: Option<ShapeHit> = None;
+        for moved in search.moved_around(hit) {
+            let check = |hit: &Hit| self.strict(search, hit).is_some_and(|hit| hit.t >= ray.t_min);
+            let found = self.tree.intersect_filtered(&moved, check).and_then(|hit| self.strict(search, &hit));
+            if let Some(found) = found
+                && nearest.is_none_or(|n| found.t < n.t || found.t == n.t && found.part < n.part)
+            {
+                nearest = Some(found);
+            }
+        }
+        if nearest.is_some() || search.is_doubtful(hit) {
+            return nearest;
+        }
+        // Without a neighbour, a front that is met counts, should it be too thin to be found; a back only if it is missed by
+        // no more than rounding, or a ray that leaves a ridge would be caught by its far side.
+        if way > 0.0 && search.is_beside(RayShear::new(ray).miss(&self.corners(hit.primitive))) {
             return None;
         }
         let u = f64::from(hit.u).clamp(0.0, 1.0);
         let v = f64::from(hit.v).clamp(0.0, 1.0 - u);
         let t = search.t_of((1.0 - u - v) * a + u * b + v * c);
-        (t >= ray.t_min && t < f64::INFINITY).then_some(ShapeHit { t, part, u, v })
+        let counts = t >= ray.t_min && t < f64::INFINITY;
+        counts.then_some(ShapeHit { t, part: hit.primitive, u, v })
     }
 
     /// Vertex normals to shade with; empty for facets.
