@@ -66,7 +66,7 @@ fn main() -> std::io::Result<()> {
     write(count, path)?;
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let scene = format!(
-        "[camera]\neye = [2.2, 1.2, 2.6]\ntarget = [0, -0.1, 0]\nfov = 40\n\n[film]\nwidth = 1024\nheight = 768\n\n\
+        "[camera]\nposition = [2.2, 1.2, 2.6]\nlook_at = [0, -0.1, 0]\nfov = 40\n\n[film]\nwidth = 1024\nheight = 768\n\n\
          [background]\ncolor = [0.5, 0.7, 0.9]\n\n[[light]]\ntype = \"directional\"\ndirection = [-1, -1, 0.4]\n\n\
          [[light]]\ntype = \"ambient\"\ncolor = 0.1\n\n[[object]]\ntype = \"mesh\"\nfile = {name:?}\n\
          material = {{ color = [0.5, 0.6, 0.3] }}\n"

@@ -151,7 +151,8 @@ impl Reader<'_> {
 
     /// The colour of the vertex that comes next; those before it without one are white.
     fn color(&mut self, color: [f32; 4]) -> Result<(), MeshError> {
-        reserve_some(&mut self.colors, self.positions.len() + 1 - self.colors.len(), self.name)?;
+        let more = self.positions.len() + 1 - self.colors.len();
+        reserve_some(&mut self.colors, more, self.name)?;
         self.colors.resize(self.positions.len(), [1.0; 4]);
         self.colors.push(color);
         Ok(())

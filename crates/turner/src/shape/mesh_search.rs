@@ -35,8 +35,6 @@ pub(super) struct MeshRay {
     direction: DVec3,
     /// Length per unit of t.
     speed: f64,
-    /// Where the search's ray starts, as a length from t = 0.
-    start: f64,
     pad: f64,
     /// Of distances in double precision.
     rounding: f64,
@@ -142,7 +140,7 @@ impl MeshSpace {
             time: ray.time,
         };
         let doubtful = (first - start + 2.0 * pad) as f32;
-        Some(MeshRay { original: *ray, ray: search, direction, speed, start, pad, rounding, doubtful })
+        Some(MeshRay { original: *ray, ray: search, direction, speed, pad, rounding, doubtful })
     }
 }
 
