@@ -4,13 +4,13 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::Args;
 use clap::builder::PossibleValuesParser;
+use clap::{Args, ValueEnum};
 use turner::film::Antialias;
 use turner::integrator::IntegratorDesc;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
-use turner::scene::{PrepareOptions, Scene, SceneDesc};
+use turner::scene::{PrepareOptions, Quality, Scene, SceneDesc};
 use turner_io::assets::FolderAssets;
 use turner_io::scene::{LoadError, LoadOptions, Loaded, MAX_TEXT, Override, Sources, load, load_text, parse};
 
@@ -27,6 +27,20 @@ pub(crate) struct SceneArgs {
     /// Let the scene name files outside its folder
     #[arg(long)]
     allow_outside: bool,
+    /// Work put into the search trees of meshes: the picture is the same, the time to prepare and to render is not
+    #[arg(long, value_name = "QUALITY", default_value = "balanced")]
+    bvh_quality: BvhQuality,
+}
+
+/// How much work goes into the trees of meshes.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum BvhQuality {
+    /// Soon ready, slower rays
+    Fast,
+    /// For most pictures
+    Balanced,
+    /// Takes several times as long, faster rays
+    High,
 }
 
 /// Values of `[film]` and `[integrator]` with options of their own.
@@ -144,8 +158,14 @@ impl SceneArgs {
             loaded = input.load(&options);
         }
         let Loaded { desc, sources, hash, .. } = loaded.map_err(|e| Failure::load(e, &labels))?;
-        let scene =
-            desc.prepare(&PrepareOptions { threads }).map_err(|e| Failure::in_scene(e, &sources, &labels))?;
+        let quality = match self.bvh_quality {
+            BvhQuality::Fast => Quality::Fast,
+            BvhQuality::Balanced => Quality::Balanced,
+            BvhQuality::High => Quality::High,
+        };
+        let scene = desc
+            .prepare(&PrepareOptions { threads, quality })
+            .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
         Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
     }
 }

@@ -53,6 +53,20 @@ impl Image {
         if n < 3 { [at(0); 3] } else { [at(0), at(1), at(2)] }
     }
 
+    /// The alpha of a pixel inside the picture, 0..=1 for integer samples, 1 if there is none; NaN counts as 0.
+    pub fn alpha(&self, x: u32, y: u32) -> f32 {
+        let n = usize::from(self.channels);
+        if !matches!(n, 2 | 4) {
+            return 1.0;
+        }
+        let i = (y as usize * self.width as usize + x as usize) * n + n - 1;
+        match &self.pixels {
+            Pixels::U8(v) => f32::from(v[i]) / 255.0,
+            Pixels::U16(v) => f32::from(v[i]) / 65535.0,
+            Pixels::F32(v) => v[i].max(0.0),
+        }
+    }
+
     /// Whether there is a pixel, and as many samples as the size and the number of channels say.
     pub fn is_consistent(&self) -> bool {
         let samples = match &self.pixels {

@@ -135,7 +135,9 @@ impl Tracer for Turner {
         let out = &mut occluded[..];
         let one = |hit: bool| hit;
         match self {
-            Turner::Mesh(m) => ask!(m, query, rays, &mut *out, occluded, occluded_batch, occluded_coherent, one),
+            Turner::Mesh(m) => {
+                ask!(m, query, rays, &mut *out, occluded, occluded_batch, occluded_coherent, one)
+            }
             Turner::Group(g) => {
                 ask!(g, query, rays, &mut *out, occluded, occluded_batch, occluded_batch, one)
             }

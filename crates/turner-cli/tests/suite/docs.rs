@@ -79,7 +79,7 @@ fn render(name: &str, snippet: &str) -> Result<(), String> {
         .desc;
     (desc.film.width, desc.film.height, desc.film.crop) = (16, 12, None);
     desc.film.samples = desc.film.samples.min(4);
-    let scene = desc.prepare(&PrepareOptions { threads: 1 }).map_err(|e| fail(&e))?;
+    let scene = desc.prepare(&PrepareOptions { threads: 1, ..Default::default() }).map_err(|e| fail(&e))?;
     let mut renderer = Renderer::new(&scene).map_err(|e| fail(&e))?;
     let options = PassOptions { threads: 1, cancel: &AtomicBool::new(false), progress: None };
     renderer.pass(u32::MAX, &options).map_err(|e| fail(&e))?;

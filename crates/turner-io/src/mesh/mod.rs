@@ -62,14 +62,17 @@ impl std::fmt::Display for Place {
     }
 }
 
-/// Drops triangles with a corner that is not finite; makes normals and (u, v) that are not finite zero.
+/// Drops triangles with a corner that is not finite; makes numbers of normals, (u, v) and colours that are not finite zero.
 fn drop_not_finite(read: &mut ReadMesh, name: &str) {
     let mesh = &mut read.mesh;
     let finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
     if !mesh.positions.iter().all(finite) {
         let before = mesh.triangles.len();
         let positions = &mesh.positions;
-        mesh.triangles.retain(|t| t.iter().all(|&i| positions.get(i as usize).is_some_and(finite)));
+        let shown = |t: &[u32; 3]| t.iter().all(|&i| positions.get(i as usize).is_some_and(finite));
+        let mut triangles = mesh.triangles.iter();
+        mesh.face_materials.retain(|_| triangles.next().is_some_and(shown));
+        mesh.triangles.retain(shown);
         let dropped = before - mesh.triangles.len();
         // Vertices that nothing uses any more must not spoil the bounds.
         mesh.positions.iter_mut().filter(|p| !finite(p)).for_each(|p| *p = [0.0; 3]);
@@ -79,7 +82,8 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
         }
     }
     let mut replaced = 0_usize;
-    for value in mesh.normals.as_flattened_mut().iter_mut().chain(mesh.uvs.as_flattened_mut()) {
+    let flat = mesh.normals.as_flattened_mut().iter_mut().chain(mesh.uvs.as_flattened_mut());
+    for value in flat.chain(mesh.colors.as_flattened_mut()) {
         if !value.is_finite() {
             *value = 0.0;
             replaced += 1;
@@ -87,7 +91,8 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
     }
     if replaced > 0 {
         let name = printable(name);
-        read.warnings.push(format!("{name}: {replaced} numbers in normals and (u, v) not finite, read as 0"));
+        read.warnings
+            .push(format!("{name}: {replaced} numbers in normals, (u, v) and colours not finite, read as 0"));
     }
 }
 

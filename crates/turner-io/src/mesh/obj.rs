@@ -1,4 +1,5 @@
-//! Wavefront OBJ: `v`, `vt`, `vn` and `f`; everything else is counted or passed over.
+//! Wavefront OBJ: `v` (with colours), `vt`, `vn`, `f` and the names after `usemtl`; everything else is counted or
+//! passed over.
 //!
 //! All objects and groups become one mesh. A corner `v/vt/vn` becomes a vertex of its own wherever the same position
 //! has another (u, v) or normal. Where only some faces have normals, the others get that of their plane; where only
@@ -31,6 +32,14 @@ struct Reader<'a> {
     positions: Vec<[f32; 3]>,
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
+    /// As many as positions, or none.
+    colors: Vec<[f32; 4]>,
+    material_ids: HashMap<String, u16>,
+    material_names: Vec<String>,
+    /// That of the faces that follow.
+    material: Option<u16>,
+    /// By triangle.
+    face_materials: Vec<u16>,
     /// Corners of triangles: position, (u, v), normal.
     corners: Vec<[u32; 3]>,
     polygon: Vec<[u32; 3]>,
@@ -48,6 +57,11 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
         positions: Vec::new(),
         uvs: Vec::new(),
         normals: Vec::new(),
+        colors: Vec::new(),
+        material_ids: HashMap::new(),
+        material_names: Vec::new(),
+        material: None,
+        face_materials: Vec::new(),
         corners: Vec::new(),
         polygon: Vec::new(),
         faces: 0,
@@ -94,11 +108,19 @@ impl Reader<'_> {
         match words.next() {
             Some(b"v") => {
                 let mut p = self.numbers::<3>(&mut words, "v x y z", 3)?;
-                // One more number is a weight; three are a colour, which is passed over.
-                if let (Some(w), None) = (words.next(), words.next()) {
-                    let w =
-                        number(w).ok_or_else(|| self.error("the weight of a vertex is no number".into()))?;
-                    p = p.map(|v| v / w);
+                // One more number is a weight; three are a colour.
+                match [words.next(), words.next(), words.next()] {
+                    [Some(w), None, _] => {
+                        let w = number(w)
+                            .ok_or_else(|| self.error("the weight of a vertex is no number".into()))?;
+                        p = p.map(|v| v / w);
+                    }
+                    [Some(r), Some(g), Some(b)] => {
+                        if let [Some(r), Some(g), Some(b)] = [r, g, b].map(number) {
+                            self.color([r, g, b, 1.0])?;
+                        }
+                    }
+                    _ => {}
                 }
                 push(&mut self.positions, p, self.name)
             }
@@ -111,6 +133,10 @@ impl Reader<'_> {
                 push(&mut self.normals, n, self.name)
             }
             Some(b"f") => self.face(&mut words),
+            Some(b"usemtl") => {
+                let words: Vec<_> = words.map(String::from_utf8_lossy).collect();
+                self.use_material(words.join(" "))
+            }
             Some(b"mtllib") => {
                 self.libraries += 1;
                 Ok(())
@@ -121,6 +147,32 @@ impl Reader<'_> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// The colour of the vertex that comes next; those before it without one are white.
+    fn color(&mut self, color: [f32; 4]) -> Result<(), MeshError> {
+        let more = self.positions.len() + 1 - self.colors.len();
+        reserve_some(&mut self.colors, more, self.name)?;
+        self.colors.resize(self.positions.len(), [1.0; 4]);
+        self.colors.push(color);
+        Ok(())
+    }
+
+    fn use_material(&mut self, name: String) -> Result<(), MeshError> {
+        let known = self.material_ids.get(&name).copied();
+        let id = match known {
+            Some(id) => id,
+            None => {
+                let Ok(id) = u16::try_from(self.material_names.len()) else {
+                    return Err(self.error("more than 65536 materials".into()));
+                };
+                push(&mut self.material_names, name.clone(), self.name)?;
+                self.material_ids.insert(name, id);
+                id
+            }
+        };
+        self.material = Some(id);
+        Ok(())
     }
 
     /// `N` numbers, of which at least `least` must be there.
@@ -155,7 +207,14 @@ impl Reader<'_> {
             if rest.len() < 2 {
                 self.others += 1;
             }
-            reserve_some(&mut self.corners, polygon.len().saturating_sub(2) * 3, self.name)?;
+            if self.material.is_none() {
+                self.use_material(String::new())?;
+            }
+            let triangles = polygon.len().saturating_sub(2);
+            reserve_some(&mut self.face_materials, triangles, self.name)?;
+            let material = self.material.unwrap_or_default();
+            self.face_materials.resize(self.face_materials.len() + triangles, material);
+            reserve_some(&mut self.corners, triangles * 3, self.name)?;
             for pair in rest.windows(2) {
                 self.corners.extend_from_slice(&[*first, pair[0], pair[1]]);
             }
@@ -205,13 +264,31 @@ impl Reader<'_> {
         let mut warnings = Vec::new();
         let name = printable(self.name);
         if self.libraries > 0 {
-            warnings.push(format!("{name}: its materials (mtllib) are ignored: give the object a material"));
+            let names: Vec<String> = self.material_names.iter().take(8).map(|n| printable(n)).collect();
+            let more = if self.material_names.len() > names.len() { ", …" } else { "" };
+            warnings.push(match names.len() {
+                0 | 1 => format!("{name}: its materials (mtllib) are ignored: give the object a material"),
+                _ => format!(
+                    "{name}: its materials (mtllib) are ignored: give the object `materials` by name: {}{more}",
+                    names.join(", ")
+                ),
+            });
         }
         if self.others > 0 {
             warnings.push(format!("{name}: {} points, lines or curves ignored", self.others));
         }
         let (has_uvs, has_normals) = self.complete(&mut warnings)?;
-        let mesh = self.unify(has_uvs, has_normals)?;
+        if !self.colors.is_empty() {
+            let missing = self.positions.len() - self.colors.len();
+            reserve_some(&mut self.colors, missing, self.name)?;
+            self.colors.resize(self.positions.len(), [1.0; 4]);
+        }
+        let material_names = std::mem::take(&mut self.material_names);
+        let mut face_materials = std::mem::take(&mut self.face_materials);
+        if material_names.len() < 2 {
+            face_materials = Vec::new();
+        }
+        let mesh = MeshData { face_materials, material_names, ..self.unify(has_uvs, has_normals)? };
         Ok(ReadMesh { mesh, warnings })
     }
 
@@ -249,7 +326,8 @@ impl Reader<'_> {
         reserve(&mut triangles, self.corners.len() / 3, name)?;
         if !has_uvs && !has_normals {
             triangles.extend(self.corners.chunks_exact(3).map(|t| [t[0][0], t[1][0], t[2][0]]));
-            return Ok(MeshData { positions: self.positions, triangles, ..MeshData::default() });
+            let (positions, colors) = (self.positions, self.colors);
+            return Ok(MeshData { positions, colors, triangles, ..MeshData::default() });
         }
         // Vertices made from each position, as a list through `next`; long lists go on in a map.
         let mut first = Vec::new();
@@ -288,6 +366,10 @@ impl Reader<'_> {
         let mut mesh = MeshData { triangles, ..MeshData::default() };
         reserve(&mut mesh.positions, vertices.len(), name)?;
         mesh.positions.extend(vertices.iter().map(|(c, _)| self.positions[c[0] as usize]));
+        if !self.colors.is_empty() {
+            reserve(&mut mesh.colors, vertices.len(), name)?;
+            mesh.colors.extend(vertices.iter().map(|(c, _)| self.colors[c[0] as usize]));
+        }
         if has_uvs {
             reserve(&mut mesh.uvs, vertices.len(), name)?;
             mesh.uvs.extend(vertices.iter().map(|(c, _)| self.uvs[c[1] as usize]));

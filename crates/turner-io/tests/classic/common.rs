@@ -22,7 +22,7 @@ pub(crate) fn render(text: &str) -> (Picture, RayStats) {
 
 /// Renders with that many threads, that many samples per pass.
 pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
-    let scene = desc.prepare(&PrepareOptions { threads }).unwrap();
+    let scene = desc.prepare(&PrepareOptions { threads, ..Default::default() }).unwrap();
     let mut renderer = Renderer::new(&scene).unwrap();
     let cancel = AtomicBool::new(false);
     while !renderer.is_complete() {

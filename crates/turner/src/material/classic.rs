@@ -60,6 +60,11 @@ params! {
         fresnel: Fresnel = Fresnel::Off;
         /// What the object's shadow is like.
         shadow: ShadowKind = ShadowKind::Opaque;
+        /// Where there is anything at all: a number, or a texture: the alpha of a picture that has one or of a vertex colour, the mean
+        /// of any other colour. All rays pass where it is below `alpha_cutoff`.
+        opacity: ColorSource = ColorSource::Constant(Spectrum::WHITE);
+        /// Least opacity that counts.
+        alpha_cutoff: f64 = 0.5, in Range::closed(0.0, 1.0);
     }
     example r#"[material.glass]
 color = "white"
@@ -94,6 +99,8 @@ impl Default for ClassicMaterial {
             ior: 1.5,
             fresnel: Fresnel::Off,
             shadow: ShadowKind::Opaque,
+            opacity: ColorSource::Constant(Spectrum::WHITE),
+            alpha_cutoff: 0.5,
         }
     }
 }

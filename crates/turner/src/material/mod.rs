@@ -35,6 +35,17 @@ impl MaterialDesc {
             MaterialDesc::Classic(m) => Material::Classic(m.prepare()),
         }
     }
+
+    /// Its opacity and the least that counts; `None` for a material that is there everywhere.
+    pub fn cutout(&self) -> Option<(ColorSource, f32)> {
+        let MaterialDesc::Classic(m) = self;
+        let cutoff = m.alpha_cutoff as f32;
+        let everywhere = match m.opacity {
+            ColorSource::Constant(c) => (c.r + c.g + c.b) / 3.0 >= cutoff,
+            ColorSource::Texture(_) => false,
+        };
+        (!everywhere).then_some((m.opacity, cutoff))
+    }
 }
 
 impl Material {

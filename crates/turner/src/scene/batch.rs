@@ -6,11 +6,12 @@ use std::cell::Cell;
 use turner_bvh::lanes::{Block32, LANES};
 use turner_bvh::{NearestBlock, RayBlock, Spheres};
 
+use super::faces::NO_FACES;
 use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
 use crate::color::Spectrum;
 use crate::material::{Material, ShadowKind};
 use crate::math::{DVec3, Ray};
-use crate::shape::{Shape, ShapeHit};
+use crate::shape::{Shape, ShapeHit, TriangleMesh};
 
 /// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
 /// holds beside a `t_max` of NaN is of no account.
@@ -21,6 +22,14 @@ pub struct RayBatch {
     len: usize,
     nearest: Vec<NearestBlock>,
     blocked: Vec<u8>,
+    /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
+    pub coherent: bool,
+    /// For meshes: rays as far as their nearest hit, the same in an object's space, and their places.
+    left: Vec<Ray>,
+    moved: Vec<Ray>,
+    places: Vec<u32>,
+    found: Vec<Option<ShapeHit>>,
+    dark: Vec<bool>,
 }
 
 /// Eight colours, band by band.
@@ -132,6 +141,10 @@ pub(super) struct BatchShapes {
     rest: Rest,
     /// Those that cast a shadow and are not among the opaque spheres.
     shadow_rest: Rest,
+    /// Meshes of one material, which all rays go through together.
+    meshes: Vec<u32>,
+    /// Those that cast a full shadow.
+    opaque_meshes: Vec<u32>,
 }
 
 /// Primitives that are tested ray by ray.
@@ -161,17 +174,24 @@ impl BatchShapes {
         for (i, primitive) in primitives.iter().enumerate() {
             let shadow = materials[primitive.material.index()].shadow();
             let sphere = match &primitive.shape {
-                Shape::Sphere(s) if primitive.transform == NO_TRANSFORM => Some(s),
+                Shape::Sphere(s) if primitive.transform == NO_TRANSFORM && primitive.faces == NO_FACES => {
+                    Some(s)
+                }
                 _ => None,
             };
+            let is_mesh = primitive.faces == NO_FACES && matches!(primitive.shape, Shape::Mesh(_));
             match sphere {
                 Some(s) => {
                     shapes.spheres.push(s.center.to_array(), s.radius);
                     shapes.primitives.push(i as u32);
                 }
+                None if is_mesh => shapes.meshes.push(i as u32),
                 None => shapes.rest.add(i, bounded),
             }
             match (sphere, shadow) {
+                (None, ShadowKind::Opaque) if is_mesh => shapes.opaque_meshes.push(i as u32),
+                // Of several materials each has its own shadow.
+                _ if primitive.faces != NO_FACES => shapes.shadow_rest.add(i, bounded),
                 (_, ShadowKind::None) => {}
                 (Some(s), ShadowKind::Opaque) => shapes.opaque.push(s.center.to_array(), s.radius),
                 _ => shapes.shadow_rest.add(i, bounded),
@@ -220,6 +240,79 @@ impl Scene {
                 });
             }
         }
+        if !shapes.meshes.is_empty() {
+            self.through_meshes(&shapes.meshes, rays, hits);
+        }
+    }
+
+    /// Takes the hits of meshes that are nearer than those so far.
+    fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
+        rays.places.clear();
+        rays.left.clear();
+        for (i, hit) in hits.iter().enumerate() {
+            if let Some(mut ray) = rays.get(i) {
+                if let Some(hit) = hit {
+                    ray.t_max = hit.shape.t;
+                }
+                rays.places.push(i as u32);
+                rays.left.push(ray);
+            }
+        }
+        rays.found.resize(rays.left.len(), None);
+        for &index in meshes {
+            let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
+            if rays.coherent {
+                mesh.intersect_coherent(left, &mut rays.found);
+            } else {
+                mesh.intersect_batch(left, &mut rays.found);
+            }
+            for ((ray, &place), found) in rays.left.iter_mut().zip(&rays.places).zip(&rays.found) {
+                if let Some(found) = found {
+                    self.keep_nearer(index, *found, ray, &mut hits[place as usize]);
+                }
+            }
+        }
+    }
+
+    /// A mesh, and rays in its space.
+    fn mesh_and_rays<'a>(
+        &'a self,
+        index: u32,
+        rays: &'a [Ray],
+        moved: &'a mut Vec<Ray>,
+    ) -> (&'a TriangleMesh, &'a [Ray]) {
+        let primitive = &self.primitives[index as usize];
+        let Shape::Mesh(mesh) = &primitive.shape else { unreachable!("only meshes are listed") };
+        if primitive.transform == NO_TRANSFORM {
+            return (mesh, rays);
+        }
+        let to_object = &self.transforms[primitive.transform as usize].to_object;
+        moved.clear();
+        moved.extend(rays.iter().map(|ray| ray.transformed(to_object)));
+        (mesh, moved)
+    }
+
+    /// Marks rays that a mesh stops, besides those that are stopped already.
+    fn behind_meshes(&self, meshes: &[u32], rays: &mut RayBatch) {
+        for &index in meshes {
+            rays.places.clear();
+            rays.left.clear();
+            for place in 0..rays.len {
+                if rays.blocked[place / LANES] >> (place % LANES) & 1 == 0
+                    && let Some(ray) = rays.get(place)
+                {
+                    rays.places.push(place as u32);
+                    rays.left.push(ray);
+                }
+            }
+            rays.dark.clear();
+            rays.dark.resize(rays.left.len(), false);
+            let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
+            mesh.occluded_batch(left, &mut rays.dark);
+            for (&place, &dark) in rays.places.iter().zip(&rays.dark) {
+                rays.blocked[place as usize / LANES] |= u8::from(dark) << (place as usize % LANES);
+            }
+        }
     }
 
     /// For each ray what [`Scene::transmittance`] comes to; anything at empty places. Replaces what was in `through`.
@@ -239,6 +332,9 @@ impl Scene {
         };
         let used = rays.len.div_ceil(LANES);
         shapes.opaque.any(&rays.blocks[..used], &mut rays.blocked);
+        if !shapes.opaque_meshes.is_empty() {
+            self.behind_meshes(&shapes.opaque_meshes, rays);
+        }
         through.extend(rays.blocked.iter().map(|blocked| {
             let lanes = std::array::from_fn(|lane| if blocked >> lane & 1 == 1 { 0.0 } else { 1.0 });
             SpectrumBlock([Block32(lanes); 3])

@@ -1,10 +1,11 @@
 //! From a description to a scene that can be rendered.
 
-use turner_bvh::{Bvh2, Bvh2Options, Bvh4};
+use turner_bvh::{Bvh2, Bvh2Options, Bvh4, Quality};
 
 use super::batch::BatchShapes;
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape};
+use super::faces::{Faces, NO_FACES};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use crate::camera::CameraDesc;
@@ -14,7 +15,7 @@ use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
 use crate::shape::traversal::TraversalFrame;
-use crate::shape::{MeshCache, Shape};
+use crate::shape::{MeshCache, Shape, ShapeDesc};
 use crate::texture::Textures;
 
 /// How to prepare.
@@ -22,6 +23,8 @@ use crate::texture::Textures;
 pub struct PrepareOptions {
     /// Threads for building trees; 0 takes all there are. The scene is the same for any number.
     pub threads: usize,
+    /// How much work goes into the trees of meshes. It changes how long pictures take, not what they show.
+    pub quality: Quality,
 }
 
 /// The most shapes a scene may have, instances flattened.
@@ -42,12 +45,14 @@ impl SceneDesc {
         materials.push(MaterialDesc::default().prepare());
 
         let count = self.count_primitives()?;
-        let shapes = self.prepare_shapes(&mut warnings)?;
+        let shapes = self.prepare_shapes(options, &mut warnings)?;
         let mut flat = Flattener {
             shapes: &shapes,
             primitives: Vec::new(),
             bounds: Vec::new(),
             transforms: Vec::new(),
+            faces: Vec::new(),
+            materials: &self.materials,
             default_material,
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
@@ -55,7 +60,7 @@ impl SceneDesc {
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         flat.flatten(self)?;
-        let Flattener { primitives, bounds, transforms, .. } = flat;
+        let Flattener { primitives, bounds, transforms, faces, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
         // Few shapes are tested one by one, without a tree.
         let in_tree = |b: &Option<Bounds>| b.is_some() && primitives.len() > MAX_LINEAR;
@@ -127,6 +132,7 @@ impl SceneDesc {
             sieve,
             frame,
             batch,
+            faces,
             warnings,
             stats,
         })
@@ -227,6 +233,8 @@ struct Flattener<'a> {
     primitives: Vec<Primitive>,
     bounds: Vec<Option<Bounds>>,
     transforms: Vec<ObjectTransform>,
+    faces: Vec<Faces>,
+    materials: &'a [Named<MaterialDesc>],
     default_material: MaterialId,
 }
 
@@ -305,15 +313,36 @@ impl Flattener<'_> {
         }
         let id = self.primitives.len() as u32;
         let material = material.unwrap_or(self.default_material);
-        self.primitives.push(Primitive { shape: shape.clone(), material, transform, id });
+        let faces = self.faces(object, shape, material);
+        self.primitives.push(Primitive { shape: shape.clone(), material, transform, faces, id });
         self.bounds.push(bounds);
         Ok(())
+    }
+
+    /// Index of its faces. Objects that follow one another often have the same.
+    fn faces(&mut self, object: &ObjectDesc, shape: &Shape, material: MaterialId) -> u32 {
+        let mut materials = vec![material];
+        if let (ObjectContent::Shape(ShapeDesc::Mesh(desc)), Shape::Mesh(mesh)) = (&object.content, shape)
+            && desc.materials.iter().any(Option::is_some)
+        {
+            let own = |i| desc.materials.get(i).copied().flatten().unwrap_or(material);
+            materials = (0..mesh.data().material_count()).map(own).collect();
+        }
+        let Some(faces) = Faces::new(materials, self.materials) else { return NO_FACES };
+        if self.faces.last() != Some(&faces) {
+            self.faces.push(faces);
+        }
+        self.faces.len() as u32 - 1
     }
 }
 
 impl SceneDesc {
-    fn prepare_shapes(&self, warnings: &mut Vec<Warning>) -> Result<PreparedShapes, SceneError> {
-        let mut cache = MeshCache::new(&self.meshes);
+    fn prepare_shapes(
+        &self,
+        options: &PrepareOptions,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<PreparedShapes, SceneError> {
+        let mut cache = MeshCache::with_options(&self.meshes, options);
         let mut prepare = |objects: &[ObjectDesc]| -> Result<Vec<Option<Shape>>, SceneError> {
             objects
                 .iter()

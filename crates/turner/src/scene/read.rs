@@ -91,12 +91,18 @@ impl ReadContext<'_> {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
+    /// What a mesh of this scene holds.
+    pub fn mesh_data(&self, mesh: MeshId) -> Arc<MeshData> {
+        self.meshes.get(mesh.index()).map_or_else(Arc::default, |asset| Arc::clone(&asset.data))
+    }
+
     /// Notes something ignored or doubtful.
     pub fn warn(&mut self, span: Option<Span>, message: impl Into<String>) {
         self.warnings.push(Warning { message: message.into(), span, count: 1 });
     }
 
-    fn material(&mut self, value: &Value) -> Result<MaterialId, SceneError> {
+    /// A material by its name or written in place.
+    pub fn material(&mut self, value: &Value) -> Result<MaterialId, SceneError> {
         match &value.data {
             Data::String(name) => self.material_ids.get(name).copied().ok_or_else(|| {
                 let names = sorted_names(&self.material_ids);

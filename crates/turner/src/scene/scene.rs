@@ -7,6 +7,7 @@ use turner_bvh::Bvh4;
 use super::background::BackgroundDesc;
 use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
+use super::faces::{Faces, NO_FACES};
 use super::sieve::Sieve;
 use crate::camera::Camera;
 use crate::color::Spectrum;
@@ -50,6 +51,8 @@ pub struct Scene {
     pub(super) frame: TraversalFrame,
     /// For scenes without a tree: what is tested many rays at a time.
     pub(super) batch: Option<BatchShapes>,
+    /// For primitives with cut-outs or several materials.
+    pub(super) faces: Vec<Faces>,
     /// What was dropped or doubtful while preparing.
     pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
@@ -82,6 +85,8 @@ pub(super) struct Primitive {
     pub(super) material: MaterialId,
     /// Index into the scene's transforms, or [`NO_TRANSFORM`].
     pub(super) transform: u32,
+    /// Index into the scene's faces, or [`NO_FACES`].
+    pub(super) faces: u32,
     /// Its number in the description, instances in order: breaks ties between equally near hits, so that the
     /// picture does not depend on the tree.
     pub(super) id: u32,
@@ -178,6 +183,13 @@ impl Scene {
     pub(super) fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
         let primitive = &self.primitives[index as usize];
         let Some(shape) = self.intersect_primitive(primitive, ray) else { return };
+        self.keep_nearer(index, shape, ray, best);
+    }
+
+    /// Takes a hit of a primitive into `best` if it is nearer; the ray then ends there.
+    #[inline(always)]
+    pub(super) fn keep_nearer(&self, index: u32, shape: ShapeHit, ray: &mut Ray, best: &mut Option<Hit>) {
+        let primitive = &self.primitives[index as usize];
         let nearer = shape.t < ray.t_max
             || best.is_none_or(|b| primitive.id < self.primitives[b.primitive as usize].id);
         if nearer {
@@ -188,6 +200,9 @@ impl Scene {
 
     #[inline(always)]
     fn intersect_primitive(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
+        if primitive.faces != NO_FACES {
+            return self.intersect_faces(primitive, ray);
+        }
         if primitive.transform == NO_TRANSFORM {
             // Spheres are tested in place: a call costs as much as the test.
             match &primitive.shape {
@@ -203,6 +218,9 @@ impl Scene {
     #[inline(always)]
     pub(super) fn primitive_blocks(&self, index: u32, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let primitive = &self.primitives[index as usize];
+        if primitive.faces != NO_FACES {
+            return self.faces_block(primitive, ray, tinted);
+        }
         let hit = if primitive.transform == NO_TRANSFORM {
             match &primitive.shape {
                 Shape::Sphere(sphere) => sphere.intersect(ray).is_some(),
@@ -289,7 +307,7 @@ impl Scene {
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let primitive = &self.primitives[hit.primitive as usize];
-        let material = primitive.material;
+        let material = self.material_of(primitive, &hit.shape);
         // A point may be exact, as the origin on a plane through it: a ray must leave it all the same.
         let floor = 1e-15 * hit.shape.t;
         if primitive.transform == NO_TRANSFORM {
@@ -318,7 +336,7 @@ impl Scene {
     #[inline]
     pub fn sphere_at(&self, hit: &Hit) -> Option<&Sphere> {
         match &self.primitives[hit.primitive as usize] {
-            Primitive { shape: Shape::Sphere(s), transform: NO_TRANSFORM, .. } => Some(s),
+            Primitive { shape: Shape::Sphere(s), transform: NO_TRANSFORM, faces: NO_FACES, .. } => Some(s),
             _ => None,
         }
     }
@@ -326,13 +344,14 @@ impl Scene {
     /// The material at a hit.
     #[inline]
     pub fn material_at(&self, hit: &Hit) -> &Material {
-        &self.materials[self.primitives[hit.primitive as usize].material.index()]
+        let primitive = &self.primitives[hit.primitive as usize];
+        &self.materials[self.material_of(primitive, &hit.shape).index()]
     }
 
     /// Where textures are looked up on a surface.
-    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint {
+    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
         let shape = &self.primitives[surface.hit.primitive as usize].shape;
-        TexturePoint { uv: shape.uv(&surface.hit.shape, &surface.object), p: surface.object.p }
+        shape.texture_point(&surface.hit.shape, &surface.object)
     }
 }
 

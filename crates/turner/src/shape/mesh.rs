@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use super::triangle_mesh::TriangleMesh;
 use crate::math::{DVec2, DVec3};
+use crate::scene::error::{escape, unknown_name};
 use crate::scene::read::ReadContext;
-use crate::scene::schema::{EntryDoc, TableReader, params};
-use crate::scene::{Asset, ErrorCode, MeshId, SceneError};
+use crate::scene::schema::{EntryDoc, ParamType, TableReader, params, wrong_type};
+use crate::scene::value::{Data, Entry, Span, Value};
+use crate::scene::{Asset, ErrorCode, MaterialId, MeshId, PrepareOptions, SceneError};
 
 /// A mesh as a file gives it: flat lists, indices checked by [`MeshData::check`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,17 +18,34 @@ pub struct MeshData {
     pub positions: Vec<[f32; 3]>,
     /// Vertex normals: none, or one per vertex.
     pub normals: Vec<[f32; 3]>,
-    /// Vertex (u, v): none, or one per vertex.
+    /// Vertex (u, v), the first set: none, or one per vertex.
     pub uvs: Vec<[f32; 2]>,
+    /// The other sets of (u, v), one per vertex each; textures choose by their number, the second set being 1.
+    pub more_uvs: Vec<Vec<[f32; 2]>>,
+    /// Tangents along u, and 1 or -1 for the side of the bitangent: none, or one per vertex.
+    pub tangents: Vec<[f32; 4]>,
+    /// Vertex colours, linear red, green, blue and opacity: none, or one per vertex.
+    pub colors: Vec<[f32; 4]>,
     /// Triangles, three vertices each.
     pub triangles: Vec<[u32; 3]>,
+    /// Which of the mesh's materials each triangle has: none, or one per triangle.
+    pub face_materials: Vec<u16>,
+    /// The names of these materials.
+    pub material_names: Vec<String>,
 }
 
 impl MeshData {
     /// Refuses lists that do not fit together.
     pub fn check(&self) -> Result<(), SceneError> {
         let count = self.positions.len();
-        for (what, found) in [("normals", self.normals.len()), ("uvs", self.uvs.len())] {
+        let mut lists = vec![
+            ("normals", self.normals.len()),
+            ("uvs", self.uvs.len()),
+            ("tangents", self.tangents.len()),
+            ("colors", self.colors.len()),
+        ];
+        lists.extend(self.more_uvs.iter().map(|set| ("uvs", set.len())));
+        for (what, found) in lists {
             if found != 0 && found != count {
                 let message = format!("{found} {what} for {count} vertices of a mesh");
                 return Err(SceneError::new(ErrorCode::Mesh, message)
@@ -40,7 +59,100 @@ impl MeshData {
                 return Err(SceneError::new(ErrorCode::Mesh, message).help("vertices are counted from 0"));
             }
         }
+        let (found, count) = (self.face_materials.len(), self.triangles.len());
+        if found != 0 && found != count {
+            let message = format!("{found} materials for {count} triangles of a mesh");
+            return Err(SceneError::new(ErrorCode::Mesh, message).help("give one per triangle, or none"));
+        }
         Ok(())
+    }
+
+    /// Bytes it takes.
+    pub fn memory(&self) -> usize {
+        size_of_val(self)
+            + size_of_val(&self.positions[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.uvs[..])
+            + self.more_uvs.iter().map(|set| size_of_val(&set[..])).sum::<usize>()
+            + size_of_val(&self.tangents[..])
+            + size_of_val(&self.colors[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.face_materials[..])
+    }
+
+    /// How many materials its triangles tell apart, at least 1.
+    pub fn material_count(&self) -> usize {
+        self.face_materials.iter().map(|&m| usize::from(m) + 1).max().unwrap_or(1)
+    }
+}
+
+/// Which materials take the place of a mesh's own.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FaceMaterials {
+    /// By the name in the file.
+    ByName(Vec<(String, Span, MaterialId)>),
+    /// By number.
+    InOrder(Vec<MaterialId>),
+}
+
+impl ParamType for FaceMaterials {
+    fn kind() -> String {
+        "{ NAME = material, … } | [material, …]".into()
+    }
+    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<FaceMaterials, SceneError> {
+        match &value.data {
+            Data::Table(table) => {
+                let entry = |e: &Entry| Ok((e.key.clone(), e.key_span, cx.material(&e.value)?));
+                table.entries.iter().map(entry).collect::<Result<_, _>>().map(FaceMaterials::ByName)
+            }
+            Data::Array(items) => {
+                items.iter().map(|v| cx.material(v)).collect::<Result<_, _>>().map(FaceMaterials::InOrder)
+            }
+            _ => Err(wrong_type(value, &Self::kind())),
+        }
+    }
+    fn show(&self) -> String {
+        "materials".into()
+    }
+}
+
+impl FaceMaterials {
+    /// The materials by number; `None` where none is given.
+    fn resolve(
+        self,
+        data: &MeshData,
+        cx: &mut ReadContext<'_>,
+    ) -> Result<Vec<Option<MaterialId>>, SceneError> {
+        match self {
+            FaceMaterials::InOrder(list) => Ok(list.into_iter().map(Some).collect()),
+            FaceMaterials::ByName(named) => {
+                let mut list = vec![None; data.material_names.len()];
+                for (name, span, material) in named {
+                    let Some(i) = data.material_names.iter().position(|n| *n == name) else {
+                        let names: Vec<&str> = data.material_names.iter().map(String::as_str).collect();
+                        let what = "material of this mesh";
+                        return Err(unknown_name(ErrorCode::UnknownName, span, what, &name, &names));
+                    };
+                    list[i] = Some(material);
+                }
+                let left: Vec<String> = data
+                    .material_names
+                    .iter()
+                    .zip(&list)
+                    .filter(|(_, m)| m.is_none())
+                    .map(|(n, _)| format!("\"{}\"", escape(n)))
+                    .take(8)
+                    .collect();
+                if !left.is_empty() {
+                    let names = left.join(", ");
+                    cx.warn(
+                        None,
+                        format!("faces of the mesh's materials {names} take the object's material"),
+                    );
+                }
+                Ok(list)
+            }
+        }
     }
 }
 
@@ -59,6 +171,17 @@ params! {
         normals: Option<Vec<DVec3>> = None;
         /// Surface coordinates, one pair per vertex.
         uvs: Option<Vec<DVec2>> = None;
+        /// A second set of surface coordinates, for textures with `uv_set = 1`.
+        uvs_1: Option<Vec<DVec2>> = None;
+        /// Tangents along u and the side of the bitangent (1 or −1), one per vertex.
+        tangents: Option<Vec<[f64; 4]>> = None;
+        /// Colours [r, g, b, opacity], one per vertex; shown by the texture "vertex-color".
+        colors: Option<Vec<[f64; 4]>> = None;
+        /// Which of `materials` each triangle has, counted from 0.
+        face_materials: Option<Vec<u32>> = None;
+        /// Materials for parts of the mesh: a list for `face_materials`, or a table by the names after `usemtl` in an OBJ
+        /// file. What is not named here takes the object's `material`.
+        materials: Option<FaceMaterials> = None;
         /// Whether to shade with vertex normals. If not given: where the mesh has normals. `true` for a mesh without normals
         /// computes them from the triangles around each vertex, weighted by area; `false` shows every facet.
         smooth: Option<bool> = None;
@@ -78,6 +201,8 @@ pub struct MeshDesc {
     pub mesh: MeshId,
     /// Whether to shade with vertex normals; by default if the mesh has any.
     pub smooth: Option<bool>,
+    /// Materials by the number that triangles have; the object's where there is none.
+    pub materials: Vec<Option<MaterialId>>,
 }
 
 impl MeshDesc {
@@ -91,11 +216,14 @@ impl MeshDesc {
         let inline = keys.positions.is_some()
             || keys.triangles.is_some()
             || keys.normals.is_some()
-            || keys.uvs.is_some();
+            || keys.uvs.is_some()
+            || keys.uvs_1.is_some()
+            || keys.tangents.is_some()
+            || keys.colors.is_some()
+            || keys.face_materials.is_some();
         let mesh = match keys.file {
             Some(_) if inline => {
-                let message =
-                    "a mesh has either a `file` or `positions`, `triangles`, `normals`, `uvs` in place";
+                let message = "a mesh has either a `file` or `positions`, `triangles`, `normals`, `uvs` and so on in place";
                 return Err(SceneError::at(ErrorCode::Conflict, table.span_of("file"), message)
                     .help("remove one of the two"));
             }
@@ -107,17 +235,39 @@ impl MeshDesc {
                         .help("add `file = \"model.obj\"`"));
                 };
                 let single = |v: Vec<DVec3>| v.into_iter().map(|p| p.as_vec3().to_array()).collect();
+                let pairs = |v: Vec<DVec2>| v.iter().map(|p| p.as_vec2().to_array()).collect();
+                let fours = |v: Option<Vec<[f64; 4]>>| {
+                    v.unwrap_or_default().iter().map(|p| p.map(|x| x as f32)).collect()
+                };
+                let faces = keys.face_materials.unwrap_or_default();
+                if let Some(bad) = faces.iter().find(|m| **m > u32::from(u16::MAX)) {
+                    let message = format!("a mesh has at most 65536 materials, found number {bad}");
+                    let span = table.span_of("face_materials");
+                    return Err(SceneError::at(ErrorCode::OutOfRange, span, message));
+                }
                 let data = MeshData {
                     positions: single(positions),
                     normals: single(keys.normals.unwrap_or_default()),
-                    uvs: keys.uvs.unwrap_or_default().iter().map(|p| p.as_vec2().to_array()).collect(),
+                    uvs: pairs(keys.uvs.unwrap_or_default()),
+                    more_uvs: keys.uvs_1.map(pairs).into_iter().collect(),
+                    tangents: fours(keys.tangents),
+                    colors: fours(keys.colors),
                     triangles,
+                    face_materials: faces.into_iter().map(|m| m as u16).collect(),
+                    material_names: Vec::new(),
                 };
                 data.check().map_err(|e| e.or_at(Some(span)))?;
                 cx.inline_mesh(data)
             }
         };
-        Ok(MeshDesc { mesh, smooth })
+        let materials = match keys.materials {
+            None => Vec::new(),
+            Some(materials) => {
+                let data = cx.mesh_data(mesh);
+                materials.resolve(&data, cx)?
+            }
+        };
+        Ok(MeshDesc { mesh, smooth, materials })
     }
 }
 
@@ -125,6 +275,7 @@ impl MeshDesc {
 #[derive(Debug)]
 pub struct MeshCache<'a> {
     meshes: &'a [Asset<MeshData>],
+    options: PrepareOptions,
     prepared: HashMap<(MeshId, bool), Arc<TriangleMesh>>,
     /// What was left out of the meshes prepared so far, a sentence each.
     pub warnings: Vec<String>,
@@ -133,7 +284,12 @@ pub struct MeshCache<'a> {
 impl<'a> MeshCache<'a> {
     /// Over the scene's list, by [`MeshId`].
     pub fn new(meshes: &'a [Asset<MeshData>]) -> MeshCache<'a> {
-        MeshCache { meshes, prepared: HashMap::new(), warnings: Vec::new() }
+        MeshCache::with_options(meshes, &PrepareOptions::default())
+    }
+
+    /// The same, and how to build trees.
+    pub fn with_options(meshes: &'a [Asset<MeshData>], options: &PrepareOptions) -> MeshCache<'a> {
+        MeshCache { meshes, options: *options, prepared: HashMap::new(), warnings: Vec::new() }
     }
 
     /// The meshes prepared so far.
@@ -152,7 +308,7 @@ impl<'a> MeshCache<'a> {
         if let Some(mesh) = self.prepared.get(&(desc.mesh, smooth)) {
             return Ok(Arc::clone(mesh));
         }
-        let (mesh, left_out) = TriangleMesh::build(&asset.data, smooth)?;
+        let (mesh, left_out) = TriangleMesh::build(&asset.data, smooth, &self.options)?;
         let name = match asset.uri.as_str() {
             "" => "a mesh".to_owned(),
             uri => format!("the mesh \"{}\"", crate::scene::error::escape(uri)),

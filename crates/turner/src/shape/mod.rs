@@ -12,6 +12,7 @@ mod cuboid;
 mod cylinder;
 mod disk;
 pub mod mesh;
+mod mesh_search;
 mod plane;
 mod rectangle;
 mod sphere;
@@ -39,6 +40,7 @@ use crate::math::elementary::atan2;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::scene::schema::family;
 use crate::scene::{ErrorCode, SceneError};
+use crate::texture::TexturePoint;
 
 family! {
     /// Shapes: the `type` of an `[[object]]`.
@@ -184,6 +186,15 @@ impl Shape {
             Shape::Torus(s) => s.uv(point.p),
             Shape::Mesh(s) => s.uv(hit),
         }
+    }
+
+    /// Where textures are looked up at a hit.
+    pub fn texture_point(&self, hit: &ShapeHit, point: &SurfacePoint) -> TexturePoint<'_> {
+        let mesh = match self {
+            Shape::Mesh(mesh) => Some((&**mesh, *hit)),
+            _ => None,
+        };
+        TexturePoint { uv: self.uv(hit, point), p: point.p, mesh }
     }
 
     /// Bytes it takes beside its place in the scene's list. A mesh counts in full for each object that shows it.

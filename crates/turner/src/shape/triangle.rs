@@ -73,6 +73,20 @@ impl RayShear {
         let t = (u * a[2] + v * b[2] + w * c[2]) * self.shear[2];
         Some(TriangleHit { t, u: v, v: w })
     }
+
+    /// How far the ray passes from the triangle, where it just misses it: a bound on the distance to the point with the
+    /// same weights, those below zero left out.
+    pub fn miss(&self, vertices: &[[f32; 3]; 3]) -> f64 {
+        let [a, b, c] = vertices.map(|v| self.sheared(v));
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let side = if u + v + w < 0.0 { -1.0 } else { 1.0 };
+        let [u, v, w] = [u, v, w].map(|x| (x * side).max(0.0));
+        let sum = u + v + w;
+        let [x, y] = [0, 1].map(|i| (u * a[i] + v * b[i] + w * c[i]) / sum);
+        if sum > 0.0 { x.abs() + y.abs() } else { f64::INFINITY }
+    }
 }
 
 #[cfg(test)]

@@ -1,32 +1,40 @@
 //! Triangle meshes ready to be traced.
 //!
-//! Memory: 36 bytes for the vertices and 4 for the place of each triangle, at most 68 for the tree; with vertex
-//! normals or (u, v), 12 more per triangle and 12 and 8 per vertex. A faceted mesh takes at most 108 bytes per
-//! triangle, a smooth one with (u, v) about 130.
+//! **Search and truth.** The tree ([`turner_bvh::Bvh`]) finds the triangle in single precision; it holds the vertices
+//! as they are, or moved by a vector that loses no bit of them. Where a ray meets that triangle is then computed
+//! in double precision from the same vertices, and so are `t_min` and `t_max` decided: a surface point is off by
+//! rounding of double precision only, however large or far away the mesh is, and a ray that leaves a surface does
+//! not meet it again. Where single precision sees a hit that double precision does not, which happens within some
+//! 2^-20 of the mesh's size of an edge, the triangles around are asked in double precision: no ray slips through an
+//! edge, and none that leaves a surface at a grazing angle is caught by the next triangle.
+//!
+//! Of several triangles at the same t, in single precision, the one with the lowest number is hit.
+//!
+//! **Memory.** The vertices and triangles are those of the description, shared with it: 12 bytes per triangle and 12 per
+//! vertex, a vertex per two triangles. The tree takes 55 to 65 bytes per triangle: 40 in blocks of eight of which
+//! some places stay empty, the rest in nodes. Vertex normals that a file does not have take 12 bytes per vertex.
 
-use turner_bvh::{Aabb, Bvh2, Bvh2Options, Bvh4};
+use std::sync::Arc;
+
+use turner_bvh::{BuildOptions, Bvh, Hit, Triangles};
 
 use super::mesh::MeshData;
-use super::traversal::TraversalFrame;
+use super::mesh_search::{MeshRay, MeshSpace};
 use super::triangle::RayShear;
 use super::{ROUNDING, ShapeHit, SurfacePoint};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
-use crate::scene::{ErrorCode, SceneError};
+use crate::scene::{ErrorCode, PrepareOptions, SceneError};
 
 /// A triangle mesh with its tree.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     bounds: Bounds,
-    frame: TraversalFrame,
-    tree: Bvh4,
-    /// Vertices of the triangles in leaf order.
-    vertices: Vec<[[f32; 3]; 3]>,
-    /// For each triangle as numbered in the mesh, its place in leaf order; `u32::MAX` for those left out.
-    places: Vec<u32>,
-    /// Indices of the vertices, by triangle as numbered in the mesh; empty without normals and uvs.
-    corners: Vec<[u32; 3]>,
-    normals: Vec<[f32; 3]>,
-    uvs: Vec<[f32; 2]>,
+    space: MeshSpace,
+    tree: Bvh,
+    data: Arc<MeshData>,
+    smooth: bool,
+    /// Computed where the data have none and `smooth` wants them.
+    made_normals: Vec<[f32; 3]>,
     error: f64,
 }
 
@@ -49,65 +57,66 @@ fn area_normal(v: &[[f32; 3]; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
+/// What there is to show: bounds, what is left out, and the list without flat triangles if there are any.
+struct Shown {
+    bounds: Bounds,
+    left_out: LeftOut,
+    triangles: Option<Vec<[u32; 3]>>,
+}
+
+impl Shown {
+    fn of(data: &MeshData) -> Shown {
+        let mut shown = Shown { bounds: Bounds::EMPTY, left_out: LeftOut::default(), triangles: None };
+        let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for (i, t) in data.triangles.iter().enumerate() {
+            let v = t.map(|i| data.positions[i as usize]);
+            if !v.iter().flatten().all(|x| x.is_finite()) {
+                // The tree leaves it out by itself.
+                shown.left_out.non_finite += 1;
+                continue;
+            }
+            let area = area_normal(&v).length_squared();
+            if !(area > 0.0 && area < f64::INFINITY) {
+                shown.left_out.flat += 1;
+                // A triangle of one corner, which the tree leaves out.
+                shown.triangles.get_or_insert_with(|| data.triangles.clone())[i] = [t[0]; 3];
+                continue;
+            }
+            for v in v {
+                for axis in 0..3 {
+                    min[axis] = min[axis].min(v[axis]);
+                    max[axis] = max[axis].max(v[axis]);
+                }
+            }
+        }
+        if min[0] <= max[0] {
+            shown.bounds = Bounds::new(wide(min), wide(max));
+        }
+        shown
+    }
+}
+
 impl TriangleMesh {
     /// Checks the data and builds the tree. With `smooth`, normals that are missing are computed.
-    pub fn build(data: &MeshData, smooth: bool) -> Result<(TriangleMesh, LeftOut), SceneError> {
+    pub fn build(
+        data: &Arc<MeshData>,
+        smooth: bool,
+        options: &PrepareOptions,
+    ) -> Result<(TriangleMesh, LeftOut), SceneError> {
         data.check()?;
-        let mut left_out = LeftOut::default();
-        let corners = |t: &[u32; 3]| t.map(|i| data.positions[i as usize]);
-        let mut bounds = Bounds::EMPTY;
-        let mut shown = |v: &[[f32; 3]; 3]| {
-            if !v.iter().flatten().all(|x| x.is_finite()) {
-                left_out.non_finite += 1;
-                return false;
-            }
-            if area_normal(v).try_normalize().is_none() {
-                left_out.flat += 1;
-                return false;
-            }
-            bounds = bounds.union(&Bounds::of(v.map(wide)));
-            true
-        };
-        let shown: Vec<bool> = data.triangles.iter().map(|t| shown(&corners(t))).collect();
-        let frame = TraversalFrame::new(&bounds);
-        let boxes: Vec<Aabb> = data
-            .triangles
-            .iter()
-            .zip(&shown)
-            .map(
-                |(t, &shown)| {
-                    if shown { frame.aabb(&Bounds::of(corners(t).map(wide))) } else { Aabb::EMPTY }
-                },
-            )
-            .collect();
-        let tree = Bvh2::build(&boxes, &Bvh2Options::default())
+        let Shown { bounds, left_out, triangles } = Shown::of(data);
+        let space = MeshSpace::new(&bounds, &data.positions);
+        let moved = space.moved(&data.positions);
+        let triangles = triangles.as_deref().unwrap_or(&data.triangles);
+        let positions = moved.as_deref().unwrap_or(&data.positions);
+        let build =
+            BuildOptions { quality: options.quality, threads: options.threads, ..BuildOptions::default() };
+        let tree = Bvh::build(&Triangles { positions, triangles }, &build)
             .map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
-        let tree = Bvh4::collapse(&tree);
-        drop(boxes);
-        let vertices = tree.order().iter().map(|&i| corners(&data.triangles[i as usize])).collect();
-        let mut places = vec![u32::MAX; data.triangles.len()];
-        for (place, &i) in (0..).zip(tree.order()) {
-            places[i as usize] = place;
-        }
-        let normals = match (smooth, data.normals.is_empty()) {
-            (false, _) => Vec::new(),
-            (true, false) => data.normals.clone(),
-            (true, true) => vertex_normals(data, &shown),
-        };
-        let uvs = data.uvs.clone();
-        let corners = if normals.is_empty() && uvs.is_empty() { Vec::new() } else { data.triangles.clone() };
+        let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
         let far = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
-        let mesh = TriangleMesh {
-            bounds,
-            frame,
-            tree,
-            vertices,
-            places,
-            corners,
-            normals,
-            uvs,
-            error: ROUNDING * far,
-        };
+        let data = Arc::clone(data);
+        let mesh = TriangleMesh { bounds, space, tree, data, smooth, made_normals, error: ROUNDING * far };
         Ok((mesh, left_out))
     }
 
@@ -116,65 +125,202 @@ impl TriangleMesh {
         self.bounds
     }
 
-    /// Triangles that can be hit.
-    pub fn triangle_count(&self) -> usize {
-        self.vertices.len()
+    /// What it was made of.
+    pub fn data(&self) -> &Arc<MeshData> {
+        &self.data
     }
 
-    /// Bytes it takes.
+    /// Triangles that can be hit.
+    pub fn triangle_count(&self) -> usize {
+        self.tree.stats().primitives
+    }
+
+    /// Bytes of the tree.
+    pub fn tree_bytes(&self) -> usize {
+        self.tree.stats().bytes
+    }
+
+    /// Bytes it takes, the data that it shares with the description included.
     pub fn memory(&self) -> usize {
-        size_of_val(self)
-            + self.tree.bytes()
-            + size_of_val(&self.vertices[..])
-            + size_of_val(&self.places[..])
-            + size_of_val(&self.corners[..])
-            + size_of_val(&self.normals[..])
-            + size_of_val(&self.uvs[..])
+        size_of_val(self) + self.tree_bytes() + size_of_val(&self.made_normals[..]) + self.data.memory()
     }
 
     /// The nearest triangle, of several at the same t the one with the lowest number.
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let search = self.frame.ray(ray)?;
-        let shear = RayShear::new(ray);
-        let mut best = ShapeHit { t: ray.t_max, part: u32::MAX, u: 0.0, v: 0.0 };
-        self.tree.closest(&search.ray, |range, end| {
-            let range = range.start as usize..range.end as usize;
-            let mut found = false;
-            for (vertices, &part) in self.vertices[range.clone()].iter().zip(&self.tree.order()[range]) {
-                if let Some(hit) = shear.triangle(vertices)
-                    && hit.t >= ray.t_min
-                    && (hit.t < best.t || hit.t == best.t && part < best.part)
-                    && hit.t < f64::INFINITY
-                {
-                    best = ShapeHit { t: hit.t, part, u: hit.u, v: hit.v };
-                    found = true;
-                }
-            }
-            if found { search.end(best.t) } else { end }
-        });
-        (best.part != u32::MAX).then_some(best)
+        let search = self.space.ray(ray)?;
+        let check = |hit: &Hit| !search.is_doubtful(hit) || self.exact(&search, hit).is_some();
+        let hit = self.tree.intersect_filtered(&search.ray, check)?;
+        self.finish(&search, &hit)
+    }
+
+    /// The nearest of the hits that `accept` takes. It is asked about hits in any order.
+    pub fn intersect_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
+        let search = self.space.ray(ray)?;
+        let check = |hit: &Hit| self.exact(&search, hit).is_some_and(|hit| accept(&hit));
+        let hit = self.tree.intersect_filtered(&search.ray, check)?;
+        self.exact(&search, &hit).filter(|hit| search.ends_after(hit.t))
     }
 
     /// Whether any triangle is hit.
     pub fn occludes(&self, ray: &Ray) -> bool {
-        let Some(search) = self.frame.ray(ray) else { return false };
-        let shear = RayShear::new(ray);
-        self.tree.any(&search.ray, |range| {
-            self.vertices[range.start as usize..range.end as usize]
-                .iter()
-                .any(|v| shear.triangle(v).is_some_and(|hit| ray.contains(hit.t)))
-        })
+        self.occludes_where(ray, &|_| true)
+    }
+
+    /// Whether there is a hit that `accept` takes.
+    pub fn occludes_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> bool {
+        let Some(search) = self.space.ray(ray) else { return false };
+        let check =
+            |hit: &Hit| self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t) && accept(&hit));
+        self.tree.occluded_filtered(&search.ray, check)
+    }
+
+    /// The nearest triangles of many rays: what [`TriangleMesh::intersect`] finds for each, bit for bit, sooner.
+    pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>]) {
+        self.intersect_many(rays, hits, false);
+    }
+
+    /// The same for rays that run together, as those of the camera do.
+    pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>]) {
+        self.intersect_many(rays, hits, true);
+    }
+
+    fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>], coherent: bool) {
+        assert_eq!(rays.len(), hits.len());
+        for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
+            let batch = Batch::new(&self.space, rays);
+            let mut found = [Hit::MISS; BATCH];
+            let found = &mut found[..batch.count];
+            let check = |i: u32, hit: &Hit| {
+                let search = &batch.searches[i as usize];
+                !search.is_doubtful(hit) || self.exact(search, hit).is_some()
+            };
+            if coherent {
+                self.tree.intersect_coherent_filtered(&batch.rays[..batch.count], found, check);
+            } else {
+                self.tree.intersect_batch_filtered(&batch.rays[..batch.count], found, check);
+            }
+            hits.fill(None);
+            for ((search, hit), &place) in batch.searches.iter().zip(found).zip(&batch.places) {
+                if hit.is_hit() {
+                    hits[place] = self.finish(search, hit);
+                }
+            }
+        }
+    }
+
+    /// Whether each of many rays hits a triangle.
+    pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len());
+        for (rays, occluded) in rays.chunks(BATCH).zip(occluded.chunks_mut(BATCH)) {
+            let batch = Batch::new(&self.space, rays);
+            let mut found = [false; BATCH];
+            let found = &mut found[..batch.count];
+            self.tree.occluded_batch_filtered(&batch.rays[..batch.count], found, |i, hit| {
+                let search = &batch.searches[i as usize];
+                self.exact(search, hit).is_some_and(|hit| search.ends_after(hit.t))
+            });
+            occluded.fill(false);
+            for (found, &place) in found.iter().zip(&batch.places) {
+                occluded[place] = *found;
+            }
+        }
+    }
+
+    fn corners(&self, part: u32) -> [[f32; 3]; 3] {
+        self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
+    }
+
+    /// What the search found, in double precision. In the rare case that it is none, the search is done again with all
+    /// hits checked.
+    fn finish(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+        let exact = self.exact(search, hit).or_else(|| self.search_again(search))?;
+        search.ends_after(exact.t).then_some(exact)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn search_again(&self, search: &MeshRay) -> Option<ShapeHit> {
+        let check = |hit: &Hit| self.exact(search, hit).is_some();
+        let hit = self.tree.intersect_filtered(&search.ray, check)?;
+        self.exact(search, &hit)
+    }
+
+    /// A hit in double precision; `None` if it lies before `t_min`, or is none and need not count.
+    #[inline]
+    fn exact(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+        match self.strict(search, hit) {
+            Some(exact) => (exact.t >= search.original.t_min).then_some(exact),
+            None => self.past_an_edge(search, hit),
+        }
+    }
+
+    /// Where the ray meets a triangle that the search reports, if it does in double precision.
+    #[inline]
+    fn strict(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+        let at = RayShear::new(&search.original).triangle(&self.corners(hit.primitive))?;
+        let hit = ShapeHit { t: at.t, part: hit.primitive, u: at.u, v: at.v };
+        at.t.is_finite().then_some(hit)
+    }
+
+    /// A hit in single precision that is none in double precision: the ray passes an edge, or lies almost in the plane.
+    /// Then it meets a neighbour, which rays moved by the precision of the search find; or it passes between the
+    /// mesh and the search's idea of it.
+    #[cold]
+    #[inline(never)]
+    fn past_an_edge(&self, search: &MeshRay, hit: &Hit) -> Option<ShapeHit> {
+        let ray = &search.original;
+        let [a, b, c] = self.corners(hit.primitive).map(wide);
+        let normal = (b - a).cross(c - a);
+        let start = normal.dot(ray.origin + ray.t_min * ray.direction - a);
+        let way = normal.dot(ray.direction);
+        if way > 0.0 && start > 0.0 || way < 0.0 && start < 0.0 || way == 0.0 {
+            // The plane is behind.
+            return None;
+        }
+        let mut nearest: Option<ShapeHit> = None;
+        for moved in search.moved_around(hit) {
+            let check = |hit: &Hit| self.strict(search, hit).is_some_and(|hit| hit.t >= ray.t_min);
+            let found = self.tree.intersect_filtered(&moved, check).and_then(|hit| self.strict(search, &hit));
+            if let Some(found) = found
+                && nearest.is_none_or(|n| found.t < n.t || found.t == n.t && found.part < n.part)
+            {
+                nearest = Some(found);
+            }
+        }
+        if nearest.is_some() || search.is_doubtful(hit) {
+            return nearest;
+        }
+        // Without a neighbour, a front that is met counts, should it be too thin to be found; a back only if it is missed by
+        // no more than rounding, or a ray that leaves a ridge would be caught by its far side.
+        if way > 0.0 && search.is_beside(RayShear::new(ray).miss(&self.corners(hit.primitive))) {
+            return None;
+        }
+        let u = f64::from(hit.u).clamp(0.0, 1.0);
+        let v = f64::from(hit.v).clamp(0.0, 1.0 - u);
+        let t = search.t_of((1.0 - u - v) * a + u * b + v * c);
+        let counts = t >= ray.t_min && t < f64::INFINITY;
+        counts.then_some(ShapeHit { t, part: hit.primitive, u, v })
+    }
+
+    /// Vertex normals to shade with; empty for facets.
+    fn normals(&self) -> &[[f32; 3]] {
+        match (self.smooth, self.data.normals.is_empty()) {
+            (false, _) => &[],
+            (true, false) => &self.data.normals,
+            (true, true) => &self.made_normals,
+        }
     }
 
     /// The surface at a hit: the point from its weights, the shading normal on the side of the geometric one.
     pub fn surface(&self, hit: &ShapeHit) -> SurfacePoint {
-        let vertices = &self.vertices[self.places[hit.part as usize] as usize];
+        let vertices = self.corners(hit.part);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let mix = |v: [DVec3; 3]| weights[0] * v[0] + weights[1] * v[1] + weights[2] * v[2];
-        let ng = area_normal(vertices).normalize();
+        let ng = area_normal(&vertices).normalize();
         let mut ns = ng;
-        if !self.normals.is_empty() {
-            let corners = self.corners[hit.part as usize].map(|i| wide(self.normals[i as usize]));
+        let normals = self.normals();
+        if !normals.is_empty() {
+            let corners = self.data.triangles[hit.part as usize].map(|i| wide(normals[i as usize]));
             if let Some(n) = mix(corners).try_normalize() {
                 let side = n.dot(ng);
                 ns = match side {
@@ -187,24 +333,87 @@ impl TriangleMesh {
         SurfacePoint { p: mix(vertices.map(wide)), error: self.error, ng, ns }
     }
 
+    /// A value of the vertices, interpolated; `None` if the list is empty.
+    fn interpolate<const N: usize>(&self, hit: &ShapeHit, values: &[[f32; N]]) -> Option<[f64; N]> {
+        if values.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.data.triangles[hit.part as usize].map(|i| values[i as usize].map(f64::from));
+        let w = 1.0 - hit.u - hit.v;
+        Some(std::array::from_fn(|i| w * a[i] + hit.u * b[i] + hit.v * c[i]))
+    }
+
     /// The mesh's own (u, v), or the weights of the second and third vertex.
     pub fn uv(&self, hit: &ShapeHit) -> DVec2 {
-        if self.uvs.is_empty() {
-            return DVec2::new(hit.u, hit.v);
+        self.uv_set(hit, 0)
+    }
+
+    /// (u, v) of one of its sets; of the first one if there are not so many.
+    pub fn uv_set(&self, hit: &ShapeHit, set: usize) -> DVec2 {
+        let other = set.checked_sub(1).and_then(|i| self.data.more_uvs.get(i));
+        let found = self.interpolate(hit, other.unwrap_or(&self.data.uvs));
+        found.map_or(DVec2::new(hit.u, hit.v), DVec2::from)
+    }
+
+    /// The vertex colour, linear RGB and opacity, if there are any.
+    pub fn color(&self, hit: &ShapeHit) -> Option<[f32; 4]> {
+        self.interpolate(hit, &self.data.colors).map(|c| c.map(|x| x as f32))
+    }
+
+    /// The tangent along u, unit length, and on which side the bitangent lies (1 or -1), if there are any.
+    pub fn tangent(&self, hit: &ShapeHit) -> Option<(DVec3, f64)> {
+        let [x, y, z, side] = self.interpolate(hit, &self.data.tangents)?;
+        let tangent = DVec3::new(x, y, z).try_normalize()?;
+        Some((tangent, if side < 0.0 { -1.0 } else { 1.0 }))
+    }
+
+    /// Which of the mesh's materials a triangle has: 0 if it does not say.
+    pub fn face_material(&self, part: u32) -> usize {
+        self.data.face_materials.get(part as usize).map_or(0, |&m| usize::from(m))
+    }
+}
+
+/// Rays searched together.
+const BATCH: usize = 64;
+
+/// Those of up to [`BATCH`] rays that come near the mesh.
+struct Batch {
+    count: usize,
+    rays: [turner_bvh::Ray; BATCH],
+    searches: Vec<MeshRay>,
+    places: Vec<usize>,
+}
+
+impl Batch {
+    fn new(space: &MeshSpace, rays: &[Ray]) -> Batch {
+        let none = turner_bvh::Ray::new([0.0; 3], [0.0; 3]);
+        let mut batch = Batch {
+            count: 0,
+            rays: [none; BATCH],
+            searches: Vec::with_capacity(rays.len()),
+            places: Vec::with_capacity(rays.len()),
+        };
+        for (place, ray) in rays.iter().enumerate() {
+            let Some(search) = space.ray(ray) else { continue };
+            batch.rays[batch.count] = search.ray;
+            batch.searches.push(search);
+            batch.places.push(place);
+            batch.count += 1;
         }
-        let [a, b, c] =
-            self.corners[hit.part as usize].map(|i| DVec2::from(self.uvs[i as usize].map(f64::from)));
-        (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c
+        batch
     }
 }
 
 /// Sums of the normals around each vertex, weighted by area.
-fn vertex_normals(data: &MeshData, shown: &[bool]) -> Vec<[f32; 3]> {
+fn vertex_normals(data: &MeshData) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; data.positions.len()];
-    for (t, _) in data.triangles.iter().zip(shown).filter(|(_, shown)| **shown) {
+    for t in &data.triangles {
         let n = area_normal(&t.map(|i| data.positions[i as usize]));
-        for &i in t {
-            sums[i as usize] += n;
+        // Those left out have none that is finite.
+        if n.is_finite() {
+            for &i in t {
+                sums[i as usize] += n;
+            }
         }
     }
     sums.into_iter().map(|n| n.normalize_or_zero().as_vec3().to_array()).collect()

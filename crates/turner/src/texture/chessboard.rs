@@ -64,7 +64,7 @@ impl Kind for ChessboardDesc {
 
 impl Chessboard {
     /// Parity of the three cell numbers.
-    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         let c = self.placement.coordinates(at);
         let odd = (floor(c.x) + floor(c.y) + floor(c.z)) & 1 == 1;
         textures.color(if odd { self.odd } else { self.even }, at)

@@ -42,7 +42,7 @@ impl Kind for ConstantDesc {
 }
 
 impl Constant {
-    pub(super) fn eval(&self, _: &Textures, _: &TexturePoint) -> Spectrum {
+    pub(super) fn eval(&self, _: &Textures, _: &TexturePoint<'_>) -> Spectrum {
         self.0
     }
 

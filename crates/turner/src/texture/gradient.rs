@@ -129,7 +129,7 @@ impl Kind for GradientDesc {
 }
 
 impl Gradient {
-    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         let c = self.placement.coordinates(at);
         let place = match self.kind {
             GradientKind::Linear => 0.5 + 0.5 * self.axis.of(c),

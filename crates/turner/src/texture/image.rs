@@ -43,7 +43,8 @@ params! {
     /// A picture file: PNG, JPEG, EXR or HDR. It covers a shape's surface coordinates once, upright: its lower left corner lies at
     /// u = v = 0, its upper right corner at u = v = 1. With `mapping = "solid"` it covers x and y from −1 to 1 and is the same at every z.
     /// Pictures of 8 and 16 bits are decoded by the film's transfer curve before they are interpolated, float pictures are taken as they are
-    /// (samples that are infinite or NaN count as 0). An alpha channel has no effect.
+    /// (samples that are infinite or NaN count as 0). An alpha channel counts for a
+    /// material's `opacity` alone.
     /// Around a sphere the picture closes without a seam; `wrap_v = "clamp"` keeps the poles from mixing.
     pub struct ImageDesc as "image" {
         /// The picture, relative to the scene file.
@@ -64,6 +65,8 @@ params! {
         mapping: Mapping = Mapping::Uv;
         /// Moves the picture.
         transform: Transform = Transform::IDENTITY;
+        /// Which of a mesh's sets of surface coordinates; the first if it has not so many.
+        uv_set: u32 = 0;
     }
     example r##"[texture.earth]
 type = "image"
@@ -85,6 +88,7 @@ pub(super) struct ImageTexture {
     wrap_v: Wrap,
     gain: f32,
     placement: Placement,
+    uv_set: u32,
 }
 
 impl Kind for ImageDesc {
@@ -105,32 +109,51 @@ impl Kind for ImageDesc {
             wrap_v: self.wrap_v.unwrap_or(self.wrap),
             gain: self.gain as f32,
             placement: Placement::new(self.mapping, self.density, self.transform),
+            uv_set: self.uv_set,
         })
     }
 }
 
 impl ImageTexture {
-    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
-        let c = self.placement.coordinates(at);
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
+        let (decoder, image) = (&textures.decoder, &*self.image);
+        let texel = |x, y| decoder.texel(image, x, y);
+        let color = self.look_up(at, texel, Spectrum::lerp);
+        color.map_or(Spectrum::BLACK, |color| color * self.gain)
+    }
+
+    /// The alpha, if the picture has one; 0 outside where `wrap` is black.
+    pub(super) fn alpha(&self, at: &TexturePoint<'_>) -> Option<f32> {
+        matches!(self.image.channels, 2 | 4).then(|| {
+            let texel = |x, y| self.image.alpha(x, y);
+            self.look_up(at, texel, |a: f32, b, t| a + (b - a) * t).unwrap_or(0.0)
+        })
+    }
+
+    /// What lies at a point; `None` outside.
+    #[inline(always)]
+    fn look_up<T>(
+        &self,
+        at: &TexturePoint<'_>,
+        texel: impl Fn(u32, u32) -> T,
+        lerp: impl Fn(T, T, f32) -> T,
+    ) -> Option<T> {
+        let c = self.placement.coordinates(&at.with_uv_set(self.uv_set));
         let (u, v) = (0.5 + 0.5 * c.x, 0.5 - 0.5 * c.y);
         let outside = |wrap, x: f64| wrap == Wrap::Black && !(0.0..=1.0).contains(&x);
         if outside(self.wrap_u, u) || outside(self.wrap_v, v) {
-            return Spectrum::BLACK;
+            return None;
         }
         let (w, h) = (self.image.width, self.image.height);
-        let (decoder, image) = (&textures.decoder, &*self.image);
-        let color = match self.filter {
-            ImageFilter::Nearest => {
-                decoder.texel(image, self.wrap_u.nearest(u, w), self.wrap_v.nearest(v, h))
-            }
+        Some(match self.filter {
+            ImageFilter::Nearest => texel(self.wrap_u.nearest(u, w), self.wrap_v.nearest(v, h)),
             ImageFilter::Bilinear => {
                 let (x0, x1, fx) = self.wrap_u.around(u, w);
                 let (y0, y1, fy) = self.wrap_v.around(v, h);
-                let row = |y| decoder.texel(image, x0, y).lerp(decoder.texel(image, x1, y), fx);
-                row(y0).lerp(row(y1), fy)
+                let row = |y| lerp(texel(x0, y), texel(x1, y), fx);
+                lerp(row(y0), row(y1), fy)
             }
-        };
-        color * self.gain
+        })
     }
 
     /// The picture is counted by [`Textures::memory`], which knows what is shared.
@@ -196,7 +219,7 @@ mod tests {
 
     fn at(textures: &Textures, s: f64, t: f64) -> Spectrum {
         let uv = DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t);
-        textures.eval(TextureId(0), &TexturePoint { uv, p: DVec3::ZERO })
+        textures.eval(TextureId(0), &TexturePoint::new(uv, DVec3::ZERO))
     }
 
     /// Texel (x, y) of [`picture`].

@@ -108,7 +108,7 @@ impl Kind for MarbleDesc {
 }
 
 impl Marble {
-    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         let p = self.placement.coordinates(at);
         let shift = self.displacement.fbm(1.1 * p);
         let drift = self.fine.fbm(2.3 * p);
@@ -151,7 +151,7 @@ mod tests {
     fn without_noise_veins_are_planes() {
         let keys = [("distortion", Data::Integer(0)), ("base", text("white")), ("cloud", text("white"))];
         let marble = ready("marble", &keys);
-        let at = |p: DVec3| marble.eval(TextureId(0), &TexturePoint { uv: DVec2::ZERO, p });
+        let at = |p: DVec3| marble.eval(TextureId(0), &TexturePoint::new(DVec2::ZERO, p));
         // In the middle of a vein it is darker than the stone, wherever along the vein; between veins it is stone
         // or a fine vein.
         let inside = DVec3::new(1.0, 0.0, 2.0);
@@ -172,7 +172,7 @@ mod tests {
         let marble = ready("marble", &[]);
         let dark = (0..10_000).filter(|i| {
             let p = DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.3) * 0.173;
-            marble.eval(TextureId(0), &TexturePoint { uv: DVec2::ZERO, p }).g < 0.6
+            marble.eval(TextureId(0), &TexturePoint::new(DVec2::ZERO, p)).g < 0.6
         });
         let share = dark.count() as f64 / 10_000.0;
         assert!((0.02..0.3).contains(&share), "{share}");

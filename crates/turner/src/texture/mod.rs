@@ -20,6 +20,7 @@ mod placement;
 mod prepare;
 mod stripes;
 mod tint;
+mod vertex_color;
 mod wood;
 
 #[cfg(test)]
@@ -37,6 +38,7 @@ pub use perlin::{Fractal, Perlin};
 pub use placement::{Axis, Mapping, Placement};
 pub use stripes::StripesDesc;
 pub use tint::Tint;
+pub use vertex_color::VertexColorDesc;
 pub use wood::WoodDesc;
 
 use self::decoder::Decoder;
@@ -45,6 +47,7 @@ use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3};
 use crate::scene::schema::family;
 use crate::scene::{ColorSource, SceneError, TextureId};
+use crate::shape::{ShapeHit, TriangleMesh};
 
 /// The table of textures: `Variant(description => what is evaluated)`.
 macro_rules! textures {
@@ -75,7 +78,7 @@ macro_rules! textures {
 
         impl Texture {
             #[inline]
-            fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+            fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
                 match self { $(Texture::$variant(t) => t.eval(textures, at),)* }
             }
             fn memory(&self) -> usize {
@@ -94,15 +97,38 @@ textures! {
     Wood(WoodDesc => wood::Wood),
     Marble(MarbleDesc => marble::Marble),
     Noise(NoiseDesc => noise::Noise),
+    VertexColor(VertexColorDesc => vertex_color::VertexColor),
 }
 
 /// Where a texture is looked up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TexturePoint {
+#[derive(Clone, Copy, Debug)]
+pub struct TexturePoint<'a> {
     /// Surface coordinates.
     pub uv: DVec2,
     /// Position in the space of the object.
     pub p: DVec3,
+    /// The mesh and the place on it, for what only meshes have.
+    pub mesh: Option<(&'a TriangleMesh, ShapeHit)>,
+}
+
+impl TexturePoint<'_> {
+    /// A point of a shape that is no mesh.
+    pub fn new(uv: DVec2, p: DVec3) -> TexturePoint<'static> {
+        TexturePoint { uv, p, mesh: None }
+    }
+
+    /// The same point with (u, v) of another set, if the shape has one.
+    fn with_uv_set(&self, set: u32) -> Self {
+        match self.mesh {
+            Some((mesh, hit)) if set > 0 => TexturePoint { uv: mesh.uv_set(&hit, set as usize), ..*self },
+            _ => *self,
+        }
+    }
+
+    /// The vertex colour, linear RGB and opacity, where there is one.
+    fn color(&self) -> Option<[f32; 4]> {
+        self.mesh.and_then(|(mesh, hit)| mesh.color(&hit))
+    }
 }
 
 /// The scene's textures, ready to be evaluated; made once, shared by all threads.
@@ -118,7 +144,7 @@ pub struct Textures {
 impl Textures {
     /// The colour of a source at a point.
     #[inline]
-    pub fn color(&self, source: ColorSource, at: &TexturePoint) -> Spectrum {
+    pub fn color(&self, source: ColorSource, at: &TexturePoint<'_>) -> Spectrum {
         match source {
             ColorSource::Constant(c) => c,
             ColorSource::Texture(id) => self.eval(id, at),
@@ -126,9 +152,26 @@ impl Textures {
     }
 
     /// The colour of a texture at a point: finite, whatever the point.
-    pub fn eval(&self, id: TextureId, at: &TexturePoint) -> Spectrum {
+    pub fn eval(&self, id: TextureId, at: &TexturePoint<'_>) -> Spectrum {
         let c = self.list[id.index()].eval(self, at);
         if c.is_finite() { c } else { c.map(finite) }
+    }
+
+    /// How opaque a source is at a point: its alpha if it is a picture with alpha or a vertex colour, the mean of
+    /// its colour if not.
+    pub fn opacity(&self, source: ColorSource, at: &TexturePoint<'_>) -> f32 {
+        let alpha = match source {
+            ColorSource::Texture(id) => match &self.list[id.index()] {
+                Texture::Image(image) => image.alpha(at),
+                Texture::VertexColor(_) => at.color().map(|c| c[3]),
+                _ => None,
+            },
+            ColorSource::Constant(_) => None,
+        };
+        alpha.unwrap_or_else(|| {
+            let c = self.color(source, at);
+            (c.r + c.g + c.b) / 3.0
+        })
     }
 
     /// Whether a source looks at (u, v). Where it does not, [`TexturePoint::uv`] may be anything.
@@ -150,7 +193,7 @@ impl Textures {
 
     /// (1 − t)·a + t·b; what has no share is not evaluated.
     #[inline]
-    fn mix(&self, a: ColorSource, b: ColorSource, t: f64, at: &TexturePoint) -> Spectrum {
+    fn mix(&self, a: ColorSource, b: ColorSource, t: f64, at: &TexturePoint<'_>) -> Spectrum {
         if t <= 0.0 || t.is_nan() {
             self.color(a, at)
         } else if t >= 1.0 {

@@ -94,7 +94,7 @@ impl Kind for NoiseDesc {
 }
 
 impl Noise {
-    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         let c = self.placement.coordinates(at);
         let share = match self.kind {
             NoiseKind::Turbulence => self.contrast * self.fractal.turbulence(c),

@@ -59,7 +59,7 @@ impl Placement {
 
     /// Texture coordinates (s, t, r) at a point: finite, at most 2^50 in size; NaN becomes 0.
     #[inline]
-    pub fn coordinates(&self, at: &TexturePoint) -> DVec3 {
+    pub fn coordinates(&self, at: &TexturePoint<'_>) -> DVec3 {
         let c = match self.mapping {
             Mapping::Uv => DVec3::new(2.0 * at.uv.x - 1.0, 2.0 * at.uv.y - 1.0, 0.0),
             Mapping::Solid => at.p,
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn uv_covers_minus_one_to_one() {
         let place = Placement::new(Mapping::Uv, 1.0, Transform::IDENTITY);
-        let at = |u, v| place.coordinates(&TexturePoint { uv: DVec2::new(u, v), p: DVec3::ONE });
+        let at = |u, v| place.coordinates(&TexturePoint::new(DVec2::new(u, v), DVec3::ONE));
         assert_eq!(at(0.0, 0.0), DVec3::new(-1.0, -1.0, 0.0));
         assert_eq!(at(1.0, 0.5), DVec3::new(1.0, 0.0, 0.0));
         assert_eq!(at(f64::NAN, f64::INFINITY), DVec3::new(0.0, LIMIT, 0.0));
@@ -123,7 +123,7 @@ mod tests {
     fn the_transform_is_undone_before_the_density_scales() {
         let shift = Transform(DAffine3::from_translation(DVec3::X));
         let place = Placement::new(Mapping::Solid, 3.0, shift);
-        let c = place.coordinates(&TexturePoint { uv: DVec2::ZERO, p: DVec3::new(2.0, 1.0, 0.0) });
+        let c = place.coordinates(&TexturePoint::new(DVec2::ZERO, DVec3::new(2.0, 1.0, 0.0)));
         assert_eq!(c, DVec3::new(3.0, 3.0, 0.0));
     }
 

@@ -78,7 +78,7 @@ impl Kind for StripesDesc {
 }
 
 impl Stripes {
-    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         let place = fract(0.5 * self.axis.of(self.placement.coordinates(at)));
         textures.mix(self.even, self.odd, self.odd_share(place), at)
     }

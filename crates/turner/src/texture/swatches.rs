@@ -28,7 +28,7 @@ fn draw(textures: &Textures) -> Image {
                 shade = if z > 0.0 { 0.25 + 0.75 * n.dot(light).max(0.0) } else { 0.0 };
                 (Sphere::uv(n), n)
             };
-            let c = textures.eval(TextureId(0), &TexturePoint { uv, p }) * shade as f32;
+            let c = textures.eval(TextureId(0), &TexturePoint::new(uv, p)) * shade as f32;
             samples.extend(c.to_array().map(|v| (v.clamp(0.0, 1.0) * 255.0).round() as u8));
         }
     }

@@ -75,7 +75,7 @@ pub(super) fn prepared(scene: &SceneDesc) -> Textures {
 /// At texture coordinates (s, t), and at (s, t, 0) in space.
 pub(super) fn at(textures: &Textures, s: f64, t: f64) -> Spectrum {
     let uv = DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t);
-    textures.eval(TextureId(0), &TexturePoint { uv, p: DVec3::new(s, t, 0.0) })
+    textures.eval(TextureId(0), &TexturePoint::new(uv, DVec3::new(s, t, 0.0)))
 }
 
 /// A texture of two colours, each a colour name or a texture.
@@ -95,11 +95,11 @@ fn every_texture_is_finite_everywhere() {
         let file = ("file", text("picture.png"));
         let keys = if doc.name == "image" { vec![file] } else { vec![] };
         let huge = match doc.name {
-            "constant" => vec![],
+            "constant" | "vertex-color" => vec![],
             _ => vec![("density", Data::Number(-1e300))],
         };
         let turned = match doc.name {
-            "constant" => vec![],
+            "constant" | "vertex-color" => vec![],
             _ => vec![("transform", table(&[("rotate", list(&[10.0, 20.0, 30.0]))]))],
         };
         [vec![], huge, turned].map(|more| (doc.name, [keys.clone(), more].concat()))
@@ -109,7 +109,7 @@ fn every_texture_is_finite_everywhere() {
         for x in odd {
             for y in odd {
                 for z in odd {
-                    let point = TexturePoint { uv: DVec2::new(x, y), p: DVec3::new(z, x, y) };
+                    let point = TexturePoint::new(DVec2::new(x, y), DVec3::new(z, x, y));
                     let c = textures.eval(TextureId(0), &point);
                     assert!(c.is_finite(), "{name} at {point:?}: {c:?}");
                 }

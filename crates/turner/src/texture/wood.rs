@@ -101,7 +101,7 @@ impl Kind for WoodDesc {
 }
 
 impl Wood {
-    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint) -> Spectrum {
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
         let q = self.trunk.to_local(self.placement.coordinates(at) - self.pith);
         let radius = (q.x * q.x + q.y * q.y).sqrt();
         let bend = self.bend.fbm(DVec3::new(0.9 * q.x, 0.9 * q.y, 0.35 * q.z));

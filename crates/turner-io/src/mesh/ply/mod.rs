@@ -1,6 +1,6 @@
 //! Stanford PLY: ASCII and binary of either byte order, any scalar types, any extra properties and elements.
 //!
-//! Vertices: `x y z`, `nx ny nz`, and `u v`, `s t` or `texture_u texture_v`. Faces: the list `vertex_indices` or
+//! Vertices: `x y z`, `nx ny nz`, `u v`, `s t` or `texture_u texture_v`, and `red green blue`, perhaps `alpha`. Faces: the list `vertex_indices` or
 //! `vertex_index`. The layouts that programs write (binary, floats, one list of ints per face) are read straight
 //! from the bytes; all others number by number.
 
@@ -12,6 +12,7 @@ use super::{MeshError, Place, ReadMesh, bad_index};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 use header::{Element, Encoding, Scalar};
+use turner::color::Transfer;
 use turner::shape::mesh::MeshData;
 use values::{Values, binary};
 
@@ -27,6 +28,8 @@ const UV_NAMES: [[&str; 2]; 4] =
     [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+const COLOR: [&str; 3] = ["red", "green", "blue"];
+const ALPHA: &str = "alpha";
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Reads a whole file.
@@ -85,12 +88,14 @@ fn read_vertices(
     }
     let has_normals = NORMAL.iter().all(has);
     let uv_names = UV_NAMES.iter().find(|names| names.iter().all(has));
+    let has_colors = COLOR.iter().all(has);
     let n = element.count;
+    reserve(&mut mesh.colors, if has_colors { n } else { 0 }, name)?;
     reserve(&mut mesh.positions, n, name)?;
     reserve(&mut mesh.normals, if has_normals { n } else { 0 }, name)?;
     reserve(&mut mesh.uvs, if uv_names.is_some() { n } else { 0 }, name)?;
     if encoding == Encoding::Ascii || element.has_lists() {
-        return read_vertices_slowly(element, uv_names, has_normals, data, mesh).map_err(damaged);
+        return read_vertices_slowly(element, uv_names, has_normals, has_colors, data, mesh).map_err(damaged);
     }
     let stride: usize = element.properties.iter().map(|p| p.item.size()).sum();
     // `check_count` has seen that they fit.
@@ -103,8 +108,46 @@ fn read_vertices(
     if let Some(&names) = uv_names {
         columns(rows, stride, element, names, big_endian, &mut mesh.uvs);
     }
+    if has_colors {
+        let band = Band::all(element);
+        mesh.colors.extend(rows.chunks_exact(stride).map(|row| {
+            [0, 1, 2, 3].map(|i| match element.column(if i < 3 { COLOR[i] } else { ALPHA }) {
+                Some((at, s)) => band[i].value(binary(row.get(at..).unwrap_or(&[]), s, big_endian)),
+                None => 1.0,
+            })
+        }));
+    }
     data.advance(stride * n);
     Ok(())
+}
+
+/// How a number becomes one of red, green, blue and opacity.
+#[derive(Clone, Copy)]
+struct Band {
+    /// What stands for 1.
+    full: f64,
+    display: bool,
+}
+
+impl Band {
+    /// Those of all four properties.
+    fn all(element: &Element) -> [Band; 4] {
+        [COLOR[0], COLOR[1], COLOR[2], ALPHA].map(|name| {
+            let item = element.properties.iter().find(|p| p.name == name).map(|p| p.item);
+            let full = match item {
+                None | Some(Scalar::F32 | Scalar::F64) => 1.0,
+                Some(Scalar::U16 | Scalar::I16) => 65535.0,
+                Some(_) => 255.0,
+            };
+            Band { full, display: full > 1.0 && name != ALPHA }
+        })
+    }
+
+    /// Whole numbers are display values, opacity apart; floating-point numbers are taken as they are.
+    fn value(self, v: f64) -> f32 {
+        let v = (v / self.full) as f32;
+        if self.display { Transfer::Srgb.decode(v) } else { v }
+    }
 }
 
 /// `N` properties of every row.
@@ -137,18 +180,22 @@ fn read_vertices_slowly(
     element: &Element,
     uv_names: Option<&[&str; 2]>,
     has_normals: bool,
+    has_colors: bool,
     data: &mut Values<'_>,
     mesh: &mut MeshData,
 ) -> Result<(), Fail> {
-    // Where each property goes: 0 to 2 the position, 3 to 5 the normal, 6 and 7 (u, v), 8 nowhere.
+    // Where each property goes: 0 to 2 the position, 3 to 5 the normal, 6 and 7 (u, v), 8 to 11 the colour, 12 nowhere.
     let uv_names = uv_names.copied().unwrap_or_default();
-    let names: Vec<&str> = POSITION.into_iter().chain(NORMAL).chain(uv_names).collect();
+    let names: Vec<&str> =
+        POSITION.into_iter().chain(NORMAL).chain(uv_names).chain(COLOR).chain([ALPHA]).collect();
     let target = |p: &header::Property| match p.count {
-        None => names.iter().position(|n| *n == p.name).unwrap_or(8),
-        Some(_) => 8,
+        None => names.iter().position(|n| *n == p.name).unwrap_or(12),
+        Some(_) => 12,
     };
     let targets: Vec<usize> = element.properties.iter().map(target).collect();
-    let mut row = [0.0_f64; 9];
+    let bands = Band::all(element);
+    let mut row = [0.0_f64; 13];
+    row[11] = 1.0;
     for _ in 0..element.count {
         for (property, &target) in element.properties.iter().zip(&targets) {
             match property.count {
@@ -156,7 +203,10 @@ fn read_vertices_slowly(
                 Some(count) => skip_list(count, property.item, data)?,
             }
         }
-        let [x, y, z, nx, ny, nz, u, v, _] = row.map(|v| v as f32);
+        if has_colors {
+            mesh.colors.push([0, 1, 2, 3].map(|i| bands[i].value(row[8 + i])));
+        }
+        let [x, y, z, nx, ny, nz, u, v, ..] = row.map(|v| v as f32);
         mesh.positions.push([x, y, z]);
         if has_normals {
             mesh.normals.push([nx, ny, nz]);

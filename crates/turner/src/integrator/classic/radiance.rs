@@ -129,6 +129,7 @@ impl Tracer for Wave<'_> {
         self.trees.resize(count, Tree { spawned: 0, shaded: 0, waiting: None });
         self.waiting.clear();
         self.front.rays.copy(&samples.rays);
+        self.front.rays.coherent = true;
         self.front.tasks.clear();
         self.front.tasks.extend((0..count as u32).map(|sample| Task { sample, depth: 0, weight: 1.0 }));
         while !self.front.tasks.is_empty() {
@@ -144,6 +145,7 @@ impl Wave<'_> {
     /// Traces the front and finds the next one.
     fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.scene.intersect_batch(&mut self.front.rays, &mut self.hits);
+        self.front.rays.coherent = false;
         self.next.clear();
         self.gather(out);
         let facing = self.integrator.facing;

@@ -1,0 +1,129 @@
+//! Primitives that are not one opaque thing: with cut-outs, or with a material for each part of a mesh.
+//!
+//! A cut-out is decided while a ray is traced: hits where there is nothing do not count, for any kind of ray, and the
+//! search goes on behind them.
+
+use std::cell::Cell;
+
+use super::desc::MaterialId;
+use super::scene::{NO_TRANSFORM, Primitive, Scene};
+use crate::material::{MaterialDesc, ShadowKind};
+use crate::math::Ray;
+use crate::scene::ColorSource;
+use crate::shape::{Shape, ShapeHit};
+
+/// In place of an index into the scene's faces.
+pub(super) const NO_FACES: u32 = u32::MAX;
+
+/// The hits of an analytic shape are gone through one by one: none has more.
+const MAX_HITS: u32 = 16;
+
+/// A material with the opacity it takes to count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FaceMaterial {
+    pub(super) material: MaterialId,
+    cutout: Option<(ColorSource, f32)>,
+}
+
+/// The materials of a primitive, by the number that its triangles have.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Faces {
+    materials: Vec<FaceMaterial>,
+    /// Whether any of them has a cut-out.
+    cut: bool,
+}
+
+impl Faces {
+    /// `None` if there is nothing special about them. `descs` are the scene's; the default material stands behind them.
+    pub(super) fn new(
+        materials: Vec<MaterialId>,
+        descs: &[super::desc::Named<MaterialDesc>],
+    ) -> Option<Faces> {
+        let cutout = |m: MaterialId| descs.get(m.index()).and_then(|m| m.value.cutout());
+        let materials: Vec<FaceMaterial> = materials
+            .into_iter()
+            .map(|material| FaceMaterial { material, cutout: cutout(material) })
+            .collect();
+        let cut = materials.iter().any(|m| m.cutout.is_some());
+        (cut || materials.len() > 1).then_some(Faces { materials, cut })
+    }
+
+    fn of(&self, shape: &Shape, hit: &ShapeHit) -> Option<&FaceMaterial> {
+        let number = match shape {
+            Shape::Mesh(mesh) => mesh.face_material(hit.part),
+            _ => 0,
+        };
+        self.materials.get(number).or(self.materials.last())
+    }
+}
+
+impl Scene {
+    /// The material at a hit of a primitive.
+    #[inline(always)]
+    pub(super) fn material_of(&self, primitive: &Primitive, hit: &ShapeHit) -> MaterialId {
+        if primitive.faces == NO_FACES { primitive.material } else { self.face_material(primitive, hit) }
+    }
+
+    fn face_material(&self, primitive: &Primitive, hit: &ShapeHit) -> MaterialId {
+        let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
+        face.map_or(primitive.material, |face| face.material)
+    }
+
+    /// Whether there is anything at a hit; `ray` is in the object's space.
+    fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
+        let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
+        let Some((opacity, cutoff)) = face.and_then(|face| face.cutout) else { return true };
+        let surface = primitive.shape.surface(ray, hit);
+        self.textures.opacity(opacity, &primitive.shape.texture_point(hit, &surface)) >= cutoff
+    }
+
+    /// What `intersect_primitive` does, for primitives with faces.
+    pub(super) fn intersect_faces(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
+        let ray = self.to_object(primitive, ray);
+        match &primitive.shape {
+            shape if !self.faces[primitive.faces as usize].cut => shape.intersect(&ray),
+            Shape::Mesh(mesh) => mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit)),
+            shape => each_hit(shape, &ray, |hit| self.is_there(primitive, &ray, hit)),
+        }
+    }
+
+    /// What `primitive_blocks` does, for primitives with faces.
+    pub(super) fn faces_block(&self, primitive: &Primitive, ray: &Ray, tinted: &Cell<bool>) -> bool {
+        let ray = self.to_object(primitive, ray);
+        let blocks = |hit: &ShapeHit| {
+            self.is_there(primitive, &ray, hit)
+                && match self.materials[self.face_material(primitive, hit).index()].shadow() {
+                    ShadowKind::Opaque => true,
+                    ShadowKind::None => false,
+                    ShadowKind::Tinted => {
+                        tinted.set(true);
+                        false
+                    }
+                }
+        };
+        match &primitive.shape {
+            Shape::Mesh(mesh) => mesh.occludes_where(&ray, &blocks),
+            shape => each_hit(shape, &ray, blocks).is_some(),
+        }
+    }
+
+    fn to_object(&self, primitive: &Primitive, ray: &Ray) -> Ray {
+        match primitive.transform {
+            NO_TRANSFORM => *ray,
+            i => ray.transformed(&self.transforms[i as usize].to_object),
+        }
+    }
+}
+
+/// The nearest hit of a shape that `accept` takes.
+fn each_hit(shape: &Shape, ray: &Ray, accept: impl Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
+    let mut ray = *ray;
+    for _ in 0..MAX_HITS {
+        let hit = shape.intersect(&ray)?;
+        if accept(&hit) {
+            return Some(hit);
+        }
+        ray.t_min = hit.t.next_up();
+    }
+    None
+}

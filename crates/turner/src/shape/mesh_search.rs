@@ -1,0 +1,184 @@
+//! From rays in double precision to those of a mesh's tree.
+//!
+//! The tree holds the mesh's own vertices, which must not be rounded: a mesh far from its origin is moved by a vector that
+//! takes no bit from any coordinate, or, on an axis where there is none, not at all. A ray is moved along itself to the
+//! sphere around the mesh before it is rounded to single precision, however far away it begins. With `size` the largest
+//! coordinate that a ray in reach can have, its origin and direction are rounded by 4 · 2^-24 `size` in all, and the
+//! search reports points within 20 · 2^-23 `size` of the ray (see `turner_bvh`): less than [`PAD`] · `size`, so that a
+//! search which begins and ends that much early and late finds all there is.
+
+use turner_bvh::Hit;
+
+use crate::math::{Bounds, DVec3, Ray};
+
+/// How far a hit in single precision may lie from the true one, in units of the largest coordinate.
+const PAD: f64 = 1.0 / (1 << 17) as f64;
+
+/// Where a mesh lies and where its tree does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MeshSpace {
+    center: DVec3,
+    /// What is taken from positions before they are put into the tree.
+    shift: DVec3,
+    /// Around all vertices that are in use.
+    radius: f64,
+    /// In units of length.
+    pad: f64,
+}
+
+/// A ray to search with, and what it takes to get back.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeshRay {
+    pub(super) original: Ray,
+    pub(super) ray: turner_bvh::Ray,
+    /// Unit direction in double precision.
+    direction: DVec3,
+    /// Length per unit of t.
+    speed: f64,
+    pad: f64,
+    /// Of distances in double precision.
+    rounding: f64,
+    /// Hits up to here may lie before `t_min`.
+    doubtful: f32,
+}
+
+impl MeshRay {
+    /// Whether a hit may lie before `t_min`.
+    #[inline(always)]
+    pub(super) fn is_doubtful(&self, hit: &Hit) -> bool {
+        hit.t <= self.doubtful
+    }
+
+    /// Whether `t` is not beyond the ray's end.
+    #[inline(always)]
+    pub(super) fn ends_after(&self, t: f64) -> bool {
+        t <= self.original.t_max && t < f64::INFINITY
+    }
+
+    /// Whether a ray that passes a triangle at this distance does so by more than rounding.
+    pub(super) fn is_beside(&self, distance: f64) -> bool {
+        !(distance <= self.rounding)
+    }
+
+    /// Rays beside this one, by a little more than the search may be wrong, near a hit.
+    pub(super) fn moved_around(&self, hit: &Hit) -> [turner_bvh::Ray; 16] {
+        let (x, y) = self.direction.any_orthonormal_pair();
+        let room = (16.0 * self.pad) as f32;
+        // Eight directions in a half circle, some 22.5 degrees apart.
+        let around = [(1.0, 0.0), (0.92, 0.38), (0.71, 0.71), (0.38, 0.92)];
+        let around = around.iter().flat_map(|&(a, b)| [(a, b), (-b, a)]).collect::<Vec<_>>();
+        std::array::from_fn(|i| {
+            let (a, b) = around[i / 2];
+            let step = if i % 2 == 0 { 0.125 * self.pad } else { -0.125 * self.pad };
+            let origin = DVec3::from(self.ray.origin.map(f64::from)) + step * (a * x + b * y);
+            turner_bvh::Ray {
+                origin: origin.as_vec3().to_array(),
+                t_min: (hit.t - room).max(0.0),
+                t_max: hit.t + room,
+                ..self.ray
+            }
+        })
+    }
+
+    /// The t of the point of the ray that is nearest to `p`.
+    pub(super) fn t_of(&self, p: DVec3) -> f64 {
+        (p - self.original.origin).dot(self.direction) / self.speed
+    }
+}
+
+impl MeshSpace {
+    pub(super) fn new(bounds: &Bounds, positions: &[[f32; 3]]) -> MeshSpace {
+        if bounds.is_empty() || !bounds.is_finite() {
+            return MeshSpace { center: DVec3::ZERO, shift: DVec3::ZERO, radius: -1.0, pad: 0.0 };
+        }
+        let (center, half) = (bounds.center(), 0.5 * bounds.size());
+        let mut shift = DVec3::ZERO;
+        for axis in 0..3 {
+            // Where the middle is nearer than this, moving gains less than three bits.
+            if center[axis].abs() > 8.0 * half[axis] {
+                shift[axis] = lossless_shift(positions, axis, bounds);
+            }
+        }
+        // Values of f32's own range: neither underflow nor overflow here.
+        let radius = half.length() * (1.0 + 1e-12);
+        let size = (center - shift).abs().max_element() + 4.0 * radius;
+        MeshSpace { center, shift, radius, pad: PAD * size + f64::from(f32::MIN_POSITIVE) }
+    }
+
+    /// Positions for the tree, if they are not those of the mesh.
+    pub(super) fn moved(&self, positions: &[[f32; 3]]) -> Option<Vec<[f32; 3]>> {
+        let moved = |p: &[f32; 3]| [0, 1, 2].map(|i| (f64::from(p[i]) - self.shift[i]) as f32);
+        (self.shift != DVec3::ZERO).then(|| positions.iter().map(moved).collect())
+    }
+
+    /// The ray to search with; `None` if it passes the mesh by, or is no ray at all (NaN, infinite, no direction).
+    #[inline]
+    pub(super) fn ray(&self, ray: &Ray) -> Option<MeshRay> {
+        let o = ray.origin - self.center;
+        let speed = ray.direction.length();
+        let inv = 1.0 / speed;
+        if !(inv > 0.0 && inv < f64::INFINITY) || self.radius < 0.0 {
+            return None;
+        }
+        let direction = ray.direction * inv;
+        let nearest = -o.dot(direction);
+        let reach = self.radius + self.pad;
+        let first = ray.t_min * speed;
+        let start = (nearest - 2.0 * reach).max(first - 2.0 * self.pad);
+        if !((o + nearest * direction).length_squared() <= reach * reach && start <= nearest + 2.0 * reach) {
+            return None;
+        }
+        // Should the ray begin very far away.
+        let rounding = 1e-10 * self.pad + 4.0 * f64::EPSILON * nearest.abs();
+        let pad = self.pad + rounding;
+        let p = o + start * direction + (self.center - self.shift);
+        let search = turner_bvh::Ray {
+            origin: p.as_vec3().to_array(),
+            direction: direction.as_vec3().to_array(),
+            t_min: 0.0,
+            t_max: (ray.t_max * speed - start + 2.0 * pad) as f32,
+            time: ray.time,
+        };
+        let doubtful = (first - start + 2.0 * pad) as f32;
+        Some(MeshRay { original: *ray, ray: search, direction, speed, pad, rounding, doubtful })
+    }
+}
+
+/// What can be taken from a coordinate of all positions without loss: near their middle, or 0.
+fn lossless_shift(positions: &[[f32; 3]], axis: usize, bounds: &Bounds) -> f64 {
+    let (low, high) = (bounds.min[axis], bounds.max[axis]);
+    let far = low.abs().max(high.abs()) as f32;
+    // The last bit of the largest coordinate.
+    let unit = f64::from(far) - f64::from(far.next_down());
+    let shift = (0.5 * (low + high) / unit).round() * unit;
+    let exact = positions.iter().all(|p| {
+        let moved = f64::from(p[axis]) - shift;
+        !p[axis].is_finite()
+            || f64::from(moved as f32) == moved
+            || !(low..=high).contains(&f64::from(p[axis]))
+    });
+    if exact { shift } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moving_loses_nothing_or_is_not_done() {
+        let far: Vec<[f32; 3]> =
+            (0..100).map(|i| [1e5 + i as f32 * 0.01, i as f32, -3e6 - i as f32]).collect();
+        let bounds = Bounds::of(far.iter().map(|p| DVec3::from(p.map(f64::from))));
+        let space = MeshSpace::new(&bounds, &far);
+        assert!(space.shift.x != 0.0 && space.shift.y == 0.0 && space.shift.z != 0.0);
+        for (p, q) in far.iter().zip(space.moved(&far).unwrap()) {
+            for i in 0..3 {
+                assert_eq!(f64::from(p[i]) - space.shift[i], f64::from(q[i]));
+            }
+        }
+        // Ordinary meshes stay where they are.
+        let near = [[0.0_f32; 3], [1.0; 3]];
+        let space = MeshSpace::new(&Bounds::new(DVec3::ZERO, DVec3::ONE), &near);
+        assert!(space.moved(&near).is_none());
+    }
+}

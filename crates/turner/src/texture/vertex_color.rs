@@ -1,0 +1,52 @@
+//! The colours of a mesh's vertices.
+
+use super::prepare::{Kind, Preparing};
+use super::{Mapping, TexturePoint, Textures};
+use crate::color::Spectrum;
+use crate::scene::schema::params;
+use crate::scene::{ColorSource, SceneError};
+
+params! {
+    /// The colours of a mesh's vertices, interpolated over its triangles. Those of PLY files that are bytes are decoded by the sRGB
+    /// curve, floating-point numbers are taken as they are, also those of OBJ files.
+    pub struct VertexColorDesc as "vertex-color" {
+        /// The colour of shapes without vertex colours.
+        otherwise: Spectrum = Spectrum::WHITE;
+    }
+    example r##"[[object]]
+type = "mesh"
+positions = [[-1, 0, 0], [1, 0, 0], [0, 1.5, 0]]
+colors = [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1]]
+triangles = [[0, 1, 2]]
+material = { color = { type = "vertex-color" } }
+"##
+}
+
+/// Vertex colours.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VertexColor(Spectrum);
+
+impl Kind for VertexColorDesc {
+    type Ready = VertexColor;
+    const AT_ONCE: u64 = 0;
+
+    fn sources(&self, _: &mut dyn FnMut(ColorSource)) {}
+
+    fn mapping(&self) -> Mapping {
+        Mapping::Solid
+    }
+
+    fn prepare(&self, _: &mut Preparing<'_>) -> Result<VertexColor, SceneError> {
+        Ok(VertexColor(self.otherwise))
+    }
+}
+
+impl VertexColor {
+    pub(super) fn eval(&self, _: &Textures, at: &TexturePoint<'_>) -> Spectrum {
+        at.color().map_or(self.0, |[r, g, b, _]| Spectrum::new(r, g, b))
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        0
+    }
+}
