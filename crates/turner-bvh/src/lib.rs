@@ -1,36 +1,35 @@
-//! Bounding volume hierarchies: which of a million things may a ray meet?
+//! Bounding volume hierarchies: which of a million things does a ray meet?
 //!
-//! A tree is built over the [boxes](Aabb) of primitives and knows nothing else about them. A search hands out ranges
-//! of primitives and the caller intersects these with whatever it keeps: spheres, triangles, whole other trees.
+//! [`Bvh`] is the tree over triangles; [`Group`] places meshes, groups and primitives of your own; [`MovingBvh`] moves;
+//! [`CompactBvh`] is small; [`BoxBvh`] takes boxes of anything and knows nothing else about them.
 //!
 //! ```
-//! use turner_bvh::{Aabb, Bvh2Options, Bvh2, Ray};
+//! use turner_bvh::{BuildOptions, Bvh, Ray, Triangles};
 //!
-//! // Ten flat squares across the z axis.
-//! let z: Vec<f32> = (0..10).map(|i| 10.0 - i as f32).collect();
-//! let boxes: Vec<Aabb> = z.iter().map(|&z| Aabb::new([-1.0, -1.0, z], [1.0, 1.0, z])).collect();
-//! let bvh = Bvh2::build(&boxes, &Bvh2Options::default())?;
+//! // A pyramid.
+//! let positions = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+//! let triangles = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [0, 2, 1], [0, 3, 2]];
+//! let bvh = Bvh::build(&Triangles { positions: &positions, triangles: &triangles }, &BuildOptions::default())?;
 //!
-//! // In leaf order, each leaf is a slice.
-//! let in_order: Vec<f32> = bvh.order().iter().map(|&i| z[i as usize]).collect();
-//! let ray = Ray::new([0.0, 0.0, 3.5], [0.0, 0.0, 1.0]);
-//! let t = bvh.closest(&ray, |range, t_max| {
-//!     in_order[range.start as usize..range.end as usize]
-//!         .iter()
-//!         .map(|z| (z - ray.origin[2]) / ray.direction[2])
-//!         .filter(|&t| t >= ray.t_min)
-//!         .fold(t_max, f32::min)
-//! });
-//! assert_eq!(t, 0.5);
+//! let down = Ray::new([0.5, 3.0, 0.1], [0.0, -1.0, 0.0]);
+//! let hit = bvh.intersect(&down).expect("the pyramid is below");
+//! assert_eq!((hit.t, hit.primitive), (2.5, 1));
+//! assert!(!bvh.occluded(&Ray { t_max: 2.0, ..down }));
 //! # Ok::<(), turner_bvh::BuildError>(())
 //! ```
 //!
 //! # Exactness
 //!
-//! Box tests never miss: whatever box a ray meets in exact arithmetic is searched, for every finite ray and box, and
-//! boxes as near as the nearest hit so far are searched too. So the hit a caller finds is a property of its primitives
-//! alone, not of the tree, as long as a primitive's box holds every point at which its own arithmetic may report a
-//! hit. Trees do not depend on the number of threads that build them.
+//! Box tests never miss: whatever a ray hits, the boxes around it are searched, and boxes as near as the nearest hit so
+//! far are searched too. So the hit is a property of the primitives alone — the nearest t, then the lowest number — and not
+//! of the tree, of the [`Kernel`], of the number of threads or of the rays beside it. For triangles the rounding that this takes
+//! care of is bounded in `traverse/ray.rs`; for [`Bvh2`], [`Bvh4`] and [`BoxBvh`] it holds as long as a
+//! primitive's box holds every point at which its own arithmetic may report a hit.
+//!
+//! # Memory
+//!
+//! A node has eight children and takes 256 bytes, a block of eight triangles 320: 46 to 54 bytes per triangle, measured on
+//! scans, terrain, architecture and thin sticks; [`CompactBvh`] takes 10 to 14. A search needs no heap.
 
 mod aabb;
 mod build;

@@ -315,8 +315,8 @@ fn singular_transforms_are_dropped_and_nearly_singular_ones_are_not() {
     instances[7].transform = [[1e-39; 4]; 3];
     instances[8].transform = [[1e-30, 0.0, 0.0, 0.0], [0.0, 1e-30, 0.0, 0.0], [0.0, 0.0, 1e-41, 0.0]];
     // Almost flat, and turned.
-    for i in 10..30 {
-        let t = &mut instances[i].transform;
+    for instance in &mut instances[10..30] {
+        let t = &mut instance.transform;
         let other: [f32; 3] = std::array::from_fn(|row| t[row][0] + t[row][1]);
         for row in 0..3 {
             t[row][2] = other[row] + 1e-5 * t[row][2];
