@@ -83,6 +83,30 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
     }
 }
 
+/// The examples of the documentation.
+#[test]
+fn examples() -> Result<(), BuildError> {
+    let positions = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]];
+    let bvh =
+        Bvh::build(&Triangles { positions: &positions, triangles: &[[0, 1, 2]] }, &BuildOptions::default())?;
+    let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+    let hit = bvh.intersect(&ray).unwrap();
+    assert_eq!((hit.t, hit.u, hit.v, hit.primitive), (5.0, 0.25, 0.25, 0));
+    let mut hits = [Hit::MISS; 2];
+    bvh.intersect_batch(&[ray, Ray { t_max: 4.0, ..ray }], &mut hits);
+    assert_eq!(hits.map(|hit| hit.is_hit()), [true, false]);
+
+    let positions = [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+    let triangles = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [0, 2, 1], [0, 3, 2]];
+    let bvh =
+        Bvh::build(&Triangles { positions: &positions, triangles: &triangles }, &BuildOptions::default())?;
+    let down = Ray::new([0.5, 3.0, 0.1], [0.0, -1.0, 0.0]);
+    let hit = bvh.intersect(&down).expect("the pyramid is below");
+    assert_eq!((hit.t, hit.primitive), (2.5, 1));
+    assert!(!bvh.occluded(&Ray { t_max: 2.0, ..down }));
+    Ok(())
+}
+
 #[test]
 fn scenes_equal_brute_force() {
     for kind in [SceneKind::Cornell, SceneKind::Architecture, SceneKind::Scan, SceneKind::Sticks] {

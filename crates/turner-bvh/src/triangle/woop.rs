@@ -114,7 +114,7 @@ pub(crate) fn corners_meet<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [
 pub(crate) fn distance<V: Lanes>([a, b, c]: &Corners<V>, &[u, v, w]: &[V; 3], shear_z: V) -> (V, V) {
     let sum = u.add(v).add(w);
     let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
-    (depth.mul(shear_z.div(sum)), sum)
+    (depth.div(sum).mul(shear_z), sum)
 }
 
 /// Weights of the second and third corner, and how far from the ray the weighted corners lie.

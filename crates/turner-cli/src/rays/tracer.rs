@@ -71,7 +71,9 @@ impl Turner {
             scene.instances.iter().map(|i| Instance { object: i.mesh, transform: i.transform }).collect();
         let objects = parts.into_iter().map(Object::Mesh).collect();
         let parts = GroupParts { instances: &instances, ..GroupParts::default() };
-        Group::build(objects, &parts, &options).map(|group| Turner::Group(Box::new(group))).map_err(|e| e.to_string())
+        Group::build(objects, &parts, &options)
+            .map(|group| Turner::Group(Box::new(group)))
+            .map_err(|e| e.to_string())
     }
 
     /// Bytes of memory.
