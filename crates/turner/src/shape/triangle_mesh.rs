@@ -11,7 +11,7 @@
 //! Of several triangles at the same t, in single precision, the one with the lowest number is hit.
 //!
 //! **Memory.** The vertices and triangles are those of the description, shared with it: 12 bytes per triangle and 12 per
-//! vertex, a vertex per two triangles. The tree takes 55 to 65 bytes per triangle: 40 in blocks of eight of which
+//! vertex, a vertex per two triangles. The tree takes 46 to 54 bytes per triangle: 40 in blocks of eight of which
 //! some places stay empty, the rest in nodes. Vertex normals that a file does not have take 12 bytes per vertex.
 
 use std::sync::Arc;
