@@ -1,6 +1,6 @@
 //! From a description to a scene that can be rendered.
 
-use turner_bvh::{Bvh2, Bvh2Options, Bvh4, Quality};
+use turner_bvh::{BoxBvh, BuildOptions, Quality};
 
 use super::batch::BatchShapes;
 use super::desc::*;
@@ -69,7 +69,7 @@ impl SceneDesc {
         let bounded_ids: Vec<u32> =
             (0..primitives.len() as u32).filter(|i| in_tree(&bounds[*i as usize])).collect();
         let boxes: Vec<_> = bounds.iter().filter(|b| in_tree(b)).flatten().map(|b| frame.aabb(b)).collect();
-        let build = Bvh2Options { threads: options.threads, ..Bvh2Options::default() };
+        let build = BuildOptions { threads: options.threads, ..BuildOptions::default() };
         let sieve = (1..=MAX_SHAPES).contains(&boxes.len()).then(|| {
             Sieve::new(
                 &frame,
@@ -85,8 +85,7 @@ impl SceneDesc {
         });
         let boxes = if sieve.is_some() { Vec::new() } else { boxes };
         let bvh =
-            Bvh2::build(&boxes, &build).map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
-        let bvh = Bvh4::collapse(&bvh);
+            BoxBvh::build(&boxes, &build).map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
         let mut slots: Vec<Option<Primitive>> = primitives.into_iter().map(Some).collect();
         let mut ordered: Vec<Primitive> = Vec::with_capacity(slots.len());
         if sieve.is_some() {

@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use turner_bvh::Bvh4;
+use turner_bvh::BoxBvh;
 
 use super::background::BackgroundDesc;
 use super::batch::BatchShapes;
@@ -45,7 +45,7 @@ pub struct Scene {
     pub(super) bounded: usize,
     pub(super) transforms: Vec<ObjectTransform>,
     /// Empty where the sieve serves.
-    pub(super) bvh: Bvh4,
+    pub(super) bvh: BoxBvh,
     /// For scenes of few shapes, instead of the tree.
     pub(super) sieve: Option<Sieve>,
     pub(super) frame: TraversalFrame,
