@@ -58,7 +58,7 @@ pub struct BuildStats {
     pub nodes: usize,
     /// Leaves.
     pub leaves: usize,
-    /// Blocks of four triangles (of one primitive in a tree over boxes).
+    /// Blocks of eight triangles (of one primitive in a tree over boxes).
     pub blocks: usize,
     /// Nodes on the longest way from the root to a leaf.
     pub max_depth: usize,

@@ -45,7 +45,7 @@ pub(crate) trait Lanes: Copy {
 
 /// A set of instructions.
 pub(crate) trait Simd: Copy {
-    /// One number, for tests and slow paths.
+    /// Four numbers: the set-up of a ray.
     type F4: Lanes;
     type F8: Lanes;
     /// As many rays as are tested against one triangle at once.
