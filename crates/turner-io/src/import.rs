@@ -1,0 +1,64 @@
+//! What all importers of foreign formats have in common.
+
+use crate::assets::{AssetSource, printable};
+use crate::scene::SceneFormat;
+use std::path::Path;
+use turner::scene::SceneDesc;
+use turner::scene::error::{ErrorCode, SceneError};
+
+/// How to import a file of another program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportOptions {
+    /// Seconds into the animation.
+    pub time: f64,
+    /// Which animation: its name or number; the first unless given.
+    pub animation: Option<String>,
+    /// Which of the file's variants of materials: its name or number.
+    pub variant: Option<String>,
+    /// Which of the file's scenes: its name or number; the file's own choice unless given.
+    pub scene: Option<String>,
+    /// Names of nodes (or groups) that are wanted, with all that hangs on them; all if empty.
+    pub nodes: Vec<String>,
+    /// Pictures with a longer side are halved until they fit.
+    pub max_texture_size: Option<u32>,
+    /// Threads for decoding; 0 takes all there are. The result is the same for any number.
+    pub threads: usize,
+}
+
+impl Default for ImportOptions {
+    fn default() -> ImportOptions {
+        ImportOptions {
+            time: 0.0,
+            animation: None,
+            variant: None,
+            scene: None,
+            nodes: Vec::new(),
+            max_texture_size: None,
+            threads: 0,
+        }
+    }
+}
+
+/// Reads a file of another program as a scene of its own: without camera, light or floor of ours, with what it has. Its format is known by its first
+/// bytes or its extension. `uri` is its name relative to the root of `assets`.
+pub fn import(
+    bytes: Vec<u8>,
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    let format = if bytes.starts_with(b"glTF") {
+        SceneFormat::Gltf
+    } else if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        SceneFormat::Ply
+    } else {
+        SceneFormat::of_path(Path::new(uri)).filter(|f| f.is_model()).ok_or_else(|| {
+            let message = format!("{}: is no model by its extension", printable(uri));
+            SceneError::new(ErrorCode::File, message)
+                .help(format!("models are read from {}", SceneFormat::model_listing()))
+        })?
+    };
+    match format {
+        _ => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
+    }
+}
