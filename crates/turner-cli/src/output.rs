@@ -85,8 +85,15 @@ impl Output {
         Ok(Output { path: Some(path), format })
     }
 
-    /// What the picture says about its making: the same for the same scene, on any machine, at any time.
-    pub(crate) fn metadata(&self, scene: &Scene, hash: &str, samples_per_pixel: u32) -> Metadata {
+    /// What the picture says about its making: the same for the same scene, on any machine, at any time. `exposure` is
+    /// that of its display values, in stops.
+    pub(crate) fn metadata(
+        &self,
+        scene: &Scene,
+        hash: &str,
+        samples_per_pixel: u32,
+        exposure: f64,
+    ) -> Metadata {
         let film = &scene.film;
         let settings = format!("film {}; integrator {}", compact(film), compact(&scene.integrator));
         // PNG has a keyword of its own for it.
@@ -99,6 +106,8 @@ impl Output {
             ("turner:integrator", scene.integrator.type_name().to_owned()),
             ("turner:settings", settings),
             ("turner:transfer", film.transfer.word().to_owned()),
+            ("turner:tonemap", film.tonemap.word().to_owned()),
+            ("turner:exposure", format!("{exposure:.4}")),
         ]
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
