@@ -116,10 +116,11 @@ impl SceneAssets for SceneFiles<'_> {
 
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
         let path = self.resolve(&model.file, from)?;
+        let asked = &self.options.models;
         let options = ImportOptions {
-            time: model.time,
-            animation: model.animation.clone(),
-            variant: model.variant.clone(),
+            time: asked.time.unwrap_or(model.time),
+            animation: asked.animation.clone().or_else(|| model.animation.clone()),
+            variant: asked.variant.clone().or_else(|| model.variant.clone()),
             scene: model.scene.clone(),
             nodes: model.nodes.clone(),
             max_texture_size: self.options.max_texture_size,

@@ -46,12 +46,25 @@ pub const MAX_DEPTH: usize = 64;
 pub struct LoadOptions {
     /// Longest side that pictures may have; larger ones are halved until they fit.
     pub max_texture_size: Option<u32>,
+    /// What is asked of all models in it.
+    pub models: ModelOverrides,
     /// Threads for decoding; 0 takes all there are. The scene is the same for any number.
     pub threads: usize,
     /// Values that replace those of the files, applied in order.
     pub overrides: Vec<Override>,
     /// Whether the scene may name files outside its folder. For scenes that the user trusts.
     pub allow_outside: bool,
+}
+
+/// What takes the place of keys of every model in a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ModelOverrides {
+    /// Seconds into the animation.
+    pub time: Option<f64>,
+    /// Which animation.
+    pub animation: Option<String>,
+    /// Which variant of materials.
+    pub variant: Option<String>,
 }
 
 /// A scene that was read.

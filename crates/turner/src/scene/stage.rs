@@ -10,6 +10,9 @@ use crate::math::elementary::{cos, sin, tan};
 use crate::math::{Bounds, DVec3, radians};
 use crate::scene::value::Span;
 
+/// Vertical field of view of an orbiting camera, degrees.
+pub const FOV: f64 = 38.0;
+
 params! {
     /// What a model needs to be a picture: a camera, light, a floor. Each is added only where the scene has none of its own. A model that is
     /// rendered by itself (`turner model.glb`) stands on this stage.
@@ -19,7 +22,7 @@ params! {
         /// camera, or the first one of a model, or "orbit:35,22".
         camera: Option<String> = None;
         /// Vertical field of view of an orbiting camera, degrees; in pictures higher than wide, the horizontal one.
-        fov: f64 = 38.0, in Range::open(0.0, 180.0);
+        fov: f64 = FOV, in Range::open(0.0, 180.0);
         /// A floor under everything. Without it where the scene brings no camera and the background is not transparent.
         ground: Option<bool> = None;
         /// Whether the built-in studio lights scenes without light.
