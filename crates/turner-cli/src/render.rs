@@ -8,7 +8,7 @@ use serde_json::json;
 use turner::film::{Antialias, Film};
 use turner::render::{PassOptions, Renderer};
 use turner::scene::error::SceneError;
-use turner::scene::{Scene, Warning};
+use turner::scene::{Scene, Warning, WarningKind};
 
 use crate::control::Control;
 use crate::events::Events;
@@ -81,7 +81,7 @@ fn render(args: &RenderArgs, output: &Output, reporter: &Reporter, control: &Con
         let message = format!(
             "--samples has no effect with antialias = \"{word}\"; add --antialias grid or monte-carlo"
         );
-        ready.scene.warnings.push(Warning { message, span: None, count: 1 });
+        ready.scene.warnings.push(Warning::new(WarningKind::Ignored, message));
     }
     if args.strict && !ready.scene.warnings.is_empty() {
         return Err(strict(&ready.scene.warnings, &ready.sources, &ready.labels));
@@ -174,7 +174,7 @@ fn trace<'a>(
 /// What was doubtful while rendering.
 fn late_warnings(traced: &Traced<'_>, scene: &Scene) -> Vec<Warning> {
     let mut out = Vec::new();
-    let mut warn = |message: String| out.push(Warning { message, span: None, count: 1 });
+    let mut warn = |message: String| out.push(Warning::new(WarningKind::Ignored, message));
     let bad = traced.renderer.film.non_finite;
     if let Some((y, x, sample)) = bad.first {
         let n = text::plural(bad.count, "sample");

@@ -1,26 +1,26 @@
-//! How to import a model file.
+//! What all importers of foreign formats have in common.
 
-/// What to take from a model file, and how.
+/// How to import a file of another program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportOptions {
-    /// The time at which animations are sampled, in seconds.
+    /// Seconds into the animation.
     pub time: f64,
-    /// The animation to sample, by name; the first one unless given.
+    /// Which animation: its name or number; the first unless given.
     pub animation: Option<String>,
-    /// The material variant to show, by name.
+    /// Which of the file's variants of materials: its name or number.
     pub variant: Option<String>,
-    /// The scene to show, by name; the file's default one unless given.
+    /// Which of the file's scenes: its name or number; the file's own choice unless given.
     pub scene: Option<String>,
-    /// The nodes to take, by name, with all that hangs on them; empty takes all.
+    /// Names of nodes (or groups) that are wanted, with all that hangs on them; all if empty.
     pub nodes: Vec<String>,
-    /// Pictures larger than this are halved until they are not.
+    /// Pictures with a longer side are halved until they fit.
     pub max_texture_size: Option<u32>,
-    /// Threads for decoding pictures; 0 takes all there are. The result is the same for any number.
+    /// Threads for decoding; 0 takes all there are. The result is the same for any number.
     pub threads: usize,
 }
 
 impl Default for ImportOptions {
-    fn default() -> Self {
+    fn default() -> ImportOptions {
         ImportOptions {
             time: 0.0,
             animation: None,

@@ -3,5 +3,6 @@
 
 pub mod assets;
 pub mod image;
+pub mod import;
 pub mod mesh;
 pub mod scene;

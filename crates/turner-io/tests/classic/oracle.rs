@@ -76,7 +76,9 @@ impl World {
                     ShapeDesc::Plane(p) => Form::Plane { point: p.point, normal: p.normal.normalize() },
                     other => panic!("{other:?}"),
                 };
-                let MaterialDesc::Classic(m) = &desc.materials[o.material.unwrap().index()].value;
+                let MaterialDesc::Classic(m) = &desc.materials[o.material.unwrap().index()].value else {
+                    panic!("a classic scene has classic materials");
+                };
                 let ColorSource::Constant(color) = m.color else { panic!("no textures here") };
                 let n = m.shininess;
                 Object {

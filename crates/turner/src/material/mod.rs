@@ -1,8 +1,11 @@
 //! Materials: how a surface answers light. One file each; [`MaterialDesc`] is the table of their names in a scene.
 
 mod classic;
+mod conversion;
+mod principled;
 
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
+pub use principled::{AlphaMode, PrincipledMaterial};
 
 use crate::color::Spectrum;
 use crate::scene::schema::family;
@@ -12,6 +15,7 @@ family! {
     /// Materials: in `[material.NAME]`, or in place as `material = { … }`. The `type` is "classic" unless given.
     pub enum MaterialDesc as "material", "materials" {
         Classic(ClassicMaterial),
+        Principled(PrincipledMaterial),
     }
 }
 
@@ -22,10 +26,21 @@ impl Default for MaterialDesc {
 }
 
 /// A material ready to shade.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Material {
     /// The classic documents' material.
     Classic(Classic),
+    /// The physical material, with what its objects' shadows are like for the classic integrator.
+    Principled(Box<PrincipledMaterial>, ShadowKind),
+}
+
+/// Where a material lets rays pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cutout {
+    /// Opacity and the least that is there; `None` for a material that is there everywhere.
+    pub mask: Option<(ColorSource, f32)>,
+    /// Whether rays that are not shadow rays pass from behind.
+    pub one_sided: bool,
 }
 
 impl MaterialDesc {
@@ -33,18 +48,30 @@ impl MaterialDesc {
     pub fn prepare(&self) -> Material {
         match self {
             MaterialDesc::Classic(m) => Material::Classic(m.prepare()),
+            MaterialDesc::Principled(m) => Material::Principled(Box::new(m.clone()), m.shadow()),
         }
     }
 
-    /// Its opacity and the least that counts; `None` for a material that is there everywhere.
-    pub fn cutout(&self) -> Option<(ColorSource, f32)> {
-        let MaterialDesc::Classic(m) = self;
-        let cutoff = m.alpha_cutoff as f32;
-        let everywhere = match m.opacity {
-            ColorSource::Constant(c) => (c.r + c.g + c.b) / 3.0 >= cutoff,
-            ColorSource::Texture(_) => false,
+    /// Where it lets rays pass; `None` for a material that is there everywhere and from all sides.
+    pub fn cutout(&self) -> Option<Cutout> {
+        let (opacity, cutoff, one_sided) = match self {
+            MaterialDesc::Classic(m) => (m.opacity, m.alpha_cutoff as f32, false),
+            MaterialDesc::Principled(m) => {
+                let cutoff = match m.alpha_mode {
+                    AlphaMode::Mask => m.alpha_cutoff as f32,
+                    // Nothing at all is the same as a hole.
+                    AlphaMode::Blend => f32::MIN_POSITIVE,
+                    AlphaMode::Opaque => f32::NEG_INFINITY,
+                };
+                (m.opacity, cutoff, !m.double_sided && !m.is_transmissive())
+            }
         };
-        (!everywhere).then_some((m.opacity, cutoff))
+        let everywhere = match opacity {
+            ColorSource::Constant(c) => (c.r + c.g + c.b) / 3.0 >= cutoff,
+            ColorSource::Texture(_) => cutoff == f32::NEG_INFINITY,
+        };
+        let mask = (!everywhere).then_some((opacity, cutoff));
+        (mask.is_some() || one_sided).then_some(Cutout { mask, one_sided })
     }
 }
 
@@ -54,6 +81,7 @@ impl Material {
     pub fn shadow(&self) -> ShadowKind {
         match self {
             Material::Classic(m) => m.shadow,
+            Material::Principled(_, shadow) => *shadow,
         }
     }
 
@@ -61,6 +89,7 @@ impl Material {
     pub fn shadow_tint(&self, scene: &Scene, surface: &SurfaceInteraction) -> Spectrum {
         match self {
             Material::Classic(m) => color_at(m.color, scene, surface) * m.k_refract as f32,
+            Material::Principled(m, _) => m.shadow_tint(scene, surface),
         }
     }
 }

@@ -115,17 +115,67 @@ pub struct SceneDesc {
     pub images: Vec<Asset<Image>>,
     /// Meshes that objects use.
     pub meshes: Vec<Asset<MeshData>>,
+    /// Every camera that an imported file names; `camera` is the one the picture is taken with.
+    pub cameras: Vec<Named<CameraDesc>>,
+    /// What was imported.
+    pub imports: Vec<ImportSummary>,
     /// What was ignored or doubtful while reading.
     pub warnings: Vec<Warning>,
 }
 
-/// Something ignored, approximated or doubtful; an error under `--strict`.
+/// What a file of another program held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportSummary {
+    /// The file.
+    pub file: String,
+    /// Its format, e.g. `glTF 2.0`.
+    pub format: &'static str,
+    /// How many of what.
+    pub counts: Vec<(&'static str, u64)>,
+}
+
+/// What sort of remark a warning is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum WarningKind {
+    /// Something that was asked for has no effect on the picture; an error under `--strict`.
+    #[default]
+    Ignored,
+    /// Something is shown, but not exactly as asked for.
+    Approximated,
+    /// Something is unlikely to be meant.
+    Doubtful,
+    /// Something that was not said was chosen.
+    Note,
+}
+
+impl WarningKind {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            WarningKind::Ignored => "ignored",
+            WarningKind::Approximated => "approximated",
+            WarningKind::Doubtful => "doubtful",
+            WarningKind::Note => "note",
+        }
+    }
+}
+
+/// Something ignored, approximated or doubtful.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
+    /// What sort of remark.
+    pub kind: WarningKind,
     /// What.
     pub message: String,
     /// Where.
     pub span: Option<Span>,
     /// How often.
     pub count: u64,
+}
+
+impl Warning {
+    /// A remark without a place in a file.
+    pub fn new(kind: WarningKind, message: impl Into<String>) -> Warning {
+        Warning { kind, message: message.into(), span: None, count: 1 }
+    }
 }

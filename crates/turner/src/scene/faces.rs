@@ -7,9 +7,8 @@ use std::cell::Cell;
 
 use super::desc::MaterialId;
 use super::scene::{NO_TRANSFORM, Primitive, Scene};
-use crate::material::{MaterialDesc, ShadowKind};
+use crate::material::{Cutout, MaterialDesc, ShadowKind};
 use crate::math::Ray;
-use crate::scene::ColorSource;
 use crate::shape::{Shape, ShapeHit};
 
 /// In place of an index into the scene's faces.
@@ -22,15 +21,17 @@ const MAX_HITS: u32 = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FaceMaterial {
     pub(super) material: MaterialId,
-    cutout: Option<(ColorSource, f32)>,
+    cutout: Option<Cutout>,
 }
 
 /// The materials of a primitive, by the number that its triangles have.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Faces {
     materials: Vec<FaceMaterial>,
-    /// Whether any of them has a cut-out.
-    cut: bool,
+    /// Whether any of them has holes.
+    masked: bool,
+    /// Whether any of them is seen from one side only.
+    one_sided: bool,
 }
 
 impl Faces {
@@ -44,8 +45,10 @@ impl Faces {
             .into_iter()
             .map(|material| FaceMaterial { material, cutout: cutout(material) })
             .collect();
-        let cut = materials.iter().any(|m| m.cutout.is_some());
-        (cut || materials.len() > 1).then_some(Faces { materials, cut })
+        let masked = materials.iter().any(|m| m.cutout.is_some_and(|c| c.mask.is_some()));
+        let one_sided = materials.iter().any(|m| m.cutout.is_some_and(|c| c.one_sided));
+        let special = masked || one_sided || materials.len() > 1;
+        special.then_some(Faces { materials, masked, one_sided })
     }
 
     fn of(&self, shape: &Shape, hit: &ShapeHit) -> Option<&FaceMaterial> {
@@ -69,21 +72,35 @@ impl Scene {
         face.map_or(primitive.material, |face| face.material)
     }
 
-    /// Whether there is anything at a hit; `ray` is in the object's space.
-    fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
+    /// Whether there is anything at a hit; `ray` is in the object's space. What is seen from one side only casts its
+    /// shadow all the same.
+    fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit, is_shadow_ray: bool) -> bool {
         let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
-        let Some((opacity, cutoff)) = face.and_then(|face| face.cutout) else { return true };
+        let Some(cutout) = face.and_then(|face| face.cutout) else { return true };
         let surface = primitive.shape.surface(ray, hit);
+        if cutout.one_sided && !is_shadow_ray && surface.ng.dot(ray.direction) > 0.0 {
+            return false;
+        }
+        let Some((opacity, cutoff)) = cutout.mask else { return true };
         self.textures.opacity(opacity, &primitive.shape.texture_point(hit, &surface)) >= cutoff
     }
 
     /// What `intersect_primitive` does, for primitives with faces.
     pub(super) fn intersect_faces(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
         let ray = self.to_object(primitive, ray);
+        let faces = &self.faces[primitive.faces as usize];
+        if !faces.masked {
+            // Backs are rarely the first thing that a ray meets.
+            let hit = primitive.shape.intersect(&ray)?;
+            if !faces.one_sided || self.is_there(primitive, &ray, &hit, false) {
+                return Some(hit);
+            }
+        }
         match &primitive.shape {
-            shape if !self.faces[primitive.faces as usize].cut => shape.intersect(&ray),
-            Shape::Mesh(mesh) => mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit)),
-            shape => each_hit(shape, &ray, |hit| self.is_there(primitive, &ray, hit)),
+            Shape::Mesh(mesh) => {
+                mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit, false))
+            }
+            shape => each_hit(shape, &ray, |hit| self.is_there(primitive, &ray, hit, false)),
         }
     }
 
@@ -91,7 +108,7 @@ impl Scene {
     pub(super) fn faces_block(&self, primitive: &Primitive, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let ray = self.to_object(primitive, ray);
         let blocks = |hit: &ShapeHit| {
-            self.is_there(primitive, &ray, hit)
+            self.is_there(primitive, &ray, hit, true)
                 && match self.materials[self.face_material(primitive, hit).index()].shadow() {
                     ShadowKind::Opaque => true,
                     ShadowKind::None => false,

@@ -13,6 +13,7 @@ pub mod read;
 mod scene;
 pub mod schema;
 mod sieve;
+mod tangent;
 pub mod transform;
 pub mod value;
 

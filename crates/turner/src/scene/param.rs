@@ -289,6 +289,13 @@ impl ParamType for ColorSource {
             ColorSource::Texture(_) => "a texture".into(),
         }
     }
+    /// What textures give is limited where it is used.
+    fn outside(&self, range: &Range) -> Option<f64> {
+        match self {
+            ColorSource::Constant(c) => c.outside(range),
+            ColorSource::Texture(_) => None,
+        }
+    }
 }
 
 /// A picture file, decoded.

@@ -353,7 +353,7 @@ impl SceneDesc {
         };
         let objects = prepare(&self.objects)?;
         let groups = self.groups.iter().map(|g| prepare(&g.value.objects)).collect::<Result<_, _>>()?;
-        warnings.extend(cache.warnings.iter().map(|m| Warning { message: m.clone(), span: None, count: 1 }));
+        warnings.extend(cache.warnings.iter().map(|m| Warning::new(WarningKind::Doubtful, m.as_str())));
         let meshes = cache
             .prepared()
             .map(|m| MeshStats { triangles: m.triangle_count() as u64, bytes: m.memory() as u64 })

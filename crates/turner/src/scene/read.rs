@@ -98,7 +98,7 @@ impl ReadContext<'_> {
 
     /// Notes something ignored or doubtful.
     pub fn warn(&mut self, span: Option<Span>, message: impl Into<String>) {
-        self.warnings.push(Warning { message: message.into(), span, count: 1 });
+        self.warnings.push(Warning { span, ..Warning::new(WarningKind::Ignored, message) });
     }
 
     /// A material by its name or written in place.
@@ -273,6 +273,8 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         lights,
         images: cx.images,
         meshes: cx.meshes,
+        cameras: Vec::new(),
+        imports: Vec::new(),
         warnings: cx.warnings,
     })
 }

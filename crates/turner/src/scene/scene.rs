@@ -139,10 +139,15 @@ pub struct SurfaceInteraction {
     pub material: MaterialId,
     /// The surface in the object's space, for textures.
     object: SurfacePoint,
-    hit: Hit,
+    pub(super) hit: Hit,
 }
 
 impl SurfaceInteraction {
+    /// The shading normal in the object's space.
+    pub(super) fn object_normal(&self) -> DVec3 {
+        self.object.ns
+    }
+
     /// The point moved off the surface by more than its error, to the side `direction` leads to: a ray from there
     /// does not hit the surface it leaves (Wächter & Binder 2019 discuss the alternatives).
     #[inline]

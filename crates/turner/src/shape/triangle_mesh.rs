@@ -367,6 +367,25 @@ impl TriangleMesh {
         Some((tangent, if side < 0.0 { -1.0 } else { 1.0 }))
     }
 
+    /// The directions in which u and v of a set grow, of no particular length; `None` where they do not.
+    pub fn uv_directions(&self, hit: &ShapeHit, set: usize) -> Option<(DVec3, DVec3)> {
+        let other = set.checked_sub(1).and_then(|i| self.data.more_uvs.get(i));
+        let uvs = other.unwrap_or(&self.data.uvs);
+        if uvs.is_empty() {
+            return None;
+        }
+        let [a, b, c] =
+            self.data.triangles[hit.part as usize].map(|i| DVec2::from(uvs[i as usize].map(f64::from)));
+        let (b, c) = (b - a, c - a);
+        let [p, q, r] = self.corners(hit.part).map(wide);
+        let (q, r) = (q - p, r - p);
+        let area = b.x * c.y - b.y * c.x;
+        let along_u = (q * c.y - r * b.y) * area.signum();
+        let along_v = (r * b.x - q * c.x) * area.signum();
+        let known = area != 0.0 && along_u.is_finite() && along_v.is_finite();
+        known.then_some((along_u, along_v))
+    }
+
     /// Which of the mesh's materials a triangle has: 0 if it does not say.
     pub fn face_material(&self, part: u32) -> usize {
         self.data.face_materials.get(part as usize).map_or(0, |&m| usize::from(m))

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::placement::{floor, fract};
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, Placement, TexturePoint, Textures};
-use crate::color::Spectrum;
+use crate::color::{Spectrum, Transfer};
 use crate::image::Image;
 use crate::scene::schema::{Range, choice, params};
 use crate::scene::transform::Transform;
@@ -39,6 +39,45 @@ choice! {
     }
 }
 
+choice! {
+    /// Which part of a picture counts.
+    pub enum ImageChannel {
+        /// Its colour.
+        Rgb = "rgb",
+        /// Red, as grey.
+        R = "r",
+        /// Green, as grey.
+        G = "g",
+        /// Blue, as grey.
+        B = "b",
+        /// Alpha, as grey; 1 for a picture without.
+        A = "a",
+    }
+}
+
+choice! {
+    /// What the numbers in a picture of 8 or 16 bits mean.
+    pub enum Encoding {
+        /// What the film's transfer curve says.
+        Auto = "auto",
+        /// Display values: colours.
+        Srgb = "srgb",
+        /// Plain numbers: roughness, normals, masks.
+        Linear = "linear",
+    }
+}
+
+impl Encoding {
+    /// The curve that samples are decoded by; `film` is the film's.
+    pub(super) fn transfer(self, film: Transfer) -> Transfer {
+        match self {
+            Encoding::Auto => film,
+            Encoding::Srgb => Transfer::Srgb,
+            Encoding::Linear => Transfer::None,
+        }
+    }
+}
+
 params! {
     /// A picture file: PNG, JPEG, EXR or HDR. It covers a shape's surface coordinates once, upright: its lower left corner lies at
     /// u = v = 0, its upper right corner at u = v = 1. With `mapping = "solid"` it covers x and y from −1 to 1 and is the same at every z.
@@ -65,6 +104,16 @@ params! {
         mapping: Mapping = Mapping::Uv;
         /// Moves the picture.
         transform: Transform = Transform::IDENTITY;
+        /// Changes surface coordinates before the look-up, by rows [a, b, c, d, e, f]: u becomes a·u + b·v + c, v becomes d·u + e·v + f.
+        uv_matrix: Option<[f64; 6]> = None;
+        /// Which part of the picture counts.
+        channel: ImageChannel = ImageChannel::Rgb;
+        /// What the numbers of an 8- or 16-bit picture mean.
+        encoding: Encoding = Encoding::Auto;
+        /// The colours are multiplied by this, too.
+        tint: Spectrum = Spectrum::WHITE;
+        /// What is added last.
+        offset: Spectrum = Spectrum::BLACK;
         /// Which of a mesh's sets of surface coordinates; the first if it has not so many.
         uv_set: u32 = 0;
     }
@@ -86,9 +135,14 @@ pub(super) struct ImageTexture {
     filter: ImageFilter,
     wrap_u: Wrap,
     wrap_v: Wrap,
-    gain: f32,
+    /// Gain and tint.
+    factor: Spectrum,
+    offset: Spectrum,
     placement: Placement,
     uv_set: u32,
+    uv_matrix: Option<[f64; 6]>,
+    channel: ImageChannel,
+    encoding: Encoding,
 }
 
 impl Kind for ImageDesc {
@@ -103,31 +157,52 @@ impl Kind for ImageDesc {
 
     fn prepare(&self, cx: &mut Preparing<'_>) -> Result<ImageTexture, SceneError> {
         Ok(ImageTexture {
-            image: cx.image(self.file)?,
+            image: cx.image(self.file, self.encoding)?,
             filter: self.filter,
             wrap_u: self.wrap_u.unwrap_or(self.wrap),
             wrap_v: self.wrap_v.unwrap_or(self.wrap),
-            gain: self.gain as f32,
+            factor: self.tint * self.gain as f32,
+            offset: self.offset,
             placement: Placement::new(self.mapping, self.density, self.transform),
             uv_set: self.uv_set,
+            uv_matrix: self.uv_matrix,
+            channel: self.channel,
+            encoding: self.encoding,
         })
     }
 }
 
 impl ImageTexture {
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
-        let (decoder, image) = (&textures.decoder, &*self.image);
+        if self.channel == ImageChannel::A {
+            return Spectrum::grey(self.alpha_channel(at)) * self.factor + self.offset;
+        }
+        let (decoder, image) = (&textures.decoders[self.encoding as usize], &*self.image);
         let texel = |x, y| decoder.texel(image, x, y);
-        let color = self.look_up(at, texel, Spectrum::lerp);
-        color.map_or(Spectrum::BLACK, |color| color * self.gain)
+        let color = self.look_up(at, texel, Spectrum::lerp).unwrap_or(Spectrum::BLACK);
+        let color = match self.channel {
+            ImageChannel::Rgb | ImageChannel::A => color,
+            ImageChannel::R => Spectrum::grey(color.r),
+            ImageChannel::G => Spectrum::grey(color.g),
+            ImageChannel::B => Spectrum::grey(color.b),
+        };
+        color * self.factor + self.offset
     }
 
-    /// The alpha, if the picture has one; 0 outside where `wrap` is black.
+    /// Which set of (u, v) it is looked up at.
+    pub(super) fn uv_set(&self) -> u32 {
+        self.uv_set
+    }
+
+    /// The alpha of a picture that has one and is not asked for another channel; 0 outside where `wrap` is black.
     pub(super) fn alpha(&self, at: &TexturePoint<'_>) -> Option<f32> {
-        matches!(self.image.channels, 2 | 4).then(|| {
-            let texel = |x, y| self.image.alpha(x, y);
-            self.look_up(at, texel, |a: f32, b, t| a + (b - a) * t).unwrap_or(0.0)
-        })
+        let has_alpha = matches!(self.image.channels, 2 | 4) && self.channel == ImageChannel::Rgb;
+        has_alpha.then(|| self.alpha_channel(at))
+    }
+
+    fn alpha_channel(&self, at: &TexturePoint<'_>) -> f32 {
+        let texel = |x, y| self.image.alpha(x, y);
+        self.look_up(at, texel, |a: f32, b, t| a + (b - a) * t).unwrap_or(0.0)
     }
 
     /// What lies at a point; `None` outside.
@@ -138,7 +213,12 @@ impl ImageTexture {
         texel: impl Fn(u32, u32) -> T,
         lerp: impl Fn(T, T, f32) -> T,
     ) -> Option<T> {
-        let c = self.placement.coordinates(&at.with_uv_set(self.uv_set));
+        let mut at = at.with_uv_set(self.uv_set);
+        if let Some([a, b, c, d, e, f]) = self.uv_matrix {
+            let (u, v) = (at.uv.x, at.uv.y);
+            (at.uv.x, at.uv.y) = (a * u + b * v + c, d * u + e * v + f);
+        }
+        let c = self.placement.coordinates(&at);
         let (u, v) = (0.5 + 0.5 * c.x, 0.5 - 0.5 * c.y);
         let outside = |wrap, x: f64| wrap == Wrap::Black && !(0.0..=1.0).contains(&x);
         if outside(self.wrap_u, u) || outside(self.wrap_v, v) {

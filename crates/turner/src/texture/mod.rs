@@ -18,6 +18,7 @@ mod noise;
 mod perlin;
 mod placement;
 mod prepare;
+mod product;
 mod stripes;
 mod tint;
 mod vertex_color;
@@ -31,11 +32,12 @@ mod tests;
 pub use chessboard::ChessboardDesc;
 pub use constant::ConstantDesc;
 pub use gradient::{GradientDesc, GradientKind, Stop};
-pub use image::{ImageDesc, ImageFilter, Wrap};
+pub use image::{Encoding, ImageChannel, ImageDesc, ImageFilter, Wrap};
 pub use marble::MarbleDesc;
 pub use noise::{NoiseDesc, NoiseKind};
 pub use perlin::{Fractal, Perlin};
 pub use placement::{Axis, Mapping, Placement};
+pub use product::ProductDesc;
 pub use stripes::StripesDesc;
 pub use tint::Tint;
 pub use vertex_color::VertexColorDesc;
@@ -98,6 +100,7 @@ textures! {
     Marble(MarbleDesc => marble::Marble),
     Noise(NoiseDesc => noise::Noise),
     VertexColor(VertexColorDesc => vertex_color::VertexColor),
+    Product(ProductDesc => product::Product),
 }
 
 /// Where a texture is looked up.
@@ -137,7 +140,8 @@ pub struct Textures {
     list: Vec<Texture>,
     /// Per texture: whether it or one that it names looks at (u, v).
     uv: Vec<bool>,
-    decoder: Decoder,
+    /// By [`Encoding`].
+    decoders: [Decoder; 3],
     image_memory: usize,
 }
 
@@ -164,6 +168,7 @@ impl Textures {
             ColorSource::Texture(id) => match &self.list[id.index()] {
                 Texture::Image(image) => image.alpha(at),
                 Texture::VertexColor(_) => at.color().map(|c| c[3]),
+                Texture::Product(product) => Some(self.opacity(product.a, at) * self.opacity(product.b, at)),
                 _ => None,
             },
             ColorSource::Constant(_) => None,
@@ -172,6 +177,14 @@ impl Textures {
             let c = self.color(source, at);
             (c.r + c.g + c.b) / 3.0
         })
+    }
+
+    /// Which set of (u, v) a picture is looked up at; 0 for other textures.
+    pub fn uv_set(&self, id: TextureId) -> u32 {
+        match &self.list[id.index()] {
+            Texture::Image(image) => image.uv_set(),
+            _ => 0,
+        }
     }
 
     /// Whether a source looks at (u, v). Where it does not, [`TexturePoint::uv`] may be anything.
@@ -187,7 +200,7 @@ impl Textures {
         let own: usize = self.list.iter().map(Texture::memory).sum();
         own + self.list.capacity() * size_of::<Texture>()
             + self.uv.capacity()
-            + self.decoder.memory()
+            + self.decoders.iter().map(Decoder::memory).sum::<usize>()
             + self.image_memory
     }
 

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::decoder::Decoder;
-use super::{Mapping, TextureDesc, Textures};
+use super::{Encoding, Mapping, TextureDesc, Textures};
 use crate::color::Transfer;
 use crate::image::Image;
 use crate::scene::error::escape;
@@ -37,19 +37,19 @@ pub(super) struct Preparing<'a> {
     pub(super) transfer: Transfer,
     images: &'a [Asset<Image>],
     used: Vec<bool>,
-    decoder: Decoder,
+    decoders: [Decoder; 3],
 }
 
 impl Preparing<'_> {
-    /// A picture, checked.
-    pub(super) fn image(&mut self, id: ImageId) -> Result<Arc<Image>, SceneError> {
+    /// A picture, checked, whose samples will be taken as `encoding` says.
+    pub(super) fn image(&mut self, id: ImageId, encoding: Encoding) -> Result<Arc<Image>, SceneError> {
         let asset = self.images.get(id.index()).ok_or_else(|| dangling("a picture"))?;
         if !asset.data.is_consistent() {
             let message = format!("the samples of {} do not fit its size", escape(&asset.uri));
             return Err(SceneError::new(ErrorCode::Image, message));
         }
         self.used[id.index()] = true;
-        self.decoder.include(&asset.data, self.transfer);
+        self.decoders[encoding as usize].include(&asset.data, encoding.transfer(self.transfer));
         Ok(asset.data.clone())
     }
 }
@@ -69,15 +69,16 @@ impl Textures {
         transfer: Transfer,
     ) -> Result<Textures, SceneError> {
         let uv = check_references(descs)?;
-        let decoder = Decoder::new(transfer);
-        let mut cx = Preparing { transfer, images, used: vec![false; images.len()], decoder };
+        let decoders =
+            [Encoding::Auto, Encoding::Srgb, Encoding::Linear].map(|e| Decoder::new(e.transfer(transfer)));
+        let mut cx = Preparing { transfer, images, used: vec![false; images.len()], decoders };
         let mut list = Vec::with_capacity(descs.len());
         for desc in descs {
             list.push(desc.value.prepare(&mut cx).map_err(|e| e.or_at(desc.span))?);
         }
         let used = images.iter().zip(&cx.used).filter(|(_, used)| **used);
         let image_memory = used.map(|(image, _)| image.data.memory()).sum();
-        Ok(Textures { list, uv, decoder: cx.decoder, image_memory })
+        Ok(Textures { list, uv, decoders: cx.decoders, image_memory })
     }
 }
 

@@ -76,6 +76,8 @@ struct Wave<'a> {
     points: Vec<PointBlock>,
     blocks: usize,
     struck: Vec<Struck<'a>>,
+    /// Physical materials at the hits of this round, as classic ones.
+    converted: Vec<Classic>,
     terms: Vec<TermBlock>,
     shadow_rays: RayBatch,
     through: Vec<SpectrumBlock>,
@@ -85,9 +87,17 @@ struct Wave<'a> {
 /// What a hit needs beside its place in a block.
 struct Struck<'a> {
     task: Task,
-    material: &'a Classic,
+    /// A material of the scene, or the number of a converted one.
+    material: Result<&'a Classic, usize>,
     weights: Weights,
     refracted: Option<DVec3>,
+}
+
+impl<'a> Struck<'a> {
+    #[inline]
+    fn material(&self, converted: &'a [Classic]) -> &'a Classic {
+        self.material.unwrap_or_else(|i| &converted[i])
+    }
 }
 
 /// Weights of the three terms at a hit.
@@ -111,6 +121,7 @@ impl Integrator for ClassicDesc {
             points: Vec::new(),
             blocks: 0,
             struck: Vec::new(),
+            converted: Vec::new(),
             terms: Vec::new(),
             shadow_rays: RayBatch::default(),
             through: Vec::new(),
@@ -162,6 +173,7 @@ impl Wave<'_> {
     fn gather(&mut self, out: &mut [Radiance]) {
         self.blocks = 0;
         self.struck.clear();
+        self.converted.clear();
         for (i, hit) in self.hits.iter().enumerate() {
             let task = self.front.tasks[i];
             let Some(hit) = hit else {
@@ -181,35 +193,46 @@ impl Wave<'_> {
                 self.points[self.blocks - 1].clear();
             }
             let b = &mut self.points[self.blocks - 1];
-            let Material::Classic(material) = self.scene.material_at(hit);
+            let (material, seen) = match self.scene.material_at(hit) {
+                Material::Classic(material) => (Ok(material), None),
+                Material::Principled(physical, _) => {
+                    let Some(ray) = self.front.rays.get(i) else { continue };
+                    let mut surface = self.scene.surface(&ray, hit);
+                    let (converted, emitted) = physical.as_classic(self.scene, &mut surface, ray.direction);
+                    out[task.sample as usize].color += emitted * task.weight as f32;
+                    self.converted.push(converted);
+                    (Err(self.converted.len() - 1), Some(surface))
+                }
+            };
+            let classic = material.unwrap_or_else(|i| &self.converted[i]);
             let rays = &self.front.rays.blocks()[i / LANES];
             for axis in 0..3 {
                 b.d[axis].0[lane] = rays.direction[axis].0[i % LANES];
                 b.origin[axis].0[lane] = rays.origin[axis].0[i % LANES];
             }
             b.t.0[lane] = hit.shape.t;
-            let sphere = self.scene.sphere_at(hit);
+            let sphere = if seen.is_none() { self.scene.sphere_at(hit) } else { None };
             if let Some(sphere) = sphere {
                 b.on_sphere |= 1 << lane;
                 set(&mut b.center, lane, sphere.center);
                 b.radius.0[lane] = sphere.radius;
             }
             let mut color = None;
-            if let ColorSource::Constant(c) = material.color
+            if let ColorSource::Constant(c) = classic.color
                 && sphere.is_some()
             {
                 color = Some(c);
             } else if let Some(ray) = self.front.rays.get(i) {
-                let surface = self.scene.surface(&ray, hit);
+                let surface = seen.unwrap_or_else(|| self.scene.surface(&ray, hit));
                 b.on_sphere &= !(1 << lane);
                 set(&mut b.p, lane, surface.p);
                 set(&mut b.ng, lane, surface.ng);
                 set(&mut b.ns, lane, surface.ns);
                 b.error.0[lane] = surface.error;
-                color = Some(color_at(material.color, self.scene, &surface));
+                color = Some(color_at(classic.color, self.scene, &surface));
             }
             b.color.set(lane, color.unwrap_or(Spectrum::BLACK));
-            self.integrator.coefficients(material, b, lane);
+            self.integrator.coefficients(classic, b, lane);
             self.struck.push(Struck {
                 task,
                 material,
@@ -224,7 +247,7 @@ impl Wave<'_> {
         for (i, struck) in self.struck.iter_mut().enumerate() {
             let (b, lane) = (&mut self.points[i / LANES], i % LANES);
             (struck.weights, struck.refracted) =
-                self.integrator.weights(struck.material, struck.task.depth, b, lane);
+                self.integrator.weights(struck.material(&self.converted), struck.task.depth, b, lane);
             b.weight.0[lane] = struck.task.weight * struck.weights.local;
             if struck.weights.local > 0.0 && (b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0) {
                 b.shaded |= 1 << lane;

@@ -1,0 +1,133 @@
+//! Physical materials for the classic integrator, which knows a local colour, one mirrored and one refracted ray.
+//!
+//! | physical | classic |
+//! |---|---|
+//! | base colour × base weight | `color`; kd = ka = what metal and glass leave |
+//! | specular of a dielectric, roughness r | highlight: strength F₀, exponent 2/r⁴ − 2 (at most 10⁴); mirror ray for r < 0.3, by Schlick, weakened with r |
+//! | metal | highlight and mirror ray of the weight of its reflectance, the rest as local colour |
+//! | transmission | refracted ray (straight through thin walls), exact Fresnel; tinted shadow |
+//! | opacity in mode "blend" | a ray straight on, of weight 1 − opacity |
+//! | emission, unlit | added as it is |
+//! | normal map | shading normal |
+//! | coat | highlight of the coat |
+//! | fuzz, film, anisotropy, subsurface, dispersion, absorption | left out |
+
+use super::{Classic, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind, color_at};
+use crate::color::Spectrum;
+use crate::math::DVec3;
+use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+
+/// Rougher surfaces have no mirror ray.
+const MIRROR_ROUGHNESS: f32 = 0.3;
+
+impl PrincipledMaterial {
+    /// Whether light passes through anywhere.
+    pub fn is_transmissive(&self) -> bool {
+        self.transmission_weight != ColorSource::Constant(Spectrum::BLACK)
+    }
+
+    /// What its objects' shadows are like.
+    pub(super) fn shadow(&self) -> ShadowKind {
+        let translucent = self.is_transmissive()
+            || (self.alpha_mode == super::AlphaMode::Blend
+                && self.opacity != ColorSource::Constant(Spectrum::WHITE));
+        if translucent { ShadowKind::Tinted } else { ShadowKind::Opaque }
+    }
+
+    /// The share of light that passes at one crossing of the surface.
+    pub(super) fn shadow_tint(&self, scene: &Scene, surface: &SurfaceInteraction) -> Spectrum {
+        let at = |source| color_at(source, scene, surface);
+        let through = at(self.transmission_color) * unit(at(self.transmission_weight));
+        let opacity = self.coverage(scene, surface);
+        through * opacity + Spectrum::grey(1.0 - opacity)
+    }
+
+    /// The share of a surface that is there in the mode "blend"; 1 in the others.
+    pub fn coverage(&self, scene: &Scene, surface: &SurfaceInteraction) -> f32 {
+        match self.alpha_mode {
+            super::AlphaMode::Blend => {
+                let opacity = scene.textures.opacity(self.opacity, &scene.texture_point(surface));
+                if opacity > 0.0 { opacity.min(1.0) } else { 0.0 }
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// As a classic material at a hit, and the light that the surface emits. Turns the shading normal of `surface` as the
+    /// normal map says.
+    pub fn as_classic(
+        &self,
+        scene: &Scene,
+        surface: &mut SurfaceInteraction,
+        direction: DVec3,
+    ) -> (Classic, Spectrum) {
+        scene.apply_normal_map(surface, self.normal_map, self.normal_scale);
+        let at = |source| color_at(source, scene, surface);
+        let base = at(self.base_color) * at(self.base_weight);
+        let opacity = self.coverage(scene, surface);
+        if self.unlit {
+            let through = ClassicMaterial {
+                ka: 0.0,
+                kd: 0.0,
+                k_local: Some(0.0),
+                k_refract: f64::from(1.0 - opacity),
+                ior: 1.0,
+                shadow: self.shadow(),
+                ..ClassicMaterial::default()
+            };
+            return (through.prepare(), base * opacity);
+        }
+        let emitted = at(self.emission_color) * (self.emission_luminance as f32) * opacity;
+        let (metal, glass) = (unit(at(self.base_metalness)), unit(at(self.transmission_weight)));
+        let glass = glass * (1.0 - metal);
+        let roughness = unit(at(self.specular_roughness));
+        let f0 = (self.specular_ior - 1.0) / (self.specular_ior + 1.0);
+        let f0 = (f0 * f0) as f32;
+        let f0 = f0 * mean(at(self.specular_weight)) * mean(at(self.specular_color));
+        let cosine = direction.dot(surface.ns).abs().min(1.0) as f32;
+        let grazing = 1.0 - cosine;
+        let grazing = grazing * grazing * grazing * grazing * grazing;
+        let smooth = (1.0 - roughness / MIRROR_ROUGHNESS).max(0.0);
+        let reflectance = |f0: f32| f0 + (1.0 - f0) * grazing;
+        let mirror_metal = metal * mean(base) * smooth;
+        let mirror_dielectric = (1.0 - metal) * (1.0 - glass) * reflectance(f0) * smooth;
+        let alpha = (f64::from(roughness) * f64::from(roughness)).max(0.01);
+        let exponent = (2.0 / (alpha * alpha) - 2.0).clamp(1.0, 1e4);
+        let strength = f0 + (mean(base) - f0) * metal;
+        let coat = unit(at(self.coat_weight)) * 0.05;
+        // A highlight of the right size is brighter than 1; on the screen 1 is as bright as it gets.
+        let ks = f64::from((strength * (1.0 - roughness) * 4.0).min(1.0) + coat);
+        let through = f64::from(1.0 - opacity);
+        let bends = glass > 0.0 && through == 0.0;
+        let mirror = f64::from((mirror_metal + mirror_dielectric).min(1.0) * opacity);
+        let local = f64::from((1.0 - glass) * opacity) * (1.0 - f64::from(mirror_metal));
+        let occlusion = self
+            .occlusion_map
+            .map_or(1.0, |map| 1.0 + (self.occlusion_strength as f32) * (unit(at(map)) - 1.0));
+        let classic = ClassicMaterial {
+            color: ColorSource::Constant(base),
+            ka: f64::from(occlusion),
+            kd: 1.0,
+            ks,
+            shininess: exponent,
+            k_local: Some(local),
+            k_reflect: if bends { f64::from(glass) } else { mirror },
+            k_refract: if bends { f64::from(glass * mean(at(self.transmission_color))) } else { through },
+            ior: if bends && !self.thin_walled { self.specular_ior.max(1e-3) } else { 1.0 },
+            fresnel: if bends { Fresnel::Exact } else { Fresnel::Off },
+            shadow: self.shadow(),
+            ..ClassicMaterial::default()
+        };
+        (classic.prepare(), emitted)
+    }
+}
+
+fn mean(c: Spectrum) -> f32 {
+    (c.r + c.g + c.b) / 3.0
+}
+
+/// The mean, within 0..=1.
+fn unit(c: Spectrum) -> f32 {
+    let v = mean(c);
+    if v > 0.0 { v.min(1.0) } else { 0.0 }
+}

@@ -1,0 +1,183 @@
+//! The physical material: one layered surface for plastic, metal, glass, cloth, lacquer and skin, with the names and
+//! the layering of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material is one of these.
+
+use crate::color::Spectrum;
+use crate::scene::ColorSource;
+use crate::scene::schema::{Range, choice, params};
+
+choice! {
+    /// What `opacity` means.
+    pub enum AlphaMode {
+        /// Nothing: the surface is there everywhere.
+        Opaque = "opaque",
+        /// The surface is there where the opacity is at least `alpha_cutoff`.
+        Mask = "mask",
+        /// The surface covers that share of what is behind it.
+        Blend = "blend",
+    }
+}
+
+/// A source that is the same grey everywhere.
+const fn grey(v: f32) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v))
+}
+
+params! {
+    /// The physical material, by the names of OpenPBR 1.1: a base (metal, or a dielectric that is diffuse, glassy or translucent) under a coat and a fuzz.
+    /// Numbers between 0 and 1 may be textures, too: give them a picture with `channel = "g"` and `encoding = "linear"`.
+    pub struct PrincipledMaterial as "principled" {
+        /// Factor of the base colour.
+        base_weight: ColorSource = grey(1.0), in Range::UNIT;
+        /// Diffuse colour of a dielectric, reflectance of a metal seen head-on.
+        base_color: ColorSource = grey(0.8), in Range::NON_NEGATIVE;
+        /// Roughness of the diffuse part (Oren–Nayar).
+        base_diffuse_roughness: ColorSource = grey(0.0), in Range::UNIT;
+        /// 0 is a dielectric, 1 a metal.
+        base_metalness: ColorSource = grey(0.0), in Range::UNIT;
+        /// Strength of the specular reflection.
+        specular_weight: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// Colour of a dielectric's reflection seen head-on, and of a metal's at grazing angles.
+        specular_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// Roughness of reflection and transmission: 0 is a mirror. The width of the GGX lobe is its square.
+        specular_roughness: ColorSource = grey(0.3), in Range::UNIT;
+        /// Index of refraction.
+        specular_ior: f64 = 1.5, in Range::closed(0.0, 100.0);
+        /// How much longer highlights are along the tangent than across.
+        specular_roughness_anisotropy: ColorSource = grey(0.0), in Range::UNIT;
+        /// Turns the direction of anisotropy, counter-clockwise from the tangent, in radians.
+        anisotropy_rotation: f64 = 0.0;
+        /// glTF's picture of anisotropy: red and green are the direction, blue is the strength.
+        anisotropy_map: Option<ColorSource> = None;
+        /// Share of the dielectric base that light passes through, as through glass.
+        transmission_weight: ColorSource = grey(0.0), in Range::UNIT;
+        /// Colour of the light that passes: at the surface, or after `transmission_depth`.
+        transmission_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// The way inside after which light has `transmission_color` (Beer–Lambert); 0 tints at the surface.
+        transmission_depth: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Strength of dispersion.
+        transmission_dispersion_scale: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Abbe number at strength 1.
+        transmission_dispersion_abbe_number: f64 = 20.0, in Range::POSITIVE;
+        /// Share of the diffuse base that is translucent; in a thin wall, diffuse transmission.
+        subsurface_weight: ColorSource = grey(0.0), in Range::UNIT;
+        /// Colour of the translucent part.
+        subsurface_color: ColorSource = grey(0.8), in Range::NON_NEGATIVE;
+        /// Mean way of light inside.
+        subsurface_radius: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// Share covered by a clear coat.
+        coat_weight: ColorSource = grey(0.0), in Range::UNIT;
+        /// What the coat lets through.
+        coat_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// Roughness of the coat.
+        coat_roughness: ColorSource = grey(0.0), in Range::UNIT;
+        /// Index of refraction of the coat.
+        coat_ior: f64 = 1.6, in Range::POSITIVE;
+        /// How much light that is caught under the coat darkens the base.
+        coat_darkening: f64 = 1.0, in Range::UNIT;
+        /// Share covered by fuzz, the sheen of cloth and dust.
+        fuzz_weight: ColorSource = grey(0.0), in Range::UNIT;
+        /// Colour of the fuzz.
+        fuzz_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// Roughness of the fuzz.
+        fuzz_roughness: ColorSource = grey(0.5), in Range::UNIT;
+        /// Share covered by a thin film, which shows colours of interference.
+        thin_film_weight: ColorSource = grey(0.0), in Range::UNIT;
+        /// Thickness of the film in micrometres.
+        thin_film_thickness: ColorSource = grey(0.5), in Range::NON_NEGATIVE;
+        /// Index of refraction of the film.
+        thin_film_ior: f64 = 1.4, in Range::POSITIVE;
+        /// Radiance that the surface emits, a factor of `emission_color`.
+        emission_luminance: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// Colour of that light.
+        emission_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// How much of a surface there is; `alpha_mode` says what that means. A number, or a texture: the alpha of a picture that
+        /// has one or of a vertex colour, the mean of any other colour.
+        opacity: ColorSource = grey(1.0), in Range::UNIT;
+        /// What `opacity` means. Without it "mask", where an opacity is given.
+        alpha_mode: AlphaMode = AlphaMode::Mask;
+        /// Least opacity that is there, for the mode "mask".
+        alpha_cutoff: f64 = 0.5, in Range::NON_NEGATIVE;
+        /// A wall without inside: light passes without being bent.
+        thin_walled: bool = false;
+        /// Whether the back shows; else rays from behind pass, as glTF asks for. Glass always has a back.
+        double_sided: bool = true;
+        /// Shows `base_color` as it is, whatever the light.
+        unlit: bool = false;
+        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        normal_map: Option<ColorSource> = None;
+        /// Factor of its red and green parts.
+        normal_scale: f64 = 1.0;
+        /// The same for the coat, which has the surface's own normal otherwise.
+        coat_normal_map: Option<ColorSource> = None;
+        /// Factor of its red and green parts.
+        coat_normal_scale: f64 = 1.0;
+        /// Share of light from all around that arrives, for the classic integrator; light transport itself finds it out.
+        occlusion_map: Option<ColorSource> = None;
+        /// How much of `occlusion_map` counts.
+        occlusion_strength: f64 = 1.0, in Range::UNIT;
+        /// Thickness of what a surface without a back stands for (glTF's volume); geometry itself says it in ray tracing.
+        thickness: ColorSource = grey(0.0), in Range::NON_NEGATIVE;
+    }
+    example r##"[material.gold]
+type = "principled"
+base_color = [1, 0.78, 0.34]
+base_metalness = 1
+specular_roughness = 0.2
+
+[[object]]
+type = "sphere"
+material = "gold"
+"##
+}
+
+impl Default for PrincipledMaterial {
+    fn default() -> PrincipledMaterial {
+        PrincipledMaterial {
+            base_weight: grey(1.0),
+            base_color: grey(0.8),
+            base_diffuse_roughness: grey(0.0),
+            base_metalness: grey(0.0),
+            specular_weight: grey(1.0),
+            specular_color: grey(1.0),
+            specular_roughness: grey(0.3),
+            specular_ior: 1.5,
+            specular_roughness_anisotropy: grey(0.0),
+            anisotropy_rotation: 0.0,
+            anisotropy_map: None,
+            transmission_weight: grey(0.0),
+            transmission_color: grey(1.0),
+            transmission_depth: 0.0,
+            transmission_dispersion_scale: 0.0,
+            transmission_dispersion_abbe_number: 20.0,
+            subsurface_weight: grey(0.0),
+            subsurface_color: grey(0.8),
+            subsurface_radius: 1.0,
+            coat_weight: grey(0.0),
+            coat_color: grey(1.0),
+            coat_roughness: grey(0.0),
+            coat_ior: 1.6,
+            coat_darkening: 1.0,
+            fuzz_weight: grey(0.0),
+            fuzz_color: grey(1.0),
+            fuzz_roughness: grey(0.5),
+            thin_film_weight: grey(0.0),
+            thin_film_thickness: grey(0.5),
+            thin_film_ior: 1.4,
+            emission_luminance: 0.0,
+            emission_color: grey(1.0),
+            opacity: grey(1.0),
+            alpha_mode: AlphaMode::Mask,
+            alpha_cutoff: 0.5,
+            thin_walled: false,
+            double_sided: true,
+            unlit: false,
+            normal_map: None,
+            normal_scale: 1.0,
+            coat_normal_map: None,
+            coat_normal_scale: 1.0,
+            occlusion_map: None,
+            occlusion_strength: 1.0,
+            thickness: grey(0.0),
+        }
+    }
+}
