@@ -25,7 +25,7 @@ pub(crate) struct InfoArgs {
 /// Runs the command.
 pub(crate) fn run(args: &InfoArgs) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
-    match args.scene.ready(&FilmArgs::default(), 0) {
+    match args.scene.ready(&FilmArgs::default(), args.scene.stage.models(), 0) {
         Ok(ready) if args.json => {
             text::print(&format!("{}\n", as_json(&ready)));
             0

@@ -12,9 +12,12 @@ use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
 use turner::scene::{PrepareOptions, Quality, Scene, SceneDesc};
 use turner_io::assets::FolderAssets;
-use turner_io::scene::{LoadError, LoadOptions, Loaded, MAX_TEXT, Override, Sources, load, load_text, parse};
+use turner_io::scene::{
+    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, load, load_text, parse,
+};
 
 use crate::failure::{Failure, Labels, two_lines};
+use crate::stage::StageArgs;
 
 /// Which scene, and what is changed in it.
 #[derive(Debug, Args)]
@@ -30,6 +33,8 @@ pub(crate) struct SceneArgs {
     /// Work put into the search trees of meshes: the picture is the same, the time to prepare and to render is not
     #[arg(long, value_name = "QUALITY", default_value = "balanced")]
     bvh_quality: BvhQuality,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
 }
 
 /// How much work goes into the trees of meshes.
@@ -140,15 +145,27 @@ pub(crate) struct Ready {
 
 impl SceneArgs {
     /// Loads and prepares the scene.
-    pub(crate) fn ready(&self, film: &FilmArgs, threads: usize) -> Result<Ready, Failure> {
+    pub(crate) fn ready(
+        &self,
+        film: &FilmArgs,
+        models: ModelOverrides,
+        threads: usize,
+    ) -> Result<Ready, Failure> {
         let start = Instant::now();
         let input = Input::new(&self.scene)?;
-        let film_overrides = film.overrides();
+        let mut film_overrides = film.overrides();
+        film_overrides.extend(self.stage.overrides());
         let labels: Labels =
             film_overrides.iter().map(|(o, label)| (format!("-D {}", o.text()), label.clone())).collect();
         let mut overrides: Vec<Override> = film_overrides.into_iter().map(|(o, _)| o).collect();
         overrides.extend(self.set.iter().cloned());
-        let mut options = LoadOptions { overrides, allow_outside: self.allow_outside };
+        let mut options = LoadOptions {
+            overrides,
+            allow_outside: self.allow_outside,
+            max_texture_size: self.stage.max_texture_size,
+            models,
+            threads,
+        };
         let mut loaded = input.load(&options);
         if let (Err(error), Some(name)) = (&loaded, &film.integrator)
             && error.error.code == ErrorCode::UnknownKey
