@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use clap::Args;
 use serde_json::{Value, json};
 use turner::camera::{CameraDesc, PinholeDesc};
+use turner::color::Tonemap;
 use turner::film::FilmDesc;
 use turner::math::DVec3;
 use turner::scene::{ImportSummary, ObjectContent, ObjectDesc, SceneDesc};
@@ -108,6 +109,9 @@ fn as_json(ready: &Ready) -> Value {
             "antialias": film.antialias.word(),
             "samples": film.samples,
             "transfer": film.transfer.word(),
+            "tonemap": film.tonemap.word(),
+            "exposure": film.exposure,
+            "auto_exposure": film.auto_exposure,
             "seed": film.seed,
         },
         "bounds": scene.stats.bounds.map(|b| json!({ "min": b.min.to_array(), "max": b.max.to_array() })),
@@ -198,8 +202,18 @@ fn listed(counts: &Counts) -> String {
 
 fn film(film: &FilmDesc) -> String {
     let crop = film.crop.map_or(String::new(), |[x, y, w, h]| format!(", crop {w}x{h} at ({x}, {y})"));
+    let exposure = match (film.auto_exposure, film.exposure) {
+        (false, 0.0) => String::new(),
+        (false, stops) => format!(", exposure {stops:+}"),
+        (true, 0.0) => ", exposure auto".to_owned(),
+        (true, stops) => format!(", exposure auto {stops:+}"),
+    };
+    let tonemap = match film.tonemap {
+        Tonemap::None => String::new(),
+        tonemap => format!(", tonemap {}", tonemap.word()),
+    };
     format!(
-        "{}x{}{crop}, antialias {}, transfer {}, seed {}",
+        "{}x{}{crop}, antialias {}{exposure}{tonemap}, transfer {}, seed {}",
         film.width,
         film.height,
         film.antialias.word(),

@@ -82,8 +82,7 @@ impl Step {
             let half = turner::math::radians(0.5 * fov);
             1.02 / turner::math::elementary::sin(half)
         });
-        let orbit =
-            Orbit { azimuth: orbit.azimuth + degrees, distance: Some(distance), ..orbit };
+        let orbit = Orbit { azimuth: orbit.azimuth + degrees, distance: Some(distance), ..orbit };
         scene.camera = orbit.camera(&bounds, fov, aspect).prepare(aspect)?;
         Ok(())
     }

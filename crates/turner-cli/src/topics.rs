@@ -1,7 +1,7 @@
 //! Pages of the reference that no table holds: objects, groups, transforms, colours, includes.
 
 use turner::camera::Handedness;
-use turner::color::Transfer;
+use turner::color::{Tonemap, Transfer};
 use turner::film::{Antialias, PixelSample};
 use turner::integrator::{AtDepth, Combine, Facing, Highlight, Miss, NormalKind};
 use turner::light::AttenuationKind;
@@ -24,6 +24,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (Antialias::kind, Antialias::DOCS),
     (PixelSample::kind, PixelSample::DOCS),
     (Transfer::kind, Transfer::DOCS),
+    (Tonemap::kind, Tonemap::DOCS),
     (AtDepth::kind, AtDepth::DOCS),
     (Miss::kind, Miss::DOCS),
     (Combine::kind, Combine::DOCS),

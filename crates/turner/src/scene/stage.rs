@@ -167,11 +167,12 @@ impl StageDesc {
             },
         };
         let framed = camera.is_none();
-        staging.camera =
-            camera.or_else(|| Some(unnamed(Orbit::DEFAULT.camera(bounds, self.fov, aspect))));
+        staging.camera = camera.or_else(|| Some(unnamed(Orbit::DEFAULT.camera(bounds, self.fov, aspect))));
         let mut note = |message: &str| staging.notes.push(Warning::new(WarningKind::Note, message));
         if framed {
-            note("no camera in the file: framed from three-quarters above (--camera orbit:azimuth,elevation changes it)");
+            note(
+                "no camera in the file: framed from three-quarters above (--camera orbit:azimuth,elevation changes it)",
+            );
         }
         staging.studio = self.studio && !has_light;
         if staging.studio {
@@ -239,7 +240,9 @@ mod tests {
             Bounds::new(DVec3::splat(-1e-6), DVec3::splat(1e-6)),
         ];
         for bounds in boxes {
-            for (azimuth, elevation) in [(35.0, 22.0), (0.0, 90.0), (200.0, -90.0), (90.0, 0.0), (300.0, -60.0)] {
+            for (azimuth, elevation) in
+                [(35.0, 22.0), (0.0, 90.0), (200.0, -90.0), (90.0, 0.0), (300.0, -60.0)]
+            {
                 for aspect in [0.3, 1.0, 2.5] {
                     let orbit = Orbit { azimuth, elevation, distance: None };
                     let desc = orbit.camera(&bounds, 38.0, aspect);
