@@ -174,7 +174,7 @@ fn render(
     let written = traced.finished > 0.0;
     if written {
         let picture = traced.renderer.film.develop(&scene.film);
-        let metadata = output.metadata(scene, hash, samples_per_pixel);
+        let metadata = output.metadata(scene, hash, samples_per_pixel, picture.exposure);
         output.write(&picture, scene, &metadata, args.threads)?;
     }
     let save_seconds = start.elapsed().as_secs_f64();

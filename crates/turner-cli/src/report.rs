@@ -4,9 +4,9 @@ use std::io::{IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
-use turner::scene::{ImportSummary, Warning, WarningKind};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::Span;
+use turner::scene::{ImportSummary, Warning, WarningKind};
 use turner_io::scene::{Location, Sources};
 
 use crate::events::Events;

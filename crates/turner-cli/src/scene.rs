@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
+use turner::color::Tonemap;
 use turner::film::Antialias;
 use turner::integrator::IntegratorDesc;
 use turner::scene::error::{ErrorCode, SceneError};
@@ -72,6 +73,15 @@ pub(crate) struct FilmArgs {
     /// Seed of the random numbers
     #[arg(long)]
     seed: Option<u32>,
+    /// How light of any strength becomes what a display can show; EXR and HDR files hold scene values
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Tonemap::WORDS))]
+    tonemap: Option<String>,
+    /// Show everything 2^STOPS times as bright, e.g. 1 or -0.5
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
+    exposure: Option<f64>,
+    /// Choose the exposure by the picture; --exposure is added
+    #[arg(long)]
+    auto_exposure: bool,
     /// How light is computed; settings that this integrator does not know are dropped
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(integrators()))]
     integrator: Option<String>,
@@ -103,7 +113,7 @@ impl FilmArgs {
         let mut out = Vec::new();
         let mut set = |path: &str, value: Option<String>, option: &str, shown: Option<&str>| {
             if let Some(value) = value {
-                let label = format!("{option} {}", shown.unwrap_or(&value));
+                let label = format!("{option} {}", shown.unwrap_or(&value)).trim_end().to_owned();
                 out.push((Override { path: path.to_owned(), value }, label));
             }
         };
@@ -118,6 +128,11 @@ impl FilmArgs {
         set("film.samples", number(self.samples), "--samples", None);
         set("film.antialias", quoted(&self.antialias), "--antialias", self.antialias.as_deref());
         set("film.seed", number(self.seed), "--seed", None);
+        set("film.tonemap", quoted(&self.tonemap), "--tonemap", self.tonemap.as_deref());
+        let exposure = self.exposure.map(|stops| format!("{stops:?}").to_lowercase());
+        set("film.exposure", exposure, "--exposure", None);
+        let auto_exposure = self.auto_exposure.then(|| "true".to_owned());
+        set("film.auto_exposure", auto_exposure, "--auto-exposure", Some(""));
         out
     }
 

@@ -1,8 +1,8 @@
 //! The files that a scene names: each is read, hashed and decoded once.
 
+use super::LoadOptions;
 use super::error::{asset_error, two_lines};
 use super::hash::SceneHash;
-use super::LoadOptions;
 use super::sources::Sources;
 use crate::assets::{AssetError, AssetSource};
 use crate::image::{DecodeLimits, decode};
@@ -11,9 +11,9 @@ use crate::mesh;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use turner::image::Image;
-use turner::scene::{ModelDesc, SceneAssets, SceneDesc};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::FileId;
+use turner::scene::{ModelDesc, SceneAssets, SceneDesc};
 use turner::shape::mesh::MeshData;
 
 /// Most bytes of one picture or mesh file: 4 GiB.

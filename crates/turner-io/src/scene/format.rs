@@ -169,7 +169,8 @@ pub(super) fn check_scene(path: &Path) -> Result<SceneFormat, SceneError> {
 
 /// The nearest extension of a mesh, as `; the nearest is .ply`, or nothing.
 pub(crate) fn nearest_mesh_extension(extension: &str) -> String {
-    let every = TABLE.iter().filter(|row| row.holds == Holds::Mesh).flat_map(|row| row.extensions.iter().copied());
+    let every =
+        TABLE.iter().filter(|row| row.holds == Holds::Mesh).flat_map(|row| row.extensions.iter().copied());
     nearest(extension, every).map_or_else(String::new, |e| format!("; the nearest is .{e}"))
 }
 
@@ -179,7 +180,9 @@ mod tests {
 
     #[test]
     fn the_table_has_each_format_once() {
-        for format in [SceneFormat::Toml, SceneFormat::Gltf, SceneFormat::Obj, SceneFormat::Ply, SceneFormat::Stl] {
+        for format in
+            [SceneFormat::Toml, SceneFormat::Gltf, SceneFormat::Obj, SceneFormat::Ply, SceneFormat::Stl]
+        {
             assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
             assert_eq!(
                 SceneFormat::of_path(Path::new(&format!("a.{}", format.extensions()[0]))),

@@ -76,7 +76,7 @@ params! {
     example r##"[[object]]
 type = "model"
 file = "model.obj"
-transform = [{ rotate_y = 30 }]
+transform = { rotate = [0, 30, 0] }
 materials = { paint = { type = "principled", base_color = "tomato", specular_roughness = 0.4 } }
 "##
 }

@@ -100,10 +100,11 @@ impl SceneDesc {
         ordered.extend(slots.into_iter().flatten());
 
         let (lights, ambient) = self.prepare_lights()?;
-        let camera = match staging.camera.as_ref().or(self.camera.as_ref()) {
-            Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
-            None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
+        let (camera_desc, span) = match staging.camera.as_ref().or(self.camera.as_ref()) {
+            Some(camera) => (camera.value.clone(), camera.span),
+            None => (CameraDesc::framing(&total, aspect), None),
         };
+        let camera = camera_desc.prepare(aspect).map_err(|e| e.or_at(span))?;
         let batch =
             (sieve.is_some() || bounded == 0).then(|| BatchShapes::new(&ordered, bounded, &materials));
         let stats = SceneStats {
@@ -120,6 +121,7 @@ impl SceneDesc {
         };
         Ok(Scene {
             camera,
+            camera_desc,
             film: self.film.clone(),
             integrator: self.integrator.clone(),
             background: self.background.prepared(),
