@@ -9,9 +9,9 @@ use crate::mesh;
 use std::collections::HashMap;
 use std::sync::Arc;
 use turner::image::Image;
-use turner::scene::SceneAssets;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::FileId;
+use turner::scene::{SceneAssets, Warning};
 use turner::shape::mesh::MeshData;
 
 /// Most bytes of one picture or mesh file: 4 GiB.
@@ -27,7 +27,7 @@ pub struct SceneFiles<'a> {
     images: HashMap<String, Arc<Image>>,
     meshes: HashMap<String, Arc<MeshData>>,
     decoded: u64,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 }
 
 impl<'a> SceneFiles<'a> {
@@ -43,7 +43,7 @@ impl<'a> SceneFiles<'a> {
     }
 
     /// What was ignored, and the hash over all that was read.
-    pub(super) fn finish(self) -> (Vec<String>, SceneHash) {
+    pub(super) fn finish(self) -> (Vec<Warning>, SceneHash) {
         (self.warnings, self.hash)
     }
 
@@ -82,7 +82,7 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(mesh.clone());
         }
         let bytes = self.read(b'm', &path)?;
-        let read = mesh::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
+        let read = mesh::decode_any(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
         self.warnings.extend(read.warnings);
         let mesh = Arc::new(read.mesh);
         self.meshes.insert(path, mesh.clone());

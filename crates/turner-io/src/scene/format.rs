@@ -11,8 +11,10 @@ pub enum SceneFormat {
     Toml,
     /// Wavefront OBJ: a mesh.
     Obj,
-    /// Stanford PLY: a mesh.
+    /// Stanford PLY: a mesh or a cloud of points.
     Ply,
+    /// STL: triangles.
+    Stl,
 }
 
 /// One line of the table.
@@ -43,7 +45,14 @@ const TABLE: &[Row] = &[
         format: SceneFormat::Ply,
         name: "Stanford PLY",
         extensions: &["ply"],
-        description: "a mesh: polygons, normals, texture coordinates; ASCII and binary",
+        description: "a mesh or points: polygons, normals, texture coordinates, colours; ASCII and binary",
+        is_scene: false,
+    },
+    Row {
+        format: SceneFormat::Stl,
+        name: "STL",
+        extensions: &["stl"],
+        description: "a mesh: triangles, perhaps colours; ASCII and binary",
         is_scene: false,
     },
 ];
@@ -57,7 +66,7 @@ const FOREIGN: &[(&[&str], &str)] = &[
     (&["blend"], "a Blender file"),
     (&["usd", "usda", "usdc", "usdz"], "a USD scene"),
     (&["fbx", "dae", "3ds", "abc", "max"], "a scene of a modelling program"),
-    (&["stl", "off", "mtl"], "a model file"),
+    (&["off", "mtl"], "a model file"),
     (&["pov"], "a POV-Ray scene"),
     (&["png", "jpg", "jpeg", "exr", "hdr", "tif", "tiff", "gif", "bmp", "webp", "tga"], "a picture"),
     (&["zip", "gz", "zst", "7z", "tar"], "an archive"),
@@ -151,7 +160,7 @@ mod tests {
 
     #[test]
     fn the_table_has_each_format_once() {
-        for format in [SceneFormat::Toml, SceneFormat::Obj, SceneFormat::Ply] {
+        for format in [SceneFormat::Toml, SceneFormat::Obj, SceneFormat::Ply, SceneFormat::Stl] {
             assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
             assert_eq!(
                 SceneFormat::of_path(Path::new(&format!("a.{}", format.extensions()[0]))),

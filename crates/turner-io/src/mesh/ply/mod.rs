@@ -8,11 +8,12 @@ mod header;
 mod values;
 
 use super::error::reserve;
-use super::{MeshError, Place, ReadMesh, bad_index};
+use super::{MeshError, Place, ReadMesh, bad_index, warning};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 use header::{Element, Encoding, Scalar};
 use turner::color::Transfer;
+use turner::scene::WarningKind;
 use turner::shape::mesh::MeshData;
 use values::{Values, binary};
 
@@ -54,9 +55,10 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     }
     let mut warnings = Vec::new();
     if ignored > 0 {
-        warnings.push(format!("{}: {ignored} faces of fewer than three corners ignored", printable(name)));
+        let message = "faces of fewer than three corners are ignored";
+        warnings.push(warning(WarningKind::Ignored, name, ignored as u64, message));
     }
-    Ok(ReadMesh { mesh, warnings })
+    Ok(ReadMesh { mesh, warnings, texture: None })
 }
 
 /// Refuses a number of elements that the rest of the file cannot hold.
