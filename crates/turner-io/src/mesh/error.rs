@@ -36,7 +36,7 @@ pub enum MeshError {
     /// A file without a triangle: a cloud of points, or nothing at all.
     #[error(
         "{name}: has {vertices} vertices but no faces; expected a mesh of polygons\n  \
-         a cloud of points must be made into a surface first"
+         show a cloud of points as `type = \"points\"`"
     )]
     Empty {
         /// The file.
