@@ -9,7 +9,7 @@ use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
 use super::faces::{Faces, NO_FACES};
 use super::sieve::Sieve;
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraDesc};
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
@@ -25,6 +25,8 @@ use crate::texture::{TexturePoint, Textures};
 pub struct Scene {
     /// The camera.
     pub camera: Camera,
+    /// What it was made from, also where the scene did not name one.
+    pub camera_desc: CameraDesc,
     /// Size and sampling of the picture.
     pub film: FilmDesc,
     /// How light is computed.

@@ -7,6 +7,7 @@ use super::points::{Points, PointsDesc};
 use super::triangle_mesh::TriangleMesh;
 use crate::math::{DVec2, DVec3};
 use crate::scene::error::{escape, unknown_name};
+use crate::scene::model::Renumber;
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{EntryDoc, ParamType, TableReader, params, wrong_type};
 use crate::scene::value::{Data, Entry, Span, Value};
@@ -209,6 +210,12 @@ pub struct MeshDesc {
 impl MeshDesc {
     /// Its documentation.
     pub const DOC: EntryDoc = MeshKeys::DOC;
+
+    /// Moves the numbers of things it refers to.
+    pub fn renumber(&mut self, by: &Renumber) {
+        self.mesh = by.mesh(self.mesh);
+        self.materials.iter_mut().for_each(|m| *m = m.map(|m| by.material(m)));
+    }
 
     /// Reads its keys; puts data written in place into the scene's list of meshes.
     pub fn read(table: &mut TableReader<'_>, cx: &mut ReadContext<'_>) -> Result<MeshDesc, SceneError> {

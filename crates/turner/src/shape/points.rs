@@ -9,6 +9,7 @@ use super::sphere::Sphere;
 use super::traversal::TraversalFrame;
 use super::{ShapeHit, SurfacePoint};
 use crate::math::{Bounds, DVec3, Ray};
+use crate::scene::model::Renumber;
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{EntryDoc, Range, TableReader, params};
 use crate::scene::{Asset, ErrorCode, MeshId, PrepareOptions, SceneError};
@@ -52,6 +53,11 @@ pub struct PointsDesc {
 impl PointsDesc {
     /// Its documentation.
     pub const DOC: EntryDoc = PointsKeys::DOC;
+
+    /// Moves the numbers of things it refers to.
+    pub fn renumber(&mut self, by: &Renumber) {
+        self.points = by.mesh(self.points);
+    }
 
     /// Reads its keys; puts points written in place into the scene's list of meshes.
     pub fn read(table: &mut TableReader<'_>, cx: &mut ReadContext<'_>) -> Result<PointsDesc, SceneError> {
