@@ -21,7 +21,8 @@ impl AliasTable {
     /// for no weights, more than 2^32, or no memory.
     pub fn new(weights: &[f64]) -> Option<AliasTable> {
         let n = u32::try_from(weights.len()).ok().filter(|n| *n > 0)?;
-        let weight = |i: u32| weights.get(i as usize).copied().filter(|w| *w > 0.0 && w.is_finite()).unwrap_or(0.0);
+        let weight =
+            |i: u32| weights.get(i as usize).copied().filter(|w| *w > 0.0 && w.is_finite()).unwrap_or(0.0);
         let largest = (0..n).map(weight).fold(0.0, f64::max);
         // Scaled so that the sum neither overflows nor vanishes.
         let scaled = |i: u32| if largest > 0.0 { weight(i) / largest } else { 1.0 };
@@ -61,11 +62,8 @@ impl AliasTable {
         let i = (scaled as usize).min(n - 1);
         let slot = &self.slots[i];
         let (left, keep) = (scaled - i as f64, f64::from(slot.keep));
-        let (chosen, left) = if left < keep {
-            (i as u32, left / keep)
-        } else {
-            (slot.other, (left - keep) / (1.0 - keep))
-        };
+        let (chosen, left) =
+            if left < keep { (i as u32, left / keep) } else { (slot.other, (left - keep) / (1.0 - keep)) };
         (chosen, self.probability(chosen), left.clamp(0.0, 1.0 - f64::EPSILON))
     }
 
@@ -87,7 +85,13 @@ mod tests {
 
     #[test]
     fn chooses_in_proportion_and_says_so() {
-        for weights in [&[1.0][..], &[1.0, 2.0, 3.0, 0.0, 10.0], &[0.0, 0.0], &[1e-300, 1e300, f64::NAN, -3.0], &[5.0; 7]] {
+        for weights in [
+            &[1.0][..],
+            &[1.0, 2.0, 3.0, 0.0, 10.0],
+            &[0.0, 0.0],
+            &[1e-300, 1e300, f64::NAN, -3.0],
+            &[5.0; 7],
+        ] {
             let table = AliasTable::new(weights).unwrap();
             let n = 100_000;
             let mut counts = vec![0.0; weights.len()];

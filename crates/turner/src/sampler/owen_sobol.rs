@@ -43,10 +43,7 @@ impl OwenSobol {
     pub fn two(&self, set: u32) -> [f64; 2] {
         let (a, b, _) = self.seeds(set);
         let index = self.shuffled(a as u32);
-        [
-            unit(permute(index, (a >> 32) as u32)),
-            unit(permute(column_bits(&TABLES[0], index), b as u32)),
-        ]
+        [unit(permute(index, (a >> 32) as u32)), unit(permute(column_bits(&TABLES[0], index), b as u32))]
     }
 
     #[inline]
