@@ -24,6 +24,8 @@ pub struct RayBatch {
     blocked: Vec<u8>,
     /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
     pub coherent: bool,
+    /// Whether one-sided surfaces stop rays from behind, too.
+    pub solid: bool,
     /// For meshes: rays as far as their nearest hit, the same in an object's space, and their places.
     left: Vec<Ray>,
     moved: Vec<Ray>,

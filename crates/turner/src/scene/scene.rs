@@ -7,6 +7,7 @@ use turner_bvh::BoxBvh;
 use super::background::BackgroundDesc;
 use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
+use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
 use super::sieve::Sieve;
 use crate::camera::{Camera, CameraDesc};
@@ -55,6 +56,8 @@ pub struct Scene {
     pub(super) batch: Option<BatchShapes>,
     /// For primitives with cut-outs or several materials.
     pub(super) faces: Vec<Faces>,
+    /// What shines, for the integrators that follow light; empty for others.
+    pub emitters: Emitters,
     /// What was dropped or doubtful while preparing.
     pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
