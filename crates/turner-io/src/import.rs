@@ -59,6 +59,6 @@ pub fn import(
         })?
     };
     match format {
-        _ => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
+        format => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
     }
 }

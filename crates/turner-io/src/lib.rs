@@ -2,6 +2,7 @@
 //! File formats: bytes for a URI ([`assets`]), pictures ([`image`]), meshes ([`mesh`]), text scenes ([`scene`]).
 
 pub mod assets;
+
 pub mod image;
 pub mod import;
 pub mod mesh;
