@@ -3,6 +3,7 @@
 
 pub mod assets;
 
+pub mod gltf;
 pub mod image;
 pub mod import;
 pub mod mesh;
