@@ -1,5 +1,7 @@
 //! Stand-in until the layered BSDF is here: Lambert, or a smooth mirror or glass.
 
+mod point;
+pub use point::PrincipledPoint;
 use std::f64::consts::PI;
 
 use crate::color::Spectrum;
@@ -32,19 +34,6 @@ pub struct Lobe {
     pub is_diffuse: bool,
 }
 
-/// Evaluated numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct PrincipledPoint {
-    /// Diffuse colour.
-    pub base_color: Spectrum,
-    /// Mirror.
-    pub base_metalness: f64,
-    /// Glass.
-    pub transmission_weight: f64,
-    /// Relative index of refraction.
-    pub specular_ior: f64,
-}
-
 /// A BSDF.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf(PrincipledPoint);
@@ -56,17 +45,12 @@ impl Bsdf {
     }
     /// Lambert.
     pub fn lambert(albedo: Spectrum) -> Bsdf {
-        Bsdf(PrincipledPoint {
-            base_color: albedo,
-            base_metalness: 0.0,
-            transmission_weight: 0.0,
-            specular_ior: 1.5,
-        })
+        Bsdf(PrincipledPoint { base_color: albedo, ..PrincipledPoint::default() })
     }
     /// Value.
     pub fn eval(&self, wo: DVec3, wi: DVec3) -> Spectrum {
         if self.has_smooth() && wo.z * wi.z > 0.0 {
-            self.0.base_color * (1.0 / PI) as f32
+            self.0.base_color * (self.0.base_weight / PI) as f32
         } else {
             Spectrum::BLACK
         }
@@ -89,7 +73,8 @@ impl Bsdf {
             });
         }
         if self.0.transmission_weight > 0.5 {
-            let eta = if wo.z > 0.0 { 1.0 / self.0.specular_ior } else { self.0.specular_ior };
+            let ior = self.0.specular_ior / self.0.exterior_ior;
+            let eta = if self.0.entering { 1.0 / ior } else { ior };
             let n = DVec3::new(0.0, 0.0, wo.z.signum());
             let t = refract(-wo, n, eta);
             let f = crate::material::Fresnel::Exact.reflectance(wo.z.abs(), eta);

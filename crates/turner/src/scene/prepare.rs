@@ -107,8 +107,8 @@ impl SceneDesc {
             Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
             None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
         };
-        let batch =
-            (sieve.is_some() || bounded == 0).then(|| BatchShapes::new(&ordered, bounded, &materials));
+        let batch = (sieve.is_some() || bounded == 0)
+            .then(|| BatchShapes::new(&ordered, bounded, &materials, &faces));
         let stats = SceneStats {
             primitives: ordered.len() as u64,
             triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
