@@ -1,5 +1,11 @@
 //! What all importers of foreign formats have in common.
 
+use crate::assets::{AssetSource, printable};
+use crate::scene::SceneFormat;
+use std::path::Path;
+use turner::scene::SceneDesc;
+use turner::scene::error::{ErrorCode, SceneError};
+
 /// How to import a file of another program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportOptions {
@@ -30,5 +36,29 @@ impl Default for ImportOptions {
             max_texture_size: None,
             threads: 0,
         }
+    }
+}
+
+/// Reads a file of another program as a scene of its own: without camera, light or floor of ours, with what it has. Its format is known by its first
+/// bytes or its extension. `uri` is its name relative to the root of `assets`.
+pub fn import(
+    bytes: Vec<u8>,
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    let format = if bytes.starts_with(b"glTF") {
+        SceneFormat::Gltf
+    } else if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        SceneFormat::Ply
+    } else {
+        SceneFormat::of_path(Path::new(uri)).filter(|f| f.is_model()).ok_or_else(|| {
+            let message = format!("{}: is no model by its extension", printable(uri));
+            SceneError::new(ErrorCode::File, message)
+                .help(format!("models are read from {}", SceneFormat::model_listing()))
+        })?
+    };
+    match format {
+        _ => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
     }
 }

@@ -137,6 +137,7 @@ impl Scene {
         };
         match &primitive.shape {
             Shape::Mesh(mesh) => mesh.occludes_where(&ray, &blocks),
+            Shape::Points(points) => points.occludes_where(&ray, &blocks),
             shape => each_hit(shape, &ray, blocks).is_some(),
         }
     }

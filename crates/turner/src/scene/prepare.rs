@@ -9,14 +9,15 @@ use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
+use super::stage::{Staging, ground_color};
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::film::Film;
 use crate::light::Light;
-use crate::material::{Material, MaterialDesc};
-use crate::math::{Bounds, DAffine3};
+use crate::material::{Material, MaterialDesc, PrincipledMaterial};
+use crate::math::{Bounds, DAffine3, DVec3};
 use crate::shape::traversal::TraversalFrame;
-use crate::shape::{MeshCache, Shape, ShapeDesc};
+use crate::shape::{MeshCache, Plane, Shape, ShapeDesc};
 use crate::texture::Textures;
 
 /// How to prepare.
@@ -66,6 +67,9 @@ impl SceneDesc {
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         flat.flatten(self)?;
+        let aspect = f64::from(self.film.width) / f64::from(self.film.height);
+        let staging = self.set_stage(&mut flat, &mut materials, aspect)?;
+        warnings.extend(staging.notes);
         let Flattener { primitives, bounds, transforms, faces, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
         // Few shapes are tested one by one, without a tree.
@@ -102,11 +106,11 @@ impl SceneDesc {
         ordered.extend(slots.into_iter().flatten());
 
         let (lights, ambient) = self.prepare_lights()?;
-        let aspect = f64::from(self.film.width) / f64::from(self.film.height);
-        let camera = match &self.camera {
-            Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
-            None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
+        let (camera_desc, span) = match staging.camera.as_ref().or(self.camera.as_ref()) {
+            Some(camera) => (camera.value.clone(), camera.span),
+            None => (CameraDesc::framing(&total, aspect), None),
         };
+        let camera = camera_desc.prepare(aspect).map_err(|e| e.or_at(span))?;
         let batch = (sieve.is_some() || bounded == 0)
             .then(|| BatchShapes::new(&ordered, bounded, &materials, &faces));
         let stats = SceneStats {
@@ -123,6 +127,7 @@ impl SceneDesc {
         };
         let mut scene = Scene {
             camera,
+            camera_desc,
             film: self.film.clone(),
             integrator: self.integrator.clone(),
             background: self.background.prepared(),
@@ -146,6 +151,32 @@ impl SceneDesc {
             scene.emitters = Emitters::new(&scene);
         }
         Ok(scene)
+    }
+
+    /// Adds what the scene lacks and its stage has.
+    fn set_stage(
+        &self,
+        flat: &mut Flattener<'_>,
+        materials: &mut Vec<Material>,
+        aspect: f64,
+    ) -> Result<Staging, SceneError> {
+        let Some(stage) = &self.stage else { return Ok(Staging::default()) };
+        let bounds = flat.bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
+        let staging = stage.complete(self, &bounds, aspect, !self.lights.is_empty())?;
+        if let Some(height) = staging.ground {
+            let material = PrincipledMaterial { base_color: ground_color(), ..PrincipledMaterial::matte() };
+            materials.push(MaterialDesc::Principled(material).prepare());
+            let plane = Plane { point: DVec3::new(0.0, height, 0.0), normal: DVec3::Y };
+            flat.primitives.push(Primitive {
+                shape: Shape::Plane(plane),
+                material: MaterialId(materials.len() as u32 - 1),
+                transform: NO_TRANSFORM,
+                faces: NO_FACES,
+                id: flat.primitives.len() as u32,
+            });
+            flat.bounds.push(None);
+        }
+        Ok(staging)
     }
 
     fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {

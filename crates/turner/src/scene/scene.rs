@@ -10,7 +10,7 @@ use super::desc::{MaterialId, Warning};
 use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
 use super::sieve::Sieve;
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraDesc};
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
@@ -26,6 +26,8 @@ use crate::texture::{TexturePoint, Textures};
 pub struct Scene {
     /// The camera.
     pub camera: Camera,
+    /// What it was made from, also where the scene did not name one.
+    pub camera_desc: CameraDesc,
     /// Size and sampling of the picture.
     pub film: FilmDesc,
     /// How light is computed.
