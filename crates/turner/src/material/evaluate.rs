@@ -5,14 +5,13 @@ use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::math::{DVec3, Frame};
 use crate::scene::{ColorSource, Scene, SurfaceInteraction};
-use crate::texture::TexturePoint;
 
 fn mean(c: Spectrum) -> f64 {
     f64::from((c.r + c.g + c.b) / 3.0)
 }
 
 impl PrincipledMaterial {
-    /// All numbers, if none depends on the place.
+    /// All numbers as seen from outside, if none depends on the place.
     pub(super) fn constant_point(&self) -> Option<PrincipledPoint> {
         let mut all = true;
         let point = self.point_by(&mut |source| match source {
@@ -27,24 +26,56 @@ impl PrincipledMaterial {
 
     /// All numbers by the colours that `at` gives for their sources.
     fn point_by(&self, at: &mut dyn FnMut(ColorSource) -> Spectrum) -> PrincipledPoint {
+        let strength = self.anisotropy_map.map_or(1.0, |map| f64::from(at(map).b));
         PrincipledPoint {
-            base_color: at(self.base_color) * mean(at(self.base_weight)) as f32,
+            base_weight: mean(at(self.base_weight)),
+            base_color: at(self.base_color),
+            base_diffuse_roughness: mean(at(self.base_diffuse_roughness)),
             base_metalness: mean(at(self.base_metalness)),
-            transmission_weight: mean(at(self.transmission_weight)),
+            specular_weight: mean(at(self.specular_weight)),
+            specular_color: at(self.specular_color),
+            specular_roughness: mean(at(self.specular_roughness)),
             specular_ior: self.specular_ior,
+            exterior_ior: 1.0,
+            specular_roughness_anisotropy: strength * mean(at(self.specular_roughness_anisotropy)),
+            // The shading frame is turned instead.
+            anisotropy_rotation: 0.0,
+            alpha: None,
+            transmission_weight: mean(at(self.transmission_weight)),
+            transmission_color: at(self.transmission_color),
+            transmission_depth: self.transmission_depth,
+            subsurface_weight: mean(at(self.subsurface_weight)),
+            subsurface_color: at(self.subsurface_color),
+            coat_weight: mean(at(self.coat_weight)),
+            coat_color: at(self.coat_color),
+            coat_roughness: mean(at(self.coat_roughness)),
+            coat_ior: self.coat_ior,
+            coat_darkening: self.coat_darkening,
+            fuzz_weight: mean(at(self.fuzz_weight)),
+            fuzz_color: at(self.fuzz_color),
+            fuzz_roughness: mean(at(self.fuzz_roughness)),
+            thin_film_weight: mean(at(self.thin_film_weight)),
+            thin_film_thickness: mean(at(self.thin_film_thickness)),
+            thin_film_ior: self.thin_film_ior,
+            thin_walled: self.thin_walled,
+            entering: true,
         }
     }
 }
 
 impl Physical {
-    /// The scattering at a surface; `outside` is the index of refraction of what surrounds it.
-    pub fn bsdf(&self, scene: &Scene, surface: &SurfaceInteraction, outside: f64) -> Bsdf {
-        if let (Some(bsdf), true) = (self.constant_bsdf(), outside == 1.0) {
+    /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
+    /// around the solid.
+    pub fn bsdf(&self, scene: &Scene, surface: &SurfaceInteraction, around: f64, entering: bool) -> Bsdf {
+        if let Some(bsdf) = self.constant_bsdf(entering)
+            && around == 1.0
+        {
             return *bsdf;
         }
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(&mut |source| scene.textures.color(source, &at));
-        point.specular_ior /= outside;
+        point.exterior_ior = around;
+        point.entering = entering;
         Bsdf::new(&point)
     }
 
@@ -80,10 +111,5 @@ impl Physical {
         }
         let along = c * tangent + s * bitangent;
         (along - n * along.dot(n)).try_normalize()
-    }
-
-    /// The strength of anisotropy that glTF's picture of it holds; 1 without one.
-    fn anisotropy_strength(&self, scene: &Scene, at: &TexturePoint<'_>) -> f64 {
-        self.desc.anisotropy_map.map_or(1.0, |map| f64::from(scene.textures.color(map, at).b))
     }
 }

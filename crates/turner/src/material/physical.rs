@@ -12,7 +12,7 @@
 //! | `ka` | nothing: light from all around is traced |
 
 use super::{AlphaMode, ClassicMaterial, Fresnel, MaterialDesc, PrincipledMaterial, ShadowKind};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::scene::{ColorSource, Scene};
 use crate::texture::TexturePoint;
@@ -24,8 +24,8 @@ pub struct Physical {
     pub desc: PrincipledMaterial,
     /// Its objects' shadows: opaque, or tinted where it covers only a share of what is behind.
     pub(super) shadow: ShadowKind,
-    /// If it is the same everywhere and surrounded by nothing.
-    constant: Option<Bsdf>,
+    /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
+    constant: Option<[Bsdf; 2]>,
 }
 
 /// A source that is the same grey everywhere.
@@ -95,14 +95,16 @@ impl Physical {
     fn new(desc: PrincipledMaterial) -> Physical {
         let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
         let shadow = if see_through { ShadowKind::Tinted } else { ShadowKind::Opaque };
-        let constant = desc.constant_point().map(|p| Bsdf::new(&p));
+        let constant = desc
+            .constant_point()
+            .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         Physical { desc, shadow, constant }
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.
     #[inline]
-    pub fn constant_bsdf(&self) -> Option<&Bsdf> {
-        self.constant.as_ref()
+    pub fn constant_bsdf(&self, entering: bool) -> Option<&Bsdf> {
+        self.constant.as_ref().map(|[outer, inner]| if entering { outer } else { inner })
     }
 
     /// Whether light goes through it into what it encloses.

@@ -111,8 +111,8 @@ impl SceneDesc {
             None => (CameraDesc::framing(&total, aspect), None),
         };
         let camera = camera_desc.prepare(aspect).map_err(|e| e.or_at(span))?;
-        let batch =
-            (sieve.is_some() || bounded == 0).then(|| BatchShapes::new(&ordered, bounded, &materials));
+        let batch = (sieve.is_some() || bounded == 0)
+            .then(|| BatchShapes::new(&ordered, bounded, &materials, &faces));
         let stats = SceneStats {
             primitives: ordered.len() as u64,
             triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),

@@ -20,7 +20,7 @@ const MAX_VERTICES: u32 = 200_000;
 /// A surface with its scattering, turned to the ray that met it.
 struct Vertex<'a> {
     surface: &'a SurfaceInteraction,
-    /// Around the shading normal; z on the side of `ng`.
+    /// Around the shading normal; z on the side the ray came from.
     frame: Frame,
     /// Geometric normal: outer for what has an inside, else on the side the ray came from.
     ng: DVec3,
@@ -299,11 +299,13 @@ fn prepare<'a>(
             frame = turned(&frame, bent);
         }
     }
-    if !outside && !material.has_inside() {
-        ng = -ng;
+    if !outside {
         frame = Frame { x: frame.x, y: -frame.y, z: -frame.z };
+        if !material.has_inside() {
+            ng = -ng;
+        }
     }
-    let bsdf = material.bsdf(scene, surface, around);
+    let bsdf = material.bsdf(scene, surface, around, outside);
     Vertex { surface, frame, ng, bsdf, wo, wo_local: frame.to_local(wo) }
 }
 
