@@ -1,7 +1,6 @@
 //! What all importers of foreign formats have in common.
 
 use crate::assets::{AssetSource, printable};
-use crate::gltf;
 use crate::scene::SceneFormat;
 use std::path::Path;
 use turner::scene::SceneDesc;
@@ -60,7 +59,7 @@ pub fn import(
         })?
     };
     match format {
-        SceneFormat::Gltf => gltf::import(bytes, uri, assets, options),
-        format => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
+        SceneFormat::Gltf => crate::gltf::import(bytes, uri, assets, options),
+        _ => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
     }
 }

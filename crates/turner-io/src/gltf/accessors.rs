@@ -297,7 +297,10 @@ fn locate<'a>(
     let (bytes, stride) = buffers.view(view, at)?;
     let stride = stride.unwrap_or(size);
     if stride < size {
-        let message = format!("elements of {size} bytes overlap: those of buffer view {} have a distance of {stride}", view.0);
+        let message = format!(
+            "elements of {size} bytes overlap: those of buffer view {} have a distance of {stride}",
+            view.0
+        );
         return Err(Fault::at(at, message));
     }
     let reach = match count.checked_sub(1) {

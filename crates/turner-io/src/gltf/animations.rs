@@ -80,8 +80,7 @@ impl Pose {
             };
             let place = keys.at(time);
             if path == "weights" {
-                self.weights[node.index()] =
-                    (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                self.weights[node.index()] = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
                 continue;
             }
             let Local::Parts { translation, rotation, scale } = &mut self.locals[node.index()] else {
@@ -191,7 +190,13 @@ impl<'a> Keys<'a> {
         let stored = |key, which| self.stored::<N>(key, which, target);
         let (a, b, t) = (stored(place.before, 1), stored(place.after, 1), place.way);
         let value: [f64; N] = match self.interpolation {
-            Interpolation::Step => if t < 1.0 { a } else { b },
+            Interpolation::Step => {
+                if t < 1.0 {
+                    a
+                } else {
+                    b
+                }
+            }
             Interpolation::Linear => std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t),
             Interpolation::Cubic if place.before == place.after => a,
             Interpolation::Cubic => {

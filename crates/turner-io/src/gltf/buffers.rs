@@ -27,7 +27,10 @@ enum Bytes {
 /// Where the bytes of a buffer view are.
 #[derive(Debug)]
 enum View {
-    Stored { buffer: usize, range: Range<usize> },
+    Stored {
+        buffer: usize,
+        range: Range<usize>,
+    },
     Decoded(Vec<u8>),
     /// In a buffer that has no bytes.
     Absent,

@@ -94,7 +94,8 @@ impl Images {
 
 /// What to call an image: its name, its file, or its number.
 fn name_of(json: &ImageJson, index: Index) -> String {
-    let file = json.uri.as_deref().filter(|uri| !uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")));
+    let file =
+        json.uri.as_deref().filter(|uri| !uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")));
     match file.or(json.name.as_deref()).filter(|name| !name.is_empty()) {
         Some(name) => printable(name),
         None => format!("image {}", index.0),

@@ -28,7 +28,8 @@ impl<'a> Instances<'a> {
             Some(at) => Elements::open(document, buffers, *at, pointer)?.with_width(&[width], name).map(Some),
             None => Ok(None),
         };
-        let (translation, rotation, scale) = (open("TRANSLATION", 3)?, open("ROTATION", 4)?, open("SCALE", 3)?);
+        let (translation, rotation, scale) =
+            (open("TRANSLATION", 3)?, open("ROTATION", 4)?, open("SCALE", 3)?);
         let mut count = None;
         for elements in [&translation, &rotation, &scale].into_iter().flatten() {
             if let Some(count) = count {

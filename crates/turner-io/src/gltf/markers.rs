@@ -17,8 +17,7 @@ const SIDES: usize = 6;
 
 /// Corners and triangles of an octahedron with its faces split into four `levels` times, on the unit sphere.
 fn ball(levels: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let mut corners =
-        vec![DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let mut corners = vec![DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     let mut triangles =
         vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
     for _ in 0..levels {
@@ -80,7 +79,12 @@ pub(super) fn balls(source: &MeshData, points: &[u32], budget: &Budget, pointer:
 }
 
 /// A tube for each line; none for one without length.
-pub(super) fn tubes(source: &MeshData, lines: &[[u32; 2]], budget: &Budget, pointer: &str) -> Outcome<MeshData> {
+pub(super) fn tubes(
+    source: &MeshData,
+    lines: &[[u32; 2]],
+    budget: &Budget,
+    pointer: &str,
+) -> Outcome<MeshData> {
     budget.take(lines.len(), 48 * 2 * SIDES + 12 * 2 * SIDES, pointer)?;
     let radius = TUBE * extent(source, lines.as_flattened().iter().copied());
     let mut out = MeshData::default();

@@ -135,17 +135,17 @@ impl Converter<'_> {
     pub(super) fn convert(&mut self, material: Option<Index>, has_colors: bool) -> PrincipledMaterial {
         let default = Material::default();
         let json = material.and_then(|m| self.document.materials.get(m.index())).unwrap_or(&default);
-        let no_extensions = MaterialExtensions::default();
+        let (none, no_extensions) = (MetallicRoughness::default(), MaterialExtensions::default());
         let extensions = json.extensions.as_deref().unwrap_or(&no_extensions);
 
         let mut out = PrincipledMaterial { double_sided: json.double_sided, ..PrincipledMaterial::default() };
         let base = match &extensions.specular_glossiness {
             Some(x) => {
-                self.report.approximated("KHR_materials_pbrSpecularGlossiness, converted to metal or plastic");
+                self.report
+                    .approximated("KHR_materials_pbrSpecularGlossiness, converted to metal or plastic");
                 self.specular_glossiness(&mut out, x)
             }
             None => {
-                let none = MetallicRoughness::default();
                 let pbr = json.pbr_metallic_roughness.as_deref().unwrap_or(&none);
                 let metal_rough = &pbr.metallic_roughness_texture;
                 let metallic = unit(pbr.metallic_factor.unwrap_or(1.0));
@@ -172,16 +172,7 @@ impl Converter<'_> {
         has_colors: bool,
     ) {
         let factor = color([r, g, b]);
-        out.base_color =
-            self.picture(info, Use::color(factor)).unwrap_or(ColorSource::Constant(factor));
-        let alpha = unit(a);
-        let mut opacity =
-            self.picture(info, Use::number(ImageChannel::A, alpha)).unwrap_or(grey(alpha));
-        if has_colors {
-            let colors = self.textures.vertex_color();
-            out.base_color = self.textures.product(out.base_color, colors);
-            opacity = self.textures.product(opacity, colors);
-        }
+        out.base_color = self.picture(info, Use::color(factor)).unwrap_or(ColorSource::Constant(factor));
         out.alpha_mode = match json.alpha_mode.as_deref().unwrap_or("OPAQUE") {
             "MASK" => AlphaMode::Mask,
             "BLEND" => AlphaMode::Blend,
@@ -192,10 +183,18 @@ impl Converter<'_> {
                 AlphaMode::Opaque
             }
         };
-        if out.alpha_mode != AlphaMode::Opaque {
-            out.opacity = opacity;
-        }
         out.alpha_cutoff = f64::from(positive(json.alpha_cutoff.unwrap_or(0.5)));
+        let colors = has_colors.then(|| self.textures.vertex_color());
+        if let Some(colors) = colors {
+            out.base_color = self.textures.product(out.base_color, colors);
+        }
+        if out.alpha_mode != AlphaMode::Opaque {
+            let alpha = unit(a);
+            out.opacity = self.picture(info, Use::number(ImageChannel::A, alpha)).unwrap_or(grey(alpha));
+            if let Some(colors) = colors {
+                out.opacity = self.textures.product(out.opacity, colors);
+            }
+        }
     }
 
     fn surface(&mut self, out: &mut PrincipledMaterial, json: &Material) {
@@ -254,7 +253,9 @@ impl Converter<'_> {
             let attenuation = color(x.attenuation_color.unwrap_or([1.0; 3]));
             let distance = x.attenuation_distance.filter(|d| *d > 0.0);
             if let (Some(distance), true) = (distance, attenuation != Spectrum::WHITE) {
-                if extensions.transmission.is_some() && out.base_color != ColorSource::Constant(Spectrum::WHITE) {
+                if extensions.transmission.is_some()
+                    && out.base_color != ColorSource::Constant(Spectrum::WHITE)
+                {
                     self.report.approximated(
                         "coloured glass with an inside: light takes the colour of the inside, not that of the surface",
                     );
@@ -324,7 +325,8 @@ impl Converter<'_> {
         }
         // Plastic of index 1.5 reflects 0.04.
         let factor = color(specular.map(|v| v / 0.04));
-        out.specular_color = self.picture(picture, Use::color(factor)).unwrap_or(ColorSource::Constant(factor));
+        out.specular_color =
+            self.picture(picture, Use::color(factor)).unwrap_or(ColorSource::Constant(factor));
         (x.diffuse_texture.as_deref(), diffuse)
     }
 }

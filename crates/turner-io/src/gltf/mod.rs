@@ -49,10 +49,14 @@ use nodes::Tree;
 use objects::{Objects, Wanted};
 use report::Report;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use textures::Textures;
 use turner::material::MaterialDesc;
-use turner::scene::error::SceneError;
-use turner::scene::{ImportSummary, Named, SceneDesc, WarningKind};
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::model::ModelDesc;
+use turner::scene::value::{Data, FileId, Span, Table, Value};
+use turner::scene::{ImportSummary, Named, SceneAssets, SceneDesc, WarningKind, read_scene};
+use turner::shape::mesh::MeshData;
 
 /// The extensions that are read.
 const KNOWN: &[&str] = &[
@@ -131,7 +135,8 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     let Objects { meshes, objects, wanted, instances, .. } = objects;
     let images = decode_images(&document, &buffers, &wanted, (uri, assets), options, &mut report)?;
     let mut textures = Textures::default();
-    let mut converter = Converter { document: &document, images: &images, textures: &mut textures, report: &mut report };
+    let mut converter =
+        Converter { document: &document, images: &images, textures: &mut textures, report: &mut report };
     let materials = wanted
         .iter()
         .map(|(material, has_colors)| {
@@ -161,6 +166,7 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     if objects.is_empty() {
         report.doubtful("the file has nothing to show");
     }
+    let empty = empty_scene().map_err(|e| Fault::of_file(e.message).code(e.code))?;
     let summary = ImportSummary { file: printable(uri), format: "glTF 2.0", counts };
     Ok(SceneDesc {
         camera: cameras.first().cloned(),
@@ -173,8 +179,36 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
         cameras,
         imports: vec![summary],
         warnings: report.into_warnings(),
-        ..SceneDesc::default()
+        ..empty
     })
+}
+
+/// A scene of nothing, with the defaults of the scene format.
+fn empty_scene() -> Result<SceneDesc, SceneError> {
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let nothing = Value { data: Data::Table(Table::default()), span };
+    read_scene(&nothing, &mut NoFiles)
+}
+
+/// For a scene that names no files.
+struct NoFiles;
+
+impl NoFiles {
+    fn refuse<T>() -> Result<T, SceneError> {
+        Err(SceneError::new(ErrorCode::Internal, "an empty scene names a file"))
+    }
+}
+
+impl SceneAssets for NoFiles {
+    fn image(&mut self, _: &str, _: FileId) -> Result<Arc<turner::image::Image>, SceneError> {
+        NoFiles::refuse()
+    }
+    fn mesh(&mut self, _: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
+        NoFiles::refuse()
+    }
+    fn model(&mut self, _: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+        NoFiles::refuse()
+    }
 }
 
 /// Refuses what a file cannot be shown without, and tells of what else is not known.
@@ -188,7 +222,9 @@ fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
             format!("the file cannot be shown without {name}, which is not known here"),
         );
         return Err(match name.as_str() {
-            "KHR_draco_mesh_compression" => fault.help("export it without Draco compression, or with meshopt"),
+            "KHR_draco_mesh_compression" => {
+                fault.help("export it without Draco compression, or with meshopt")
+            }
             "KHR_texture_basisu" => fault.help("export it with PNG, JPEG or WebP pictures"),
             _ => fault.help(format!("known are {}", KNOWN.join(", "))),
         });

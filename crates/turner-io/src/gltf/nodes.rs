@@ -148,7 +148,7 @@ impl Tree {
         let all: Vec<u32> = (0..self.parents.len() as u32).filter(|i| self.is_root(*i)).collect();
         let roots = match choose_scene(document, scene)? {
             Some(number) => {
-                let pointer = format!("/scenes/{number}/nodes");
+                let pointer = format!("/scenes/{}/nodes", number.0);
                 let listed = &document.scenes[number].nodes;
                 if let Some(bad) = listed.iter().find(|n| n.index() >= self.parents.len()) {
                     return Err(Fault::dangling(pointer, "node", bad.0, self.parents.len()));
@@ -197,8 +197,11 @@ impl Tree {
                 return Err(Fault::of_file(format!("there is no node \"{wanted}\" in the scene")).help(help));
             }
         }
-        let picked: Vec<u32> =
-            order.iter().copied().filter(|n| name(n).is_some_and(|n| wanted.iter().any(|w| w == n))).collect();
+        let picked: Vec<u32> = order
+            .iter()
+            .copied()
+            .filter(|n| name(n).is_some_and(|n| wanted.iter().any(|w| w == n)))
+            .collect();
         visited.fill(false);
         Ok(reach(&picked, &mut visited))
     }
@@ -231,9 +234,8 @@ pub(super) fn choose(wanted: &str, names: &[Option<&str>], kind: &str) -> Outcom
         Some(i) => Ok(Index(i as u32)),
         None => {
             let known = names.iter().flatten().copied();
-            let near = nearest(wanted, known.clone()).map_or_else(String::new, |n| {
-                format!("did you mean \"{}\"? ", printable(n))
-            });
+            let near = nearest(wanted, known.clone())
+                .map_or_else(String::new, |n| format!("did you mean \"{}\"? ", printable(n)));
             let list = known.take(24).map(printable).collect::<Vec<_>>().join(", ");
             let help = format!("{near}{kind}s: {} in all; by name: {list}", names.len());
             Err(Fault::of_file(format!("there is no {kind} \"{wanted}\"")).help(help))

@@ -19,8 +19,8 @@ use std::sync::Arc;
 use turner::math::{DAffine3, DMat3};
 use turner::scene::transform::Transform;
 use turner::scene::{Asset, MaterialId, MeshId, ObjectContent, ObjectDesc};
-use turner::shape::mesh::{MeshData, MeshDesc};
 use turner::shape::ShapeDesc;
+use turner::shape::mesh::{MeshData, MeshDesc};
 
 /// Most objects of a file, that of the renderer.
 const MAX_OBJECTS: usize = 1 << 24;

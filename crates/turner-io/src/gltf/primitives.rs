@@ -202,7 +202,8 @@ impl<'a> Source<'a> {
         vertices: &Vertices<'_>,
         report: &mut Report,
     ) -> Outcome<MeshData> {
-        let mut mesh = MeshData { positions: self.morphed(positions, "POSITION", vertices)?, ..MeshData::default() };
+        let mut mesh =
+            MeshData { positions: self.morphed(positions, "POSITION", vertices)?, ..MeshData::default() };
         mesh.normals = self.attribute("NORMAL", &[3], vertices)?;
         let morphed = self.request.weights.iter().any(|w| *w != 0.0);
         if morphed {
@@ -212,7 +213,8 @@ impl<'a> Source<'a> {
         if !mesh.normals.is_empty() {
             mesh.tangents = self.attribute("TANGENT", &[4], vertices)?;
         }
-        let sets = (0..MAX_UV_SETS).rev().find(|set| self.attributes_of("TEXCOORD_", *set)).map_or(0, |s| s + 1);
+        let sets =
+            (0..MAX_UV_SETS).rev().find(|set| self.attributes_of("TEXCOORD_", *set)).map_or(0, |s| s + 1);
         for set in 0..sets {
             let mut uvs: Vec<[f32; 2]> = self.attribute(&format!("TEXCOORD_{set}"), &[2], vertices)?;
             // Here v grows upwards.
@@ -223,7 +225,8 @@ impl<'a> Source<'a> {
             report.ignored("sets of texture coordinates beyond the eighth");
         }
         mesh.colors = self.attribute("COLOR_0", &[3, 4], vertices)?;
-        let opaque = self.primitive.attributes.get("COLOR_0").and_then(|at| self.document.accessors.get(at.index()));
+        let opaque =
+            self.primitive.attributes.get("COLOR_0").and_then(|at| self.document.accessors.get(at.index()));
         if opaque.is_some_and(|a| a.kind.as_deref() == Some("VEC3")) {
             mesh.colors.iter_mut().for_each(|color| color[3] = 1.0);
         }

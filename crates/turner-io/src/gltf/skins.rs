@@ -69,7 +69,9 @@ impl<'a> Influences<'a> {
                 return Err(Fault::at(pointer, "is missing, though there are joints of this number"));
             };
             let open = |accessor: Index, what: &str| {
-                Elements::open(document, buffers, accessor, &pointer)?.with_width(&[4], what)?.with_count(count, what)
+                Elements::open(document, buffers, accessor, &pointer)?
+                    .with_width(&[4], what)?
+                    .with_count(count, what)
             };
             let joints = open(*joints, "the joints of vertices")?;
             if !joints.is_unsigned() {

@@ -51,8 +51,7 @@ impl Use {
 pub(super) fn candidates(texture: &Texture) -> impl Iterator<Item = Index> {
     let extensions = texture.extensions.as_deref();
     let webp = extensions.and_then(|e| e.webp.as_ref()).and_then(|w| w.source);
-    let basisu = extensions.and_then(|e| e.basisu.as_ref()).and_then(|b| b.source);
-    webp.into_iter().chain(texture.source).chain(basisu)
+    webp.into_iter().chain(texture.source)
 }
 
 /// The set of surface coordinates that a texture is looked up at.
@@ -161,7 +160,8 @@ mod tests {
             tex_coord: Some(Index(2)),
         };
         let extensions = Some(Box::new(TextureInfoExtensions { transform: Some(transform) }));
-        let info = TextureInfo { index: Index(0), tex_coord: Index(1), scale: None, strength: None, extensions };
+        let info =
+            TextureInfo { index: Index(0), tex_coord: Index(1), scale: None, strength: None, extensions };
         assert_eq!(uv_set(&info), 2);
         let [a, b, c, d, e, f] = uv_matrix(&info).unwrap();
         let (s, co) = sin_cos(rotation);

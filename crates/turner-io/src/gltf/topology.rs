@@ -18,8 +18,9 @@ pub(super) enum Topology {
 /// The vertices of a primitive in their order: those of `indices`, or all `count`.
 fn order(indices: Option<Elements<'_>>, count: usize, budget: &Budget, pointer: &str) -> Outcome<Vec<u32>> {
     let Some(indices) = indices else {
-        let last = u32::try_from(count)
-            .map_err(|_| Fault::too_large(pointer, format!("has {count} vertices; expected fewer than 2^32")))?;
+        let last = u32::try_from(count).map_err(|_| {
+            Fault::too_large(pointer, format!("has {count} vertices; expected fewer than 2^32"))
+        })?;
         let mut list = budget.list(count, pointer)?;
         list.extend(0..last);
         return Ok(list);
@@ -52,7 +53,7 @@ impl Topology {
     ) -> Outcome<(Topology, bool)> {
         let v = order(indices, count, budget, pointer)?;
         let lines = v.len().saturating_sub(usize::from(mode != 2)).max(v.len() / 2);
-        let mut list = Vec::new();
+        let mut list;
         let mut left_over = false;
         match mode {
             0 => return Ok((Topology::Points(v), false)),
@@ -112,7 +113,12 @@ impl Topology {
 
     /// Where few of `count` vertices are named: the sorted list of those that are, which the topology then names by
     /// their place in it. Primitives that share long lists of vertices take room for their own only.
-    pub(super) fn compact(&mut self, count: usize, budget: &Budget, pointer: &str) -> Outcome<Option<Vec<u32>>> {
+    pub(super) fn compact(
+        &mut self,
+        count: usize,
+        budget: &Budget,
+        pointer: &str,
+    ) -> Outcome<Option<Vec<u32>>> {
         if self.corners() >= count {
             return Ok(None);
         }

@@ -152,12 +152,9 @@ pub(super) struct PrimitiveExtensions {
     pub(super) variants: Option<VariantMappings>,
 }
 
-/// `KHR_draco_mesh_compression`.
+/// `KHR_draco_mesh_compression`: that it is there.
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Draco {
-    pub(super) buffer_view: Index,
-}
+pub(super) struct Draco {}
 
 /// `KHR_materials_variants` of a primitive.
 #[derive(Debug, Default, Deserialize)]
@@ -394,8 +391,9 @@ pub(super) fn parse(text: &[u8]) -> Outcome<Document> {
         Fault::of_file(format!("{place} of the JSON text: {said}")).code(ErrorCode::Syntax)
     })?;
     let Some(version) = document.asset.as_ref().and_then(|a| a.version.as_deref()) else {
-        return Err(Fault::at("/asset/version", "is missing; expected \"2.0\"")
-            .help("this may be JSON of another kind; a glTF file begins with {\"asset\": {\"version\": \"2.0\"}"));
+        return Err(Fault::at("/asset/version", "is missing; expected \"2.0\"").help(
+            "this may be JSON of another kind; a glTF file begins with {\"asset\": {\"version\": \"2.0\"}",
+        ));
     };
     let least = document.asset.as_ref().and_then(|a| a.min_version.as_deref()).unwrap_or("2.0");
     if !version.starts_with("2.") || !(least == "2.0" || least == "2.1") {

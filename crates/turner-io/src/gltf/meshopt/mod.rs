@@ -67,7 +67,9 @@ pub(super) fn decode(how: &Meshopt, source: &[u8], budget: &Budget, pointer: &st
     out.resize(size, 0);
     let done = match how.mode.as_str() {
         "ATTRIBUTES" => attributes::decode(source, stride, &mut out),
-        "TRIANGLES" if count % 3 != 0 => return fault(format!("has {count} indices, not three per triangle")),
+        "TRIANGLES" if count % 3 != 0 => {
+            return fault(format!("has {count} indices, not three per triangle"));
+        }
         "TRIANGLES" => indices::decode_triangles(source, stride, &mut out),
         _ => indices::decode_sequence(source, stride, &mut out),
     };
