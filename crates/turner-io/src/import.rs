@@ -59,6 +59,7 @@ pub fn import(
         })?
     };
     match format {
+        SceneFormat::Gltf => crate::gltf::import(bytes, uri, assets, options),
         _ => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
     }
 }

@@ -33,7 +33,7 @@ use error::asset_error;
 use std::io::Read;
 use std::path::Path;
 use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{SceneDesc, Warning, WarningKind, read_scene};
+use turner::scene::{SceneDesc, read_scene};
 
 /// Most bytes of one text: 1 GiB.
 pub const MAX_TEXT: u64 = 1 << 30;
@@ -161,6 +161,6 @@ fn read(
     files.given = given;
     let mut desc = read_scene(&root, &mut files)?;
     let (warnings, hash) = files.finish();
-    desc.warnings.extend(warnings.into_iter().map(|message| Warning::new(WarningKind::Ignored, message)));
+    desc.warnings.extend(warnings);
     Ok((desc, hash.hex()))
 }

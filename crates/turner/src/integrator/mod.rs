@@ -3,9 +3,11 @@
 
 mod classic;
 mod normals;
+mod path;
 
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 pub use normals::{NormalKind, NormalsDesc};
+pub use path::{DirectDesc, LightSampling, PathDesc};
 
 use turner_bvh::lanes::Block;
 
@@ -19,6 +21,8 @@ family! {
     pub enum IntegratorDesc as "integrator", "integrators" {
         Classic(ClassicDesc),
         Normals(NormalsDesc),
+        Path(PathDesc),
+        Direct(DirectDesc),
     }
 }
 
@@ -101,6 +105,14 @@ impl IntegratorDesc {
         match self {
             IntegratorDesc::Classic(i) => i,
             IntegratorDesc::Normals(i) => i,
+            IntegratorDesc::Path(i) => i,
+            IntegratorDesc::Direct(i) => i,
         }
+    }
+
+    /// Whether it follows light: such integrators take all materials as physical ones and choose among all that shines, and their
+    /// samples are placed by Sobol points.
+    pub fn is_physical(&self) -> bool {
+        matches!(self, IntegratorDesc::Path(_) | IntegratorDesc::Direct(_))
     }
 }

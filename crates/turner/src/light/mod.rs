@@ -3,6 +3,7 @@
 mod ambient;
 mod area;
 mod directional;
+pub mod emission;
 mod environment;
 mod point;
 mod spot;
@@ -203,6 +204,16 @@ impl Light {
             Light::Directional(l) => Some(l.illuminate()),
             Light::Spot(l) => l.illuminate(p),
             Light::Area(l) => l.illuminate(p, i, jitter),
+        }
+    }
+
+    /// Light that arrives at `p`; from lights with an extent, all that one of its points would send if it stood for the whole.
+    /// That point is at `u` in the unit square; its mean over the square is the light's effect.
+    #[inline]
+    pub fn illuminate_at(&self, p: DVec3, u: [f64; 2]) -> Option<Illumination> {
+        match self {
+            Light::Area(l) => l.illuminate_at(p, u.into()),
+            _ => self.illuminate(p, 0, DVec2::ZERO),
         }
     }
 }

@@ -4,6 +4,7 @@ use turner_bvh::{BoxBvh, BuildOptions, Quality};
 
 use super::batch::BatchShapes;
 use super::desc::*;
+use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
@@ -41,9 +42,14 @@ impl SceneDesc {
         let mut warnings = self.warnings.clone();
         let film_bytes = Film::check(&self.film)?;
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
-        let mut materials: Vec<Material> = self.materials.iter().map(|m| m.value.prepare()).collect();
+        let physical = self.integrator.is_physical();
+        let ready = |m: &MaterialDesc| match physical {
+            true => Material::Physical(Box::new(m.prepare_physical())),
+            false => m.prepare(),
+        };
+        let mut materials: Vec<Material> = self.materials.iter().map(|m| ready(&m.value)).collect();
         let default_material = MaterialId(materials.len() as u32);
-        materials.push(MaterialDesc::default().prepare());
+        materials.push(ready(&MaterialDesc::default()));
 
         let count = self.count_primitives()?;
         let shapes = self.prepare_shapes(options, &mut warnings)?;
@@ -100,12 +106,13 @@ impl SceneDesc {
         ordered.extend(slots.into_iter().flatten());
 
         let (lights, ambient) = self.prepare_lights()?;
-        let camera = match staging.camera.as_ref().or(self.camera.as_ref()) {
-            Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
-            None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
+        let (camera_desc, span) = match staging.camera.as_ref().or(self.camera.as_ref()) {
+            Some(camera) => (camera.value.clone(), camera.span),
+            None => (CameraDesc::framing(&total, aspect), None),
         };
-        let batch =
-            (sieve.is_some() || bounded == 0).then(|| BatchShapes::new(&ordered, bounded, &materials));
+        let camera = camera_desc.prepare(aspect).map_err(|e| e.or_at(span))?;
+        let batch = (sieve.is_some() || bounded == 0)
+            .then(|| BatchShapes::new(&ordered, bounded, &materials, &faces));
         let stats = SceneStats {
             primitives: ordered.len() as u64,
             triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
@@ -118,8 +125,9 @@ impl SceneDesc {
             texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
             film_bytes,
         };
-        Ok(Scene {
+        let mut scene = Scene {
             camera,
+            camera_desc,
             film: self.film.clone(),
             integrator: self.integrator.clone(),
             background: self.background.prepared(),
@@ -135,9 +143,14 @@ impl SceneDesc {
             frame,
             batch,
             faces,
+            emitters: Emitters::default(),
             warnings,
             stats,
-        })
+        };
+        if physical {
+            scene.emitters = Emitters::new(&scene);
+        }
+        Ok(scene)
     }
 
     /// Adds what the scene lacks and its stage has.

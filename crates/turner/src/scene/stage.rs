@@ -27,6 +27,10 @@ params! {
         ground: Option<bool> = None;
         /// Whether the built-in studio lights scenes without light.
         studio: bool = true;
+        /// Turns the studio about the vertical, degrees.
+        studio_rotation: f64 = 0.0;
+        /// Factor of its light.
+        studio_strength: f64 = 1.0, in Range::NON_NEGATIVE;
     }
     example r##"[stage]
 camera = "orbit:20,30"
@@ -168,6 +172,15 @@ impl StageDesc {
         };
         let framed = camera.is_none();
         staging.camera = camera.or_else(|| Some(unnamed(Orbit::DEFAULT.camera(bounds, self.fov, aspect))));
+        if !bounds.is_empty() && bounds.is_finite() {
+            let radius = 0.5 * bounds.size().length();
+            let far = bounds.center().abs().max_element();
+            // Vertices are numbers of 24 bits: what is left of them there makes steps of 1/160 of the size.
+            if far > 1e5 * radius && radius > 0.0 {
+                let message = "everything lies far from the origin for its size: single precision leaves coarse steps there";
+                staging.notes.push(Warning::new(WarningKind::Doubtful, message));
+            }
+        }
         let mut note = |message: &str| staging.notes.push(Warning::new(WarningKind::Note, message));
         if framed {
             note(

@@ -195,6 +195,8 @@ impl Wave<'_> {
             let b = &mut self.points[self.blocks - 1];
             let (material, seen) = match self.scene.material_at(hit) {
                 Material::Classic(material) => (Ok(material), None),
+                // Never prepared for this integrator.
+                Material::Physical(_) => continue,
                 Material::Principled(physical, _) => {
                     let Some(ray) = self.front.rays.get(i) else { continue };
                     let mut surface = self.scene.surface(&ray, hit);
