@@ -4,12 +4,14 @@ mod ambient;
 mod area;
 mod directional;
 pub mod emission;
+mod environment;
 mod point;
 mod spot;
 
 pub use ambient::AmbientDesc;
 pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
 pub use directional::DirectionalDesc;
+pub use environment::{EnvironmentDesc, EnvironmentLight, EnvironmentSample};
 pub use point::PointDesc;
 pub use spot::SpotDesc;
 
