@@ -16,7 +16,9 @@ pub use point::PointDesc;
 pub use spot::SpotDesc;
 
 use crate::color::Spectrum;
+use crate::image::Image;
 use crate::math::{DVec2, DVec3};
+use crate::scene::Asset;
 use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, choice, family, wrong_type};
@@ -32,6 +34,7 @@ family! {
         Rectangle(RectangleLightDesc),
         Disk(DiskLightDesc),
         Sphere(SphereLightDesc),
+        Environment(EnvironmentDesc),
     }
 }
 
@@ -107,7 +110,7 @@ pub struct Illumination {
 }
 
 /// A light ready to shine.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Light {
     /// Point.
     Point(point::Point),
@@ -117,11 +120,18 @@ pub enum Light {
     Spot(spot::Spot),
     /// Rectangle, disk or sphere.
     Area(area::AreaLight),
+    /// All around.
+    Environment(EnvironmentLight),
 }
 
 impl LightDesc {
-    /// Makes it ready; an ambient light is `Err(its colour)`, for it has no place.
-    pub fn prepare(&self) -> Result<Result<Light, Spectrum>, SceneError> {
+    /// Makes it ready; an ambient light is `Err(its colour)`, for it has no place. `images` are the scene's; `compensated` is
+    /// for environments ([`EnvironmentDesc::prepare`]).
+    pub fn prepare(
+        &self,
+        images: &[Asset<Image>],
+        compensated: bool,
+    ) -> Result<Result<Light, Spectrum>, SceneError> {
         Ok(Ok(match self {
             LightDesc::Ambient(l) => return Ok(Err(l.color * l.intensity as f32)),
             LightDesc::Point(l) => Light::Point(l.prepare()),
@@ -130,6 +140,7 @@ impl LightDesc {
             LightDesc::Rectangle(l) => Light::Area(l.prepare()?),
             LightDesc::Disk(l) => Light::Area(l.prepare()?),
             LightDesc::Sphere(l) => Light::Area(l.prepare()),
+            LightDesc::Environment(l) => Light::Environment(l.prepare(images, compensated)?),
         }))
     }
 }
@@ -171,13 +182,13 @@ impl Light {
                 let Illumination { to_light, intensity, .. } = l.illuminate();
                 Some(Uniform::Directional { to_light, intensity })
             }
-            Light::Spot(_) | Light::Area(_) => None,
+            Light::Spot(_) | Light::Area(_) | Light::Environment(_) => None,
         }
     }
 
     /// Whether it has a place.
     pub fn is_finite(&self) -> bool {
-        !matches!(self, Light::Directional(_))
+        !matches!(self, Light::Directional(_) | Light::Environment(_))
     }
 
     /// How many points of the light are asked for visibility.
@@ -204,6 +215,8 @@ impl Light {
             Light::Directional(l) => Some(l.illuminate()),
             Light::Spot(l) => l.illuminate(p),
             Light::Area(l) => l.illuminate(p, i, jitter),
+            // From no one direction.
+            Light::Environment(_) => None,
         }
     }
 

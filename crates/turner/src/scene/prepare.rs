@@ -182,7 +182,11 @@ impl SceneDesc {
     fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
         let (mut lights, mut ambient) = (Vec::new(), Spectrum::BLACK);
         for light in &self.lights {
-            match light.value.prepare().map_err(|e| e.or_at(light.span))? {
+            match light
+                .value
+                .prepare(&self.images, self.integrator.compensates())
+                .map_err(|e| e.or_at(light.span))?
+            {
                 Ok(light) => lights.push(light),
                 Err(color) => ambient += color,
             }
