@@ -107,8 +107,7 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(mesh.clone());
         }
         let bytes = self.read(b'm', &path)?;
-        let read =
-            mesh::decode_any(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
+        let read = mesh::decode_any(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
         self.warnings.extend(read.warnings);
         let mesh = Arc::new(read.mesh);
         self.meshes.insert(path, mesh.clone());

@@ -13,6 +13,8 @@ mod merge;
 mod normals;
 mod text;
 
+pub(super) use text::{name as name_of, words};
+
 use super::corners::{Attributes, Corners, unify};
 use super::error::{reserve, reserve_some};
 use super::{MeshError, Place, ReadMesh, warning};
