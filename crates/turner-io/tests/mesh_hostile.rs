@@ -160,7 +160,7 @@ fn mutations_of_every_format() {
     let mut random = Random(1);
     let (mut tried, mut read) = (0, 0);
     for (name, bytes) in &bases {
-        for i in 0..700 {
+        for i in 0..500 {
             let damaged = mutate(bytes, &mut random);
             let library = if i % 3 == 0 { mutate(&library, &mut random) } else { Vec::new() };
             tried += 1;
@@ -168,7 +168,7 @@ fn mutations_of_every_format() {
         }
     }
     // Some are still meshes, most are not.
-    assert!(read > 500 && read < tried, "{read} of {tried}");
+    assert!(read > 400 && read < tried, "{read} of {tried}");
     assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
 }
 
@@ -219,7 +219,7 @@ fn lying_counts_and_bombs() {
         .map(|i| format!("v {} {} 0\n", i % 1500, if i % 2 == 0 { i % 7 } else { 20 + i % 11 }))
         .collect();
     let polygon: String = "f".to_owned() + &(1..=3000).map(|i| format!(" {i}")).collect::<String>() + "\n";
-    try_import("a.obj", &[spikes.into_bytes(), polygon.repeat(60).into_bytes()].concat(), b"");
+    try_import("a.obj", &[spikes.into_bytes(), polygon.repeat(20).into_bytes()].concat(), b"");
     // Names, groups and libraries without end.
     let names: String =
         (0..60_000).map(|i| format!("usemtl m{i}\nf 1 2 3\no o{i}\ng g{i}\ns {i}\n")).collect();

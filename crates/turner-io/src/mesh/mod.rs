@@ -15,6 +15,7 @@ mod pictures;
 mod ply;
 mod polygon;
 mod stl;
+mod weld;
 
 pub use error::MeshError;
 pub use import::{import_obj, import_ply, import_stl};
