@@ -21,6 +21,7 @@ mod sources;
 mod text;
 
 pub use error::LoadError;
+pub(crate) use error::two_lines;
 pub use files::SceneFiles;
 pub use format::SceneFormat;
 pub(crate) use format::nearest_mesh_extension;
