@@ -110,6 +110,15 @@ impl IntegratorDesc {
         }
     }
 
+    /// Whether what is dimmer than the mean of an environment may be left to rays that hit it by chance.
+    pub fn compensates(&self) -> bool {
+        match self {
+            IntegratorDesc::Path(i) => i.light_sampling == LightSampling::Both,
+            IntegratorDesc::Direct(i) => i.light_sampling == LightSampling::Both,
+            _ => false,
+        }
+    }
+
     /// Whether it follows light: such integrators take all materials as physical ones and choose among all that shines, and their
     /// samples are placed by Sobol points.
     pub fn is_physical(&self) -> bool {

@@ -398,22 +398,39 @@ impl ShapeEmitter {
 }
 
 impl Light {
-    /// Light that arrives at `p`; the place on an area light by `u`. The density is 1 for all but environments.
+    /// Light that arrives at `p`; the place on it by `u`. The density is 1 for lights that rays cannot hit.
     fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
+        if let Light::Environment(l) = self {
+            let s = l.sample(u)?;
+            return Some(LightSample {
+                to_light: s.direction,
+                finite: false,
+                radiance: s.radiance,
+                pdf: s.pdf,
+                is_delta: false,
+            });
+        }
         let lit = self.illuminate_at(p, u)?;
         let to_light = if lit.finite { lit.to_light } else { lit.to_light.normalize() };
         Some(LightSample { to_light, finite: lit.finite, radiance: lit.intensity, pdf: 1.0, is_delta: true })
     }
 
-    /// The density of a direction; 0 for those that cannot be hit.
-    fn pdf(&self, _direction: DVec3) -> f64 {
-        0.0
+    /// The density of a direction; 0 for lights that rays cannot hit.
+    fn pdf(&self, direction: DVec3) -> f64 {
+        match self {
+            Light::Environment(l) => l.pdf(direction),
+            _ => 0.0,
+        }
     }
 
     /// What it brings to a scene, to choose by.
     fn reach(&self, center: DVec3, radius: f64) -> f64 {
         const DIRECTIONS: [DVec3; 7] =
             [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+        if let Light::Environment(l) = self {
+            // On a surface that faces all of it a quarter arrives.
+            return 0.25 * f64::from(l.power().luminance()) * std::f64::consts::PI * radius * radius;
+        }
         let arrives = |d: DVec3| {
             let lit = self.illuminate_at(center + 0.7 * radius * d, [0.5, 0.5]);
             lit.map_or(0.0, |l| f64::from(l.intensity.luminance()))

@@ -89,13 +89,17 @@ impl Wave<'_> {
         if let Some(left) = path.media.transmittance(f64::INFINITY) {
             beta = beta * left;
         }
+        if path.from_camera && !scene.background.environment {
+            self.settings.add(path, beta * scene.background.color(ray.direction), pixel);
+            return;
+        }
         let mut found = Spectrum::BLACK;
         let mut surrounded = false;
         for (i, light) in scene.lights.iter().enumerate() {
-            let Some(radiance) = light.around(ray.direction) else { continue };
+            let Light::Environment(environment) = light else { continue };
             surrounded = true;
             let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_light(scene, i, ray.direction) };
-            found += radiance * self.settings.weight_found(path, pdf) as f32;
+            found += environment.radiance(ray.direction) * self.settings.weight_found(path, pdf) as f32;
         }
         if !surrounded {
             found += scene.background.color(ray.direction);
@@ -333,11 +337,4 @@ fn bent_normal(wo: DVec3, ns: DVec3, ng: DVec3) -> DVec3 {
     let lifted = flat.normalize_or_zero() * (1.0 - least * least).max(0.0).sqrt() + least * ng;
     let bent = (wo + lifted).normalize_or_zero();
     if bent.dot(wo) > 0.0 && bent.dot(ng) > 0.0 { bent } else { ng }
-}
-
-impl Light {
-    /// Radiance from a direction in which a ray hits nothing; `None` for lights that are not all around.
-    fn around(&self, _direction: DVec3) -> Option<Spectrum> {
-        None
-    }
 }
