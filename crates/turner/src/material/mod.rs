@@ -2,9 +2,20 @@
 
 mod classic;
 mod conversion;
+mod dielectric;
+mod emissive;
+mod matte;
+mod metal;
+pub mod metals;
+mod plastic;
 mod principled;
 
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
+pub use dielectric::DielectricMaterial;
+pub use emissive::EmissiveMaterial;
+pub use matte::MatteMaterial;
+pub use metal::MetalMaterial;
+pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, PrincipledMaterial};
 
 use crate::color::Spectrum;
@@ -16,6 +27,11 @@ family! {
     pub enum MaterialDesc as "material", "materials" {
         Classic(ClassicMaterial),
         Principled(PrincipledMaterial),
+        Matte(MatteMaterial),
+        Metal(MetalMaterial),
+        Dielectric(DielectricMaterial),
+        Plastic(PlasticMaterial),
+        Emissive(EmissiveMaterial),
     }
 }
 
@@ -46,9 +62,24 @@ pub struct Cutout {
 impl MaterialDesc {
     /// Makes it ready.
     pub fn prepare(&self) -> Material {
+        if let MaterialDesc::Classic(m) = self {
+            return Material::Classic(m.prepare());
+        }
+        let m = self.principled().unwrap_or_default();
+        let shadow = m.shadow();
+        Material::Principled(Box::new(m), shadow)
+    }
+
+    /// In the terms of the physical material, which all but the classic one have.
+    pub fn principled(&self) -> Option<PrincipledMaterial> {
         match self {
-            MaterialDesc::Classic(m) => Material::Classic(m.prepare()),
-            MaterialDesc::Principled(m) => Material::Principled(Box::new(m.clone()), m.shadow()),
+            MaterialDesc::Classic(_) => None,
+            MaterialDesc::Principled(m) => Some(m.clone()),
+            MaterialDesc::Matte(m) => Some(m.principled()),
+            MaterialDesc::Metal(m) => Some(m.principled()),
+            MaterialDesc::Dielectric(m) => Some(m.principled()),
+            MaterialDesc::Plastic(m) => Some(m.principled()),
+            MaterialDesc::Emissive(m) => Some(m.principled()),
         }
     }
 
@@ -65,6 +96,11 @@ impl MaterialDesc {
                 };
                 (m.opacity, cutoff, !m.double_sided && !m.is_transmissive())
             }
+            MaterialDesc::Matte(_)
+            | MaterialDesc::Metal(_)
+            | MaterialDesc::Dielectric(_)
+            | MaterialDesc::Plastic(_)
+            | MaterialDesc::Emissive(_) => return None,
         };
         let everywhere = match opacity {
             ColorSource::Constant(c) => (c.r + c.g + c.b) / 3.0 >= cutoff,
