@@ -4,11 +4,12 @@
 use super::albedo_table::{DIELECTRIC_LOSS, FUZZ, GGX_LOSS, REFLECT_SHIFT};
 
 /// Angles, evenly spaced in t = µ (1 + α) / (µ + α), or √µ for fuzz: what facets lose changes where µ is about α.
-pub(super) const ANGLES: usize = 24;
-/// Widths: α = (k / 19)²; the first row is the limit of small ones.
-pub(super) const WIDTHS: usize = 20;
+pub(super) const ANGLES: usize = 20;
+/// Widths: α = (k / 27)²; the first row is the limit of small ones.
+pub(super) const WIDTHS: usize = 28;
 /// Contrasts s = (η − 1) / (η + 1) of indices of refraction.
-pub(super) const CONTRASTS: [f64; 12] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0];
+pub(super) const CONTRASTS: [f64; 14] =
+    [0.0, 0.04, 0.08, 0.11, 0.14, 0.17, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0];
 /// Values at the angles, in units of 1/32767, and last their mean over light from all around.
 pub(super) type Row = [i16; ANGLES + 1];
 

@@ -15,6 +15,12 @@ const MIN_ALPHA: f64 = 1e-4;
 /// Indices closer to each other than this do not bend light.
 const MIN_CONTRAST: f64 = 1e-3;
 
+/// Above this index, which reflects 42 % head-on, an opaque dielectric counts as of this index: what it leaves for the body is not
+/// known well enough beyond. One that reflects everything is another matter.
+const MAX_OPAQUE_INDEX: f64 = 4.7;
+/// Share of what rough glass loses between its facets that is given back: a little less than all, for the tables' error.
+const GIVEN_BACK: f64 = 0.995;
+
 /// The boundary, seen from one side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interface {
@@ -70,8 +76,8 @@ impl Interface {
         let ior = if p.specular_ior >= 0.0 { p.specular_ior.min(1e6) } else { 1.0 };
         let weight = if p.specular_weight >= 0.0 { p.specular_weight } else { 0.0 };
         let index = ior / exterior;
-        let straight = thin || (index - 1.0).abs() < MIN_CONTRAST;
-        let refracting = if straight || index == 0.0 { 1.0 } else { index };
+        let bends = !thin && index > 0.0 && (index - 1.0).abs() >= MIN_CONTRAST;
+        let refracting = if bends { index } else { 1.0 };
         let glass_index = if index == 0.0 {
             if weight > 0.0 { f64::INFINITY } else { 1.0 }
         } else {
@@ -86,6 +92,9 @@ impl Interface {
         }
         if opaque_index < 1.0 {
             opaque_index = 1.0 / opaque_index;
+        }
+        if opaque_index.is_finite() {
+            opaque_index = opaque_index.min(MAX_OPAQUE_INDEX);
         }
         let film_weight = unit(p.thin_film_weight);
         let filmed = film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0;
@@ -115,7 +124,7 @@ impl Interface {
             tint,
             through,
             eta: if inside { 1.0 / refracting } else { refracting },
-            straight: straight && !thin,
+            straight: !bends && !thin,
             thin,
             inside,
             glass_index,
