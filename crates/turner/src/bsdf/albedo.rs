@@ -3,8 +3,9 @@
 
 use super::albedo_table::{DIELECTRIC_LOSS, FUZZ, GGX_LOSS, REFLECT_SHIFT};
 
-/// Angles, evenly spaced in t = µ (1 + α) / (µ + α), or √µ for fuzz: what facets lose changes where µ is about α.
-pub(super) const ANGLES: usize = 20;
+/// Angles, evenly spaced in the mean of µ and µ (1 + α) / (µ + α), as what facets lose changes most where µ is about α; in √µ for
+/// fuzz.
+pub(super) const ANGLES: usize = 22;
 /// Widths: α = (k / 27)²; the first row is the limit of small ones.
 pub(super) const WIDTHS: usize = 28;
 /// Contrasts s = (η − 1) / (η + 1) of indices of refraction.
@@ -49,7 +50,7 @@ pub(super) fn coordinate(mu: f64, alpha: Option<f64>) -> f64 {
     let mu = mu.clamp(0.0, 1.0);
     match alpha {
         None => mu.sqrt(),
-        Some(alpha) => mu * (1.0 + alpha) / (mu + alpha),
+        Some(alpha) => 0.5 * (mu + mu * (1.0 + alpha) / (mu + alpha)),
     }
 }
 

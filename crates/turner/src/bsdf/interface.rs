@@ -15,9 +15,9 @@ const MIN_ALPHA: f64 = 1e-4;
 /// Indices closer to each other than this do not bend light.
 const MIN_CONTRAST: f64 = 1e-3;
 
-/// Above this index, which reflects 42 % head-on, an opaque dielectric counts as of this index: what it leaves for the body is not
-/// known well enough beyond. One that reflects everything is another matter.
-const MAX_OPAQUE_INDEX: f64 = 4.7;
+/// Above this index, which reflects 42 % head-on, a rough opaque dielectric counts as of this index: what it leaves for the body is
+/// not known well enough beyond. Smooth ones, and those that reflect everything, are another matter.
+pub(super) const MAX_OPAQUE_INDEX: f64 = 4.7;
 /// Share of what rough glass loses between its facets that is given back: a little less than all, for the tables' error.
 const GIVEN_BACK: f64 = 0.995;
 
@@ -93,9 +93,6 @@ impl Interface {
         if opaque_index < 1.0 {
             opaque_index = 1.0 / opaque_index;
         }
-        if opaque_index.is_finite() {
-            opaque_index = opaque_index.min(MAX_OPAQUE_INDEX);
-        }
         let film_weight = unit(p.thin_film_weight);
         let filmed = film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0;
         let reflects = metal > 0.0 || filmed || (opaque > 0.0 && opaque_index != 1.0);
@@ -104,6 +101,9 @@ impl Interface {
         }
         let (ax, ay) = widths(p, coat, coat_alpha);
         let smooth = ax.max(ay) < MIN_ALPHA;
+        if !smooth && opaque_index.is_finite() {
+            opaque_index = opaque_index.min(MAX_OPAQUE_INDEX);
+        }
         let ggx = Ggx { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA) };
         let tint = color(p.specular_color);
         let base = color(p.base_color) * unit(p.base_weight);

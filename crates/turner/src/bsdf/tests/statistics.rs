@@ -9,7 +9,7 @@ use crate::math::elementary::{exp, ln};
 /// Rows of equal height and columns of equal angle.
 const ROWS: usize = 24;
 const COLUMNS: usize = 16;
-const SAMPLES: u32 = 40_000;
+const SAMPLES: u32 = 20_000;
 
 fn cell(w: DVec3) -> usize {
     let row = (((1.0 - w.z) * 0.5 * ROWS as f64) as usize).min(ROWS - 1);
@@ -58,8 +58,8 @@ fn integrate(f: &impl Fn(f64, f64) -> f64, z: (f64, f64), phi: (f64, f64), depth
         }
         sum * area / f64::from(n * n)
     };
-    let (coarse, fine) = (rule(2), rule(5));
-    if depth >= 7 || (depth >= 1 && (coarse - fine).abs() < 1e-6 + 2e-3 * fine) {
+    let (coarse, fine) = (rule(2), rule(4));
+    if depth >= 6 || (depth >= 1 && (coarse - fine).abs() < 2e-6 + 4e-3 * fine) {
         return fine;
     }
     let (zm, pm) = (0.5 * (z.0 + z.1), 0.5 * (phi.0 + phi.1));
