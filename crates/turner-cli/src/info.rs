@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use clap::Args;
 use serde_json::{Value, json};
+use turner::camera::{CameraDesc, PinholeDesc};
+use turner::color::Tonemap;
 use turner::film::FilmDesc;
-use turner::scene::{ObjectContent, ObjectDesc, SceneDesc};
+use turner::math::DVec3;
+use turner::scene::{ImportSummary, ObjectContent, ObjectDesc, SceneDesc};
 
 use crate::events::Events;
 use crate::report::{Reporter, summed};
@@ -25,7 +28,7 @@ pub(crate) struct InfoArgs {
 /// Runs the command.
 pub(crate) fn run(args: &InfoArgs) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
-    match args.scene.ready(&FilmArgs::default(), 0) {
+    match args.scene.ready(&FilmArgs::default(), args.scene.stage.models(), 0) {
         Ok(ready) if args.json => {
             text::print(&format!("{}\n", as_json(&ready)));
             0
@@ -76,6 +79,7 @@ fn as_json(ready: &Ready) -> Value {
         .map(|w| {
             let at = w.span.and_then(|span| ready.sources.locate(span));
             json!({
+                "kind": w.kind.word(),
                 "message": w.message,
                 "count": w.count,
                 "file": at.as_ref().map(|at| at.file),
@@ -94,6 +98,9 @@ fn as_json(ready: &Ready) -> Value {
         "lights": count(desc.lights.iter().map(|l| l.value.type_name())),
         "groups": desc.groups.len(),
         "camera": camera(desc),
+        "view": view(&scene.camera_desc),
+        "cameras": desc.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "imports": desc.imports.iter().map(import).collect::<Vec<_>>(),
         "integrator": scene.integrator.type_name(),
         "film": {
             "width": film.width,
@@ -102,6 +109,9 @@ fn as_json(ready: &Ready) -> Value {
             "antialias": film.antialias.word(),
             "samples": film.samples,
             "transfer": film.transfer.word(),
+            "tonemap": film.tonemap.word(),
+            "exposure": film.exposure,
+            "auto_exposure": film.auto_exposure,
             "seed": film.seed,
         },
         "bounds": scene.stats.bounds.map(|b| json!({ "min": b.min.to_array(), "max": b.max.to_array() })),
@@ -131,11 +141,13 @@ fn as_text(ready: &Ready) -> String {
         objects += &format!("; {} triangles", stats.triangles);
     }
     let groups: Vec<&str> = desc.groups.iter().filter_map(|g| g.name.as_deref()).collect();
-    let camera = match &desc.camera {
+    let camera = match desc.camera.as_ref().or(desc.cameras.first()) {
         Some(camera) => camera.value.type_name().to_owned(),
+        None if desc.stage.is_some() => "none in the file: framed from three-quarters above".to_owned(),
         None => "none given: the scene is framed from the front".to_owned(),
     };
     let memory = memory(ready).map(|(what, n)| format!("{what} {}", text::bytes(n))).join(", ");
+    let imports = desc.imports.iter().map(|i| ("model", text::import(i)));
     let rows = [
         ("objects", objects),
         ("materials", listed(&count(desc.materials.iter().map(|m| m.value.type_name())))),
@@ -150,7 +162,35 @@ fn as_text(ready: &Ready) -> String {
         ("hash", ready.hash.clone()),
         ("loaded in", text::seconds(ready.seconds)),
     ];
+    let rows: Vec<(&str, String)> = imports.chain(rows).collect();
     text::columns(rows.iter().map(|(name, what)| (*name, what.clone())))
+}
+
+/// Where the picture is taken from: the eye, what it looks at, and the vertical field of view in degrees or the height of the screen.
+fn view(camera: &CameraDesc) -> Value {
+    let at = |position: DVec3, look_at: DVec3, up: DVec3| {
+        json!({
+            "position": position.to_array(),
+            "look_at": look_at.to_array(),
+            "up": up.to_array(),
+        })
+    };
+    let mut view = match camera {
+        CameraDesc::Pinhole(c) => at(c.position, c.look_at, c.up),
+        CameraDesc::Orthographic(c) => at(c.position, c.look_at, c.up),
+        CameraDesc::ThinLens(c) => at(c.position, c.look_at, c.up),
+    };
+    view["type"] = json!(camera.type_name());
+    if let CameraDesc::Pinhole(PinholeDesc { fov: Some(fov), .. }) = camera {
+        view["fov"] = json!(fov);
+    }
+    view
+}
+
+fn import(import: &ImportSummary) -> Value {
+    let counts: serde_json::Map<_, _> =
+        import.counts.iter().map(|(what, n)| ((*what).to_owned(), json!(n))).collect();
+    json!({ "file": import.file, "format": import.format, "counts": counts })
 }
 
 /// `7: 4 sphere, 3 plane`.
@@ -162,8 +202,18 @@ fn listed(counts: &Counts) -> String {
 
 fn film(film: &FilmDesc) -> String {
     let crop = film.crop.map_or(String::new(), |[x, y, w, h]| format!(", crop {w}x{h} at ({x}, {y})"));
+    let exposure = match (film.auto_exposure, film.exposure) {
+        (false, 0.0) => String::new(),
+        (false, stops) => format!(", exposure {stops:+}"),
+        (true, 0.0) => ", exposure auto".to_owned(),
+        (true, stops) => format!(", exposure auto {stops:+}"),
+    };
+    let tonemap = match film.tonemap {
+        Tonemap::None => String::new(),
+        tonemap => format!(", tonemap {}", tonemap.word()),
+    };
     format!(
-        "{}x{}{crop}, antialias {}, transfer {}, seed {}",
+        "{}x{}{crop}, antialias {}{exposure}{tonemap}, transfer {}, seed {}",
         film.width,
         film.height,
         film.antialias.word(),

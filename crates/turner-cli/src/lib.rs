@@ -28,6 +28,8 @@ pub mod reference;
 mod render;
 mod report;
 mod scene;
+mod sequence;
+mod stage;
 mod text;
 mod topics;
 

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use turner::color::Transfer;
 use turner::film::Picture;
-use turner::scene::Scene;
 use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::{Scene, SceneDesc};
 use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, encode};
 
 use crate::failure::{Failure, two_lines};
+use crate::sequence::Step;
 
 /// Formats by their option.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -85,8 +86,41 @@ impl Output {
         Ok(Output { path: Some(path), format })
     }
 
-    /// What the picture says about its making: the same for the same scene, on any machine, at any time.
-    pub(crate) fn metadata(&self, scene: &Scene, hash: &str, samples_per_pixel: u32) -> Metadata {
+    /// The place of one picture of a sequence.
+    pub(crate) fn numbered(&self, step: &Step) -> Result<Output, Failure> {
+        let path = self.path.as_ref().map(|path| step.path(path));
+        if let (Some(path), false) = (&path, *step == Step::Only) {
+            OutputFile::create(path)
+                .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
+        }
+        Ok(Output { path, format: self.format })
+    }
+
+    /// Refuses to write over a file that the scene was read from: `cup.obj` may well have a texture `cup.png`.
+    pub(crate) fn check_against(&self, scene: &Path, desc: &SceneDesc) -> Result<(), Failure> {
+        let Some(own) = self.path.as_ref().and_then(|p| p.canonicalize().ok()) else { return Ok(()) };
+        let folder = scene.parent().unwrap_or(Path::new(""));
+        let images = desc.images.iter().map(|i| folder.join(&i.uri));
+        let mut read =
+            images.chain(desc.meshes.iter().map(|m| folder.join(&m.uri))).chain([scene.to_owned()]);
+        if read.any(|path| path.canonicalize().is_ok_and(|path| path == own)) {
+            let message = format!("{}: the scene is made of this file", own.display());
+            return Err(Failure::new(
+                SceneError::new(ErrorCode::Output, message).help("name another one with `-o FILE`"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// What the picture says about its making: the same for the same scene, on any machine, at any time. `exposure` is
+    /// that of its display values, in stops.
+    pub(crate) fn metadata(
+        &self,
+        scene: &Scene,
+        hash: &str,
+        samples_per_pixel: u32,
+        exposure: f64,
+    ) -> Metadata {
         let film = &scene.film;
         let settings = format!("film {}; integrator {}", compact(film), compact(&scene.integrator));
         // PNG has a keyword of its own for it.
@@ -99,6 +133,8 @@ impl Output {
             ("turner:integrator", scene.integrator.type_name().to_owned()),
             ("turner:settings", settings),
             ("turner:transfer", film.transfer.word().to_owned()),
+            ("turner:tonemap", film.tonemap.word().to_owned()),
+            ("turner:exposure", format!("{exposure:.4}")),
         ]
         .into_iter()
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))

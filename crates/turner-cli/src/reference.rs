@@ -10,6 +10,7 @@ use turner::light::LightDesc;
 use turner::material::MaterialDesc;
 use turner::scene::background::BackgroundDesc;
 use turner::scene::schema::{EntryDoc, FamilyDoc, Field};
+use turner::scene::{ModelDesc, StageDesc};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 
@@ -60,6 +61,8 @@ pub(crate) fn chapters() -> Vec<Chapter> {
         written("Objects", &["objects"], topics::object()),
         family("Shapes", &["shapes"], &ShapeDesc::DOC, topics::SHAPE),
         written("Groups", &["groups", "instance"], topics::group()),
+        model(),
+        single("Stage", &[], &StageDesc::DOC),
         written("Transforms", &["transforms", "scale", "rotate", "translate", "matrix"], topics::transform()),
         written("Colours", &["colors", "colour", "colours"], topics::color()),
         family("Materials", &["materials"], &MaterialDesc::DOC, topics::MATERIAL),
@@ -72,6 +75,11 @@ pub(crate) fn chapters() -> Vec<Chapter> {
 fn single(heading: &'static str, aliases: &'static [&'static str], doc: &'static EntryDoc) -> Chapter {
     let title = format!("the section [{}]", doc.name);
     Chapter { heading, aliases, intro: entry(doc, title), pages: Vec::new() }
+}
+
+fn model() -> Chapter {
+    let intro = entry(&ModelDesc::DOC, "the object \"model\"".to_owned());
+    Chapter { heading: "Models", aliases: &["models", "glb", "gltf"], intro, pages: Vec::new() }
 }
 
 fn written(heading: &'static str, aliases: &'static [&'static str], intro: Page) -> Chapter {

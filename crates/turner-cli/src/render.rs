@@ -7,8 +7,10 @@ use clap::Args;
 use serde_json::json;
 use turner::film::{Antialias, Film};
 use turner::render::{PassOptions, Renderer};
-use turner::scene::error::SceneError;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::stage::FOV;
 use turner::scene::{Scene, Warning, WarningKind};
+use turner_io::scene::ModelOverrides;
 
 use crate::control::Control;
 use crate::events::Events;
@@ -17,6 +19,7 @@ use crate::output::{FormatArg, Output};
 use crate::progress::Progress;
 use crate::report::{Reporter, strict};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
+use crate::sequence::{SequenceArgs, Step};
 use crate::text;
 
 /// Render a scene into a picture (the command may be left out)
@@ -36,6 +39,8 @@ pub(crate) struct RenderArgs {
     format: Option<FormatArg>,
     #[command(flatten)]
     film: FilmArgs,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     /// Threads [default: all there are]; the picture is the same for any number
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     threads: usize,
@@ -63,7 +68,7 @@ pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
         if args.json && output.is_stdout() {
             reporter.events = Some(Events::Stderr);
         }
-        render(args, &output, &reporter, control)
+        render_all(args, &output, &reporter, control)
     });
     control.end();
     result.unwrap_or_else(|failure| {
@@ -72,8 +77,56 @@ pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
     })
 }
 
-fn render(args: &RenderArgs, output: &Output, reporter: &Reporter, control: &Control) -> Result<u8, Failure> {
-    let mut ready = args.scene.ready(&args.film, args.threads)?;
+/// Renders one picture, or several in order.
+fn render_all(
+    args: &RenderArgs,
+    output: &Output,
+    reporter: &Reporter,
+    control: &Control,
+) -> Result<u8, Failure> {
+    let steps = args.sequence.steps();
+    if steps.len() > 1 && output.is_stdout() {
+        let error = SceneError::new(ErrorCode::Output, "several pictures cannot go to standard output");
+        return Err(Failure::usage(error.help("name a file with `-o`: the pictures are numbered")));
+    }
+    let stage = &args.scene.stage;
+    let mut ready = None;
+    for (i, step) in steps.iter().enumerate() {
+        let models = match step {
+            Step::Frame(frame) => stage.at_frame(*frame),
+            _ => stage.models(),
+        };
+        // A turntable changes nothing but the camera.
+        if ready.is_none() || matches!(step, Step::Frame(_)) {
+            drop(ready.take());
+            ready = Some(load(args, models, output, reporter, i == 0)?);
+        }
+        let Some(ready) = &mut ready else { continue };
+        let fov = ready.desc.stage.as_ref().map_or(FOV, |s| s.fov);
+        step.turn(&mut ready.scene, stage.orbit(), fov)
+            .map_err(|e| Failure::in_scene(e, &ready.sources, &ready.labels))?;
+        let output = output.numbered(step)?;
+        let code = render(args, ready, &output, reporter, control)?;
+        if code != 0 || i + 1 == steps.len() {
+            if reporter.events.is_none() && !ready.desc.imports.is_empty() {
+                reporter.imports(&ready.desc.imports);
+                reporter.warnings(&ready.scene.warnings, &ready.sources, &ready.labels);
+            }
+            return Ok(code);
+        }
+    }
+    Ok(0)
+}
+
+/// Loads and prepares the scene and reports what is to be said about it, unless that was done before.
+fn load(
+    args: &RenderArgs,
+    models: ModelOverrides,
+    output: &Output,
+    reporter: &Reporter,
+    first: bool,
+) -> Result<Ready, Failure> {
+    let mut ready = args.scene.ready(&args.film, models, args.threads)?;
     if args.film.has_samples()
         && !matches!(ready.scene.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
     {
@@ -83,15 +136,30 @@ fn render(args: &RenderArgs, output: &Output, reporter: &Reporter, control: &Con
         );
         ready.scene.warnings.push(Warning::new(WarningKind::Ignored, message));
     }
-    if args.strict && !ready.scene.warnings.is_empty() {
-        return Err(strict(&ready.scene.warnings, &ready.sources, &ready.labels));
+    let warnings = &ready.scene.warnings;
+    if args.strict && warnings.iter().any(|w| w.kind == WarningKind::Ignored) {
+        return Err(strict(warnings, &ready.sources, &ready.labels));
     }
-    reporter.warnings(&ready.scene.warnings, &ready.sources, &ready.labels);
-    let Ready { desc, scene, sources, labels, hash, seconds: load_seconds } = ready;
+    // What there is to say of models stands in the closing lines, unless a program reads it.
+    if first && (ready.desc.imports.is_empty() || reporter.events.is_some()) {
+        reporter.imports(&ready.desc.imports);
+        reporter.warnings(warnings, &ready.sources, &ready.labels);
+    }
+    output.check_against(&args.scene.scene, &ready.desc)?;
     // Rendering needs none of it.
-    drop(desc);
+    (ready.desc.objects, ready.desc.groups) = (Vec::new(), Vec::new());
+    Ok(ready)
+}
 
-    let renderer = Renderer::new(&scene).map_err(|e| Failure::in_scene(e, &sources, &labels))?;
+fn render(
+    args: &RenderArgs,
+    ready: &Ready,
+    output: &Output,
+    reporter: &Reporter,
+    control: &Control,
+) -> Result<u8, Failure> {
+    let Ready { scene, sources, labels, hash, seconds: load_seconds, .. } = ready;
+    let renderer = Renderer::new(scene).map_err(|e| Failure::in_scene(e, sources, labels))?;
     let samples_per_pixel = renderer.samples_per_pixel();
     if let Some(events) = reporter.events {
         events.send(json!({
@@ -111,20 +179,20 @@ fn render(args: &RenderArgs, output: &Output, reporter: &Reporter, control: &Con
     let written = traced.finished > 0.0;
     if written {
         let picture = traced.renderer.film.develop(&scene.film);
-        let metadata = output.metadata(&scene, &hash, samples_per_pixel);
-        output.write(&picture, &scene, &metadata, args.threads)?;
+        let metadata = output.metadata(scene, hash, samples_per_pixel, picture.exposure);
+        output.write(&picture, scene, &metadata, args.threads)?;
     }
     let save_seconds = start.elapsed().as_secs_f64();
-    let late = late_warnings(&traced, &scene);
+    let late = late_warnings(&traced, scene);
     if !args.strict {
-        reporter.warnings(&late, &sources, &labels);
+        reporter.warnings(&late, sources, labels);
     }
-    let report = Report { traced: &traced, written, load_seconds, save_seconds, hash: &hash };
+    let report = Report { traced: &traced, written, load_seconds: *load_seconds, save_seconds, hash };
     report.send(output, reporter);
     match traced.fault {
         Some(fault) => Err(Failure::new(fault)),
         None if traced.interrupted => Ok(INTERRUPTED),
-        None if args.strict && !late.is_empty() => Err(strict(&late, &sources, &labels)),
+        None if args.strict && !late.is_empty() => Err(strict(&late, sources, labels)),
         None => Ok(0),
     }
 }

@@ -4,9 +4,9 @@ use std::io::{IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
-use turner::scene::Warning;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::Span;
+use turner::scene::{ImportSummary, Warning, WarningKind};
 use turner_io::scene::{Location, Sources};
 
 use crate::events::Events;
@@ -51,6 +51,7 @@ impl Reporter {
                 let place = w.span.and_then(|span| sources.locate(span));
                 events.send(json!({
                     "event": "warning",
+                    "kind": w.kind.word(),
                     "message": w.message,
                     "count": w.count,
                     "file": place.as_ref().map(|p| label(p, labels)),
@@ -67,7 +68,8 @@ impl Reporter {
         for w in warnings.iter().take(MAX_SHOWN) {
             out += &warning_text(w, sources, labels, &renderer());
         }
-        let total: u64 = warnings.iter().map(|w| w.count).sum();
+        let is_warning = |w: &&Warning| matches!(w.kind, WarningKind::Ignored | WarningKind::Doubtful);
+        let total: u64 = warnings.iter().filter(is_warning).map(|w| w.count).sum();
         if warnings.len() > MAX_SHOWN {
             out += &format!("… and {} more\n", warnings.len() - MAX_SHOWN);
         }
@@ -75,6 +77,24 @@ impl Reporter {
             out += &format!("{}\n", text::plural(total, "warning"));
         }
         eprint_all(&out);
+    }
+
+    /// Says what models held.
+    pub(crate) fn imports(&self, imports: &[ImportSummary]) {
+        for import in imports {
+            if let Some(events) = &self.events {
+                let counts: serde_json::Map<_, _> =
+                    import.counts.iter().map(|(what, n)| ((*what).to_owned(), json!(n))).collect();
+                events.send(json!({
+                    "event": "import",
+                    "file": import.file,
+                    "format": import.format,
+                    "counts": counts,
+                }));
+            } else {
+                self.line(&text::import(import));
+            }
+        }
     }
 
     /// One line for people.
@@ -108,6 +128,7 @@ pub(crate) fn summed(warnings: &[Warning]) -> Vec<Warning> {
 pub(crate) fn strict(warnings: &[Warning], sources: &Sources, labels: &Labels) -> Failure {
     let errors = summed(warnings)
         .into_iter()
+        .filter(|w| w.kind == WarningKind::Ignored)
         .take(MAX_SHOWN)
         .map(|w| SceneError {
             code: ErrorCode::Strict,
@@ -157,7 +178,12 @@ fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer:
     let place = Place::of(warning.span, sources, labels);
     let at = place.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
     let message = format!("{at}{}{times}", warning.message);
-    format!("{}\n", renderer.render(&[Group::with_title(Level::WARNING.primary_title(message))]))
+    let level = match warning.kind {
+        WarningKind::Note => Level::NOTE,
+        WarningKind::Approximated => Level::NOTE.with_name("approximated"),
+        WarningKind::Ignored | WarningKind::Doubtful => Level::WARNING,
+    };
+    format!("{}\n", renderer.render(&[Group::with_title(level.primary_title(message))]))
 }
 
 /// An excerpt with a place in it.

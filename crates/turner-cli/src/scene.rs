@@ -6,15 +6,19 @@ use std::time::Instant;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
+use turner::color::Tonemap;
 use turner::film::Antialias;
 use turner::integrator::IntegratorDesc;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
 use turner::scene::{PrepareOptions, Quality, Scene, SceneDesc};
 use turner_io::assets::FolderAssets;
-use turner_io::scene::{LoadError, LoadOptions, Loaded, MAX_TEXT, Override, Sources, load, load_text, parse};
+use turner_io::scene::{
+    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, load, load_text, parse,
+};
 
 use crate::failure::{Failure, Labels, two_lines};
+use crate::stage::StageArgs;
 
 /// Which scene, and what is changed in it.
 #[derive(Debug, Args)]
@@ -30,6 +34,8 @@ pub(crate) struct SceneArgs {
     /// Work put into the search trees of meshes: the picture is the same, the time to prepare and to render is not
     #[arg(long, value_name = "QUALITY", default_value = "balanced")]
     bvh_quality: BvhQuality,
+    #[command(flatten)]
+    pub(crate) stage: StageArgs,
 }
 
 /// How much work goes into the trees of meshes.
@@ -67,6 +73,15 @@ pub(crate) struct FilmArgs {
     /// Seed of the random numbers
     #[arg(long)]
     seed: Option<u32>,
+    /// How light of any strength becomes what a display can show; EXR and HDR files hold scene values
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(Tonemap::WORDS))]
+    tonemap: Option<String>,
+    /// Show everything 2^STOPS times as bright, e.g. 1 or -0.5
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
+    exposure: Option<f64>,
+    /// Choose the exposure by the picture; --exposure is added
+    #[arg(long)]
+    auto_exposure: bool,
     /// How light is computed; settings that this integrator does not know are dropped
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(integrators()))]
     integrator: Option<String>,
@@ -98,7 +113,7 @@ impl FilmArgs {
         let mut out = Vec::new();
         let mut set = |path: &str, value: Option<String>, option: &str, shown: Option<&str>| {
             if let Some(value) = value {
-                let label = format!("{option} {}", shown.unwrap_or(&value));
+                let label = format!("{option} {}", shown.unwrap_or(&value)).trim_end().to_owned();
                 out.push((Override { path: path.to_owned(), value }, label));
             }
         };
@@ -113,6 +128,11 @@ impl FilmArgs {
         set("film.samples", number(self.samples), "--samples", None);
         set("film.antialias", quoted(&self.antialias), "--antialias", self.antialias.as_deref());
         set("film.seed", number(self.seed), "--seed", None);
+        set("film.tonemap", quoted(&self.tonemap), "--tonemap", self.tonemap.as_deref());
+        let exposure = self.exposure.map(|stops| format!("{stops:?}").to_lowercase());
+        set("film.exposure", exposure, "--exposure", None);
+        let auto_exposure = self.auto_exposure.then(|| "true".to_owned());
+        set("film.auto_exposure", auto_exposure, "--auto-exposure", Some(""));
         out
     }
 
@@ -140,15 +160,27 @@ pub(crate) struct Ready {
 
 impl SceneArgs {
     /// Loads and prepares the scene.
-    pub(crate) fn ready(&self, film: &FilmArgs, threads: usize) -> Result<Ready, Failure> {
+    pub(crate) fn ready(
+        &self,
+        film: &FilmArgs,
+        models: ModelOverrides,
+        threads: usize,
+    ) -> Result<Ready, Failure> {
         let start = Instant::now();
         let input = Input::new(&self.scene)?;
-        let film_overrides = film.overrides();
+        let mut film_overrides = film.overrides();
+        film_overrides.extend(self.stage.overrides());
         let labels: Labels =
             film_overrides.iter().map(|(o, label)| (format!("-D {}", o.text()), label.clone())).collect();
         let mut overrides: Vec<Override> = film_overrides.into_iter().map(|(o, _)| o).collect();
         overrides.extend(self.set.iter().cloned());
-        let mut options = LoadOptions { overrides, allow_outside: self.allow_outside };
+        let mut options = LoadOptions {
+            overrides,
+            allow_outside: self.allow_outside,
+            max_texture_size: self.stage.max_texture_size,
+            models,
+            threads,
+        };
         let mut loaded = input.load(&options);
         if let (Err(error), Some(name)) = (&loaded, &film.integrator)
             && error.error.code == ErrorCode::UnknownKey
@@ -157,7 +189,8 @@ impl SceneArgs {
             options.overrides[0] = change;
             loaded = input.load(&options);
         }
-        let Loaded { desc, sources, hash, .. } = loaded.map_err(|e| Failure::load(e, &labels))?;
+        let Loaded { mut desc, sources, mut hash } = loaded.map_err(|e| Failure::load(e, &labels))?;
+        self.stage.surround(&mut desc, &mut hash)?;
         let quality = match self.bvh_quality {
             BvhQuality::Fast => Quality::Fast,
             BvhQuality::Balanced => Quality::Balanced,

@@ -1,14 +1,15 @@
 //! Pages of the reference that no table holds: objects, groups, transforms, colours, includes.
 
 use turner::camera::Handedness;
-use turner::color::Transfer;
+use turner::color::{Tonemap, Transfer};
 use turner::film::{Antialias, PixelSample};
 use turner::integrator::{AtDepth, Combine, Facing, Highlight, Miss, NormalKind};
 use turner::light::AttenuationKind;
-use turner::material::{Fresnel, ShadowKind};
+use turner::material::{AlphaMode, Fresnel, ShadowKind};
+use turner::scene::model::UpAxis;
 use turner::scene::read::SECTIONS;
 use turner::scene::schema::ParamType;
-use turner::texture::{Axis, GradientKind, ImageFilter, Mapping, NoiseKind, Wrap};
+use turner::texture::{Axis, Encoding, GradientKind, ImageChannel, ImageFilter, Mapping, NoiseKind, Wrap};
 
 use crate::reference::{Key, Page};
 
@@ -23,6 +24,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (Antialias::kind, Antialias::DOCS),
     (PixelSample::kind, PixelSample::DOCS),
     (Transfer::kind, Transfer::DOCS),
+    (Tonemap::kind, Tonemap::DOCS),
     (AtDepth::kind, AtDepth::DOCS),
     (Miss::kind, Miss::DOCS),
     (Combine::kind, Combine::DOCS),
@@ -39,6 +41,10 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (AttenuationKind::kind, AttenuationKind::DOCS),
     (Fresnel::kind, Fresnel::DOCS),
     (ShadowKind::kind, ShadowKind::DOCS),
+    (AlphaMode::kind, AlphaMode::DOCS),
+    (ImageChannel::kind, ImageChannel::DOCS),
+    (Encoding::kind, Encoding::DOCS),
+    (UpAxis::kind, UpAxis::DOCS),
 ];
 
 /// A scene that shows something.
@@ -112,7 +118,7 @@ pub(crate) fn object() -> Page {
                 "type",
                 "\"text\"",
                 None,
-                "The shape, or \"instance\" to place a group. The keys of the shape follow.",
+                "The shape, \"model\" for a file of another program, or \"instance\" to place a group. The keys of the shape follow.",
             ),
             key("name", "\"text\"", Some("none"), "A name for reports."),
             key(
@@ -255,7 +261,7 @@ pub(crate) fn include() -> Page {
         "include",
         "the key include",
         &[
-            "Names of scene files, at the top of a scene, whose sections are read first. Tables are merged key by key and \
+            "Names of scene files, at the top of a scene, whose sections are read first; the name of a model (see `model`) brings it in as an object. Tables are merged key by key and \
            the file that includes wins; the lists `[[object]]` and `[[light]]` are appended. Paths in a file are \
            relative to that file and stay inside the folder of the scene.",
         ],

@@ -1,5 +1,12 @@
 //! What all importers of foreign formats have in common.
 
+use crate::assets::{AssetSource, printable};
+use crate::mesh;
+use crate::scene::SceneFormat;
+use std::path::Path;
+use turner::scene::SceneDesc;
+use turner::scene::error::{ErrorCode, SceneError};
+
 /// How to import a file of another program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportOptions {
@@ -29,6 +36,37 @@ impl Default for ImportOptions {
             nodes: Vec::new(),
             max_texture_size: None,
             threads: 0,
+        }
+    }
+}
+
+/// Reads a file of another program as a scene of its own: without camera, light or floor of ours, with what it has. Its format is known by its first
+/// bytes or its extension. `uri` is its name relative to the root of `assets`.
+pub fn import(
+    bytes: Vec<u8>,
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    let format = if bytes.starts_with(b"glTF") {
+        SceneFormat::Gltf
+    } else if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        SceneFormat::Ply
+    } else {
+        SceneFormat::of_path(Path::new(uri)).filter(|f| f.is_model()).ok_or_else(|| {
+            let message = format!("{}: is no model by its extension", printable(uri));
+            SceneError::new(ErrorCode::File, message)
+                .help(format!("models are read from {}", SceneFormat::model_listing()))
+        })?
+    };
+    match format {
+        SceneFormat::Gltf => crate::gltf::import(bytes, uri, assets, options),
+        SceneFormat::Obj => mesh::import_obj(bytes, uri, assets, options),
+        SceneFormat::Ply => mesh::import_ply(bytes, uri, assets, options),
+        SceneFormat::Stl => mesh::import_stl(bytes, uri, assets, options),
+        SceneFormat::Toml => {
+            let message = format!("{}: is a scene, no model", printable(&assets.describe(uri)));
+            Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))
         }
     }
 }

@@ -202,7 +202,7 @@ fn bytes_depend_on_nothing_but_the_picture() {
     for i in 0..20 {
         picture.metadata.insert(format!("turner:{i}"), i.into());
     }
-    for format in ImageFormat::all() {
+    for format in ImageFormat::all().filter(|f| f.can_write()) {
         let first = encode(&picture.output(true), format).unwrap();
         for threads in [1, 2, 3, 64, 0] {
             let output = OutputImage { threads, ..picture.output(true) };
@@ -214,7 +214,7 @@ fn bytes_depend_on_nothing_but_the_picture() {
 #[test]
 fn missing_or_short_samples_are_errors() {
     let picture = Picture::new(4, 4);
-    for format in ImageFormat::all() {
+    for format in ImageFormat::all().filter(|f| f.can_write()) {
         let none = OutputImage { linear: None, display: None, ..picture.output(false) };
         assert!(encode(&none, format).is_err());
         let short = OutputImage { height: 5, ..picture.output(false) };

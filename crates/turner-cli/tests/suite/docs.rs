@@ -53,7 +53,7 @@ impl AssetSource for AnyFile {
         };
         Ok(match uri.rsplit_once('.').map(|(_, e)| e) {
             Some("toml") => Vec::new(),
-            Some("obj") => b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(),
+            Some("obj") => b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl paint\nf 1 2 3\n".to_vec(),
             Some("ply") => TRIANGLE_PLY.as_bytes().to_vec(),
             _ => picture(turner_io::image::ImageFormat::of_path(Path::new(uri)).unwrap()),
         })

@@ -60,3 +60,55 @@ fn scenes_stay_in_their_folder() {
     f.turner(&["in/s.toml"]).fails(1, &["E0201"]);
     f.turner(&["in/s.toml", "--allow-outside"]).ok();
 }
+
+#[test]
+fn tone_mapping_and_exposure_change_what_is_shown_alone() {
+    let f = folder();
+    let plain = |name: &str| f.turner(&["s.toml", "-o", name, "-D", "film.transfer=srgb"]).ok();
+    plain("plain.png");
+    plain("plain.exr");
+    let linear = pixels(&f.read("plain.exr"));
+    let shown = pixels(&f.read("plain.png"));
+    let cases: &[&[&str]] = &[
+        &["--tonemap", "neutral"],
+        &["--tonemap", "agx"],
+        &["--tonemap", "aces"],
+        &["--exposure", "-1.5"],
+        &["--exposure", "2"],
+        &["--auto-exposure", "--exposure", "3"],
+    ];
+    for case in cases {
+        let run = |name: &str| {
+            f.turner(&[&["s.toml", "-o", name, "-D", "film.transfer=srgb"], *case].concat()).ok();
+            pixels(&f.read(name))
+        };
+        assert_ne!(run("x.png"), shown, "{case:?}");
+        assert_eq!(run("x.exr"), linear, "{case:?}");
+    }
+    f.turner(&["s.toml", "--exposure", "99"]).fails(2, &["E0105", "--exposure 99", "-64 to 64"]);
+    f.turner(&["s.toml", "--tonemap", "neutrall"]).fails(2, &["neutral"]);
+}
+
+#[test]
+fn the_exposure_that_was_chosen_is_in_the_picture() {
+    let f = folder();
+    let exposure = |args: &[&str]| -> f64 {
+        f.turner(&[&["s.toml", "-o", "x.png"], args].concat()).ok();
+        let metadata = turner_io::image::read_metadata(&f.read("x.png"), "x.png").unwrap();
+        metadata["turner:exposure"].to_string().parse().unwrap()
+    };
+    assert_eq!(exposure(&[]), 0.0);
+    assert_eq!(exposure(&["--exposure", "-1.25"]), -1.25);
+    let auto = exposure(&["--auto-exposure"]);
+    assert!(auto != 0.0 && auto.abs() < 3.0, "{auto}");
+    assert!((exposure(&["--auto-exposure", "--exposure", "0.5"]) - auto - 0.5).abs() < 1e-3);
+    // A scene twice as bright is shown the same.
+    let half = exposure(&[
+        "--auto-exposure",
+        "-D",
+        "background.color=[0.1,0.15,0.25]",
+        "-D",
+        "light.0.intensity=0.5",
+    ]);
+    assert!((half - auto - 1.0).abs() < 0.01, "{half} {auto}");
+}

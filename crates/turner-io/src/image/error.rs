@@ -8,19 +8,21 @@ use crate::assets::printable;
 #[non_exhaustive]
 pub enum ImageError {
     /// An output path whose extension names no format.
-    #[error("{name}: {found} names no picture format{nearest}\n  use one of {valid}")]
+    #[error("{name}: {found} {problem}{nearest}\n  use one of {valid}")]
     UnknownExtension {
         /// The path.
         name: String,
-        /// The extension found.
+        /// The extension or the format found.
         found: String,
+        /// What is wrong with it.
+        problem: &'static str,
         /// All valid extensions.
         valid: String,
         /// `"; the nearest is .png"`, or empty.
         nearest: String,
     },
     /// The first bytes belong to no format that is read.
-    #[error("{name}: found {found}; expected a picture in {valid}\n  convert it to one of these")]
+    #[error("{name}: found {found}; expected a picture in {valid}\n  {remedy}")]
     NotAnImage {
         /// The file.
         name: String,
@@ -28,6 +30,8 @@ pub enum ImageError {
         found: String,
         /// The formats that are read.
         valid: String,
+        /// What to do.
+        remedy: &'static str,
     },
     /// The picture claims a size beyond the limits, or more pixels than its bytes can hold.
     #[error("{name}: {format} of {width} x {height} pixels {problem}\n  {remedy}")]
@@ -99,6 +103,26 @@ impl ImageError {
     ) -> Self {
         let (found, expected) = (printable(&found.to_string()), expected.to_string());
         Self::Unsupported { name: printable(name), format: format.name(), found, expected }
+    }
+
+    /// An error of the image crate; `expected` is what it reads.
+    pub(super) fn of_decoder(name: &str, format: ImageFormat, e: image::ImageError, expected: &str) -> Self {
+        use image::error::UnsupportedErrorKind;
+        match e {
+            image::ImageError::Unsupported(what) => match what.kind() {
+                UnsupportedErrorKind::GenericFeature(found) => {
+                    Self::unsupported(name, format, found, expected)
+                }
+                UnsupportedErrorKind::Color(kind) => {
+                    Self::unsupported(name, format, format!("pixels of the kind {kind:?}"), expected)
+                }
+                _ => Self::unsupported(name, format, what, expected),
+            },
+            image::ImageError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => {
+                Self::damaged(name, format, "it ends before the picture does")
+            }
+            other => Self::damaged(name, format, other),
+        }
     }
 
     pub(super) fn encode(format: ImageFormat, problem: impl ToString) -> Self {

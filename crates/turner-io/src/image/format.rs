@@ -1,6 +1,6 @@
 //! The formats there are: one table for extensions, first bytes and listings.
 
-use super::ImageError;
+use super::{ImageError, bmp, tga};
 use crate::assets::{nearest, printable};
 use std::path::Path;
 
@@ -15,6 +15,12 @@ pub enum ImageFormat {
     Hdr,
     /// 8 bits, display-encoded, lossy.
     Jpeg,
+    /// 8 bits, display-encoded, lossy or lossless. Read only.
+    WebP,
+    /// 8 bits, display-encoded. Read only.
+    Bmp,
+    /// 8 bits, display-encoded. Read only.
+    Tga,
 }
 
 /// One line of the table.
@@ -23,7 +29,9 @@ struct Row {
     name: &'static str,
     extensions: &'static [&'static str],
     description: &'static str,
-    magic: &'static [u8],
+    /// Whether a file is in this format, by its bytes.
+    is: fn(&[u8]) -> bool,
+    can_write: bool,
 }
 
 const TABLE: &[Row] = &[
@@ -32,50 +40,118 @@ const TABLE: &[Row] = &[
         name: "PNG",
         extensions: &["png"],
         description: "8 or 16 bits per channel, lossless: what the display shows",
-        magic: b"\x89PNG\r\n\x1a\n",
+        is: |b| b.starts_with(b"\x89PNG\r\n\x1a\n"),
+        can_write: true,
     },
     Row {
         format: ImageFormat::Exr,
         name: "OpenEXR",
         extensions: &["exr"],
         description: "linear 32-bit floats with metadata, lossless: what was computed",
-        magic: b"\x76\x2f\x31\x01",
+        is: |b| b.starts_with(b"\x76\x2f\x31\x01"),
+        can_write: true,
     },
     Row {
         format: ImageFormat::Hdr,
         name: "Radiance HDR",
         extensions: &["hdr", "pic", "rgbe"],
         description: "linear light in 4 bytes per pixel, to 0.4 % of the brightest channel",
-        magic: b"#?",
+        is: |b| b.starts_with(b"#?"),
+        can_write: true,
     },
     Row {
         format: ImageFormat::Jpeg,
         name: "JPEG",
         extensions: &["jpg", "jpeg", "jpe"],
         description: "8 bits per channel, lossy: for looking at, not for comparing",
-        magic: b"\xff\xd8\xff",
+        is: |b| b.starts_with(b"\xff\xd8\xff"),
+        can_write: true,
+    },
+    Row {
+        format: ImageFormat::WebP,
+        name: "WebP",
+        extensions: &["webp"],
+        description: "8 bits per channel, lossy or lossless, with or without alpha",
+        is: |b| b.starts_with(b"RIFF") && b.get(8..12) == Some(b"WEBP"),
+        can_write: false,
+    },
+    Row {
+        format: ImageFormat::Bmp,
+        name: "BMP",
+        extensions: &["bmp", "dib"],
+        description: "8 bits per channel, lossless",
+        is: bmp::is_bmp,
+        can_write: false,
+    },
+    Row {
+        format: ImageFormat::Tga,
+        name: "TGA",
+        extensions: &["tga", "icb", "vda", "vst"],
+        description: "8 bits per channel, lossless; known by its footer or its extension",
+        is: |b| b.ends_with(tga::FOOTER),
+        can_write: false,
     },
 ];
 
-/// First bytes of formats that people try and that are not read, so that the message can name them.
-const FOREIGN: &[(&[u8], &str)] = &[
-    (b"GIF8", "a GIF picture"),
-    (b"BM", "a BMP picture"),
-    (b"II*\0", "a TIFF picture"),
-    (b"MM\0*", "a TIFF picture"),
-    (b"RIFF", "a RIFF file (WebP?)"),
-    (b"DDS ", "a DDS texture"),
-    (b"\xabKTX", "a KTX texture"),
-    (b"8BPS", "a Photoshop document"),
-    (b"\0\0\0\x0cjP", "a JPEG 2000 picture"),
-    (b"\xff\x0a", "a JPEG XL picture"),
-    (b"P3", "a PPM picture"),
-    (b"P6", "a PPM picture"),
-    (b"PF", "a PFM picture"),
-    (b"\x89P", "a PNG with damaged first bytes (transferred as text?)"),
-    (b"<", "a text file (an error page or SVG?)"),
-    (b"version https://git-lfs", "a Git LFS pointer; run `git lfs pull`"),
+/// What to do about most formats that are not read.
+const CONVERT: &str = "convert it to PNG, or to OpenEXR if its samples are floats";
+const CONVERT_GPU: &str =
+    "convert it to PNG: the texture tools of its maker do that (`ktx extract`, `texconv`, …)";
+const CONVERT_STILL: &str = "save the picture (or the one frame of it that is meant) as PNG or JPEG";
+
+/// Formats that people try and that are not read, so that the message can name them: where their signature stands,
+/// the signature, the name, the remedy.
+const FOREIGN: &[(usize, &[u8], &str, &str)] = &[
+    (0, b"\xabKTX 20\xbb", "a KTX2 (Basis Universal) texture", CONVERT_GPU),
+    (0, b"\xabKTX", "a KTX texture", CONVERT_GPU),
+    (0, b"sB\x13\0", "a Basis Universal texture", CONVERT_GPU),
+    (0, b"DDS ", "a DDS texture", CONVERT_GPU),
+    (4, b"ftypavi", "an AVIF picture", CONVERT_STILL),
+    (4, b"ftyphe", "a HEIC picture", CONVERT_STILL),
+    (4, b"ftypmif1", "a HEIF picture", CONVERT_STILL),
+    (4, b"ftypmsf1", "a HEIF picture", CONVERT_STILL),
+    (0, b"GIF8", "a GIF picture", CONVERT_STILL),
+    (0, b"II*\0", "a TIFF picture", CONVERT),
+    (0, b"MM\0*", "a TIFF picture", CONVERT),
+    (0, b"II+\0", "a BigTIFF picture", CONVERT),
+    (0, b"MM\0+", "a BigTIFF picture", CONVERT),
+    (0, b"RIFF", "a RIFF file that is no WebP", CONVERT),
+    (0, b"8BPS", "a Photoshop document", CONVERT),
+    (0, b"\0\0\0\x0cjP", "a JPEG 2000 picture", CONVERT),
+    (0, b"\xff\x0a", "a JPEG XL picture", CONVERT),
+    (0, b"\0\0\0\x0cJXL", "a JPEG XL picture", CONVERT),
+    (0, b"qoif", "a QOI picture", CONVERT),
+    (0, b"\0\0\x01\0", "an icon (ICO)", CONVERT),
+    (0, b"P3", "a PPM picture", CONVERT),
+    (0, b"P6", "a PPM picture", CONVERT),
+    (0, b"PF", "a PFM picture", CONVERT),
+    (0, b"Pf", "a PFM picture", CONVERT),
+    (0, b"%PDF", "a PDF document", CONVERT_STILL),
+    (0, b"\x89P", "a PNG with damaged first bytes (transferred as text?)", "export or download it again"),
+    (0, b"version https://git-lfs", "a Git LFS pointer", "run `git lfs pull`"),
 ];
+
+/// What a file without a known signature is, as far as that can be told, and what to do about it.
+fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    if bytes.is_empty() {
+        return Some(("an empty file", "export or download it again"));
+    }
+    let is = |(at, magic): (usize, &[u8])| bytes.get(at..).is_some_and(|b| b.starts_with(magic));
+    if let Some(&(_, _, what, remedy)) = FOREIGN.iter().find(|(at, magic, ..)| is((*at, magic))) {
+        return Some((what, remedy));
+    }
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    if !text.starts_with(b"<") {
+        return None;
+    }
+    let head = &text[..text.len().min(1024)];
+    let svg = head.windows(4).any(|w| w.eq_ignore_ascii_case(b"<svg"));
+    Some(if svg {
+        ("an SVG drawing", "draw it into a PNG of the size that is needed")
+    } else {
+        ("a text in angle brackets (an error page?)", "download it again")
+    })
+}
 
 impl ImageFormat {
     /// Every format, in the order of the table.
@@ -103,55 +179,67 @@ impl ImageFormat {
         self.row().description
     }
 
-    /// Whether [`super::decode`] reads it. All four, today.
+    /// Whether [`super::decode`] reads it: all of them, today.
     pub fn can_read(self) -> bool {
         true
     }
 
-    /// Whether [`super::encode`] writes it. All four, today.
+    /// Whether [`super::encode`] writes it.
     pub fn can_write(self) -> bool {
-        true
+        self.row().can_write
     }
 
-    /// The format that an output path asks for by its extension, in upper or lower case.
+    /// The format that an output path asks for by its extension, in upper or lower case: one that is written.
     pub fn of_path(path: &Path) -> Result<Self, ImageError> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let every = || TABLE.iter().flat_map(|row| row.extensions.iter().copied());
-        if let Some(row) =
-            TABLE.iter().find(|row| extension.as_deref().is_some_and(|e| row.extensions.contains(&e)))
-        {
+        let extension = lower_extension(path);
+        let every =
+            || TABLE.iter().filter(|row| row.can_write).flat_map(|row| row.extensions.iter().copied());
+        let row = TABLE.iter().find(|row| extension.as_deref().is_some_and(|e| row.extensions.contains(&e)));
+        if let Some(row) = row.filter(|row| row.can_write) {
             return Ok(row.format);
         }
-        let found = match &extension {
-            Some(e) => format!("the extension .{}", printable(e)),
-            None => "no extension".to_owned(),
+        let (found, problem) = match (&extension, row) {
+            (_, Some(row)) => (row.name.to_owned(), "is read, not written"),
+            (Some(e), None) => (format!("the extension .{}", printable(e)), "names no picture format"),
+            (None, None) => ("no extension".to_owned(), "names no picture format"),
         };
         Err(ImageError::UnknownExtension {
             name: printable(&path.to_string_lossy()),
             found,
+            problem,
             valid: every().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" "),
             nearest: extension
+                .filter(|_| row.is_none())
                 .and_then(|e| nearest(&e, every()))
                 .map_or_else(String::new, |e| format!("; the nearest is .{e}")),
         })
     }
 
-    /// The format of a file by its first bytes; `name` is for the message.
+    /// The format of a file by its bytes; for TGA, which has no signature, by the extension of `name`.
     pub fn of_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
-        if let Some(row) = TABLE.iter().find(|row| bytes.starts_with(row.magic)) {
+        if let Some(row) = TABLE.iter().find(|row| (row.is)(bytes)) {
             return Ok(row.format);
         }
-        let found = match FOREIGN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
-            _ if bytes.is_empty() => "an empty file".to_owned(),
-            Some((_, what)) => (*what).to_owned(),
-            None => format!("a file beginning with {:02x?}", &bytes[..bytes.len().min(8)]),
+        let foreign = foreign(bytes);
+        let is_tga = |e: String| ImageFormat::Tga.extensions().contains(&e.as_str());
+        if foreign.is_none() && lower_extension(Path::new(name)).is_some_and(is_tga) {
+            return Ok(ImageFormat::Tga);
+        }
+        let (found, remedy) = match foreign {
+            Some((what, remedy)) => (what.to_owned(), remedy),
+            None => (format!("a file beginning with {:02x?}", &bytes[..bytes.len().min(8)]), CONVERT),
         };
         Err(ImageError::NotAnImage {
             name: printable(name),
             found,
             valid: TABLE.iter().map(|row| row.name).collect::<Vec<_>>().join(", "),
+            remedy,
         })
     }
+}
+
+fn lower_extension(path: &Path) -> Option<String> {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase())
 }
 
 #[cfg(test)]
@@ -160,7 +248,8 @@ mod tests {
 
     #[test]
     fn the_table_has_each_format_once() {
-        for format in [ImageFormat::Png, ImageFormat::Exr, ImageFormat::Hdr, ImageFormat::Jpeg] {
+        use ImageFormat::*;
+        for format in [Png, Exr, Hdr, Jpeg, WebP, Bmp, Tga] {
             assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
             assert_eq!(format.row().format, format);
         }
@@ -178,8 +267,40 @@ mod tests {
     }
 
     #[test]
-    fn a_foreign_format_is_named() {
-        let message = ImageFormat::of_bytes(b"GIF89a...", "logo.png").unwrap_err().to_string();
-        assert!(message.contains("logo.png") && message.contains("GIF"), "{message}");
+    fn formats_that_are_read_only_are_no_outputs() {
+        let message = ImageFormat::of_path(Path::new("x.webp")).unwrap_err().to_string();
+        assert!(message.contains("WebP is read, not written") && !message.contains(".tga"), "{message}");
+    }
+
+    #[test]
+    fn a_foreign_format_is_named_with_a_remedy() {
+        let cases: &[(&[u8], &str, &str)] = &[
+            (b"GIF89a...", "GIF", "PNG"),
+            (b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2", "ktx extract"),
+            (b"sB\x13\0....", "Basis", "PNG"),
+            (b"DDS |...", "DDS", "texconv"),
+            (b"\0\0\0\x20ftypavif", "AVIF", "PNG"),
+            (b"\0\0\0\x20ftypheic", "HEIC", "PNG"),
+            (b"II*\0....", "TIFF", "OpenEXR"),
+            (b"\xef\xbb\xbf<?xml version='1.0'?>\n<svg width='3'>", "SVG", "PNG"),
+            (b" <!DOCTYPE html>", "error page", "download"),
+            (b"", "empty", "again"),
+        ];
+        for (bytes, what, remedy) in cases {
+            for name in ["logo.png", "logo.tga"] {
+                let message = ImageFormat::of_bytes(bytes, name).unwrap_err().to_string();
+                assert!(message.starts_with(name), "{message}");
+                assert!(message.contains(what) && message.contains(remedy), "{message}");
+            }
+        }
+    }
+
+    #[test]
+    fn content_counts_before_the_extension() {
+        assert_eq!(ImageFormat::of_bytes(b"\xff\xd8\xff", "x.tga").ok(), Some(ImageFormat::Jpeg));
+        assert_eq!(ImageFormat::of_bytes(b"\0\0\x02\0", "x.TGA").ok(), Some(ImageFormat::Tga));
+        assert_eq!(ImageFormat::of_bytes(b"\0\0\x02TRUEVISION-XFILE.\0", "x").ok(), Some(ImageFormat::Tga));
+        assert!(ImageFormat::of_bytes(b"\0\0\x02\0", "x").is_err());
+        assert!(ImageFormat::of_bytes(b"BM is a text", "x").is_err());
     }
 }

@@ -97,3 +97,8 @@ pub(super) fn reserve<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), 
         bytes: (more as u64).saturating_mul(size_of::<T>() as u64),
     })
 }
+
+/// Asks whether there is room for `bytes` more, which a decoder is about to take without asking.
+pub(super) fn probe(bytes: usize, name: &str) -> Result<(), ImageError> {
+    reserve(&mut Vec::<u8>::new(), bytes, name)
+}

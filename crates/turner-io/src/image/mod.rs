@@ -1,4 +1,5 @@
-//! Pictures: PNG, OpenEXR, Radiance HDR and JPEG to and from memory, and the safe way to put one on disk.
+//! Pictures: PNG, OpenEXR, Radiance HDR and JPEG to and from memory, WebP, TGA and BMP from it, and the safe way to
+//! put one on disk.
 //!
 //! ```text
 //! bytes ── decode ──> turner::image::Image          8 bits stay 8 bits, 16 stay 16, EXR and HDR are floats
@@ -13,7 +14,9 @@
 //! files are not applied, and the transform from the linear to the display samples of an [`OutputImage`] is the
 //! renderer's.
 
+pub mod bmp;
 mod contain;
+mod decode_all;
 mod error;
 pub mod exr;
 mod format;
@@ -24,8 +27,12 @@ mod metadata;
 mod output;
 mod output_image;
 pub mod png;
+mod shrink;
+pub mod tga;
+pub mod webp;
 
 pub use contain::silence_contained_panics;
+pub use decode_all::{ColorOrData, EncodedPicture, decode_all};
 pub use error::ImageError;
 pub use format::ImageFormat;
 pub use limits::DecodeLimits;
@@ -35,7 +42,8 @@ pub use output_image::{Display, OutputImage, Transfer};
 
 use turner::image::Image;
 
-/// Reads a picture. The format is found from the first bytes, never from the name; `name` is for messages.
+/// Reads a picture. The format is found from its bytes; `name` is for messages, and its extension counts only for
+/// TGA, which has no signature.
 ///
 /// A picture with alpha comes back with straight alpha, whatever the file stores.
 pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
@@ -44,6 +52,9 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
         ImageFormat::Exr => exr::decode(bytes, name, limits),
         ImageFormat::Hdr => hdr::decode(bytes, name, limits),
         ImageFormat::Jpeg => jpeg::decode(bytes, name, limits),
+        ImageFormat::WebP => webp::decode(bytes, name, limits),
+        ImageFormat::Tga => tga::decode(bytes, name, limits),
+        ImageFormat::Bmp => bmp::decode(bytes, name, limits),
     }
 }
 
@@ -54,15 +65,18 @@ pub fn encode(image: &OutputImage<'_>, format: ImageFormat) -> Result<Vec<u8>, I
         ImageFormat::Exr => exr::encode(image),
         ImageFormat::Hdr => hdr::encode(image),
         ImageFormat::Jpeg => jpeg::encode(image),
+        ImageFormat::WebP | ImageFormat::Tga | ImageFormat::Bmp => {
+            Err(ImageError::encode(format, "it is read, not written; use PNG"))
+        }
     }
 }
 
-/// The text and integer metadata of a PNG or EXR file, without decoding a pixel; empty for HDR and JPEG.
+/// The text and integer metadata of a PNG or EXR file, without decoding a pixel; empty for the others.
 /// PNG knows text only, so an integer written there comes back as [`MetaValue::Text`].
 pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     match ImageFormat::of_bytes(bytes, name)? {
         ImageFormat::Png => png::read_metadata(bytes, name),
         ImageFormat::Exr => exr::read_metadata(bytes, name),
-        ImageFormat::Hdr | ImageFormat::Jpeg => Ok(Metadata::new()),
+        _ => Ok(Metadata::new()),
     }
 }

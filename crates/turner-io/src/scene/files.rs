@@ -1,21 +1,23 @@
 //! The files that a scene names: each is read, hashed and decoded once.
 
+use super::LoadOptions;
 use super::error::{asset_error, two_lines};
 use super::hash::SceneHash;
 use super::sources::Sources;
-use crate::assets::AssetSource;
+use crate::assets::{AssetError, AssetSource};
 use crate::image::{DecodeLimits, decode};
+use crate::import::{ImportOptions, import};
 use crate::mesh;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use turner::image::Image;
-use turner::scene::SceneAssets;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::FileId;
+use turner::scene::{ModelDesc, SceneAssets, SceneDesc, Warning};
 use turner::shape::mesh::MeshData;
 
 /// Most bytes of one picture or mesh file: 4 GiB.
-const MAX_FILE: u64 = 4 << 30;
+pub(super) const MAX_FILE: u64 = 4 << 30;
 /// Most bytes of samples of all pictures together: 16 GiB.
 const MAX_DECODED: u64 = 16 << 30;
 
@@ -26,8 +28,14 @@ pub struct SceneFiles<'a> {
     hash: SceneHash,
     images: HashMap<String, Arc<Image>>,
     meshes: HashMap<String, Arc<MeshData>>,
+    /// By path and options.
+    models: HashMap<(String, String), Arc<SceneDesc>>,
     decoded: u64,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
+    /// How the scene is loaded.
+    pub(super) options: LoadOptions,
+    /// Name and bytes of a file that was read already: the one that the user named.
+    pub(super) given: Option<(String, Vec<u8>)>,
 }
 
 impl<'a> SceneFiles<'a> {
@@ -39,11 +47,22 @@ impl<'a> SceneFiles<'a> {
     /// With a hash that goes on from what was read before.
     pub(super) fn with_hash(assets: &'a dyn AssetSource, sources: &'a Sources, hash: SceneHash) -> Self {
         let (images, meshes) = (HashMap::new(), HashMap::new());
-        SceneFiles { assets, sources, hash, images, meshes, decoded: 0, warnings: Vec::new() }
+        SceneFiles {
+            assets,
+            sources,
+            hash,
+            images,
+            meshes,
+            models: HashMap::new(),
+            decoded: 0,
+            warnings: Vec::new(),
+            options: LoadOptions::default(),
+            given: None,
+        }
     }
 
     /// What was ignored, and the hash over all that was read.
-    pub(super) fn finish(self) -> (Vec<String>, SceneHash) {
+    pub(super) fn finish(self) -> (Vec<Warning>, SceneHash) {
         (self.warnings, self.hash)
     }
 
@@ -53,7 +72,13 @@ impl<'a> SceneFiles<'a> {
     }
 
     fn read(&mut self, kind: u8, path: &str) -> Result<Vec<u8>, SceneError> {
-        let bytes = self.assets.read(path, MAX_FILE).map_err(asset_error)?;
+        let bytes = match self.given.take() {
+            Some((name, bytes)) if name == path => bytes,
+            given => {
+                self.given = given;
+                self.assets.read(path, MAX_FILE).map_err(asset_error)?
+            }
+        };
         self.hash.add(kind, &bytes);
         Ok(bytes)
     }
@@ -82,10 +107,62 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(mesh.clone());
         }
         let bytes = self.read(b'm', &path)?;
-        let read = mesh::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
+        let read = mesh::decode_any(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
         self.warnings.extend(read.warnings);
         let mesh = Arc::new(read.mesh);
         self.meshes.insert(path, mesh.clone());
         Ok(mesh)
+    }
+
+    fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+        let path = self.resolve(&model.file, from)?;
+        let asked = &self.options.models;
+        let options = ImportOptions {
+            time: asked.time.unwrap_or(model.time),
+            animation: asked.animation.clone().or_else(|| model.animation.clone()),
+            variant: asked.variant.clone().or_else(|| model.variant.clone()),
+            scene: model.scene.clone(),
+            nodes: model.nodes.clone(),
+            max_texture_size: self.options.max_texture_size,
+            threads: self.options.threads,
+        };
+        let key = (path.clone(), format!("{options:?}"));
+        if let Some(scene) = self.models.get(&key) {
+            return Ok(scene.clone());
+        }
+        let bytes = self.read(b'g', &path)?;
+        let assets = HashedAssets { inner: self.assets, read: Mutex::new(Vec::new()) };
+        let scene = Arc::new(import(bytes, &path, &assets, &options)?);
+        for hash in assets.read.into_inner().unwrap_or_else(|e| e.into_inner()) {
+            self.hash.add(b'f', hash.as_bytes());
+        }
+        self.models.insert(key, scene.clone());
+        Ok(scene)
+    }
+}
+
+/// Files that a model names: each is hashed as it is read.
+struct HashedAssets<'a> {
+    inner: &'a dyn AssetSource,
+    /// Names and hashes, in the order of reading.
+    read: Mutex<Vec<String>>,
+}
+
+impl AssetSource for HashedAssets<'_> {
+    fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
+        let bytes = self.inner.read(uri, limit)?;
+        let mut hash = SceneHash::new();
+        hash.add(b'f', &bytes);
+        let mut read = self.read.lock().unwrap_or_else(|e| e.into_inner());
+        read.push(format!("{uri}:{}", hash.hex()));
+        Ok(bytes)
+    }
+
+    fn describe(&self, uri: &str) -> String {
+        self.inner.describe(uri)
+    }
+
+    fn resolve(&self, from: &str, uri: &str) -> Result<String, AssetError> {
+        self.inner.resolve(from, uri)
     }
 }

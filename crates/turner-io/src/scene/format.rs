@@ -9,10 +9,14 @@ use turner::scene::error::{ErrorCode, SceneError};
 pub enum SceneFormat {
     /// A scene in TOML.
     Toml,
+    /// glTF 2.0, as text or in one file.
+    Gltf,
     /// Wavefront OBJ: a mesh.
     Obj,
-    /// Stanford PLY: a mesh.
+    /// Stanford PLY: a mesh or a cloud of points.
     Ply,
+    /// STL: a mesh.
+    Stl,
 }
 
 /// One line of the table.
@@ -21,7 +25,18 @@ struct Row {
     name: &'static str,
     extensions: &'static [&'static str],
     description: &'static str,
-    is_scene: bool,
+    holds: Holds,
+}
+
+/// What a file of a format is used for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Holds {
+    /// A scene in Turner's own language.
+    Scene,
+    /// A model: a scene of another program.
+    Model,
+    /// A model that is one mesh.
+    Mesh,
 }
 
 const TABLE: &[Row] = &[
@@ -30,34 +45,47 @@ const TABLE: &[Row] = &[
         name: "TOML",
         extensions: &["toml"],
         description: "a scene: text that a person writes",
-        is_scene: true,
+        holds: Holds::Scene,
+    },
+    Row {
+        format: SceneFormat::Gltf,
+        name: "glTF 2.0",
+        extensions: &["glb", "gltf"],
+        description: "a model: nodes, meshes, skins, animations, physical materials, lights, cameras",
+        holds: Holds::Model,
     },
     Row {
         format: SceneFormat::Obj,
         name: "Wavefront OBJ",
         extensions: &["obj"],
-        description: "a mesh: polygons, normals, texture coordinates; materials are ignored",
-        is_scene: false,
+        description: "a model of one mesh: polygons, normals, texture coordinates, materials of its MTL files",
+        holds: Holds::Mesh,
     },
     Row {
         format: SceneFormat::Ply,
         name: "Stanford PLY",
         extensions: &["ply"],
-        description: "a mesh: polygons, normals, texture coordinates; ASCII and binary",
-        is_scene: false,
+        description: "a model of one mesh or a cloud of points: polygons, normals, texture coordinates, colours; ASCII and binary",
+        holds: Holds::Mesh,
+    },
+    Row {
+        format: SceneFormat::Stl,
+        name: "STL",
+        extensions: &["stl"],
+        description: "a model of one mesh: triangles; ASCII and binary; z is taken for up",
+        holds: Holds::Mesh,
     },
 ];
 
 /// Extensions of files that people try and that are not read as scenes.
 const FOREIGN: &[(&[&str], &str)] = &[
-    (&["glb", "gltf"], "a glTF scene"),
     (&["pbrt"], "a pbrt scene"),
     (&["xml"], "an XML file (Mitsuba?)"),
     (&["json", "yaml", "yml"], "a JSON or YAML file"),
     (&["blend"], "a Blender file"),
     (&["usd", "usda", "usdc", "usdz"], "a USD scene"),
     (&["fbx", "dae", "3ds", "abc", "max"], "a scene of a modelling program"),
-    (&["stl", "off", "mtl"], "a model file"),
+    (&["off", "mtl"], "a model file"),
     (&["pov"], "a POV-Ray scene"),
     (&["png", "jpg", "jpeg", "exr", "hdr", "tif", "tiff", "gif", "bmp", "webp", "tga"], "a picture"),
     (&["zip", "gz", "zst", "7z", "tar"], "an archive"),
@@ -88,9 +116,14 @@ impl SceneFormat {
         self.row().description
     }
 
-    /// Whether it is a whole scene that can be rendered, rather than a mesh.
+    /// Whether it is a scene in Turner's own language, rather than a model.
     pub fn is_scene(self) -> bool {
-        self.row().is_scene
+        self.row().holds == Holds::Scene
+    }
+
+    /// Whether it is a model of another program, which can be placed in a scene or rendered by itself.
+    pub fn is_model(self) -> bool {
+        !self.is_scene()
     }
 
     /// The format that a name asks for by its extension, in upper or lower case.
@@ -101,12 +134,17 @@ impl SceneFormat {
 
     /// `TOML (.toml)`: the formats of scenes, for messages.
     pub(crate) fn listing() -> String {
-        list(|row| row.is_scene)
+        list(|row| row.holds == Holds::Scene)
     }
 
     /// `Wavefront OBJ (.obj), …`: the formats of meshes, for messages.
     pub(crate) fn mesh_listing() -> String {
-        list(|row| !row.is_scene)
+        list(|row| row.holds == Holds::Mesh)
+    }
+
+    /// The formats of models, for messages.
+    pub(crate) fn model_listing() -> String {
+        list(|row| row.holds != Holds::Scene)
     }
 }
 
@@ -115,33 +153,24 @@ fn list(wanted: impl Fn(&Row) -> bool) -> String {
     rows.map(|row| format!("{} (.{})", row.name, row.extensions[0])).collect::<Vec<_>>().join(", ")
 }
 
-/// Refuses a path that is no text scene by its extension; an unknown one or none is taken for TOML.
-pub(super) fn check_scene(path: &Path) -> Result<(), SceneError> {
-    let Some(extension) = path.extension().map(|e| e.to_string_lossy().to_lowercase()) else { return Ok(()) };
+/// The format of a path by its extension; an unknown one or none is taken for TOML, that of other programs refused.
+pub(super) fn check_scene(path: &Path) -> Result<SceneFormat, SceneError> {
+    if let Some(format) = SceneFormat::of_path(path) {
+        return Ok(format);
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let found = FOREIGN.iter().find(|(extensions, _)| extensions.contains(&extension.as_str()));
+    let Some((_, found)) = found else { return Ok(SceneFormat::Toml) };
     let name = printable(&path.to_string_lossy());
-    let found = match SceneFormat::of_path(path) {
-        Some(format) if format.is_scene() => return Ok(()),
-        Some(format) => {
-            let message =
-                format!("{name}: is a {} mesh; expected a scene: {}", format.name(), SceneFormat::listing());
-            let file = printable(&path.file_name().unwrap_or_default().to_string_lossy());
-            return Err(SceneError::new(ErrorCode::File, message)
-                .help(format!("write a scene with [[object]] type = \"mesh\", file = \"{file}\"")));
-        }
-        None => FOREIGN
-            .iter()
-            .find(|(extensions, _)| extensions.contains(&extension.as_str()))
-            .map(|(_, what)| *what),
-    };
-    let Some(found) = found else { return Ok(()) };
     let message = format!("{name}: is {found}; expected a scene: {}", SceneFormat::listing());
     Err(SceneError::new(ErrorCode::File, message)
-        .help(format!("meshes are read from {}", SceneFormat::mesh_listing())))
+        .help(format!("models are read from {}", SceneFormat::model_listing())))
 }
 
 /// The nearest extension of a mesh, as `; the nearest is .ply`, or nothing.
 pub(crate) fn nearest_mesh_extension(extension: &str) -> String {
-    let every = TABLE.iter().filter(|row| !row.is_scene).flat_map(|row| row.extensions.iter().copied());
+    let every =
+        TABLE.iter().filter(|row| row.holds == Holds::Mesh).flat_map(|row| row.extensions.iter().copied());
     nearest(extension, every).map_or_else(String::new, |e| format!("; the nearest is .{e}"))
 }
 
@@ -151,7 +180,9 @@ mod tests {
 
     #[test]
     fn the_table_has_each_format_once() {
-        for format in [SceneFormat::Toml, SceneFormat::Obj, SceneFormat::Ply] {
+        for format in
+            [SceneFormat::Toml, SceneFormat::Gltf, SceneFormat::Obj, SceneFormat::Ply, SceneFormat::Stl]
+        {
             assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
             assert_eq!(
                 SceneFormat::of_path(Path::new(&format!("a.{}", format.extensions()[0]))),
@@ -163,9 +194,12 @@ mod tests {
 
     #[test]
     fn other_files_are_named() {
-        assert!(check_scene(Path::new("a.TOML")).is_ok() && check_scene(Path::new("scene")).is_ok());
-        let message = check_scene(Path::new("a.glb")).unwrap_err().to_string();
-        assert!(message.contains("glTF") && message.contains("TOML (.toml)"), "{message}");
-        assert!(check_scene(Path::new("a.ply")).unwrap_err().help.unwrap().contains("a.ply"));
+        for name in ["a.TOML", "scene", "a.scene"] {
+            assert_eq!(check_scene(Path::new(name)).unwrap(), SceneFormat::Toml);
+        }
+        assert_eq!(check_scene(Path::new("a.GLB")).unwrap(), SceneFormat::Gltf);
+        let error = check_scene(Path::new("a.fbx")).unwrap_err();
+        assert!(error.message.contains("TOML (.toml)"), "{error}");
+        assert!(error.help.unwrap().contains("glTF 2.0 (.glb)"));
     }
 }

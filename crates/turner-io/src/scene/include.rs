@@ -2,9 +2,10 @@
 
 use super::error::asset_error;
 use super::sources::{SourceFile, Sources};
-use super::{MAX_TEXT, text};
+use super::{MAX_TEXT, SceneFormat, model, text};
 use crate::assets::{AssetSource, printable};
 use std::collections::{HashMap, HashSet};
+use std::path::Path;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::schema::wrong_type;
 use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
@@ -100,6 +101,12 @@ impl Reader<'_> {
         };
         if self.sources.files().len() >= MAX_FILES {
             return Err(too_large(format!("the scene includes more than {MAX_FILES} files")));
+        }
+        if let Some(format) = SceneFormat::of_path(Path::new(&uri)).filter(|f| f.is_model()) {
+            let text = model::included(last_part(&uri), format);
+            let name = printable(&format!("{}{uri}", self.folder));
+            let file = self.sources.add(SourceFile { name, uri, text, is_argument: false });
+            return self.file(file).map(Some);
         }
         let bytes = self.assets.read(&uri, MAX_TEXT).map_err(|e| asset_error(e).or_at(Some(span)))?;
         self.bytes += bytes.len() as u64;

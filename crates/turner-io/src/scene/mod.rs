@@ -14,12 +14,14 @@ mod files;
 mod format;
 mod hash;
 mod include;
+pub(crate) mod model;
 mod nesting;
 mod overrides;
 mod sources;
 mod text;
 
 pub use error::LoadError;
+pub(crate) use error::two_lines;
 pub use files::SceneFiles;
 pub use format::SceneFormat;
 pub(crate) use format::nearest_mesh_extension;
@@ -32,7 +34,7 @@ use error::asset_error;
 use std::io::Read;
 use std::path::Path;
 use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{SceneDesc, Warning, WarningKind, read_scene};
+use turner::scene::{SceneDesc, read_scene};
 
 /// Most bytes of one text: 1 GiB.
 pub const MAX_TEXT: u64 = 1 << 30;
@@ -43,10 +45,27 @@ pub const MAX_DEPTH: usize = 64;
 /// How to load a scene.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
+    /// Longest side that pictures may have; larger ones are halved until they fit.
+    pub max_texture_size: Option<u32>,
+    /// What is asked of all models in it.
+    pub models: ModelOverrides,
+    /// Threads for decoding; 0 takes all there are. The scene is the same for any number.
+    pub threads: usize,
     /// Values that replace those of the files, applied in order.
     pub overrides: Vec<Override>,
     /// Whether the scene may name files outside its folder. For scenes that the user trusts.
     pub allow_outside: bool,
+}
+
+/// What takes the place of keys of every model in a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ModelOverrides {
+    /// Seconds into the animation.
+    pub time: Option<f64>,
+    /// Which animation.
+    pub animation: Option<String>,
+    /// Which variant of materials.
+    pub variant: Option<String>,
 }
 
 /// A scene that was read.
@@ -73,7 +92,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         let text = text::utf8(bytes, "standard input").map_err(bare)?;
         return load_text(text, "-", &assets, options);
     }
-    format::check_scene(path).map_err(bare)?;
+    let format = format::check_scene(path).map_err(bare)?;
     let assets = folder(path.parent().unwrap_or(Path::new("")), options).map_err(bare)?;
     let name = path.to_string_lossy();
     let Some(file) = path.file_name().and_then(|n| n.to_str()) else {
@@ -81,9 +100,22 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         return Err(bare(SceneError::new(ErrorCode::File, message).help("rename it or name a file")));
     };
     // The user named this file: a link may lead anywhere. Its clone shares the budget.
-    let bytes = assets.clone().allow_outside(true).read(file, MAX_TEXT).map_err(|e| bare(asset_error(e)))?;
+    let named = assets.clone().allow_outside(true);
+    if format.is_model() {
+        let bytes = named.read(file, files::MAX_FILE).map_err(|e| bare(asset_error(e)))?;
+        return model::load(bytes, format, &name, file, &assets, options);
+    }
+    let bytes = named.read(file, MAX_TEXT).map_err(|e| bare(asset_error(e)))?;
     let text = text::utf8(bytes, &name).map_err(bare)?;
     load_named(text, &name, file, &assets, options)
+}
+
+/// The hash of a scene to which something was added that its files do not name.
+pub fn hash_with(hash: &str, bytes: &[u8]) -> String {
+    let mut sum = hash::SceneHash::new();
+    sum.add(b'h', hash.as_bytes());
+    sum.add(b'a', bytes);
+    sum.hex()
 }
 
 /// Reads a scene from text. `name` is for messages and, as a path relative to the root of `assets`, what the paths
@@ -110,7 +142,7 @@ fn load_named(
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
     let mut sources = Sources::default();
-    match read(text, (name, uri), assets, options, &mut sources) {
+    match read(text, (name, uri), assets, options, &mut sources, None) {
         Ok((desc, hash)) => Ok(Loaded { desc, sources, hash }),
         Err(error) => Err(LoadError { error, sources }),
     }
@@ -122,6 +154,7 @@ fn read(
     assets: &dyn AssetSource,
     options: &LoadOptions,
     sources: &mut Sources,
+    given: Option<(String, Vec<u8>)>,
 ) -> Result<(SceneDesc, String), SceneError> {
     let folder = name.strip_suffix(uri).unwrap_or_default().to_owned();
     let source = SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false };
@@ -133,8 +166,10 @@ fn read(
         overrides::apply(change, &mut root, uri, sources)?;
     }
     let mut files = SceneFiles::with_hash(assets, sources, hash);
+    files.options = options.clone();
+    files.given = given;
     let mut desc = read_scene(&root, &mut files)?;
     let (warnings, hash) = files.finish();
-    desc.warnings.extend(warnings.into_iter().map(|message| Warning::new(WarningKind::Ignored, message)));
+    desc.warnings.extend(warnings);
     Ok((desc, hash.hex()))
 }

@@ -165,8 +165,8 @@ impl Interface {
         } else {
             near = albedo::dielectric_loss(self.eta, alpha);
             far = albedo::dielectric_loss(1.0 / self.eta, alpha);
-            let whole =
-                round * glass / (PI * (far.average() * self.eta * self.eta + near.average()).max(1e-9));
+            let whole = GIVEN_BACK * round * glass
+                / (PI * (far.average() * self.eta * self.eta + near.average()).max(1e-9));
             let tint = if self.inside { Rgb::ONE } else { self.tint };
             (reflect, transmit) = (tint * whole, self.through * whole);
         }

@@ -1,7 +1,8 @@
 //! From sums to a picture.
 
+use super::exposure::{Luminances, factor};
 use super::{Antialias, Film, FilmDesc};
-use crate::color::Transfer;
+use crate::color::{Spectrum, Tonemap, Transfer};
 
 /// A rectangle of pixels; row 0 is the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,12 +43,15 @@ pub struct Picture {
     /// Scene values, colour times coverage (premultiplied) and coverage: what EXR and HDR files hold. NaN where
     /// no sample was finite.
     pub linear: Vec<[f32; 4]>,
-    /// Display values with straight alpha: what PNG and JPEG files hold. Each is round(255 · encode(linear)).
+    /// Display values with straight alpha: what PNG and JPEG files hold. Each is
+    /// round(255 · encode(tonemap(2^exposure · linear / alpha))).
     pub display: Vec<[u8; 4]>,
     /// Whether any pixel is not fully covered.
     pub has_alpha: bool,
     /// Pixels without any sample: the render was stopped before it came to them. They are transparent black.
     pub missing: u64,
+    /// The exposure of the display values in stops: what was asked for, and what `auto_exposure` added.
+    pub exposure: f64,
 }
 
 impl Film {
@@ -62,8 +66,8 @@ impl Film {
             display: Vec::with_capacity(count),
             has_alpha: false,
             missing: 0,
+            exposure: desc.exposure,
         };
-        let curve = Curve::new(desc.transfer);
         for y in self.crop.y..self.crop.y + height {
             for x in self.crop.x..self.crop.x + width {
                 let mean = match desc.antialias {
@@ -75,10 +79,16 @@ impl Film {
                     [0.0; 4]
                 });
                 picture.has_alpha |= linear[3] != 1.0;
-                picture.display.push(curve.display(linear));
                 picture.linear.push(linear);
             }
         }
+        if desc.auto_exposure {
+            let mut luminances = Luminances::default();
+            picture.linear.iter().for_each(|pixel| luminances.add(*pixel));
+            picture.exposure += luminances.exposure();
+        }
+        let curve = Curve::new(desc.transfer, desc.tonemap, picture.exposure);
+        picture.display.extend(picture.linear.iter().map(|pixel| curve.display(*pixel)));
         picture
     }
 
@@ -107,20 +117,23 @@ impl Film {
     }
 }
 
-/// The transfer curve to 8 bits.
+/// Exposure, tone mapping and the transfer curve to 8 bits.
 struct Curve {
     transfer: Transfer,
-    /// For sRGB: entry i is the smallest scene value that becomes i, so that no pixel needs a power.
+    tonemap: Tonemap,
+    /// 2^exposure.
+    factor: f32,
+    /// For sRGB: entry i is the smallest display light that becomes i, so that no pixel needs a power.
     thresholds: Vec<f32>,
 }
 
 impl Curve {
-    fn new(transfer: Transfer) -> Curve {
+    fn new(transfer: Transfer, tonemap: Tonemap, exposure: f64) -> Curve {
         let thresholds = match transfer {
             Transfer::None => Vec::new(),
             Transfer::Srgb => (1..=255u16).map(|i| threshold(transfer, i)).collect(),
         };
-        Curve { transfer, thresholds }
+        Curve { transfer, tonemap, factor: factor(exposure), thresholds }
     }
 
     /// Premultiplied scene values to straight 8-bit display values; pixels that are not numbers are magenta.
@@ -131,8 +144,14 @@ impl Curve {
         if a <= 0.0 {
             return [0; 4];
         }
-        let byte = |v: f32| self.byte(if a == 1.0 { v } else { v / a });
-        [byte(r), byte(g), byte(b), (a.min(1.0) * 255.0 + 0.5) as u8]
+        let straight = Spectrum::new(r, g, b).map(|v| if a == 1.0 { v } else { v / a });
+        let shown = match self.tonemap {
+            Tonemap::None if self.factor == 1.0 => straight,
+            Tonemap::None => straight * self.factor,
+            tonemap => tonemap.map(straight * self.factor),
+        };
+        let [r, g, b] = shown.to_array().map(|v| self.byte(v));
+        [r, g, b, (a.min(1.0) * 255.0 + 0.5) as u8]
     }
 
     fn byte(&self, v: f32) -> u8 {
@@ -167,7 +186,7 @@ mod tests {
 
     #[test]
     fn thresholds_are_the_curve() {
-        let curve = Curve::new(Transfer::Srgb);
+        let curve = Curve::new(Transfer::Srgb, Tonemap::None, 0.0);
         for i in 0..=4000 {
             let v = i as f32 / 3900.0;
             assert_eq!(curve.byte(v), quantise(Transfer::Srgb.encode(v)), "{v}");
@@ -177,9 +196,44 @@ mod tests {
 
     #[test]
     fn display_values_are_straight() {
-        let curve = Curve::new(Transfer::None);
+        let curve = Curve::new(Transfer::None, Tonemap::None, 0.0);
         assert_eq!(curve.display([0.25, 0.5, 0.0, 0.5]), [128, 255, 0, 128]);
         assert_eq!(curve.display([0.2, 2.0, -1.0, 1.0]), [51, 255, 0, 255]);
         assert_eq!(curve.display([f32::NAN, 0.0, 0.0, 1.0]), [255, 0, 255, 255]);
+    }
+
+    #[test]
+    fn exposure_is_in_stops_and_comes_before_the_curves() {
+        let plain = Curve::new(Transfer::Srgb, Tonemap::None, 0.0);
+        for stops in [-3.0, -1.0, 1.0, 5.0] {
+            let exposed = Curve::new(Transfer::Srgb, Tonemap::None, stops);
+            for i in 0..500 {
+                let v = i as f32 / 400.0;
+                let by_hand = if stops < 0.0 {
+                    v / (1 << -stops as i32) as f32
+                } else {
+                    v * (1 << stops as i32) as f32
+                };
+                assert_eq!(exposed.display([v, v, v, 1.0]), plain.display([by_hand, by_hand, by_hand, 1.0]));
+            }
+        }
+        let mapped = Curve::new(Transfer::None, Tonemap::Neutral, 2.0);
+        // 0.15 · 4 − 0.04.
+        assert_eq!(mapped.display([0.15, 0.15, 0.15, 1.0]), [143, 143, 143, 255]);
+    }
+
+    #[test]
+    fn tone_mapping_sees_colours_without_their_alpha() {
+        for tonemap in [Tonemap::Neutral, Tonemap::Agx, Tonemap::Aces] {
+            let curve = Curve::new(Transfer::Srgb, tonemap, 0.5);
+            for v in [0.02, 0.3, 0.9, 7.0f32] {
+                let [r, g, b, _] = curve.display([v, v / 2.0, v / 4.0, 1.0]);
+                let half = curve.display([v / 2.0, v / 4.0, v / 8.0, 0.5]);
+                assert_eq!(half, [r, g, b, 128], "{tonemap:?} {v}");
+            }
+            assert_eq!(curve.display([f32::INFINITY, 0.0, 0.0, 1.0])[0], 255);
+            assert_eq!(curve.display([f32::NAN, 0.0, 0.0, 1.0]), [255, 0, 255, 255]);
+            assert_eq!(curve.display([3.0, 3.0, 3.0, 0.0]), [0; 4]);
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod band;
 mod develop;
+mod exposure;
 mod fixed;
 mod sums;
 
@@ -10,7 +11,7 @@ pub use develop::{Picture, PixelRect};
 pub use fixed::Fixed96;
 pub use sums::{Film, MAX_PIXELS, NonFinite, PixelSum};
 
-use crate::color::Transfer;
+use crate::color::{Tonemap, Transfer};
 use crate::scene::schema::{Range, choice, params};
 
 choice! {
@@ -40,7 +41,7 @@ choice! {
 }
 
 params! {
-    /// Size, sampling and transfer curve of the picture.
+    /// Size, sampling, exposure and transfer curve of the picture.
     pub struct FilmDesc as "film" {
         /// Columns of pixels.
         width: u32 = 640, in Range::closed(1.0, 65536.0);
@@ -60,6 +61,12 @@ params! {
         pixel_sample: PixelSample = PixelSample::Center;
         /// How scene values become display values, and display colours (#rrggbb, names, 8-bit pictures) scene values.
         transfer: Transfer = Transfer::None;
+        /// How light of any strength becomes what a display can show. Applied before the transfer curve, to PNG and JPEG alone: EXR and HDR files hold scene values.
+        tonemap: Tonemap = Tonemap::None;
+        /// Scene values are multiplied by 2 to this power before they are shown (stops); again for PNG and JPEG alone.
+        exposure: f64 = 0.0, in Range::closed(-64.0, 64.0);
+        /// Whether the exposure is chosen by the picture: the logarithmic mean of its luminance, without the darkest and the brightest twentieth, becomes a middle grey of 0.18. `exposure` is added.
+        auto_exposure: bool = false;
         /// Seed of the random numbers.
         seed: u32 = 0;
     }

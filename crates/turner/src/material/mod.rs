@@ -4,9 +4,11 @@ mod classic;
 mod conversion;
 mod dielectric;
 mod emissive;
+mod evaluate;
 mod matte;
 mod metal;
 pub mod metals;
+mod physical;
 mod plastic;
 mod principled;
 
@@ -15,6 +17,7 @@ pub use dielectric::DielectricMaterial;
 pub use emissive::EmissiveMaterial;
 pub use matte::MatteMaterial;
 pub use metal::MetalMaterial;
+pub use physical::Physical;
 pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, PrincipledMaterial};
 
@@ -48,6 +51,8 @@ pub enum Material {
     Classic(Classic),
     /// The physical material, with what its objects' shadows are like for the classic integrator.
     Principled(Box<PrincipledMaterial>, ShadowKind),
+    /// Any material, for integrators that follow light.
+    Physical(Box<Physical>),
 }
 
 /// Where a material lets rays pass.
@@ -65,21 +70,21 @@ impl MaterialDesc {
         if let MaterialDesc::Classic(m) = self {
             return Material::Classic(m.prepare());
         }
-        let m = self.principled().unwrap_or_default();
+        let m = self.principled();
         let shadow = m.shadow();
         Material::Principled(Box::new(m), shadow)
     }
 
-    /// In the terms of the physical material, which all but the classic one have.
-    pub fn principled(&self) -> Option<PrincipledMaterial> {
+    /// In the terms of the physical material; what a classic one is there is a likeness.
+    pub fn principled(&self) -> PrincipledMaterial {
         match self {
-            MaterialDesc::Classic(_) => None,
-            MaterialDesc::Principled(m) => Some(m.clone()),
-            MaterialDesc::Matte(m) => Some(m.principled()),
-            MaterialDesc::Metal(m) => Some(m.principled()),
-            MaterialDesc::Dielectric(m) => Some(m.principled()),
-            MaterialDesc::Plastic(m) => Some(m.principled()),
-            MaterialDesc::Emissive(m) => Some(m.principled()),
+            MaterialDesc::Classic(m) => PrincipledMaterial::from_classic(m),
+            MaterialDesc::Principled(m) => m.clone(),
+            MaterialDesc::Matte(m) => m.principled(),
+            MaterialDesc::Metal(m) => m.principled(),
+            MaterialDesc::Dielectric(m) => m.principled(),
+            MaterialDesc::Plastic(m) => m.principled(),
+            MaterialDesc::Emissive(m) => m.principled(),
         }
     }
 
@@ -118,6 +123,7 @@ impl Material {
         match self {
             Material::Classic(m) => m.shadow,
             Material::Principled(_, shadow) => *shadow,
+            Material::Physical(m) => m.shadow,
         }
     }
 
@@ -126,6 +132,7 @@ impl Material {
         match self {
             Material::Classic(m) => color_at(m.color, scene, surface) * m.k_refract as f32,
             Material::Principled(m, _) => m.shadow_tint(scene, surface),
+            Material::Physical(m) => Spectrum::grey(1.0 - m.desc.coverage(scene, surface)),
         }
     }
 }

@@ -130,6 +130,13 @@ material = "gold"
 "##
 }
 
+impl PrincipledMaterial {
+    /// A diffuse surface without reflection.
+    pub fn matte() -> PrincipledMaterial {
+        PrincipledMaterial { specular_weight: grey(0.0), ..PrincipledMaterial::default() }
+    }
+}
+
 impl Default for PrincipledMaterial {
     fn default() -> PrincipledMaterial {
         PrincipledMaterial {

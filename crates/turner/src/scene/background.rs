@@ -14,6 +14,8 @@ params! {
         zenith: Option<Spectrum> = None;
         /// Up, for the gradient.
         up: DVec3 = DVec3::Y;
+        /// Whether an environment light is seen instead of the colours, where there is one.
+        environment: bool = true;
         /// Whether pixels (parts of pixels) that show the background are transparent in PNG and EXR.
         transparent: bool = false;
     }

@@ -11,6 +11,7 @@ use crate::integrator::IntegratorDesc;
 use crate::light::LightDesc;
 use crate::material::MaterialDesc;
 use crate::scene::background::BackgroundDesc;
+use crate::scene::stage::StageDesc;
 use crate::shape::{ShapeDesc, mesh::MeshData};
 use crate::texture::TextureDesc;
 
@@ -117,6 +118,8 @@ pub struct SceneDesc {
     pub meshes: Vec<Asset<MeshData>>,
     /// Every camera that an imported file names; `camera` is the one the picture is taken with.
     pub cameras: Vec<Named<CameraDesc>>,
+    /// What is added to a scene that has no camera, light or floor.
+    pub stage: Option<StageDesc>,
     /// What was imported.
     pub imports: Vec<ImportSummary>,
     /// What was ignored or doubtful while reading.

@@ -2,6 +2,7 @@
 
 use super::desc::{ImageId, TextureId};
 use super::error::{ErrorCode, SceneError, escape, unknown_name};
+use super::model::Renumber;
 use super::read::ReadContext;
 use super::schema::{ParamType, Range, wrong_type};
 use super::value::{Data, Value};
@@ -107,6 +108,9 @@ impl<T: ParamType> ParamType for Option<T> {
     fn show(&self) -> String {
         self.as_ref().map_or("none".into(), T::show)
     }
+    fn renumber(&mut self, by: &Renumber) {
+        self.iter_mut().for_each(|v| v.renumber(by));
+    }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.as_ref().and_then(|v| v.outside(range))
     }
@@ -125,6 +129,9 @@ impl<T: ParamType> ParamType for Vec<T> {
     }
     fn show(&self) -> String {
         format!("[{}]", self.iter().map(T::show).collect::<Vec<_>>().join(", "))
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        self.iter_mut().for_each(|v| v.renumber(by));
     }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.iter().find_map(|v| v.outside(range))
@@ -151,6 +158,9 @@ impl<T: ParamType + Copy, const N: usize> ParamType for [T; N] {
     }
     fn show(&self) -> String {
         format!("[{}]", self.iter().map(T::show).collect::<Vec<_>>().join(", "))
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        self.iter_mut().for_each(|v| v.renumber(by));
     }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.iter().find_map(|v| v.outside(range))
@@ -289,6 +299,9 @@ impl ParamType for ColorSource {
             ColorSource::Texture(_) => "a texture".into(),
         }
     }
+    fn renumber(&mut self, by: &Renumber) {
+        *self = by.source(*self);
+    }
     /// What textures give is limited where it is used.
     fn outside(&self, range: &Range) -> Option<f64> {
         match self {
@@ -311,5 +324,8 @@ impl ParamType for ImageId {
     }
     fn show(&self) -> String {
         "a file".into()
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        *self = by.image(*self);
     }
 }

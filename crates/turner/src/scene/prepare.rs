@@ -4,10 +4,12 @@ use turner_bvh::{BoxBvh, BuildOptions, Quality};
 
 use super::batch::BatchShapes;
 use super::desc::*;
+use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
+use super::stage::Staging;
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::film::Film;
@@ -40,9 +42,14 @@ impl SceneDesc {
         let mut warnings = self.warnings.clone();
         let film_bytes = Film::check(&self.film)?;
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
-        let mut materials: Vec<Material> = self.materials.iter().map(|m| m.value.prepare()).collect();
+        let physical = self.integrator.is_physical();
+        let ready = |m: &MaterialDesc| match physical {
+            true => Material::Physical(Box::new(m.prepare_physical())),
+            false => m.prepare(),
+        };
+        let mut materials: Vec<Material> = self.materials.iter().map(|m| ready(&m.value)).collect();
         let default_material = MaterialId(materials.len() as u32);
-        materials.push(MaterialDesc::default().prepare());
+        materials.push(ready(&MaterialDesc::default()));
 
         let count = self.count_primitives()?;
         let shapes = self.prepare_shapes(options, &mut warnings)?;
@@ -60,6 +67,14 @@ impl SceneDesc {
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         flat.flatten(self)?;
+        let aspect = f64::from(self.film.width) / f64::from(self.film.height);
+        let (mut lights, ambient) = self.prepare_lights()?;
+        let staging = self.set_stage(&mut flat, &mut lights, aspect)?;
+        if let Some((plane, material)) = staging.ground {
+            materials.push(ready(&MaterialDesc::Principled(material)));
+            flat.add_unbounded(Shape::Plane(plane), MaterialId(materials.len() as u32 - 1));
+        }
+        warnings.extend(staging.notes);
         let Flattener { primitives, bounds, transforms, faces, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
         // Few shapes are tested one by one, without a tree.
@@ -95,14 +110,13 @@ impl SceneDesc {
         let bounded = ordered.len();
         ordered.extend(slots.into_iter().flatten());
 
-        let (lights, ambient) = self.prepare_lights()?;
-        let aspect = f64::from(self.film.width) / f64::from(self.film.height);
-        let camera = match &self.camera {
-            Some(camera) => camera.value.prepare(aspect).map_err(|e| e.or_at(camera.span))?,
-            None => CameraDesc::framing(&total, aspect).prepare(aspect)?,
+        let (camera_desc, span) = match staging.camera.as_ref().or(self.camera.as_ref()) {
+            Some(camera) => (camera.value.clone(), camera.span),
+            None => (CameraDesc::framing(&total, aspect), None),
         };
-        let batch =
-            (sieve.is_some() || bounded == 0).then(|| BatchShapes::new(&ordered, bounded, &materials));
+        let camera = camera_desc.prepare(aspect).map_err(|e| e.or_at(span))?;
+        let batch = (sieve.is_some() || bounded == 0)
+            .then(|| BatchShapes::new(&ordered, bounded, &materials, &faces));
         let stats = SceneStats {
             primitives: ordered.len() as u64,
             triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
@@ -115,8 +129,9 @@ impl SceneDesc {
             texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
             film_bytes,
         };
-        Ok(Scene {
+        let mut scene = Scene {
             camera,
+            camera_desc,
             film: self.film.clone(),
             integrator: self.integrator.clone(),
             background: self.background.prepared(),
@@ -132,15 +147,36 @@ impl SceneDesc {
             frame,
             batch,
             faces,
+            emitters: Emitters::default(),
             warnings,
             stats,
-        })
+        };
+        if physical {
+            scene.emitters = Emitters::new(&scene);
+        }
+        Ok(scene)
+    }
+
+    /// What the scene lacks and its stage has; lights are added at once.
+    fn set_stage(
+        &self,
+        flat: &mut Flattener<'_>,
+        lights: &mut Vec<Light>,
+        aspect: f64,
+    ) -> Result<Staging, SceneError> {
+        let Some(stage) = &self.stage else { return Ok(Staging::default()) };
+        let bounds = flat.bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
+        stage.complete(self, &bounds, aspect, lights)
     }
 
     fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
         let (mut lights, mut ambient) = (Vec::new(), Spectrum::BLACK);
         for light in &self.lights {
-            match light.value.prepare().map_err(|e| e.or_at(light.span))? {
+            match light
+                .value
+                .prepare(&self.images, self.integrator.compensates())
+                .map_err(|e| e.or_at(light.span))?
+            {
                 Ok(light) => lights.push(light),
                 Err(color) => ambient += color,
             }
@@ -238,6 +274,13 @@ struct Flattener<'a> {
 }
 
 impl Flattener<'_> {
+    /// A shape without end, in the world's space.
+    fn add_unbounded(&mut self, shape: Shape, material: MaterialId) {
+        let id = self.primitives.len() as u32;
+        self.primitives.push(Primitive { shape, material, transform: NO_TRANSFORM, faces: NO_FACES, id });
+        self.bounds.push(None);
+    }
+
     fn flatten(&mut self, desc: &SceneDesc) -> Result<(), SceneError> {
         struct Level<'a> {
             objects: &'a [ObjectDesc],

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use super::background::BackgroundDesc;
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape, unknown_name};
+use super::model::{ModelDesc, PlacedModel};
 use super::schema::{TableReader, wrong_type};
+use super::stage::StageDesc;
 use super::transform::Transform;
 use super::value::{Data, FileId, Span, Table, Value};
 use crate::camera::CameraDesc;
@@ -26,6 +28,8 @@ pub trait SceneAssets {
     fn image(&mut self, uri: &str, from: FileId) -> Result<Arc<Image>, SceneError>;
     /// A mesh.
     fn mesh(&mut self, uri: &str, from: FileId) -> Result<Arc<MeshData>, SceneError>;
+    /// A file of another program, as a scene.
+    fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
 }
 
 /// How deep textures written in place may nest.
@@ -35,15 +39,24 @@ const MAX_NESTING: u32 = 64;
 pub struct ReadContext<'a> {
     /// The film's transfer curve, which `#rrggbb` and colour names follow.
     pub transfer: Transfer,
-    assets: &'a mut dyn SceneAssets,
+    pub(super) assets: &'a mut dyn SceneAssets,
     texture_ids: HashMap<String, TextureId>,
     material_ids: HashMap<String, MaterialId>,
     group_ids: HashMap<String, GroupId>,
-    textures: Vec<Option<Named<TextureDesc>>>,
-    materials: Vec<Option<Named<MaterialDesc>>>,
-    images: Vec<Asset<Image>>,
-    meshes: Vec<Asset<MeshData>>,
-    warnings: Vec<Warning>,
+    pub(super) textures: Vec<Option<Named<TextureDesc>>>,
+    pub(super) materials: Vec<Option<Named<MaterialDesc>>>,
+    pub(super) images: Vec<Asset<Image>>,
+    pub(super) meshes: Vec<Asset<MeshData>>,
+    pub(super) warnings: Vec<Warning>,
+    /// Groups that models became, numbered behind the scene's own; and how many groups there are in all.
+    pub(super) more_groups: Vec<Named<GroupDesc>>,
+    pub(super) group_count: u32,
+    pub(super) models: Vec<PlacedModel>,
+    pub(super) model_lights: Vec<Named<LightDesc>>,
+    pub(super) cameras: Vec<Named<CameraDesc>>,
+    pub(super) imports: Vec<ImportSummary>,
+    /// Whether objects of a group are being read.
+    pub(super) in_group: bool,
     nesting: u32,
 }
 
@@ -148,6 +161,7 @@ pub const SECTIONS: &[(&str, &str)] = &[
     ("film", "size, sampling and transfer curve of the picture"),
     ("integrator", "how light is computed"),
     ("background", "what a ray sees that hits nothing"),
+    ("stage", "what is added to a scene without camera, light or floor"),
     ("texture", "named textures: [texture.NAME]"),
     ("material", "named materials: [material.NAME]"),
     ("group", "named groups of objects: [[group.NAME.object]]"),
@@ -173,6 +187,13 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         images: Vec::new(),
         meshes: Vec::new(),
         warnings: Vec::new(),
+        more_groups: Vec::new(),
+        group_count: 0,
+        models: Vec::new(),
+        model_lights: Vec::new(),
+        cameras: Vec::new(),
+        imports: Vec::new(),
+        in_group: false,
         nesting: 0,
     };
     // The film first: it says what hex colours mean.
@@ -198,6 +219,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     for (i, (name, ..)) in groups.iter().enumerate() {
         cx.group_ids.insert((*name).to_owned(), GroupId(i as u32));
     }
+    cx.group_count = groups.len() as u32;
     for (i, (name, _, value)) in textures.iter().enumerate() {
         let texture = read_texture(value, &mut cx)?;
         cx.textures[i] =
@@ -209,6 +231,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
             Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: material });
     }
     let mut group_descs = Vec::with_capacity(groups.len());
+    cx.in_group = true;
     for (name, _, value) in &groups {
         let mut table = TableReader::of(value, format!("the group \"{}\"", escape(name)))?;
         let objects = read_objects(table.take("object"), &mut cx)?;
@@ -219,7 +242,9 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
             value: GroupDesc { objects },
         });
     }
+    cx.in_group = false;
     let objects = read_objects(top.take("object"), &mut cx)?;
+    group_descs.append(&mut cx.more_groups);
     let mut lights = Vec::new();
     for value in array_of_tables(top.take("light"), "light")? {
         let mut table = TableReader::of(value, "a light")?;
@@ -228,6 +253,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         table.finish()?;
         lights.push(Named { name: None, span: Some(value.span), value: light });
     }
+    lights.append(&mut cx.model_lights);
     let camera = match top.take("camera") {
         None => None,
         Some(value) => {
@@ -255,7 +281,12 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     };
     let background =
         whole_table(top.take("background").unwrap_or(&empty), "[background]", &mut cx, BackgroundDesc::read)?;
-    if lights.is_empty() {
+    let stage = match top.take("stage") {
+        None => None,
+        Some(value) => Some(whole_table(value, "[stage]", &mut cx, StageDesc::read)?),
+    };
+    let staged_light = stage.as_ref().is_some_and(|s| s.studio);
+    if lights.is_empty() && !staged_light {
         cx.warn(None, "the scene has no [[light]]: whatever does not reflect the background is black");
     }
     if objects.is_empty() {
@@ -273,8 +304,9 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         lights,
         images: cx.images,
         meshes: cx.meshes,
-        cameras: Vec::new(),
-        imports: Vec::new(),
+        cameras: cx.cameras,
+        stage,
+        imports: cx.imports,
         warnings: cx.warnings,
     })
 }
@@ -361,13 +393,16 @@ fn read_objects(section: Option<&Value>, cx: &mut ReadContext<'_>) -> Result<Vec
 fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, SceneError> {
     let mut table = TableReader::of(value, "an object")?;
     let name = table.optional::<String>("name", None, cx)?;
-    let transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
+    let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
     let material = match table.take("material") {
         Some(value) => Some(cx.material(value)?),
         None => None,
     };
-    let is_instance = matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == "instance");
-    let content = if is_instance {
+    let is = |table: &mut TableReader<'_>, kind| matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == kind);
+    let content = if is(&mut table, ModelDesc::DOC.name) {
+        table.rename("a model");
+        ObjectContent::Instance(cx.read_model(&mut table, material, &mut transform)?)
+    } else if is(&mut table, "instance") {
         table.rename("an instance");
         let group: String = table.required("group", None, cx)?;
         let id = cx.group_ids.get(&group).copied().ok_or_else(|| {
@@ -380,7 +415,7 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
             let shape = ShapeDesc::read(name, table, cx)?;
             if shape.is_none() {
                 let mut valid: Vec<&str> = ShapeDesc::DOC.entries.iter().map(|e| e.name).collect();
-                valid.push("instance");
+                valid.extend(["instance", ModelDesc::DOC.name]);
                 let span = table.span_of("type");
                 return Err(unknown_name(ErrorCode::UnknownName, span, "shape", name, &valid));
             }

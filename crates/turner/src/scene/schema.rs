@@ -5,6 +5,7 @@
 //! is read from a table of a scene file, and its documentation.
 
 use super::error::{ErrorCode, SceneError, escape, nearest, suggestion, unknown_name};
+use super::model::Renumber;
 use super::read::ReadContext;
 use super::value::{Data, Span, Table, Value};
 
@@ -113,6 +114,8 @@ pub trait ParamType: Sized {
     fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Self, SceneError>;
     /// As it would be written in a scene; used to show defaults.
     fn show(&self) -> String;
+    /// Moves the numbers of things it refers to.
+    fn renumber(&mut self, _by: &Renumber) {}
     /// The first number in it outside a range, if any. Types without numbers have none.
     fn outside(&self, _range: &Range) -> Option<f64> {
         None
@@ -302,6 +305,11 @@ macro_rules! params {
             ) -> Result<$name, $crate::scene::error::SceneError> {
                 Ok($name { $($field: $crate::scene::schema::params!(@read table, cx, $field, $ty, ($($range)?) $(, $default)?),)* })
             }
+            /// Moves the numbers of things it refers to.
+            #[allow(unused_variables)]
+            pub fn renumber(&mut self, by: &$crate::scene::model::Renumber) {
+                $($crate::scene::schema::ParamType::renumber(&mut self.$field, by);)*
+            }
         }
     };
     (@show $ty:ty) => { None };
@@ -351,6 +359,10 @@ macro_rules! family {
                     return <$ty>::read(table, cx).map(|v| Some($name::$variant(v)));
                 })*
                 Ok(None)
+            }
+            /// Moves the numbers of things it refers to.
+            pub fn renumber(&mut self, by: &$crate::scene::model::Renumber) {
+                match self { $($name::$variant(v) => v.renumber(by),)* }
             }
         }
     };

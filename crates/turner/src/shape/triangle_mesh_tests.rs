@@ -4,7 +4,7 @@ use std::sync::Arc;
 use super::*;
 use crate::image::Image;
 use crate::scene::value::{Data, FileId, Span, Table, Value};
-use crate::scene::{Asset, MeshId, SceneAssets, SceneDesc, read_scene};
+use crate::scene::{Asset, MeshId, ModelDesc, SceneAssets, SceneDesc, read_scene};
 use crate::shape::mesh::{MeshCache, MeshDesc};
 use crate::shape::testing::Random;
 
@@ -231,6 +231,9 @@ fn read_object(keys: &[(&str, Data)]) -> Result<SceneDesc, SceneError> {
         fn mesh(&mut self, uri: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
             assert_eq!(uri, "ball.ply");
             Ok(Arc::new(icosphere(0)))
+        }
+        fn model(&mut self, model: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+            Err(SceneError::new(ErrorCode::File, model.file.as_str()))
         }
     }
     let span = Span { file: FileId(0), start: 0, end: 0 };

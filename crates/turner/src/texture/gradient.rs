@@ -3,6 +3,7 @@
 use super::prepare::{Kind, Preparing};
 use super::{Axis, Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
+use crate::scene::model::Renumber;
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, Range, choice, params, wrong_type};
 use crate::scene::transform::Transform;
@@ -42,6 +43,9 @@ impl ParamType for Stop {
     }
     fn show(&self) -> String {
         format!("[{}, {}]", self.at.show(), self.color.show())
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        self.color.renumber(by);
     }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.at.outside(range)

@@ -7,7 +7,7 @@ use super::*;
 use crate::color::Transfer;
 use crate::image::{Image, Pixels};
 use crate::scene::value::{Data, Entry, FileId, Span, Table, Value};
-use crate::scene::{ErrorCode, Named, SceneAssets, SceneDesc, read_scene};
+use crate::scene::{ErrorCode, ModelDesc, Named, SceneAssets, SceneDesc, read_scene};
 use crate::shape::mesh::MeshData;
 
 pub(super) const NOWHERE: Span = Span { file: FileId(0), start: 0, end: 0 };
@@ -47,6 +47,9 @@ impl SceneAssets for OnePicture {
     }
     fn mesh(&mut self, uri: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
         Err(SceneError::new(ErrorCode::File, uri))
+    }
+    fn model(&mut self, model: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+        Err(SceneError::new(ErrorCode::File, model.file.as_str()))
     }
 }
 

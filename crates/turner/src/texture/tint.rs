@@ -1,6 +1,7 @@
 //! Colours with a default that looks the same under every transfer curve.
 
 use crate::color::{Transfer, from_rgb24};
+use crate::scene::model::Renumber;
 use crate::scene::read::ReadContext;
 use crate::scene::schema::ParamType;
 use crate::scene::value::Value;
@@ -39,6 +40,11 @@ impl ParamType for Tint {
     }
     fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Tint, SceneError> {
         ColorSource::read(value, cx).map(Tint::Source)
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        if let Tint::Source(source) = self {
+            source.renumber(by);
+        }
     }
     fn show(&self) -> String {
         match self {

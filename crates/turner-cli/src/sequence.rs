@@ -1,0 +1,111 @@
+//! Several pictures of one scene: turntables and frames of an animation.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use turner::math::Bounds;
+use turner::scene::Scene;
+use turner::scene::error::SceneError;
+use turner::scene::stage::Orbit;
+
+/// Which pictures are wanted, if not one.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Models")]
+pub(crate) struct SequenceArgs {
+    /// Go once around the scene in N pictures, numbered
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    turntable: Option<u32>,
+    /// Render frames of the animation, numbered: FIRST-LAST
+    #[arg(long, value_name = "FIRST-LAST", value_parser = parse_frames, conflicts_with_all = ["turntable", "time", "frame"])]
+    frames: Option<(u32, u32)>,
+}
+
+/// One picture of a sequence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// The only one.
+    Only,
+    /// Number and degrees on a turntable.
+    Turn(u32, f64),
+    /// A frame of the animation.
+    Frame(u32),
+}
+
+fn parse_frames(text: &str) -> Result<(u32, u32), String> {
+    let numbers = text.split_once('-').map(|(a, b)| (a.trim().parse(), b.trim().parse()));
+    match numbers {
+        Some((Ok(first), Ok(last))) if first <= last && last - first < 100_000 => Ok((first, last)),
+        _ => Err("expected the first and the last frame, as in 0-47".to_owned()),
+    }
+}
+
+impl SequenceArgs {
+    /// All of them in order.
+    pub(crate) fn steps(&self) -> Vec<Step> {
+        match (self.turntable, self.frames) {
+            (Some(n), _) => (0..n).map(|i| Step::Turn(i, 360.0 * f64::from(i) / f64::from(n))).collect(),
+            (None, Some((first, last))) => (first..=last).map(Step::Frame).collect(),
+            (None, None) => vec![Step::Only],
+        }
+    }
+}
+
+impl Step {
+    /// The name of this picture: the number takes the place of `#`s in the name, or stands before the extension.
+    pub(crate) fn path(&self, path: &Path) -> PathBuf {
+        let number = match self {
+            Step::Only => return path.to_owned(),
+            Step::Turn(n, _) | Step::Frame(n) => n,
+        };
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let numbered = match name.find('#') {
+            Some(start) => {
+                let width = name[start..].bytes().take_while(|b| *b == b'#').count();
+                format!("{}{number:0width$}{}", &name[..start], &name[start + width..])
+            }
+            None => match name.rsplit_once('.') {
+                Some((stem, extension)) => format!("{stem}_{number:04}.{extension}"),
+                None => format!("{name}_{number:04}"),
+            },
+        };
+        path.with_file_name(numbered)
+    }
+
+    /// Puts the camera where this picture is taken from.
+    pub(crate) fn turn(&self, scene: &mut Scene, orbit: Option<Orbit>, fov: f64) -> Result<(), SceneError> {
+        let Step::Turn(_, degrees) = self else { return Ok(()) };
+        let orbit = orbit.unwrap_or(Orbit::DEFAULT);
+        let aspect = f64::from(scene.film.width) / f64::from(scene.film.height);
+        let bounds = scene.stats.bounds.unwrap_or(Bounds::EMPTY);
+        // The same distance from all sides: that at which the sphere around everything fits.
+        let distance = orbit.distance.unwrap_or_else(|| {
+            let half = turner::math::radians(0.5 * fov);
+            1.02 / turner::math::elementary::sin(half)
+        });
+        let orbit = Orbit { azimuth: orbit.azimuth + degrees, distance: Some(distance), ..orbit };
+        scene.camera = orbit.camera(&bounds, fov, aspect).prepare(aspect)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_numbered() {
+        let name = |step: Step, path: &str| step.path(Path::new(path)).to_string_lossy().into_owned();
+        assert_eq!(name(Step::Only, "a/b.png"), "a/b.png");
+        assert_eq!(name(Step::Frame(7), "a/b.png"), "a/b_0007.png");
+        assert_eq!(name(Step::Frame(123), "b-##.x.exr"), "b-123.x.exr");
+        assert_eq!(name(Step::Turn(3, 0.0), "###b"), "003b");
+    }
+
+    #[test]
+    fn ranges_of_frames() {
+        assert_eq!(parse_frames("3-12"), Ok((3, 12)));
+        for bad in ["", "3", "4-3", "a-b", "0-100000", "-1-2"] {
+            assert!(parse_frames(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! WebP: lossy, lossless and with alpha; 8 bits. Read only.
+//!
+//! Animated files are refused: a texture is one picture. Profiles and the EXIF orientation are not applied.
+//! The chunks and every size they state are looked at here, before the decoder reserves memory for them
+//! (RFC 9649; the VP8 frame header: RFC 6386 section 9.1).
+
+use super::contain::contain;
+use super::limits::{Source, buffer, probe};
+use super::{DecodeLimits, ImageError, ImageFormat};
+use image::ImageDecoder;
+use image::codecs::webp::WebPDecoder;
+use std::io::Cursor;
+use turner::image::{Image, Pixels};
+
+const FORMAT: ImageFormat = ImageFormat::WebP;
+
+/// A macroblock of a lossy frame has 256 pixels. The modes of its prediction take at least three bits, for their
+/// probabilities in key frames are fixed.
+const LOSSY_PIXELS_PER_BYTE: u64 = 1024;
+
+/// Reads a still WebP: 3 channels, or 4 with straight alpha.
+pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, ImageError> {
+    contain(name, FORMAT, || {
+        let damaged = |problem: &str| ImageError::damaged(name, FORMAT, problem);
+        let layout = Layout::of(bytes).ok_or_else(|| damaged("its chunks end before the picture"))?;
+        if layout.animated {
+            return Err(ImageError::unsupported(name, FORMAT, "an animation", "a still picture"));
+        }
+        let (width, height) = layout.frame.ok_or_else(|| damaged("there is no picture in it"))?;
+        if layout.canvas.is_some_and(|canvas| canvas != (width, height)) {
+            return Err(damaged("the picture is not as large as its canvas"));
+        }
+        // A lossless picture of one colour takes no bits for its pixels: any size fits a few bytes.
+        let density = if layout.lossy { LOSSY_PIXELS_PER_BYTE } else { u64::MAX };
+        // The samples, and the planes or the pixels with alpha that a decoder keeps beside them.
+        let pixel_bytes = 8;
+        let source = Source { name, format: FORMAT, bytes: bytes.len() };
+        let size = limits.check(source, width.into(), height.into(), pixel_bytes, density)?;
+        let decoder = WebPDecoder::new(Cursor::new(bytes))
+            .map_err(|e| ImageError::of_decoder(name, FORMAT, e, "a still picture"))?;
+        if decoder.dimensions() != (width, height) {
+            return Err(damaged("two sizes are stated for one picture"));
+        }
+        let channels = if decoder.color_type().has_alpha() { 4 } else { 3 };
+        let mut samples = buffer(size.pixels * usize::from(channels), name)?;
+        probe(size.pixels * (8 - usize::from(channels)), name)?;
+        decoder
+            .read_image(&mut samples)
+            .map_err(|e| ImageError::of_decoder(name, FORMAT, e, "a still picture"))?;
+        Ok(Image { width, height, channels, pixels: Pixels::U8(samples) })
+    })
+}
+
+/// What the chunks of a file say.
+#[derive(Default)]
+struct Layout {
+    /// The size in a VP8X chunk.
+    canvas: Option<(u32, u32)>,
+    /// The size of the picture itself.
+    frame: Option<(u32, u32)>,
+    lossy: bool,
+    animated: bool,
+}
+
+impl Layout {
+    /// Walks through the chunks up to the picture; `None` if a header is cut off.
+    fn of(bytes: &[u8]) -> Option<Layout> {
+        let mut layout = Layout::default();
+        let mut rest = bytes.get(12..)?;
+        while let Some((kind, after)) = rest.split_first_chunk::<4>() {
+            let (length, data) = after.split_first_chunk::<4>()?;
+            let length = u32::from_le_bytes(*length) as usize;
+            match kind {
+                b"VP8X" => {
+                    let &[flags, _, _, _, w0, w1, w2, h0, h1, h2] = data.first_chunk::<10>()?;
+                    layout.animated = flags & 2 != 0;
+                    let side = |a, b, c| u32::from_le_bytes([a, b, c, 0]) + 1;
+                    layout.canvas = Some((side(w0, w1, w2), side(h0, h1, h2)));
+                }
+                b"VP8 " => {
+                    let &[_, _, _, 0x9d, 0x01, 0x2a, w0, w1, h0, h1] = data.first_chunk::<10>()? else {
+                        return None;
+                    };
+                    let side = |a, b| u32::from(u16::from_le_bytes([a, b]) & 0x3fff);
+                    layout.frame = Some((side(w0, w1), side(h0, h1)));
+                    layout.lossy = true;
+                    return Some(layout);
+                }
+                b"VP8L" => {
+                    let &[0x2f, a, b, c, d] = data.first_chunk::<5>()? else { return None };
+                    let header = u32::from_le_bytes([a, b, c, d]);
+                    layout.frame = Some(((header & 0x3fff) + 1, (header >> 14 & 0x3fff) + 1));
+                    return Some(layout);
+                }
+                _ => {}
+            }
+            if layout.animated {
+                return Some(layout);
+            }
+            // Chunks begin at even places.
+            rest = data.get(length.checked_add(length & 1)?..).unwrap_or_default();
+        }
+        Some(layout)
+    }
+}
