@@ -2,12 +2,23 @@
 
 mod classic;
 mod conversion;
+mod dielectric;
+mod emissive;
 mod evaluate;
+mod matte;
+mod metal;
+pub mod metals;
 mod physical;
+mod plastic;
 mod principled;
 
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
+pub use dielectric::DielectricMaterial;
+pub use emissive::EmissiveMaterial;
+pub use matte::MatteMaterial;
+pub use metal::MetalMaterial;
 pub use physical::Physical;
+pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, PrincipledMaterial};
 
 use crate::color::Spectrum;
@@ -19,6 +30,11 @@ family! {
     pub enum MaterialDesc as "material", "materials" {
         Classic(ClassicMaterial),
         Principled(PrincipledMaterial),
+        Matte(MatteMaterial),
+        Metal(MetalMaterial),
+        Dielectric(DielectricMaterial),
+        Plastic(PlasticMaterial),
+        Emissive(EmissiveMaterial),
     }
 }
 
@@ -51,9 +67,24 @@ pub struct Cutout {
 impl MaterialDesc {
     /// Makes it ready.
     pub fn prepare(&self) -> Material {
+        if let MaterialDesc::Classic(m) = self {
+            return Material::Classic(m.prepare());
+        }
+        let m = self.principled();
+        let shadow = m.shadow();
+        Material::Principled(Box::new(m), shadow)
+    }
+
+    /// In the terms of the physical material; what a classic one is there is a likeness.
+    pub fn principled(&self) -> PrincipledMaterial {
         match self {
-            MaterialDesc::Classic(m) => Material::Classic(m.prepare()),
-            MaterialDesc::Principled(m) => Material::Principled(Box::new(m.clone()), m.shadow()),
+            MaterialDesc::Classic(m) => PrincipledMaterial::from_classic(m),
+            MaterialDesc::Principled(m) => m.clone(),
+            MaterialDesc::Matte(m) => m.principled(),
+            MaterialDesc::Metal(m) => m.principled(),
+            MaterialDesc::Dielectric(m) => m.principled(),
+            MaterialDesc::Plastic(m) => m.principled(),
+            MaterialDesc::Emissive(m) => m.principled(),
         }
     }
 
@@ -70,6 +101,11 @@ impl MaterialDesc {
                 };
                 (m.opacity, cutoff, !m.double_sided && !m.is_transmissive())
             }
+            MaterialDesc::Matte(_)
+            | MaterialDesc::Metal(_)
+            | MaterialDesc::Dielectric(_)
+            | MaterialDesc::Plastic(_)
+            | MaterialDesc::Emissive(_) => return None,
         };
         let everywhere = match opacity {
             ColorSource::Constant(c) => (c.r + c.g + c.b) / 3.0 >= cutoff,
