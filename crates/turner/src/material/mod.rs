@@ -60,7 +60,7 @@ pub enum Material {
 pub struct Cutout {
     /// Opacity and the least that is there; `None` for a material that is there everywhere.
     pub mask: Option<(ColorSource, f32)>,
-    /// Whether rays that are not shadow rays pass from behind.
+    /// Whether rays pass from behind.
     pub one_sided: bool,
 }
 
