@@ -60,9 +60,13 @@ pub fn import(
         })?
     };
     match format {
+        SceneFormat::Gltf => crate::gltf::import(bytes, uri, assets, options),
         SceneFormat::Obj => mesh::import_obj(bytes, uri, assets, options),
         SceneFormat::Ply => mesh::import_ply(bytes, uri, assets, options),
         SceneFormat::Stl => mesh::import_stl(bytes, uri, assets, options),
-        _ => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
+        SceneFormat::Toml => {
+            let message = format!("{}: is a scene, no model", printable(&assets.describe(uri)));
+            Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))
+        }
     }
 }

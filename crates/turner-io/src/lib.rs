@@ -1,7 +1,8 @@
 #![forbid(unsafe_code)]
-//! File formats: bytes for a URI ([`assets`]), pictures ([`image`]), meshes ([`mesh`]), text scenes ([`scene`]).
+//! File formats: bytes for a URI ([`assets`]), glTF models ([`gltf`]), pictures ([`image`]), meshes ([`mesh`]), text scenes ([`scene`]).
 
 pub mod assets;
+pub mod gltf;
 pub mod image;
 pub mod import;
 pub mod mesh;

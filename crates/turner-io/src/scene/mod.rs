@@ -110,6 +110,14 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     load_named(text, &name, file, &assets, options)
 }
 
+/// The hash of a scene to which something was added that its files do not name.
+pub fn hash_with(hash: &str, bytes: &[u8]) -> String {
+    let mut sum = hash::SceneHash::new();
+    sum.add(b'h', hash.as_bytes());
+    sum.add(b'a', bytes);
+    sum.hex()
+}
+
 /// Reads a scene from text. `name` is for messages and, as a path relative to the root of `assets`, what the paths
 /// in it are relative to.
 pub fn load_text(

@@ -45,6 +45,8 @@ error_codes! {
     Image = "E0202",
     /// A mesh file that cannot be decoded, or a mesh whose numbers do not fit together.
     Mesh = "E0203",
+    /// A model file (glTF, …) that breaks the rules of its format, or that needs what is not known here.
+    Model = "E0204",
     /// A transform that cannot be undone.
     Transform = "E0301",
     /// A camera that sees nothing: eye = target, up along the view, …

@@ -1,0 +1,328 @@
+//! Typed elements in buffer views (glTF 2.0 §3.6.2): every component type, normalised integers, strides, sparse
+//! elements. Everything is checked against the bytes there are when an accessor is opened, before anything is
+//! allocated; reading an element afterwards cannot fail.
+
+use super::buffers::Buffers;
+use super::fault::{Fault, Outcome};
+use super::json::{Accessor, Document, Index};
+
+/// The type of a component (§3.6.2.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of(number: u32) -> Option<Component> {
+        Some(match number {
+            5120 => Component::I8,
+            5121 => Component::U8,
+            5122 => Component::I16,
+            5123 => Component::U16,
+            5125 => Component::U32,
+            5126 => Component::F32,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Component::I8 | Component::U8 => 1,
+            Component::I16 | Component::U16 => 2,
+            Component::U32 | Component::F32 => 4,
+        }
+    }
+}
+
+/// Rows and columns of an element.
+fn shape(kind: &str) -> Option<(usize, usize)> {
+    Some(match kind {
+        "SCALAR" => (1, 1),
+        "VEC2" => (2, 1),
+        "VEC3" => (3, 1),
+        "VEC4" => (4, 1),
+        "MAT2" => (2, 2),
+        "MAT3" => (3, 3),
+        "MAT4" => (4, 4),
+        _ => return None,
+    })
+}
+
+/// Bytes of elements that follow each other at a distance.
+#[derive(Clone, Copy, Debug)]
+struct Strided<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+impl<'a> Strided<'a> {
+    #[inline]
+    fn element(&self, i: usize) -> &'a [u8] {
+        // In range: `locate` has checked the last one.
+        i.checked_mul(self.stride).and_then(|at| self.bytes.get(at..)).unwrap_or(&[])
+    }
+}
+
+/// Elements that differ from those of the buffer view.
+#[derive(Clone, Copy, Debug)]
+struct Differing<'a> {
+    count: usize,
+    indices: Strided<'a>,
+    index_type: Component,
+    values: Strided<'a>,
+}
+
+impl Differing<'_> {
+    fn index(&self, i: usize) -> usize {
+        whole(self.index_type, self.indices.element(i)) as usize
+    }
+
+    /// Where the element `wanted` is, if it is among them.
+    fn find(&self, wanted: usize) -> Option<usize> {
+        let (mut from, mut to) = (0, self.count);
+        while from < to {
+            let middle = from + (to - from) / 2;
+            if self.index(middle) < wanted { from = middle + 1 } else { to = middle }
+        }
+        (from < self.count && self.index(from) == wanted).then_some(from)
+    }
+}
+
+/// An accessor, checked.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Elements<'a> {
+    /// How many elements.
+    pub(super) count: usize,
+    /// Numbers in an element.
+    pub(super) width: usize,
+    /// Their type.
+    pub(super) component: Component,
+    /// Whether integers stand for 0..1 or −1..1.
+    pub(super) normalized: bool,
+    /// Its number in the document.
+    pub(super) accessor: Index,
+    base: Option<Strided<'a>>,
+    sparse: Option<Differing<'a>>,
+}
+
+#[inline]
+fn bytes<const N: usize>(element: &[u8], at: usize) -> [u8; N] {
+    element.get(at..).and_then(|e| e.first_chunk()).copied().unwrap_or([0; N])
+}
+
+#[inline]
+fn whole(component: Component, element: &[u8]) -> u32 {
+    match component {
+        Component::U8 | Component::I8 => u32::from(bytes::<1>(element, 0)[0]),
+        Component::U16 | Component::I16 => u32::from(u16::from_le_bytes(bytes(element, 0))),
+        Component::U32 | Component::F32 => u32::from_le_bytes(bytes(element, 0)),
+    }
+}
+
+impl<'a> Elements<'a> {
+    /// Opens an accessor of the document; `pointer` is who asks for it.
+    pub(super) fn open(
+        document: &Document,
+        buffers: &'a Buffers,
+        accessor: Index,
+        pointer: &str,
+    ) -> Outcome<Elements<'a>> {
+        match document.accessors.get(accessor.index()) {
+            Some(json) => Elements::check(json, buffers, accessor),
+            None => Err(Fault::dangling(pointer, "accessor", accessor.0, document.accessors.len())),
+        }
+    }
+
+    fn check(json: &Accessor, buffers: &'a Buffers, accessor: Index) -> Outcome<Elements<'a>> {
+        let at = format!("/accessors/{}", accessor.0);
+        let component = component_of(json.component_type, &at)?;
+        let kind = json.kind.as_deref().unwrap_or("");
+        let Some((rows, columns)) = shape(kind) else {
+            let expected = "SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4";
+            return Err(Fault::at(format!("{at}/type"), format!("is \"{kind}\"; expected {expected}")));
+        };
+        let Some(count) = json.count else {
+            return Err(Fault::at(format!("{at}/count"), "is missing; expected how many elements there are"));
+        };
+        let count = usize::try_from(count.0).unwrap_or(usize::MAX);
+        // Columns of matrices begin at multiples of four bytes (§3.6.2.4).
+        let column = rows * component.size();
+        let column = if columns > 1 { column.next_multiple_of(4) } else { column };
+        let size = column * columns;
+        let base = match json.buffer_view {
+            Some(view) => Some(locate(buffers, view, json.byte_offset.0, count, size, &at)?),
+            None => {
+                // Zeros, of which no byte is stored: not more of them than there are bytes.
+                let most = (buffers.size() as usize).max(65_536);
+                if count > most {
+                    let message = format!("{count} elements without a buffer view; expected at most {most}");
+                    return Err(Fault::too_large(at, message));
+                }
+                None
+            }
+        };
+        let mut elements = Elements {
+            count,
+            width: rows * columns,
+            component,
+            normalized: json.normalized,
+            accessor,
+            base,
+            sparse: None,
+        };
+        if let Some(sparse) = &json.sparse {
+            let at = format!("{at}/sparse");
+            let changed = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+            let index_type = component_of(Some(sparse.indices.component_type), &format!("{at}/indices"))?;
+            if !matches!(index_type, Component::U8 | Component::U16 | Component::U32) {
+                let message = "are not unsigned bytes, shorts or ints";
+                return Err(Fault::at(format!("{at}/indices"), message));
+            }
+            let (indices, values) = (&sparse.indices, &sparse.values);
+            let (offset, size_of_index) = (indices.byte_offset.0, index_type.size());
+            let differing = Differing {
+                count: changed,
+                indices: locate(buffers, indices.buffer_view, offset, changed, size_of_index, &at)?,
+                index_type,
+                values: locate(buffers, values.buffer_view, values.byte_offset.0, changed, size, &at)?,
+            };
+            let mut before = None;
+            for i in 0..changed {
+                let index = differing.index(i);
+                if index >= count || before.is_some_and(|b| b >= index) {
+                    let message =
+                        format!("index {i} is {index}; expected growing indices below the count of {count}");
+                    return Err(Fault::at(format!("{at}/indices"), message));
+                }
+                before = Some(index);
+            }
+            elements.sparse = Some(differing);
+        }
+        Ok(elements)
+    }
+
+    /// Refuses another number of components per element.
+    pub(super) fn with_width(self, widths: &[usize], what: &str) -> Outcome<Self> {
+        if widths.contains(&self.width) {
+            return Ok(self);
+        }
+        let expected = widths.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
+        let message = format!("has {} numbers per element; expected {expected} for {what}", self.width);
+        Err(Fault::at(format!("/accessors/{}", self.accessor.0), message))
+    }
+
+    /// Refuses another number of elements.
+    pub(super) fn with_count(self, count: usize, what: &str) -> Outcome<Self> {
+        if self.count == count {
+            return Ok(self);
+        }
+        let message = format!("has {} elements; expected {count} for {what}", self.count);
+        Err(Fault::at(format!("/accessors/{}", self.accessor.0), message))
+    }
+
+    #[inline]
+    fn element(&self, i: usize) -> &'a [u8] {
+        if let Some(sparse) = &self.sparse
+            && let Some(found) = sparse.find(i)
+        {
+            return sparse.values.element(found);
+        }
+        self.base.map_or(&[], |base| base.element(i))
+    }
+
+    /// A number of an element, decoded (§3.6.2.2). Zero for what is stored nowhere. Matrices whose columns are padded
+    /// (of bytes, or of 3 × 3 shorts) are not to be read by this.
+    #[inline]
+    fn number(&self, element: &[u8], k: usize) -> f32 {
+        let scaled = |v: f32, max: f32| if self.normalized { (v / max).max(-1.0) } else { v };
+        match self.component {
+            Component::I8 => scaled(f32::from(bytes::<1>(element, k)[0] as i8), 127.0),
+            Component::U8 => scaled(f32::from(bytes::<1>(element, k)[0]), 255.0),
+            Component::I16 => scaled(f32::from(i16::from_le_bytes(bytes(element, 2 * k))), 32767.0),
+            Component::U16 => scaled(f32::from(u16::from_le_bytes(bytes(element, 2 * k))), 65535.0),
+            Component::U32 => u32::from_le_bytes(bytes(element, 4 * k)) as f32,
+            Component::F32 => f32::from_le_bytes(bytes(element, 4 * k)),
+        }
+    }
+
+    /// The first `N` numbers of element `i`; zero for those it has not.
+    #[inline]
+    pub(super) fn get<const N: usize>(&self, i: usize) -> [f32; N] {
+        let element = self.element(i);
+        let width = self.width;
+        std::array::from_fn(|k| if k < width { self.number(element, k) } else { 0.0 })
+    }
+
+    /// Element `i` as an unsigned integer.
+    #[inline]
+    pub(super) fn index(&self, i: usize) -> u32 {
+        whole(self.component, self.element(i))
+    }
+
+    /// The first four numbers of element `i` as unsigned integers.
+    pub(super) fn indices(&self, i: usize) -> [u32; 4] {
+        let (element, size) = (self.element(i), self.component.size());
+        let component = self.component;
+        std::array::from_fn(|k| element.get(k * size..).map_or(0, |e| whole(component, e)))
+    }
+
+    /// Whether the components are unsigned integers.
+    pub(super) fn is_unsigned(&self) -> bool {
+        matches!(self.component, Component::U8 | Component::U16 | Component::U32)
+    }
+}
+
+fn component_of(number: Option<Index>, at: &str) -> Outcome<Component> {
+    let number = number.map_or(0, |n| n.0);
+    Component::of(number).ok_or_else(|| {
+        let expected = "5120, 5121, 5122, 5123, 5125 or 5126";
+        Fault::at(format!("{at}/componentType"), format!("is {number}; expected {expected}"))
+    })
+}
+
+/// `count` elements of `size` bytes in a buffer view from `offset` on.
+fn locate<'a>(
+    buffers: &'a Buffers,
+    view: Index,
+    offset: u64,
+    count: usize,
+    size: usize,
+    at: &str,
+) -> Outcome<Strided<'a>> {
+    let (bytes, stride) = buffers.view(view, at)?;
+    let stride = stride.unwrap_or(size);
+    if stride < size {
+        let message = format!(
+            "elements of {size} bytes overlap: those of buffer view {} have a distance of {stride}",
+            view.0
+        );
+        return Err(Fault::at(at, message));
+    }
+    let reach = match count.checked_sub(1) {
+        Some(before) => (before as u64).checked_mul(stride as u64).and_then(|v| v.checked_add(size as u64)),
+        None => Some(0),
+    };
+    let end = reach.and_then(|reach| reach.checked_add(offset));
+    match end {
+        Some(end) if end <= bytes.len() as u64 => {
+            Ok(Strided { bytes: bytes.get(offset as usize..).unwrap_or(&[]), stride })
+        }
+        _ => {
+            let end = end.map_or_else(|| "beyond all bounds".to_owned(), |end| format!("byte {end}"));
+            let message = format!(
+                "{count} elements of {size} bytes reach {end}, but buffer view {} ends at {}",
+                view.0,
+                bytes.len()
+            );
+            Err(Fault::at(at, message))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

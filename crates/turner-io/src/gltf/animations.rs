@@ -1,0 +1,238 @@
+//! Animations, sampled at one time (glTF 2.0 §3.11 and appendix C).
+
+use super::accessors::Elements;
+use super::buffers::Buffers;
+use super::fault::{Fault, Outcome};
+use super::json::{AnimationSampler, Document, Index};
+use super::nodes::{Local, choose, normalize};
+use super::report::Report;
+use turner::math::DVec3;
+use turner::math::elementary::{acos, sin};
+use turner::scene::WarningKind;
+
+/// Where nodes are and how far meshes are morphed, at one time.
+#[derive(Debug)]
+pub(super) struct Pose {
+    /// Of each node.
+    pub(super) locals: Vec<Local>,
+    /// Of each node, the weights of its mesh's morph targets; empty where neither node nor animation has any.
+    pub(super) weights: Vec<Vec<f64>>,
+}
+
+impl Pose {
+    /// What nodes themselves say.
+    pub(super) fn rest(document: &Document) -> Pose {
+        Pose {
+            locals: document.nodes.iter().map(Local::of).collect(),
+            weights: document.nodes.iter().map(|n| n.weights.clone()).collect(),
+        }
+    }
+
+    /// Applies an animation at `time` seconds: the one with this name or number, else the first one there is.
+    pub(super) fn apply(
+        &mut self,
+        document: &Document,
+        buffers: &Buffers,
+        wanted: Option<&str>,
+        time: f64,
+        report: &mut Report,
+    ) -> Outcome<()> {
+        let animations = &document.animations;
+        let chosen = match wanted {
+            Some(name) => {
+                let names: Vec<_> = animations.iter().map(|a| a.name.as_deref()).collect();
+                choose(name, &names, "animation")?
+            }
+            None if animations.is_empty() => return Ok(()),
+            None => Index(0),
+        };
+        if wanted.is_none() && animations.len() > 1 {
+            report.add(WarningKind::Note, "there are several animations; the first one is shown");
+        }
+        let animation = &animations[chosen];
+        for (c, channel) in animation.channels.iter().enumerate() {
+            let pointer = format!("/animations/{}/channels/{c}", chosen.0);
+            let Some(sampler) = animation.samplers.get(channel.sampler.index()) else {
+                let count = animation.samplers.len();
+                return Err(Fault::dangling(pointer, "sampler", channel.sampler.0, count));
+            };
+            let Some(node) = channel.target.node else {
+                // An extension's target (§3.11).
+                report.ignored("an animation drives something other than a node");
+                continue;
+            };
+            if node.index() >= self.locals.len() {
+                return Err(Fault::dangling(pointer, "node", node.0, self.locals.len()));
+            }
+            let path = channel.target.path.as_str();
+            let targets = match path {
+                "translation" | "rotation" | "scale" => 1,
+                "weights" => morph_targets(document, node),
+                _ => {
+                    report.ignored("an animation drives a property that is not known");
+                    continue;
+                }
+            };
+            let keys = Keys::open(document, buffers, sampler, targets, &pointer)?;
+            let Some(keys) = keys else {
+                report.doubtful("an animation has no keys");
+                continue;
+            };
+            let place = keys.at(time);
+            if path == "weights" {
+                self.weights[node.index()] = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                continue;
+            }
+            let Local::Parts { translation, rotation, scale } = &mut self.locals[node.index()] else {
+                report.doubtful("an animation drives a node that is placed by a matrix");
+                continue;
+            };
+            match path {
+                "translation" => *translation = DVec3::from(keys.value::<3>(&place, 0)),
+                "scale" => *scale = DVec3::from(keys.value::<3>(&place, 0)),
+                _ => *rotation = keys.rotation(&place),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How many morph targets the mesh of a node has.
+pub(super) fn morph_targets(document: &Document, node: Index) -> usize {
+    let mesh = document.nodes.get(node.index()).and_then(|n| n.mesh);
+    let mesh = mesh.and_then(|m| document.meshes.get(m.index()));
+    mesh.and_then(|m| m.primitives.iter().map(|p| p.targets.len()).max()).unwrap_or(0)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Interpolation {
+    Step,
+    Linear,
+    Cubic,
+}
+
+/// The keys of a sampler.
+struct Keys<'a> {
+    times: Elements<'a>,
+    values: Elements<'a>,
+    interpolation: Interpolation,
+    /// Values per key.
+    targets: usize,
+}
+
+/// Between two keys: `way` from 0 at the one to 1 at the other, and the time from the one to the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Place {
+    before: usize,
+    after: usize,
+    way: f64,
+    length: f64,
+}
+
+impl<'a> Keys<'a> {
+    /// Opens a sampler of `targets` values per key; `None` if it has no keys.
+    fn open(
+        document: &Document,
+        buffers: &'a Buffers,
+        sampler: &AnimationSampler,
+        targets: usize,
+        pointer: &str,
+    ) -> Outcome<Option<Keys<'a>>> {
+        let times = Elements::open(document, buffers, sampler.input, pointer)?;
+        let times = times.with_width(&[1], "the times of an animation")?;
+        let values = Elements::open(document, buffers, sampler.output, pointer)?;
+        let interpolation = match sampler.interpolation.as_deref().unwrap_or("LINEAR") {
+            "STEP" => Interpolation::Step,
+            "LINEAR" => Interpolation::Linear,
+            "CUBICSPLINE" => Interpolation::Cubic,
+            other => {
+                let message = format!("has interpolation {other}; expected STEP, LINEAR or CUBICSPLINE");
+                return Err(Fault::at(pointer, message));
+            }
+        };
+        if times.count == 0 || targets == 0 {
+            return Ok(None);
+        }
+        let per_key = targets.saturating_mul(if interpolation == Interpolation::Cubic { 3 } else { 1 });
+        let values = values.with_count(times.count.saturating_mul(per_key), "the values of an animation")?;
+        Ok(Some(Keys { times, values, interpolation, targets }))
+    }
+
+    fn time(&self, key: usize) -> f64 {
+        f64::from(self.times.get::<1>(key)[0])
+    }
+
+    /// The keys around a time; the first or last one outside.
+    fn at(&self, time: f64) -> Place {
+        let (mut from, mut to) = (0, self.times.count);
+        while from < to {
+            let middle = from + (to - from) / 2;
+            if self.time(middle) <= time { from = middle + 1 } else { to = middle }
+        }
+        let last = self.times.count - 1;
+        let (before, after) = (from.saturating_sub(1), from.min(last));
+        let (start, length) = (self.time(before), self.time(after) - self.time(before));
+        let way = if length > 0.0 { ((time - start) / length).clamp(0.0, 1.0) } else { 0.0 };
+        Place { before, after, way: if way.is_finite() { way } else { 0.0 }, length }
+    }
+
+    /// One of the numbers that are stored for a key: 0 the in-tangents, 1 the values, 2 the out-tangents of a cubic
+    /// spline.
+    fn stored<const N: usize>(&self, key: usize, which: usize, target: usize) -> [f64; N] {
+        let row = match self.interpolation {
+            Interpolation::Cubic => 3 * key + which,
+            _ => key,
+        };
+        self.values.get::<N>(row * self.targets + target).map(f64::from)
+    }
+
+    fn value<const N: usize>(&self, place: &Place, target: usize) -> [f64; N] {
+        let stored = |key, which| self.stored::<N>(key, which, target);
+        let (a, b, t) = (stored(place.before, 1), stored(place.after, 1), place.way);
+        let value: [f64; N] = match self.interpolation {
+            Interpolation::Step => {
+                if t < 1.0 {
+                    a
+                } else {
+                    b
+                }
+            }
+            Interpolation::Linear => std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t),
+            Interpolation::Cubic if place.before == place.after => a,
+            Interpolation::Cubic => {
+                let (out, into) = (stored(place.before, 2), stored(place.after, 0));
+                let (t2, t3) = (t * t, t * t * t);
+                let (from, leaving) = (2.0 * t3 - 3.0 * t2 + 1.0, place.length * (t3 - 2.0 * t2 + t));
+                let (to, arriving) = (3.0 * t2 - 2.0 * t3, place.length * (t3 - t2));
+                std::array::from_fn(|i| from * a[i] + leaving * out[i] + to * b[i] + arriving * into[i])
+            }
+        };
+        value.map(|v| if v.is_finite() { v } else { 0.0 })
+    }
+
+    fn rotation(&self, place: &Place) -> [f64; 4] {
+        match self.interpolation {
+            Interpolation::Linear => {
+                let (a, b) = (self.stored(place.before, 1, 0), self.stored(place.after, 1, 0));
+                slerp(normalize(a), normalize(b), place.way)
+            }
+            _ => normalize(self.value::<4>(place, 0)),
+        }
+    }
+}
+
+/// Spherical interpolation of unit quaternions, the shorter way round.
+fn slerp(a: [f64; 4], b: [f64; 4], t: f64) -> [f64; 4] {
+    let dot: f64 = (0..4).map(|i| a[i] * b[i]).sum();
+    let angle = acos(dot.abs());
+    let (from, to) = if angle > 1e-6 {
+        (sin((1.0 - t) * angle) / sin(angle), sin(t * angle) / sin(angle))
+    } else {
+        (1.0 - t, t)
+    };
+    let to = if dot < 0.0 { -to } else { to };
+    normalize(std::array::from_fn(|i| from * a[i] + to * b[i]))
+}
+
+#[cfg(test)]
+mod tests;

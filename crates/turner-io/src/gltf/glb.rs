@@ -1,0 +1,112 @@
+//! The binary container: a header, a chunk of JSON and, if there is one, a chunk of bytes (glTF 2.0 §4).
+
+use super::fault::{Fault, Outcome};
+use std::ops::Range;
+
+const MAGIC: &[u8] = b"glTF";
+const JSON: u32 = 0x4E4F_534A;
+const BIN: u32 = 0x004E_4942;
+
+/// Where the parts of a file lie.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Parts {
+    /// The JSON text.
+    pub(super) json: Range<usize>,
+    /// The bytes of buffer 0, for the binary container.
+    pub(super) bin: Option<Range<usize>>,
+    /// What is odd, but does no harm.
+    pub(super) doubts: Vec<&'static str>,
+}
+
+/// Finds the parts of a file: of a binary one by its first bytes, else all of it is JSON.
+pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
+    if !bytes.starts_with(MAGIC) {
+        // Some editors put a byte order mark before the text.
+        let start = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+        return Ok(Parts { json: start..bytes.len(), bin: None, doubts: Vec::new() });
+    }
+    let word = |at: usize| {
+        let bytes = bytes.get(at..at.checked_add(4)?)?;
+        Some(u32::from_le_bytes(bytes.try_into().ok()?))
+    };
+    let (Some(version), Some(length)) = (word(4), word(8)) else {
+        return Err(Fault::of_file(format!(
+            "the file has {} bytes; expected a header of 12 bytes and a chunk of JSON",
+            bytes.len()
+        )));
+    };
+    if version != 2 {
+        return Err(Fault::of_file(format!("is binary glTF of version {version}; expected version 2")));
+    }
+    let mut doubts = Vec::new();
+    let length = length as usize;
+    if length > bytes.len() {
+        return Err(Fault::of_file(format!(
+            "its header says {length} bytes, but the file has {}; it is cut off",
+            bytes.len()
+        )));
+    }
+    if length < bytes.len() {
+        doubts.push("the file is longer than its header says");
+    }
+    let (mut json, mut bin) = (None, None);
+    let mut at = 12usize;
+    while at < length {
+        let (Some(size), Some(kind)) = (word(at), at.checked_add(4).and_then(word)) else {
+            doubts.push("there are bytes behind the last chunk");
+            break;
+        };
+        let begin = at + 8;
+        let end = begin.checked_add(size as usize).filter(|end| *end <= bytes.len()).ok_or_else(|| {
+            Fault::of_file(format!(
+                "the chunk at byte {at} has {size} bytes, but the file ends after {}",
+                bytes.len().saturating_sub(begin)
+            ))
+        })?;
+        match kind {
+            JSON if json.is_none() => json = Some(begin..end),
+            BIN if bin.is_none() => bin = Some(begin..end),
+            JSON | BIN => doubts.push("there is more than one chunk of a kind; the first one counts"),
+            // Other chunks are to be ignored (§4.4.3).
+            _ => {}
+        }
+        // Chunks end at multiples of 4.
+        at = end.checked_next_multiple_of(4).unwrap_or(length);
+    }
+    let json = json.ok_or_else(|| Fault::of_file("has no chunk of JSON; expected one after the header"))?;
+    Ok(Parts { json, bin, doubts })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn glb(length: u32, chunks: &[(u32, u32, &[u8])]) -> Vec<u8> {
+        let mut out = [MAGIC, &2u32.to_le_bytes(), &length.to_le_bytes()].concat();
+        for (size, kind, data) in chunks {
+            out.extend([&size.to_le_bytes()[..], &kind.to_le_bytes(), data].concat());
+        }
+        out
+    }
+
+    #[test]
+    fn chunks_are_found() {
+        let bytes = glb(12 + 8 + 4 + 8 + 4, &[(4, JSON, b"{}  "), (4, BIN, b"abcd")]);
+        let parts = split(&bytes).unwrap();
+        assert_eq!((&bytes[parts.json], &bytes[parts.bin.unwrap()]), (&b"{}  "[..], &b"abcd"[..]));
+        assert!(parts.doubts.is_empty());
+        assert_eq!(split(b"\xef\xbb\xbf{}").unwrap().json, 3..5);
+    }
+
+    #[test]
+    fn lying_lengths_are_refused_or_named() {
+        let said = |bytes: &[u8]| split(bytes).map(|p| p.doubts).map_err(|f| f.in_file("a.glb").message);
+        assert!(said(&glb(1000, &[(4, JSON, b"{}  ")])).unwrap_err().contains("cut off"));
+        assert!(said(&glb(24, &[(5000, JSON, b"{}  ")])).unwrap_err().contains("has 5000 bytes"));
+        assert!(said(&glb(0, &[])).unwrap_err().contains("no chunk of JSON"));
+        assert!(said(b"glTF\x01\0\0\0\0\0\0\0").unwrap_err().contains("version 1"));
+        assert!(said(b"glTF").unwrap_err().contains("4 bytes"));
+        let longer = [glb(24, &[(4, JSON, b"{}  ")]), vec![0; 9]].concat();
+        assert_eq!(said(&longer).unwrap().len(), 1);
+    }
+}

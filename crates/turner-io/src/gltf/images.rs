@@ -1,0 +1,118 @@
+//! Images: from buffer views, `data:` URIs or files, each decoded once, several at a time.
+//!
+//! An image that is missing or damaged is no reason to refuse a model: it is named in the report, and what it was for
+//! takes its factor alone.
+
+use super::buffers::{Buffers, read_uri};
+use super::fault::Outcome;
+use super::json::{Document, ImageJson, Index};
+use super::report::Report;
+use crate::assets::{AssetSource, printable};
+use crate::image::{ColorOrData, DecodeLimits, EncodedPicture, decode_all};
+use crate::import::ImportOptions;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use turner::image::Image;
+use turner::scene::{Asset, ImageId};
+
+/// Most bytes of an image in its file: 1 GiB.
+const MAX_FILE: u64 = 1 << 30;
+/// Most bytes of samples of all images together: 16 GiB.
+const MAX_DECODED: u64 = 16 << 30;
+/// Images read and decoded together: what is left of the memory is shared out among so many.
+const ROUND: usize = 8;
+
+/// The images that were decoded.
+#[derive(Debug, Default)]
+pub(super) struct Images {
+    /// For the scene.
+    pub(super) assets: Vec<Asset<Image>>,
+    ids: BTreeMap<Index, ImageId>,
+}
+
+impl Images {
+    /// Decodes the images of a document that `wanted` names; the flag is whether they are colours.
+    pub(super) fn decode(
+        document: &Document,
+        buffers: &Buffers,
+        wanted: &BTreeMap<Index, bool>,
+        (uri, assets): (&str, &dyn AssetSource),
+        options: &ImportOptions,
+        report: &mut Report,
+    ) -> Images {
+        let mut images = Images::default();
+        let mut left = MAX_DECODED;
+        let wanted: Vec<(Index, bool)> = wanted.iter().map(|(i, c)| (*i, *c)).collect();
+        for round in wanted.chunks(ROUND) {
+            let mut read = Vec::new();
+            for &(index, is_color) in round {
+                let Some(json) = document.images.get(index.index()) else { continue };
+                let name = name_of(json, index);
+                match bytes_of(json, index, buffers, uri, assets) {
+                    Ok(bytes) => read.push((index, is_color, name, bytes)),
+                    Err(fault) => {
+                        let error = fault.in_file(uri);
+                        report.ignored(format!("the image \"{name}\": {}", error.message));
+                    }
+                }
+            }
+            let mut limits = DecodeLimits::default();
+            limits.max_bytes = limits.max_bytes.min(left / ROUND as u64);
+            let encoded: Vec<EncodedPicture<'_>> = read
+                .iter()
+                .map(|(_, is_color, name, bytes)| {
+                    let used_as = if *is_color { ColorOrData::Color } else { ColorOrData::Data };
+                    (&bytes[..], &name[..], used_as)
+                })
+                .collect();
+            let decoded = decode_all(&encoded, &limits, options.threads, options.max_texture_size);
+            for ((index, _, name, _), result) in read.iter().zip(decoded) {
+                match result {
+                    Ok(image) => {
+                        left = left.saturating_sub(image.memory() as u64);
+                        images.ids.insert(*index, ImageId(images.assets.len() as u32));
+                        images.assets.push(Asset { uri: name.clone(), data: Arc::new(image) });
+                    }
+                    Err(error) => {
+                        // The second line is the remedy.
+                        let message = error.to_string();
+                        let message = message.lines().next().unwrap_or_default();
+                        report.ignored(format!("the image {message}"));
+                    }
+                }
+            }
+        }
+        images
+    }
+
+    /// The decoded image, if it could be.
+    pub(super) fn id(&self, image: Index) -> Option<ImageId> {
+        self.ids.get(&image).copied()
+    }
+}
+
+/// What to call an image: its name, its file, or its number.
+fn name_of(json: &ImageJson, index: Index) -> String {
+    let file =
+        json.uri.as_deref().filter(|uri| !uri.get(..5).is_some_and(|s| s.eq_ignore_ascii_case("data:")));
+    match file.or(json.name.as_deref()).filter(|name| !name.is_empty()) {
+        Some(name) => printable(name),
+        None => format!("image {}", index.0),
+    }
+}
+
+fn bytes_of<'a>(
+    json: &ImageJson,
+    index: Index,
+    buffers: &'a Buffers,
+    uri: &str,
+    assets: &dyn AssetSource,
+) -> Outcome<Cow<'a, [u8]>> {
+    let pointer = format!("/images/{}", index.0);
+    match (&json.uri, json.buffer_view) {
+        (Some(at), _) => Ok(Cow::Owned(read_uri(at, uri, assets, MAX_FILE, &pointer)?.0)),
+        (None, Some(view)) => Ok(Cow::Borrowed(buffers.view(view, &pointer)?.0)),
+        (None, None) => Err(super::fault::Fault::at(pointer, "has neither uri nor bufferView")),
+    }
+}

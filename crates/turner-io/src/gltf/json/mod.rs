@@ -1,0 +1,434 @@
+//! The document as JSON gives it (glTF 2.0 §5 and the schemas of the extensions).
+//!
+//! Members that are not listed here, `extras` and unknown extensions among them, are skipped. Lists of things that
+//! files have many of are held in [`List`], which bounds what a text of commas can make the program allocate.
+
+mod material;
+mod number;
+
+pub(super) use material::*;
+pub(super) use number::{Index, List, Size};
+
+use super::fault::{Fault, Outcome};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use turner::scene::error::ErrorCode;
+
+/// A whole document.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Document {
+    pub(super) asset: Option<Header>,
+    pub(super) extensions_used: Vec<String>,
+    pub(super) extensions_required: Vec<String>,
+    pub(super) scene: Option<Index>,
+    pub(super) scenes: List<SceneJson>,
+    pub(super) nodes: List<Node>,
+    pub(super) meshes: List<Mesh>,
+    pub(super) accessors: List<Accessor>,
+    pub(super) buffer_views: List<BufferView>,
+    pub(super) buffers: List<Buffer>,
+    pub(super) materials: List<Material>,
+    pub(super) textures: List<Texture>,
+    pub(super) samplers: List<Sampler>,
+    pub(super) images: List<ImageJson>,
+    pub(super) cameras: List<Camera>,
+    pub(super) skins: List<Skin>,
+    pub(super) animations: List<Animation>,
+    pub(super) extensions: DocumentExtensions,
+}
+
+/// Extensions of the document itself.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct DocumentExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub(super) lights: Option<Lights>,
+    #[serde(rename = "KHR_materials_variants")]
+    pub(super) variants: Option<Variants>,
+}
+
+/// `asset`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Header {
+    pub(super) version: Option<String>,
+    pub(super) min_version: Option<String>,
+}
+
+/// A set of root nodes.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct SceneJson {
+    pub(super) name: Option<String>,
+    pub(super) nodes: Vec<Index>,
+}
+
+/// A node.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Node {
+    pub(super) name: Option<String>,
+    pub(super) children: Vec<Index>,
+    /// Column by column.
+    pub(super) matrix: Option<Box<[f64; 16]>>,
+    pub(super) translation: Option<Box<[f64; 3]>>,
+    /// (x, y, z, w).
+    pub(super) rotation: Option<Box<[f64; 4]>>,
+    pub(super) scale: Option<Box<[f64; 3]>>,
+    pub(super) mesh: Option<Index>,
+    pub(super) skin: Option<Index>,
+    pub(super) camera: Option<Index>,
+    pub(super) weights: Vec<f64>,
+    pub(super) extensions: Option<Box<NodeExtensions>>,
+}
+
+/// Extensions of a node.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub(super) light: Option<LightReference>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub(super) visibility: Option<Visibility>,
+}
+
+/// `KHR_lights_punctual` of a node.
+#[derive(Debug, Deserialize)]
+pub(super) struct LightReference {
+    pub(super) light: Index,
+}
+
+/// `EXT_mesh_gpu_instancing`: accessors by attribute.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Instancing {
+    pub(super) attributes: BTreeMap<String, Index>,
+}
+
+/// `KHR_node_visibility`.
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub(super) struct Visibility {
+    pub(super) visible: bool,
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Visibility { visible: true }
+    }
+}
+
+/// A mesh.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Mesh {
+    pub(super) name: Option<String>,
+    pub(super) primitives: List<Primitive>,
+    pub(super) weights: Vec<f64>,
+}
+
+/// A part of a mesh with one material.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Primitive {
+    pub(super) attributes: BTreeMap<String, Index>,
+    pub(super) indices: Option<Index>,
+    pub(super) material: Option<Index>,
+    pub(super) mode: Option<Index>,
+    pub(super) targets: Vec<BTreeMap<String, Index>>,
+    pub(super) extensions: Option<Box<PrimitiveExtensions>>,
+}
+
+/// Extensions of a primitive.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(super) draco: Option<Draco>,
+    #[serde(rename = "KHR_materials_variants")]
+    pub(super) variants: Option<VariantMappings>,
+}
+
+/// `KHR_draco_mesh_compression`: that it is there.
+#[derive(Debug, Deserialize)]
+pub(super) struct Draco {}
+
+/// `KHR_materials_variants` of a primitive.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct VariantMappings {
+    pub(super) mappings: Vec<VariantMapping>,
+}
+
+/// Which material stands for which variants.
+#[derive(Debug, Deserialize)]
+pub(super) struct VariantMapping {
+    pub(super) material: Index,
+    pub(super) variants: Vec<Index>,
+}
+
+/// `KHR_materials_variants` of the document.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Variants {
+    pub(super) variants: Vec<Variant>,
+}
+
+/// A variant.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Variant {
+    pub(super) name: String,
+}
+
+/// Typed elements in a buffer view.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Accessor {
+    pub(super) buffer_view: Option<Index>,
+    pub(super) byte_offset: Size,
+    pub(super) component_type: Option<Index>,
+    pub(super) normalized: bool,
+    pub(super) count: Option<Size>,
+    #[serde(rename = "type")]
+    pub(super) kind: Option<String>,
+    pub(super) sparse: Option<Box<Sparse>>,
+}
+
+/// Elements that differ.
+#[derive(Debug, Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: Size,
+    pub(super) indices: SparseIndices,
+    pub(super) values: SparseValues,
+}
+
+/// Which elements differ.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub(super) buffer_view: Index,
+    #[serde(default)]
+    pub(super) byte_offset: Size,
+    pub(super) component_type: Index,
+}
+
+/// What they are.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub(super) buffer_view: Index,
+    #[serde(default)]
+    pub(super) byte_offset: Size,
+}
+
+/// A part of a buffer.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct BufferView {
+    pub(super) buffer: Option<Index>,
+    pub(super) byte_offset: Size,
+    pub(super) byte_length: Option<Size>,
+    pub(super) byte_stride: Option<Size>,
+    pub(super) extensions: Option<Box<BufferViewExtensions>>,
+}
+
+/// Extensions of a buffer view.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
+    pub(super) meshopt: Option<Meshopt>,
+}
+
+/// `EXT_meshopt_compression` or `KHR_meshopt_compression` of a buffer view.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Meshopt {
+    pub(super) buffer: Index,
+    #[serde(default)]
+    pub(super) byte_offset: Size,
+    pub(super) byte_length: Size,
+    pub(super) byte_stride: Size,
+    pub(super) count: Size,
+    pub(super) mode: String,
+    pub(super) filter: Option<String>,
+}
+
+/// Bytes.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Buffer {
+    pub(super) uri: Option<String>,
+    pub(super) byte_length: Option<Size>,
+    pub(super) extensions: Option<Box<BufferExtensions>>,
+}
+
+/// Extensions of a buffer.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression", alias = "KHR_meshopt_compression")]
+    pub(super) meshopt: Option<MeshoptFallback>,
+}
+
+/// `EXT_meshopt_compression` of a buffer.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct MeshoptFallback {
+    pub(super) fallback: bool,
+}
+
+/// A camera.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Camera {
+    pub(super) name: Option<String>,
+    pub(super) perspective: Option<Box<Perspective>>,
+    pub(super) orthographic: Option<Box<Orthographic>>,
+}
+
+/// A perspective camera.
+#[derive(Debug, Deserialize)]
+pub(super) struct Perspective {
+    /// Radians, of the whole height.
+    pub(super) yfov: f64,
+    #[serde(default)]
+    pub(super) znear: f64,
+}
+
+/// An orthographic camera.
+#[derive(Debug, Deserialize)]
+pub(super) struct Orthographic {
+    /// Half the width.
+    pub(super) xmag: f64,
+    /// Half the height.
+    pub(super) ymag: f64,
+    #[serde(default)]
+    pub(super) znear: f64,
+}
+
+/// Joints.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Skin {
+    pub(super) inverse_bind_matrices: Option<Index>,
+    pub(super) joints: Vec<Index>,
+}
+
+/// An animation.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Animation {
+    pub(super) name: Option<String>,
+    pub(super) channels: List<Channel>,
+    pub(super) samplers: List<AnimationSampler>,
+}
+
+/// What a sampler drives.
+#[derive(Debug, Deserialize)]
+pub(super) struct Channel {
+    pub(super) sampler: Index,
+    pub(super) target: Target,
+}
+
+/// A property of a node.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Target {
+    pub(super) node: Option<Index>,
+    pub(super) path: String,
+}
+
+/// Keys over time.
+#[derive(Debug, Deserialize)]
+pub(super) struct AnimationSampler {
+    pub(super) input: Index,
+    pub(super) output: Index,
+    pub(super) interpolation: Option<String>,
+}
+
+/// `KHR_lights_punctual` of the document.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Lights {
+    pub(super) lights: List<LightJson>,
+}
+
+/// A light.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct LightJson {
+    pub(super) name: Option<String>,
+    #[serde(rename = "type")]
+    pub(super) kind: String,
+    pub(super) color: Option<[f64; 3]>,
+    pub(super) intensity: Option<f64>,
+    pub(super) range: Option<f64>,
+    pub(super) spot: Option<SpotJson>,
+}
+
+/// The cone of a spot light, radians from its axis.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct SpotJson {
+    pub(super) inner_cone_angle: Option<f64>,
+    pub(super) outer_cone_angle: Option<f64>,
+}
+
+/// Reads a document.
+pub(super) fn parse(text: &[u8]) -> Outcome<Document> {
+    // The binary container pads its text with spaces; some writers use zeros.
+    let end = text.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
+    let document: Document = serde_json::from_slice(&text[..end]).map_err(|e| {
+        let place = format!("line {} column {}", e.line(), e.column());
+        // The message ends with the place again.
+        let said = e.to_string();
+        let said = said.strip_suffix(&format!(" at {place}")).unwrap_or(&said);
+        Fault::of_file(format!("{place} of the JSON text: {said}")).code(ErrorCode::Syntax)
+    })?;
+    let Some(version) = document.asset.as_ref().and_then(|a| a.version.as_deref()) else {
+        return Err(Fault::at("/asset/version", "is missing; expected \"2.0\"").help(
+            "this may be JSON of another kind; a glTF file begins with {\"asset\": {\"version\": \"2.0\"}",
+        ));
+    };
+    let least = document.asset.as_ref().and_then(|a| a.min_version.as_deref()).unwrap_or("2.0");
+    if !version.starts_with("2.") || !(least == "2.0" || least == "2.1") {
+        let found = if version.starts_with("2.") { least } else { version };
+        return Err(Fault::at("/asset/version", format!("is \"{found}\"; expected \"2.0\""))
+            .help("convert it to glTF 2.0"));
+    }
+    Ok(document)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(text: &str) -> String {
+        parse(text.as_bytes()).map_or_else(|f| f.in_file("a.gltf").message, |_| "read".to_owned())
+    }
+
+    #[test]
+    fn what_is_not_listed_is_skipped() {
+        let text = r#"{"asset":{"version":"2.0","extras":[{}]},"extras":{"a":1},"nodes":[{"mesh":1.0,"extensions":{"X":{}}}]}"#;
+        let document = parse(text.as_bytes()).unwrap();
+        assert_eq!(document.nodes[0].mesh, Some(Index(1)));
+        assert_eq!(said("{\"asset\":{\"version\":\"2.0\"}} \0\0"), "read");
+    }
+
+    #[test]
+    fn errors_have_a_place() {
+        let message = said("{\"asset\":{\"version\":\"2.0\"},\n \"nodes\": 7}");
+        assert!(message.starts_with("a.gltf: line 2 column 11 of the JSON text: "), "{message}");
+        assert!(said("{}").contains("/asset/version: is missing"));
+        assert!(said(r#"{"asset":{"version":"1.0"}}"#).contains("is \"1.0\"; expected \"2.0\""));
+        assert!(said("").contains("line 1 column 0"), "{}", said(""));
+        let deep = format!("{{\"extras\":{}", "[".repeat(100_000));
+        assert!(said(&deep).contains("recursion limit"), "{}", said(&deep));
+        assert!(said(r#"{"asset":{"version":"2.0"},"scene":-1}"#).contains("line 1"));
+    }
+}

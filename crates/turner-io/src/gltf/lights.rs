@@ -1,0 +1,89 @@
+//! `KHR_lights_punctual`.
+//!
+//! Intensities keep their numbers: candela for point and spot lights, lux for directional ones. Turner counts radiant
+//! power without a unit, so that neither is divided by the luminous efficacy of 683 lm/W.
+
+use super::fault::{Fault, Outcome};
+use super::json::{Document, Index, LightJson};
+use super::report::Report;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use turner::color::Spectrum;
+use turner::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, SpotDesc};
+use turner::math::{DAffine3, DVec3};
+use turner::scene::Named;
+
+/// By 1/d².
+const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
+
+/// The light with this number on a node that has this place; `None` if it cannot shine.
+pub(super) fn light(
+    document: &Document,
+    index: Index,
+    world: &DAffine3,
+    node_name: Option<&str>,
+    report: &mut Report,
+    pointer: &str,
+) -> Outcome<Option<Named<LightDesc>>> {
+    let lights = document.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
+    let Some(json) = lights.get(index.index()) else {
+        return Err(Fault::dangling(pointer, "light", index.0, lights.len()));
+    };
+    let position = world.translation;
+    // Lights shine along −z.
+    let direction = (world.matrix3 * DVec3::NEG_Z).try_normalize();
+    let (Some(direction), true) = (direction, position.is_finite()) else {
+        report.doubtful("a light whose node has no direction");
+        return Ok(None);
+    };
+    let color = json.color.unwrap_or([1.0; 3]).map(|v| v.clamp(0.0, f64::from(f32::MAX)) as f32);
+    let color = Spectrum::new(color[0], color[1], color[2]);
+    let intensity = json.intensity.unwrap_or(1.0).clamp(0.0, f64::from(f32::MAX));
+    if json.range.is_some() {
+        report.ignored("the range of lights: they weaken by the square of the distance, however far");
+    }
+    let value = match json.kind.as_str() {
+        "point" => LightDesc::Point(PointDesc { position, color, intensity, attenuation: INVERSE_SQUARE }),
+        "spot" => LightDesc::Spot(spot(json, position, direction, color, intensity, report)),
+        "directional" => LightDesc::Directional(DirectionalDesc {
+            from: None,
+            direction: Some(direction),
+            color,
+            intensity,
+            seen_angle: 0.25,
+        }),
+        _ => {
+            report.ignored("a light of a kind that is not known");
+            return Ok(None);
+        }
+    };
+    let name = json.name.as_deref().or(node_name).map(str::to_owned);
+    Ok(Some(Named { name, span: None, value }))
+}
+
+fn spot(
+    json: &LightJson,
+    position: DVec3,
+    direction: DVec3,
+    color: Spectrum,
+    intensity: f64,
+    report: &mut Report,
+) -> SpotDesc {
+    let cone = json.spot.as_ref();
+    let inner = cone.and_then(|c| c.inner_cone_angle).unwrap_or(0.0);
+    let outer = cone.and_then(|c| c.outer_cone_angle).unwrap_or(FRAC_PI_4);
+    if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2) {
+        report.doubtful("the cone of a spot light is wider than a half-space, or wider inside than outside");
+    }
+    let outer = outer.clamp(1e-6, FRAC_PI_2);
+    let inner = inner.clamp(0.0, outer);
+    SpotDesc {
+        position,
+        // Not so near that the direction is lost by rounding.
+        look_at: position + direction * (1.0 + position.abs().max_element()),
+        angle: outer.to_degrees(),
+        penumbra: (outer - inner).to_degrees(),
+        color,
+        intensity,
+        attenuation: INVERSE_SQUARE,
+    }
+}

@@ -1,0 +1,98 @@
+//! Decoders for `EXT_meshopt_compression` and `KHR_meshopt_compression`: what a compressed buffer view holds.
+//!
+//! The bitstreams are those of the extensions' appendices A (attributes, triangles, indices) and B (filters). All
+//! reads are checked: a damaged stream is refused, whatever is in it.
+
+mod attributes;
+mod filters;
+mod indices;
+
+use super::budget::Budget;
+use super::fault::{Fault, Outcome};
+use super::json::Meshopt;
+
+/// Reads bytes from front to back.
+struct Reader<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Reader<'a> {
+    fn byte(&mut self) -> Option<u8> {
+        let (&first, rest) = self.bytes.split_first()?;
+        self.bytes = rest;
+        Some(first)
+    }
+
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.bytes.split_at_checked(count)?;
+        self.bytes = rest;
+        Some(taken)
+    }
+
+    /// An unsigned number, seven bits per byte, the lowest first.
+    fn varint(&mut self) -> Option<u32> {
+        let mut value = 0u32;
+        for shift in [0, 7, 14, 21, 28] {
+            let byte = self.byte()?;
+            value |= u32::from(byte & 127) << shift;
+            if byte < 128 {
+                break;
+            }
+        }
+        Some(value)
+    }
+}
+
+/// The difference that an unsigned number stands for: 0, -1, 1, -2, …
+fn unzigzag(v: u32) -> u32 {
+    (v >> 1) ^ (v & 1).wrapping_neg()
+}
+
+/// Decodes a buffer view, named `pointer` in errors, from its compressed bytes.
+pub(super) fn decode(how: &Meshopt, source: &[u8], budget: &Budget, pointer: &str) -> Outcome<Vec<u8>> {
+    let stride = how.byte_stride.0;
+    let fault = |message: String| Err(Fault::at(pointer, message));
+    let allowed = match how.mode.as_str() {
+        "ATTRIBUTES" => stride % 4 == 0 && (4..=256).contains(&stride),
+        "TRIANGLES" | "INDICES" => stride == 2 || stride == 4,
+        other => return fault(format!("has mode {other}; expected ATTRIBUTES, TRIANGLES or INDICES")),
+    };
+    if !allowed {
+        return fault(format!("has a byteStride of {stride} for mode {}", how.mode));
+    }
+    let stride = stride as usize;
+    let Ok(count) = usize::try_from(how.count.0) else { return fault("has too many elements".to_owned()) };
+    let Some(size) = count.checked_mul(stride) else { return fault("has too many elements".to_owned()) };
+    let mut out = budget.list::<u8>(size, pointer)?;
+    out.resize(size, 0);
+    let done = match how.mode.as_str() {
+        "ATTRIBUTES" => attributes::decode(source, stride, &mut out),
+        "TRIANGLES" if count % 3 != 0 => {
+            return fault(format!("has {count} indices, not three per triangle"));
+        }
+        "TRIANGLES" => indices::decode_triangles(source, stride, &mut out),
+        _ => indices::decode_sequence(source, stride, &mut out),
+    };
+    if done.is_none() {
+        return fault(format!("its {} compressed bytes are damaged", source.len()));
+    }
+    let filtered = match (how.filter.as_deref().unwrap_or("NONE"), stride) {
+        ("NONE", _) => true,
+        (_, _) if how.mode != "ATTRIBUTES" => false,
+        ("OCTAHEDRAL", 4) => filters::octahedral_8(&mut out),
+        ("OCTAHEDRAL", 8) => filters::octahedral_16(&mut out),
+        ("QUATERNION", 8) => filters::quaternion(&mut out),
+        ("EXPONENTIAL", _) => filters::exponential(&mut out),
+        ("COLOR", 4) => filters::color_8(&mut out),
+        ("COLOR", 8) => filters::color_16(&mut out),
+        _ => false,
+    };
+    if !filtered {
+        let filter = how.filter.as_deref().unwrap_or_default();
+        return fault(format!("has filter {filter} with byteStride {stride} and mode {}", how.mode));
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,278 @@
+//! glTF 2.0 and its binary container GLB, as scenes.
+//!
+//! ```text
+//! bytes ── glb ──> JSON ── json ──> Document ┐
+//!              └─> chunk ── buffers ─────────┤ ── nodes, animations ──> where everything is
+//!                                            ├ ── accessors, primitives ──> meshes ── objects ──> objects
+//!                                            └ ── images, textures, materials, lights, cameras
+//! ```
+//!
+//! Indices are checked, sizes are held against the bytes there are before anything is allocated, and what a file may
+//! make the importer allocate is bounded ([`budget`]): a damaged file is refused with a JSON pointer to what is wrong.
+//! What is read but shown otherwise, or not at all, is told in the scene's warnings.
+
+mod accessors;
+mod animations;
+mod base64;
+mod budget;
+mod buffers;
+mod cameras;
+mod fault;
+mod glb;
+mod images;
+mod instances;
+mod json;
+mod lights;
+mod markers;
+mod materials;
+mod meshopt;
+mod nodes;
+mod objects;
+mod primitives;
+mod report;
+mod skins;
+mod tangents;
+mod textures;
+mod topology;
+mod variants;
+
+use crate::assets::{AssetSource, printable};
+use crate::import::ImportOptions;
+use animations::Pose;
+use budget::Budget;
+use buffers::Buffers;
+use fault::{Fault, Outcome};
+use images::Images;
+use json::{Document, Index};
+use materials::Converter;
+use nodes::Tree;
+use objects::{Objects, Wanted};
+use report::Report;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use textures::Textures;
+use turner::material::MaterialDesc;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::model::ModelDesc;
+use turner::scene::value::{Data, FileId, Span, Table, Value};
+use turner::scene::{ImportSummary, Named, SceneAssets, SceneDesc, WarningKind, read_scene};
+use turner::shape::mesh::MeshData;
+
+/// The extensions that are read.
+const KNOWN: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
+    "KHR_node_visibility",
+    "KHR_texture_transform",
+];
+
+/// Extensions that say something about files, not about pictures.
+const SILENT: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "KHR_draco_mesh_compression", "KHR_texture_basisu"];
+
+/// Reads a glTF file, binary or JSON, as a scene of its own: objects, materials, lights and cameras, and nothing that
+/// the file has not. `uri` is its name relative to the root of `assets`, from which buffers and images are read.
+pub fn import(
+    bytes: Vec<u8>,
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    read(bytes, uri, assets, options).map_err(|fault| fault.in_file(uri))
+}
+
+fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOptions) -> Outcome<SceneDesc> {
+    let mut report = Report::default();
+    let parts = glb::split(&bytes)?;
+    parts.doubts.iter().for_each(|doubt| report.doubtful(*doubt));
+    let document = json::parse(bytes.get(parts.json).unwrap_or_default())?;
+    check_extensions(&document, &mut report)?;
+
+    let mut buffers = Buffers::read(&document, bytes, parts.bin, uri, assets)?;
+    let budget = Budget::of_file(buffers.size());
+    buffers.open_views(&document, &budget)?;
+    objects::check_accessors(&document, &buffers)?;
+
+    let tree = Tree::new(&document)?;
+    let mut pose = Pose::rest(&document);
+    pose.apply(&document, &buffers, options.animation.as_deref(), options.time, &mut report)?;
+    let world = tree.world(&pose.locals);
+    let shown = tree.shown(&document, options.scene.as_deref(), &options.nodes, &mut report)?;
+
+    let variant = variants::chosen(&document, options.variant.as_deref())?;
+    let mut objects = Objects::new(&document, (&buffers, &budget), (&pose, &world), variant);
+    let (mut lights, mut cameras) = (Vec::new(), Vec::new());
+    for &number in &shown {
+        objects.add_node(number, &mut report)?;
+        let node = &document.nodes[Index(number)];
+        let (pointer, name) = (format!("/nodes/{number}"), node.name.as_deref());
+        let place = &world[number as usize];
+        if let Some(light) = node.extensions.as_deref().and_then(|e| e.light.as_ref()) {
+            lights.extend(lights::light(&document, light.light, place, name, &mut report, &pointer)?);
+        }
+        if let Some(camera) = node.camera {
+            cameras.extend(cameras::camera(&document, camera, place, name, &mut report, &pointer)?);
+        }
+    }
+
+    let Objects { meshes, objects, wanted, instances, .. } = objects;
+    let images = decode_images(&document, &buffers, &wanted, (uri, assets), options, &mut report)?;
+    let mut textures = Textures::default();
+    let mut converter =
+        Converter { document: &document, images: &images, textures: &mut textures, report: &mut report };
+    let materials = wanted
+        .iter()
+        .map(|(material, has_colors)| {
+            let name = material.and_then(|m| document.materials[m].name.clone());
+            let value = MaterialDesc::Principled(converter.convert(*material, *has_colors));
+            Named { name, span: None, value }
+        })
+        .collect();
+
+    let count = |n: usize| n as u64;
+    let triangles = meshes.iter().map(|m| count(m.data.triangles.len())).sum();
+    let lights_in_file = document.extensions.lights.as_ref().map_or(0, |l| l.lights.len());
+    let counts = vec![
+        ("nodes", count(document.nodes.len())),
+        ("meshes", count(document.meshes.len())),
+        ("primitives", document.meshes.iter().map(|m| count(m.primitives.len())).sum()),
+        ("triangles", triangles),
+        ("materials", count(document.materials.len())),
+        ("textures", count(document.textures.len())),
+        ("images", count(document.images.len())),
+        ("lights", count(lights_in_file)),
+        ("cameras", count(document.cameras.len())),
+        ("skins", count(document.skins.len())),
+        ("animations", count(document.animations.len())),
+        ("instances", instances),
+    ];
+    if objects.is_empty() {
+        report.doubtful("the file has nothing to show");
+    }
+    let empty = empty_scene().map_err(|e| Fault::of_file(e.message).code(e.code))?;
+    let summary = ImportSummary { file: printable(uri), format: "glTF 2.0", counts };
+    Ok(SceneDesc {
+        camera: cameras.first().cloned(),
+        textures: textures.list,
+        materials,
+        objects,
+        lights,
+        images: images.assets,
+        meshes,
+        cameras,
+        imports: vec![summary],
+        warnings: report.into_warnings(),
+        ..empty
+    })
+}
+
+/// A scene of nothing, with the defaults of the scene format.
+fn empty_scene() -> Result<SceneDesc, SceneError> {
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let nothing = Value { data: Data::Table(Table::default()), span };
+    read_scene(&nothing, &mut NoFiles)
+}
+
+/// For a scene that names no files.
+struct NoFiles;
+
+impl NoFiles {
+    fn refuse<T>() -> Result<T, SceneError> {
+        Err(SceneError::new(ErrorCode::Internal, "an empty scene names a file"))
+    }
+}
+
+impl SceneAssets for NoFiles {
+    fn image(&mut self, _: &str, _: FileId) -> Result<Arc<turner::image::Image>, SceneError> {
+        NoFiles::refuse()
+    }
+    fn mesh(&mut self, _: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
+        NoFiles::refuse()
+    }
+    fn model(&mut self, _: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+        NoFiles::refuse()
+    }
+}
+
+/// Refuses what a file cannot be shown without, and tells of what else is not known.
+fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
+    for (i, name) in document.extensions_required.iter().enumerate() {
+        if KNOWN.contains(&name.as_str()) {
+            continue;
+        }
+        let fault = Fault::at(
+            format!("/extensionsRequired/{i}"),
+            format!("the file cannot be shown without {name}, which is not known here"),
+        );
+        return Err(match name.as_str() {
+            "KHR_draco_mesh_compression" => {
+                fault.help("export it without Draco compression, or with meshopt")
+            }
+            "KHR_texture_basisu" => fault.help("export it with PNG, JPEG or WebP pictures"),
+            _ => fault.help(format!("known are {}", KNOWN.join(", "))),
+        });
+    }
+    for name in &document.extensions_used {
+        if !KNOWN.contains(&name.as_str()) && !SILENT.contains(&name.as_str()) {
+            report.add(WarningKind::Ignored, format!("the extension {}", printable(name)));
+        }
+    }
+    Ok(())
+}
+
+/// Decodes the images that the materials of objects use.
+fn decode_images(
+    document: &Document,
+    buffers: &Buffers,
+    wanted: &[Wanted],
+    source: (&str, &dyn AssetSource),
+    options: &ImportOptions,
+    report: &mut Report,
+) -> Outcome<Images> {
+    let mut used: BTreeMap<Index, bool> = BTreeMap::new();
+    for material in wanted.iter().filter_map(|(material, _)| *material) {
+        for (info, is_color) in materials::textures_of(&document.materials[material]) {
+            let pointer = format!("/materials/{}", material.0);
+            let Some(texture) = document.textures.get(info.index.index()) else {
+                return Err(Fault::dangling(pointer, "texture", info.index.0, document.textures.len()));
+            };
+            let pointer = format!("/textures/{}", info.index.0);
+            if let Some(sampler) = texture.sampler.filter(|s| s.index() >= document.samplers.len()) {
+                return Err(Fault::dangling(pointer, "sampler", sampler.0, document.samplers.len()));
+            }
+            for image in textures::candidates(texture) {
+                if image.index() >= document.images.len() {
+                    return Err(Fault::dangling(pointer, "image", image.0, document.images.len()));
+                }
+            }
+            let basisu = texture.extensions.as_deref().is_some_and(|e| e.basisu.is_some());
+            match textures::candidates(texture).next() {
+                // A picture that is both is averaged as colours when it is made smaller.
+                Some(image) => *used.entry(image).or_default() |= is_color,
+                None if basisu => report.ignored("textures that are there as KHR_texture_basisu only"),
+                None => report.ignored("textures without an image"),
+            }
+        }
+    }
+    Ok(Images::decode(document, buffers, &used, source, options, report))
+}
+
+#[cfg(test)]
+mod tests;

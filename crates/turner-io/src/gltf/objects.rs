@@ -1,0 +1,277 @@
+//! Objects: each node with a mesh places one object per primitive. Meshes are shared by all objects that show the
+//! same vertices the same way.
+
+use super::accessors::Elements;
+use super::animations::Pose;
+use super::budget::Budget;
+use super::buffers::Buffers;
+use super::fault::{Fault, Outcome};
+use super::instances::Instances;
+use super::json::{Document, Index, Node, Primitive};
+use super::materials;
+use super::primitives::{Request, shape};
+use super::report::Report;
+use super::skins::joint_matrices;
+use super::textures::uv_set;
+use super::variants;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use turner::math::{DAffine3, DMat3};
+use turner::scene::transform::Transform;
+use turner::scene::{Asset, MaterialId, MeshId, ObjectContent, ObjectDesc};
+use turner::shape::ShapeDesc;
+use turner::shape::mesh::{MeshData, MeshDesc};
+
+/// Most objects of a file, that of the renderer.
+const MAX_OBJECTS: usize = 1 << 24;
+
+/// A material as a mesh needs it: its number in the document, and whether the mesh has vertex colours.
+pub(super) type Wanted = (Option<Index>, bool);
+
+/// What tells meshes apart: the accessors they are made of, and how.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Key {
+    attributes: Vec<(String, Index)>,
+    indices: Option<Index>,
+    mode: Option<Index>,
+    /// The primitive, where it has morph targets.
+    targets: Option<(Index, usize)>,
+    /// Bits of the weights of these.
+    weights: Vec<u64>,
+    normal_map: Option<usize>,
+    /// The node, where its joints or transform are in the vertices, and the instance.
+    moved: Option<(u32, usize)>,
+}
+
+/// A mesh that was made.
+#[derive(Clone, Copy, Debug)]
+struct Made {
+    mesh: MeshId,
+    smooth: bool,
+    has_colors: bool,
+    uv_sets: u32,
+}
+
+/// Objects, meshes and materials as they come about.
+pub(super) struct Objects<'a> {
+    pub(super) document: &'a Document,
+    pub(super) buffers: &'a Buffers,
+    pub(super) budget: &'a Budget,
+    pub(super) pose: &'a Pose,
+    /// Of each node.
+    pub(super) world: &'a [DAffine3],
+    pub(super) variant: Option<Index>,
+    made: BTreeMap<Key, Option<Made>>,
+    materials: BTreeMap<Wanted, MaterialId>,
+    /// For the scene.
+    pub(super) meshes: Vec<Asset<MeshData>>,
+    /// For the scene.
+    pub(super) objects: Vec<ObjectDesc>,
+    /// The materials of the objects, by [`MaterialId`].
+    pub(super) wanted: Vec<Wanted>,
+    /// Instances placed beyond one per node.
+    pub(super) instances: u64,
+}
+
+impl<'a> Objects<'a> {
+    /// None yet.
+    pub(super) fn new(
+        document: &'a Document,
+        (buffers, budget): (&'a Buffers, &'a Budget),
+        (pose, world): (&'a Pose, &'a [DAffine3]),
+        variant: Option<Index>,
+    ) -> Objects<'a> {
+        Objects {
+            document,
+            buffers,
+            budget,
+            pose,
+            world,
+            variant,
+            made: BTreeMap::new(),
+            materials: BTreeMap::new(),
+            meshes: Vec::new(),
+            objects: Vec::new(),
+            wanted: Vec::new(),
+            instances: 0,
+        }
+    }
+
+    /// Adds the objects of a node.
+    pub(super) fn add_node(&mut self, number: u32, report: &mut Report) -> Outcome<()> {
+        let node = &self.document.nodes[Index(number)];
+        let Some(mesh) = node.mesh else { return Ok(()) };
+        let pointer = format!("/nodes/{number}");
+        if mesh.index() >= self.document.meshes.len() {
+            return Err(Fault::dangling(pointer, "mesh", mesh.0, self.document.meshes.len()));
+        }
+        let joints = match node.skin {
+            Some(skin) => {
+                Some(joint_matrices(self.document, self.buffers, skin, self.world, self.budget, &pointer)?)
+            }
+            None => None,
+        };
+        let world = self.world[number as usize];
+        let instancing = node.extensions.as_deref().and_then(|e| e.instancing.as_ref());
+        match (instancing, joints) {
+            (Some(instancing), None) => {
+                let at = format!("{pointer}/extensions/EXT_mesh_gpu_instancing");
+                let instances = Instances::open(self.document, self.buffers, instancing, &at)?;
+                self.instances += instances.count as u64;
+                for i in 0..instances.count {
+                    self.place(number, node, mesh, (world * instances.transform(i), i), None, report)?;
+                }
+                Ok(())
+            }
+            (_, joints) => self.place(number, node, mesh, (world, 0), joints.as_deref(), report),
+        }
+    }
+
+    /// Places a mesh once.
+    fn place(
+        &mut self,
+        number: u32,
+        node: &Node,
+        mesh: Index,
+        (world, instance): (DAffine3, usize),
+        joints: Option<&[DAffine3]>,
+        report: &mut Report,
+    ) -> Outcome<()> {
+        // A skinned mesh is where its joints are, whatever its node says (§3.7.3.3).
+        let (transform, bake) = match joints {
+            Some(_) => (DAffine3::IDENTITY, None),
+            None if is_invertible(&world) => (world, None),
+            None if !world.is_finite() => {
+                report.doubtful("a node whose transform is not finite");
+                return Ok(());
+            }
+            None if is_flat(&world.matrix3) => (DAffine3::IDENTITY, Some(world)),
+            None => {
+                report.doubtful("a node that is scaled to nothing");
+                return Ok(());
+            }
+        };
+        let json = &self.document.meshes[mesh];
+        let weights = &self.pose.weights[number as usize];
+        let weights = if weights.is_empty() { &json.weights } else { weights };
+        for (p, primitive) in json.primitives.iter().enumerate() {
+            let pointer = format!("/meshes/{}/primitives/{p}", mesh.0);
+            let material = variants::material(self.document, primitive, self.variant, &pointer)?;
+            let material_json = material.map(|m| &self.document.materials[m]);
+            let normal_map = material_json.and_then(materials::normal_map).map(|info| uv_set(info) as usize);
+            let moved = joints.is_some() || bake.is_some();
+            let key = Key {
+                attributes: primitive.attributes.iter().map(|(name, at)| (name.clone(), *at)).collect(),
+                indices: primitive.indices,
+                mode: primitive.mode,
+                targets: (!primitive.targets.is_empty()).then_some((mesh, p)),
+                weights: if primitive.targets.is_empty() {
+                    Vec::new()
+                } else {
+                    weights.iter().map(|w| w.to_bits()).collect()
+                },
+                normal_map: normal_map.filter(|_| !primitive.attributes.contains_key("TANGENT")),
+                moved: moved.then_some((number, instance)),
+            };
+            let made = match self.made.get(&key) {
+                Some(made) => *made,
+                None => {
+                    let request = Request { weights, joints, normal_map, bake };
+                    let name = self.mesh_name(mesh, p);
+                    let made = self.make(primitive, request, name, report, &pointer)?;
+                    self.made.insert(key, made);
+                    made
+                }
+            };
+            let Some(made) = made else { continue };
+            self.check_uvs(material, made, report);
+            let wanted = (material, made.has_colors);
+            let next = MaterialId(self.wanted.len() as u32);
+            let id = *self.materials.entry(wanted).or_insert(next);
+            if id == next {
+                self.wanted.push(wanted);
+            }
+            if self.objects.len() == MAX_OBJECTS {
+                let message = format!("has more than {MAX_OBJECTS} objects, instances counted");
+                return Err(Fault::too_large(format!("/nodes/{number}"), message));
+            }
+            self.budget.take(1, size_of::<ObjectDesc>(), &pointer)?;
+            let name = node.name.as_ref().or(json.name.as_ref()).filter(|n| !n.is_empty());
+            let shape = MeshDesc { mesh: made.mesh, smooth: Some(made.smooth), materials: Vec::new() };
+            self.objects.push(ObjectDesc {
+                name: name.cloned(),
+                span: None,
+                content: ObjectContent::Shape(ShapeDesc::Mesh(shape)),
+                material: Some(id),
+                transform: Transform(transform),
+            });
+        }
+        Ok(())
+    }
+
+    fn mesh_name(&self, mesh: Index, primitive: usize) -> String {
+        let json = &self.document.meshes[mesh];
+        let name = json.name.clone().filter(|n| !n.is_empty()).unwrap_or_else(|| format!("mesh {}", mesh.0));
+        if json.primitives.len() > 1 { format!("{name}/{primitive}") } else { name }
+    }
+
+    fn make(
+        &mut self,
+        primitive: &Primitive,
+        request: Request<'_>,
+        name: String,
+        report: &mut Report,
+        pointer: &str,
+    ) -> Outcome<Option<Made>> {
+        let tools = (self.budget, report);
+        let Some(shaped) = shape(self.document, self.buffers, primitive, request, tools, pointer)? else {
+            return Ok(None);
+        };
+        if shaped.mesh.triangles.is_empty() {
+            return Ok(None);
+        }
+        let has = |set: &Vec<[f32; 2]>| !set.is_empty();
+        let sets = [&shaped.mesh.uvs].into_iter().chain(&shaped.mesh.more_uvs);
+        let uv_sets = sets.enumerate().map(|(i, set)| u32::from(has(set)) << i).sum();
+        let made = Made {
+            mesh: MeshId(self.meshes.len() as u32),
+            smooth: shaped.smooth,
+            has_colors: !shaped.mesh.colors.is_empty(),
+            uv_sets,
+        };
+        self.meshes.push(Asset { uri: name, data: Arc::new(shaped.mesh) });
+        Ok(Some(made))
+    }
+
+    /// Tells of textures on a mesh that has not the surface coordinates they lie at.
+    fn check_uvs(&self, material: Option<Index>, made: Made, report: &mut Report) {
+        let Some(material) = material.map(|m| &self.document.materials[m]) else { return };
+        let missing = |(info, _): &(&_, bool)| made.uv_sets.checked_shr(uv_set(info)).unwrap_or(0) & 1 == 0;
+        if materials::textures_of(material).iter().any(missing) {
+            report.doubtful("a mesh without the texture coordinates that its textures need");
+        }
+    }
+}
+
+/// Checks that every accessor with bytes lies within them, used or not.
+pub(super) fn check_accessors(document: &Document, buffers: &Buffers) -> Outcome<()> {
+    for (i, accessor) in document.accessors.iter().enumerate() {
+        if accessor.buffer_view.is_some() || accessor.sparse.is_some() {
+            Elements::open(document, buffers, Index(i as u32), "")?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a transform can be undone: judged by what the inverse does, not by the size of the determinant.
+fn is_invertible(m: &DAffine3) -> bool {
+    let inverse = m.inverse();
+    let round_trip = (m.matrix3 * inverse.matrix3 - DMat3::IDENTITY).to_cols_array();
+    m.is_finite() && inverse.is_finite() && round_trip.iter().all(|v| v.abs() < 1e-6)
+}
+
+/// Whether a matrix leaves a plane.
+fn is_flat(m: &DMat3) -> bool {
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    [x.cross(y), y.cross(z), z.cross(x)].iter().any(|v| v.length_squared() > 0.0)
+}

@@ -1,0 +1,290 @@
+//! From a primitive of the document to a mesh: attributes, morph targets, skin, faces, tangents.
+
+use super::accessors::Elements;
+use super::budget::Budget;
+use super::buffers::Buffers;
+use super::fault::{Fault, Outcome};
+use super::json::{Document, Index, Primitive};
+use super::markers;
+use super::report::Report;
+use super::skins::Influences;
+use super::tangents;
+use super::topology::Topology;
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::shape::mesh::MeshData;
+
+/// Most sets of surface coordinates that are kept.
+const MAX_UV_SETS: usize = 8;
+
+/// Coordinates beyond this are farther away than single precision can tell neighbours apart.
+const HUGE: f32 = 1e9;
+
+/// How a primitive is wanted.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Request<'a> {
+    /// How far each morph target is applied.
+    pub(super) weights: &'a [f64],
+    /// The joints of the skin; the mesh then lies in the scene's space.
+    pub(super) joints: Option<&'a [DAffine3]>,
+    /// The set of surface coordinates of its normal map, if it has one.
+    pub(super) normal_map: Option<usize>,
+    /// Put on vertices last: for nodes whose transform cannot be undone.
+    pub(super) bake: Option<DAffine3>,
+}
+
+/// A primitive, ready to be shown.
+#[derive(Debug)]
+pub(super) struct Shaped {
+    /// Its mesh.
+    pub(super) mesh: MeshData,
+    /// Whether to shade with vertex normals.
+    pub(super) smooth: bool,
+}
+
+/// Reads the primitive that `pointer` names; `None` for one that cannot be shown, which the report tells.
+pub(super) fn shape(
+    document: &Document,
+    buffers: &Buffers,
+    primitive: &Primitive,
+    request: Request<'_>,
+    (budget, report): (&Budget, &mut Report),
+    pointer: &str,
+) -> Outcome<Option<Shaped>> {
+    let Some(position) = primitive.attributes.get("POSITION") else {
+        report.ignored("a primitive without positions");
+        return Ok(None);
+    };
+    let draco = primitive.extensions.as_deref().is_some_and(|e| e.draco.is_some());
+    if draco {
+        let stored = document.accessors.get(position.index()).is_some_and(|a| a.buffer_view.is_some());
+        if !stored {
+            report.ignored("a primitive compressed by KHR_draco_mesh_compression, which is not read");
+            return Ok(None);
+        }
+    }
+    let source = Source { document, buffers, primitive, request, budget, pointer };
+    let positions = source.open(*position, &[3], None, "positions")?;
+    let count = positions.count;
+    let indices = primitive.indices.map(|a| Elements::open(document, buffers, a, pointer)).transpose()?;
+    let mode = primitive.mode.map_or(4, |m| m.0);
+    let (mut topology, left_over) = Topology::read(mode, indices, count, budget, pointer)?;
+    if left_over {
+        report.doubtful("vertices left over behind the last whole line or triangle");
+    }
+    let chosen = topology.compact(count, budget, pointer)?;
+    let vertices = Vertices { chosen: chosen.as_deref(), count };
+
+    let mut mesh = source.attributes(positions, &vertices, report)?;
+    source.skin(&mut mesh, &vertices, report)?;
+    if let Some(matrix) = request.bake {
+        transform(&mut mesh, |_| Ok::<_, Fault>(matrix))?;
+    }
+    if mesh.positions.iter().flatten().any(|x| x.abs() > HUGE) {
+        report.doubtful("coordinates beyond 1e9, where single precision is coarse");
+    }
+    let mut mesh = match topology {
+        Topology::Triangles(list) => {
+            mesh.triangles = list;
+            mesh
+        }
+        Topology::Points(list) => {
+            report.approximated("points are shown as small balls");
+            markers::balls(&mesh, &list, budget, pointer)?
+        }
+        Topology::Lines(list) => {
+            report.approximated("lines are shown as thin tubes");
+            markers::tubes(&mesh, &list, budget, pointer)?
+        }
+    };
+    let flat = mesh.normals.is_empty();
+    if !flat && turned_away(&mesh) {
+        report.doubtful("a mesh whose normals point to the back of most of its faces");
+    }
+    match request.normal_map {
+        Some(set) if mesh.tangents.is_empty() => {
+            if flat && !mesh.uvs.is_empty() {
+                tangents::flatten(&mut mesh, budget, pointer)?;
+            }
+            tangents::generate(&mut mesh, set, budget, pointer)?;
+        }
+        _ => {}
+    }
+    Ok(Some(Shaped { smooth: !flat, mesh }))
+}
+
+/// Whether most triangles have vertex normals on their back.
+fn turned_away(mesh: &MeshData) -> bool {
+    let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let away = |t: &&[u32; 3]| {
+        let [a, b, c] = t.map(|v| vector(mesh.positions[v as usize]));
+        let normal = t.iter().map(|v| vector(mesh.normals[*v as usize])).sum::<DVec3>();
+        (b - a).cross(c - a).dot(normal) < 0.0
+    };
+    2 * mesh.triangles.iter().filter(away).count() > mesh.triangles.len()
+}
+
+/// The vertices that are kept: those listed, or all.
+struct Vertices<'a> {
+    chosen: Option<&'a [u32]>,
+    count: usize,
+}
+
+impl Vertices<'_> {
+    fn len(&self) -> usize {
+        self.chosen.map_or(self.count, <[u32]>::len)
+    }
+
+    /// Their numbers in the accessors.
+    fn numbers(&self) -> impl Iterator<Item = usize> {
+        (0..self.len()).map(|i| self.chosen.map_or(i, |list| list[i] as usize))
+    }
+}
+
+struct Source<'a> {
+    document: &'a Document,
+    buffers: &'a Buffers,
+    primitive: &'a Primitive,
+    request: Request<'a>,
+    budget: &'a Budget,
+    pointer: &'a str,
+}
+
+impl<'a> Source<'a> {
+    /// Opens an accessor that must have this shape.
+    fn open(&self, at: Index, widths: &[usize], count: Option<usize>, what: &str) -> Outcome<Elements<'a>> {
+        let elements = Elements::open(self.document, self.buffers, at, self.pointer)?;
+        let elements = elements.with_width(widths, what)?;
+        match count {
+            Some(count) => elements.with_count(count, what),
+            None => Ok(elements),
+        }
+    }
+
+    /// An attribute of the kept vertices with its morph targets applied; nothing where there is none.
+    fn attribute<const N: usize>(
+        &self,
+        name: &str,
+        widths: &[usize],
+        vertices: &Vertices<'_>,
+    ) -> Outcome<Vec<[f32; N]>> {
+        let Some(at) = self.primitive.attributes.get(name) else { return Ok(Vec::new()) };
+        let elements = self.open(*at, widths, Some(vertices.count), name)?;
+        self.morphed(elements, name, vertices)
+    }
+
+    /// The elements of an attribute, and what morph targets add to them (§3.7.2.2).
+    fn morphed<const N: usize>(
+        &self,
+        elements: Elements<'_>,
+        name: &str,
+        vertices: &Vertices<'_>,
+    ) -> Outcome<Vec<[f32; N]>> {
+        let mut list = self.budget.list(vertices.len(), self.pointer)?;
+        list.extend(vertices.numbers().map(|i| elements.get::<N>(i)));
+        for (target, weight) in self.primitive.targets.iter().zip(self.request.weights) {
+            let Some(at) = target.get(name).filter(|_| *weight != 0.0) else { continue };
+            // Targets of tangents have no fourth number: it is not changed.
+            let width = if name == "TANGENT" { 3 } else { elements.width };
+            let deltas = self.open(*at, &[width], Some(vertices.count), "a morph target")?;
+            for (value, i) in list.iter_mut().zip(vertices.numbers()) {
+                let delta = deltas.get::<N>(i);
+                for (v, d) in value.iter_mut().zip(delta) {
+                    *v += (*weight * f64::from(d)) as f32;
+                }
+            }
+        }
+        Ok(list)
+    }
+
+    fn attributes(
+        &self,
+        positions: Elements<'_>,
+        vertices: &Vertices<'_>,
+        report: &mut Report,
+    ) -> Outcome<MeshData> {
+        let mut mesh =
+            MeshData { positions: self.morphed(positions, "POSITION", vertices)?, ..MeshData::default() };
+        mesh.normals = self.attribute("NORMAL", &[3], vertices)?;
+        let morphed = self.request.weights.iter().any(|w| *w != 0.0);
+        if morphed {
+            mesh.normals.iter_mut().for_each(normalize);
+        }
+        // Tangents without normals do not count (§3.7.2.1).
+        if !mesh.normals.is_empty() {
+            mesh.tangents = self.attribute("TANGENT", &[4], vertices)?;
+        }
+        let sets =
+            (0..MAX_UV_SETS).rev().find(|set| self.attributes_of("TEXCOORD_", *set)).map_or(0, |s| s + 1);
+        for set in 0..sets {
+            let mut uvs: Vec<[f32; 2]> = self.attribute(&format!("TEXCOORD_{set}"), &[2], vertices)?;
+            // Here v grows upwards.
+            uvs.iter_mut().for_each(|uv| uv[1] = 1.0 - uv[1]);
+            if set == 0 { mesh.uvs = uvs } else { mesh.more_uvs.push(uvs) }
+        }
+        if self.attributes_of("TEXCOORD_", MAX_UV_SETS) {
+            report.ignored("sets of texture coordinates beyond the eighth");
+        }
+        mesh.colors = self.attribute("COLOR_0", &[3, 4], vertices)?;
+        let opaque =
+            self.primitive.attributes.get("COLOR_0").and_then(|at| self.document.accessors.get(at.index()));
+        if opaque.is_some_and(|a| a.kind.as_deref() == Some("VEC3")) {
+            mesh.colors.iter_mut().for_each(|color| color[3] = 1.0);
+        }
+        mesh.colors.iter_mut().flatten().for_each(|c| *c = if *c > 0.0 { c.min(f32::MAX) } else { 0.0 });
+        if self.attributes_of("COLOR_", 1) {
+            report.ignored("vertex colours beyond the first set");
+        }
+        Ok(mesh)
+    }
+
+    fn attributes_of(&self, prefix: &str, set: usize) -> bool {
+        self.primitive.attributes.contains_key(&format!("{prefix}{set}"))
+    }
+
+    fn skin(&self, mesh: &mut MeshData, vertices: &Vertices<'_>, report: &mut Report) -> Outcome<()> {
+        let Some(joints) = self.request.joints else { return Ok(()) };
+        let influences =
+            Influences::open(self.document, self.buffers, self.primitive, vertices.count, self.pointer)?;
+        if influences.is_empty() {
+            report.doubtful("a skinned primitive has no joints");
+            return Ok(());
+        }
+        let mut numbers = vertices.numbers();
+        transform(mesh, |_| {
+            let vertex = numbers.next().unwrap_or(0);
+            influences.matrix(vertex, joints).map_err(|joint| {
+                let message =
+                    format!("vertex {vertex} hangs on joint {joint}, but the skin has {}", joints.len());
+                Fault::at(format!("{}/attributes/JOINTS_0", self.pointer), message)
+            })
+        })
+    }
+}
+
+fn normalize(v: &mut [f32; 3]) {
+    *v = DVec3::from(v.map(f64::from)).normalize_or_zero().as_vec3().to_array();
+}
+
+/// The transposed matrix of cofactors: the inverse transpose but for a factor, and there for every matrix.
+fn normal_matrix(m: &DMat3) -> DMat3 {
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    let side = if x.dot(y.cross(z)) < 0.0 { -1.0 } else { 1.0 };
+    DMat3::from_cols(y.cross(z) * side, z.cross(x) * side, x.cross(y) * side)
+}
+
+/// Moves each vertex by its own matrix.
+fn transform<E>(mesh: &mut MeshData, mut matrix: impl FnMut(usize) -> Result<DAffine3, E>) -> Result<(), E> {
+    for i in 0..mesh.positions.len() {
+        let m = matrix(i)?;
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        mesh.positions[i] = m.transform_point3(wide(mesh.positions[i])).as_vec3().to_array();
+        if let Some(normal) = mesh.normals.get_mut(i) {
+            *normal = (normal_matrix(&m.matrix3) * wide(*normal)).normalize_or_zero().as_vec3().to_array();
+        }
+        if let Some([x, y, z, _]) = mesh.tangents.get_mut(i) {
+            let tangent = (m.matrix3 * wide([*x, *y, *z])).normalize_or_zero();
+            [*x, *y, *z] = tangent.as_vec3().to_array();
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,179 @@
+//! Textures: which image, how it is sampled, where it lies.
+
+use super::images::Images;
+use super::json::{Document, Index, Texture, TextureInfo};
+use std::collections::BTreeMap;
+use turner::color::Spectrum;
+use turner::math::elementary::sin_cos;
+use turner::scene::transform::Transform;
+use turner::scene::{ColorSource, Named, TextureId};
+use turner::texture::{
+    Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, ProductDesc, TextureDesc, VertexColorDesc, Wrap,
+};
+
+/// OpenGL's numbers.
+const NEAREST: u32 = 9728;
+const CLAMP_TO_EDGE: u32 = 33071;
+const MIRRORED_REPEAT: u32 = 33648;
+
+/// What a picture is looked up for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Use {
+    /// Which part of it.
+    pub(super) channel: ImageChannel,
+    /// What its numbers mean.
+    pub(super) encoding: Encoding,
+    /// What they are multiplied by.
+    pub(super) factor: Spectrum,
+    /// What is added then.
+    pub(super) offset: f32,
+}
+
+impl Use {
+    /// A colour, by the sRGB curve.
+    pub(super) fn color(factor: Spectrum) -> Use {
+        Use { channel: ImageChannel::Rgb, encoding: Encoding::Srgb, factor, offset: 0.0 }
+    }
+
+    /// A number in one channel.
+    pub(super) fn number(channel: ImageChannel, factor: f32) -> Use {
+        Use { channel, encoding: Encoding::Linear, factor: Spectrum::grey(factor), offset: 0.0 }
+    }
+
+    /// Three numbers.
+    pub(super) fn numbers() -> Use {
+        Use { channel: ImageChannel::Rgb, ..Use::number(ImageChannel::Rgb, 1.0) }
+    }
+}
+
+/// The images that may stand for a texture, the best first (the sources of extensions before that which is there
+/// for programs without them).
+pub(super) fn candidates(texture: &Texture) -> impl Iterator<Item = Index> {
+    let extensions = texture.extensions.as_deref();
+    let webp = extensions.and_then(|e| e.webp.as_ref()).and_then(|w| w.source);
+    webp.into_iter().chain(texture.source)
+}
+
+/// The set of surface coordinates that a texture is looked up at.
+pub(super) fn uv_set(info: &TextureInfo) -> u32 {
+    let transform = info.extensions.as_deref().and_then(|e| e.transform.as_ref());
+    transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord).0
+}
+
+/// `KHR_texture_transform` for coordinates whose v grows upwards: rows of the matrix.
+///
+/// The extension scales, then rotates, then moves: u' = c·sx·u + s·sy·v + ox, v' = −s·sx·u + c·sy·v + oy, with v
+/// downwards.
+fn uv_matrix(info: &TextureInfo) -> Option<[f64; 6]> {
+    let transform = info.extensions.as_deref()?.transform.as_ref()?;
+    let [ox, oy] = transform.offset.unwrap_or([0.0; 2]);
+    let [sx, sy] = transform.scale.unwrap_or([1.0; 2]);
+    let (s, c) = sin_cos(transform.rotation.unwrap_or(0.0));
+    let matrix = [c * sx, -s * sy, ox + s * sy, s * sx, c * sy, 1.0 - oy - c * sy];
+    (matrix != [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]).then_some(matrix)
+}
+
+/// The scene's textures as they come about.
+#[derive(Debug, Default)]
+pub(super) struct Textures {
+    /// For the scene.
+    pub(super) list: Vec<Named<TextureDesc>>,
+    known: BTreeMap<String, TextureId>,
+}
+
+impl Textures {
+    /// A texture with these contents, the same one for the same contents.
+    fn add(&mut self, desc: TextureDesc) -> ColorSource {
+        let key = format!("{desc:?}");
+        let id = *self.known.entry(key).or_insert_with(|| {
+            self.list.push(Named { name: None, span: None, value: desc });
+            TextureId(self.list.len() as u32 - 1)
+        });
+        ColorSource::Texture(id)
+    }
+
+    /// The picture that `info` names; `None` if it could not be read.
+    pub(super) fn picture(
+        &mut self,
+        document: &Document,
+        images: &Images,
+        info: &TextureInfo,
+        as_what: Use,
+    ) -> Option<ColorSource> {
+        let texture = document.textures.get(info.index.index())?;
+        let file = candidates(texture).find_map(|image| images.id(image))?;
+        let sampler = texture.sampler.and_then(|s| document.samplers.get(s.index()));
+        let wrap = |mode: Option<Index>| match mode.map(|m| m.0) {
+            Some(CLAMP_TO_EDGE) => Wrap::Clamp,
+            Some(MIRRORED_REPEAT) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        };
+        let nearest = sampler.and_then(|s| s.mag_filter) == Some(Index(NEAREST));
+        Some(self.add(TextureDesc::Image(ImageDesc {
+            file,
+            filter: if nearest { ImageFilter::Nearest } else { ImageFilter::Bilinear },
+            wrap: Wrap::Repeat,
+            wrap_u: Some(wrap(sampler.and_then(|s| s.wrap_s))),
+            wrap_v: Some(wrap(sampler.and_then(|s| s.wrap_t))),
+            gain: 1.0,
+            density: 1.0,
+            mapping: Mapping::Uv,
+            transform: Transform::IDENTITY,
+            uv_matrix: uv_matrix(info),
+            channel: as_what.channel,
+            encoding: as_what.encoding,
+            tint: as_what.factor,
+            offset: Spectrum::grey(as_what.offset),
+            uv_set: uv_set(info),
+        })))
+    }
+
+    /// The colours of vertices.
+    pub(super) fn vertex_color(&mut self) -> ColorSource {
+        self.add(TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::WHITE }))
+    }
+
+    /// The product of two colours; white is left out.
+    pub(super) fn product(&mut self, a: ColorSource, b: ColorSource) -> ColorSource {
+        let white = ColorSource::Constant(Spectrum::WHITE);
+        match (a, b) {
+            (a, b) if a == white => b,
+            (a, b) if b == white => a,
+            (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
+            (a, b) => self.add(TextureDesc::Product(ProductDesc { a, b })),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gltf::json::{TextureInfoExtensions, TextureTransform};
+
+    #[test]
+    fn a_transform_in_upward_coordinates_is_the_extension_s_in_downward_ones() {
+        let (offset, rotation, scale) = ([0.25, -0.5], 0.75, [2.0, 3.0]);
+        let transform = TextureTransform {
+            offset: Some(offset),
+            rotation: Some(rotation),
+            scale: Some(scale),
+            tex_coord: Some(Index(2)),
+        };
+        let extensions = Some(Box::new(TextureInfoExtensions { transform: Some(transform) }));
+        let info =
+            TextureInfo { index: Index(0), tex_coord: Index(1), scale: None, strength: None, extensions };
+        assert_eq!(uv_set(&info), 2);
+        let [a, b, c, d, e, f] = uv_matrix(&info).unwrap();
+        let (s, co) = sin_cos(rotation);
+        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (0.3, 0.9)] {
+            // The extension's, v downwards.
+            let (us, vs) = (u * scale[0], v * scale[1]);
+            let (u1, v1) = (us * co + vs * s + offset[0], vs * co - us * s + offset[1]);
+            let up = 1.0 - v;
+            let (u2, up2) = (a * u + b * up + c, d * u + e * up + f);
+            assert!((u1 - u2).abs() < 1e-12 && (1.0 - v1 - up2).abs() < 1e-12);
+        }
+        let plain = TextureInfo { extensions: Some(Box::default()), ..info };
+        assert_eq!((uv_set(&plain), uv_matrix(&plain)), (1, None));
+    }
+}
