@@ -1,5 +1,6 @@
 //! Whole scenes from files of meshes: one object with its materials and pictures.
 
+use super::error::shortened;
 use super::mtl::{self, MtlMaterial, physical};
 use super::pictures::Pictures;
 use super::{MeshError, ReadMesh, drop_not_finite, obj, ply, stl, warning};
@@ -225,7 +226,7 @@ impl Import {
         }
         for error in missing {
             let line = error.lines().next().unwrap_or_default();
-            let message = format!("the library of materials {line}; it is left out");
+            let message = format!("the library of materials {}; it is left out", shortened(line));
             self.scene.warnings.push(Warning::new(WarningKind::Ignored, message));
         }
         for (path, file) in &found {
