@@ -96,7 +96,8 @@ fn instances_stand_at_125_places() {
 #[test]
 fn the_fox_walks() {
     let fox = |animation: &str, time: f64| {
-        let options = ImportOptions { animation: Some(animation.to_owned()), time, ..ImportOptions::default() };
+        let options =
+            ImportOptions { animation: Some(animation.to_owned()), time, ..ImportOptions::default() };
         load("Fox.glb", &options)
     };
     let survey = bounds(&model("Fox.glb"));
@@ -124,9 +125,34 @@ fn pictures_and_sets_of_coordinates_are_there() {
     let colors = model("BoxVertexColors.glb");
     assert_eq!(colors.meshes[0].data.colors.len(), colors.meshes[0].data.positions.len());
     // The number of threads changes nothing.
-    let with = |threads| load("TextureSettingsTest.glb", &ImportOptions { threads, ..ImportOptions::default() });
+    let with =
+        |threads| load("TextureSettingsTest.glb", &ImportOptions { threads, ..ImportOptions::default() });
     assert_eq!(with(1), with(7));
     let small = ImportOptions { max_texture_size: Some(16), ..ImportOptions::default() };
     let small = load("TextureSettingsTest.glb", &small);
     assert!(small.images.iter().all(|i| i.data.width <= 16 && i.data.height <= 16));
+}
+
+#[test]
+fn a_compressed_model_is_the_same_but_for_rounding() {
+    // Quantised, filtered and compressed by EXT_meshopt_compression: positions, normals, weights, indices, and animations.
+    let walk = ImportOptions { animation: Some("Walk".to_owned()), time: 0.37, ..ImportOptions::default() };
+    let (plain, packed) = (load("Fox.glb", &walk), load("FoxCompressed.glb", &walk));
+    let (a, b) = (bounds(&plain), bounds(&packed));
+    assert!(near(a.min, b.min.to_array(), 0.1) && near(a.max, b.max.to_array(), 0.1), "{a:?} {b:?}");
+    let (a, b) = (&plain.meshes[0].data, &packed.meshes[0].data);
+    assert_eq!(a.triangles.len(), b.triangles.len());
+    // The triangles are in another order: the sums of areas and of picture coordinates tell whether they are the same.
+    let sums = |mesh: &turner::shape::mesh::MeshData| {
+        let (mut area, mut uv) = (0.0, 0.0);
+        for t in &mesh.triangles {
+            let [a, b, c] = t.map(|v| DVec3::from(mesh.positions[v as usize].map(f64::from)));
+            area += (b - a).cross(c - a).length();
+            uv += t.iter().map(|v| f64::from(mesh.uvs[*v as usize][1])).sum::<f64>();
+        }
+        (area, uv)
+    };
+    let ((area_a, uv_a), (area_b, uv_b)) = (sums(a), sums(b));
+    assert!((area_a - area_b).abs() < 2e-3 * area_a, "{area_a} {area_b}");
+    assert!((uv_a - uv_b).abs() < 0.5, "{uv_a} {uv_b}");
 }

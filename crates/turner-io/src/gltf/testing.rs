@@ -7,8 +7,8 @@ use super::fault::Outcome;
 use super::json::{self, Document, Index};
 use crate::assets::MemoryAssets;
 use crate::import::ImportOptions;
-use turner::scene::error::SceneError;
 use turner::scene::SceneDesc;
+use turner::scene::error::SceneError;
 
 /// A binary file with this document, `{…}` without its asset, and these bytes.
 pub(super) fn glb(members: &str, bin: &[u8]) -> Vec<u8> {

@@ -336,7 +336,8 @@ fn a_missing_image_is_named_and_its_factor_stays() {
 #[test]
 fn pictures_are_shared_and_looked_up_as_samplers_say() {
     // A picture of one pixel.
-    let png = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==";
+    let png =
+        "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==";
     let members = format!(
         r#","materials":[{{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}},"metallicRoughnessTexture":{{"index":1,"texCoord":1}}}},
             "normalTexture":{{"index":1,"scale":0.5}},"occlusionTexture":{{"index":1,"strength":0.25}}}}],
@@ -359,7 +360,10 @@ fn pictures_are_shared_and_looked_up_as_samplers_say() {
     assert_eq!((base.wrap_u, base.wrap_v), (Some(Wrap::Clamp), Some(Wrap::Mirror)));
     assert_eq!(image(m.opacity).channel, ImageChannel::A);
     let (metal, rough) = (image(m.base_metalness), image(m.specular_roughness));
-    assert_eq!((metal.channel, rough.channel, rough.encoding), (ImageChannel::B, ImageChannel::G, Encoding::Linear));
+    assert_eq!(
+        (metal.channel, rough.channel, rough.encoding),
+        (ImageChannel::B, ImageChannel::G, Encoding::Linear)
+    );
     assert_eq!((metal.uv_set, metal.wrap_u, metal.filter), (1, Some(Wrap::Repeat), ImageFilter::Bilinear));
     assert_eq!((m.normal_scale, m.occlusion_strength), (0.5, 0.25));
     assert_eq!(image(m.occlusion_map.unwrap()).channel, ImageChannel::R);
@@ -381,8 +385,10 @@ fn instances_share_their_mesh() {
 
 #[test]
 fn draco_is_refused_or_its_fallback_is_taken() {
-    let draco = r#","extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}}"#;
-    let with_fallback = import(triangle("", draco, r#","extensionsUsed":["KHR_draco_mesh_compression"]"#)).unwrap();
+    let draco =
+        r#","extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0}}}"#;
+    let with_fallback =
+        import(triangle("", draco, r#","extensionsUsed":["KHR_draco_mesh_compression"]"#)).unwrap();
     assert_eq!((with_fallback.objects.len(), with_fallback.warnings.len()), (1, 0));
     let json = format!(
         r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}{draco}}}]}}],

@@ -90,8 +90,13 @@ fn what_reaches_beyond_its_view_is_refused() {
     assert!(said(&accessor(huge)).contains("beyond all bounds"), "{}", said(&accessor(huge)));
     let offset = r#""byteOffset":18446744073709551615,"componentType":5121,"count":2,"type":"SCALAR""#;
     assert!(said(&accessor(offset)).contains("beyond all bounds"));
-    assert!(said(&accessor(r#""componentType":5127,"count":1,"type":"VEC3""#)).contains("/componentType: is 5127"));
-    assert!(said(&accessor(r#""componentType":5126,"count":1,"type":"VEC5""#)).contains("/type: is \"VEC5\""));
+    assert!(
+        said(&accessor(r#""componentType":5127,"count":1,"type":"VEC3""#))
+            .contains("/componentType: is 5127")
+    );
+    assert!(
+        said(&accessor(r#""componentType":5126,"count":1,"type":"VEC5""#)).contains("/type: is \"VEC5\"")
+    );
     assert!(said(&accessor(r#""componentType":5126,"type":"VEC3""#)).contains("/count: is missing"));
     let zeros = format!(r#"{VIEW},"accessors":[{{"componentType":5126,"count":99999999,"type":"VEC3"}}]"#);
     assert!(said(&zeros).contains("without a buffer view"));
@@ -102,8 +107,10 @@ fn what_reaches_beyond_its_view_is_refused() {
     assert!(said(view).starts_with("a.glb: /bufferViews/0: 8 bytes from byte 60 on"), "{}", said(view));
     let buffer = r#""buffers":[{"byteLength":65000}]"#;
     assert!(said(buffer).contains("/buffers/0: says 65000 bytes, but there are 64"));
-    assert!(said(r#""accessors":[{"bufferView":3,"componentType":5126,"count":2,"type":"VEC3"}]"#)
-        .contains("buffer view 3, but there are 0"));
+    assert!(
+        said(r#""accessors":[{"bufferView":3,"componentType":5126,"count":2,"type":"VEC3"}]"#)
+            .contains("buffer view 3, but there are 0")
+    );
 }
 
 #[test]
@@ -113,7 +120,9 @@ fn columns_of_small_matrices_are_padded() {
         said(&accessor(&json)) == "opened"
     };
     // 2 columns of 4 bytes, 3 of 4, 3 of 8, 4 of 8.
-    for (component, kind, count) in [(5121, "MAT2", 8), (5120, "MAT3", 5), (5123, "MAT3", 2), (5122, "MAT4", 2)] {
+    for (component, kind, count) in
+        [(5121, "MAT2", 8), (5120, "MAT3", 5), (5123, "MAT3", 2), (5122, "MAT4", 2)]
+    {
         assert!(fits(component, kind, count) && !fits(component, kind, count + 1), "{component} {kind}");
     }
 }

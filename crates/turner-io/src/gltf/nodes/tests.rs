@@ -13,7 +13,9 @@ fn refusal(nodes: &str) -> String {
 #[test]
 fn only_trees_are_taken() {
     assert!(refusal(r#"{"children":[0]}"#).contains("/nodes/0/children/0: node 0 is its own child"));
-    assert!(refusal(r#"{"children":[2]},{"children":[2]},{}"#).contains("node 2 has two parents, nodes 0 and 1"));
+    assert!(
+        refusal(r#"{"children":[2]},{"children":[2]},{}"#).contains("node 2 has two parents, nodes 0 and 1")
+    );
     assert!(refusal(r#"{"children":[1,1]},{}"#).contains("node 1 has two parents"));
     assert!(refusal(r#"{"children":[7]}"#).contains("names node 7, but there are 1"));
     let ring = r#"{},{"children":[2]},{"children":[3]},{"children":[1]}"#;
