@@ -4,7 +4,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use serde_json::json;
 use turner::camera::CameraDesc;
-use turner::color::{NAMES, Transfer};
+use turner::color::{NAMES, Tonemap, Transfer};
 use turner::film::Antialias;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
@@ -49,6 +49,11 @@ const TOPICS: &[Topic] = &[
         name: "transfers",
         what: "how scene values become display values",
         rows: || words(Transfer::DOCS),
+    },
+    Topic {
+        name: "tonemaps",
+        what: "how strong light becomes what a display can show",
+        rows: || words(Tonemap::DOCS),
     },
     Topic { name: "formats", what: "files that are read and written", rows: formats },
     Topic { name: "sections", what: "what a scene file is made of", rows: || words(SECTIONS) },

@@ -107,7 +107,11 @@ fn render_all(
             .map_err(|e| Failure::in_scene(e, &ready.sources, &ready.labels))?;
         let output = output.numbered(step)?;
         let code = render(args, ready, &output, reporter, control)?;
-        if code != 0 {
+        if code != 0 || i + 1 == steps.len() {
+            if reporter.events.is_none() && !ready.desc.imports.is_empty() {
+                reporter.imports(&ready.desc.imports);
+                reporter.warnings(&ready.scene.warnings, &ready.sources, &ready.labels);
+            }
             return Ok(code);
         }
     }
@@ -136,7 +140,8 @@ fn load(
     if args.strict && warnings.iter().any(|w| w.kind == WarningKind::Ignored) {
         return Err(strict(warnings, &ready.sources, &ready.labels));
     }
-    if first {
+    // What there is to say of models stands in the closing lines, unless a program reads it.
+    if first && (ready.desc.imports.is_empty() || reporter.events.is_some()) {
         reporter.imports(&ready.desc.imports);
         reporter.warnings(warnings, &ready.sources, &ready.labels);
     }

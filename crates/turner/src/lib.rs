@@ -3,6 +3,7 @@
 //! This crate opens no file, no window and no thread pool of its own choice: see ARCHITECTURE.md.
 #![forbid(unsafe_code)]
 
+pub mod bsdf;
 pub mod camera;
 pub mod color;
 pub mod film;

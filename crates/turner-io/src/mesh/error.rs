@@ -5,6 +5,7 @@ use crate::assets::printable;
 use crate::scene::SceneFormat;
 use crate::scene::nearest_mesh_extension;
 use std::path::Path;
+use turner::scene::error::suggestion;
 
 /// Why a mesh could not be read: the file, what was found, what was expected, the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -35,13 +36,29 @@ pub enum MeshError {
     /// A file without a triangle: a cloud of points, or nothing at all.
     #[error(
         "{name}: has {vertices} vertices but no faces; expected a mesh of polygons\n  \
-         a cloud of points must be made into a surface first"
+         show a cloud of points as `type = \"points\"`"
     )]
     Empty {
         /// The file.
         name: String,
         /// How many vertices it has.
         vertices: usize,
+    },
+    /// An object, group or solid that was asked for by name is not there.
+    #[error("{name}: has no object or group \"{node}\"\n  {help}")]
+    Node {
+        /// The file.
+        name: String,
+        /// The name asked for.
+        node: String,
+        /// The names there are.
+        help: String,
+    },
+    /// More materials than triangles can tell apart.
+    #[error("{name}: more than 65536 materials\n  use fewer materials, or several files")]
+    Materials {
+        /// The file.
+        name: String,
     },
     /// There was not enough memory.
     #[error("{name}: not enough memory for {count} vertices or faces\n  use a smaller mesh")]
@@ -58,6 +75,16 @@ impl MeshError {
         Self::Damaged { name: printable(name), format: format.name(), place, problem: printable(&problem) }
     }
 
+    pub(super) fn node(name: &str, node: &str, valid: &[String]) -> Self {
+        let names: Vec<&str> = valid.iter().map(String::as_str).collect();
+        let help = suggestion(node, &names).unwrap_or_else(|| "it has no names at all".to_owned());
+        Self::Node { name: printable(name), node: printable(node), help: printable(&help) }
+    }
+
+    pub(super) fn materials(name: &str) -> Self {
+        Self::Materials { name: printable(name) }
+    }
+
     pub(super) fn unknown(name: &str) -> Self {
         let extension = Path::new(name).extension().map(|e| e.to_string_lossy().to_lowercase());
         let nearest = nearest_mesh_extension(&extension.unwrap_or_default());
@@ -68,4 +95,19 @@ impl MeshError {
 /// Room for `more` values, or an error instead of an abort where memory is short.
 pub(super) fn reserve<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), MeshError> {
     v.try_reserve_exact(more).map_err(|_| MeshError::OutOfMemory { name: printable(name), count: more })
+}
+
+/// Room for at least `more` values, and for more to come.
+pub(super) fn reserve_some<T>(v: &mut Vec<T>, more: usize, name: &str) -> Result<(), MeshError> {
+    v.try_reserve(more).map_err(|_| MeshError::OutOfMemory { name: printable(name), count: more })
+}
+
+/// One more value, or an error instead of an abort where memory is short.
+#[inline]
+pub(super) fn push<T>(v: &mut Vec<T>, value: T, name: &str) -> Result<(), MeshError> {
+    if v.len() == v.capacity() {
+        reserve_some(v, 1, name)?;
+    }
+    v.push(value);
+    Ok(())
 }

@@ -1,35 +1,59 @@
-//! Triangle meshes from OBJ and PLY files in memory.
+//! Triangle meshes and clouds of points from OBJ, PLY and STL files in memory.
 //!
 //! Every index is checked against the number of vertices, and no memory is reserved for more elements than the
-//! bytes of the file can hold. Polygons become fans of triangles around their first corner.
+//! bytes of the file can hold. Convex polygons become fans of triangles around their first corner, others are cut
+//! into ears. [`decode`] gives the mesh alone, as an object of a scene shows it; [`import_obj`], [`import_ply`] and
+//! [`import_stl`] give a whole scene with its materials.
 
+mod corners;
 mod error;
+mod import;
+mod mtl;
+mod number;
 mod obj;
+mod pictures;
 mod ply;
+mod polygon;
+mod stl;
+mod weld;
 
 pub use error::MeshError;
+pub use import::{import_obj, import_ply, import_stl};
 
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 use std::path::Path;
+use turner::scene::{Warning, WarningKind};
 use turner::shape::mesh::MeshData;
 
 /// A mesh and what was ignored while reading it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadMesh {
-    /// The mesh: at least one triangle, every index valid, every position in use finite.
+    /// The mesh: every index valid, every position finite. Without triangles it is a cloud of points.
     pub mesh: MeshData,
-    /// What was ignored or made up, one sentence each, with the name of the file.
-    pub warnings: Vec<String>,
+    /// A picture that the file names for its (u, v).
+    pub texture: Option<String>,
+    /// What was ignored or made up, with the name of the file.
+    pub warnings: Vec<Warning>,
 }
 
-/// Reads a mesh. PLY is known by its first bytes, OBJ by the extension of `name`.
+/// Reads a mesh of at least one triangle. PLY is known by its first bytes, the others by the extension of `name`.
 pub fn decode(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
+    let read = decode_any(bytes, name)?;
+    if read.mesh.triangles.is_empty() {
+        return Err(MeshError::Empty { name: printable(name), vertices: read.mesh.positions.len() });
+    }
+    Ok(read)
+}
+
+/// Reads a mesh or a cloud of points, which has vertices but no triangles.
+pub fn decode_any(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     let mut read = if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         ply::read(bytes, name)?
     } else {
         match SceneFormat::of_path(Path::new(name)) {
             Some(SceneFormat::Obj) => obj::read(bytes, name)?,
+            Some(SceneFormat::Stl) => stl::read(bytes, name)?,
             Some(SceneFormat::Ply) => {
                 let problem = "the first line is not `ply`".to_owned();
                 return Err(MeshError::damaged(name, SceneFormat::Ply, Place::Line(1), problem));
@@ -38,10 +62,12 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
         }
     };
     drop_not_finite(&mut read, name);
-    if read.mesh.triangles.is_empty() {
-        return Err(MeshError::Empty { name: printable(name), vertices: read.mesh.positions.len() });
-    }
     Ok(read)
+}
+
+/// A remark about a file.
+fn warning(kind: WarningKind, name: &str, count: u64, message: &str) -> Warning {
+    Warning { count, ..Warning::new(kind, format!("{}: {message}", printable(name))) }
 }
 
 /// A place in a mesh file.
@@ -62,26 +88,42 @@ impl std::fmt::Display for Place {
     }
 }
 
-/// Drops triangles with a corner that is not finite; makes numbers of normals, (u, v) and colours that are not finite zero.
+/// Drops triangles, or points of a cloud, that are not finite; makes numbers of normals, (u, v) and colours that are not
+/// finite zero.
 fn drop_not_finite(read: &mut ReadMesh, name: &str) {
     let mesh = &mut read.mesh;
     let finite = |p: &[f32; 3]| p.iter().all(|v| v.is_finite());
     if !mesh.positions.iter().all(finite) {
-        let before = mesh.triangles.len();
         let positions = &mesh.positions;
-        let shown = |t: &[u32; 3]| t.iter().all(|&i| positions.get(i as usize).is_some_and(finite));
-        let mut triangles = mesh.triangles.iter();
-        mesh.face_materials.retain(|_| triangles.next().is_some_and(shown));
-        mesh.triangles.retain(shown);
-        let dropped = before - mesh.triangles.len();
-        // Vertices that nothing uses any more must not spoil the bounds.
-        mesh.positions.iter_mut().filter(|p| !finite(p)).for_each(|p| *p = [0.0; 3]);
+        let (dropped, message) = if mesh.triangles.is_empty() {
+            let kept = positions.iter().filter(|p| finite(p)).count();
+            let mut points = mesh.positions.iter();
+            mesh.colors.retain(|_| points.next().is_some_and(finite));
+            let dropped = positions.len() - kept;
+            // Whatever else the points have is not shown.
+            (mesh.normals, mesh.uvs) = (Vec::new(), Vec::new());
+            mesh.positions.retain(finite);
+            (dropped, "points dropped: not finite")
+        } else {
+            let before = mesh.triangles.len();
+            let shown = |t: &[u32; 3]| t.iter().all(|&i| positions.get(i as usize).is_some_and(finite));
+            let mut triangles = mesh.triangles.iter();
+            mesh.face_materials.retain(|_| triangles.next().is_some_and(shown));
+            mesh.triangles.retain(shown);
+            // Vertices that nothing uses any more must not spoil the bounds.
+            let dropped = before - mesh.triangles.len();
+            mesh.positions.iter_mut().filter(|p| !finite(p)).for_each(|p| *p = [0.0; 3]);
+            if mesh.triangles.is_empty() {
+                // No cloud of points either.
+                *mesh = MeshData::default();
+            }
+            (dropped, "triangles dropped: a corner is not finite")
+        };
         if dropped > 0 {
-            let name = printable(name);
-            read.warnings.push(format!("{name}: {dropped} triangles dropped: a corner is not finite"));
+            read.warnings.push(warning(WarningKind::Doubtful, name, dropped as u64, message));
         }
     }
-    let mut replaced = 0_usize;
+    let mut replaced = 0_u64;
     let flat = mesh.normals.as_flattened_mut().iter_mut().chain(mesh.uvs.as_flattened_mut());
     for value in flat.chain(mesh.colors.as_flattened_mut()) {
         if !value.is_finite() {
@@ -90,9 +132,8 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
         }
     }
     if replaced > 0 {
-        let name = printable(name);
-        read.warnings
-            .push(format!("{name}: {replaced} numbers in normals, (u, v) and colours not finite, read as 0"));
+        let message = "numbers in normals, (u, v) and colours are not finite, read as 0";
+        read.warnings.push(warning(WarningKind::Doubtful, name, replaced, message));
     }
 }
 

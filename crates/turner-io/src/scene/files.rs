@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex};
 use turner::image::Image;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::FileId;
-use turner::scene::{ModelDesc, SceneAssets, SceneDesc};
+use turner::scene::{ModelDesc, SceneAssets, SceneDesc, Warning};
 use turner::shape::mesh::MeshData;
 
 /// Most bytes of one picture or mesh file: 4 GiB.
@@ -31,7 +31,7 @@ pub struct SceneFiles<'a> {
     /// By path and options.
     models: HashMap<(String, String), Arc<SceneDesc>>,
     decoded: u64,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// How the scene is loaded.
     pub(super) options: LoadOptions,
     /// Name and bytes of a file that was read already: the one that the user named.
@@ -62,7 +62,7 @@ impl<'a> SceneFiles<'a> {
     }
 
     /// What was ignored, and the hash over all that was read.
-    pub(super) fn finish(self) -> (Vec<String>, SceneHash) {
+    pub(super) fn finish(self) -> (Vec<Warning>, SceneHash) {
         (self.warnings, self.hash)
     }
 
@@ -107,7 +107,7 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(mesh.clone());
         }
         let bytes = self.read(b'm', &path)?;
-        let read = mesh::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
+        let read = mesh::decode_any(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
         self.warnings.extend(read.warnings);
         let mesh = Arc::new(read.mesh);
         self.meshes.insert(path, mesh.clone());

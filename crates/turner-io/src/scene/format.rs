@@ -13,7 +13,7 @@ pub enum SceneFormat {
     Gltf,
     /// Wavefront OBJ: a mesh.
     Obj,
-    /// Stanford PLY: a mesh.
+    /// Stanford PLY: a mesh or a cloud of points.
     Ply,
     /// STL: a mesh.
     Stl,

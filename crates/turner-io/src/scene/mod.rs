@@ -21,6 +21,7 @@ mod sources;
 mod text;
 
 pub use error::LoadError;
+pub(crate) use error::two_lines;
 pub use files::SceneFiles;
 pub use format::SceneFormat;
 pub(crate) use format::nearest_mesh_extension;
@@ -33,7 +34,7 @@ use error::asset_error;
 use std::io::Read;
 use std::path::Path;
 use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{SceneDesc, Warning, WarningKind, read_scene};
+use turner::scene::{SceneDesc, read_scene};
 
 /// Most bytes of one text: 1 GiB.
 pub const MAX_TEXT: u64 = 1 << 30;
@@ -109,6 +110,14 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     load_named(text, &name, file, &assets, options)
 }
 
+/// The hash of a scene to which something was added that its files do not name.
+pub fn hash_with(hash: &str, bytes: &[u8]) -> String {
+    let mut sum = hash::SceneHash::new();
+    sum.add(b'h', hash.as_bytes());
+    sum.add(b'a', bytes);
+    sum.hex()
+}
+
 /// Reads a scene from text. `name` is for messages and, as a path relative to the root of `assets`, what the paths
 /// in it are relative to.
 pub fn load_text(
@@ -161,6 +170,6 @@ fn read(
     files.given = given;
     let mut desc = read_scene(&root, &mut files)?;
     let (warnings, hash) = files.finish();
-    desc.warnings.extend(warnings.into_iter().map(|message| Warning::new(WarningKind::Ignored, message)));
+    desc.warnings.extend(warnings);
     Ok((desc, hash.hex()))
 }

@@ -3,9 +3,11 @@
 
 mod classic;
 mod normals;
+mod path;
 
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 pub use normals::{NormalKind, NormalsDesc};
+pub use path::{DirectDesc, LightSampling, PathDesc};
 
 use turner_bvh::lanes::Block;
 
@@ -19,6 +21,8 @@ family! {
     pub enum IntegratorDesc as "integrator", "integrators" {
         Classic(ClassicDesc),
         Normals(NormalsDesc),
+        Path(PathDesc),
+        Direct(DirectDesc),
     }
 }
 
@@ -101,6 +105,23 @@ impl IntegratorDesc {
         match self {
             IntegratorDesc::Classic(i) => i,
             IntegratorDesc::Normals(i) => i,
+            IntegratorDesc::Path(i) => i,
+            IntegratorDesc::Direct(i) => i,
         }
+    }
+
+    /// Whether what is dimmer than the mean of an environment may be left to rays that hit it by chance.
+    pub fn compensates(&self) -> bool {
+        match self {
+            IntegratorDesc::Path(i) => i.light_sampling == LightSampling::Both,
+            IntegratorDesc::Direct(i) => i.light_sampling == LightSampling::Both,
+            _ => false,
+        }
+    }
+
+    /// Whether it follows light: such integrators take all materials as physical ones and choose among all that shines, and their
+    /// samples are placed by Sobol points.
+    pub fn is_physical(&self) -> bool {
+        matches!(self, IntegratorDesc::Path(_) | IntegratorDesc::Direct(_))
     }
 }

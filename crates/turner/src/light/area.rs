@@ -162,6 +162,11 @@ impl AreaLight {
         from_point(self.point(u), self.intensity, &self.attenuation, p)
     }
 
+    /// Light from the point at `u` in the unit square, which stands for all of it.
+    pub(super) fn illuminate_at(&self, p: DVec3, u: DVec2) -> Option<Illumination> {
+        from_point(self.point(u), self.intensity * self.samples as f32, &self.attenuation, p)
+    }
+
     /// The point of the light at `u` in the unit square.
     fn point(&self, u: DVec2) -> DVec3 {
         match &self.form {

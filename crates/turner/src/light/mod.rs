@@ -3,17 +3,22 @@
 mod ambient;
 mod area;
 mod directional;
+pub mod emission;
+mod environment;
 mod point;
 mod spot;
 
 pub use ambient::AmbientDesc;
 pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
 pub use directional::DirectionalDesc;
+pub use environment::{EnvironmentDesc, EnvironmentLight, EnvironmentSample};
 pub use point::PointDesc;
 pub use spot::SpotDesc;
 
 use crate::color::Spectrum;
+use crate::image::Image;
 use crate::math::{DVec2, DVec3};
+use crate::scene::Asset;
 use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, choice, family, wrong_type};
@@ -29,6 +34,7 @@ family! {
         Rectangle(RectangleLightDesc),
         Disk(DiskLightDesc),
         Sphere(SphereLightDesc),
+        Environment(EnvironmentDesc),
     }
 }
 
@@ -103,8 +109,11 @@ pub struct Illumination {
     pub intensity: Spectrum,
 }
 
+/// Directions in which [`Light::illuminate`] asks an environment: enough for soft shadows without much noise.
+const ENVIRONMENT_SAMPLES: u32 = 16;
+
 /// A light ready to shine.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Light {
     /// Point.
     Point(point::Point),
@@ -114,11 +123,18 @@ pub enum Light {
     Spot(spot::Spot),
     /// Rectangle, disk or sphere.
     Area(area::AreaLight),
+    /// All around.
+    Environment(EnvironmentLight),
 }
 
 impl LightDesc {
-    /// Makes it ready; an ambient light is `Err(its colour)`, for it has no place.
-    pub fn prepare(&self) -> Result<Result<Light, Spectrum>, SceneError> {
+    /// Makes it ready; an ambient light is `Err(its colour)`, for it has no place. `images` are the scene's; `compensated` is
+    /// for environments ([`EnvironmentDesc::prepare`]).
+    pub fn prepare(
+        &self,
+        images: &[Asset<Image>],
+        compensated: bool,
+    ) -> Result<Result<Light, Spectrum>, SceneError> {
         Ok(Ok(match self {
             LightDesc::Ambient(l) => return Ok(Err(l.color * l.intensity as f32)),
             LightDesc::Point(l) => Light::Point(l.prepare()),
@@ -127,6 +143,7 @@ impl LightDesc {
             LightDesc::Rectangle(l) => Light::Area(l.prepare()?),
             LightDesc::Disk(l) => Light::Area(l.prepare()?),
             LightDesc::Sphere(l) => Light::Area(l.prepare()),
+            LightDesc::Environment(l) => Light::Environment(l.prepare(images, compensated)?),
         }))
     }
 }
@@ -168,13 +185,13 @@ impl Light {
                 let Illumination { to_light, intensity, .. } = l.illuminate();
                 Some(Uniform::Directional { to_light, intensity })
             }
-            Light::Spot(_) | Light::Area(_) => None,
+            Light::Spot(_) | Light::Area(_) | Light::Environment(_) => None,
         }
     }
 
     /// Whether it has a place.
     pub fn is_finite(&self) -> bool {
-        !matches!(self, Light::Directional(_))
+        !matches!(self, Light::Directional(_) | Light::Environment(_))
     }
 
     /// How many points of the light are asked for visibility.
@@ -182,14 +199,23 @@ impl Light {
     pub fn samples(&self) -> u32 {
         match self {
             Light::Area(l) => l.samples,
+            Light::Environment(_) => ENVIRONMENT_SAMPLES,
             _ => 1,
+        }
+    }
+
+    /// The light of the surroundings that comes from a direction; `None` for other lights.
+    pub fn around(&self, direction: DVec3) -> Option<Spectrum> {
+        match self {
+            Light::Environment(l) => Some(l.radiance(direction)),
+            _ => None,
         }
     }
 
     /// Whether [`Light::illuminate`] uses its `jitter`.
     #[inline]
     pub fn is_jittered(&self) -> bool {
-        matches!(self, Light::Area(l) if l.jitter)
+        matches!(self, Light::Environment(_)) || matches!(self, Light::Area(l) if l.jitter)
     }
 
     /// Light that arrives at `p` from the light's sample `i` of `samples()`, placed in its stratum by `jitter`; `None` if
@@ -201,6 +227,23 @@ impl Light {
             Light::Directional(l) => Some(l.illuminate()),
             Light::Spot(l) => l.illuminate(p),
             Light::Area(l) => l.illuminate(p, i, jitter),
+            Light::Environment(l) => {
+                let [u, v] = [(f64::from(i) + jitter.x) / f64::from(ENVIRONMENT_SAMPLES), jitter.y];
+                let sample = l.sample([u, v])?;
+                let share = 1.0 / (std::f64::consts::PI * sample.pdf * f64::from(ENVIRONMENT_SAMPLES));
+                let intensity = sample.radiance * share as f32;
+                Some(Illumination { to_light: sample.direction, finite: false, intensity })
+            }
+        }
+    }
+
+    /// Light that arrives at `p`; from lights with an extent, all that one of its points would send if it stood for the whole.
+    /// That point is at `u` in the unit square; its mean over the square is the light's effect.
+    #[inline]
+    pub fn illuminate_at(&self, p: DVec3, u: [f64; 2]) -> Option<Illumination> {
+        match self {
+            Light::Area(l) => l.illuminate_at(p, u.into()),
+            _ => self.illuminate(p, 0, DVec2::ZERO),
         }
     }
 }

@@ -2,9 +2,12 @@
 
 mod classic;
 mod conversion;
+mod evaluate;
+mod physical;
 mod principled;
 
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
+pub use physical::Physical;
 pub use principled::{AlphaMode, PrincipledMaterial};
 
 use crate::color::Spectrum;
@@ -32,6 +35,8 @@ pub enum Material {
     Classic(Classic),
     /// The physical material, with what its objects' shadows are like for the classic integrator.
     Principled(Box<PrincipledMaterial>, ShadowKind),
+    /// Any material, for integrators that follow light.
+    Physical(Box<Physical>),
 }
 
 /// Where a material lets rays pass.
@@ -82,6 +87,7 @@ impl Material {
         match self {
             Material::Classic(m) => m.shadow,
             Material::Principled(_, shadow) => *shadow,
+            Material::Physical(m) => m.shadow,
         }
     }
 
@@ -90,6 +96,7 @@ impl Material {
         match self {
             Material::Classic(m) => color_at(m.color, scene, surface) * m.k_refract as f32,
             Material::Principled(m, _) => m.shadow_tint(scene, surface),
+            Material::Physical(m) => Spectrum::grey(1.0 - m.desc.coverage(scene, surface)),
         }
     }
 }

@@ -8,12 +8,16 @@ use crate::camera::camera_rays;
 use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
-use crate::sampler::{SampleId, stratified};
+use crate::sampler::{OwenSobol, SampleId, stratified};
 use crate::scene::Scene;
 
 /// Dimensions of a sample's random numbers: the place in the pixel, the place on the lens; lights come after 16.
 const PIXEL_DIMENSION: u64 = 0;
 const LENS_DIMENSION: u64 = 1;
+
+/// The same for integrators with Sobol points: surfaces come after 2.
+const PIXEL_SET: u32 = 0;
+const LENS_SET: u32 = 1;
 
 /// What a worker needs for its tiles; kept from tile to tile.
 pub(super) struct TileBuffers<'a> {
@@ -130,6 +134,7 @@ fn take_points(
     mut points: impl Iterator<Item = (SampleId, DVec2)>,
 ) {
     let has_lens = scene.camera.has_lens();
+    let sobol = scene.integrator.is_physical();
     loop {
         let first = samples.ids.len();
         let (mut x, mut y) = (Block([f64::NAN; LANES]), Block([f64::NAN; LANES]));
@@ -142,6 +147,7 @@ fn take_points(
             return;
         }
         let lens = |lane: usize| match ids.get(lane) {
+            Some(id) if has_lens && sobol => OwenSobol::new(id).two(LENS_SET).into(),
             Some(id) if has_lens => id.unit_square(LENS_DIMENSION),
             _ => DVec2::splat(0.5),
         };
@@ -167,6 +173,7 @@ fn within_pixel(scene: &Scene, id: &SampleId) -> DVec2 {
             let cell = DVec2::new(f64::from(id.index % side), f64::from(id.index / side));
             (cell + 0.5) / f64::from(side)
         }
+        Antialias::MonteCarlo if scene.integrator.is_physical() => OwenSobol::new(id).two(PIXEL_SET).into(),
         Antialias::MonteCarlo => stratified(id.index, film.samples, id.unit_square(PIXEL_DIMENSION)),
     }
 }

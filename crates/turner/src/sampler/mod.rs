@@ -1,6 +1,12 @@
 //! Numbers for sampling that depend on nothing but what they are for: a hash of seed, pixel, sample and
 //! dimension. No state, so no order of rendering can change them.
 
+mod alias;
+mod owen_sobol;
+
+pub use alias::AliasTable;
+pub use owen_sobol::OwenSobol;
+
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3};
 

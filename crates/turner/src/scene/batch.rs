@@ -6,7 +6,7 @@ use std::cell::Cell;
 use turner_bvh::lanes::{Block32, LANES};
 use turner_bvh::{NearestBlock, RayBlock, Spheres};
 
-use super::faces::NO_FACES;
+use super::faces::{Faces, NO_FACES};
 use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
 use crate::color::Spectrum;
 use crate::material::{Material, ShadowKind};
@@ -22,8 +22,12 @@ pub struct RayBatch {
     len: usize,
     nearest: Vec<NearestBlock>,
     blocked: Vec<u8>,
+    /// Those that something tinted is before.
+    tinted: Vec<u8>,
     /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
     pub coherent: bool,
+    /// Whether one-sided surfaces stop rays from behind, too.
+    pub solid: bool,
     /// For meshes: rays as far as their nearest hit, the same in an object's space, and their places.
     left: Vec<Ray>,
     moved: Vec<Ray>,
@@ -116,9 +120,15 @@ impl RayBatch {
         let ray = Ray {
             t_min: block.t_min.0[lane],
             t_max: block.t_max.0[lane],
+            solid: self.solid,
             ..Ray::new(vector(&block.origin), vector(&block.direction))
         };
         (!ray.t_max.is_nan()).then_some(ray)
+    }
+
+    fn note(&mut self, place: usize, blocked: bool, tinted: bool) {
+        self.blocked[place / LANES] |= u8::from(blocked) << (place % LANES);
+        self.tinted[place / LANES] |= u8::from(tinted) << (place % LANES);
     }
 
     /// The blocks.
@@ -141,10 +151,12 @@ pub(super) struct BatchShapes {
     rest: Rest,
     /// Those that cast a shadow and are not among the opaque spheres.
     shadow_rest: Rest,
-    /// Meshes of one material, which all rays go through together.
+    /// Meshes, which all rays go through together.
     meshes: Vec<u32>,
     /// Those that cast a full shadow.
     opaque_meshes: Vec<u32>,
+    /// Those that cast another: all rays go through them together, and those that hit anything once more alone.
+    doubtful_meshes: Vec<u32>,
 }
 
 /// Primitives that are tested ray by ray.
@@ -169,7 +181,12 @@ impl Rest {
 
 impl BatchShapes {
     /// For primitives of which the first `bounded`, at most 64, are in the sieve.
-    pub(super) fn new(primitives: &[Primitive], bounded: usize, materials: &[Material]) -> BatchShapes {
+    pub(super) fn new(
+        primitives: &[Primitive],
+        bounded: usize,
+        materials: &[Material],
+        faces: &[Faces],
+    ) -> BatchShapes {
         let mut shapes = BatchShapes::default();
         for (i, primitive) in primitives.iter().enumerate() {
             let shadow = materials[primitive.material.index()].shadow();
@@ -179,7 +196,7 @@ impl BatchShapes {
                 }
                 _ => None,
             };
-            let is_mesh = primitive.faces == NO_FACES && matches!(primitive.shape, Shape::Mesh(_));
+            let is_mesh = matches!(primitive.shape, Shape::Mesh(_));
             match sphere {
                 Some(s) => {
                     shapes.spheres.push(s.center.to_array(), s.radius);
@@ -188,12 +205,16 @@ impl BatchShapes {
                 None if is_mesh => shapes.meshes.push(i as u32),
                 None => shapes.rest.add(i, bounded),
             }
-            match (sphere, shadow) {
-                (None, ShadowKind::Opaque) if is_mesh => shapes.opaque_meshes.push(i as u32),
-                // Of several materials each has its own shadow.
-                _ if primitive.faces != NO_FACES => shapes.shadow_rest.add(i, bounded),
-                (_, ShadowKind::None) => {}
-                (Some(s), ShadowKind::Opaque) => shapes.opaque.push(s.center.to_array(), s.radius),
+            // Of several materials each has its own shadow.
+            let own =
+                (primitive.faces != NO_FACES).then(|| faces[primitive.faces as usize].are_opaque(materials));
+            match (sphere, own, shadow) {
+                (_, Some(true), _) | (None, None, ShadowKind::Opaque) if is_mesh => {
+                    shapes.opaque_meshes.push(i as u32);
+                }
+                (_, None, ShadowKind::None) => {}
+                _ if is_mesh => shapes.doubtful_meshes.push(i as u32),
+                (Some(s), None, ShadowKind::Opaque) => shapes.opaque.push(s.center.to_array(), s.radius),
                 _ => shapes.shadow_rest.add(i, bounded),
             }
         }
@@ -266,10 +287,19 @@ impl Scene {
             } else {
                 mesh.intersect_batch(left, &mut rays.found);
             }
+            let primitive = &self.primitives[index as usize];
+            let checked =
+                primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked(rays.solid);
             for ((ray, &place), found) in rays.left.iter_mut().zip(&rays.places).zip(&rays.found) {
-                if let Some(found) = found {
-                    self.keep_nearer(index, *found, ray, &mut hits[place as usize]);
+                let Some(mut found) = *found else { continue };
+                if checked && !self.is_there(primitive, &self.to_object(primitive, ray), &found, false) {
+                    // Something is behind the hole, perhaps.
+                    match self.intersect_faces(primitive, ray) {
+                        Some(hit) => found = hit,
+                        None => continue,
+                    }
                 }
+                self.keep_nearer(index, found, ray, &mut hits[place as usize]);
             }
         }
     }
@@ -292,25 +322,28 @@ impl Scene {
         (mesh, moved)
     }
 
-    /// Marks rays that a mesh stops, besides those that are stopped already.
-    fn behind_meshes(&self, meshes: &[u32], rays: &mut RayBatch) {
-        for &index in meshes {
-            rays.places.clear();
-            rays.left.clear();
-            for place in 0..rays.len {
-                if rays.blocked[place / LANES] >> (place % LANES) & 1 == 0
-                    && let Some(ray) = rays.get(place)
-                {
-                    rays.places.push(place as u32);
-                    rays.left.push(ray);
-                }
+    /// Marks rays that a mesh stops, besides those that are stopped already. Of those that hit it, `blocks` says whether they
+    /// are stopped, or sets that they are tinted.
+    fn behind_mesh(&self, index: u32, rays: &mut RayBatch, blocks: impl Fn(&Ray, &Cell<bool>) -> bool) {
+        rays.places.clear();
+        rays.left.clear();
+        for place in 0..rays.len {
+            if rays.blocked[place / LANES] >> (place % LANES) & 1 == 0
+                && let Some(ray) = rays.get(place)
+            {
+                rays.places.push(place as u32);
+                rays.left.push(ray);
             }
-            rays.dark.clear();
-            rays.dark.resize(rays.left.len(), false);
-            let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
-            mesh.occluded_batch(left, &mut rays.dark);
-            for (&place, &dark) in rays.places.iter().zip(&rays.dark) {
-                rays.blocked[place as usize / LANES] |= u8::from(dark) << (place as usize % LANES);
+        }
+        rays.dark.clear();
+        rays.dark.resize(rays.left.len(), false);
+        let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
+        mesh.occluded_batch(left, &mut rays.dark);
+        for i in 0..rays.left.len() {
+            if rays.dark[i] {
+                let tinted = Cell::new(false);
+                let blocked = blocks(&rays.left[i], &tinted);
+                rays.note(rays.places[i] as usize, blocked, tinted.get());
             }
         }
     }
@@ -332,23 +365,35 @@ impl Scene {
         };
         let used = rays.len.div_ceil(LANES);
         shapes.opaque.any(&rays.blocks[..used], &mut rays.blocked);
-        if !shapes.opaque_meshes.is_empty() {
-            self.behind_meshes(&shapes.opaque_meshes, rays);
+        rays.tinted.clear();
+        rays.tinted.resize(used, 0);
+        for &index in &shapes.opaque_meshes {
+            self.behind_mesh(index, rays, |_, _| true);
+        }
+        for &index in &shapes.doubtful_meshes {
+            self.behind_mesh(index, rays, |ray, tinted| self.primitive_blocks(index, ray, tinted));
+        }
+        if !shapes.shadow_rest.is_empty() {
+            for i in 0..rays.len {
+                if rays.blocked[i / LANES] >> (i % LANES) & 1 == 1 {
+                    continue;
+                }
+                let Some(ray) = rays.get(i) else { continue };
+                let tinted = Cell::new(false);
+                let blocked =
+                    self.among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted));
+                rays.note(i, blocked, tinted.get());
+            }
         }
         through.extend(rays.blocked.iter().map(|blocked| {
             let lanes = std::array::from_fn(|lane| if blocked >> lane & 1 == 1 { 0.0 } else { 1.0 });
             SpectrumBlock([Block32(lanes); 3])
         }));
-        if !shapes.shadow_rest.is_empty() {
-            for (i, blocked) in rays.blocked.iter().enumerate() {
-                for lane in (0..LANES).filter(|lane| blocked >> lane & 1 == 0) {
-                    let Some(ray) = rays.get(i * LANES + lane) else { continue };
-                    let tinted = Cell::new(false);
-                    if self.among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted)) {
-                        through[i].set(lane, Spectrum::BLACK);
-                    } else if tinted.get() {
-                        through[i].set(lane, self.tinted_transmittance(&ray));
-                    }
+        for (i, through) in through.iter_mut().enumerate() {
+            let tinted = rays.tinted[i] & !rays.blocked[i];
+            for lane in (0..LANES).filter(|lane| tinted >> lane & 1 == 1) {
+                if let Some(ray) = rays.get(i * LANES + lane) {
+                    through.set(lane, self.tinted_transmittance(&ray));
                 }
             }
         }

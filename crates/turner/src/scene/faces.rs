@@ -7,7 +7,7 @@ use std::cell::Cell;
 
 use super::desc::MaterialId;
 use super::scene::{NO_TRANSFORM, Primitive, Scene};
-use crate::material::{Cutout, MaterialDesc, ShadowKind};
+use crate::material::{Cutout, Material, MaterialDesc, ShadowKind};
 use crate::math::Ray;
 use crate::shape::{Shape, ShapeHit};
 
@@ -51,6 +51,17 @@ impl Faces {
         special.then_some(Faces { materials, masked, one_sided })
     }
 
+    /// Whether a hit may be none.
+    pub(super) fn are_checked(&self, solid: bool) -> bool {
+        self.masked || self.one_sided && !solid
+    }
+
+    /// Whether all of them cast a full shadow everywhere.
+    pub(super) fn are_opaque(&self, materials: &[Material]) -> bool {
+        let opaque = |m: &FaceMaterial| materials[m.material.index()].shadow() == ShadowKind::Opaque;
+        !self.masked && self.materials.iter().all(opaque)
+    }
+
     fn of(&self, shape: &Shape, hit: &ShapeHit) -> Option<&FaceMaterial> {
         let number = match shape {
             Shape::Mesh(mesh) => mesh.face_material(hit.part),
@@ -74,11 +85,17 @@ impl Scene {
 
     /// Whether there is anything at a hit; `ray` is in the object's space. What is seen from one side only casts its
     /// shadow all the same.
-    fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit, is_shadow_ray: bool) -> bool {
+    pub(super) fn is_there(
+        &self,
+        primitive: &Primitive,
+        ray: &Ray,
+        hit: &ShapeHit,
+        is_shadow_ray: bool,
+    ) -> bool {
         let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
         let Some(cutout) = face.and_then(|face| face.cutout) else { return true };
         let surface = primitive.shape.surface(ray, hit);
-        if cutout.one_sided && !is_shadow_ray && surface.ng.dot(ray.direction) > 0.0 {
+        if cutout.one_sided && !is_shadow_ray && !ray.solid && surface.ng.dot(ray.direction) > 0.0 {
             return false;
         }
         let Some((opacity, cutoff)) = cutout.mask else { return true };
@@ -92,7 +109,7 @@ impl Scene {
         if !faces.masked {
             // Backs are rarely the first thing that a ray meets.
             let hit = primitive.shape.intersect(&ray)?;
-            if !faces.one_sided || self.is_there(primitive, &ray, &hit, false) {
+            if !faces.one_sided || ray.solid || self.is_there(primitive, &ray, &hit, false) {
                 return Some(hit);
             }
         }
@@ -120,11 +137,12 @@ impl Scene {
         };
         match &primitive.shape {
             Shape::Mesh(mesh) => mesh.occludes_where(&ray, &blocks),
+            Shape::Points(points) => points.occludes_where(&ray, &blocks),
             shape => each_hit(shape, &ray, blocks).is_some(),
         }
     }
 
-    fn to_object(&self, primitive: &Primitive, ray: &Ray) -> Ray {
+    pub(super) fn to_object(&self, primitive: &Primitive, ray: &Ray) -> Ray {
         match primitive.transform {
             NO_TRANSFORM => *ray,
             i => ray.transformed(&self.transforms[i as usize].to_object),

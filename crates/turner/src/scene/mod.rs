@@ -3,6 +3,7 @@
 pub mod background;
 mod batch;
 pub mod desc;
+pub mod emitters;
 pub mod error;
 mod faces;
 mod mesh_batch;

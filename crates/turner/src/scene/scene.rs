@@ -7,6 +7,7 @@ use turner_bvh::BoxBvh;
 use super::background::BackgroundDesc;
 use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
+use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
 use super::sieve::Sieve;
 use crate::camera::{Camera, CameraDesc};
@@ -55,6 +56,8 @@ pub struct Scene {
     pub(super) batch: Option<BatchShapes>,
     /// For primitives with cut-outs or several materials.
     pub(super) faces: Vec<Faces>,
+    /// What shines, for the integrators that follow light; empty for others.
+    pub emitters: Emitters,
     /// What was dropped or doubtful while preparing.
     pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
@@ -160,6 +163,15 @@ impl SurfaceInteraction {
 }
 
 impl Scene {
+    /// What a ray sees that hits nothing: the environment, where there is one and the background shows it, or the background's colour.
+    pub fn surroundings(&self, direction: DVec3) -> Spectrum {
+        let mut around = self.lights.iter().filter_map(|light| light.around(direction));
+        match around.next() {
+            Some(first) if self.background.environment => around.fold(first, |sum, more| sum + more),
+            _ => self.background.color(direction),
+        }
+    }
+
     /// The nearest hit with `t_min <= t <= t_max`; among equally near ones that of the object which stands first
     /// in the description.
     #[inline]

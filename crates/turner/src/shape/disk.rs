@@ -65,6 +65,12 @@ impl Disk {
         disk_bounds(self.center, self.normal, self.radius)
     }
 
+    /// The middle, two radii x and y at right angles with y × x along the normal, and the hole's radius over that of the rim.
+    pub(crate) fn center_and_radii(&self) -> (DVec3, DVec3, DVec3, f64) {
+        let (right, up) = tangents(self.normal);
+        (self.center, up * self.radius, right * self.radius, self.inner_radius / self.radius)
+    }
+
     /// The crossing with its plane, if between the radii.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {

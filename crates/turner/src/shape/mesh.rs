@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::points::{Points, PointsDesc};
 use super::triangle_mesh::TriangleMesh;
 use crate::math::{DVec2, DVec3};
 use crate::scene::error::{escape, unknown_name};
@@ -158,11 +159,11 @@ impl FaceMaterials {
 }
 
 params! {
-    /// A mesh of triangles, from an OBJ or PLY file or written in place. (u, v) are the file's; without any, they are the
+    /// A mesh of triangles, from an OBJ, PLY or STL file or written in place. (u, v) are the file's; without any, they are the
     /// weights of a triangle's second and third vertex. The normal points to the side from which the vertices turn
     /// counter-clockwise.
     pub struct MeshKeys as "mesh" {
-        /// A .obj or .ply file.
+        /// A .obj, .ply or .stl file.
         file: Option<String> = None;
         /// Vertices, instead of `file`.
         positions: Option<Vec<DVec3>> = None;
@@ -234,7 +235,18 @@ impl MeshDesc {
                 return Err(SceneError::at(ErrorCode::Conflict, table.span_of("file"), message)
                     .help("remove one of the two"));
             }
-            Some(uri) => cx.mesh_file(&uri, table.span_of("file"))?,
+            Some(uri) => {
+                let mesh = cx.mesh_file(&uri, table.span_of("file"))?;
+                let data = cx.mesh_data(mesh);
+                if data.triangles.is_empty() {
+                    let (name, vertices) = (escape(&uri), data.positions.len());
+                    let message =
+                        format!("{name}: has {vertices} vertices but no faces; expected a mesh of polygons");
+                    return Err(SceneError::at(ErrorCode::Mesh, table.span_of("file"), message)
+                        .help("show a cloud of points as `type = \"points\"`"));
+                }
+                mesh
+            }
             None => {
                 let (Some(positions), Some(triangles)) = (keys.positions, keys.triangles) else {
                     let message = "a mesh needs a `file`, or `positions` and `triangles`";
@@ -302,6 +314,18 @@ impl<'a> MeshCache<'a> {
     /// The meshes prepared so far.
     pub fn prepared(&self) -> impl Iterator<Item = &TriangleMesh> {
         self.prepared.values().map(Arc::as_ref)
+    }
+
+    /// The points an object shows.
+    pub fn points(&mut self, desc: &PointsDesc) -> Result<Arc<Points>, SceneError> {
+        let points = Arc::new(desc.prepare(self.meshes, &self.options)?);
+        let left_out =
+            self.meshes.get(desc.points.index()).map_or(0, |a| a.data.positions.len()) - points.count();
+        if left_out > 0 {
+            self.warnings
+                .push(format!("{left_out} points that are not finite, or without a radius, left out"));
+        }
+        Ok(points)
     }
 
     /// The mesh an object shows.

@@ -14,6 +14,7 @@ mod disk;
 pub mod mesh;
 mod mesh_search;
 mod plane;
+pub mod points;
 mod rectangle;
 mod sphere;
 #[cfg(test)]
@@ -29,6 +30,7 @@ pub use cylinder::{Cylinder, CylinderDesc};
 pub use disk::{Disk, DiskDesc};
 pub use mesh::{MeshCache, MeshDesc};
 pub use plane::{Plane, PlaneDesc};
+pub use points::{Points, PointsDesc};
 pub use rectangle::{Rectangle, RectangleDesc};
 pub use sphere::{Sphere, SphereDesc};
 pub use torus::{Torus, TorusDesc};
@@ -54,6 +56,7 @@ family! {
         Cone(ConeDesc),
         Torus(TorusDesc),
         Mesh(MeshDesc),
+        Points(PointsDesc),
     }
 }
 
@@ -109,12 +112,14 @@ pub enum Shape {
     Torus(Box<Torus>),
     /// A triangle mesh, shared by the objects that show it.
     Mesh(Arc<TriangleMesh>),
+    /// A cloud of points, shared by the objects that show it.
+    Points(Arc<Points>),
 }
 
 const _: () = assert!(size_of::<Shape>() <= 56);
 
 impl Shape {
-    /// The box around it; `None` if it is unbounded. Empty for a mesh without triangles.
+    /// The box around it; `None` if it is unbounded. Empty for a mesh without triangles, or a cloud without points.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {
             Shape::Sphere(s) => Some(s.bounds()),
@@ -126,6 +131,7 @@ impl Shape {
             Shape::Cone(s) => Some(s.bounds()),
             Shape::Torus(s) => Some(s.bounds()),
             Shape::Mesh(s) => Some(s.bounds()),
+            Shape::Points(s) => Some(s.bounds()),
         }
     }
 
@@ -143,6 +149,7 @@ impl Shape {
             Shape::Cone(s) => s.intersect(ray),
             Shape::Torus(s) => s.intersect(ray),
             Shape::Mesh(s) => s.intersect(ray),
+            Shape::Points(s) => s.intersect(ray),
         }
     }
 
@@ -152,6 +159,7 @@ impl Shape {
         match self {
             // Any triangle will do, not the nearest.
             Shape::Mesh(s) => s.occludes(ray),
+            Shape::Points(s) => s.occludes_where(ray, &|_| true),
             _ => self.intersect(ray).is_some(),
         }
     }
@@ -169,6 +177,7 @@ impl Shape {
             Shape::Cone(s) => s.surface(ray, hit),
             Shape::Torus(s) => s.surface(ray, hit),
             Shape::Mesh(s) => s.surface(hit),
+            Shape::Points(s) => s.surface(ray, hit),
         }
     }
 
@@ -176,7 +185,7 @@ impl Shape {
     /// textures alone: they may cost an arc tangent.
     pub fn uv(&self, hit: &ShapeHit, point: &SurfacePoint) -> DVec2 {
         match self {
-            Shape::Sphere(_) => Sphere::uv(point.ng),
+            Shape::Sphere(_) | Shape::Points(_) => Sphere::uv(point.ng),
             Shape::Plane(s) => s.uv(point.p),
             Shape::Box(s) => s.uv(hit.part, point.p),
             Shape::Disk(s) => s.uv(point.p),
@@ -194,7 +203,11 @@ impl Shape {
             Shape::Mesh(mesh) => Some((&**mesh, *hit)),
             _ => None,
         };
-        TexturePoint { uv: self.uv(hit, point), p: point.p, mesh }
+        let point_color = match self {
+            Shape::Points(points) => points.color(hit),
+            _ => None,
+        };
+        TexturePoint { uv: self.uv(hit, point), p: point.p, mesh, point_color }
     }
 
     /// Bytes it takes beside its place in the scene's list. A mesh counts in full for each object that shows it.
@@ -207,6 +220,7 @@ impl Shape {
             Shape::Cone(_) => size_of::<Cone>(),
             Shape::Torus(_) => size_of::<Torus>(),
             Shape::Mesh(s) => s.memory(),
+            Shape::Points(s) => s.memory(),
         }
     }
 }
@@ -224,6 +238,7 @@ impl ShapeDesc {
             ShapeDesc::Cone(d) => Shape::Cone(Box::new(d.prepare()?)),
             ShapeDesc::Torus(d) => Shape::Torus(Box::new(d.prepare()?)),
             ShapeDesc::Mesh(d) => Shape::Mesh(meshes.get(d)?),
+            ShapeDesc::Points(d) => Shape::Points(meshes.points(d)?),
         })
     }
 }

@@ -71,6 +71,11 @@ impl Rectangle {
         Bounds::new(self.center - reach, self.center + reach)
     }
 
+    /// The corner where u and v are 0, and the edges; the normal is the first times the second.
+    pub(crate) fn corner_and_edges(&self) -> (DVec3, DVec3, DVec3) {
+        (self.center - 0.5 * (self.edge_u + self.edge_v), self.edge_u, self.edge_v)
+    }
+
     /// The crossing with its plane, if between the edges.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {

@@ -112,12 +112,14 @@ pub struct TexturePoint<'a> {
     pub p: DVec3,
     /// The mesh and the place on it, for what only meshes have.
     pub mesh: Option<(&'a TriangleMesh, ShapeHit)>,
+    /// The colour of the point of a cloud, linear RGB and opacity.
+    pub point_color: Option<[f32; 4]>,
 }
 
 impl TexturePoint<'_> {
     /// A point of a shape that is no mesh.
     pub fn new(uv: DVec2, p: DVec3) -> TexturePoint<'static> {
-        TexturePoint { uv, p, mesh: None }
+        TexturePoint { uv, p, mesh: None, point_color: None }
     }
 
     /// The same point with (u, v) of another set, if the shape has one.
@@ -130,7 +132,7 @@ impl TexturePoint<'_> {
 
     /// The vertex colour, linear RGB and opacity, where there is one.
     fn color(&self) -> Option<[f32; 4]> {
-        self.mesh.and_then(|(mesh, hit)| mesh.color(&hit))
+        self.point_color.or_else(|| self.mesh.and_then(|(mesh, hit)| mesh.color(&hit)))
     }
 }
 

@@ -82,6 +82,11 @@ impl Element {
         self.properties.iter().map(least).sum()
     }
 
+    /// Whether there is a property of that name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.properties.iter().any(|p| p.name == name)
+    }
+
     /// Whether there are lists.
     pub(super) fn has_lists(&self) -> bool {
         self.properties.iter().any(|p| p.count.is_some())
@@ -110,12 +115,14 @@ pub(super) struct Header {
     pub(super) len: usize,
     /// Lines before the data.
     pub(super) lines: u64,
+    /// Pictures named by comments.
+    pub(super) textures: Vec<String>,
 }
 
 /// Reads lines up to and with `end_header`.
 pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
     let (mut encoding, mut elements, mut parts) = (None, Vec::<Element>::new(), 0);
-    let (mut at, mut number) = (0, 0);
+    let (mut at, mut number, mut textures) = (0, 0, Vec::new());
     loop {
         number += 1;
         let fail = |problem: String| Fail { place: Place::Line(number), problem };
@@ -128,6 +135,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
         at += end + if rest[end..].starts_with(b"\r\n") { 2 } else { 1 };
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words.as_slice() {
+            ["comment", "TextureFile", ..] => {
+                let name = line.split_once("TextureFile").map_or("", |(_, name)| name.trim());
+                textures.push(name.to_owned());
+            }
             [] | ["ply" | "comment" | "obj_info", ..] => {}
             ["format", kind, ..] => {
                 encoding = Some(match *kind {
@@ -169,7 +180,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
                 let Some(encoding) = encoding else {
                     return Err(fail("the line `format ascii 1.0` (or binary) is missing".into()));
                 };
-                return Ok(Header { encoding, elements, len: at, lines: number });
+                return Ok(Header { encoding, elements, len: at, lines: number, textures });
             }
             _ => return Err(fail(format!("unknown line \"{line}\" in the header"))),
         }

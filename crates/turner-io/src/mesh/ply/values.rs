@@ -4,6 +4,7 @@ use super::Fail;
 use super::header::{Encoding, Scalar};
 use crate::assets::printable;
 use crate::mesh::Place;
+use crate::mesh::number::parse_f64;
 
 /// The data after the header.
 pub(super) struct Values<'a> {
@@ -43,8 +44,7 @@ impl<'a> Values<'a> {
     pub(super) fn next(&mut self, scalar: Scalar) -> Result<f64, Fail> {
         if self.encoding == Encoding::Ascii {
             let word = self.word()?;
-            let number = std::str::from_utf8(word).ok().and_then(|w| w.parse::<f64>().ok());
-            return number.ok_or_else(|| {
+            return parse_f64(word).ok_or_else(|| {
                 let shown = printable(&String::from_utf8_lossy(&word[..word.len().min(40)]));
                 self.fail(format!("expected a number, found \"{shown}\""))
             });

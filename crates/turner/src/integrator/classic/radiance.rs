@@ -195,6 +195,8 @@ impl Wave<'_> {
             let b = &mut self.points[self.blocks - 1];
             let (material, seen) = match self.scene.material_at(hit) {
                 Material::Classic(material) => (Ok(material), None),
+                // Never prepared for this integrator.
+                Material::Physical(_) => continue,
                 Material::Principled(physical, _) => {
                     let Some(ray) = self.front.rays.get(i) else { continue };
                     let mut surface = self.scene.surface(&ray, hit);
@@ -448,7 +450,7 @@ impl ClassicDesc {
         let depth = from.depth + 1;
         if depth > self.max_depth {
             let color = match self.at_depth {
-                AtDepth::Background => scene.background.color(direction()),
+                AtDepth::Background => scene.surroundings(direction()),
                 AtDepth::Ambient => scene.ambient,
                 AtDepth::Black | AtDepth::Local => return None,
             };
@@ -492,7 +494,7 @@ impl ClassicDesc {
             return;
         }
         if self.miss == Miss::Background {
-            pixel.color += scene.background.color(direction()) * task.weight as f32;
+            pixel.color += scene.surroundings(direction()) * task.weight as f32;
         }
     }
 }

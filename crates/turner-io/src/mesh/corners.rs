@@ -1,0 +1,129 @@
+//! Corners that name position, (u, v) and normal apart, made into vertices: one per distinct corner.
+
+use super::MeshError;
+use super::error::{push, reserve};
+use std::collections::HashMap;
+use turner::shape::mesh::MeshData;
+
+/// No (u, v) or normal given.
+const NONE: u32 = u32::MAX;
+/// How many variants of one position are searched one after the other.
+const CHAIN: u32 = 16;
+
+/// Values by the numbers that corners name.
+#[derive(Debug, Default)]
+pub(super) struct Attributes {
+    pub(super) positions: Vec<[f32; 3]>,
+    /// As many as positions, or none.
+    pub(super) colors: Vec<[f32; 4]>,
+    pub(super) uvs: Vec<[f32; 2]>,
+    pub(super) normals: Vec<[f32; 3]>,
+}
+
+/// Triangles by their corners: positions, and as many (u, v) and normals, or none of them.
+#[derive(Debug, Default)]
+pub(super) struct Corners {
+    pub(super) positions: Vec<[u32; 3]>,
+    pub(super) uvs: Vec<[u32; 3]>,
+    pub(super) normals: Vec<[u32; 3]>,
+}
+
+/// One vertex per distinct corner; every index must be valid. Positions nothing names may be left out.
+pub(super) fn unify(attributes: Attributes, corners: Corners, name: &str) -> Result<MeshData, MeshError> {
+    let Attributes { positions, colors, uvs, normals } = attributes;
+    let count = positions.len();
+    // Many programs write as many of each, in the same order: nothing to do, and nothing to move.
+    let same = |list: &[[u32; 3]], len: usize| list.is_empty() || len == count && list == corners.positions;
+    if same(&corners.uvs, uvs.len()) && same(&corners.normals, normals.len()) {
+        let uvs = if corners.uvs.is_empty() { Vec::new() } else { uvs };
+        let normals = if corners.normals.is_empty() { Vec::new() } else { normals };
+        return Ok(MeshData {
+            positions,
+            colors,
+            uvs,
+            normals,
+            triangles: corners.positions,
+            ..MeshData::default()
+        });
+    }
+    let Corners { positions: mut triangles, uvs: uv_corners, normals: normal_corners } = corners;
+    let mut table = Table { first: Vec::new(), vertices: Vec::new(), map: HashMap::new(), name };
+    reserve(&mut table.first, count, name)?;
+    table.first.resize(count, NONE);
+    // The triangles of vertices take the place of those of positions.
+    for (i, triangle) in triangles.iter_mut().enumerate() {
+        let (uv, normal) = (uv_corners.get(i), normal_corners.get(i));
+        for (k, slot) in triangle.iter_mut().enumerate() {
+            *slot = table.vertex(*slot, uv.map_or(0, |t| t[k]), normal.map_or(0, |t| t[k]))?;
+        }
+    }
+    let vertices = table.vertices;
+    let (has_uvs, has_normals) = (!uv_corners.is_empty(), !normal_corners.is_empty());
+    drop((uv_corners, normal_corners, table.first, table.map));
+    let mut mesh = MeshData { triangles, ..MeshData::default() };
+    fill(&mut mesh.positions, &vertices, |v| positions[v.corner[0] as usize], name)?;
+    drop(positions);
+    if !colors.is_empty() {
+        fill(&mut mesh.colors, &vertices, |v| colors[v.corner[0] as usize], name)?;
+    }
+    if has_uvs {
+        fill(&mut mesh.uvs, &vertices, |v| uvs[v.corner[1] as usize], name)?;
+    }
+    if has_normals {
+        fill(&mut mesh.normals, &vertices, |v| normals[v.corner[2] as usize], name)?;
+    }
+    Ok(mesh)
+}
+
+fn fill<T>(
+    out: &mut Vec<T>,
+    vertices: &[Vertex],
+    value: impl Fn(&Vertex) -> T,
+    name: &str,
+) -> Result<(), MeshError> {
+    reserve(out, vertices.len(), name)?;
+    out.extend(vertices.iter().map(value));
+    Ok(())
+}
+
+struct Vertex {
+    corner: [u32; 3],
+    /// The next one made from the same position.
+    next: u32,
+}
+
+/// Vertices by corner: those of each position as a list; long lists go on in a map.
+struct Table<'a> {
+    first: Vec<u32>,
+    vertices: Vec<Vertex>,
+    map: HashMap<[u32; 3], u32>,
+    name: &'a str,
+}
+
+impl Table<'_> {
+    #[inline]
+    fn vertex(&mut self, position: u32, uv: u32, normal: u32) -> Result<u32, MeshError> {
+        let corner = [position, uv, normal];
+        let start = self.first[position as usize];
+        let (mut at, mut steps) = (start, 0);
+        while at != NONE && steps < CHAIN {
+            let vertex = &self.vertices[at as usize];
+            if vertex.corner == corner {
+                return Ok(at);
+            }
+            (at, steps) = (vertex.next, steps + 1);
+        }
+        let new = self.vertices.len() as u32;
+        if steps == CHAIN {
+            if let Some(&known) = self.map.get(&corner) {
+                return Ok(known);
+            }
+            self.map.insert(corner, new);
+            push(&mut self.vertices, Vertex { corner, next: NONE }, self.name)?;
+        } else {
+            push(&mut self.vertices, Vertex { corner, next: start }, self.name)?;
+            self.first[position as usize] = new;
+        }
+        Ok(new)
+    }
+}

@@ -1,0 +1,232 @@
+//! Decimal numbers from text: the digits that files are full of at once, all others by the standard library.
+//!
+//! A number of at most 53 bits of digits and a power of ten of at most 10^22 is the quotient or product of two exact
+//! doubles, and so correctly rounded by one operation (Clinger 1990, "How to read floating point numbers
+//! accurately"). Rounded once more to single precision, it is still the nearest number unless the double lies exactly
+//! between two of them; then, and wherever anything is unusual, `str::parse` decides.
+
+/// Powers of ten that are exact in double precision.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
+    1e19, 1e20, 1e21, 1e22,
+];
+
+/// Reads the number at the start of `text` as the nearest `f64`, and how many bytes it takes. `None` if there is no
+/// plain decimal number, or one that one operation does not round correctly: [`parse_f64`] reads these, too.
+#[inline]
+pub(crate) fn quick_f64(text: &[u8]) -> Option<(f64, usize)> {
+    let byte = |i: usize| text.get(i).copied().unwrap_or(b' ');
+    let negative = byte(0) == b'-';
+    let mut at = usize::from(negative || byte(0) == b'+');
+    let first = at;
+    let mut digits = 0_u64;
+    loop {
+        let d = byte(at).wrapping_sub(b'0');
+        if d > 9 {
+            break;
+        }
+        digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
+        at += 1;
+    }
+    let mut count = at - first;
+    let mut power = 0_i64;
+    if byte(at) == b'.' {
+        at += 1;
+        let point = at;
+        loop {
+            let d = byte(at).wrapping_sub(b'0');
+            if d > 9 {
+                break;
+            }
+            digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
+            at += 1;
+        }
+        count += at - point;
+        power = -((at - point) as i64);
+    }
+    // Nineteen digits are sure to fit.
+    if count == 0 || count > 19 || digits > 1 << 53 {
+        return None;
+    }
+    if byte(at) | 0x20 == b'e' {
+        let mut end = at + 1;
+        let minus = byte(end) == b'-';
+        end += usize::from(minus || byte(end) == b'+');
+        let start = end;
+        let mut exponent = 0_i64;
+        while end - start < 4 {
+            let d = byte(end).wrapping_sub(b'0');
+            if d > 9 {
+                break;
+            }
+            exponent = exponent * 10 + i64::from(d);
+            end += 1;
+        }
+        if end == start {
+            return None;
+        }
+        power += if minus { -exponent } else { exponent };
+        at = end;
+    }
+    let value = digits as f64;
+    let value = match usize::try_from(power.unsigned_abs()).ok().and_then(|p| POWERS.get(p)) {
+        Some(&ten) if power < 0 => value / ten,
+        Some(&ten) => value * ten,
+        None => return None,
+    };
+    Some((if negative { -value } else { value }, at))
+}
+
+/// The same in single precision.
+#[inline]
+pub(crate) fn quick_f32(text: &[u8]) -> Option<(f32, usize)> {
+    let (value, len) = quick_f64(text)?;
+    let size = value.abs();
+    // Exactly between two numbers of single precision, or where these are spaced otherwise.
+    let tie = value.to_bits() & 0x1fff_ffff == 0x1000_0000;
+    if tie || !(size >= f64::from(f32::MIN_POSITIVE) && size < f64::from(f32::MAX) || size == 0.0) {
+        return None;
+    }
+    Some((value as f32, len))
+}
+
+/// A whole word as a number: exactly what `str::parse` says.
+pub(crate) fn parse_f64(word: &[u8]) -> Option<f64> {
+    match quick_f64(word) {
+        Some((value, len)) if len == word.len() => Some(value),
+        _ => std::str::from_utf8(word).ok()?.parse().ok(),
+    }
+}
+
+/// A whole word as a number of single precision: exactly what `str::parse` says.
+pub(crate) fn parse_f32(word: &[u8]) -> Option<f32> {
+    match quick_f32(word) {
+        Some((value, len)) if len == word.len() => Some(value),
+        _ => std::str::from_utf8(word).ok()?.parse().ok(),
+    }
+}
+
+/// Reads up to nine digits with or without a minus; how many bytes they take is 0 if there is no such number, or a
+/// longer one.
+#[inline]
+pub(crate) fn quick_int(text: &[u8]) -> (i32, usize) {
+    let byte = |i: usize| text.get(i).copied().unwrap_or(b' ');
+    let negative = byte(0) == b'-';
+    let first = usize::from(negative);
+    let (mut at, mut value) = (first, 0_i32);
+    while at - first < 9 {
+        let d = byte(at).wrapping_sub(b'0');
+        if d > 9 {
+            break;
+        }
+        value = value * 10 + i32::from(d);
+        at += 1;
+    }
+    if at == first || byte(at).is_ascii_digit() {
+        return (0, 0);
+    }
+    (if negative { -value } else { value }, at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str) {
+        let bits64 = |v: Option<f64>| v.map(f64::to_bits);
+        let bits32 = |v: Option<f32>| v.map(f32::to_bits);
+        assert_eq!(bits64(parse_f64(text.as_bytes())), bits64(text.parse().ok()), "{text}");
+        assert_eq!(bits32(parse_f32(text.as_bytes())), bits32(text.parse().ok()), "{text}");
+    }
+
+    #[test]
+    fn numbers_are_those_of_the_standard_library_to_the_last_bit() {
+        for text in [
+            "0",
+            "-0",
+            "+0.0",
+            "1",
+            "-1.5",
+            "1e5",
+            "1E-5",
+            "1.e5",
+            ".5",
+            ".",
+            "",
+            "-",
+            "+",
+            "e5",
+            "1e",
+            "1e+",
+            "1e5x",
+            "1.2.3",
+            "0x10",
+            "inf",
+            "-inf",
+            "nan",
+            "NaN",
+            "infinity",
+            "1_000",
+            " 1",
+            "1 ",
+            "9007199254740993",
+            "9007199254740992",
+            "9007199254740991e22",
+            "1e23",
+            "1e22",
+            "1e-22",
+            "1e-23",
+            "16777217",
+            "16777219",
+            "33554435",
+            "16777217.0000000001",
+            "1e39",
+            "3.4028235e38",
+            "3.4028236e38",
+            "3.40282356779733661637539395458142568447e38",
+            "1e-45",
+            "7e-46",
+            "1.1754943e-38",
+            "1.1754942e-38",
+            "1.4e-45",
+            "00000000000000000000000001",
+            "1e0000000005",
+            "0.00000000000000000000000000000000000000000001",
+            "99999999999999999999",
+            "4.5e-324",
+            "1e400",
+            "-1e-400",
+        ] {
+            check(text);
+        }
+        let mut state = 7_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state >> 16
+        };
+        for i in 0..60_000 {
+            let (a, b) = (next(), next());
+            check(&format!("{}.{}", a % 1000, b % 1_000_000_000));
+            check(&format!("-{}e{}", a % (1 << (1 + b % 60)), (b >> 20) % 60));
+            check(&format!("{}.{:06}e-{}", a % 10, b % 1_000_000, i % 60));
+            // Halves between numbers of single precision, and close to them.
+            let half = f64::from(f32::from_bits((a as u32) & 0x7f7f_ffff)) + f64::from_bits(b << 40);
+            check(&format!("{half}"));
+            let middle = f32::from_bits(0x4b00_0000 | (a as u32 & 0x007f_ffff));
+            check(&format!("{}", f64::from(middle) + 0.5));
+            check(&format!("{}.50000000{}", middle, b % 2));
+        }
+    }
+
+    #[test]
+    fn whole_numbers_up_to_nine_digits() {
+        for (text, value) in
+            [("1", (1, 1)), ("-27/3", (-27, 3)), ("123456789 ", (123_456_789, 9)), ("0", (0, 1))]
+        {
+            assert_eq!(quick_int(text.as_bytes()), value);
+        }
+        for text in ["", "-", "+1", "x", "1234567890", "-1234567890"] {
+            assert_eq!(quick_int(text.as_bytes()).1, 0, "{text}");
+        }
+    }
+}

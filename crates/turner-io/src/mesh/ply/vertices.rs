@@ -1,0 +1,180 @@
+//! The vertices of a PLY file: columns of fixed size straight from the bytes, or number by number.
+
+use super::header::{self, Element, Encoding, Scalar};
+use super::values::{Values, binary};
+use super::{Fail, Stop, skip_list};
+use crate::mesh::error::reserve;
+use turner::color::Transfer;
+use turner::shape::mesh::MeshData;
+
+const POSITION: [&str; 3] = ["x", "y", "z"];
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+/// The names under which (u, v) are found.
+const UV_NAMES: [[&str; 2]; 4] =
+    [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
+/// Those of colours, with opacity.
+const COLOR_NAMES: [[&str; 4]; 3] = [
+    ["red", "green", "blue", "alpha"],
+    ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"],
+    ["r", "g", "b", "a"],
+];
+
+/// Reads all vertices.
+pub(super) fn read(
+    element: &Element,
+    encoding: Encoding,
+    data: &mut Values<'_>,
+    mesh: &mut MeshData,
+    name: &str,
+) -> Result<(), Stop> {
+    let has = |n: &&str| element.properties.iter().any(|p| p.name == *n && p.count.is_none());
+    if let Some(missing) = POSITION.iter().find(|n| !has(n)) {
+        return Err(data.fail(format!("vertices have no property \"{missing}\"")).into());
+    }
+    let has_normals = NORMAL.iter().all(has);
+    let uv_names = UV_NAMES.iter().find(|names| names.iter().all(has));
+    let color_names = COLOR_NAMES.iter().find(|names| names.iter().take(3).all(has));
+    let has_colors = color_names.is_some();
+    let n = element.count;
+    reserve(&mut mesh.colors, if has_colors { n } else { 0 }, name)?;
+    reserve(&mut mesh.positions, n, name)?;
+    reserve(&mut mesh.normals, if has_normals { n } else { 0 }, name)?;
+    reserve(&mut mesh.uvs, if uv_names.is_some() { n } else { 0 }, name)?;
+    if encoding == Encoding::Ascii || element.has_lists() {
+        return Ok(read_slowly(element, uv_names, has_normals, color_names, data, mesh)?);
+    }
+    let stride: usize = element.properties.iter().map(|p| p.item.size()).sum();
+    // `check_count` has seen that they fit.
+    let rows = data.rest().get(..stride * n).unwrap_or(&[]);
+    let big_endian = encoding == Encoding::BigEndian;
+    columns(rows, stride, element, POSITION, big_endian, &mut mesh.positions);
+    if has_normals {
+        columns(rows, stride, element, NORMAL, big_endian, &mut mesh.normals);
+    }
+    if let Some(&names) = uv_names {
+        columns(rows, stride, element, names, big_endian, &mut mesh.uvs);
+    }
+    if let Some(names) = color_names {
+        let bands = Band::all(element, names);
+        let columns = names.map(|n| element.column(n));
+        mesh.colors.extend(rows.chunks_exact(stride).map(|row| {
+            [0, 1, 2, 3].map(|i| match columns[i] {
+                Some((at, s)) => bands[i].value(binary(row.get(at..).unwrap_or(&[]), s, big_endian)),
+                None => 1.0,
+            })
+        }));
+    }
+    data.advance(stride * n);
+    Ok(())
+}
+
+/// How a number becomes one of red, green, blue and opacity: whole numbers are display values, opacity apart;
+/// floating-point numbers are taken as they are.
+enum Band {
+    Real,
+    /// By the number itself.
+    Byte(Box<[f32; 256]>),
+    Whole {
+        full: f64,
+        display: bool,
+    },
+}
+
+impl Band {
+    /// Those of all four properties.
+    fn all(element: &Element, names: &[&str; 4]) -> [Band; 4] {
+        names.map(|name| {
+            let item = element.properties.iter().find(|p| p.name == name).map(|p| p.item);
+            // Opacity comes last.
+            let display = name != names[3];
+            match item {
+                None | Some(Scalar::F32 | Scalar::F64) => Band::Real,
+                Some(Scalar::U8) => {
+                    let whole = Band::Whole { full: 255.0, display };
+                    Band::Byte(Box::new(std::array::from_fn(|i| whole.value(i as f64))))
+                }
+                Some(Scalar::U16 | Scalar::I16) => Band::Whole { full: 65535.0, display },
+                Some(_) => Band::Whole { full: 255.0, display },
+            }
+        })
+    }
+
+    #[inline]
+    fn value(&self, v: f64) -> f32 {
+        match self {
+            Band::Real => v as f32,
+            // What a text says may be anything; NaN and fractions round down.
+            Band::Byte(table) => table[v as u8 as usize],
+            Band::Whole { full, display: false } => (v / full) as f32,
+            Band::Whole { full, display: true } => Transfer::Srgb.decode((v / full) as f32),
+        }
+    }
+}
+
+/// `N` properties of every row.
+fn columns<const N: usize>(
+    rows: &[u8],
+    stride: usize,
+    element: &Element,
+    names: [&str; N],
+    big_endian: bool,
+    out: &mut Vec<[f32; N]>,
+) {
+    let found = names.map(|n| element.column(n).unwrap_or((0, Scalar::U8)));
+    let rows = rows.chunks_exact(stride);
+    if found.iter().all(|(_, s)| *s == Scalar::F32) {
+        let word =
+            |row: &[u8], at: usize| row.get(at..at + 4).and_then(|b| b.try_into().ok()).unwrap_or([0; 4]);
+        if big_endian {
+            out.extend(rows.map(|row| found.map(|(at, _)| f32::from_be_bytes(word(row, at)))));
+        } else {
+            out.extend(rows.map(|row| found.map(|(at, _)| f32::from_le_bytes(word(row, at)))));
+        }
+    } else {
+        out.extend(
+            rows.map(|row| found.map(|(at, s)| binary(row.get(at..).unwrap_or(&[]), s, big_endian) as f32)),
+        );
+    }
+}
+
+fn read_slowly(
+    element: &Element,
+    uv_names: Option<&[&str; 2]>,
+    has_normals: bool,
+    color_names: Option<&[&str; 4]>,
+    data: &mut Values<'_>,
+    mesh: &mut MeshData,
+) -> Result<(), Fail> {
+    // Where each property goes: 0 to 2 the position, 3 to 5 the normal, 6 and 7 (u, v), 8 to 11 the colour, 12 nowhere.
+    let uv_names = uv_names.copied().unwrap_or_default();
+    let colors = color_names.copied().unwrap_or_default();
+    let names: Vec<&str> = POSITION.into_iter().chain(NORMAL).chain(uv_names).chain(colors).collect();
+    let target = |p: &header::Property| match p.count {
+        None => names.iter().position(|n| *n == p.name).unwrap_or(12),
+        Some(_) => 12,
+    };
+    let targets: Vec<usize> = element.properties.iter().map(target).collect();
+    let bands = Band::all(element, &colors);
+    let mut row = [0.0_f64; 13];
+    row[11] = 1.0;
+    for _ in 0..element.count {
+        for (property, &target) in element.properties.iter().zip(&targets) {
+            match property.count {
+                None => row[target] = data.next(property.item)?,
+                Some(count) => skip_list(count, property.item, data)?,
+            }
+        }
+        if color_names.is_some() {
+            mesh.colors.push([0, 1, 2, 3].map(|i| bands[i].value(row[8 + i])));
+        }
+        let [x, y, z, nx, ny, nz, u, v, ..] = row.map(|v| v as f32);
+        mesh.positions.push([x, y, z]);
+        if has_normals {
+            mesh.normals.push([nx, ny, nz]);
+        }
+        if !uv_names[0].is_empty() {
+            mesh.uvs.push([u, v]);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! Polygons into triangles: fans for convex ones, ears for the others.
+//!
+//! A polygon is looked at along its normal (the sum of the cross products of its corners, Newell). If it turns one way
+//! only, its triangles are the fan around its first corner. Otherwise ears are cut off: corners that bulge, and whose
+//! triangle holds no other corner (Meisters 1975, "Polygons have ears"). Polygons that cross themselves have none: what is
+//! left of them becomes a fan.
+
+/// Comparisons that cutting ears may take in a whole file; beyond, polygons become fans.
+const BUDGET: u64 = 1 << 30;
+
+/// Cuts polygons of one file.
+#[derive(Debug)]
+pub(super) struct Triangulator {
+    budget: u64,
+    flat: Vec<[f64; 2]>,
+    next: Vec<u32>,
+    previous: Vec<u32>,
+    reflex: Vec<u32>,
+    /// Polygons that became fans although they are not convex.
+    pub(super) fanned: usize,
+}
+
+impl Triangulator {
+    pub(super) fn new() -> Triangulator {
+        let (flat, next, previous, reflex) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Triangulator { budget: BUDGET, flat, next, previous, reflex, fanned: 0 }
+    }
+
+    /// Gives `out` the n − 2 triangles of a polygon of n corners, as numbers of corners.
+    pub(super) fn cut(
+        &mut self,
+        corners: usize,
+        position: impl Fn(usize) -> [f32; 3],
+        out: &mut impl FnMut([usize; 3]),
+    ) {
+        if corners < 3 {
+            return;
+        }
+        if corners == 3 || !self.flatten(corners, position) || self.is_convex() {
+            (1..corners - 1).for_each(|i| out([0, i, i + 1]));
+            return;
+        }
+        self.cut_ears(out);
+    }
+
+    /// Puts the corners into a plane, so that they turn counter-clockwise; false if they lie in a line or are not finite.
+    fn flatten(&mut self, corners: usize, position: impl Fn(usize) -> [f32; 3]) -> bool {
+        let origin = position(0).map(f64::from);
+        let at = |i: usize| {
+            let p = position(i).map(f64::from);
+            [p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]]
+        };
+        let mut n = [0.0_f64; 3];
+        let mut a = at(corners - 1);
+        for i in 0..corners {
+            let b = at(i);
+            n[0] += (a[1] - b[1]) * (a[2] + b[2]);
+            n[1] += (a[2] - b[2]) * (a[0] + b[0]);
+            n[2] += (a[0] - b[0]) * (a[1] + b[1]);
+            a = b;
+        }
+        let size = n.map(f64::abs);
+        if !size.iter().all(|v| v.is_finite()) || size == [0.0; 3] {
+            return false;
+        }
+        // The coordinate along which the normal is longest is left out.
+        let (u, v, axis) = if size[0] >= size[1] && size[0] >= size[2] {
+            (1, 2, 0)
+        } else if size[1] >= size[2] {
+            (2, 0, 1)
+        } else {
+            (0, 1, 2)
+        };
+        let (u, v) = if n[axis] > 0.0 { (u, v) } else { (v, u) };
+        self.flat.clear();
+        self.flat.extend((0..corners).map(|i| {
+            let p = at(i);
+            [p[u], p[v]]
+        }));
+        true
+    }
+
+    fn is_convex(&self) -> bool {
+        let n = self.flat.len();
+        (0..n).all(|i| turn(self.flat[i], self.flat[(i + 1) % n], self.flat[(i + 2) % n]) >= 0.0)
+    }
+
+    fn cut_ears(&mut self, out: &mut impl FnMut([usize; 3])) {
+        let n = self.flat.len();
+        self.next.clear();
+        self.next.extend((0..n).map(|i| ((i + 1) % n) as u32));
+        self.previous.clear();
+        self.previous.extend((0..n).map(|i| ((i + n - 1) % n) as u32));
+        self.reflex.clear();
+        for i in 0..n {
+            if self.turn_at(i) <= 0.0 {
+                self.reflex.push(i as u32);
+            }
+        }
+        let (mut left, mut at, mut since) = (n, 0, 0);
+        let mut crossed = false;
+        while left > 3 {
+            let (before, after) = (self.previous[at] as usize, self.next[at] as usize);
+            // Round once without an ear: the polygon crosses itself.
+            let give_up = since > left || self.budget == 0;
+            crossed |= give_up;
+            if give_up || self.is_ear(before, at, after) {
+                out([before, at, after]);
+                self.next[before] = after as u32;
+                self.previous[after] = before as u32;
+                left -= 1;
+                since = 0;
+                if self.budget > 0 {
+                    self.budget = self.budget.saturating_sub(self.reflex.len() as u64);
+                    // Only its neighbours turn otherwise now.
+                    let flat = &self.flat;
+                    let (next, previous) = (&self.next, &self.previous);
+                    self.reflex.retain(|&i| {
+                        let i = i as usize;
+                        let (p, q) = (flat[previous[i] as usize], flat[next[i] as usize]);
+                        i != at && !((i == before || i == after) && turn(p, flat[i], q) > 0.0)
+                    });
+                }
+                // Every second corner first: triangles of better shape.
+                at = self.next[after] as usize;
+            } else {
+                since += 1;
+                at = after;
+            }
+        }
+        out([self.previous[at] as usize, at, self.next[at] as usize]);
+        self.fanned += usize::from(crossed);
+    }
+
+    fn turn_at(&self, i: usize) -> f64 {
+        turn(self.flat[self.previous[i] as usize], self.flat[i], self.flat[self.next[i] as usize])
+    }
+
+    /// Whether no corner lies within the triangle around one that bulges.
+    fn is_ear(&mut self, before: usize, at: usize, after: usize) -> bool {
+        let [a, b, c] = [self.flat[before], self.flat[at], self.flat[after]];
+        if !(turn(a, b, c) > 0.0) {
+            self.budget = self.budget.saturating_sub(1);
+            return false;
+        }
+        self.budget = self.budget.saturating_sub(1 + self.reflex.len() as u64);
+        self.reflex.iter().all(|&i| {
+            let i = i as usize;
+            let p = self.flat[i];
+            let is_corner = i == before || i == at || i == after || p == a || p == b || p == c;
+            is_corner || turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0
+        })
+    }
+}
+
+/// Twice the area of a triangle, positive if it turns counter-clockwise.
+fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cut(points: &[[f32; 2]]) -> Vec<[usize; 3]> {
+        let mut out = Vec::new();
+        // In a plane askew in space.
+        let position = |i: usize| [points[i][0], points[i][1], 0.25 * points[i][0] - 0.5 * points[i][1]];
+        Triangulator::new().cut(points.len(), position, &mut |t| out.push(t));
+        out
+    }
+
+    fn area(points: &[[f32; 2]], triangles: &[[usize; 3]]) -> (f64, bool) {
+        let areas = triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|i| points[i].map(f64::from));
+            0.5 * turn(a, b, c)
+        });
+        let areas: Vec<f64> = areas.collect();
+        (areas.iter().sum(), areas.iter().all(|a| *a >= 0.0) || areas.iter().all(|a| *a <= 0.0))
+    }
+
+    #[test]
+    fn convex_polygons_become_fans() {
+        assert_eq!(cut(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]), [[0, 1, 2]]);
+        assert_eq!(cut(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(cut(&[[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]), [[0, 1, 2], [0, 2, 3]]);
+    }
+
+    #[test]
+    fn concave_polygons_are_covered_once() {
+        // An arrow whose fan would overlap itself, from each of its corners, both ways round.
+        let arrow = [[0.0, 0.0], [2.0, 1.0], [0.0, 2.0], [0.5, 1.0]];
+        let letter =
+            [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0], [3.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0]];
+        let comb: Vec<[f32; 2]> = (0..40)
+            .map(|i| [i as f32, if i % 2 == 0 { 0.0 } else { 10.0 }])
+            .chain([[39.0, -1.0], [0.0, -1.0]])
+            .collect();
+        for (polygon, expected) in [(&arrow[..], 1.5), (&letter[..], 10.0), (&comb[..], 39.0 + 195.0)] {
+            for turned in 0..polygon.len() {
+                let mut points = polygon.to_vec();
+                points.rotate_left(turned);
+                for reversed in [false, true] {
+                    if reversed {
+                        points.reverse();
+                    }
+                    let triangles = cut(&points);
+                    assert_eq!(triangles.len(), points.len() - 2);
+                    let (sum, one_way) = area(&points, &triangles);
+                    assert!(one_way && (sum.abs() - expected).abs() < 1e-9, "{sum} {triangles:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_polygon_becomes_as_many_triangles() {
+        for points in [
+            vec![[0.0, 0.0]; 7],
+            vec![[f32::NAN, 0.0]; 5],
+            (0..9).map(|i| [i as f32, 0.0]).collect(),
+            vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]],
+            (0..50).map(|i| [((i * 7919) % 101) as f32, ((i * 104_729) % 97) as f32]).collect(),
+        ] {
+            let triangles = cut(&points);
+            assert_eq!(triangles.len(), points.len() - 2);
+            assert!(triangles.iter().flatten().all(|&i| i < points.len()));
+        }
+        assert!(cut(&[[0.0, 0.0], [1.0, 0.0]]).is_empty());
+    }
+
+    #[test]
+    fn time_is_bounded() {
+        // Every corner but a few is reflex: quadratic, then out of budget.
+        let points: Vec<[f32; 2]> =
+            (0..200_000).map(|i| [i as f32, if i % 2 == 0 { 0.0 } else { 1.0 + (i % 7) as f32 }]).collect();
+        let mut count = 0;
+        let mut cutter = Triangulator::new();
+        cutter.budget = 1 << 22;
+        cutter.cut(points.len(), |i| [points[i][0], points[i][1], 0.0], &mut |_| count += 1);
+        assert_eq!((count, cutter.fanned), (points.len() - 2, 1));
+    }
+}

@@ -1,0 +1,94 @@
+//! Directional albedos of rough surfaces, tabulated: what a lobe reflects of light from one direction, and what it loses by
+//! scattering only once between its facets. [`table`](super::albedo_table) holds numbers made by the test of this file.
+
+use super::albedo_table::{DIELECTRIC_LOSS, FUZZ, GGX_LOSS, REFLECT_SHIFT};
+
+/// Angles: µ = (k / 15)².
+pub(super) const ANGLES: usize = 16;
+/// Widths: α = (k / 15)².
+pub(super) const WIDTHS: usize = 16;
+/// Contrasts s = (η − 1) / (η + 1) of indices of refraction.
+pub(super) const CONTRASTS: [f64; 12] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0];
+/// Values at the angles, in units of 1/32767, and last their mean over light from all around.
+pub(super) type Row = [i16; ANGLES + 1];
+
+const UNIT: f64 = 1.0 / 32767.0;
+
+/// A tabulated function of the angle, for one width and one index.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    rows: [&'static Row; 4],
+    weights: [f64; 4],
+}
+
+impl Line {
+    /// Its value at the cosine µ.
+    pub(super) fn at(&self, mu: f64) -> f64 {
+        let x = mu.clamp(0.0, 1.0).sqrt() * (ANGLES - 1) as f64;
+        let k = (x as usize).min(ANGLES - 2);
+        let f = x - k as f64;
+        let mut sum = 0.0;
+        for (row, weight) in self.rows.iter().zip(self.weights) {
+            sum += weight * (f64::from(row[k]) * (1.0 - f) + f64::from(row[k + 1]) * f);
+        }
+        sum * UNIT
+    }
+
+    /// ∫ of it 2µ dµ.
+    pub(super) fn average(&self) -> f64 {
+        let sum: f64 = self.rows.iter().zip(self.weights).map(|(row, w)| w * f64::from(row[ANGLES])).sum();
+        sum * UNIT
+    }
+}
+
+/// Place of a value between nodes: the lower node and the share of the upper one. `value` in units of nodes, `nodes` >= 2.
+fn place(value: f64, nodes: usize) -> (usize, f64) {
+    let v = value.clamp(0.0, (nodes - 1) as f64);
+    let k = (v as usize).min(nodes - 2);
+    (k, v - k as f64)
+}
+
+fn line(table: &'static [Row], position: f64) -> Line {
+    let (k, f) = place(position, table.len());
+    let (a, b) = (&table[k], &table[k + 1]);
+    Line { rows: [a, b, a, a], weights: [1.0 - f, f, 0.0, 0.0] }
+}
+
+fn line_of_index(table: &'static [[Row; WIDTHS]; CONTRASTS.len()], eta: f64, alpha: f64) -> Line {
+    let s = if eta.is_finite() { ((eta - 1.0) / (eta + 1.0)).abs() } else { 1.0 };
+    let above = CONTRASTS.iter().position(|c| *c > s).unwrap_or(CONTRASTS.len() - 1).max(1);
+    let (low, high) = (CONTRASTS[above - 1], CONTRASTS[above]);
+    let g = ((s - low) / (high - low)).clamp(0.0, 1.0);
+    let (k, f) = place(alpha.sqrt() * (WIDTHS - 1) as f64, WIDTHS);
+    let (a, b) = (&table[above - 1], &table[above]);
+    Line {
+        rows: [&a[k], &a[k + 1], &b[k], &b[k + 1]],
+        weights: [(1.0 - g) * (1.0 - f), (1.0 - g) * f, g * (1.0 - f), g * f],
+    }
+}
+
+/// Share of light that a rough perfect mirror loses.
+pub(super) fn mirror_loss(alpha: f64) -> Line {
+    line(&GGX_LOSS, alpha.sqrt() * (WIDTHS - 1) as f64)
+}
+
+/// Share of light that a rough dielectric boundary of relative index `eta` (behind over in front) loses: neither reflected nor
+/// transmitted.
+pub(super) fn dielectric_loss(eta: f64, alpha: f64) -> Line {
+    line_of_index(&DIELECTRIC_LOSS[usize::from(eta < 1.0)], eta, alpha)
+}
+
+/// What a rough dielectric, η >= 1, reflects more than a smooth one does.
+pub(super) fn reflect_shift(eta: f64, alpha: f64) -> Line {
+    line_of_index(&REFLECT_SHIFT, eta, alpha)
+}
+
+/// Albedo of fuzz of a roughness.
+pub(super) fn fuzz(roughness: f64) -> Line {
+    let low = super::fuzz::MIN_ROUGHNESS;
+    line(&FUZZ, (roughness - low) / (1.0 - low) * (WIDTHS - 1) as f64)
+}
+
+#[cfg(test)]
+#[path = "albedo_tests.rs"]
+mod tests;

@@ -1,0 +1,103 @@
+//! The clear coat: a dielectric boundary over the base, that tints and darkens what is below.
+
+use super::albedo::{self, Line};
+use super::fresnel;
+use super::microfacet::Ggx;
+use super::{PrincipledPoint, Rgb, color, unit};
+use crate::math::DVec3;
+use crate::math::elementary::{exp, ln};
+
+const MIN_ALPHA: f64 = 1e-4;
+
+/// A coat.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Coat {
+    /// Share covered.
+    pub(super) weight: f64,
+    pub(super) ggx: Ggx,
+    pub(super) smooth: bool,
+    /// Index over that outside, at least 1.
+    index: f64,
+    shift: Option<Line>,
+    /// Logarithm of the colour; `None` for white.
+    absorption: Option<Rgb>,
+    /// Factor of what the base reflects.
+    darkening: Rgb,
+}
+
+impl Coat {
+    /// `None` without a coat. `base` is the base's albedo, `base_roughness` 0..=1 how widely it scatters.
+    pub(super) fn new(p: &PrincipledPoint, base: Rgb, base_roughness: f64) -> Option<Coat> {
+        let weight = unit(p.coat_weight);
+        if weight == 0.0 {
+            return None;
+        }
+        let index = if p.coat_ior > 0.0 && p.coat_ior.is_finite() { p.coat_ior.min(1e6) } else { 1.0 };
+        let index = if index < 1.0 { 1.0 / index } else { index };
+        let alpha = unit(p.coat_roughness) * unit(p.coat_roughness);
+        let smooth = alpha < MIN_ALPHA;
+        let tint = color(p.coat_color);
+        // Light that the base sends up is reflected down again: the share of it for a wide and for a narrow base (OpenPBR).
+        let wide = 1.0 - (1.0 - fresnel::dielectric_average(index)) / (index * index);
+        let narrow = fresnel::f0(index);
+        let caught = narrow + (wide - narrow) * base_roughness;
+        let darkened = (1.0 - caught) / (Rgb::ONE - base * caught).max(Rgb::splat(1e-9));
+        Some(Coat {
+            weight,
+            ggx: Ggx { ax: alpha.max(MIN_ALPHA), ay: alpha.max(MIN_ALPHA) },
+            smooth,
+            index,
+            shift: (!smooth).then(|| albedo::reflect_shift(index, alpha)),
+            absorption: (tint != Rgb::ONE).then(|| Rgb::new(ln(tint.x), ln(tint.y), ln(tint.z))),
+            darkening: Rgb::ONE.lerp(darkened.clamp(Rgb::ZERO, Rgb::ONE), unit(p.coat_darkening)),
+        })
+    }
+
+    /// Width of a coat's lobe before the coat is made.
+    pub(super) fn alpha(p: &PrincipledPoint) -> f64 {
+        if unit(p.coat_weight) > 0.0 { unit(p.coat_roughness) * unit(p.coat_roughness) } else { 0.0 }
+    }
+
+    /// Reflectance at a facet.
+    pub(super) fn fresnel(&self, mu: f64) -> f64 {
+        fresnel::dielectric(mu, self.index)
+    }
+
+    /// Share of light from µ that the coat, where it is, reflects.
+    pub(super) fn albedo(&self, mu: f64) -> f64 {
+        (self.fresnel(mu) + self.shift.map_or(0.0, |line| line.at(mu))).clamp(0.0, 1.0)
+    }
+
+    /// The way through a coat of thickness 1 from the direction µ.
+    pub(super) fn way(&self, mu: f64) -> f64 {
+        1.0 / fresnel::refracted_cosine(mu, self.index).unwrap_or(1.0).max(1e-3)
+    }
+
+    /// Colour of what passes the coat, `ways` the sum of the ways in and out: the coat's own colour at 2.
+    pub(super) fn tint(&self, ways: f64, reflected: bool) -> Rgb {
+        let mut tint = match self.absorption {
+            None => Rgb::ONE,
+            Some(log) => {
+                let k = 0.5 * ways;
+                // A black coat's logarithm is −∞; where there is no way there is no absorption.
+                if k > 0.0 { Rgb::new(exp(log.x * k), exp(log.y * k), exp(log.z * k)) } else { Rgb::ONE }
+            }
+        };
+        if reflected {
+            tint *= self.darkening;
+        }
+        Rgb::ONE.lerp(tint, self.weight)
+    }
+
+    /// The coat's reflection where it is, and its density; (0, 0) for a mirror.
+    pub(super) fn reflect(&self, wo: DVec3, wi: DVec3) -> (f64, f64) {
+        if self.smooth {
+            return (0.0, 0.0);
+        }
+        let h = (wo + wi).normalize();
+        let d = self.ggx.d(h);
+        let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
+        let f = self.fresnel(wo.dot(h)) * d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z);
+        (f, d / ((1.0 + lo) * 4.0 * wo.z))
+    }
+}

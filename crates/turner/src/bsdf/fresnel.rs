@@ -1,0 +1,157 @@
+//! Fresnel reflectance of dielectrics and metals. Cosines lie within 0..=1.
+
+use super::Rgb;
+use crate::math::elementary::ln;
+
+/// Unpolarised reflectance of a boundary between dielectrics; `eta` is the index behind it over that in front. 1 beyond the
+/// critical angle, 0 for equal indices.
+pub(super) fn dielectric(cos: f64, eta: f64) -> f64 {
+    if eta == 1.0 {
+        return 0.0;
+    }
+    let (s, p) = amplitudes(cos, eta);
+    0.5 * (s * s + p * p)
+}
+
+/// Amplitudes of the reflected light, polarised perpendicularly and parallel to the plane of incidence; 1 beyond the critical angle.
+pub(super) fn amplitudes(cos: f64, eta: f64) -> (f64, f64) {
+    let cos = cos.clamp(0.0, 1.0);
+    let Some(cos_t) = refracted_cosine(cos, eta) else { return (1.0, 1.0) };
+    let s = (cos - eta * cos_t) / (cos + eta * cos_t);
+    let p = (eta * cos - cos_t) / (eta * cos + cos_t);
+    // At grazing angles with equal indices both denominators vanish.
+    if s.is_finite() && p.is_finite() { (s, p) } else { (1.0, 1.0) }
+}
+
+/// Cosine behind the boundary; `None` beyond the critical angle.
+pub(super) fn refracted_cosine(cos: f64, eta: f64) -> Option<f64> {
+    let sin2 = (1.0 - cos * cos).max(0.0) / (eta * eta);
+    (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
+}
+
+/// Reflectance of light from all around, ∫ F(µ) 2µ dµ, for `eta` >= 1 (Dunkle 1963).
+pub(super) fn dielectric_average(eta: f64) -> f64 {
+    let n = eta;
+    if n < 1.0 + 1e-4 {
+        return 0.0;
+    }
+    if n > 1e4 {
+        return 1.0;
+    }
+    let (n2, n4) = (n * n, n * n * n * n);
+    let average = 0.5
+        + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0) * (n + 1.0))
+        + n2 * (n2 - 1.0) * (n2 - 1.0) / ((n2 + 1.0) * (n2 + 1.0) * (n2 + 1.0)) * ln((n - 1.0) / (n + 1.0))
+        - 2.0 * n * n2 * (n2 + 2.0 * n - 1.0) / ((n2 + 1.0) * (n4 - 1.0))
+        + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0) * (n4 - 1.0)) * ln(n);
+    average.clamp(0.0, 1.0)
+}
+
+/// Reflectance head-on, ((η − 1)/(η + 1))².
+pub(super) fn f0(eta: f64) -> f64 {
+    let r = (eta - 1.0) / (eta + 1.0);
+    r * r
+}
+
+/// The index whose head-on reflectance is `scale` times that of `eta`, on the same side of 1 (OpenPBR's `specular_weight`);
+/// infinite where all light would be reflected.
+pub(super) fn scaled_index(eta: f64, scale: f64) -> f64 {
+    let f0 = f0(eta) * scale;
+    if f0 >= 0.9999 {
+        return f64::INFINITY;
+    }
+    let r = f0.sqrt() * if eta < 1.0 { -1.0 } else { 1.0 };
+    (1.0 + r) / (1.0 - r)
+}
+
+/// A metal by its colour head-on and a tint at 82° (Kutz, Hašan and Edmondson 2021, "Novel aspects of the Adobe Standard
+/// Material": F82-tint), all scaled by a weight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Metal {
+    /// Reflectance head-on.
+    pub(super) f0: Rgb,
+    /// Factor of (1 − µ)⁶ µ.
+    dip: Rgb,
+    /// Factor of everything.
+    pub(super) weight: f64,
+}
+
+/// The cosine at which the tint counts.
+const MU_TINT: f64 = 1.0 / 7.0;
+
+impl Metal {
+    /// From colours within 0..=1.
+    pub(super) fn new(f0: Rgb, tint: Rgb, weight: f64) -> Metal {
+        let one = 1.0 - MU_TINT;
+        let five = one * one * one * one * one;
+        let schlick = f0 + (Rgb::ONE - f0) * five;
+        Metal { f0, dip: schlick * (Rgb::ONE - tint) / (MU_TINT * five * one), weight }
+    }
+
+    /// Reflectance at a cosine.
+    pub(super) fn at(&self, cos: f64) -> Rgb {
+        let c = (1.0 - cos).clamp(0.0, 1.0);
+        let c5 = c * c * c * c * c;
+        let f = self.f0 + (Rgb::ONE - self.f0) * c5 - self.dip * (cos.clamp(0.0, 1.0) * c5 * c);
+        f.clamp(Rgb::ZERO, Rgb::ONE) * self.weight
+    }
+
+    /// Reflectance of light from all around.
+    pub(super) fn average(&self) -> Rgb {
+        let f = self.f0 + (Rgb::ONE - self.f0) / 21.0 - self.dip / 126.0;
+        f.clamp(Rgb::ZERO, Rgb::ONE) * self.weight
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn average(f: impl Fn(f64) -> f64) -> f64 {
+        let n = 20_000;
+        (0..n).map(|i| (f64::from(i) + 0.5) / f64::from(n)).map(|mu| f(mu) * 2.0 * mu).sum::<f64>()
+            / f64::from(n)
+    }
+
+    #[test]
+    fn glass_at_known_angles() {
+        assert!((dielectric(1.0, 1.5) - 0.04).abs() < 1e-12);
+        assert!((dielectric(1.0, 1.0 / 1.5) - 0.04).abs() < 1e-12);
+        assert!((dielectric(0.0, 1.5) - 1.0).abs() < 1e-12);
+        assert_eq!(dielectric(0.5, 1.0 / 1.5), 1.0);
+        assert_eq!(dielectric(0.0, 1.0), 0.0);
+        // Brewster's angle, tan θ = η: parallel light is not reflected.
+        let brewster = 1.0 / (1.0f64 + 2.25).sqrt();
+        assert!(amplitudes(brewster, 1.5).1.abs() < 1e-12);
+    }
+
+    #[test]
+    fn averages_are_the_integrals() {
+        for eta in [1.0, 1.0002, 1.01, 1.1, 1.33, 1.5, 2.4, 10.0, 100.0] {
+            let (closed, summed) = (dielectric_average(eta), average(|mu| dielectric(mu, eta)));
+            assert!((closed - summed).abs() < 2e-4, "{eta}: {closed} and {summed}");
+        }
+        let metal = Metal::new(Rgb::new(0.9, 0.5, 0.1), Rgb::new(0.8, 1.0, 0.9), 0.9);
+        for band in 0..3 {
+            assert!((metal.average()[band] - average(|mu| metal.at(mu)[band])).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn a_metal_has_its_colours_head_on_at_82_degrees_and_at_grazing() {
+        let (f0, tint) = (Rgb::new(0.9, 0.5, 0.1), Rgb::new(0.8, 1.0, 0.9));
+        let (metal, plain) = (Metal::new(f0, tint, 1.0), Metal::new(f0, Rgb::ONE, 1.0));
+        assert!((metal.at(1.0) - f0).length() < 1e-12);
+        assert!((metal.at(MU_TINT) - plain.at(MU_TINT) * tint).length() < 1e-12);
+        assert!((metal.at(0.0) - Rgb::ONE).length() < 1e-12);
+    }
+
+    #[test]
+    fn scaled_index_scales_the_reflectance_head_on() {
+        for eta in [0.7, 1.0, 1.5, 2.4] {
+            assert!((f0(scaled_index(eta, 0.3)) - 0.3 * f0(eta)).abs() < 1e-12);
+            assert_eq!(scaled_index(eta, 1.0) < 1.0, eta < 1.0);
+        }
+        assert_eq!(scaled_index(1.5, 1000.0), f64::INFINITY);
+    }
+}

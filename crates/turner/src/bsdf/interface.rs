@@ -1,0 +1,374 @@
+//! The specular boundary of the base: the reflection of metal, plastic and glass, and glass's refraction, which share one
+//! distribution of microfacets. Rough: Walter et al. 2007; what is lost between the facets returns as a diffuse part
+//! (Kulla and Conty 2017), for glass shared between its two sides so that it stays reciprocal.
+
+use super::albedo::{self, Line};
+use super::film::{Film, Under};
+use super::fresnel::{self, Metal};
+use super::microfacet::Ggx;
+use super::{PrincipledPoint, Rgb, color, unit};
+use crate::math::{DVec3, reflect};
+use std::f64::consts::PI;
+
+/// Lobes narrower than this width α are mirrors.
+const MIN_ALPHA: f64 = 1e-4;
+/// Indices closer to each other than this do not bend light.
+const MIN_CONTRAST: f64 = 1e-3;
+
+/// The boundary, seen from one side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interface {
+    pub(super) ggx: Ggx,
+    /// Whether it is a mirror: delta lobes.
+    pub(super) smooth: bool,
+    /// Shares of metal, of glass and of an opaque dielectric.
+    metal: f64,
+    pub(super) glass: f64,
+    opaque: f64,
+    metal_fresnel: Metal,
+    /// Colour of a dielectric's reflection.
+    tint: Rgb,
+    /// Colour of what glass lets through.
+    pub(super) through: Rgb,
+    /// Index on the far side over that on wo's side, for the direction of refraction; 1 for thin walls.
+    pub(super) eta: f64,
+    /// Whether glass lets light straight through, whatever the roughness.
+    pub(super) straight: bool,
+    thin: bool,
+    inside: bool,
+    /// Indices inside over outside for the reflectance of glass and of an opaque dielectric; infinite for a perfect mirror.
+    glass_index: f64,
+    opaque_index: f64,
+    film: Option<(Film, f64)>,
+    /// How much more the opaque dielectric reflects than if it were smooth.
+    shift: Option<Line>,
+    compensation: Option<Compensation>,
+}
+
+/// What microfacets lose, by the side of the directions, and what becomes of it.
+#[derive(Clone, Copy, Debug)]
+struct Compensation {
+    mirror: Line,
+    near: Line,
+    far: Line,
+    /// Factors of the products of losses.
+    metal: Rgb,
+    reflect: Rgb,
+    transmit: Rgb,
+}
+
+impl Interface {
+    /// `None` where nothing is reflected or transmitted specularly. `coat_alpha` is the width of the coat's lobe.
+    pub(super) fn new(p: &PrincipledPoint, coat_alpha: f64) -> Option<Interface> {
+        let metal = unit(p.base_metalness);
+        let transmission = (1.0 - metal) * unit(p.transmission_weight);
+        let opaque = (1.0 - metal) * (1.0 - unit(p.transmission_weight));
+        let thin = p.thin_walled;
+        let inside = !p.entering && !thin && transmission > 0.0;
+        let exterior = if p.exterior_ior > 0.0 && p.exterior_ior.is_finite() { p.exterior_ior } else { 1.0 };
+        let ior = if p.specular_ior >= 0.0 { p.specular_ior.min(1e6) } else { 1.0 };
+        let weight = if p.specular_weight >= 0.0 { p.specular_weight } else { 0.0 };
+        let index = ior / exterior;
+        let straight = thin || (index - 1.0).abs() < MIN_CONTRAST;
+        let refracting = if straight || index == 0.0 { 1.0 } else { index };
+        let glass_index = if index == 0.0 {
+            if weight > 0.0 { f64::INFINITY } else { 1.0 }
+        } else {
+            fresnel::scaled_index(index, weight)
+        };
+        // Under a coat the dielectric's neighbour is the coat; a thinner dielectric would reflect totally there, which the coat's
+        // own boundary undoes, so the ratio is turned over (OpenPBR).
+        let mut opaque_index = glass_index;
+        let coat = unit(p.coat_weight);
+        if coat > 0.0 && opaque_index.is_finite() && p.coat_ior > 0.0 {
+            opaque_index += (opaque_index / p.coat_ior - opaque_index) * coat;
+        }
+        if opaque_index < 1.0 {
+            opaque_index = 1.0 / opaque_index;
+        }
+        let film_weight = unit(p.thin_film_weight);
+        let film = (film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0).then(|| {
+            let thickness = p.thin_film_thickness.min(1e3) * 1e-6;
+            (Film { ior: p.thin_film_ior.clamp(1.0, 10.0), thickness }, film_weight)
+        });
+        let reflects = metal > 0.0 || film.is_some() || (opaque > 0.0 && opaque_index != 1.0);
+        if !reflects && transmission == 0.0 {
+            return None;
+        }
+        let (ax, ay) = widths(p, coat, coat_alpha);
+        let smooth = ax.max(ay) < MIN_ALPHA;
+        let ggx = Ggx { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA) };
+        let tint = color(p.specular_color);
+        let base = color(p.base_color) * unit(p.base_weight);
+        let metal_fresnel = Metal::new(base, tint, weight.min(1.0));
+        let through = if p.transmission_depth > 0.0 { Rgb::ONE } else { color(p.transmission_color) };
+        let mut interface = Interface {
+            ggx,
+            smooth,
+            metal,
+            glass: transmission,
+            opaque,
+            metal_fresnel,
+            tint,
+            through,
+            eta: if inside { 1.0 / refracting } else { refracting },
+            straight: straight && !thin,
+            thin,
+            inside,
+            glass_index,
+            opaque_index,
+            film,
+            shift: None,
+            compensation: None,
+        };
+        if !smooth {
+            let alpha = (ggx.ax * ggx.ay).sqrt();
+            if opaque > 0.0 {
+                interface.shift = Some(albedo::reflect_shift(opaque_index, alpha));
+            }
+            interface.compensation = interface.compensate(alpha);
+        }
+        Some(interface)
+    }
+
+    fn compensate(&self, alpha: f64) -> Option<Compensation> {
+        let glass = if self.straight { 0.0 } else { self.glass };
+        if self.metal + glass == 0.0 {
+            return None;
+        }
+        let mirror = albedo::mirror_loss(alpha);
+        let mirror_average = mirror.average().max(1e-9);
+        let f = self.metal_fresnel.average();
+        let kept = 1.0 - mirror_average;
+        let metal = f * f * kept / (Rgb::ONE - f * mirror_average) * (self.metal / (PI * mirror_average));
+        let (near, far, reflect, transmit);
+        if self.thin {
+            (near, far) = (mirror, mirror);
+            let (r, t) = self.glass_split(0.7);
+            let whole = glass / (PI * mirror_average);
+            (reflect, transmit) = (r * whole, t * whole);
+        } else {
+            near = albedo::dielectric_loss(self.eta, alpha);
+            far = albedo::dielectric_loss(1.0 / self.eta, alpha);
+            let whole = glass / (PI * (far.average() * self.eta * self.eta + near.average()).max(1e-9));
+            let tint = if self.inside { Rgb::ONE } else { self.tint };
+            (reflect, transmit) = (tint * whole, self.through * whole);
+        }
+        Some(Compensation { mirror, near, far, metal, reflect, transmit })
+    }
+
+    /// The diffuse BRDF of light scattered several times between facets.
+    pub(super) fn lost_and_reflected(&self, mu_o: f64, mu_i: f64) -> Rgb {
+        let Some(c) = &self.compensation else { return Rgb::ZERO };
+        let mut f = Rgb::ZERO;
+        if self.metal > 0.0 {
+            f += c.metal * (c.mirror.at(mu_o) * c.mirror.at(mu_i));
+        }
+        if self.glass > 0.0 {
+            f += c.reflect * (c.near.at(mu_o) * c.near.at(mu_i));
+        }
+        f
+    }
+
+    /// The same for light that leaves on the far side.
+    pub(super) fn lost_and_transmitted(&self, mu_o: f64, mu_i: f64) -> Rgb {
+        match &self.compensation {
+            Some(c) if self.glass > 0.0 => c.transmit * (c.near.at(mu_o) * c.far.at(mu_i)),
+            _ => Rgb::ZERO,
+        }
+    }
+
+    /// Shares of light from µ that come out of these diffuse parts: reflected, transmitted.
+    pub(super) fn lost_albedos(&self, mu: f64) -> (Rgb, Rgb) {
+        let Some(c) = &self.compensation else { return (Rgb::ZERO, Rgb::ZERO) };
+        let near = c.near.at(mu);
+        let reflected =
+            c.metal * (c.mirror.at(mu) * c.mirror.average()) + c.reflect * (near * c.near.average());
+        (reflected * PI, c.transmit * (near * c.far.average() * PI * self.eta * self.eta))
+    }
+
+    /// Reflectance of the opaque dielectric, at a cosine.
+    fn opaque_fresnel(&self, mu: f64) -> Rgb {
+        self.filmed(mu, self.opaque_index)
+    }
+
+    fn filmed(&self, mu: f64, index: f64) -> Rgb {
+        if index == f64::INFINITY {
+            return Rgb::ONE;
+        }
+        let plain = Rgb::splat(fresnel::dielectric(mu, index));
+        match &self.film {
+            None => plain,
+            Some((film, weight)) => {
+                plain + (film.reflectance(mu, Under::Dielectric(index)) - plain) * *weight
+            }
+        }
+    }
+
+    fn metal_fresnel(&self, mu: f64) -> Rgb {
+        let plain = self.metal_fresnel.at(mu);
+        match &self.film {
+            None => plain,
+            Some((film, weight)) => {
+                plain + (film.reflectance(mu, Under::Metal(&self.metal_fresnel)) - plain) * *weight
+            }
+        }
+    }
+
+    /// What glass reflects and transmits of light that meets a facet at the cosine `mu`. Always by the cosine outside, so that both
+    /// ways through the boundary agree, also where `specular_weight` changes the reflectance but not the bending.
+    fn glass_split(&self, mu: f64) -> (Rgb, Rgb) {
+        let bent = if self.straight || self.thin { 1.0 } else { self.eta };
+        let Some(far) = fresnel::refracted_cosine(mu, bent) else { return (Rgb::ONE, Rgb::ZERO) };
+        let r = self.filmed(if self.inside { far } else { mu }, self.glass_index);
+        if self.thin {
+            // All reflections between the two sides of the wall.
+            let (t, c) = (Rgb::ONE - r, self.through);
+            let again = (Rgb::ONE - r * r * c * c).max(Rgb::splat(1e-9));
+            return (self.tint * (r + t * t * r * c * c / again), t * t * c / again);
+        }
+        let tint = if self.inside { Rgb::ONE } else { self.tint };
+        (tint * r, (Rgb::ONE - r) * self.through)
+    }
+
+    /// Reflected and transmitted share at a facet. Light that passes straight on is not among the second.
+    pub(super) fn split(&self, mu: f64) -> (Rgb, Rgb) {
+        let (mut r, mut t) = (Rgb::ZERO, Rgb::ZERO);
+        if self.metal > 0.0 {
+            r += self.metal_fresnel(mu) * self.metal;
+        }
+        if self.opaque > 0.0 {
+            r += self.opaque_fresnel(mu) * self.tint * self.opaque;
+        }
+        if self.glass > 0.0 {
+            let (glass_r, glass_t) = self.glass_split(mu);
+            r += glass_r * self.glass;
+            if !self.straight {
+                t += glass_t * self.glass;
+            }
+        }
+        (r, t)
+    }
+
+    /// What passes straight on where the indices on both sides are equal.
+    pub(super) fn passing(&self, mu: f64) -> Rgb {
+        if self.straight && self.glass > 0.0 { self.glass_split(mu).1 * self.glass } else { Rgb::ZERO }
+    }
+
+    /// The share of light from µ that the opaque dielectric leaves for what is below it; the same for all colours.
+    pub(super) fn below(&self, mu: f64) -> f64 {
+        let shift = self.shift.map_or(0.0, |line| line.at(mu));
+        1.0 - (self.tint.max_element() * (self.opaque_fresnel(mu).max_element() + shift)).clamp(0.0, 1.0)
+    }
+
+    /// Its mean over light from all around; `None` where only integration tells.
+    pub(super) fn below_average(&self) -> Option<f64> {
+        if self.film.is_some() {
+            return None;
+        }
+        let smooth = fresnel::dielectric_average(self.opaque_index);
+        let shift = self.shift.map_or(0.0, |line| line.average());
+        Some(1.0 - (self.tint.max_element() * (smooth + shift)).clamp(0.0, 1.0))
+    }
+
+    /// The BRDF of single scattering on wo's side and its density; (0, 0) for mirrors.
+    pub(super) fn reflect(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+        if self.smooth {
+            return (Rgb::ZERO, 0.0);
+        }
+        let h = (wo + wi).normalize();
+        let mu = wo.dot(h);
+        let (r, t) = self.split(mu);
+        let d = self.ggx.d(h);
+        let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
+        let f = r * (d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z));
+        (f, d / ((1.0 + lo) * 4.0 * wo.z) * reflected_share(r, t))
+    }
+
+    /// The BTDF of single scattering and its density.
+    pub(super) fn transmit(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+        if self.smooth || self.straight || self.glass == 0.0 {
+            return (Rgb::ZERO, 0.0);
+        }
+        if self.thin {
+            let wi = DVec3::new(wi.x, wi.y, -wi.z);
+            let h = (wo + wi).normalize();
+            let (r, t) = self.split(wo.dot(h));
+            let d = self.ggx.d(h);
+            let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
+            let f = t * (d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z));
+            return (f, d / ((1.0 + lo) * 4.0 * wo.z) * (1.0 - reflected_share(r, t)));
+        }
+        let h = wo + wi * self.eta;
+        let length = h.length();
+        if !(length > 1e-12) {
+            return (Rgb::ZERO, 0.0);
+        }
+        let h = h * (1.0 / length).copysign(h.z);
+        let (o, i) = (wo.dot(h), wi.dot(h));
+        if o <= 0.0 || i >= 0.0 {
+            return (Rgb::ZERO, 0.0);
+        }
+        let (r, t) = self.split(o);
+        let root = o + self.eta * i;
+        let (go, gi) = (self.ggx.g1(wo), self.ggx.g1(wi));
+        // Equation 21 and 17 of the paper, radiance scaled by the square of the indices' ratio.
+        let common = self.ggx.d(h) * o * -i * go / (root * root * wo.z);
+        let f = t * (common * gi / -wi.z);
+        (f, common * self.eta * self.eta * (1.0 - reflected_share(r, t)))
+    }
+
+    /// A direction by a visible facet; `u[0]` chooses between reflection and transmission. A mirror's facet is the surface itself.
+    pub(super) fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<Choice> {
+        let h = if self.smooth { DVec3::Z } else { self.ggx.sample_visible(wo, [u[1], u[2]]) };
+        let mu = wo.dot(h);
+        let (r, t) = self.split(mu.clamp(0.0, 1.0));
+        let share = reflected_share(r, t);
+        if u[0] < share {
+            let wi = reflect(-wo, h);
+            return (wi.z > 0.0).then_some(Choice { wi, transmits: false, color: r, share });
+        }
+        let wi = if self.thin {
+            let wi = reflect(-wo, h);
+            DVec3::new(wi.x, wi.y, -wi.z)
+        } else {
+            crate::math::refract(-wo, h, 1.0 / self.eta)?.normalize()
+        };
+        (wi.z < 0.0).then_some(Choice { wi, transmits: true, color: t, share: 1.0 - share })
+    }
+}
+
+/// What [`Interface::sample`] chose.
+pub(super) struct Choice {
+    pub(super) wi: DVec3,
+    pub(super) transmits: bool,
+    /// The facet's share of light that goes this way, and the probability of the way.
+    pub(super) color: Rgb,
+    pub(super) share: f64,
+}
+
+/// Probability of sampling the reflection at a facet.
+fn reflected_share(r: Rgb, t: Rgb) -> f64 {
+    let (r, t) = (r.element_sum(), t.element_sum());
+    if t <= 0.0 { 1.0 } else { r / (r + t) }
+}
+
+/// Widths of the lobe along x and y, roughened by light's way through a coat (OpenPBR).
+fn widths(p: &PrincipledPoint, coat: f64, coat_alpha: f64) -> (f64, f64) {
+    let (x, y) = match p.alpha {
+        Some((x, y)) => (unit(x), unit(y)),
+        None => {
+            let roughness = unit(p.specular_roughness);
+            let across = 1.0 - unit(p.specular_roughness_anisotropy);
+            let x = roughness * roughness * (2.0 / (1.0 + across * across)).sqrt();
+            (x.min(1.0), x * across)
+        }
+    };
+    let rougher = |a: f64| {
+        let both = (a * a + 2.0 * coat_alpha * coat_alpha).min(1.0).sqrt();
+        let r = a.sqrt();
+        let r = r + (both.sqrt() - r) * coat;
+        r * r
+    };
+    if coat > 0.0 && coat_alpha > 0.0 { (rougher(x), rougher(y)) } else { (x, y) }
+}

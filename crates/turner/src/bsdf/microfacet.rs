@@ -1,0 +1,86 @@
+//! The GGX (Trowbridge–Reitz) distribution of microfacet normals, isotropic or stretched along the tangents, with Smith's masking
+//! (Walter et al. 2007; Heitz 2014) and sampling of visible normals by spherical caps (Dupuy and Benyoub 2023).
+
+use crate::math::DVec3;
+use crate::math::elementary::sin_cos;
+use std::f64::consts::PI;
+
+/// Widths of the distribution along x and y, each greater than 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ggx {
+    /// Along the tangent.
+    pub(super) ax: f64,
+    /// Along the bitangent.
+    pub(super) ay: f64,
+}
+
+impl Ggx {
+    /// Density of microfacet normals: area per unit area of the surface and solid angle around `h`, in the upper hemisphere.
+    pub(super) fn d(&self, h: DVec3) -> f64 {
+        let (x, y) = (h.x / self.ax, h.y / self.ay);
+        let s = x * x + y * y + h.z * h.z;
+        1.0 / (PI * self.ax * self.ay * s * s)
+    }
+
+    /// Smith's Λ of a direction: invisible over visible microfacet area.
+    pub(super) fn lambda(&self, w: DVec3) -> f64 {
+        let (x, y) = (self.ax * w.x, self.ay * w.y);
+        let t2 = (x * x + y * y) / (w.z * w.z);
+        0.5 * ((1.0 + t2).sqrt() - 1.0)
+    }
+
+    /// The share of microfacets facing `w` that is seen from there.
+    pub(super) fn g1(&self, w: DVec3) -> f64 {
+        1.0 / (1.0 + self.lambda(w))
+    }
+
+    /// The share seen from both directions on one side, masking and shadowing correlated by height.
+    pub(super) fn g2(&self, wo: DVec3, wi: DVec3) -> f64 {
+        1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
+    }
+
+    /// A normal among those visible from `wo` (wo.z > 0).
+    pub(super) fn sample_visible(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
+        let stretched = DVec3::new(self.ax * wo.x, self.ay * wo.y, wo.z).normalize();
+        let z = (1.0 - u[0]) * (1.0 + stretched.z) - stretched.z;
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let (sin, cos) = sin_cos(2.0 * PI * u[1]);
+        let cap = DVec3::new(r * cos, r * sin, z) + stretched;
+        let h = DVec3::new(self.ax * cap.x, self.ay * cap.y, cap.z.max(0.0));
+        let length = h.length();
+        if length > 0.0 { h / length } else { DVec3::Z }
+    }
+
+    /// Its density per solid angle of the normal.
+    pub(super) fn pdf_visible(&self, wo: DVec3, h: DVec3) -> f64 {
+        self.g1(wo) * wo.dot(h).max(0.0) * self.d(h) / wo.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distribution_covers_the_plane_once_and_visible_area_is_the_projected_area() {
+        for (ax, ay) in [(0.2, 0.2), (0.5, 0.1), (1.0, 1.0)] {
+            let ggx = Ggx { ax, ay };
+            let wo = DVec3::new(0.5, 0.3, 0.4).normalize();
+            let (mut covered, mut seen) = (0.0, 0.0);
+            let n = 1000;
+            for i in 0..n {
+                for j in 0..n {
+                    let z = (f64::from(i) + 0.5) / f64::from(n);
+                    let (s, c) = sin_cos(2.0 * PI * (f64::from(j) + 0.5) / f64::from(n));
+                    let r = (1.0 - z * z).sqrt();
+                    let h = DVec3::new(r * c, r * s, z);
+                    let cell = 2.0 * PI / f64::from(n * n);
+                    covered += ggx.d(h) * h.z * cell;
+                    seen += ggx.pdf_visible(wo, h) * cell;
+                }
+            }
+            assert!((covered - 1.0).abs() < 2e-3, "{ax} {ay}: {covered}");
+            assert!((seen - 1.0).abs() < 2e-3, "{ax} {ay}: {seen}");
+        }
+    }
+}

@@ -1,0 +1,280 @@
+//! One BSDF of all lobes: their sum, a sample of one of them, and the density over all.
+
+use super::diffuse::{eon, sample_cosine};
+use super::fuzz::Charlie;
+use super::{Bsdf, BsdfSample, Lobe, Rgb, spectrum};
+use crate::math::{DVec3, reflect};
+use std::f64::consts::PI;
+
+/// Directions closer to the surface than this cosine count as below it.
+const MIN_COSINE: f64 = 1e-7;
+
+// Lobes, in the order of their probabilities.
+const FUZZ: usize = 0;
+const COAT: usize = 1;
+const INTERFACE: usize = 2;
+const REFLECT: usize = 3;
+const TRANSMIT: usize = 4;
+const PASS: usize = 5;
+const LOBES: usize = 6;
+
+/// What lies over the base on the way to or from a direction.
+#[derive(Clone, Copy)]
+pub(super) struct Above {
+    mu: f64,
+    /// Shares that pass the fuzz, and the fuzz and the coat.
+    fuzz: f64,
+    through: f64,
+    /// Way through the coat; 0 where there is none.
+    way: f64,
+}
+
+/// Nodes and weights of Gauss and Legendre's rule with eight points on 0..=1.
+const GAUSS: [(f64, f64); 8] = [
+    (0.019_855_071_751_231_9, 0.050_614_268_145_188_1),
+    (0.101_666_761_293_186_6, 0.111_190_517_226_687_2),
+    (0.237_233_795_041_835_5, 0.156_853_322_938_943_6),
+    (0.408_282_678_752_175_1, 0.181_341_891_689_181),
+    (0.591_717_321_247_824_9, 0.181_341_891_689_181),
+    (0.762_766_204_958_164_5, 0.156_853_322_938_943_6),
+    (0.898_333_238_706_813_4, 0.111_190_517_226_687_2),
+    (0.980_144_928_248_768_1, 0.050_614_268_145_188_1),
+];
+
+impl Bsdf {
+    /// What lies above the base outside.
+    pub(super) fn above(&self, mu: f64) -> Above {
+        let fuzz = self.fuzz.map_or(1.0, |f| 1.0 - f.weight * f.charlie.albedo(mu));
+        match &self.coat {
+            None => Above { mu, fuzz, through: fuzz, way: 0.0 },
+            Some(c) => Above { mu, fuzz, through: fuzz * (1.0 - c.weight * c.albedo(mu)), way: c.way(mu) },
+        }
+    }
+
+    /// The same on either side: inside glass there are no layers.
+    fn above_on(&self, mu: f64, inside: bool) -> Above {
+        if inside { Above { mu, fuzz: 1.0, through: 1.0, way: 0.0 } } else { self.above(mu) }
+    }
+
+    /// Share of light that reaches the diffuse body.
+    fn to_body(&self, above: &Above) -> f64 {
+        above.through * self.interface.map_or(1.0, |i| i.below(above.mu))
+    }
+
+    /// The divisor of the product of two such shares, with which a body keeps all that reaches it.
+    pub(super) fn diffuse_normalisation(&self) -> f64 {
+        if self.diffuse.reflect == Rgb::ZERO && self.diffuse.transmit == Rgb::ZERO {
+            return 1.0;
+        }
+        let plain = self.fuzz.is_none() && (self.coat.is_none() || self.inside);
+        let closed = match &self.interface {
+            None => Some(1.0),
+            Some(i) => i.below_average(),
+        };
+        let average = match closed {
+            Some(average) if plain => average,
+            _ => {
+                let sum =
+                    GAUSS.iter().map(|(mu, w)| 2.0 * mu * w * self.to_body(&self.above_on(*mu, self.inside)));
+                sum.sum()
+            }
+        };
+        // A rough body is brighter towards some directions: the largest transmittance is safe for all of them.
+        let rough = (2.0 * self.diffuse.roughness).min(1.0);
+        let most =
+            if rough > 0.0 { self.to_body(&self.above_on(1.0, self.inside)).max(average) } else { average };
+        (average + (most - average) * rough).max(1e-6)
+    }
+
+    /// Albedo of each lobe for light from a direction, about.
+    pub(super) fn albedos(&self, above: Above) -> [Rgb; LOBES] {
+        let mu = above.mu;
+        let mut out = [Rgb::ZERO; LOBES];
+        let mut tint = Rgb::ONE;
+        if !self.inside {
+            if let Some(f) = &self.fuzz {
+                out[FUZZ] = f.color * (f.weight * f.charlie.albedo(mu));
+            }
+            if let Some(c) = &self.coat {
+                out[COAT] = Rgb::splat(above.fuzz * c.weight * c.albedo(mu));
+                tint = c.tint(2.0 * above.way, true);
+            }
+        }
+        let body = self.to_body(&above);
+        out[REFLECT] = self.diffuse.reflect * body * tint;
+        out[TRANSMIT] = self.diffuse.transmit * body * tint;
+        if let Some(i) = &self.interface {
+            let (r, t) = i.split(mu);
+            out[INTERFACE] = (r + t) * above.through * tint;
+            out[PASS] = i.passing(mu) * above.through * tint;
+            let (again, across) = i.lost_albedos(mu);
+            out[REFLECT] += again * above.through * tint;
+            out[TRANSMIT] += across * above.through * tint;
+        }
+        out
+    }
+
+    /// Probabilities of the lobes; all 0 for a black surface.
+    fn probabilities(&self, above: Above) -> [f64; LOBES] {
+        let mut p = self.albedos(above).map(|a| a.element_sum());
+        let sum: f64 = p.iter().sum();
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        for p in &mut p {
+            *p *= scale;
+        }
+        p
+    }
+
+    /// Factor of specular lobes under the layers: what passes them on both ways.
+    fn layers(&self, o: &Above, i: &Above, reflected: bool) -> Rgb {
+        let share = o.through.min(i.through);
+        match &self.coat {
+            Some(c) if o.way + i.way > 0.0 => c.tint(o.way + i.way, reflected) * share,
+            _ => Rgb::splat(share),
+        }
+    }
+
+    /// f and pdf of all lobes but delta lobes.
+    pub(super) fn mixture(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+        if !(wo.z > MIN_COSINE && wi.z.abs() > MIN_COSINE) {
+            return (Rgb::ZERO, 0.0);
+        }
+        let o = self.above_on(wo.z, self.inside);
+        let p = self.probabilities(o);
+        self.mixture_with(wo, wi, &o, &p)
+    }
+
+    fn mixture_with(&self, wo: DVec3, wi: DVec3, o: &Above, p: &[f64; LOBES]) -> (Rgb, f64) {
+        let transmitted = wi.z < 0.0;
+        if transmitted && p[TRANSMIT] == 0.0 && p[INTERFACE] == 0.0 {
+            return (Rgb::ZERO, 0.0);
+        }
+        let mu = wi.z.abs();
+        let inside = if transmitted && !self.thin { !self.inside } else { self.inside };
+        let i = self.above_on(mu, inside);
+        let layers = self.layers(o, &i, !transmitted || self.thin);
+        let lobe = if transmitted { TRANSMIT } else { REFLECT };
+        let mut f = Rgb::ZERO;
+        let mut pdf = p[lobe] * mu / PI;
+        let body = if transmitted { self.diffuse.transmit } else { self.diffuse.reflect };
+        if body != Rgb::ZERO {
+            let share = self.to_body(o) * self.to_body(&i) / self.diffuse.through;
+            let share = match &self.coat {
+                Some(c) if o.way + i.way > 0.0 => c.tint(o.way + i.way, true) * share,
+                _ => Rgb::splat(share),
+            };
+            f += share
+                * if transmitted {
+                    body / PI
+                } else {
+                    eon(body / self.diffuse.share, self.diffuse.roughness, wo, wi) * self.diffuse.share
+                };
+        }
+        if let Some(interface) = &self.interface {
+            let (single, density) =
+                if transmitted { interface.transmit(wo, wi) } else { interface.reflect(wo, wi) };
+            let again = if transmitted {
+                interface.lost_and_transmitted(wo.z, mu)
+            } else {
+                interface.lost_and_reflected(wo.z, mu)
+            };
+            f += (single + again) * layers;
+            pdf += p[INTERFACE] * density;
+        }
+        if !transmitted && !self.inside {
+            if let Some(c) = &self.coat {
+                let (single, density) = c.reflect(wo, wi);
+                f += Rgb::splat(single * c.weight * o.fuzz.min(i.fuzz));
+                pdf += p[COAT] * density;
+            }
+            if let Some(fuzz) = &self.fuzz {
+                f += fuzz.color * (fuzz.weight * fuzz.charlie.eval(wo, wi));
+                pdf += p[FUZZ] * Charlie::PDF;
+            }
+        }
+        (f, pdf)
+    }
+
+    /// A sample of one lobe.
+    pub(super) fn sample_mixture(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        if !(wo.z > MIN_COSINE) {
+            return None;
+        }
+        let o = self.above_on(wo.z, self.inside);
+        let p = self.probabilities(o);
+        let (lobe, u0) = choose(&p, u[0])?;
+        let mut eta = 1.0;
+        let wi = match lobe {
+            FUZZ => Charlie::sample([u[1], u[2]]),
+            REFLECT => sample_cosine([u[1], u[2]]),
+            TRANSMIT => {
+                let wi = sample_cosine([u[1], u[2]]);
+                eta = self.interface.map_or(1.0, |i| i.eta);
+                DVec3::new(wi.x, wi.y, -wi.z)
+            }
+            COAT => {
+                let coat = self.coat.as_ref()?;
+                if coat.smooth {
+                    let f = Rgb::splat(coat.fresnel(wo.z) * coat.weight * o.fuzz);
+                    return delta(DVec3::new(-wo.x, -wo.y, wo.z), f, p[COAT], false, 1.0);
+                }
+                let h = coat.ggx.sample_visible(wo, [u[1], u[2]]);
+                reflect(-wo, h)
+            }
+            PASS => {
+                let interface = self.interface.as_ref()?;
+                let i = self.above_on(wo.z, !self.inside);
+                let f = interface.passing(wo.z) * self.layers(&o, &i, false);
+                return delta(-wo, f, p[PASS], true, 1.0);
+            }
+            _ => {
+                let interface = self.interface.as_ref()?;
+                let choice = interface.sample(wo, [u0, u[1], u[2]])?;
+                if choice.transmits {
+                    eta = interface.eta;
+                }
+                if interface.smooth {
+                    let inside = if choice.transmits && !self.thin { !self.inside } else { self.inside };
+                    let i = self.above_on(choice.wi.z.abs(), inside);
+                    let layers = self.layers(&o, &i, !choice.transmits || self.thin);
+                    let f = choice.color * layers / (eta * eta);
+                    return delta(choice.wi, f, p[INTERFACE] * choice.share, choice.transmits, eta);
+                }
+                choice.wi
+            }
+        };
+        if !(wi.z.abs() > MIN_COSINE) || (wi.z < 0.0 && matches!(lobe, COAT)) {
+            return None;
+        }
+        let (f, pdf) = self.mixture_with(wo, wi, &o, &p);
+        let lobe = Lobe {
+            is_delta: false,
+            is_transmission: wi.z < 0.0,
+            is_diffuse: matches!(lobe, FUZZ | REFLECT | TRANSMIT),
+        };
+        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample { wi, f: spectrum(f), pdf, lobe, eta })
+    }
+}
+
+/// The sample of a delta lobe that carries the share `color` of light.
+fn delta(wi: DVec3, color: Rgb, pdf: f64, is_transmission: bool, eta: f64) -> Option<BsdfSample> {
+    let lobe = Lobe { is_delta: true, is_transmission, is_diffuse: false };
+    let f = spectrum(color / wi.z.abs());
+    (pdf > 0.0 && wi.z.abs() > MIN_COSINE).then_some(BsdfSample { wi, f, pdf, lobe, eta })
+}
+
+/// The lobe that `u` falls on, and where in it, within 0..1.
+fn choose(p: &[f64; LOBES], u: f64) -> Option<(usize, f64)> {
+    let mut below = 0.0;
+    let mut last = None;
+    for (lobe, p) in p.iter().enumerate() {
+        if *p > 0.0 {
+            if u < below + p {
+                return Some((lobe, ((u - below) / p).clamp(0.0, 1.0 - f64::EPSILON)));
+            }
+            below += p;
+            last = Some(lobe);
+        }
+    }
+    last.map(|lobe| (lobe, 1.0 - f64::EPSILON))
+}

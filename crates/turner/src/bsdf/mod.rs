@@ -1,0 +1,258 @@
+//! Scattering at a point of a surface: how much light from one direction leaves in another, and directions to continue a path.
+//!
+//! Conventions, for everything here: directions are unit vectors in the local frame, whose +z is the shading normal on wo's side,
+//! and point away from the surface. `f` is without the cosine. A pdf is per solid angle. Delta lobes return 0 from
+//! [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf). Radiance is transported: what crosses into a medium of `eta` times the index is
+//! divided by eta² (Walter et al. 2007), so f(wo, wi) = f(wi, wo) on one side and f(wo, wi) · eta² = f(wi, wo) seen from the
+//! other. Where `wo` is not above the surface everything is 0 and there is no sample.
+//!
+//! A [`Bsdf`] is layered after OpenPBR 1.1: fuzz over a coat over a base that mixes metal, glass and a diffuse body under a
+//! dielectric boundary. Layers are combined by their albedos, symmetrically, so that all stays reciprocal and no energy appears:
+//!
+//! - A diffuse lobe under layers of transmittance T(µ) is scaled by T(µo) T(µi) / T̄ (Kelemen and Szirmay-Kalos 2001), which leaves
+//!   exactly T(µo) of it; rough diffuse lobes, which are not flat, by a little less.
+//! - Specular lobes under coat and fuzz are scaled by the smaller of T(µo) and T(µi), which loses a little at grazing angles.
+//! - Colours of metal, coat and fuzz absorb; the dielectric's `specular_color` takes from the body what its strongest band does.
+
+pub(crate) mod albedo;
+mod albedo_table;
+mod coat;
+mod diffuse;
+mod film;
+mod fresnel;
+mod fuzz;
+mod interface;
+mod microfacet;
+mod mixture;
+mod point;
+
+pub use point::PrincipledPoint;
+
+use crate::color::Spectrum;
+use crate::math::DVec3;
+use crate::math::elementary::sin_cos;
+use coat::Coat;
+use fuzz::Charlie;
+use interface::Interface;
+
+/// A colour in f64.
+type Rgb = DVec3;
+
+/// What a sample went through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lobe {
+    /// A single direction: a mirror, or smooth glass.
+    pub is_delta: bool,
+    /// To the other side of the surface.
+    pub is_transmission: bool,
+    /// Diffuse, or fuzz: the path forgets where it came from.
+    pub is_diffuse: bool,
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// Where light comes from.
+    pub wi: DVec3,
+    /// The BSDF, without the cosine: f·|wi.z| / pdf is the weight of the path. For delta lobes only that quotient has a meaning.
+    pub f: Spectrum,
+    /// Density of `wi` per solid angle over all lobes; for delta lobes the probability of the lobe. Greater than 0.
+    pub pdf: f64,
+    /// What it went through.
+    pub lobe: Lobe,
+    /// Index of refraction on wi's side over that on wo's; 1 unless transmitted through a boundary that bends light.
+    pub eta: f64,
+}
+
+/// The scattering of light at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf {
+    /// Cosine and sine of the angle from x to the direction of anisotropy.
+    rotation: Option<(f64, f64)>,
+    /// Whether wo is inside glass.
+    inside: bool,
+    thin: bool,
+    fuzz: Option<Fuzz>,
+    coat: Option<Coat>,
+    interface: Option<Interface>,
+    diffuse: Diffuse,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Fuzz {
+    /// Share covered.
+    weight: f64,
+    color: Rgb,
+    charlie: Charlie,
+}
+
+/// The body under all boundaries.
+#[derive(Clone, Copy, Debug)]
+struct Diffuse {
+    /// Albedos, shares included.
+    reflect: Rgb,
+    transmit: Rgb,
+    /// Share of the surface, for the BRDF of a rough body, whose albedo is `reflect` / `share`.
+    share: f64,
+    roughness: f64,
+    /// What the layers above let through: of light from all around, and what the products of transmittances are divided by.
+    through: f64,
+}
+
+impl Bsdf {
+    /// Of a physical material at a point.
+    pub fn new(p: &PrincipledPoint) -> Bsdf {
+        let interface = Interface::new(p, Coat::alpha(p));
+        let share = (1.0 - unit(p.base_metalness)) * (1.0 - unit(p.transmission_weight));
+        let (base, translucent) = (color(p.base_color) * unit(p.base_weight), color(p.subsurface_color));
+        let subsurface = unit(p.subsurface_weight);
+        let (reflect, transmit) = if p.thin_walled {
+            (base * (1.0 - subsurface), translucent * subsurface)
+        } else {
+            (base.lerp(translucent, subsurface), Rgb::ZERO)
+        };
+        let glass = (1.0 - unit(p.base_metalness)) * unit(p.transmission_weight);
+        let albedo = base * unit(p.base_metalness) + (reflect + transmit) * share + Rgb::splat(glass);
+        let roughness = share + (1.0 - share) * unit(p.specular_roughness);
+        let fuzz_weight = unit(p.fuzz_weight);
+        let mut bsdf = Bsdf {
+            rotation: rotation(p),
+            inside: !p.entering && !p.thin_walled && glass > 0.0,
+            thin: p.thin_walled,
+            fuzz: (fuzz_weight > 0.0).then(|| Fuzz {
+                weight: fuzz_weight,
+                color: color(p.fuzz_color),
+                charlie: Charlie::new(unit(p.fuzz_roughness)),
+            }),
+            coat: Coat::new(p, albedo.clamp(Rgb::ZERO, Rgb::ONE), roughness),
+            interface,
+            diffuse: Diffuse {
+                reflect: reflect * share,
+                transmit: transmit * share,
+                share,
+                roughness: unit(p.base_diffuse_roughness),
+                through: 1.0,
+            },
+        };
+        bsdf.diffuse.through = bsdf.diffuse_normalisation();
+        bsdf
+    }
+
+    /// Lambert's diffuse reflection of an albedo within 0..=1.
+    pub fn lambert(albedo: Spectrum) -> Bsdf {
+        Bsdf {
+            rotation: None,
+            inside: false,
+            thin: false,
+            fuzz: None,
+            coat: None,
+            interface: None,
+            diffuse: Diffuse {
+                reflect: color(albedo),
+                transmit: Rgb::ZERO,
+                share: 1.0,
+                roughness: 0.0,
+                through: 1.0,
+            },
+        }
+    }
+
+    /// The BSDF without the cosine, for light from `wi` that leaves towards `wo`.
+    pub fn eval(&self, wo: DVec3, wi: DVec3) -> Spectrum {
+        self.eval_pdf(wo, wi).0
+    }
+
+    /// Density with which [`sample`](Bsdf::sample) finds `wi`, per solid angle.
+    pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        self.eval_pdf(wo, wi).1
+    }
+
+    /// Both at once, for little more than the price of one.
+    pub fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Spectrum, f64) {
+        let (f, pdf) = self.mixture(self.turned(wo), self.turned(wi));
+        (spectrum(f), pdf)
+    }
+
+    /// A direction that light comes from; each number of `u` is within 0..1. `None` where there is nothing to follow: the path ends.
+    pub fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+        let mut sample = self.sample_mixture(self.turned(wo), u)?;
+        sample.wi = self.turned_back(sample.wi);
+        Some(sample)
+    }
+
+    /// Whether any lobe is not a delta lobe: whether lights can be connected to.
+    pub fn has_smooth(&self) -> bool {
+        self.fuzz.is_some()
+            || self.coat.is_some_and(|c| !c.smooth)
+            || self.interface.is_some_and(|i| !i.smooth)
+            || self.diffuse.reflect != Rgb::ZERO
+            || self.diffuse.transmit != Rgb::ZERO
+    }
+
+    /// How widely it scatters light on average: 0 is a mirror or clear glass, 1 is diffuse.
+    pub fn roughness_hint(&self) -> f64 {
+        let rough = |smooth: bool, alpha: f64| if smooth { 0.0 } else { alpha.sqrt() };
+        let roughness = [
+            1.0,
+            self.coat.map_or(0.0, |c| rough(c.smooth, c.ggx.ax)),
+            self.interface.map_or(0.0, |i| rough(i.smooth, (i.ggx.ax * i.ggx.ay).sqrt())),
+            1.0,
+            1.0,
+            0.0,
+        ];
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (albedo, roughness) in self.albedos(self.above(1.0)).into_iter().zip(roughness) {
+            sum += albedo.element_sum() * roughness;
+            weights += albedo.element_sum();
+        }
+        if weights > 0.0 { sum / weights } else { 1.0 }
+    }
+
+    /// About the share of light from head-on that is reflected or transmitted, in each band within 0..=1.
+    pub fn albedo_hint(&self) -> Spectrum {
+        let sum: Rgb = self.albedos(self.above(1.0)).into_iter().sum();
+        spectrum(sum.clamp(Rgb::ZERO, Rgb::ONE))
+    }
+
+    fn turned(&self, w: DVec3) -> DVec3 {
+        match self.rotation {
+            None => w,
+            Some((cos, sin)) => DVec3::new(cos * w.x + sin * w.y, cos * w.y - sin * w.x, w.z),
+        }
+    }
+
+    fn turned_back(&self, w: DVec3) -> DVec3 {
+        match self.rotation {
+            None => w,
+            Some((cos, sin)) => DVec3::new(cos * w.x - sin * w.y, cos * w.y + sin * w.x, w.z),
+        }
+    }
+}
+
+fn rotation(p: &PrincipledPoint) -> Option<(f64, f64)> {
+    let round = match p.alpha {
+        Some((x, y)) => x == y,
+        None => unit(p.specular_roughness_anisotropy) == 0.0,
+    };
+    let angle = p.anisotropy_rotation;
+    (!round && angle != 0.0 && angle.is_finite()).then(|| {
+        let (sin, cos) = sin_cos(angle);
+        (cos, sin)
+    })
+}
+
+/// Into 0..=1; 0 for NaN.
+fn unit(v: f64) -> f64 {
+    if v > 0.0 { v.min(1.0) } else { 0.0 }
+}
+
+fn color(c: Spectrum) -> Rgb {
+    Rgb::new(unit(f64::from(c.r)), unit(f64::from(c.g)), unit(f64::from(c.b)))
+}
+
+fn spectrum(c: Rgb) -> Spectrum {
+    Spectrum::new(c.x as f32, c.y as f32, c.z as f32)
+}
+
+#[cfg(test)]
+mod tests;

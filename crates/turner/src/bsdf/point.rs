@@ -1,0 +1,107 @@
+//! What a physical material is at one point: [`PrincipledMaterial`](crate::material::PrincipledMaterial) with its textures looked up.
+
+use crate::color::Spectrum;
+
+/// The numbers of a [`PrincipledMaterial`](crate::material::PrincipledMaterial) at one point, by the same names. Shares, colours and
+/// roughnesses outside 0..=1 are moved there, as are numbers that are not finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipledPoint {
+    /// Factor of the base colour.
+    pub base_weight: f64,
+    /// Diffuse colour of a dielectric, reflectance of a metal seen head-on.
+    pub base_color: Spectrum,
+    /// Roughness of the diffuse part.
+    pub base_diffuse_roughness: f64,
+    /// 0 is a dielectric, 1 a metal.
+    pub base_metalness: f64,
+    /// Strength of the specular reflection.
+    pub specular_weight: f64,
+    /// Colour of a dielectric's reflection from outside, and of a metal's towards grazing angles.
+    pub specular_color: Spectrum,
+    /// Roughness of reflection and transmission; its square is the width of the lobe.
+    pub specular_roughness: f64,
+    /// Index of refraction of the inside; 0 reflects all light (glTF).
+    pub specular_ior: f64,
+    /// Index of refraction of what is on the other side: 1 except inside another dielectric.
+    pub exterior_ior: f64,
+    /// How much longer highlights are along the tangent (x) than across, 0..=1.
+    pub specular_roughness_anisotropy: f64,
+    /// Direction of anisotropy, counter-clockwise from x around z, in radians.
+    pub anisotropy_rotation: f64,
+    /// Widths (α along x, α along y) given outright, instead of roughness and anisotropy (glTF's formula differs from OpenPBR's).
+    pub alpha: Option<(f64, f64)>,
+    /// Share of the dielectric base that light passes through.
+    pub transmission_weight: f64,
+    /// Colour of the light that passes: at each crossing of the surface if `transmission_depth` is 0; otherwise the inside
+    /// absorbs, which is not the surface's concern.
+    pub transmission_color: Spectrum,
+    /// See `transmission_color`.
+    pub transmission_depth: f64,
+    /// Share of the diffuse base that is translucent; in a thin wall that share is transmitted.
+    pub subsurface_weight: f64,
+    /// Colour of the translucent part.
+    pub subsurface_color: Spectrum,
+    /// Share covered by a clear coat.
+    pub coat_weight: f64,
+    /// What the coat lets through, in and out again head-on.
+    pub coat_color: Spectrum,
+    /// Roughness of the coat.
+    pub coat_roughness: f64,
+    /// Index of refraction of the coat.
+    pub coat_ior: f64,
+    /// How much light that is caught under the coat darkens the base, 0..=1.
+    pub coat_darkening: f64,
+    /// Share covered by fuzz.
+    pub fuzz_weight: f64,
+    /// Colour of the fuzz.
+    pub fuzz_color: Spectrum,
+    /// Roughness of the fuzz.
+    pub fuzz_roughness: f64,
+    /// Share covered by a thin film.
+    pub thin_film_weight: f64,
+    /// Thickness of the film in micrometres.
+    pub thin_film_thickness: f64,
+    /// Index of refraction of the film.
+    pub thin_film_ior: f64,
+    /// A wall without inside: light passes without being bent.
+    pub thin_walled: bool,
+    /// Whether the ray comes from outside: from the side that the geometric normal of a closed surface points to.
+    pub entering: bool,
+}
+
+impl Default for PrincipledPoint {
+    fn default() -> PrincipledPoint {
+        PrincipledPoint {
+            base_weight: 1.0,
+            base_color: Spectrum::grey(0.8),
+            base_diffuse_roughness: 0.0,
+            base_metalness: 0.0,
+            specular_weight: 1.0,
+            specular_color: Spectrum::WHITE,
+            specular_roughness: 0.3,
+            specular_ior: 1.5,
+            exterior_ior: 1.0,
+            specular_roughness_anisotropy: 0.0,
+            anisotropy_rotation: 0.0,
+            alpha: None,
+            transmission_weight: 0.0,
+            transmission_color: Spectrum::WHITE,
+            transmission_depth: 0.0,
+            subsurface_weight: 0.0,
+            subsurface_color: Spectrum::grey(0.8),
+            coat_weight: 0.0,
+            coat_color: Spectrum::WHITE,
+            coat_roughness: 0.0,
+            coat_ior: 1.6,
+            coat_darkening: 1.0,
+            fuzz_weight: 0.0,
+            fuzz_color: Spectrum::WHITE,
+            fuzz_roughness: 0.5,
+            thin_film_weight: 0.0,
+            thin_film_thickness: 0.5,
+            thin_film_ior: 1.4,
+            thin_walled: false,
+            entering: true,
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! The materials that the tests go through.
+
+use crate::bsdf::PrincipledPoint;
+use crate::color::Spectrum;
+
+/// Names and points. Those whose name starts with "white" absorb nothing.
+pub(super) fn materials() -> Vec<(&'static str, PrincipledPoint)> {
+    let p = PrincipledPoint { specular_weight: 0.0, ..Default::default() };
+    let plastic = PrincipledPoint::default();
+    let metal = PrincipledPoint {
+        base_metalness: 1.0,
+        base_color: Spectrum::new(1.0, 0.77, 0.34),
+        ..Default::default()
+    };
+    let white_metal = PrincipledPoint { base_color: Spectrum::WHITE, ..metal };
+    let glass = PrincipledPoint { transmission_weight: 1.0, specular_roughness: 0.0, ..Default::default() };
+    let coat = PrincipledPoint { coat_weight: 1.0, ..Default::default() };
+    vec![
+        ("matte", PrincipledPoint { base_color: Spectrum::new(0.8, 0.4, 0.1), ..p }),
+        (
+            "white rough matte",
+            PrincipledPoint { base_color: Spectrum::WHITE, base_diffuse_roughness: 1.0, ..p },
+        ),
+        (
+            "rough matte",
+            PrincipledPoint { base_color: Spectrum::new(0.6, 0.2, 0.1), base_diffuse_roughness: 0.6, ..p },
+        ),
+        ("plastic", PrincipledPoint { base_color: Spectrum::new(0.1, 0.4, 0.8), ..plastic }),
+        (
+            "white plastic, smooth",
+            PrincipledPoint { base_color: Spectrum::WHITE, specular_roughness: 0.0, ..plastic },
+        ),
+        (
+            "white plastic, glossy",
+            PrincipledPoint { base_color: Spectrum::WHITE, specular_roughness: 0.15, ..plastic },
+        ),
+        (
+            "white plastic, dull",
+            PrincipledPoint {
+                base_color: Spectrum::WHITE,
+                specular_roughness: 0.8,
+                base_diffuse_roughness: 0.7,
+                ..plastic
+            },
+        ),
+        (
+            "white plastic, dense",
+            PrincipledPoint {
+                base_color: Spectrum::WHITE,
+                specular_roughness: 0.4,
+                specular_ior: 2.7,
+                ..plastic
+            },
+        ),
+        (
+            "plastic with a red highlight",
+            PrincipledPoint { specular_color: Spectrum::new(0.9, 0.1, 0.1), ..plastic },
+        ),
+        ("white metal, mirror", PrincipledPoint { specular_roughness: 0.0, ..white_metal }),
+        ("white metal, polished", PrincipledPoint { specular_roughness: 0.1, ..white_metal }),
+        ("white metal, dull", PrincipledPoint { specular_roughness: 0.5, ..white_metal }),
+        ("white metal, rough", PrincipledPoint { specular_roughness: 1.0, ..white_metal }),
+        ("gold", PrincipledPoint { specular_color: Spectrum::new(0.9, 0.95, 1.0), ..metal }),
+        (
+            "brushed metal",
+            PrincipledPoint {
+                specular_roughness: 0.5,
+                specular_roughness_anisotropy: 0.9,
+                anisotropy_rotation: 0.6,
+                ..white_metal
+            },
+        ),
+        ("metal, widths given", PrincipledPoint { alpha: Some((0.05, 0.6)), ..white_metal }),
+        ("metal with a film", PrincipledPoint { thin_film_weight: 1.0, thin_film_thickness: 0.4, ..metal }),
+        ("white glass, smooth", glass),
+        ("white glass, from inside", PrincipledPoint { entering: false, ..glass }),
+        ("white glass, rough", PrincipledPoint { specular_roughness: 0.5, ..glass }),
+        (
+            "white glass, rough, from inside",
+            PrincipledPoint { specular_roughness: 0.5, entering: false, ..glass },
+        ),
+        ("white glass, very rough", PrincipledPoint { specular_roughness: 1.0, ..glass }),
+        (
+            "white glass, very rough, from inside",
+            PrincipledPoint { specular_roughness: 1.0, entering: false, ..glass },
+        ),
+        ("white diamond, frosted", PrincipledPoint { specular_roughness: 0.3, specular_ior: 2.42, ..glass }),
+        ("white bubble", PrincipledPoint { specular_roughness: 0.4, specular_ior: 0.75, ..glass }),
+        ("white pane", PrincipledPoint { thin_walled: true, ..glass }),
+        ("white pane, frosted", PrincipledPoint { thin_walled: true, specular_roughness: 0.5, ..glass }),
+        (
+            "green pane, frosted",
+            PrincipledPoint {
+                thin_walled: true,
+                specular_roughness: 0.3,
+                transmission_color: Spectrum::new(0.2, 0.9, 0.3),
+                ..glass
+            },
+        ),
+        (
+            "white soap bubble",
+            PrincipledPoint {
+                thin_walled: true,
+                thin_film_weight: 1.0,
+                thin_film_ior: 1.33,
+                thin_film_thickness: 0.5,
+                specular_ior: 1.0,
+                ..glass
+            },
+        ),
+        (
+            "lacquer",
+            PrincipledPoint { base_color: Spectrum::new(0.7, 0.05, 0.02), coat_roughness: 0.1, ..coat },
+        ),
+        (
+            "tinted coat on rough metal",
+            PrincipledPoint {
+                coat_weight: 1.0,
+                coat_color: Spectrum::new(1.0, 0.5, 0.2),
+                coat_roughness: 0.2,
+                ..metal
+            },
+        ),
+        (
+            "half a coat on glass",
+            PrincipledPoint { coat_weight: 0.5, coat_roughness: 0.3, specular_roughness: 0.4, ..glass },
+        ),
+        (
+            "coat on white",
+            PrincipledPoint { base_color: Spectrum::WHITE, coat_darkening: 0.0, coat_roughness: 0.3, ..coat },
+        ),
+        (
+            "velvet",
+            PrincipledPoint {
+                base_color: Spectrum::new(0.3, 0.02, 0.05),
+                fuzz_weight: 1.0,
+                fuzz_roughness: 0.4,
+                ..p
+            },
+        ),
+        (
+            "white cloth",
+            PrincipledPoint { base_color: Spectrum::WHITE, fuzz_weight: 0.7, fuzz_roughness: 0.8, ..p },
+        ),
+        (
+            "smooth fuzz on white plastic",
+            PrincipledPoint { base_color: Spectrum::WHITE, fuzz_weight: 1.0, fuzz_roughness: 0.0, ..plastic },
+        ),
+        (
+            "white film on plastic",
+            PrincipledPoint {
+                base_color: Spectrum::WHITE,
+                thin_film_weight: 1.0,
+                thin_film_ior: 1.8,
+                ..plastic
+            },
+        ),
+        (
+            "leaf",
+            PrincipledPoint {
+                thin_walled: true,
+                base_color: Spectrum::new(0.1, 0.3, 0.05),
+                subsurface_weight: 0.5,
+                subsurface_color: Spectrum::new(0.3, 0.7, 0.1),
+                ..plastic
+            },
+        ),
+        (
+            "white paper",
+            PrincipledPoint {
+                thin_walled: true,
+                base_color: Spectrum::WHITE,
+                subsurface_weight: 0.4,
+                subsurface_color: Spectrum::WHITE,
+                ..p
+            },
+        ),
+        (
+            "skin",
+            PrincipledPoint {
+                subsurface_weight: 0.8,
+                subsurface_color: Spectrum::new(0.8, 0.5, 0.4),
+                specular_roughness: 0.45,
+                ..plastic
+            },
+        ),
+        (
+            "everything",
+            PrincipledPoint {
+                base_metalness: 0.4,
+                transmission_weight: 0.5,
+                specular_roughness: 0.4,
+                specular_roughness_anisotropy: 0.5,
+                coat_weight: 0.5,
+                coat_roughness: 0.25,
+                fuzz_weight: 0.3,
+                thin_film_weight: 0.5,
+                base_diffuse_roughness: 0.3,
+                ..plastic
+            },
+        ),
+        (
+            "everything, from inside",
+            PrincipledPoint {
+                base_metalness: 0.2,
+                transmission_weight: 0.5,
+                specular_roughness: 0.4,
+                coat_weight: 0.5,
+                coat_roughness: 0.25,
+                fuzz_weight: 0.3,
+                entering: false,
+                ..plastic
+            },
+        ),
+    ]
+}

@@ -1,0 +1,112 @@
+//! What a path is inside of: solids that light passes through, nested or overlapping.
+//!
+//! Where solids overlap, the one with the higher index of refraction is there, and the boundary of the other within it is none
+//! (Schmidt & Budge 2002, "Simple nested dielectrics in ray traced images", with the index as priority): a drink may reach into its glass.
+
+use crate::color::Spectrum;
+use crate::material::Physical;
+use crate::math::elementary::{exp, ln};
+use crate::scene::{ColorSource, MaterialId};
+
+/// Solids around a point; more than these are taken for nothing.
+const MAX_NESTED: usize = 8;
+
+#[derive(Clone, Copy, Debug)]
+struct Medium {
+    material: MaterialId,
+    ior: f64,
+    /// Share absorbed per unit of length, exponential.
+    absorption: [f32; 3],
+    /// How many solids of this material.
+    count: u32,
+}
+
+/// The solids around a point of a path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Media {
+    list: [Medium; MAX_NESTED],
+    len: usize,
+}
+
+/// What a boundary between solids is to a ray.
+pub(super) enum Boundary {
+    /// Between the solid and another medium of this index of refraction.
+    Between(f64),
+    /// Nothing: a solid that stands above it is on both sides.
+    Hidden,
+}
+
+impl Media {
+    /// Around a point in the open.
+    pub(super) const NONE: Media = Media {
+        list: [Medium { material: MaterialId(u32::MAX), ior: 1.0, absorption: [0.0; 3], count: 0 };
+            MAX_NESTED],
+        len: 0,
+    };
+
+    /// The solid that is there, other than one of a material.
+    fn top_except(&self, except: Option<MaterialId>) -> Option<&Medium> {
+        let others = self.list[..self.len].iter().filter(|m| Some(m.material) != except);
+        others.max_by(|a, b| a.ior.total_cmp(&b.ior).then(b.material.cmp(&a.material)))
+    }
+
+    /// The share of light that is left after a way of some length.
+    pub(super) fn transmittance(&self, length: f64) -> Option<Spectrum> {
+        let absorption = self.top_except(None)?.absorption;
+        if absorption == [0.0; 3] {
+            return None;
+        }
+        let through = |a: f32| match a {
+            0.0 => 1.0,
+            a => exp(-f64::from(a) * length) as f32,
+        };
+        Some(Spectrum::from(absorption.map(through)))
+    }
+
+    /// What the boundary of a solid is, met from outside (`entering`) or inside.
+    pub(super) fn boundary(&self, material: MaterialId, ior: f64, entering: bool) -> Boundary {
+        let inside = self.list[..self.len].iter().find(|m| m.material == material).map_or(0, |m| m.count);
+        // Of solids of one material in one another, only the outermost boundary shows.
+        if if entering { inside > 0 } else { inside > 1 } {
+            return Boundary::Hidden;
+        }
+        match self.top_except(Some(material)) {
+            Some(top) if (top.ior, material) > (ior, top.material) => Boundary::Hidden,
+            Some(top) => Boundary::Between(top.ior),
+            None => Boundary::Between(1.0),
+        }
+    }
+
+    /// The path has crossed the boundary of a solid.
+    pub(super) fn cross(&mut self, id: MaterialId, material: &Physical, entering: bool) {
+        let found = self.list[..self.len].iter().position(|m| m.material == id);
+        match (found, entering) {
+            (Some(i), true) => self.list[i].count += 1,
+            (Some(i), false) if self.list[i].count > 1 => self.list[i].count -= 1,
+            (Some(i), false) => {
+                self.list.copy_within(i + 1..self.len, i);
+                self.len -= 1;
+            }
+            (None, true) if self.len < MAX_NESTED => {
+                let ior = material.desc.specular_ior;
+                self.list[self.len] =
+                    Medium { material: id, ior, absorption: absorption(material), count: 1 };
+                self.len += 1;
+            }
+            (None, _) => {}
+        }
+    }
+}
+
+/// Per unit of length, by the colour that is left after `transmission_depth` (Beer–Lambert). A texture has no place inside: white.
+fn absorption(material: &Physical) -> [f32; 3] {
+    let depth = material.desc.transmission_depth;
+    match material.desc.transmission_color {
+        // A film a millionth of a millionth thick would be opaque anyway.
+        ColorSource::Constant(c) if depth > 0.0 => c.to_array().map(|v| {
+            let v = f64::from(v).clamp(1e-10, 1.0);
+            (-ln(v) / depth).min(1e30) as f32
+        }),
+        _ => [0.0; 3],
+    }
+}

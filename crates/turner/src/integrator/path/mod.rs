@@ -1,0 +1,109 @@
+//! Path tracing: light transport as it is (Kajiya 1986, "The rendering equation"), estimated path by path.
+//!
+//! At each surface a light is sampled and a direction is sampled; where both can find the same light, the power heuristic
+//! weighs them (Veach & Guibas 1995). Numbers come from scrambled Sobol points. The paths of a tile advance together, a
+//! bounce at a time, so that their rays can be searched for in batches; a path's result does not depend on the others.
+
+mod media;
+mod settings;
+mod shade;
+mod wave;
+
+use crate::integrator::{Integrator, Tracer};
+use crate::scene::Scene;
+use crate::scene::schema::{Range, choice, params};
+use settings::Settings;
+
+choice! {
+    /// Which ways of finding lights are used; both give the same picture in the limit.
+    pub enum LightSampling {
+        /// Both, weighted by the power heuristic.
+        Both = "both",
+        /// Lights are only found by chance: those that are a point or a direction are never seen.
+        Bsdf = "bsdf",
+        /// Lights that can be sampled are only found by sampling them.
+        Light = "light",
+    }
+}
+
+params! {
+    /// Path tracing: all ways of light between surfaces, materials and lights, without shortcuts. Noise goes down with the
+    /// number of samples per pixel: give `antialias = "monte-carlo"` and `samples` in `[film]`.
+    ///
+    /// Units: a surface's emission is radiance; what a light's `intensity` brings to a surface that faces it is irradiance, after
+    /// its attenuation (with "inverse-square" the intensity is radiant intensity). A Lambertian surface of albedo C returns C/π of it: 1/π
+    /// of what the classic integrator returns. The lights "rectangle", "disk" and "sphere" are made of points that shine in all
+    /// directions alike and are not seen, as there; for a surface that is seen to shine, give an object a material with emission.
+    /// A ray that hits nothing finds the environment, or else the background, which shines on things as well. An ambient light is
+    /// the same around everything, and not seen.
+    pub struct PathDesc as "path" {
+        /// How many times light may be scattered; 0 shows only what shines itself, 1 what is directly lit.
+        max_depth: u32 = 16, in Range::closed(0.0, 100000.0);
+        /// The same for diffuse reflection alone; as `max_depth` if it is not given.
+        max_diffuse: Option<u32> = None;
+        /// The same for glossy and mirror reflection.
+        max_glossy: Option<u32> = None;
+        /// The same for transmission.
+        max_transmission: Option<u32> = None;
+        /// How many times a ray may pass straight through surfaces that are not wholly there; these do not count as scattering.
+        max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
+        /// After so many scatterings a path ends at random, the sooner the less light it carries; the others make up for it.
+        rr_start: u32 = 3;
+        /// Most radiance that one path may bring by way of another surface, in any colour channel; 0 is no limit. It takes away fireflies
+        /// and light: pictures get darker.
+        clamp_indirect: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// How lights are found: to compare.
+        light_sampling: LightSampling = LightSampling::Both;
+    }
+    example r#"[integrator]
+type = "path"
+max_depth = 8
+
+[film]
+antialias = "monte-carlo"
+samples = 64
+"#
+}
+
+params! {
+    /// Direct light only: what lights, shining surfaces and the environment bring to a surface without another one between, but for mirrors and
+    /// clear glass on the way from the camera. Units are those of "path".
+    pub struct DirectDesc as "direct" {
+        /// How many mirrors and panes of glass may be between the camera and the surface.
+        max_depth: u32 = 16, in Range::closed(0.0, 100000.0);
+        /// How many times a ray may pass straight through surfaces that are not wholly there.
+        max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
+        /// How lights are found: to compare.
+        light_sampling: LightSampling = LightSampling::Both;
+    }
+    example r#"[integrator]
+type = "direct"
+"#
+}
+
+impl Default for PathDesc {
+    fn default() -> PathDesc {
+        PathDesc {
+            max_depth: 16,
+            max_diffuse: None,
+            max_glossy: None,
+            max_transmission: None,
+            max_transparent: 256,
+            rr_start: 3,
+            clamp_indirect: 0.0,
+            light_sampling: LightSampling::Both,
+        }
+    }
+}
+
+impl Integrator for PathDesc {
+    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
+        Box::new(wave::Wave::new(Settings::path(self), scene))
+    }
+}
+
+impl Integrator for DirectDesc {
+    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
+        Box::new(wave::Wave::new(Settings::direct(self), scene))
+    }
+}

@@ -1,0 +1,72 @@
+//! What the two integrators of this folder have in common, as numbers.
+
+use super::{DirectDesc, LightSampling, PathDesc};
+use crate::bsdf::Lobe;
+
+/// Limits and switches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settings {
+    pub(super) max_depth: u32,
+    max_diffuse: u32,
+    max_glossy: u32,
+    max_transmission: u32,
+    pub(super) max_transparent: u32,
+    pub(super) rr_start: u32,
+    pub(super) clamp_indirect: Option<f32>,
+    pub(super) light_sampling: LightSampling,
+    /// Nothing is scattered after a lobe that is not a mirror's.
+    pub(super) direct: bool,
+}
+
+/// How often a path was scattered.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Bounces {
+    pub(super) total: u32,
+    diffuse: u32,
+    glossy: u32,
+    transmission: u32,
+}
+
+impl Settings {
+    pub(super) fn path(d: &PathDesc) -> Settings {
+        Settings {
+            max_depth: d.max_depth,
+            max_diffuse: d.max_diffuse.unwrap_or(d.max_depth),
+            max_glossy: d.max_glossy.unwrap_or(d.max_depth),
+            max_transmission: d.max_transmission.unwrap_or(d.max_depth),
+            max_transparent: d.max_transparent,
+            rr_start: d.rr_start,
+            clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
+            light_sampling: d.light_sampling,
+            direct: false,
+        }
+    }
+
+    pub(super) fn direct(d: &DirectDesc) -> Settings {
+        // The surface that is lit is one more.
+        let path = PathDesc {
+            max_depth: d.max_depth.saturating_add(1),
+            max_transparent: d.max_transparent,
+            rr_start: u32::MAX,
+            light_sampling: d.light_sampling,
+            ..PathDesc::default()
+        };
+        Settings { direct: true, ..Settings::path(&path) }
+    }
+
+    /// Counts a scattering; `None` where it is one too many.
+    #[inline]
+    pub(super) fn count(&self, bounces: &Bounces, lobe: &Lobe) -> Option<Bounces> {
+        let mut b = *bounces;
+        b.total += 1;
+        let (count, limit) = if lobe.is_transmission {
+            (&mut b.transmission, self.max_transmission)
+        } else if lobe.is_diffuse {
+            (&mut b.diffuse, self.max_diffuse)
+        } else {
+            (&mut b.glossy, self.max_glossy)
+        };
+        *count += 1;
+        (*count <= limit && b.total <= self.max_depth).then_some(b)
+    }
+}

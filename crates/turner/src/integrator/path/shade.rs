@@ -1,0 +1,340 @@
+//! What happens to a path where its ray ends.
+
+use super::media::Boundary;
+use super::wave::{Path, Wave};
+use super::{LightSampling, settings::Settings};
+use crate::bsdf::Bsdf;
+use crate::color::Spectrum;
+use crate::integrator::{Radiance, RayStats};
+use crate::light::Light;
+use crate::material::{Material, Physical};
+use crate::math::{DVec3, Frame, Ray, reflect};
+use crate::scene::{Hit, Scene, SurfaceInteraction};
+
+/// Sets of random numbers: one for the place in the pixel, one for the lens, then two for each surface met.
+const FIRST_SET: u32 = 2;
+
+/// Surfaces of all kinds that one path may meet, those that are none to it included.
+const MAX_VERTICES: u32 = 200_000;
+
+/// A surface with its scattering, turned to the ray that met it.
+struct Vertex<'a> {
+    surface: &'a SurfaceInteraction,
+    /// Around the shading normal; z on the side the ray came from.
+    frame: Frame,
+    /// Geometric normal: outer for what has an inside, else on the side the ray came from.
+    ng: DVec3,
+    bsdf: Bsdf,
+    /// Towards where the ray came from, in the scene and in the frame.
+    wo: DVec3,
+    wo_local: DVec3,
+}
+
+impl Vertex<'_> {
+    /// Whether light from `wi` goes through the surface; `None` where the frame and the surface disagree.
+    #[inline]
+    fn crosses(&self, wi: DVec3, wi_local: DVec3) -> Option<bool> {
+        let crosses = (wi.dot(self.ng) > 0.0) != (self.wo.dot(self.ng) > 0.0);
+        (crosses == ((wi_local.z > 0.0) != (self.wo_local.z > 0.0))).then_some(crosses)
+    }
+}
+
+/// The weight of one way to find a light beside another (Veach & Guibas 1995, the power heuristic with exponent 2).
+#[inline]
+fn power_heuristic(pdf: f64, other: f64) -> f64 {
+    let r = other / pdf;
+    // An infinite ratio is right as 0.
+    1.0 / (1.0 + r * r)
+}
+
+impl Settings {
+    /// The weight of a light found by chance with the density `pdf`, where sampling it has the density `light`.
+    #[inline]
+    fn weight_found(&self, path: &Path, light: f64) -> f64 {
+        if path.alone || light <= 0.0 {
+            return 1.0;
+        }
+        match self.light_sampling {
+            LightSampling::Both => power_heuristic(path.pdf, light),
+            LightSampling::Bsdf => 1.0,
+            LightSampling::Light => 0.0,
+        }
+    }
+
+    /// Adds light to a pixel.
+    #[inline]
+    fn add(&self, path: &Path, light: Spectrum, pixel: &mut Radiance) {
+        pixel.color += self.clamped(light, path.bounces.total > 1);
+    }
+
+    /// Light as far as the clamp lets it be; `indirect` if it came by way of another surface.
+    #[inline]
+    fn clamped(&self, light: Spectrum, indirect: bool) -> Spectrum {
+        match self.clamp_indirect {
+            Some(most) if indirect && light.max_component() > most => light * (most / light.max_component()),
+            _ => light,
+        }
+    }
+}
+
+impl Wave<'_> {
+    /// A ray that hits nothing.
+    pub(super) fn miss(&mut self, sample: u32, ray: &Ray, pixel: &mut Radiance) {
+        let (scene, path) = (self.scene, &self.paths[sample as usize]);
+        if path.from_camera && scene.background.transparent {
+            pixel.alpha = 0.0;
+            return;
+        }
+        let mut beta = path.beta;
+        if let Some(left) = path.media.transmittance(f64::INFINITY) {
+            beta = beta * left;
+        }
+        if path.from_camera && !scene.background.environment {
+            self.settings.add(path, beta * scene.background.color(ray.direction), pixel);
+            return;
+        }
+        let mut found = Spectrum::BLACK;
+        let mut surrounded = false;
+        for (i, light) in scene.lights.iter().enumerate() {
+            let Light::Environment(environment) = light else { continue };
+            surrounded = true;
+            let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_light(scene, i, ray.direction) };
+            found += environment.radiance(ray.direction) * self.settings.weight_found(path, pdf) as f32;
+        }
+        if !surrounded {
+            found += scene.background.color(ray.direction);
+        }
+        if !path.from_camera {
+            found += scene.ambient;
+        }
+        self.settings.add(path, beta * found, pixel);
+    }
+
+    /// A ray that hits a surface: emission, direct light, and the way on.
+    pub(super) fn shade(
+        &mut self,
+        sample: u32,
+        ray: &Ray,
+        hit: &Hit,
+        pixel: &mut Radiance,
+        stats: &mut RayStats,
+    ) {
+        let scene = self.scene;
+        let mut path = self.paths[sample as usize];
+        let Material::Physical(material) = scene.material_at(hit) else { return };
+        let surface = scene.surface(ray, hit);
+        if path.from_camera && path.vertex == 0 {
+            path.origin = ray.origin;
+        }
+        if let Some(left) = path.media.transmittance(hit.shape.t) {
+            path.beta = path.beta * left;
+        }
+        let sets = FIRST_SET + 2 * path.vertex;
+        path.vertex += 1;
+        let opacity = material.desc.coverage(scene, &surface);
+        if path.vertex > MAX_VERTICES || opacity < 1.0 && path.sampler.four(sets)[3] >= f64::from(opacity) {
+            path.transparent += 1;
+            if path.transparent <= self.settings.max_transparent && path.vertex <= MAX_VERTICES {
+                self.paths[sample as usize] = path;
+                self.next.push(sample, surface.leave(ray.direction), ray.direction);
+            }
+            return;
+        }
+        if material.desc.unlit {
+            let at = scene.texture_point(&surface);
+            let color = scene.textures.color(material.desc.base_color, &at)
+                * scene.textures.color(material.desc.base_weight, &at);
+            self.settings.add(&path, path.beta * color, pixel);
+            return;
+        }
+        let outside = ray.direction.dot(surface.ng) < 0.0;
+        if material.is_emissive() && (outside || material.shines_backwards()) {
+            self.found_light(scene, &path, material, &surface, pixel);
+        }
+        if path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered {
+            return;
+        }
+        let mut around = 1.0;
+        if material.has_inside() {
+            match path.media.boundary(surface.material, material.desc.specular_ior, outside) {
+                Boundary::Between(ior) => around = ior,
+                Boundary::Hidden => {
+                    path.media.cross(surface.material, material, outside);
+                    self.paths[sample as usize] = path;
+                    self.next.push(sample, surface.leave(ray.direction), ray.direction);
+                    return;
+                }
+            }
+        }
+        let vertex = prepare(scene, ray, material, &surface, around, outside);
+        if vertex.bsdf.has_smooth() && self.settings.light_sampling != LightSampling::Bsdf {
+            self.sample_light(sample, &path, &vertex, material, sets);
+        }
+        self.go_on(sample, path, &vertex, material, sets + 1, stats);
+    }
+
+    /// Adds the light of a shining surface that was hit.
+    fn found_light(
+        &self,
+        scene: &Scene,
+        path: &Path,
+        material: &Physical,
+        surface: &SurfaceInteraction,
+        pixel: &mut Radiance,
+    ) {
+        let radiance = match material.constant_emission() {
+            Some(radiance) => radiance,
+            None => {
+                let color = material.desc.emission_color;
+                scene.textures.color(color, &scene.texture_point(surface))
+                    * material.desc.emission_luminance as f32
+            }
+        };
+        let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
+        let weight = self.settings.weight_found(path, pdf);
+        self.settings.add(path, path.beta * radiance * weight as f32, pixel);
+    }
+
+    /// Samples a light and sends a shadow ray to it.
+    fn sample_light(&mut self, sample: u32, path: &Path, v: &Vertex<'_>, material: &Physical, set: u32) {
+        let scene = self.scene;
+        if scene.emitters.is_empty() {
+            return;
+        }
+        let [u0, u1, u2, _] = path.sampler.four(set);
+        let Some(lit) = scene.emitters.sample(scene, v.surface.p, [u0, u1, u2]) else { return };
+        let distance = lit.to_light.length();
+        let wi = lit.to_light / distance;
+        let wi_local = v.frame.to_local(wi);
+        let Some(crosses) = v.crosses(wi, wi_local) else { return };
+        let f = v.bsdf.eval(v.wo_local, wi_local);
+        if f.is_black() {
+            return;
+        }
+        let weight = match (lit.is_delta, self.settings.light_sampling) {
+            (false, LightSampling::Both) => power_heuristic(lit.pdf, v.bsdf.pdf(v.wo_local, wi_local)),
+            _ => 1.0,
+        };
+        let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;
+        let mut media = path.media;
+        if crosses && material.has_inside() {
+            media.cross(v.surface.material, material, wi.dot(v.ng) < 0.0);
+        }
+        if let Some(left) = media.transmittance(if lit.finite { distance } else { f64::INFINITY }) {
+            light = light * left;
+        }
+        if light.is_black() {
+            return;
+        }
+        let origin = v.surface.leave(wi);
+        let ray = if lit.finite {
+            Ray { t_max: 1.0, ..Ray::new(origin, v.surface.p + lit.to_light - origin) }
+        } else {
+            Ray::new(origin, wi)
+        };
+        let light = self.settings.clamped(light, path.bounces.total > 0);
+        self.shadows.push(&ray, sample, light);
+    }
+
+    /// Samples the way on.
+    fn go_on(
+        &mut self,
+        sample: u32,
+        mut path: Path,
+        v: &Vertex<'_>,
+        material: &Physical,
+        set: u32,
+        stats: &mut RayStats,
+    ) {
+        let [u0, u1, u2, u3] = path.sampler.four(set);
+        let Some(s) = v.bsdf.sample(v.wo_local, [u2, u0, u1]) else { return };
+        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
+        let wi = v.frame.to_world(s.wi);
+        let Some(crosses) = v.crosses(wi, s.wi) else { return };
+        path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
+        path.bounces = bounces;
+        path.from_camera = false;
+        path.alone = s.lobe.is_delta;
+        path.scattered |= !s.lobe.is_delta;
+        path.pdf = s.pdf;
+        path.origin = v.surface.p;
+        if crosses {
+            path.eta2 *= (s.eta * s.eta) as f32;
+            if material.has_inside() {
+                path.media.cross(v.surface.material, material, wi.dot(v.ng) < 0.0);
+            }
+            stats.refracted += 1;
+        } else {
+            stats.reflected += 1;
+        }
+        if bounces.total >= self.settings.rr_start {
+            let carried = path.beta.max_component() * path.eta2;
+            let survives = carried.max(0.0).sqrt().clamp(0.05, 1.0);
+            if u3 >= f64::from(survives) {
+                return;
+            }
+            path.beta *= 1.0 / survives;
+        }
+        if path.beta.is_black() {
+            return;
+        }
+        self.paths[sample as usize] = path;
+        self.next.push(sample, v.surface.leave(wi), wi);
+    }
+}
+
+/// The surface with its scattering, for a ray that met it on its outer side (`outside`) or its inner one.
+fn prepare<'a>(
+    scene: &Scene,
+    ray: &Ray,
+    material: &Physical,
+    surface: &'a SurfaceInteraction,
+    around: f64,
+    outside: bool,
+) -> Vertex<'a> {
+    let wo = -ray.direction;
+    let mut frame = material.frame(scene, surface);
+    let mut ng = surface.ng;
+    // Towards the ray.
+    let side = if outside { 1.0 } else { -1.0 };
+    if frame.z != ng {
+        let bent = side * bent_normal(wo, side * frame.z, side * ng);
+        if bent != frame.z {
+            frame = turned(&frame, bent);
+        }
+    }
+    if !outside {
+        frame = Frame { x: frame.x, y: -frame.y, z: -frame.z };
+        if !material.has_inside() {
+            ng = -ng;
+        }
+    }
+    let bsdf = material.bsdf(scene, surface, around, outside);
+    Vertex { surface, frame, ng, bsdf, wo, wo_local: frame.to_local(wo) }
+}
+
+/// The same frame around another normal.
+fn turned(frame: &Frame, n: DVec3) -> Frame {
+    match (frame.x - n * n.dot(frame.x)).try_normalize() {
+        Some(x) => Frame { x, y: n.cross(x), z: n },
+        None => Frame::from_z(n),
+    }
+}
+
+/// A shading normal bent so far back that the mirror direction of `wo` is above the surface (Keller et al. 2017, "The
+/// Iray light transport simulation and rendering system", A.3): normal maps and smooth normals would otherwise show black
+/// specks where it is not.
+fn bent_normal(wo: DVec3, ns: DVec3, ng: DVec3) -> DVec3 {
+    /// Least height of the mirror direction, at most that of `wo` itself.
+    const HEIGHT: f64 = 0.01;
+    let mirrored = -reflect(wo, ns);
+    let least = HEIGHT.min(0.9 * wo.dot(ng));
+    let height = mirrored.dot(ng);
+    if height >= least && wo.dot(ns) > 0.0 {
+        return ns;
+    }
+    let flat = mirrored - height * ng;
+    let lifted = flat.normalize_or_zero() * (1.0 - least * least).max(0.0).sqrt() + least * ng;
+    let bent = (wo + lifted).normalize_or_zero();
+    if bent.dot(wo) > 0.0 && bent.dot(ng) > 0.0 { bent } else { ng }
+}

@@ -1,0 +1,168 @@
+//! Paths of many samples, a bounce at a time.
+
+use super::media::Media;
+use super::settings::{Bounces, Settings};
+use crate::color::Spectrum;
+use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
+use crate::math::{DVec3, Ray};
+use crate::sampler::OwenSobol;
+use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock};
+use turner_bvh::lanes::LANES;
+
+/// How far the path of one sample has come.
+#[derive(Clone, Copy)]
+pub(super) struct Path {
+    pub(super) sampler: OwenSobol,
+    /// The share of what the next ray finds that reaches the pixel.
+    pub(super) beta: Spectrum,
+    /// Surfaces met so far, each with its own sets of random numbers.
+    pub(super) vertex: u32,
+    pub(super) bounces: Bounces,
+    pub(super) transparent: u32,
+    /// Whether the ray still comes straight from the camera.
+    pub(super) from_camera: bool,
+    /// Whether light sampling could not have found what the ray finds.
+    pub(super) alone: bool,
+    /// Whether a lobe other than a mirror's has scattered it.
+    pub(super) scattered: bool,
+    /// Density of the ray's direction, and where it was chosen.
+    pub(super) pdf: f64,
+    pub(super) origin: DVec3,
+    /// The square of the index of refraction of the medium it is in: radiance is larger by it there.
+    pub(super) eta2: f32,
+    pub(super) media: Media,
+}
+
+/// The rays of one bounce, and whose they are.
+#[derive(Default)]
+pub(super) struct Front {
+    rays: RayBatch,
+    samples: Vec<u32>,
+}
+
+impl Front {
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.samples.clear();
+    }
+
+    pub(super) fn push(&mut self, sample: u32, origin: DVec3, direction: DVec3) {
+        self.rays.push(&Ray::new(origin, direction));
+        self.samples.push(sample);
+    }
+}
+
+/// Shadow rays of one bounce, and what light they bring to which sample.
+#[derive(Default)]
+pub(super) struct Shadows {
+    rays: RayBatch,
+    light: Vec<(u32, Spectrum)>,
+    through: Vec<SpectrumBlock>,
+}
+
+impl Shadows {
+    pub(super) fn push(&mut self, ray: &Ray, sample: u32, light: Spectrum) {
+        self.rays.push(ray);
+        self.light.push((sample, light));
+    }
+}
+
+/// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
+pub(super) struct Wave<'a> {
+    pub(super) settings: Settings,
+    pub(super) scene: &'a Scene,
+    pub(super) paths: Vec<Path>,
+    front: Front,
+    pub(super) next: Front,
+    pub(super) shadows: Shadows,
+    hits: Vec<Option<Hit>>,
+}
+
+impl<'a> Wave<'a> {
+    pub(super) fn new(settings: Settings, scene: &'a Scene) -> Wave<'a> {
+        Wave {
+            settings,
+            scene,
+            paths: Vec::new(),
+            front: Front::default(),
+            next: Front::default(),
+            shadows: Shadows::default(),
+            hits: Vec::new(),
+        }
+    }
+}
+
+impl Tracer for Wave<'_> {
+    fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
+        let count = samples.ids.len();
+        stats.camera += count as u64;
+        out.clear();
+        out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
+        self.paths.clear();
+        self.paths.extend(samples.ids.iter().map(|id| Path {
+            sampler: OwenSobol::new(id),
+            beta: Spectrum::WHITE,
+            vertex: 0,
+            bounces: Bounces::default(),
+            transparent: 0,
+            from_camera: true,
+            alone: true,
+            scattered: false,
+            pdf: 1.0,
+            origin: DVec3::ZERO,
+            eta2: 1.0,
+            media: Media::NONE,
+        }));
+        self.front.rays.copy(&samples.rays);
+        self.front.rays.coherent = true;
+        self.front.rays.solid = false;
+        self.front.samples.clear();
+        self.front.samples.extend(0..count as u32);
+        while !self.front.samples.is_empty() {
+            self.round(out, stats);
+        }
+    }
+}
+
+impl Wave<'_> {
+    /// Traces the front, shades what it hits, and collects the next one.
+    fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
+        let mut hits = std::mem::take(&mut self.hits);
+        let mut front = std::mem::take(&mut self.front);
+        self.scene.intersect_batch(&mut front.rays, &mut hits);
+        for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
+            let Some(ray) = front.rays.get(i) else { continue };
+            let pixel = &mut out[sample as usize];
+            match hit {
+                None => self.miss(sample, &ray, pixel),
+                Some(hit) => self.shade(sample, &ray, hit, pixel, stats),
+            }
+        }
+        self.hits = hits;
+        self.light(out, stats);
+        front.clear();
+        // One-sided surfaces are holes for the eye alone: light is stopped by both of their sides.
+        self.next.rays.solid = true;
+        self.front = std::mem::replace(&mut self.next, front);
+        self.next.rays.coherent = false;
+    }
+
+    /// Adds the light of the shadow rays that arrive.
+    fn light(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
+        let shadows = &mut self.shadows;
+        if shadows.light.is_empty() {
+            return;
+        }
+        stats.shadow += shadows.light.len() as u64;
+        self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
+        for (i, (sample, light)) in shadows.light.iter().enumerate() {
+            let through = shadows.through[i / LANES].get(i % LANES);
+            // Not even 0 · infinity of what does not arrive.
+            if !through.is_black() {
+                out[*sample as usize].color += *light * through;
+            }
+        }
+        shadows.rays.clear();
+        shadows.light.clear();
+    }
+}

@@ -1,0 +1,195 @@
+//! Points of shapes that shine, chosen by solid angle where a shape is near and by area where it is far.
+//!
+//! Every form has `sample` and `pdf`, which agree: densities are per solid angle, seen from the point that is lit.
+
+mod disk;
+mod rectangle;
+mod sphere;
+mod triangle;
+
+pub use disk::DiskEmitter;
+pub use rectangle::RectangleEmitter;
+pub use sphere::SphereEmitter;
+pub use triangle::TriangleEmitter;
+
+use crate::math::DVec3;
+
+/// A point of a light, as seen from a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmitterSample {
+    /// The point, in the scene.
+    pub q: DVec3,
+    /// The normal there, unit, on the outer side.
+    pub n: DVec3,
+    /// First coordinate within the part: weight of a triangle's second corner, place along a rectangle's first edge.
+    pub u: f64,
+    /// Second coordinate within the part.
+    pub v: f64,
+    /// Probability density per solid angle.
+    pub pdf: f64,
+}
+
+/// Forms are sampled by solid angle where the square of their size is more than this share of the square of their distance;
+/// farther away the two hardly differ, and areas are cheaper and lose no digits.
+const NEAR: f64 = 0.1;
+
+/// A density per area as one per solid angle; `None` for surfaces seen edge-on.
+#[inline]
+fn per_solid_angle(per_area: f64, p: DVec3, q: DVec3, n: DVec3) -> Option<f64> {
+    let d = q - p;
+    let d2 = d.length_squared();
+    let cosine = d.dot(n).abs() / d2.sqrt();
+    let pdf = per_area * d2 / cosine;
+    (pdf > 0.0 && pdf < f64::INFINITY).then_some(pdf)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::{OwenSobol, SampleId};
+
+    fn numbers(i: u32) -> [f64; 2] {
+        OwenSobol::new(&SampleId { x: 5, y: 1, index: i, seed: 3 }).two(0)
+    }
+
+    /// The mean of 1/pdf is the solid angle; the mean of cosine/pdf over a plane is the form factor times π. Both by brute
+    /// force over the form's area; and `pdf` says what `sample` says.
+    fn check(
+        sample: &dyn Fn(DVec3, [f64; 2]) -> Option<EmitterSample>,
+        pdf: &dyn Fn(DVec3, DVec3, DVec3) -> f64,
+        points: &[DVec3],
+        area_points: &[(DVec3, DVec3, f64)],
+        faces_away: bool,
+    ) {
+        for &p in points {
+            let n = 4096;
+            let (mut solid, mut bent) = (0.0, 0.0);
+            for i in 0..n {
+                let Some(s) = sample(p, numbers(i)) else { continue };
+                let w = (s.q - p).normalize();
+                let again = pdf(p, s.q, s.n);
+                assert!((again / s.pdf - 1.0).abs() < 1e-6, "{p}: {} and {again}", s.pdf);
+                if faces_away && w.dot(s.n) > 0.0 {
+                    continue;
+                }
+                solid += 1.0 / s.pdf;
+                bent += w.y.max(0.0) / s.pdf;
+            }
+            let (solid, bent) = (solid / f64::from(n), bent / f64::from(n));
+            let (mut solid_by_area, mut bent_by_area) = (0.0, 0.0);
+            for &(q, normal, area) in area_points {
+                let d = q - p;
+                let cosine = -d.dot(normal) / d.length();
+                if faces_away && cosine < 0.0 {
+                    continue;
+                }
+                let part = area * cosine.abs() / d.length_squared();
+                solid_by_area += part;
+                bent_by_area += part * (d.y / d.length()).max(0.0);
+            }
+            assert!((solid / solid_by_area - 1.0).abs() < 0.01, "{p}: {solid} and {solid_by_area}");
+            assert!(
+                (bent - bent_by_area).abs() < 0.01 * (bent_by_area + 0.01),
+                "{p}: {bent} and {bent_by_area}"
+            );
+        }
+    }
+
+    const POINTS: [DVec3; 6] = [
+        DVec3::new(0.3, -1.0, 0.2),
+        DVec3::new(0.3, -0.15, 0.2),
+        DVec3::new(4.0, -3.0, 1.0),
+        DVec3::new(0.0, 5.0, -2.0),
+        DVec3::new(-2.0, -0.3, 0.1),
+        DVec3::new(30.0, -40.0, 10.0),
+    ];
+
+    #[test]
+    fn rectangles() {
+        let (corner, u, v) = (DVec3::new(-1.0, 0.0, -0.5), DVec3::X * 2.0, DVec3::Z);
+        for (u, v) in [(u, v), (v, u), (u, v + 0.4 * u)] {
+            let r = RectangleEmitter::new(corner, u, v, 1.0).unwrap();
+            let n = 200;
+            let grid: Vec<_> = (0..n * n)
+                .map(|i| {
+                    let at = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
+                    let area = u.cross(v).length() / f64::from(n * n);
+                    (corner + at(i % n) * u + at(i / n) * v, u.cross(v).normalize(), area)
+                })
+                .collect();
+            check(&|p, u| r.sample(p, u), &|p, q, _| r.pdf(p, q), &POINTS, &grid, false);
+            let s = r.sample(POINTS[1], [0.2, 0.7]).unwrap();
+            assert!((corner + s.u * u + s.v * v - s.q).length() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn triangles() {
+        let [a, b, c] = [DVec3::new(-1.0, 0.0, -0.5), DVec3::new(1.0, 0.1, 0.0), DVec3::new(0.2, 0.0, 1.0)];
+        let t = TriangleEmitter::new([a, b, c], 1.0).unwrap();
+        let n = 300;
+        let mut grid = Vec::new();
+        for i in 0..n {
+            for j in 0..n {
+                let at = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
+                if at(i) + at(j) < 1.0 {
+                    let area = (b - a).cross(c - a).length() / f64::from(n * n);
+                    grid.push((a + at(i) * (b - a) + at(j) * (c - a), t.normal(), area));
+                }
+            }
+        }
+        // The diagonal's cells count half.
+        let total: f64 = grid.iter().map(|g| g.2).sum();
+        let exact = 0.5 * (b - a).cross(c - a).length();
+        grid.iter_mut().for_each(|g| g.2 *= exact / total);
+        check(&|p, u| t.sample(p, u), &|p, q, _| t.pdf(p, q), &POINTS, &grid, false);
+        let s = t.sample(POINTS[1], [0.2, 0.7]).unwrap();
+        assert!((a + s.u * (b - a) + s.v * (c - a) - s.q).length() < 1e-9 && s.u >= 0.0 && s.u + s.v <= 1.0);
+    }
+
+    #[test]
+    fn disks_and_rings() {
+        for inner in [0.0, 0.5] {
+            let d = DiskEmitter::new(DVec3::ZERO, DVec3::X, DVec3::Z * 0.7, inner).unwrap();
+            let n = 400;
+            let mut grid = Vec::new();
+            for i in 0..n * n {
+                let at = |i: i32| 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0;
+                let (x, y) = (at(i % n), at(i / n));
+                if (inner * inner..1.0).contains(&(x * x + y * y)) {
+                    grid.push((DVec3::new(x, 0.0, 0.7 * y), DVec3::Y, 0.7 * 4.0 / f64::from(n * n)));
+                }
+            }
+            check(&|p, u| d.sample(p, u), &|p, q, _| d.pdf(p, q), &POINTS, &grid, false);
+        }
+    }
+
+    #[test]
+    fn spheres() {
+        let s = SphereEmitter { center: DVec3::new(0.0, 1.0, 0.0), radius: 1.1 };
+        let n = 400;
+        let mut grid = Vec::new();
+        for i in 0..n {
+            for j in 0..n {
+                let z = 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0;
+                let (sin, cos) = (std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(n)).sin_cos();
+                let r = (1.0 - z * z).sqrt();
+                let normal = DVec3::new(r * cos, z, r * sin);
+                let area = 4.0 * std::f64::consts::PI * s.radius * s.radius / f64::from(n * n);
+                grid.push((s.center + s.radius * normal, normal, area));
+            }
+        }
+        let outside = [POINTS[0], POINTS[2], POINTS[3], POINTS[4], POINTS[5]];
+        check(&|p, u| s.sample(p, u), &|p, q, n| s.pdf(p, q, n), &outside, &grid, true);
+        // From inside all of it is seen.
+        let inside = [DVec3::new(0.2, 1.3, 0.1)];
+        check(&|p, u| s.sample(p, u), &|p, q, n| s.pdf(p, q, n), &inside, &grid, false);
+    }
+
+    #[test]
+    fn nothing_is_sampled_of_what_has_no_area() {
+        assert!(RectangleEmitter::new(DVec3::ZERO, DVec3::X, DVec3::X, 1.0).is_none());
+        assert!(TriangleEmitter::new([DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], 1.0).is_none());
+        assert!(DiskEmitter::new(DVec3::ZERO, DVec3::X, DVec3::ZERO, 0.0).is_none());
+    }
+}

@@ -1,0 +1,210 @@
+//! The picture of the surroundings: directions and pixels.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use crate::color::{Spectrum, srgb_decode};
+use crate::image::{Image, Pixels};
+use crate::math::elementary::{atan2, cos, sin_cos};
+use crate::math::{DVec2, DVec3};
+
+/// The direction at (u, v) of an equirectangular picture, (0, 0) its upper left corner: a unit vector.
+pub(super) fn direction(uv: DVec2) -> DVec3 {
+    let (sin_theta, cos_theta) = sin_cos(PI * uv.y);
+    around(uv.x, sin_theta, cos_theta)
+}
+
+/// The direction at column u with the sine and cosine of its angle from the zenith.
+pub(super) fn around(u: f64, sin_theta: f64, cos_theta: f64) -> DVec3 {
+    let (sin_phi, cos_phi) = sin_cos(TAU * (u - 0.5));
+    DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+}
+
+/// (u, v) in 0..=1 for a direction of any length. Straight up and down u is 0.5.
+pub(super) fn coordinates(d: DVec3) -> DVec2 {
+    let flat = (d.x * d.x + d.z * d.z).sqrt();
+    let phi = if flat > 0.0 { atan2(d.x, -d.z) } else { 0.0 };
+    DVec2::new(0.5 + phi / TAU, atan2(flat, d.y) / PI)
+}
+
+/// The solid angle of one pixel in each row of a picture: rows of equal height in the angle from the zenith.
+pub(super) fn solid_angles(width: u32, height: u32) -> impl Iterator<Item = f64> {
+    let edge = move |y: u32| cos(PI * f64::from(y) / f64::from(height));
+    (0..height).map(move |y| TAU / f64::from(width) * (edge(y) - edge(y + 1)))
+}
+
+/// A picture whose samples are scene light.
+#[derive(Debug)]
+pub(super) struct EnvironmentMap {
+    image: Arc<Image>,
+    /// Light for each value of an integer sample; empty for floats.
+    decoded: Box<[f32]>,
+    invalid: u64,
+}
+
+impl EnvironmentMap {
+    /// Of a consistent picture.
+    pub(super) fn new(image: Arc<Image>) -> EnvironmentMap {
+        let table = |most: u16| (0..=most).map(|v| srgb_decode(f32::from(v) / f32::from(most))).collect();
+        let (decoded, invalid) = match &image.pixels {
+            Pixels::U8(_) => (table(255), 0),
+            Pixels::U16(_) => (table(u16::MAX), 0),
+            Pixels::F32(samples) => {
+                let n = usize::from(image.channels);
+                let colors = if n < 3 { 1 } else { 3 };
+                let bad = |pixel: &&[f32]| pixel[..colors].iter().any(|v| !is_light(*v));
+                (Box::default(), samples.chunks_exact(n).filter(bad).count() as u64)
+            }
+        };
+        EnvironmentMap { image, decoded, invalid }
+    }
+
+    /// Columns and rows.
+    pub(super) fn size(&self) -> (u32, u32) {
+        (self.image.width, self.image.height)
+    }
+
+    /// Pixels with a sample that is negative or no finite number.
+    pub(super) fn invalid_pixels(&self) -> u64 {
+        self.invalid
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        self.image.memory() + size_of_val(&*self.decoded)
+    }
+
+    /// Pixel (x, y), which lies inside the picture.
+    #[inline]
+    pub(super) fn pixel(&self, x: u32, y: u32) -> Spectrum {
+        let n = usize::from(self.image.channels);
+        let i = (y as usize * self.image.width as usize + x as usize) * n;
+        let (g, b) = if n < 3 { (i, i) } else { (i + 1, i + 2) };
+        let bands = match &self.image.pixels {
+            Pixels::U8(v) => [v[i], v[g], v[b]].map(|v| self.decoded[usize::from(v)]),
+            Pixels::U16(v) => [v[i], v[g], v[b]].map(|v| self.decoded[usize::from(v)]),
+            Pixels::F32(v) => [v[i], v[g], v[b]].map(|v| if is_light(v) { v } else { 0.0 }),
+        };
+        Spectrum::from(bands)
+    }
+
+    /// The light from a direction: bilinear between the centres of pixels, around the picture's left and right
+    /// edges, held at the upper and lower ones.
+    pub(super) fn radiance(&self, d: DVec3) -> Spectrum {
+        let uv = coordinates(d);
+        let (w, h) = self.size();
+        let (x, y) = (uv.x * f64::from(w) - 0.5, uv.y * f64::from(h) - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        // u in 0..=1: the columns before and after lie at most one beyond the picture.
+        let column = |x: f64| if x < 0.0 { w - 1 } else { x as u32 % w };
+        let row = |y: f64| (y.max(0.0) as u32).min(h - 1);
+        let (fx, fy) = ((x - x0) as f32, (y - y0) as f32);
+        let along = |y| self.pixel(column(x0), y).lerp(self.pixel(column(x0 + 1.0), y), fx);
+        along(row(y0)).lerp(along(row(y0 + 1.0)), fy)
+    }
+
+    /// The radiance integrated over all directions, pixel by pixel.
+    pub(super) fn integral(&self) -> [f64; 3] {
+        let (w, h) = self.size();
+        let mut total = [0.0; 3];
+        for (y, solid_angle) in (0..h).zip(solid_angles(w, h)) {
+            let mut row = [0.0; 3];
+            for x in 0..w {
+                for (sum, v) in row.iter_mut().zip(self.pixel(x, y).to_array()) {
+                    *sum += f64::from(v);
+                }
+            }
+            for (total, row) in total.iter_mut().zip(row) {
+                *total += row * solid_angle;
+            }
+        }
+        total
+    }
+}
+
+fn is_light(v: f32) -> bool {
+    v >= 0.0 && v.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_picture_lies_as_it_should() {
+        let cases = [
+            (DVec2::new(0.5, 0.5), DVec3::NEG_Z),
+            (DVec2::new(0.75, 0.5), DVec3::X),
+            (DVec2::new(0.25, 0.5), DVec3::NEG_X),
+            (DVec2::new(0.0, 0.5), DVec3::Z),
+            (DVec2::new(0.3, 0.0), DVec3::Y),
+            (DVec2::new(0.7, 1.0), DVec3::NEG_Y),
+        ];
+        for (uv, d) in cases {
+            assert!((direction(uv) - d).length() < 1e-15, "{uv} {}", direction(uv));
+        }
+        for (u, v) in (1..20).flat_map(|u| (1..20).map(move |v| (f64::from(u) / 20.0, f64::from(v) / 20.0))) {
+            let back = coordinates(direction(DVec2::new(u, v)) * 7.5);
+            assert!((back - DVec2::new(u, v)).length() < 1e-14, "{u} {v} {back}");
+        }
+    }
+
+    #[test]
+    fn the_pixels_cover_the_sphere() {
+        for (w, h) in [(1, 1), (8, 3), (200, 101)] {
+            let total: f64 = solid_angles(w, h).map(|a| a * f64::from(w)).sum();
+            assert!((total - 2.0 * TAU).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn every_pixel_is_found_at_its_centre() {
+        for (w, h) in [(1, 1), (2, 1), (5, 4), (16, 8)] {
+            let samples = (0..w * h * 3).map(|i| i as f32).collect();
+            let map = EnvironmentMap::new(Arc::new(Image {
+                width: w,
+                height: h,
+                channels: 3,
+                pixels: Pixels::F32(samples),
+            }));
+            for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
+                let uv = DVec2::new((f64::from(x) + 0.5) / f64::from(w), (f64::from(y) + 0.5) / f64::from(h));
+                let (found, expected) = (map.radiance(direction(uv)), map.pixel(x, y));
+                assert!((found - expected).map(f32::abs).max_component() < 1e-4, "{x} {y}: {found:?}");
+                assert_eq!(expected.r, ((y * w + x) * 3) as f32);
+            }
+        }
+    }
+
+    #[test]
+    fn between_pixels_it_is_bilinear_around_the_seam_and_held_at_the_poles() {
+        let map = EnvironmentMap::new(Arc::new(Image {
+            width: 4,
+            height: 2,
+            channels: 1,
+            pixels: Pixels::F32(vec![0.0, 1.0, 2.0, 10.0, 100.0, 100.0, 100.0, 100.0]),
+        }));
+        let at = |u, v| map.radiance(direction(DVec2::new(u, v))).g;
+        assert!((at(0.25, 0.25) - 0.5).abs() < 1e-6);
+        assert!((at(0.5, 0.5) - 50.75).abs() < 1e-4);
+        // The seam is +z: half of the first and half of the last column, from either side.
+        for u in [0.0, 1.0, 1e-12, 1.0 - 1e-12] {
+            assert!((at(u, 0.25) - 5.0).abs() < 1e-5, "{u}");
+        }
+        assert_eq!(at(0.375, 0.0), map.radiance(DVec3::Y).g);
+        assert_eq!(map.radiance(DVec3::NEG_Y).g, 100.0);
+    }
+
+    #[test]
+    fn integers_are_srgb_and_bad_floats_are_dark_and_counted() {
+        let map =
+            |channels, pixels| EnvironmentMap::new(Arc::new(Image { width: 2, height: 1, channels, pixels }));
+        let eight = map(3, Pixels::U8(vec![255, 128, 0, 1, 2, 3]));
+        assert_eq!(eight.pixel(0, 0), Spectrum::new(1.0, srgb_decode(128.0 / 255.0), 0.0));
+        let sixteen = map(2, Pixels::U16(vec![32768, 0, 65535, 7]));
+        assert_eq!(sixteen.pixel(0, 0), Spectrum::grey(srgb_decode(32768.0 / 65535.0)));
+        assert_eq!(sixteen.pixel(1, 0), Spectrum::WHITE);
+        let floats = map(4, Pixels::F32(vec![f32::NAN, -1.0, f32::INFINITY, 1.0, 1.0, 2.0, 3.0, f32::NAN]));
+        assert_eq!((floats.pixel(0, 0), floats.pixel(1, 0)), (Spectrum::BLACK, Spectrum::new(1.0, 2.0, 3.0)));
+        assert_eq!((floats.invalid_pixels(), eight.invalid_pixels()), (1, 0));
+    }
+}

@@ -1,0 +1,125 @@
+//! The built-in studio: a photographer's room for products, all of it white.
+//!
+//! A soft grey room, brighter towards the ceiling; a large soft box from the upper left of the front (+z), a dimmer upright
+//! one at the right, and a thin strip behind that draws the outline. Radiances are such that a white floor is as bright
+//! as 0.9 under them: exposure 0 suits them.
+
+use super::map::direction;
+use crate::image::{Image, Pixels};
+use crate::math::elementary::{sin_cos, tan};
+use crate::math::{DVec2, DVec3, radians};
+
+/// Columns and rows of the picture: the strip behind is five rows high.
+const WIDTH: u32 = 512;
+const HEIGHT: u32 = WIDTH / 2;
+
+/// Radiance of the room: straight down, at the horizon, straight up.
+const FLOOR: f64 = 0.2;
+const WALL: f64 = 0.28;
+const CEILING: f64 = 0.4;
+
+const KEY: SoftBox = SoftBox {
+    radiance: 5.25,
+    azimuth: -38.0,
+    elevation: 42.0,
+    half_width: 22.0,
+    half_height: 16.0,
+    softness: 0.25,
+};
+const FILL: SoftBox = SoftBox {
+    radiance: 2.0,
+    azimuth: 62.0,
+    elevation: 18.0,
+    half_width: 9.0,
+    half_height: 26.0,
+    softness: 0.3,
+};
+const RIM: SoftBox = SoftBox {
+    radiance: 3.0,
+    azimuth: 180.0,
+    elevation: 32.0,
+    half_width: 42.0,
+    half_height: 3.5,
+    softness: 0.4,
+};
+
+/// The picture: grey floats.
+pub(super) fn picture() -> Image {
+    let boxes = [&KEY, &FILL, &RIM].map(SoftBox::prepare);
+    let mut samples = Vec::with_capacity((WIDTH * HEIGHT) as usize);
+    for (x, y) in (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))) {
+        let uv =
+            DVec2::new((f64::from(x) + 0.5) / f64::from(WIDTH), (f64::from(y) + 0.5) / f64::from(HEIGHT));
+        let d = direction(uv);
+        let light = boxes.iter().fold(room(d.y), |sum, b| sum + b.radiance(d));
+        samples.push(light as f32);
+    }
+    Image { width: WIDTH, height: HEIGHT, channels: 1, pixels: Pixels::F32(samples) }
+}
+
+/// The room by height, −1 the floor and 1 the ceiling.
+fn room(height: f64) -> f64 {
+    FLOOR + (WALL - FLOOR) * smooth(-1.0, 0.0, height) + (CEILING - WALL) * smooth(0.0, 1.0, height)
+}
+
+/// 0 before `from`, 1 after `to`, 3t² − 2t³ between.
+fn smooth(from: f64, to: f64, x: f64) -> f64 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// A rectangle of light, upright, facing the middle. Angles in degrees.
+struct SoftBox {
+    /// At its middle; a tenth less at the middles of its edges.
+    radiance: f64,
+    /// To the right of the front (+z).
+    azimuth: f64,
+    /// Above the horizon.
+    elevation: f64,
+    /// From its middle to its right edge.
+    half_width: f64,
+    /// From its middle to its upper edge.
+    half_height: f64,
+    /// How far before and after each edge the light fades, as a share of the way to it.
+    softness: f64,
+}
+
+/// Towards the middle, the right and the top of a box, and its half sizes in a plane at distance 1.
+struct Ready {
+    radiance: f64,
+    towards: DVec3,
+    right: DVec3,
+    up: DVec3,
+    half: DVec2,
+    softness: f64,
+}
+
+impl SoftBox {
+    fn prepare(&self) -> Ready {
+        let (sin_a, cos_a) = sin_cos(radians(self.azimuth));
+        let (sin_e, cos_e) = sin_cos(radians(self.elevation));
+        let towards = DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e);
+        let right = DVec3::new(cos_a, 0.0, -sin_a);
+        Ready {
+            radiance: self.radiance,
+            towards,
+            right,
+            up: towards.cross(right),
+            half: DVec2::new(tan(radians(self.half_width)), tan(radians(self.half_height))),
+            softness: self.softness,
+        }
+    }
+}
+
+impl Ready {
+    fn radiance(&self, d: DVec3) -> f64 {
+        let distance = d.dot(self.towards);
+        if distance <= 0.0 {
+            return 0.0;
+        }
+        let at = DVec2::new(d.dot(self.right), d.dot(self.up)) / distance / self.half;
+        let inside = |v: f64| 1.0 - smooth(1.0 - self.softness, 1.0 + self.softness, v.abs());
+        let to_edge = 1.0 - 0.1 * at.length_squared().min(2.0);
+        self.radiance * to_edge * inside(at.x) * inside(at.y)
+    }
+}

@@ -1,0 +1,276 @@
+//! What is drawn is what is shown, and the chances add up.
+
+use std::f64::consts::{PI, TAU};
+
+use super::*;
+use crate::image::Pixels;
+use crate::math::DVec2;
+use crate::math::elementary::cos;
+
+fn image(width: u32, height: u32, channels: u8, samples: Vec<f32>) -> Image {
+    Image { width, height, channels, pixels: Pixels::F32(samples) }
+}
+
+fn desc(file: bool) -> EnvironmentDesc {
+    EnvironmentDesc { file: file.then_some(ImageId(0)), strength: 1.0, rotation: 0.0, tint: Spectrum::WHITE }
+}
+
+fn light_of(desc: &EnvironmentDesc, image: Image, compensated: bool) -> EnvironmentLight {
+    let images = [Asset { uri: "sky.hdr".into(), data: Arc::new(image) }];
+    desc.prepare(&images, compensated).unwrap()
+}
+
+fn light(image: Image) -> EnvironmentLight {
+    light_of(&desc(true), image, false)
+}
+
+/// splitmix64 in 0..1.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// A sky with a sun of one pixel, black parts, and much noise between.
+fn sky(width: u32, height: u32) -> Image {
+    sky_with_sun(width, height, 3000.0)
+}
+
+fn sky_with_sun(width: u32, height: u32, sun: f32) -> Image {
+    let mut random = Random(3);
+    let mut samples = Vec::new();
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let is_sun = x == width / 3 && y == height / 4;
+        let dark = y > 3 * height / 4 && x % 5 != 0;
+        let grey = if is_sun { sun } else { random.next() as f32 * 2.0 };
+        samples.extend(if dark { [0.0; 3] } else { [grey, grey * 0.9, grey * 0.7] });
+    }
+    image(width, height, 3, samples)
+}
+
+/// Every direction of a grid of `w` x `h` cells of the picture (before any rotation), with its solid angle.
+fn grid(w: u32, h: u32) -> impl Iterator<Item = (DVec3, f64)> {
+    let edge = move |y: u32| cos(PI * f64::from(y) / f64::from(h));
+    (0..h).flat_map(move |y| {
+        let solid_angle = TAU / f64::from(w) * (edge(y) - edge(y + 1));
+        (0..w).map(move |x| {
+            let uv = DVec2::new((f64::from(x) + 0.5) / f64::from(w), (f64::from(y) + 0.5) / f64::from(h));
+            (map::direction(uv), solid_angle)
+        })
+    })
+}
+
+#[test]
+fn densities_integrate_to_one() {
+    for (w, h) in [(1, 1), (3, 2), (32, 16), (200, 100), (33, 70)] {
+        for compensated in [false, true] {
+            let light = light_of(&desc(true), sky(w, h), compensated);
+            let total: f64 = grid(3 * w, 3 * h).map(|(d, solid_angle)| light.pdf(d) * solid_angle).sum();
+            assert!((total - 1.0).abs() < 1e-6, "{w}x{h} {compensated}: {total}");
+        }
+    }
+}
+
+#[test]
+fn samples_follow_the_density() {
+    for (compensated, rotation) in [(false, 0.0), (true, 0.0), (false, 77.0)] {
+        let (w, h) = (24, 12);
+        let light =
+            light_of(&EnvironmentDesc { rotation, ..desc(true) }, sky_with_sun(w, h, 20.0), compensated);
+        let unturned = light_of(&desc(true), sky_with_sun(w, h, 20.0), compensated);
+        let mut random = Random(11);
+        let (mut seen, n) = (vec![0u32; (w * h) as usize], 400_000);
+        for _ in 0..n {
+            let sample = light.sample([random.next(), random.next()]).unwrap();
+            assert!((sample.direction.length() - 1.0).abs() < 1e-12);
+            let uv = map::coordinates(light.turned_to_map(sample.direction));
+            let (x, y) = ((uv.x * f64::from(w)) as u32, (uv.y * f64::from(h)) as u32);
+            seen[(y.min(h - 1) * w + x.min(w - 1)) as usize] += 1;
+        }
+        // Pearson's sum over the cells that are expected often enough; rare ones together.
+        let (mut chi2, mut cells, mut rare) = (0.0, 0, (0.0, 0));
+        for ((d, solid_angle), seen) in grid(w, h).zip(&seen) {
+            let expected = unturned.pdf(d) * solid_angle * f64::from(n);
+            if expected < 5.0 {
+                rare = (rare.0 + expected, rare.1 + seen);
+                assert!(expected > 0.0 || *seen == 0, "a direction that cannot be");
+            } else {
+                chi2 += (f64::from(*seen) - expected) * (f64::from(*seen) - expected) / expected;
+                cells += 1;
+            }
+        }
+        let free = f64::from(cells - 1);
+        // Five standard deviations.
+        assert!(cells > 40 && chi2 < free + 5.0 * (2.0 * free).sqrt(), "{chi2} of {free}");
+        assert!((f64::from(rare.1) - rare.0).abs() < 5.0 * (rare.0 + 1.0).sqrt(), "{rare:?}");
+    }
+}
+
+#[test]
+fn a_sample_knows_its_density_and_its_light() {
+    let desc =
+        EnvironmentDesc { rotation: -130.0, strength: 2.5, tint: Spectrum::new(1.0, 0.5, 0.0), ..desc(true) };
+    for compensated in [false, true] {
+        let light = light_of(&desc, sky(48, 24), compensated);
+        let mut random = Random(5);
+        let mut disagree = 0;
+        for _ in 0..20_000 {
+            let sample = light.sample([random.next(), random.next()]).unwrap();
+            assert_eq!(sample.radiance, light.radiance(sample.direction));
+            assert!(sample.pdf > 0.0 && sample.pdf.is_finite());
+            // On an edge between two pixels rounding may lead to the other one.
+            disagree += u32::from((light.pdf(sample.direction) / sample.pdf - 1.0).abs() > 1e-9);
+        }
+        assert!(disagree < 3, "{disagree}");
+        for u in [0.0, 1.0, 0.5, f64::NAN, -1.0, 2.0] {
+            for v in [0.0, 1.0, 0.5, f64::NAN, -1.0, 2.0] {
+                let sample = light.sample([u, v]);
+                assert!(sample.is_none_or(|s| u.is_nan() || s.direction.is_finite()), "{u} {v} {sample:?}");
+            }
+        }
+    }
+}
+
+/// The estimate of the whole light has its true value, and hardly any noise: the density is the luminance but for the
+/// difference between a pixel's mean and its places.
+#[test]
+fn importance_sampling_integrates_the_light() {
+    let light = light(sky(64, 32));
+    let mut random = Random(9);
+    let n = 200_000;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for _ in 0..n {
+        let s = light.sample([random.next(), random.next()]).unwrap();
+        let v = f64::from(s.radiance.luminance()) / s.pdf;
+        sum += v;
+        squares += v * v;
+    }
+    let mean = sum / f64::from(n);
+    let deviation = (squares / f64::from(n) - mean * mean).max(0.0).sqrt() / f64::from(n).sqrt();
+    // The bilinear look-up's own integral, on a fine grid.
+    let truth: f64 = grid(64 * 8, 32 * 8).map(|(d, a)| f64::from(light.radiance(d).luminance()) * a).sum();
+    assert!((mean - truth).abs() < 4.0 * deviation + 2e-3 * truth, "{mean} {truth} {deviation}");
+    assert!(deviation < 0.01 * truth, "{deviation}");
+    let stated = f64::from(light.power().luminance());
+    assert!((stated - truth).abs() < 0.01 * truth, "{stated} {truth}");
+}
+
+#[test]
+fn wherever_light_comes_from_it_is_sampled() {
+    let mut samples = vec![0.0; 16 * 8];
+    samples[3 * 16] = 1.0;
+    let light = light(image(16, 8, 1, samples));
+    for (d, _) in grid(160, 80) {
+        assert!(light.radiance(d).is_black() || light.pdf(d) > 0.0, "{d}");
+    }
+}
+
+#[test]
+fn a_constant_is_sampled_evenly() {
+    for compensated in [false, true] {
+        for (w, h) in [(1, 1), (7, 5), (64, 32)] {
+            let light = light_of(&desc(true), image(w, h, 1, vec![0.7; (w * h) as usize]), compensated);
+            for (d, _) in grid(50, 30) {
+                assert!((light.pdf(d) * 2.0 * TAU - 1.0).abs() < 1e-6, "{compensated} {d} {}", light.pdf(d));
+                let difference = light.radiance(d) - Spectrum::grey(0.7);
+                assert!(difference.map(f32::abs).max_component() < 1e-6);
+            }
+            assert!((f64::from(light.power().g) - 0.7 * 2.0 * TAU).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn compensation_leaves_out_what_is_dimmer_than_the_mean() {
+    // Upper half 3, lower half 1: the mean is 2.
+    let samples = (0..64 * 32).map(|i| if i < 64 * 16 { 3.0 } else { 1.0 }).collect();
+    let light = light_of(&desc(true), image(64, 32, 1, samples), true);
+    assert_eq!(light.pdf(DVec3::NEG_Y), 0.0);
+    assert!((light.pdf(DVec3::new(0.3, 0.7, -0.2)) - 1.0 / TAU).abs() < 0.01);
+    assert_eq!(light.radiance(DVec3::NEG_Y), Spectrum::WHITE);
+}
+
+#[test]
+fn black_and_broken_pictures_are_defined() {
+    let odd = [0.0, f32::NAN, -1.0, f32::INFINITY, f32::NEG_INFINITY, -0.0];
+    let black = light(image(6, 4, 1, (0..24).map(|i| odd[i % 6]).collect()));
+    assert!(black.is_black() && black.sample([0.5, 0.5]).is_none());
+    assert_eq!((black.pdf(DVec3::X), black.radiance(DVec3::X)), (0.0, Spectrum::BLACK));
+    assert_eq!(black.invalid_pixels(), 16);
+    // The largest numbers there are.
+    let huge = EnvironmentDesc { strength: 1e30, ..desc(true) };
+    let huge = light_of(&huge, image(4, 2, 1, vec![f32::MAX; 8]), false);
+    assert!(huge.radiance(DVec3::X).is_finite() && huge.power().is_finite());
+    assert!((huge.pdf(DVec3::X) * 2.0 * TAU - 1.0).abs() < 1e-6);
+    let none = EnvironmentDesc { strength: 0.0, ..desc(true) };
+    let none = light_of(&none, sky(8, 4), false);
+    assert!(none.is_black() && none.radiance(DVec3::Y).is_black());
+    let short = Image { width: 9, ..sky(8, 4) };
+    let images = [Asset { uri: "a".into(), data: Arc::new(short) }];
+    assert!(desc(true).prepare(&images, false).is_err());
+    assert!(desc(true).prepare(&[], false).is_err());
+}
+
+#[test]
+fn rotation_turns_the_scene_s_directions() {
+    let picture = || sky(36, 18);
+    let still = light(picture());
+    for degrees in [90.0, -33.0, 360.0, 1234.5] {
+        let turned = light_of(&EnvironmentDesc { rotation: degrees, ..desc(true) }, picture(), false);
+        let turn = crate::math::DMat3::from_rotation_y(radians(degrees));
+        for (d, _) in grid(23, 11) {
+            let (a, b) = (still.radiance(d), turned.radiance(turn * d));
+            assert!((a - b).map(f32::abs).max_component() < 1e-3 * (1.0 + a.g), "{degrees} {d}: {a:?} {b:?}");
+        }
+    }
+    // A mark in the middle of the picture lies along −z; turned by a quarter, along −x.
+    let mut samples = vec![0.0; 40 * 21];
+    samples[10 * 40 + 20] = 1.0;
+    samples[10 * 40 + 19] = 1.0;
+    let mark = |rotation| {
+        light_of(&EnvironmentDesc { rotation, ..desc(true) }, image(40, 21, 1, samples.clone()), false)
+    };
+    assert!(mark(0.0).radiance(DVec3::NEG_Z).g > 0.99);
+    assert!(mark(90.0).radiance(DVec3::NEG_X).g > 0.99 && mark(90.0).radiance(DVec3::NEG_Z).is_black());
+}
+
+/// Irradiance over π on a plane with normal `n`.
+fn irradiance(light: &EnvironmentLight, n: DVec3) -> f64 {
+    let n = n.normalize();
+    let arriving =
+        |(d, solid_angle): (DVec3, f64)| f64::from(light.radiance(d).g) * solid_angle * d.dot(n).max(0.0);
+    grid(1024, 512).map(arriving).sum::<f64>() / PI
+}
+
+#[test]
+fn the_studio_suits_exposure_zero() {
+    let studio = desc(false).prepare(&[], false).unwrap();
+    let up = irradiance(&studio, DVec3::Y);
+    assert!((up - 0.9).abs() < 0.02, "{up}");
+    let [front, left, right, back, down] =
+        [DVec3::Z, DVec3::NEG_X, DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y].map(|n| irradiance(&studio, n));
+    // Lit from the upper left of the front, no side in the dark.
+    assert!(
+        up > front && front > left && left > right && right > down && down > 0.2,
+        "{front} {left} {right} {down}"
+    );
+    assert!(front > 1.5 * back, "{front} {back}");
+    let (mut most, mut towards) = (0.0, DVec3::ZERO);
+    for (d, _) in grid(512, 256) {
+        let light = studio.radiance(d);
+        assert!(light.r == light.g && light.g == light.b && light.g >= 0.2, "{d} {light:?}");
+        if light.g > most {
+            (most, towards) = (light.g, d);
+        }
+    }
+    assert!((5.0..=15.0).contains(&most), "{most}");
+    assert!(towards.x < -0.3 && towards.y > 0.5 && towards.z > 0.3, "{towards}");
+    assert!(studio.radiance(DVec3::Y).g > studio.radiance(DVec3::NEG_Y).g);
+    assert_eq!(studio.invalid_pixels(), 0);
+    assert!(studio.memory() < 2 << 20);
+}

@@ -1,0 +1,115 @@
+//! The physical material at a place: textures looked up, what the layered BSDF is made of.
+
+use super::{Physical, PrincipledMaterial};
+use crate::bsdf::{Bsdf, PrincipledPoint};
+use crate::color::Spectrum;
+use crate::math::{DVec3, Frame};
+use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+
+fn mean(c: Spectrum) -> f64 {
+    f64::from((c.r + c.g + c.b) / 3.0)
+}
+
+impl PrincipledMaterial {
+    /// All numbers as seen from outside, if none depends on the place.
+    pub(super) fn constant_point(&self) -> Option<PrincipledPoint> {
+        let mut all = true;
+        let point = self.point_by(&mut |source| match source {
+            ColorSource::Constant(c) => c,
+            ColorSource::Texture(_) => {
+                all = false;
+                Spectrum::BLACK
+            }
+        });
+        all.then_some(point)
+    }
+
+    /// All numbers by the colours that `at` gives for their sources.
+    fn point_by(&self, at: &mut dyn FnMut(ColorSource) -> Spectrum) -> PrincipledPoint {
+        let strength = self.anisotropy_map.map_or(1.0, |map| f64::from(at(map).b));
+        PrincipledPoint {
+            base_weight: mean(at(self.base_weight)),
+            base_color: at(self.base_color),
+            base_diffuse_roughness: mean(at(self.base_diffuse_roughness)),
+            base_metalness: mean(at(self.base_metalness)),
+            specular_weight: mean(at(self.specular_weight)),
+            specular_color: at(self.specular_color),
+            specular_roughness: mean(at(self.specular_roughness)),
+            specular_ior: self.specular_ior,
+            exterior_ior: 1.0,
+            specular_roughness_anisotropy: strength * mean(at(self.specular_roughness_anisotropy)),
+            // The shading frame is turned instead.
+            anisotropy_rotation: 0.0,
+            alpha: None,
+            transmission_weight: mean(at(self.transmission_weight)),
+            transmission_color: at(self.transmission_color),
+            transmission_depth: self.transmission_depth,
+            subsurface_weight: mean(at(self.subsurface_weight)),
+            subsurface_color: at(self.subsurface_color),
+            coat_weight: mean(at(self.coat_weight)),
+            coat_color: at(self.coat_color),
+            coat_roughness: mean(at(self.coat_roughness)),
+            coat_ior: self.coat_ior,
+            coat_darkening: self.coat_darkening,
+            fuzz_weight: mean(at(self.fuzz_weight)),
+            fuzz_color: at(self.fuzz_color),
+            fuzz_roughness: mean(at(self.fuzz_roughness)),
+            thin_film_weight: mean(at(self.thin_film_weight)),
+            thin_film_thickness: mean(at(self.thin_film_thickness)),
+            thin_film_ior: self.thin_film_ior,
+            thin_walled: self.thin_walled,
+            entering: true,
+        }
+    }
+}
+
+impl Physical {
+    /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
+    /// around the solid.
+    pub fn bsdf(&self, scene: &Scene, surface: &SurfaceInteraction, around: f64, entering: bool) -> Bsdf {
+        if let Some(bsdf) = self.constant_bsdf(entering)
+            && around == 1.0
+        {
+            return *bsdf;
+        }
+        let at = scene.texture_point(surface);
+        let mut point = self.desc.point_by(&mut |source| scene.textures.color(source, &at));
+        point.exterior_ior = around;
+        point.entering = entering;
+        Bsdf::new(&point)
+    }
+
+    /// The shading frame: normal as the normal map says, x along the direction of anisotropy.
+    pub fn frame(&self, scene: &Scene, surface: &SurfaceInteraction) -> Frame {
+        let d = &self.desc;
+        let mut n = surface.ns;
+        if let Some(map) = d.normal_map
+            && let Some(mapped) = scene.mapped_normal(surface, map, d.normal_scale)
+        {
+            n = mapped;
+        }
+        if let Some(x) = self.anisotropy_direction(scene, surface, n) {
+            return Frame { x, y: n.cross(x), z: n };
+        }
+        Frame::from_z(n)
+    }
+
+    fn anisotropy_direction(&self, scene: &Scene, surface: &SurfaceInteraction, n: DVec3) -> Option<DVec3> {
+        let d = &self.desc;
+        if d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK) {
+            return None;
+        }
+        let (tangent, bitangent) = scene.tangent_frame(surface, 0)?;
+        let (mut s, mut c) = crate::math::elementary::sin_cos(d.anisotropy_rotation);
+        if let Some(map) = d.anisotropy_map {
+            let m = scene.textures.color(map, &scene.texture_point(surface));
+            let (x, y) = (2.0 * f64::from(m.r) - 1.0, 2.0 * f64::from(m.g) - 1.0);
+            let length = (x * x + y * y).sqrt();
+            if length > 1e-6 {
+                (s, c) = ((s * x + c * y) / length, (c * x - s * y) / length);
+            }
+        }
+        let along = c * tangent + s * bitangent;
+        (along - n * along.dot(n)).try_normalize()
+    }
+}

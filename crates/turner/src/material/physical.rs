@@ -1,0 +1,177 @@
+//! Materials as the integrators that follow light take them: the physical material, with what is known of it beforehand.
+//!
+//! A classic material becomes a physical one:
+//!
+//! | classic | physical |
+//! |---|---|
+//! | `color`, `kd` | base colour and weight of a Lambertian base |
+//! | `ks`, `shininess` n | dielectric specular of roughness (2/(n + 2))^(1/4) |
+//! | `k_reflect` | smooth specular with that reflectance seen head-on; from 0.9 on, a metal mirror of that grey; with `fresnel`, of the material's `ior` |
+//! | `k_refract` | glass with the material's `ior`, in proportion to the local colour |
+//! | `opacity`, `alpha_cutoff` | the same |
+//! | `ka` | nothing: light from all around is traced |
+
+use super::{AlphaMode, ClassicMaterial, Fresnel, MaterialDesc, PrincipledMaterial, ShadowKind};
+use crate::bsdf::{Bsdf, PrincipledPoint};
+use crate::color::Spectrum;
+use crate::scene::{ColorSource, Scene};
+use crate::texture::TexturePoint;
+
+/// A physical material, prepared.
+#[derive(Clone, Debug)]
+pub struct Physical {
+    /// What it is made of.
+    pub desc: PrincipledMaterial,
+    /// Its objects' shadows: opaque, or tinted where it covers only a share of what is behind.
+    pub(super) shadow: ShadowKind,
+    /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
+    constant: Option<[Bsdf; 2]>,
+}
+
+/// A source that is the same grey everywhere.
+const fn grey(v: f32) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v))
+}
+
+impl MaterialDesc {
+    /// Makes it ready for integrators that follow light.
+    pub fn prepare_physical(&self) -> Physical {
+        match self {
+            MaterialDesc::Classic(m) => Physical::new(PrincipledMaterial::from_classic(m)),
+            MaterialDesc::Principled(m) => Physical::new(m.clone()),
+        }
+    }
+}
+
+impl PrincipledMaterial {
+    /// A physical material that looks like a classic one; the table above says how.
+    pub fn from_classic(m: &ClassicMaterial) -> PrincipledMaterial {
+        let unit = |v: f64| v.clamp(0.0, 1.0) as f32;
+        let (ks, exponent) = m.highlight();
+        let left = (1.0 - m.k_reflect - m.k_refract).max(0.0);
+        let local = m.k_local.unwrap_or(left) * m.kd;
+        let mut p = PrincipledMaterial {
+            base_color: m.color,
+            base_weight: grey(unit(local)),
+            specular_weight: grey(0.0),
+            opacity: m.opacity,
+            alpha_cutoff: m.alpha_cutoff,
+            ..PrincipledMaterial::default()
+        };
+        if ks > 0.0 {
+            p.specular_weight = grey(1.0);
+            p.specular_roughness = grey(unit((2.0 / (exponent + 2.0)).sqrt().sqrt()));
+        }
+        if m.k_reflect > 0.0 || m.k_refract > 0.0 {
+            p.specular_weight = grey(1.0);
+            p.specular_roughness = grey(0.0);
+            p.specular_ior = m.ior;
+        }
+        if m.k_refract > 0.0 {
+            // The local share is what is left beside the glass.
+            let glass = m.k_refract / (m.k_refract + local);
+            p.transmission_weight = grey(unit(glass));
+            p.base_weight = grey(unit(m.kd));
+        } else if m.k_reflect > 0.0 && m.fresnel == Fresnel::Off {
+            if m.k_reflect >= 0.9 {
+                p.base_metalness = grey(1.0);
+                p.base_color = grey(unit(m.k_reflect));
+                p.base_weight = grey(1.0);
+            } else {
+                // The index of refraction that reflects so much.
+                let r = m.k_reflect.sqrt();
+                p.specular_ior = (1.0 + r) / (1.0 - r);
+                // The specular layer takes its share of the base by itself.
+                p.base_weight = grey(unit(m.kd * m.k_local.map_or(1.0, |k| k / (1.0 - m.k_reflect))));
+            }
+        } else if m.k_reflect > 0.0 {
+            p.specular_weight = grey(unit(m.k_reflect));
+        }
+        p
+    }
+}
+
+impl Physical {
+    fn new(desc: PrincipledMaterial) -> Physical {
+        let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
+        let shadow = if see_through { ShadowKind::Tinted } else { ShadowKind::Opaque };
+        let constant = desc
+            .constant_point()
+            .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
+        Physical { desc, shadow, constant }
+    }
+
+    /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.
+    #[inline]
+    pub fn constant_bsdf(&self, entering: bool) -> Option<&Bsdf> {
+        self.constant.as_ref().map(|[outer, inner]| if entering { outer } else { inner })
+    }
+
+    /// Whether light goes through it into what it encloses.
+    #[inline]
+    pub fn has_inside(&self) -> bool {
+        !self.desc.thin_walled && self.desc.is_transmissive()
+    }
+
+    /// Whether it shines and lights other things.
+    #[inline]
+    pub fn is_emissive(&self) -> bool {
+        !self.desc.unlit
+            && self.desc.emission_luminance > 0.0
+            && self.desc.emission_color != ColorSource::Constant(Spectrum::BLACK)
+    }
+
+    /// Whether it shines on its inner side, too: where it has one.
+    #[inline]
+    pub fn shines_backwards(&self) -> bool {
+        self.desc.double_sided
+    }
+
+    /// On how many sides it shines.
+    pub fn sides(&self) -> f64 {
+        if self.shines_backwards() { 2.0 } else { 1.0 }
+    }
+
+    /// Whether its light differs from place to place.
+    pub fn has_emission_texture(&self) -> bool {
+        matches!(self.desc.emission_color, ColorSource::Texture(_)) || self.is_perforated()
+    }
+
+    fn is_perforated(&self) -> bool {
+        self.desc.alpha_mode != AlphaMode::Opaque && matches!(self.desc.opacity, ColorSource::Texture(_))
+    }
+
+    /// Radiance, both sides counted, where it is the same everywhere; of a texture, that of white.
+    pub fn emission_estimate(&self) -> f64 {
+        if !self.is_emissive() {
+            return 0.0;
+        }
+        let color = match self.desc.emission_color {
+            ColorSource::Constant(c) => f64::from(c.luminance()),
+            ColorSource::Texture(_) => 1.0,
+        };
+        color * self.desc.emission_luminance * self.sides()
+    }
+
+    /// Radiance where it is the same everywhere.
+    #[inline]
+    pub fn constant_emission(&self) -> Option<Spectrum> {
+        match (self.desc.emission_color, self.desc.alpha_mode, self.desc.opacity) {
+            (ColorSource::Constant(c), AlphaMode::Opaque | AlphaMode::Mask, ColorSource::Constant(_)) => {
+                Some(c * self.desc.emission_luminance as f32)
+            }
+            _ => None,
+        }
+    }
+
+    /// Radiance at a place, as far as the surface is there.
+    pub fn emitted(&self, scene: &Scene, at: &TexturePoint<'_>) -> Spectrum {
+        let d = &self.desc;
+        let covered = match d.alpha_mode {
+            AlphaMode::Opaque => 1.0,
+            AlphaMode::Mask => f32::from(scene.textures.opacity(d.opacity, at) >= d.alpha_cutoff as f32),
+            AlphaMode::Blend => scene.textures.opacity(d.opacity, at).clamp(0.0, 1.0),
+        };
+        scene.textures.color(d.emission_color, at) * (d.emission_luminance as f32 * covered)
+    }
+}

@@ -1,0 +1,248 @@
+//! Sobol points, Owen-scrambled by hashing (Burley 2020, "Practical hash-based Owen scrambling", JCGT 9(4)).
+//!
+//! A sample asks for sets of up to four numbers, one set per decision of its path (where in the pixel, which light, which
+//! way on). Within a set, the numbers of a pixel's samples are a scrambled Sobol sequence in base 2: any run of 2^k samples that
+//! starts at a multiple of 2^k has one in each elementary interval of area 2^-k of the first two numbers. Different sets
+//! are different scramblings in different orders, which is padding: good in each set, independent between them.
+//!
+//! There is no state: a number depends on seed, pixel, set and sample index alone.
+
+use super::{SampleId, mix};
+
+/// The points of one pixel's sample.
+#[derive(Clone, Copy, Debug)]
+pub struct OwenSobol {
+    /// Hash of seed and pixel.
+    pixel: u64,
+    index: u32,
+}
+
+impl OwenSobol {
+    /// For a sample.
+    #[inline]
+    pub fn new(id: &SampleId) -> OwenSobol {
+        let pixel = (u64::from(id.y) << 32) | u64::from(id.x);
+        OwenSobol { pixel: mix(pixel ^ mix(id.seed ^ 0x6a09_e667_f3bc_c909)), index: id.index }
+    }
+
+    /// Four numbers in 0..1; the first two are the best distributed pair.
+    #[inline]
+    pub fn four(&self, set: u32) -> [f64; 4] {
+        let (a, b, c) = self.seeds(set);
+        let index = self.shuffled(a as u32);
+        [
+            unit(permute(index, (a >> 32) as u32)),
+            unit(permute(column_bits(&TABLES[0], index), b as u32)),
+            unit(permute(column_bits(&TABLES[1], index), (b >> 32) as u32)),
+            unit(permute(column_bits(&TABLES[2], index), c as u32)),
+        ]
+    }
+
+    /// Two numbers in 0..1.
+    #[inline]
+    pub fn two(&self, set: u32) -> [f64; 2] {
+        let (a, b, _) = self.seeds(set);
+        let index = self.shuffled(a as u32);
+        [unit(permute(index, (a >> 32) as u32)), unit(permute(column_bits(&TABLES[0], index), b as u32))]
+    }
+
+    #[inline]
+    fn seeds(&self, set: u32) -> (u64, u64, u64) {
+        let a = mix(self.pixel.wrapping_add(u64::from(set).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        let b = mix(a ^ 0xbf58_476d_1ce4_e5b9);
+        (a, b, mix(b ^ 0x94d0_49bb_1331_11eb))
+    }
+
+    /// The sample's place in this set's order.
+    #[inline]
+    fn shuffled(&self, seed: u32) -> u32 {
+        permute(self.index.reverse_bits(), seed).reverse_bits()
+    }
+}
+
+/// A permutation of 32 bits in which each bit depends on the ones below it alone: Owen scrambling for numbers whose
+/// bits are reversed (Laine & Karras 2011; the constants are those Burley gives).
+#[inline]
+fn permute(mut x: u32, seed: u32) -> u32 {
+    x = x.wrapping_add(seed);
+    x ^= x.wrapping_mul(0x6c50_b47c);
+    x ^= x.wrapping_mul(0xb82f_1e52);
+    x ^= x.wrapping_mul(0xc7af_e638);
+    x ^= x.wrapping_mul(0x8d22_f6e6);
+    x
+}
+
+/// The number whose binary digits are the bits from the lowest.
+#[inline]
+fn unit(reversed: u32) -> f64 {
+    f64::from(reversed.reverse_bits()) * (1.0 / 4_294_967_296.0)
+}
+
+/// The xor of a matrix's columns for the bits of an index, a byte at a time.
+#[inline]
+fn column_bits(table: &[[u32; 256]; 4], index: u32) -> u32 {
+    let [a, b, c, d] = index.to_le_bytes();
+    table[0][a as usize] ^ table[1][b as usize] ^ table[2][c as usize] ^ table[3][d as usize]
+}
+
+/// Of the Sobol sequence's second, third and fourth number; the first one's is the identity. The results have the bit of
+/// 1/2 lowest.
+static TABLES: [[[u32; 256]; 4]; 3] = [
+    // x + 1, x² + x + 1, x³ + x + 1 with the initial numbers of Joe & Kuo 2008.
+    table(1, 0, [1, 0, 0]),
+    table(2, 1, [1, 3, 0]),
+    table(3, 1, [1, 3, 1]),
+];
+
+/// For a primitive polynomial of a degree, its inner coefficients and the first direction numbers.
+const fn table(degree: usize, coefficients: u32, first: [u32; 3]) -> [[u32; 256]; 4] {
+    let mut m = [0u32; 32];
+    let mut k = 0;
+    while k < 32 {
+        if k < degree {
+            m[k] = first[k] << (31 - k);
+        } else {
+            // Bratley & Fox 1988, with the numbers as fractions.
+            m[k] = m[k - degree] ^ (m[k - degree] >> degree);
+            let mut i = 1;
+            while i < degree {
+                if coefficients >> (degree - 1 - i) & 1 == 1 {
+                    m[k] ^= m[k - i];
+                }
+                i += 1;
+            }
+        }
+        k += 1;
+    }
+    let mut out = [[0u32; 256]; 4];
+    let mut byte = 0;
+    while byte < 4 {
+        let mut value = 0;
+        while value < 256 {
+            let mut bits = 0;
+            let mut bit = 0;
+            while bit < 8 {
+                if value >> bit & 1 == 1 {
+                    bits ^= m[8 * byte + bit];
+                }
+                bit += 1;
+            }
+            out[byte][value] = bits.reverse_bits();
+            value += 1;
+        }
+        byte += 1;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: u32, index: u32) -> OwenSobol {
+        OwenSobol::new(&SampleId { x, y: 3, index, seed: 11 })
+    }
+
+    /// One sample in each elementary interval, for every shape of interval: a (0, k, 2)-net.
+    #[test]
+    fn the_first_two_numbers_are_a_net() {
+        for set in 0..20 {
+            for k in 0..10u32 {
+                let n = 1u32 << k;
+                // Any aligned run, not only the first.
+                for start in [0, n, 5 * n] {
+                    for columns in 0..=k {
+                        let mut seen = vec![false; n as usize];
+                        for i in start..start + n {
+                            let [x, y, ..] = at(9, i).four(set);
+                            let column = (x * f64::from(1u32 << columns)) as usize;
+                            let row = (y * f64::from(1u32 << (k - columns))) as usize;
+                            let cell = column << (k - columns) | row;
+                            assert!(!seen[cell], "set {set}, {n} samples, 2^{columns} columns");
+                            seen[cell] = true;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_number_is_stratified_and_two_is_the_start_of_four() {
+        for set in 0..50 {
+            for dimension in 0..4 {
+                let mut seen = [false; 64];
+                for i in 64..128 {
+                    let s = at(1, i);
+                    let four = s.four(set);
+                    assert_eq!(s.two(set), [four[0], four[1]]);
+                    let stratum = (four[dimension] * 64.0) as usize;
+                    assert!(!seen[stratum]);
+                    seen[stratum] = true;
+                }
+            }
+        }
+    }
+
+    /// The third and fourth numbers are a (1, k, 2)-net at worst: no elementary interval of twice the area is empty.
+    #[test]
+    fn other_pairs_are_well_spread() {
+        for (a, b) in [(0, 2), (1, 2), (0, 3), (1, 3), (2, 3)] {
+            let mut cells = [0u32; 64];
+            for i in 0..256 {
+                let u = at(2, i).four(4);
+                cells[(u[a] * 8.0) as usize * 8 + (u[b] * 8.0) as usize] += 1;
+            }
+            // Random points would leave cells with 0 and with 10.
+            assert!(cells.iter().all(|c| (1..=8).contains(c)), "{a} {b}: {cells:?}");
+        }
+    }
+
+    /// Chi-square over pixels for one sample index, and for pairs between sets and neighbouring pixels.
+    #[test]
+    fn pixels_and_sets_are_independent() {
+        let chi2 = |values: &mut dyn Iterator<Item = (f64, f64)>| {
+            let (mut bins, mut n) = ([0u32; 64], 0);
+            for (a, b) in values {
+                bins[(a * 8.0) as usize * 8 + (b * 8.0) as usize] += 1;
+                n += 1;
+            }
+            let expected = f64::from(n) / 64.0;
+            bins.iter().map(|c| (f64::from(*c) - expected).powi(2) / expected).sum::<f64>()
+        };
+        // The 0.9999 quantile with 63 degrees of freedom is 113.
+        for set in 0..8 {
+            let one = |x: u32, set: u32, d: usize| at(x, 7).four(set)[d];
+            assert!(chi2(&mut (0..8192).map(|x| (one(x, set, 0), one(x, set, 3)))) < 113.0);
+            assert!(chi2(&mut (0..8192).map(|x| (one(x, set, 0), one(x, set + 1, 0)))) < 113.0);
+            assert!(chi2(&mut (0..8192).map(|x| (one(x, set, 1), one(x + 1, set, 1)))) < 113.0);
+        }
+        // Between two sets of one pixel, over its samples.
+        for x in 0..8 {
+            let pair = |i| (at(x, i).four(0)[0], at(x, i).four(1)[0]);
+            assert!(chi2(&mut (0..8192).map(pair)) < 113.0, "pixel {x}");
+        }
+    }
+
+    /// The point of it: a smooth integrand's error falls much faster than with independent numbers.
+    #[test]
+    fn the_error_of_a_smooth_integrand_falls_fast() {
+        let rms = |n: u32| {
+            let mut sum = 0.0;
+            for x in 0..200 {
+                let estimate = (0..n)
+                    .map(|i| {
+                        let [u, v] = at(x, i).two(0);
+                        (u * u) * (1.0 - v * v * v) / (1.0 / 3.0 * 0.75)
+                    })
+                    .sum::<f64>()
+                    / f64::from(n);
+                sum += (estimate - 1.0) * (estimate - 1.0);
+            }
+            (sum / 200.0).sqrt()
+        };
+        // Independent numbers: a factor of 8.
+        let (few, many) = (rms(16), rms(1024));
+        assert!(few / many > 150.0, "{few} {many}");
+    }
+}

@@ -1,0 +1,358 @@
+//! Clouds of points, each shown as a small sphere.
+
+use std::sync::Arc;
+
+use turner_bvh::{BoxBvh, BuildOptions};
+
+use super::mesh::MeshData;
+use super::sphere::Sphere;
+use super::traversal::TraversalFrame;
+use super::{ShapeHit, SurfacePoint};
+use crate::math::{Bounds, DVec3, Ray};
+use crate::scene::model::Renumber;
+use crate::scene::read::ReadContext;
+use crate::scene::schema::{EntryDoc, Range, TableReader, params};
+use crate::scene::{Asset, ErrorCode, MeshId, PrepareOptions, SceneError};
+
+params! {
+    /// A cloud of points, from a PLY file (or the vertices of an OBJ file) or written in place: each is a sphere, with (u, v) as
+    /// a sphere has them. Their colours are shown by the texture "vertex-color". Without a radius, points get three quarters of
+    /// the mean distance between neighbours.
+    pub struct PointsKeys as "points" {
+        /// A .ply or .obj file; of a mesh, its vertices.
+        file: Option<String> = None;
+        /// Points, instead of `file`.
+        positions: Option<Vec<DVec3>> = None;
+        /// Colours [r, g, b, opacity], one per point in place.
+        colors: Option<Vec<[f64; 4]>> = None;
+        /// Radius of all points.
+        radius: Option<f64> = None, in Range::POSITIVE;
+        /// Radius of each point, instead of `radius`.
+        radii: Option<Vec<f64>> = None, in Range::POSITIVE;
+    }
+    example r##"[[object]]
+type = "points"
+positions = [[-1, 0, 0], [0, 0.5, 0], [1, 0, 0], [0, -0.5, 0]]
+colors = [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 0, 1]]
+radius = 0.3
+material = { color = { type = "vertex-color" } }
+"##
+}
+
+/// Points, their positions and colours in the scene's list of meshes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointsDesc {
+    /// Whose vertices they are.
+    pub points: MeshId,
+    /// The radius of all, greater than 0; without one it follows from their distances.
+    pub radius: Option<f64>,
+    /// The radius of each instead, or empty.
+    pub radii: Vec<f32>,
+}
+
+impl PointsDesc {
+    /// Its documentation.
+    pub const DOC: EntryDoc = PointsKeys::DOC;
+
+    /// Moves the numbers of things it refers to.
+    pub fn renumber(&mut self, by: &Renumber) {
+        self.points = by.mesh(self.points);
+    }
+
+    /// Reads its keys; puts points written in place into the scene's list of meshes.
+    pub fn read(table: &mut TableReader<'_>, cx: &mut ReadContext<'_>) -> Result<PointsDesc, SceneError> {
+        let keys = PointsKeys::read(table, cx)?;
+        let points = match (keys.file, keys.positions) {
+            (Some(uri), None) if keys.colors.is_none() => cx.mesh_file(&uri, table.span_of("file"))?,
+            (None, Some(positions)) => {
+                let colors = keys.colors.unwrap_or_default();
+                let data = MeshData {
+                    positions: positions.into_iter().map(|p| p.as_vec3().to_array()).collect(),
+                    colors: colors.into_iter().map(|c| c.map(|x| x as f32)).collect(),
+                    ..MeshData::default()
+                };
+                data.check().map_err(|e| e.or_at(Some(table.span())))?;
+                cx.inline_mesh(data)
+            }
+            (None, None) => {
+                let message = "points need a `file`, or `positions`";
+                return Err(SceneError::at(ErrorCode::MissingKey, table.span(), message)
+                    .help("add `file = \"cloud.ply\"`"));
+            }
+            _ => {
+                let message = "points have either a `file` or `positions` and `colors` in place";
+                return Err(SceneError::at(ErrorCode::Conflict, table.span_of("file"), message)
+                    .help("remove one of the two"));
+            }
+        };
+        let radii: Vec<f32> = keys.radii.unwrap_or_default().into_iter().map(|r| r as f32).collect();
+        let count = cx.mesh_data(points).positions.len();
+        if !radii.is_empty() && radii.len() != count {
+            let message = format!("{} radii for {count} points", radii.len());
+            return Err(SceneError::at(ErrorCode::Conflict, table.span_of("radii"), message)
+                .help("give one per point, or one `radius` for all"));
+        }
+        Ok(PointsDesc { points, radius: keys.radius, radii })
+    }
+
+    /// Makes them traceable. `meshes` are the scene's.
+    pub fn prepare(
+        &self,
+        meshes: &[Asset<MeshData>],
+        options: &PrepareOptions,
+    ) -> Result<Points, SceneError> {
+        let Some(asset) = meshes.get(self.points.index()) else {
+            let message = format!("points name mesh {}, but the scene has {}", self.points.0, meshes.len());
+            return Err(SceneError::new(ErrorCode::Mesh, message));
+        };
+        asset.data.check()?;
+        Points::build(&asset.data, self.radius, &self.radii, options)
+    }
+}
+
+/// Spheres with their tree: some 90 bytes each beyond the positions, which are shared with the description.
+#[derive(Clone, Debug)]
+pub struct Points {
+    data: Arc<MeshData>,
+    radius: f64,
+    /// Of each point, or empty.
+    radii: Vec<f32>,
+    tree: BoxBvh,
+    frame: TraversalFrame,
+    bounds: Bounds,
+}
+
+impl Points {
+    /// Builds the tree. Points that are not finite are left out, and so are ones whose own radius is not above 0.
+    pub fn build(
+        data: &Arc<MeshData>,
+        radius: Option<f64>,
+        radii: &[f32],
+        options: &PrepareOptions,
+    ) -> Result<Points, SceneError> {
+        let too_many = |e: &dyn std::fmt::Display| SceneError::new(ErrorCode::TooLarge, e.to_string());
+        if !radii.is_empty() && radii.len() != data.positions.len() {
+            let message = format!("{} radii for {} points", radii.len(), data.positions.len());
+            return Err(SceneError::new(ErrorCode::Mesh, message));
+        }
+        let radius = radius
+            .filter(|r| *r > 0.0 && r.is_finite())
+            .unwrap_or_else(|| if radii.is_empty() { 0.75 * spacing(&data.positions) } else { 1.0 });
+        let sphere = |i: usize| {
+            let radius = radii.get(i).map_or(radius, |r| f64::from(*r));
+            Sphere { center: DVec3::from(data.positions[i].map(f64::from)), radius }
+        };
+        let is_there = |s: &Sphere| s.center.is_finite() && s.radius > 0.0 && s.radius.is_finite();
+        let count = data.positions.len();
+        let all = (0..count).map(sphere).filter(is_there);
+        let bounds = all.fold(Bounds::EMPTY, |b, s| b.union(&s.bounds()));
+        let frame = TraversalFrame::new(&bounds);
+        let mut boxes = Vec::new();
+        boxes.try_reserve_exact(count).map_err(|e| too_many(&e))?;
+        boxes.extend(
+            (0..count)
+                .map(sphere)
+                .map(|s| frame.aabb(&if is_there(&s) { s.bounds() } else { Bounds::EMPTY })),
+        );
+        let build =
+            BuildOptions { quality: options.quality, threads: options.threads, ..BuildOptions::default() };
+        let tree = BoxBvh::build(&boxes, &build).map_err(|e| too_many(&e))?;
+        Ok(Points { data: Arc::clone(data), radius, radii: radii.to_vec(), tree, frame, bounds })
+    }
+
+    /// The box around them; empty without points.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.tree.order().len()
+    }
+
+    /// Bytes they take, the data that they share with the description included.
+    pub fn memory(&self) -> usize {
+        size_of_val(self) + self.tree.bytes() + size_of_val(&self.radii[..]) + self.data.memory()
+    }
+
+    #[inline]
+    fn sphere(&self, point: u32) -> Sphere {
+        let i = point as usize;
+        let radius = if self.radii.is_empty() { self.radius } else { f64::from(self.radii[i]) };
+        Sphere { center: DVec3::from(self.data.positions[i].map(f64::from)), radius }
+    }
+
+    /// The nearest hit, of several at the same t that of the point with the lowest number.
+    pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        self.intersect_where(ray, &|_| true)
+    }
+
+    /// The nearest of the hits that `accept` takes. It is asked about hits in any order.
+    pub fn intersect_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
+        let search = self.frame.ray(ray)?;
+        let mut nearest: Option<ShapeHit> = None;
+        self.tree.closest(&search.ray, |range, t_max| {
+            for &point in &self.tree.order()[range.start as usize..range.end as usize] {
+                let Some(hit) = self.hit(point, ray, accept) else { continue };
+                if nearest.is_none_or(|n| hit.t < n.t || hit.t == n.t && point < n.part) {
+                    nearest = Some(hit);
+                }
+            }
+            nearest.map_or(t_max, |n| search.end(n.t).min(t_max))
+        });
+        nearest
+    }
+
+    /// Whether there is a hit that `accept` takes.
+    pub fn occludes_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> bool {
+        let Some(search) = self.frame.ray(ray) else { return false };
+        self.tree.any(&search.ray, |range| {
+            let leaf = &self.tree.order()[range.start as usize..range.end as usize];
+            leaf.iter().any(|&point| self.hit(point, ray, accept).is_some())
+        })
+    }
+
+    /// The nearest hit of one point that `accept` takes: the front or the back of its sphere.
+    #[inline]
+    fn hit(&self, point: u32, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
+        let sphere = self.sphere(point);
+        let hit = ShapeHit { part: point, ..sphere.intersect(ray)? };
+        if accept(&hit) {
+            return Some(hit);
+        }
+        let behind = Ray { t_min: hit.t.next_up(), ..*ray };
+        let hit = ShapeHit { part: point, ..sphere.intersect(&behind)? };
+        accept(&hit).then_some(hit)
+    }
+
+    /// The surface at a hit.
+    pub fn surface(&self, ray: &Ray, hit: &ShapeHit) -> SurfacePoint {
+        self.sphere(hit.part).surface(ray, hit)
+    }
+
+    /// The colour of the point that was hit, linear RGB and opacity, if they have any.
+    pub fn color(&self, hit: &ShapeHit) -> Option<[f32; 4]> {
+        self.data.colors.get(hit.part as usize).copied()
+    }
+}
+
+/// The mean distance from a point to its nearest neighbour, roughly: neighbours are looked for among the eight before and after it
+/// on a curve through space (Morton 1966). Points at the same place do not count; 1 if there are no two.
+fn spacing(positions: &[[f32; 3]]) -> f64 {
+    let finite = |p: &&[f32; 3]| p.iter().all(|x| x.is_finite());
+    let wide = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
+    let bounds = Bounds::of(positions.iter().filter(finite).map(wide));
+    if bounds.is_empty() {
+        return 1.0;
+    }
+    let cells = f64::from(1_u32 << 21) / bounds.size().max_element().max(f64::MIN_POSITIVE);
+    let key = |p: DVec3| {
+        let cell = ((p - bounds.min) * cells).to_array().map(|c| spread(c as u64));
+        cell[0] | cell[1] << 1 | cell[2] << 2
+    };
+    // A part of a large cloud would be sparser than the whole: take all.
+    let mut order: Vec<(u64, u32)> = positions
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| finite(p))
+        .map(|(i, p)| (key(wide(p)), i as u32))
+        .collect();
+    order.sort_unstable();
+    let at = |i: usize| wide(&positions[order[i].1 as usize]);
+    // Every so manieth point will do for the mean.
+    let step = order.len().div_ceil(100_000);
+    let (mut sum, mut count) = (0.0, 0_u32);
+    for i in (0..order.len()).step_by(step.max(1)) {
+        let near = (i.saturating_sub(8)..order.len().min(i + 9)).filter(|&k| k != i);
+        let distances = near.map(|k| at(k).distance_squared(at(i))).filter(|d| *d > 0.0);
+        let nearest = distances.fold(f64::INFINITY, f64::min);
+        if nearest.is_finite() {
+            sum += nearest.sqrt();
+            count += 1;
+        }
+    }
+    if count == 0 { 1.0 } else { sum / f64::from(count) }
+}
+
+/// Two zero bits before each of the lower 21.
+fn spread(x: u64) -> u64 {
+    let mut x = x.min((1 << 21) - 1);
+    for (shift, mask) in [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ] {
+        x = (x | x << shift) & mask;
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::testing::Random;
+
+    fn cloud(count: usize, seed: u64) -> Arc<MeshData> {
+        let mut random = Random::new(seed);
+        let positions = (0..count).map(|_| random.in_cube().as_vec3().to_array()).collect();
+        Arc::new(MeshData { positions, ..MeshData::default() })
+    }
+
+    #[test]
+    fn the_tree_finds_what_each_sphere_says() {
+        let data = cloud(2000, 3);
+        let radii: Vec<f32> = (0..2000).map(|i| 0.01 + 0.0001 * (i % 300) as f32).collect();
+        let points = Points::build(&data, None, &radii, &PrepareOptions::default()).unwrap();
+        let mut random = Random::new(4);
+        let mut hits = 0;
+        for i in 0..3000 {
+            let far = if i % 3 == 0 { 1e5 } else { 2.0 };
+            let origin = far * random.direction();
+            let ray = Ray::new(origin, random.in_cube() - origin);
+            let all = (0..2000).filter_map(|k| {
+                let hit = points.sphere(k).intersect(&ray)?;
+                Some(ShapeHit { part: k, ..hit })
+            });
+            let expected = all.min_by(|a, b| a.t.total_cmp(&b.t).then(a.part.cmp(&b.part)));
+            assert_eq!(points.intersect(&ray), expected);
+            assert_eq!(points.occludes_where(&ray, &|_| true), expected.is_some());
+            let Some(hit) = expected else { continue };
+            hits += 1;
+            let surface = points.surface(&ray, &hit);
+            let sphere = points.sphere(hit.part);
+            assert!((surface.p.distance(sphere.center) - sphere.radius).abs() <= surface.error);
+            // The back of the first, or any other.
+            let behind = points.intersect_where(&ray, &|h| h.t > hit.t).unwrap();
+            assert!(behind.t > hit.t);
+        }
+        assert!(hits > 500, "{hits}");
+    }
+
+    #[test]
+    fn a_million_points_take_less_than_a_hundred_bytes_each() {
+        let data = cloud(100_000, 5);
+        let points = Points::build(&data, Some(0.001), &[], &PrepareOptions::default()).unwrap();
+        let beyond = points.memory() - data.memory();
+        assert!(beyond < 100 * 100_000, "{beyond}");
+        assert_eq!(points.count(), 100_000);
+    }
+
+    #[test]
+    fn without_a_radius_neighbours_tell() {
+        let grid: Vec<[f32; 3]> =
+            (0..4096).map(|i| [(i % 64) as f32 * 0.25, (i / 64) as f32 * 0.25, 1.0]).collect();
+        assert!((spacing(&grid) - 0.25).abs() < 0.03, "{}", spacing(&grid));
+        assert_eq!(spacing(&[[1.0; 3]; 5]), 1.0);
+        assert_eq!(spacing(&[]), 1.0);
+        let mut broken = grid;
+        broken.extend([[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0]]);
+        let data = Arc::new(MeshData { positions: broken, ..MeshData::default() });
+        let points = Points::build(&data, None, &[], &PrepareOptions::default()).unwrap();
+        assert!(points.count() == 4096 && points.bounds().is_finite());
+        let none = Points::build(&Arc::default(), None, &[], &PrepareOptions::default()).unwrap();
+        assert!(none.bounds().is_empty());
+        assert!(none.intersect(&Ray::new(DVec3::ZERO, DVec3::X)).is_none());
+    }
+}
