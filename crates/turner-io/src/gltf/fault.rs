@@ -46,7 +46,7 @@ impl Fault {
         self
     }
 
-    /// With another remedy.
+    /// With another remedy; names in it must be fit for a terminal.
     pub(super) fn help(mut self, help: impl Into<String>) -> Fault {
         self.help = help.into();
         self
@@ -56,6 +56,6 @@ impl Fault {
     pub(super) fn in_file(self, name: &str) -> SceneError {
         let place = if self.at.is_empty() { String::new() } else { format!("{}: ", printable(&self.at)) };
         let message = format!("{}: {place}{}", printable(name), printable(&self.message));
-        SceneError::new(self.code, message).help(printable(&self.help))
+        SceneError::new(self.code, message).help(self.help)
     }
 }

@@ -275,4 +275,6 @@ fn decode_images(
 }
 
 #[cfg(test)]
+mod testing;
+#[cfg(test)]
 mod tests;

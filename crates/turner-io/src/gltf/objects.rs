@@ -160,6 +160,7 @@ impl<'a> Objects<'a> {
             let material_json = material.map(|m| &self.document.materials[m]);
             let normal_map = material_json.and_then(materials::normal_map).map(|info| uv_set(info) as usize);
             let moved = joints.is_some() || bake.is_some();
+            let has_tangents = ["NORMAL", "TANGENT"].iter().all(|a| primitive.attributes.contains_key(*a));
             let key = Key {
                 attributes: primitive.attributes.iter().map(|(name, at)| (name.clone(), *at)).collect(),
                 indices: primitive.indices,
@@ -170,7 +171,7 @@ impl<'a> Objects<'a> {
                 } else {
                     weights.iter().map(|w| w.to_bits()).collect()
                 },
-                normal_map: normal_map.filter(|_| !primitive.attributes.contains_key("TANGENT")),
+                normal_map: normal_map.filter(|_| !has_tangents),
                 moved: moved.then_some((number, instance)),
             };
             let made = match self.made.get(&key) {

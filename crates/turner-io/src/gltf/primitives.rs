@@ -75,15 +75,18 @@ pub(super) fn shape(
     let vertices = Vertices { chosen: chosen.as_deref(), count };
 
     let mut mesh = source.attributes(positions, &vertices, report)?;
-    source.skin(&mut mesh, &vertices, report)?;
+    let mut mirrored = source.skin(&mut mesh, &vertices, report)?;
     if let Some(matrix) = request.bake {
-        transform(&mut mesh, |_| Ok::<_, Fault>(matrix))?;
+        mirrored ^= transform(&mut mesh, |_| Ok::<_, Fault>(matrix))?;
     }
     if mesh.positions.iter().flatten().any(|x| x.abs() > HUGE) {
         report.doubtful("coordinates beyond 1e9, where single precision is coarse");
     }
     let mut mesh = match topology {
-        Topology::Triangles(list) => {
+        Topology::Triangles(mut list) => {
+            if mirrored {
+                list.iter_mut().for_each(|t| t.swap(1, 2));
+            }
             mesh.triangles = list;
             mesh
         }
@@ -241,13 +244,14 @@ impl<'a> Source<'a> {
         self.primitive.attributes.contains_key(&format!("{prefix}{set}"))
     }
 
-    fn skin(&self, mesh: &mut MeshData, vertices: &Vertices<'_>, report: &mut Report) -> Outcome<()> {
-        let Some(joints) = self.request.joints else { return Ok(()) };
+    /// Moves vertices to where joints put them; answers whether that mirrors the mesh.
+    fn skin(&self, mesh: &mut MeshData, vertices: &Vertices<'_>, report: &mut Report) -> Outcome<bool> {
+        let Some(joints) = self.request.joints else { return Ok(false) };
         let influences =
             Influences::open(self.document, self.buffers, self.primitive, vertices.count, self.pointer)?;
         if influences.is_empty() {
             report.doubtful("a skinned primitive has no joints");
-            return Ok(());
+            return Ok(false);
         }
         let mut numbers = vertices.numbers();
         transform(mesh, |_| {
@@ -272,8 +276,13 @@ fn normal_matrix(m: &DMat3) -> DMat3 {
     DMat3::from_cols(y.cross(z) * side, z.cross(x) * side, x.cross(y) * side)
 }
 
-/// Moves each vertex by its own matrix.
-fn transform<E>(mesh: &mut MeshData, mut matrix: impl FnMut(usize) -> Result<DAffine3, E>) -> Result<(), E> {
+/// Moves each vertex by its own matrix; answers whether most matrices mirror. Then the front of faces is where their
+/// vertices turn clockwise (§3.7.4), until they are turned round.
+fn transform<E>(
+    mesh: &mut MeshData,
+    mut matrix: impl FnMut(usize) -> Result<DAffine3, E>,
+) -> Result<bool, E> {
+    let mut mirrored = 0;
     for i in 0..mesh.positions.len() {
         let m = matrix(i)?;
         let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -281,10 +290,13 @@ fn transform<E>(mesh: &mut MeshData, mut matrix: impl FnMut(usize) -> Result<DAf
         if let Some(normal) = mesh.normals.get_mut(i) {
             *normal = (normal_matrix(&m.matrix3) * wide(*normal)).normalize_or_zero().as_vec3().to_array();
         }
-        if let Some([x, y, z, _]) = mesh.tangents.get_mut(i) {
+        let mirrors = m.matrix3.determinant() < 0.0;
+        mirrored += usize::from(mirrors);
+        if let Some([x, y, z, side]) = mesh.tangents.get_mut(i) {
             let tangent = (m.matrix3 * wide([*x, *y, *z])).normalize_or_zero();
             [*x, *y, *z] = tangent.as_vec3().to_array();
+            *side = if mirrors { -*side } else { *side };
         }
     }
-    Ok(())
+    Ok(2 * mirrored > mesh.positions.len())
 }
