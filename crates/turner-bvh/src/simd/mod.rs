@@ -57,6 +57,8 @@ pub(crate) trait Simd: Copy {
     fn load4(self, from: &[f32; 4]) -> Self::F4;
     fn splat8(self, x: f32) -> Self::F8;
     fn load8(self, from: &[f32; 8]) -> Self::F8;
+    /// Rows become columns.
+    fn transpose8(self, rows: [Self::F8; 8]) -> [Self::F8; 8];
     fn splat_packet(self, x: f32) -> Self::Packet;
     /// From the first `PACKET` numbers.
     fn load_packet(self, from: &[f32; 16]) -> Self::Packet;

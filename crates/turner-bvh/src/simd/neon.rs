@@ -192,6 +192,16 @@ impl Simd for Neon {
     }
 
     #[inline(always)]
+    fn transpose8(self, rows: [N8; 8]) -> [N8; 8] {
+        let rows = rows.map(|row| {
+            let mut lanes = [0.0; 8];
+            row.store(&mut lanes);
+            lanes
+        });
+        Portable.transpose8(rows).map(|row| self.load8(&row))
+    }
+
+    #[inline(always)]
     fn splat_packet(self, x: f32) -> N8 {
         self.splat8(x)
     }

@@ -116,6 +116,11 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn transpose8(self, rows: [[f32; 8]; 8]) -> [[f32; 8]; 8] {
+        std::array::from_fn(|i| rows.map(|row| row[i]))
+    }
+
+    #[inline(always)]
     fn splat_packet(self, x: f32) -> [f32; 4] {
         [x; 4]
     }

@@ -257,6 +257,42 @@ macro_rules! make {
         }
 
         #[inline(always)]
+        fn transpose8(self, rows: [$f8; 8]) -> [$f8; 8] {
+            let [a, b, c, d, e, f, g, h] =
+                [rows[0].0, rows[1].0, rows[2].0, rows[3].0, rows[4].0, rows[5].0, rows[6].0, rows[7].0];
+            // SAFETY: see the head of the file.
+            unsafe {
+                // Pairs of rows, fours of rows within each half, then halves.
+                let (ab, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+                let (cd, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+                let (ef, ef_high) = (_mm256_unpacklo_ps(e, f), _mm256_unpackhi_ps(e, f));
+                let (gh, gh_high) = (_mm256_unpacklo_ps(g, h), _mm256_unpackhi_ps(g, h));
+                let upper = [
+                    _mm256_shuffle_ps::<0x44>(ab, cd),
+                    _mm256_shuffle_ps::<0xee>(ab, cd),
+                    _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+                    _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+                ];
+                let lower = [
+                    _mm256_shuffle_ps::<0x44>(ef, gh),
+                    _mm256_shuffle_ps::<0xee>(ef, gh),
+                    _mm256_shuffle_ps::<0x44>(ef_high, gh_high),
+                    _mm256_shuffle_ps::<0xee>(ef_high, gh_high),
+                ];
+                [
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[0], lower[0])),
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[1], lower[1])),
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[2], lower[2])),
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[3], lower[3])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[0], lower[0])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[1], lower[1])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[2], lower[2])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[3], lower[3])),
+                ]
+            }
+        }
+
+        #[inline(always)]
         fn prefetch(self, from: *const u8) {
             let from = from.cast::<i8>();
             // SAFETY: a prefetch reads nothing, wherever it points.

@@ -8,6 +8,7 @@ mod interleaved;
 mod leaves;
 mod packet;
 mod ray;
+mod setup;
 mod single;
 mod stack;
 
@@ -15,6 +16,7 @@ pub(crate) use interleaved::{any_batch, closest_batch};
 pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
 pub(crate) use packet::{any_packets, closest_packets};
 pub(crate) use ray::{FARTHEST, PADDING, SearchRay, Space};
+use setup::{GROUP, prepare};
 pub(crate) use single::{any, any_each, closest, closest_each};
 
 use crate::node::{ChildRef, WideNode};

@@ -52,39 +52,50 @@ impl Space {
 }
 
 /// A ray in the units of a tree, its direction scaled by a power of two where it is very long or short.
+///
+/// Five rows of eight numbers, which [`prepare`](super::prepare) writes as such.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
 pub(crate) struct SearchRay {
-    inv: [f32; 4],
-    near_offset: [f32; 4],
-    far_offset: [f32; 4],
-    /// Bytes to the near planes from those of the axis: see [`WideNode::side`].
-    near_side: [u32; 3],
-    /// The same as one number, which selects the order of children.
-    pub(crate) octant: u32,
+    pub(super) inv: [f32; 3],
     pub(crate) t_min: f32,
+    pub(super) near_offset: [f32; 3],
     pub(crate) t_max: f32,
+    pub(super) far_offset: [f32; 3],
     /// What t is multiplied with in the end.
     pub(crate) t_scale: f32,
+    /// Bytes to the near planes from those of the axis: see [`WideNode::side`].
+    pub(super) near_side: [u32; 3],
+    /// The same as one number, which selects the order of children.
+    pub(crate) octant: u32,
     pub(crate) shear: Shear,
+    pub(super) spare: [f32; 6],
     pub(crate) origin: [f32; 3],
     pub(crate) direction: [f32; 3],
+    pub(super) asked: [f32; 1],
     pub(crate) time: f32,
 }
+
+/// Numbers in a [`SearchRay`].
+pub(super) const ROWS: usize = 5;
+const _: () = assert!(size_of::<SearchRay>() == 32 * ROWS);
 
 impl SearchRay {
     /// In place of a ray.
     pub(crate) const NONE: SearchRay = SearchRay {
-        inv: [0.0; 4],
-        near_offset: [0.0; 4],
-        far_offset: [0.0; 4],
+        inv: [0.0; 3],
+        t_min: 0.0,
+        near_offset: [0.0; 3],
+        t_max: 0.0,
+        far_offset: [0.0; 3],
+        t_scale: 1.0,
         near_side: [0; 3],
         octant: 0,
-        t_min: 0.0,
-        t_max: 0.0,
-        t_scale: 1.0,
         shear: Shear::NONE,
+        spare: [0.0; 6],
         origin: [0.0; 3],
         direction: [0.0; 3],
+        asked: [0.0; 1],
         time: 0.0,
     };
 
@@ -118,7 +129,8 @@ impl SearchRay {
             return None;
         }
         let in_tree = [array(origin), array(direction)];
-        let [ox, oy, oz, _] = in_tree[0];
+        let [origin_in_tree, direction_in_tree] = in_tree;
+        let [ox, oy, oz] = origin_in_tree;
         let far = larger(larger(ox.abs(), oy.abs()), oz.abs());
         let size = far + space.reach;
         let beyond = space.far_padding * larger(far - space.reach, 0.0);
@@ -129,12 +141,13 @@ impl SearchRay {
         let pad = simd.splat4(padding).mul(inv.abs());
         let down = d.lt(simd.splat4(0.0)) & 7;
         let [x, y, z] = [down & 1, down >> 1 & 1, down >> 2];
-        let [[ox, oy, oz, _], [dx, dy, dz, _]] = in_tree;
-        let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
+        let (origin, direction) = (origin_in_tree, direction_in_tree);
         Some(SearchRay {
             inv: array(inv),
             near_offset: array(middle.add(pad)),
             far_offset: array(middle.sub(pad)),
+            spare: [0.0; 6],
+            asked: [0.0; 1],
             near_side: [x * WideNode::UPPER, y * WideNode::UPPER, z * WideNode::UPPER],
             octant: down,
             t_min: larger(ray.t_min, 0.0) * to_tree,
@@ -175,10 +188,11 @@ impl SearchRay {
 }
 
 #[inline(always)]
-fn array<V: Lanes>(lanes: V) -> [f32; 4] {
+fn array<V: Lanes>(lanes: V) -> [f32; 3] {
     let mut array = [0.0; 4];
     lanes.store(&mut array);
-    array
+    let [x, y, z, _] = array;
+    [x, y, z]
 }
 
 #[inline(always)]

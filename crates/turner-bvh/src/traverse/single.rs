@@ -1,7 +1,7 @@
 //! One ray at a time.
 
 use super::stack::Stack;
-use super::{Leaves, SearchRay, Tree};
+use super::{GROUP, Leaves, SearchRay, Tree, prepare};
 use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
@@ -96,21 +96,31 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
 /// The nearest hits of many rays, one after the other.
 #[inline(always)]
 pub(crate) fn closest_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
-    for (index, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-        *hit = match SearchRay::new(simd, ray, &tree.space) {
-            Some(ray) => ray.finish(closest(simd, tree, &ray, index as u32)),
-            None => Hit::MISS,
-        };
+    let mut ready = [SearchRay::NONE; GROUP];
+    let mut first = 0;
+    for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
+        let usable = prepare(simd, rays, &tree.space, &mut ready);
+        for (i, (ray, hit)) in ready.iter().zip(hits).enumerate() {
+            *hit = if usable >> i & 1 != 0 {
+                ray.finish(closest(simd, tree, ray, first + i as u32))
+            } else {
+                Hit::MISS
+            };
+        }
+        first += GROUP as u32;
     }
 }
 
 /// Whether each of many rays hits anything, one after the other.
 #[inline(always)]
 pub(crate) fn any_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
-    for (index, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-        *hit = match SearchRay::new(simd, ray, &tree.space) {
-            Some(ray) => any(simd, tree, &ray, index as u32),
-            None => false,
-        };
+    let mut ready = [SearchRay::NONE; GROUP];
+    let mut first = 0;
+    for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
+        let usable = prepare(simd, rays, &tree.space, &mut ready);
+        for (i, (ray, hit)) in ready.iter().zip(hits).enumerate() {
+            *hit = usable >> i & 1 != 0 && any(simd, tree, ray, first + i as u32);
+        }
+        first += GROUP as u32;
     }
 }

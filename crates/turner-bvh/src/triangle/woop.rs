@@ -19,6 +19,7 @@ use crate::simd::{Lanes, Simd};
 
 /// Numbers of the three axes, in some order: below 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
 pub(crate) struct Axes([u32; 3]);
 
 impl Axes {
@@ -46,15 +47,16 @@ impl Axes {
 
 /// What a ray needs for any number of triangles.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub(crate) struct Shear {
-    /// The order of axes: the longest of the direction last.
-    pub(crate) axes: Axes,
     /// x and y of the direction for z = 1, and 1 / z, in that order.
     pub(crate) shear: [f32; 3],
-    /// x and y of the origin, sheared, and its z.
-    pub(crate) origin: [f32; 3],
     /// How far from the ray the weighted corners may lie.
     pub(crate) tolerance: f32,
+    /// x and y of the origin, sheared, and its z.
+    pub(crate) origin: [f32; 3],
+    /// The order of axes: the longest of the direction last.
+    pub(crate) axes: Axes,
 }
 
 impl Shear {
