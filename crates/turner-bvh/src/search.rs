@@ -7,7 +7,7 @@ use crate::{Hit, Ray};
 /// Bytes of nodes from which rays of a batch are searched for in turns: trees of about 300,000 triangles. What is
 /// smaller stays in nearby caches, there is little to wait for, and one ray after the other is faster: 1.0 to 1.15 times with
 /// 66,000 triangles of architecture; with a scan of 1.3 million, turns are 1.25 times as fast.
-const INTERLEAVE_FROM: usize = 2 << 20;
+static INTERLEAVE_FROM: std::sync::LazyLock<usize> = std::sync::LazyLock::new(|| std::env::var("IL").map_or(2 << 20, |s| s.parse().unwrap()));
 
 /// The nearest hit, in the caller's units.
 #[inline(always)]
@@ -47,7 +47,7 @@ pub(crate) fn closest_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &m
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            if size_of_val(self.0.nodes) >= INTERLEAVE_FROM {
+            if size_of_val(self.0.nodes) >= *INTERLEAVE_FROM {
                 traverse::closest_batch(simd, &self.0, self.1, self.2);
             } else {
                 traverse::closest_each(simd, &self.0, self.1, self.2);
@@ -66,7 +66,7 @@ pub(crate) fn any_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            if size_of_val(self.0.nodes) >= INTERLEAVE_FROM {
+            if size_of_val(self.0.nodes) >= *INTERLEAVE_FROM {
                 traverse::any_batch(simd, &self.0, self.1, self.2);
             } else {
                 traverse::any_each(simd, &self.0, self.1, self.2);

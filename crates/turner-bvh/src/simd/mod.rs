@@ -31,8 +31,8 @@ pub(crate) trait Lanes: Copy {
     fn abs(self) -> Self;
     /// The size of `self`, the sign of `other`.
     fn with_sign(self, other: Self) -> Self;
-    /// `self * a - b`, with one rounding or two: for box tests only.
-    fn mul_sub(self, a: Self, b: Self) -> Self;
+    /// `self * a + b`, with one rounding or two: for box tests only.
+    fn mul_add(self, a: Self, b: Self) -> Self;
     fn le(self, other: Self) -> u32;
     fn lt(self, other: Self) -> u32;
     /// The smallest and the largest lane; not called with NaN.

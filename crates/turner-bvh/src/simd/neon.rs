@@ -74,9 +74,9 @@ impl Lanes for N4 {
     }
 
     #[inline(always)]
-    fn mul_sub(self, a: Self, b: Self) -> Self {
+    fn mul_add(self, a: Self, b: Self) -> Self {
         // SAFETY: see the head of the file.
-        N4(unsafe { vfmaq_f32(vnegq_f32(b.0), self.0, a.0) })
+        N4(unsafe { vfmaq_f32(b.0, self.0, a.0) })
     }
 
     #[inline(always)]
@@ -130,8 +130,8 @@ impl Lanes for N8 {
     }
 
     #[inline(always)]
-    fn mul_sub(self, a: Self, b: Self) -> Self {
-        N8(self.0.mul_sub(a.0, b.0), self.1.mul_sub(a.1, b.1))
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        N8(self.0.mul_add(a.0, b.0), self.1.mul_add(a.1, b.1))
     }
 
     #[inline(always)]

@@ -54,8 +54,8 @@ impl<const N: usize> Lanes for [f32; N] {
     }
 
     #[inline(always)]
-    fn mul_sub(self, a: Self, b: Self) -> Self {
-        std::array::from_fn(|i| self[i] * a[i] - b[i])
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        std::array::from_fn(|i| self[i] * a[i] + b[i])
     }
 
     #[inline(always)]

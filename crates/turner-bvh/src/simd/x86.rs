@@ -46,7 +46,7 @@ pub(crate) struct K8(__m256);
 pub(crate) struct K16(__m512);
 
 macro_rules! lanes {
-    ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmsub:ident,
+    ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmadd:ident,
      $store:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr, $range:expr, $choose:expr) => {
         impl Lanes for $name {
             #[inline(always)]
@@ -98,9 +98,9 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
-            fn mul_sub(self, a: Self, b: Self) -> Self {
+            fn mul_add(self, a: Self, b: Self) -> Self {
                 // SAFETY: see the head of the file.
-                $name(unsafe { $fmsub(self.0, a.0, b.0) })
+                $name(unsafe { $fmadd(self.0, a.0, b.0) })
             }
 
             #[inline(always)]
@@ -146,7 +146,7 @@ lanes!(
     _mm_div_ps,
     _mm_min_ps,
     _mm_max_ps,
-    _mm_fmsub_ps,
+    _mm_fmadd_ps,
     _mm_storeu_ps,
     |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
     |a, b| _mm_or_ps(_mm_andnot_ps(_mm_set1_ps(-0.0), a), _mm_and_ps(_mm_set1_ps(-0.0), b)),
@@ -173,7 +173,7 @@ lanes!(
     _mm256_div_ps,
     _mm256_min_ps,
     _mm256_max_ps,
-    _mm256_fmsub_ps,
+    _mm256_fmadd_ps,
     _mm256_storeu_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
@@ -198,7 +198,7 @@ lanes!(
     _mm256_div_ps,
     _mm256_min_ps,
     _mm256_max_ps,
-    _mm256_fmsub_ps,
+    _mm256_fmadd_ps,
     _mm256_storeu_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
@@ -219,7 +219,7 @@ lanes!(
     _mm512_div_ps,
     _mm512_min_ps,
     _mm512_max_ps,
-    _mm512_fmsub_ps,
+    _mm512_fmadd_ps,
     _mm512_storeu_ps,
     |a| _mm512_abs_ps(a),
     |a, b| _mm512_or_ps(_mm512_abs_ps(a), _mm512_and_ps(_mm512_set1_ps(-0.0), b)),

@@ -7,7 +7,7 @@
 //! whenever a hit is found, which is rare, what lies behind it is swept from the stack.
 
 use super::stack::Stack;
-use super::{Leaves, SearchRay, Tree};
+use super::{GROUP, Leaves, SearchRay, Tree, prepare};
 use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
@@ -106,7 +106,9 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
         // SAFETY: within the array.
         queues.put(unsafe { first.add(i) }, END);
     }
-    let mut next = 0;
+    // Rays are made ready in groups; of the last one made, `waiting` tells which have not set out.
+    let mut ready = [SearchRay::NONE; GROUP];
+    let (mut group, mut next, mut waiting) = (0, 0, 0_u32);
     loop {
         let ends = queues.take(ENDS);
         for &pointer in &ends.ways[..ends.len % (WAYS + 1)] {
@@ -116,20 +118,26 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
                 found(way.index, way.ray.finish(way.hit));
                 way.index = NOBODY;
             }
-            while let Some(ray) = rays.get(next) {
-                let index = next;
-                next += 1;
-                if let Some(ray) = SearchRay::new(simd, ray, &tree.space) {
-                    way.hit = Hit { t: ray.t_max, ..Hit::MISS };
-                    way.ray = ray;
-                    way.index = index;
-                    way.stack.clear();
-                    way.stack.push(END, f32::NEG_INFINITY);
-                    way.child = ChildRef::node(0).0;
-                    queues.put(pointer, way.child);
-                    break;
+            while waiting == 0 && next < rays.len() {
+                group = next;
+                next = rays.len().min(next + GROUP);
+                waiting = prepare(simd, &rays[group..next], &tree.space, &mut ready);
+                let mut missing = !waiting & (1_u32 << (next - group)) - 1;
+                while missing != 0 {
+                    found(group + missing.trailing_zeros() as usize, Hit::MISS);
+                    missing &= missing - 1;
                 }
-                found(index, Hit::MISS);
+            }
+            if waiting != 0 {
+                let i = waiting.trailing_zeros() as usize % GROUP;
+                waiting &= waiting - 1;
+                way.ray = ready[i];
+                way.hit = Hit { t: way.ray.t_max, ..Hit::MISS };
+                way.index = group + i;
+                way.stack.clear();
+                way.stack.push(END, f32::NEG_INFINITY);
+                way.child = ChildRef::node(0).0;
+                queues.put(pointer, way.child);
             }
         }
         let nodes = queues.take(NODES);
@@ -156,11 +164,12 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
 #[inline(always)]
 fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
     let node = tree.node(ChildRef(way.child));
-    let (near, far) = way.ray.meets(simd, node, way.hit.t);
+    let slabs = way.ray.slabs(simd);
+    let (near, far) = slabs.meets(simd, node, way.hit.t);
     let count = if ANY {
         simd.push_any(near.le(far), node.child_words(), way.stack.room().0)
     } else {
-        let order = node.order[way.ray.octant as usize & 7];
+        let order = node.order[slabs.octant];
         simd.push_ordered(near, far, node.child_words(), order, way.stack.room())
     };
     way.stack.grow(count);

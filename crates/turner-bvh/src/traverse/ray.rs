@@ -2,7 +2,7 @@
 //!
 //! The slab test. Between the planes of a box on one axis the ray runs from `t_near` to `t_far`; it meets the box when
 //! the largest of `t_min` and the near values is not above the smallest of `t_max` and the far values. Each value is
-//! `plane * inv - offset` with `inv = 1 / direction` and `offset = origin * inv`, and as the ray is the same for all
+//! `plane * inv + offset` with `inv = 1 / direction` and `offset = -origin * inv`, and as the ray is the same for all
 //! boxes, so are the roundings. Boxes are padded by moving the *ray*: one offset serves near planes, another far ones.
 //!
 //! How much padding: let `size` be the largest coordinate of the origin plus that of any plane, `e = 2^-23`.
@@ -144,8 +144,8 @@ impl SearchRay {
         let (origin, direction) = (origin_in_tree, direction_in_tree);
         Some(SearchRay {
             inv: array(inv),
-            near_offset: array(middle.add(pad)),
-            far_offset: array(middle.sub(pad)),
+            near_offset: array(simd.splat4(0.0).sub(middle).sub(pad)),
+            far_offset: array(pad.sub(middle)),
             spare: [0.0; 6],
             asked: [0.0; 1],
             near_side: [x * WideNode::UPPER, y * WideNode::UPPER, z * WideNode::UPPER],
@@ -160,31 +160,62 @@ impl SearchRay {
         })
     }
 
+    /// What tests of nodes need, in registers.
+    #[inline(always)]
+    pub(crate) fn slabs<S: Simd>(&self, simd: S) -> Slabs<S::F8> {
+        let [x, y, z] = self.near_side;
+        Slabs {
+            inv: splat(simd, self.inv),
+            near_offset: splat(simd, self.near_offset),
+            far_offset: splat(simd, self.far_offset),
+            t_min: simd.splat8(self.t_min),
+            near_side: [x, y, z],
+            far_side: [x ^ WideNode::UPPER, y ^ WideNode::UPPER, z ^ WideNode::UPPER],
+            octant: self.octant as usize & 7,
+        }
+    }
+}
+
+/// A ray, once for each of eight boxes.
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs<V> {
+    inv: [V; 3],
+    near_offset: [V; 3],
+    far_offset: [V; 3],
+    t_min: V,
+    near_side: [u32; 3],
+    far_side: [u32; 3],
+    /// See [`SearchRay::octant`].
+    pub(crate) octant: usize,
+}
+
+impl<V: Lanes> Slabs<V> {
     /// For each box a lower bound of the t at which the ray enters it, and an upper one of where it leaves it, or `t_max`.
     /// A box that the ray meets is entered before it is left.
     #[inline(always)]
-    pub(crate) fn meets<S: Simd>(&self, simd: S, node: &WideNode, t_max: f32) -> (S::F8, S::F8) {
-        let [x, y, z] = self.near_side;
-        let near = [
-            self.at(simd, node, 0, x, self.near_offset[0]),
-            self.at(simd, node, 1, y, self.near_offset[1]),
-            self.at(simd, node, 2, z, self.near_offset[2]),
-        ];
-        let far = [
-            self.at(simd, node, 0, x ^ WideNode::UPPER, self.far_offset[0]),
-            self.at(simd, node, 1, y ^ WideNode::UPPER, self.far_offset[1]),
-            self.at(simd, node, 2, z ^ WideNode::UPPER, self.far_offset[2]),
-        ];
-        let entry = near[0].max(near[1]).max(near[2].max(simd.splat8(self.t_min)));
+    pub(crate) fn meets<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, t_max: f32) -> (V, V) {
+        let near = [self.near(simd, node, 0), self.near(simd, node, 1), self.near(simd, node, 2)];
+        let far = [self.far(simd, node, 0), self.far(simd, node, 1), self.far(simd, node, 2)];
+        let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
         let exit = far[0].min(far[1]).min(far[2].min(simd.splat8(t_max)));
         (entry, exit)
     }
 
-    /// The t of eight planes.
+    /// The t of eight near planes.
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, node: &WideNode, axis: usize, side: u32, offset: f32) -> S::F8 {
-        simd.load8(node.side(axis, side)).mul_sub(simd.splat8(self.inv[axis]), simd.splat8(offset))
+    fn near<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, axis: usize) -> V {
+        simd.load8(node.side(axis, self.near_side[axis])).mul_add(self.inv[axis], self.near_offset[axis])
     }
+
+    #[inline(always)]
+    fn far<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, axis: usize) -> V {
+        simd.load8(node.side(axis, self.far_side[axis])).mul_add(self.inv[axis], self.far_offset[axis])
+    }
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> [S::F8; 3] {
+    [simd.splat8(x), simd.splat8(y), simd.splat8(z)]
 }
 
 #[inline(always)]

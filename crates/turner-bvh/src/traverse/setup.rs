@@ -144,7 +144,7 @@ fn slab<S: Simd>(simd: S, origin: S::F8, direction: S::F8, flattest: S::F8, padd
     let (middle, pad) = (origin.mul(inv), padding.mul(inv.abs()));
     let down = way.lt(simd.splat8(0.0));
     let side = word(simd, WideNode::UPPER).choose(down, word(simd, 0));
-    Slab { inv, near: middle.add(pad), far: middle.sub(pad), side, down }
+    Slab { inv, near: simd.splat8(0.0).sub(middle).sub(pad), far: pad.sub(middle), side, down }
 }
 
 /// In the order of [`Axes`](crate::triangle::Axes): x, y, z in lanes `by_z`; z, x, y in lanes `by_y`; y, z, x elsewhere.

@@ -37,7 +37,8 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
         // Down to a leaf, always to the nearest child, which needs no comparison.
         while !child.is_leaf() {
             let node = tree.node(child);
-            let (near, far) = ray.meets(simd, node, hit.t);
+            let slabs = ray.slabs(simd);
+            let (near, far) = slabs.meets(simd, node, hit.t);
             let met = near.le(far);
             if met & met.wrapping_sub(1) == 0 {
                 if met == 0 {
@@ -48,7 +49,7 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
                 child = node.children[met.trailing_zeros() as usize & 7];
                 continue;
             }
-            let order = node.order[ray.octant as usize & 7];
+            let order = node.order[slabs.octant];
             let count = simd.push_ordered(near, far, node.child_words(), order, stack.room());
             stack.grow(count);
             child = ChildRef(stack.take());
@@ -86,7 +87,8 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
             }
         } else {
             let node = tree.node(child);
-            let (near, far) = ray.meets(simd, node, ray.t_max);
+            let slabs = ray.slabs(simd);
+            let (near, far) = slabs.meets(simd, node, ray.t_max);
             let count = simd.push_any(near.le(far), node.child_words(), stack.room().0);
             stack.grow(count);
         }
