@@ -31,39 +31,24 @@ struct Way {
     stack: Stack,
 }
 
-/// Rays that wait for the same kind of step.
-#[derive(Clone, Copy)]
-struct Queue {
-    ways: [*mut Way; WAYS],
-    len: usize,
+/// Which rays wait for which kind of step, one bit each. Every ray under way is in exactly one of these sets, or in the hands
+/// of the loop that took it out.
+#[derive(Clone, Copy, Default)]
+struct Waiting {
+    nodes: u32,
+    leaves: u32,
+    ends: u32,
 }
 
-/// Which queue a child belongs to.
-const NODES: usize = 0;
-const LEAVES: usize = 1;
-const ENDS: usize = 2;
-
-/// Every way is in exactly one queue, or in the hands of the loop that took it out.
-struct Queues([Queue; 3]);
-
-impl Queues {
-    /// Empties a queue.
+impl Waiting {
+    /// Puts a ray where its next child belongs, by arithmetic.
     #[inline(always)]
-    fn take(&mut self, kind: usize) -> Queue {
-        let queue = self.0[kind];
-        self.0[kind].len = 0;
-        queue
-    }
-
-    #[inline(always)]
-    fn put(&mut self, way: *mut Way, child: u32) {
-        let kind = (child >> 31) as usize + usize::from(child == END);
-        // SAFETY: there are three kinds, and no more ways than a queue has places.
-        unsafe {
-            let queue = self.0.get_unchecked_mut(kind);
-            *queue.ways.get_unchecked_mut(queue.len) = way;
-            queue.len += 1;
-        }
+    fn put(&mut self, way: usize, child: u32) {
+        let leaf = child >> 31;
+        let end = u32::from(child == END);
+        self.nodes |= (leaf ^ 1) << way;
+        self.leaves |= (leaf ^ end) << way;
+        self.ends |= end << way;
     }
 }
 
@@ -100,61 +85,59 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
         stack: Stack::new(),
     });
     // At first all are at their end, on behalf of nobody.
-    let mut queues = Queues([Queue { ways: [std::ptr::null_mut(); WAYS], len: 0 }; 3]);
-    let first = ways.as_mut_ptr();
-    for i in 0..WAYS {
-        // SAFETY: within the array.
-        queues.put(unsafe { first.add(i) }, END);
-    }
-    // Rays are made ready in groups; of the last one made, `waiting` tells which have not set out.
+    let mut waiting = Waiting { ends: u32::MAX >> (32 - WAYS), ..Waiting::default() };
+    // Rays are made ready in groups; of the last one made, `ready_set` tells which have not set out.
     let mut ready = [SearchRay::NONE; GROUP];
-    let (mut group, mut next, mut waiting) = (0, 0, 0_u32);
+    let (mut group, mut next, mut ready_set) = (0, 0, 0_u32);
     loop {
-        let ends = queues.take(ENDS);
-        for &pointer in &ends.ways[..ends.len % (WAYS + 1)] {
-            // SAFETY: it points into `ways`, and no other reference to that way exists: see `Queues`.
-            let way = unsafe { &mut *pointer };
+        let mut ends = std::mem::take(&mut waiting.ends);
+        while ends != 0 {
+            let i = ends.trailing_zeros() as usize % WAYS;
+            ends &= ends - 1;
+            let way = &mut ways[i];
             if way.index != NOBODY {
                 found(way.index, way.ray.finish(way.hit));
                 way.index = NOBODY;
             }
-            while waiting == 0 && next < rays.len() {
+            while ready_set == 0 && next < rays.len() {
                 group = next;
                 next = rays.len().min(next + GROUP);
-                waiting = prepare(simd, &rays[group..next], &tree.space, &mut ready);
-                let mut missing = !waiting & (1_u32 << (next - group)) - 1;
+                ready_set = prepare(simd, &rays[group..next], &tree.space, &mut ready);
+                let mut missing = !ready_set & (1_u32 << (next - group)) - 1;
                 while missing != 0 {
                     found(group + missing.trailing_zeros() as usize, Hit::MISS);
                     missing &= missing - 1;
                 }
             }
-            if waiting != 0 {
-                let i = waiting.trailing_zeros() as usize % GROUP;
-                waiting &= waiting - 1;
-                way.ray = ready[i];
+            if ready_set != 0 {
+                let ray = ready_set.trailing_zeros() as usize % GROUP;
+                ready_set &= ready_set - 1;
+                way.ray = ready[ray];
                 way.hit = Hit { t: way.ray.t_max, ..Hit::MISS };
-                way.index = group + i;
+                way.index = group + ray;
                 way.stack.clear();
                 way.stack.push(END, f32::NEG_INFINITY);
                 way.child = ChildRef::node(0).0;
-                queues.put(pointer, way.child);
+                waiting.nodes |= 1 << i;
             }
         }
-        let nodes = queues.take(NODES);
-        for &pointer in &nodes.ways[..nodes.len % (WAYS + 1)] {
-            // SAFETY: as above.
-            let way = unsafe { &mut *pointer };
+        let mut nodes = std::mem::take(&mut waiting.nodes);
+        while nodes != 0 {
+            let i = nodes.trailing_zeros() as usize % WAYS;
+            nodes &= nodes - 1;
+            let way = &mut ways[i];
             step::<S, L, ANY>(simd, tree, way);
-            queues.put(pointer, way.child);
+            waiting.put(i, way.child);
         }
-        let leaves = queues.take(LEAVES);
-        for &pointer in &leaves.ways[..leaves.len % (WAYS + 1)] {
-            // SAFETY: as above.
-            let way = unsafe { &mut *pointer };
+        let mut leaves = std::mem::take(&mut waiting.leaves);
+        while leaves != 0 {
+            let i = leaves.trailing_zeros() as usize % WAYS;
+            leaves &= leaves - 1;
+            let way = &mut ways[i];
             leaf::<S, L, ANY>(simd, tree, way);
-            queues.put(pointer, way.child);
+            waiting.put(i, way.child);
         }
-        if nodes.len + leaves.len == 0 && queues.0[NODES].len == 0 {
+        if waiting.nodes | waiting.leaves | waiting.ends == 0 {
             return;
         }
     }
