@@ -106,7 +106,7 @@ impl Bvh {
     ///
     /// If there are not as many `hits` as `rays`; so do all batches.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
-        search::closest_batch(self.tree(&self.all()), rays, hits);
+        search::closest_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -116,12 +116,12 @@ impl Bvh {
         hits: &mut [Hit],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::closest_batch(self.tree(&self.some(filter)), rays, hits);
+        search::closest_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 
     /// Whether each of many rays hits anything.
     pub fn occluded_batch(&self, rays: &[Ray], hits: &mut [bool]) {
-        search::any_batch(self.tree(&self.all()), rays, hits);
+        search::any_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -131,7 +131,7 @@ impl Bvh {
         hits: &mut [bool],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::any_batch(self.tree(&self.some(filter)), rays, hits);
+        search::any_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 
     /// The nearest hits of many rays that run together, neighbours next to each other (best: squares of 4 by 4 pixels,

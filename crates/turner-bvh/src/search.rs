@@ -77,6 +77,48 @@ pub(crate) fn any_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [
     dispatch(Work(tree, rays, hits));
 }
 
+/// The nearest hit of each ray, among triangles.
+#[inline(always)]
+pub(crate) fn closest_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
+    struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [Hit]);
+    impl<L: PacketLeaves> WithSimd for Work<'_, L> {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) {
+            if traverse::are_few::<S, L>(&self.0) {
+                traverse::closest_few(simd, &self.0, self.1, self.2);
+            } else if size_of_val(self.0.nodes) >= *INTERLEAVE_FROM {
+                traverse::closest_batch(simd, &self.0, self.1, self.2);
+            } else {
+                traverse::closest_each(simd, &self.0, self.1, self.2);
+            }
+        }
+    }
+    assert_eq!(rays.len(), hits.len());
+    dispatch(Work(tree, rays, hits));
+}
+
+/// Whether there is any hit, for each ray, among triangles.
+#[inline(always)]
+pub(crate) fn any_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
+    struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [bool]);
+    impl<L: PacketLeaves> WithSimd for Work<'_, L> {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) {
+            if traverse::are_few::<S, L>(&self.0) {
+                traverse::any_few(simd, &self.0, self.1, self.2);
+            } else if size_of_val(self.0.nodes) >= *INTERLEAVE_FROM {
+                traverse::any_batch(simd, &self.0, self.1, self.2);
+            } else {
+                traverse::any_each(simd, &self.0, self.1, self.2);
+            }
+        }
+    }
+    assert_eq!(rays.len(), hits.len());
+    dispatch(Work(tree, rays, hits));
+}
+
 /// The nearest hit of each ray, in packets.
 #[inline(always)]
 pub(crate) fn closest_packets<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {

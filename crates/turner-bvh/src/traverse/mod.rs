@@ -4,14 +4,17 @@
 //! - many rays that have nothing in common, several in turn: `interleaved`
 //! - many rays that run together, as packets: `packet`
 
+mod few;
 mod interleaved;
 mod leaves;
 mod packet;
 mod ray;
+mod rows;
 mod setup;
 mod single;
 mod stack;
 
+pub(crate) use few::{any_few, are_few, closest_few};
 pub(crate) use interleaved::{any_batch, closest_batch};
 pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
 pub(crate) use packet::{any_packets, closest_packets};

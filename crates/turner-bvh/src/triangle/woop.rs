@@ -27,6 +27,12 @@ impl Axes {
     pub(crate) const YZX: Axes = Axes([1, 2, 0]);
     pub(crate) const ZXY: Axes = Axes([2, 0, 1]);
 
+    /// The last number.
+    #[inline(always)]
+    pub(crate) fn last(self) -> usize {
+        self.0[2] as usize % 3
+    }
+
     /// The numbers in that order.
     #[inline(always)]
     pub(crate) fn of<T: Copy>(self, xyz: &[T; 3]) -> [T; 3] {
