@@ -33,6 +33,8 @@ pub(crate) trait Lanes: Copy {
     fn with_sign(self, other: Self) -> Self;
     /// `self * a + b`, with one rounding or two: for box tests only.
     fn mul_add(self, a: Self, b: Self) -> Self;
+    /// `1 / self` but for an error of at most 2^-11 of it, where that is a normal number: for what decides nothing.
+    fn near_inverse(self) -> Self;
     fn le(self, other: Self) -> u32;
     fn lt(self, other: Self) -> u32;
     /// The smallest and the largest lane; not called with NaN.

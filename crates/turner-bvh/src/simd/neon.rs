@@ -80,6 +80,12 @@ impl Lanes for N4 {
     }
 
     #[inline(always)]
+    fn near_inverse(self) -> Self {
+        // SAFETY: see the head of the file.
+        N4(unsafe { vdivq_f32(vdupq_n_f32(1.0), self.0) })
+    }
+
+    #[inline(always)]
     fn le(self, other: Self) -> u32 {
         // SAFETY: see the head of the file.
         bits(unsafe { vcleq_f32(self.0, other.0) })
@@ -132,6 +138,11 @@ impl Lanes for N8 {
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         N8(self.0.mul_add(a.0, b.0), self.1.mul_add(a.1, b.1))
+    }
+
+    #[inline(always)]
+    fn near_inverse(self) -> Self {
+        N8(self.0.near_inverse(), self.1.near_inverse())
     }
 
     #[inline(always)]

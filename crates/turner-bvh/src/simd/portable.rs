@@ -59,6 +59,11 @@ impl<const N: usize> Lanes for [f32; N] {
     }
 
     #[inline(always)]
+    fn near_inverse(self) -> Self {
+        self.map(|x| 1.0 / x)
+    }
+
+    #[inline(always)]
     fn le(self, other: Self) -> u32 {
         (0..N).fold(0, |mask, i| mask | u32::from(self[i] <= other[i]) << i)
     }

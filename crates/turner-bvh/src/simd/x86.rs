@@ -47,7 +47,7 @@ pub(crate) struct K16(__m512);
 
 macro_rules! lanes {
     ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmadd:ident,
-     $store:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr, $range:expr, $choose:expr) => {
+     $store:ident, $inverse:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr, $range:expr, $choose:expr) => {
         impl Lanes for $name {
             #[inline(always)]
             fn add(self, other: Self) -> Self {
@@ -104,6 +104,12 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
+            fn near_inverse(self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $inverse(self.0) })
+            }
+
+            #[inline(always)]
             fn le(self, other: Self) -> u32 {
                 // SAFETY: see the head of the file.
                 unsafe { $le(self.0, other.0) }
@@ -148,6 +154,7 @@ lanes!(
     _mm_max_ps,
     _mm_fmadd_ps,
     _mm_storeu_ps,
+    _mm_rcp_ps,
     |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
     |a, b| _mm_or_ps(_mm_andnot_ps(_mm_set1_ps(-0.0), a), _mm_and_ps(_mm_set1_ps(-0.0), b)),
     |a, b| _mm_movemask_ps(_mm_cmple_ps(a, b)) as u32,
@@ -175,6 +182,7 @@ lanes!(
     _mm256_max_ps,
     _mm256_fmadd_ps,
     _mm256_storeu_ps,
+    _mm256_rcp_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32,
@@ -200,6 +208,7 @@ lanes!(
     _mm256_max_ps,
     _mm256_fmadd_ps,
     _mm256_storeu_ps,
+    _mm256_rcp_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
@@ -221,6 +230,7 @@ lanes!(
     _mm512_max_ps,
     _mm512_fmadd_ps,
     _mm512_storeu_ps,
+    _mm512_rcp14_ps,
     |a| _mm512_abs_ps(a),
     |a, b| _mm512_or_ps(_mm512_abs_ps(a), _mm512_and_ps(_mm512_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),

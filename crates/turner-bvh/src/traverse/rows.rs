@@ -5,13 +5,17 @@
 use super::PacketLeaves;
 use crate::Hit;
 use crate::simd::{Lanes, Simd};
-use crate::triangle::{Axes, BLOCK, Block, Corners, SMALLEST, Shear, corners_meet, distance, weights};
+use crate::triangle::{Axes, BLOCK, Block, Corners, SMALLEST, Shear, corners_meet, depth, weights};
 
 /// The most rays side by side.
 pub(super) const MOST: usize = 16;
 
 /// Numbers of rays side by side.
 pub(super) type Row = [f32; MOST];
+
+/// More than the error of a guess at t, relative and for numbers below the normal ones.
+const MARGIN: f32 = 1.0 / 512.0;
+const LITTLE: f32 = 1e-30;
 
 /// Up to [`Simd::PACKET`] rays whose directions are longest on the same axis, and their nearest hits so far.
 pub(super) struct Rows {
@@ -72,9 +76,20 @@ impl Rows {
         if inside == 0 {
             return;
         }
-        let (t, sum) = distance(&corners, &edges, simd.load_packet(&self.shear[2]));
-        let ends = simd.load_packet(&self.t);
-        let mut candidates = inside & simd.load_packet(&self.t_min).le(t) & t.le(ends);
+        let (depth, sum) = depth(&corners, &edges);
+        let (ends, t_min) = (simd.load_packet(&self.t), simd.load_packet(&self.t_min));
+        let shear_z = simd.load_packet(&self.shear[2]);
+        // Most are too near or too far by much, which needs no division. (t underflows, or sums do, far below `LITTLE`;
+        // what is NaN here is kept.)
+        let guess = depth.mul(sum.near_inverse()).mul(shear_z);
+        let latest = ends.mul_add(simd.splat_packet(1.0 + MARGIN), simd.splat_packet(LITTLE));
+        let earliest = t_min.mul_add(simd.splat_packet(1.0 - MARGIN), simd.splat_packet(-LITTLE));
+        let possible = inside & !(latest.lt(guess) | guess.lt(earliest));
+        if possible == 0 {
+            return;
+        }
+        let t = depth.div(sum).mul(shear_z);
+        let mut candidates = possible & t_min.le(t) & t.le(ends);
         if candidates == 0 {
             return;
         }

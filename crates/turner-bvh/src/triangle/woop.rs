@@ -119,10 +119,15 @@ pub(crate) fn corners_meet<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [
 /// The t at which triangles are met, and their edge functions' sum. NaN or infinite where a triangle is flat or a number
 /// is not finite.
 #[inline(always)]
-pub(crate) fn distance<V: Lanes>([a, b, c]: &Corners<V>, &[u, v, w]: &[V; 3], shear_z: V) -> (V, V) {
-    let sum = u.add(v).add(w);
-    let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
+pub(crate) fn distance<V: Lanes>(corners: &Corners<V>, edges: &[V; 3], shear_z: V) -> (V, V) {
+    let (depth, sum) = depth(corners, edges);
     (depth.div(sum).mul(shear_z), sum)
+}
+
+/// What [`distance`] divides: t is their quotient times the third number of the shear.
+#[inline(always)]
+pub(crate) fn depth<V: Lanes>([a, b, c]: &Corners<V>, &[u, v, w]: &[V; 3]) -> (V, V) {
+    (u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2])), u.add(v).add(w))
 }
 
 /// Weights of the second and third corner, and how far from the ray the weighted corners lie.
