@@ -137,7 +137,7 @@ impl Bvh {
     /// The nearest hits of many rays that run together, neighbours next to each other (best: squares of 4 by 4 pixels,
     /// one after the other). Several times as fast as one by one where they do; where not, hardly slower.
     pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Hit]) {
-        search::closest_packets(self.tree(&self.all()), rays, hits);
+        search::closest_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -147,12 +147,12 @@ impl Bvh {
         hits: &mut [Hit],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::closest_packets(self.tree(&self.some(filter)), rays, hits);
+        search::closest_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 
     /// Whether each of many rays that run together hits anything.
     pub fn occluded_coherent(&self, rays: &[Ray], hits: &mut [bool]) {
-        search::any_packets(self.tree(&self.all()), rays, hits);
+        search::any_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -162,7 +162,7 @@ impl Bvh {
         hits: &mut [bool],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::any_packets(self.tree(&self.some(filter)), rays, hits);
+        search::any_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 }
 

@@ -10,28 +10,29 @@ use crate::{Hit, Ray};
 
 /// Whether this way of searching is the fastest.
 #[inline(always)]
-pub(crate) fn are_few<S: Simd, L: PacketLeaves>(tree: &Tree<'_, L>) -> bool {
+pub(super) fn are_few<S: Simd, L: PacketLeaves>(tree: &Tree<'_, L>) -> bool {
     S::PACKET >= 8 && tree.leaves.all().len() <= S::PACKET / 2
 }
 
-/// Finds the nearest hit of each ray.
+/// Finds the nearest hit of each ray; the first has number `first`.
 #[inline(always)]
-pub(crate) fn closest_few<S: Simd, L: PacketLeaves>(
+pub(super) fn closest<S: Simd, L: PacketLeaves>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    mut first: usize,
     hits: &mut [Hit],
 ) {
     let mut ready = [SearchRay::NONE; GROUP];
     let mut sorted = [Rows::EMPTY; 3];
     let mut counts = [0; 3];
-    let mut first = 0;
+    let base = first;
     for rays in rays.chunks(GROUP) {
         let usable = prepare(simd, rays, &tree.space, &mut ready);
         let mut i = 0;
         while i < rays.len() {
             if usable >> i & 1 == 0 {
-                hits[first + i] = Hit::MISS;
+                hits[first - base + i] = Hit::MISS;
                 i += 1;
                 continue;
             }
@@ -43,7 +44,7 @@ pub(crate) fn closest_few<S: Simd, L: PacketLeaves>(
             if *count == S::PACKET {
                 *count = 0;
                 all::<S, L, false>(simd, tree.leaves, rows);
-                take(rows, S::PACKET, hits);
+                take(rows, S::PACKET, base, hits);
             }
         }
         first += GROUP;
@@ -52,40 +53,41 @@ pub(crate) fn closest_few<S: Simd, L: PacketLeaves>(
         if count > 0 {
             rows.end(count);
             all::<S, L, false>(simd, tree.leaves, rows);
-            take(rows, count, hits);
+            take(rows, count, base, hits);
         }
     }
 }
 
 #[inline(always)]
-fn take(rows: &Rows, count: usize, hits: &mut [Hit]) {
+fn take(rows: &Rows, count: usize, base: usize, hits: &mut [Hit]) {
     let mut i = 0;
     while i < count {
         let hit = rows.hit(i);
         let t = hit.t * rows.t_scale[i];
-        hits[rows.index[i] as usize] = if hit.is_hit() { Hit { t, ..hit } } else { Hit::MISS };
+        hits[rows.index[i] as usize - base] = if hit.is_hit() { Hit { t, ..hit } } else { Hit::MISS };
         i += 1;
     }
 }
 
-/// Finds whether each ray hits anything.
+/// Finds whether each ray hits anything; the first has number `first`.
 #[inline(always)]
-pub(crate) fn any_few<S: Simd, L: PacketLeaves>(
+pub(super) fn any<S: Simd, L: PacketLeaves>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    mut first: usize,
     hits: &mut [bool],
 ) {
     let mut ready = [SearchRay::NONE; GROUP];
     let mut sorted = [Rows::EMPTY; 3];
     let mut counts = [0; 3];
-    let mut first = 0;
+    let base = first;
     for rays in rays.chunks(GROUP) {
         let usable = prepare(simd, rays, &tree.space, &mut ready);
         let mut i = 0;
         while i < rays.len() {
             if usable >> i & 1 == 0 {
-                hits[first + i] = false;
+                hits[first - base + i] = false;
                 i += 1;
                 continue;
             }
@@ -97,7 +99,7 @@ pub(crate) fn any_few<S: Simd, L: PacketLeaves>(
             if *count == S::PACKET {
                 *count = 0;
                 all::<S, L, true>(simd, tree.leaves, rows);
-                take_any(rows, S::PACKET, hits);
+                take_any(rows, S::PACKET, base, hits);
             }
         }
         first += GROUP;
@@ -106,16 +108,16 @@ pub(crate) fn any_few<S: Simd, L: PacketLeaves>(
         if count > 0 {
             rows.end(count);
             all::<S, L, true>(simd, tree.leaves, rows);
-            take_any(rows, count, hits);
+            take_any(rows, count, base, hits);
         }
     }
 }
 
 #[inline(always)]
-fn take_any(rows: &Rows, count: usize, hits: &mut [bool]) {
+fn take_any(rows: &Rows, count: usize, base: usize, hits: &mut [bool]) {
     let mut i = 0;
     while i < count {
-        hits[rows.index[i] as usize] = rows.hit(i).is_hit();
+        hits[rows.index[i] as usize - base] = rows.hit(i).is_hit();
         i += 1;
     }
 }

@@ -52,16 +52,16 @@ impl Waiting {
     }
 }
 
-/// Finds the nearest hit of each ray.
+/// Finds the nearest hit of each ray; the first has number `first`.
 #[inline(always)]
-pub(crate) fn closest_batch<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
-    run::<S, L, false>(simd, tree, rays, |index, hit| hits[index] = hit);
+pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], first: usize, hits: &mut [Hit]) {
+    run::<S, L, false>(simd, tree, rays, first, |index, hit| hits[index] = hit);
 }
 
-/// Finds whether each ray hits anything.
+/// Finds whether each ray hits anything; the first has number `first`.
 #[inline(always)]
-pub(crate) fn any_batch<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
-    run::<S, L, true>(simd, tree, rays, |index, hit| hits[index] = hit.is_hit());
+pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], first: usize, hits: &mut [bool]) {
+    run::<S, L, true>(simd, tree, rays, first, |index, hit| hits[index] = hit.is_hit());
 }
 
 #[inline(always)]
@@ -69,6 +69,7 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    first: usize,
     mut found: impl FnMut(usize, Hit),
 ) {
     if tree.nodes.is_empty() {
@@ -134,7 +135,7 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
             let i = leaves.trailing_zeros() as usize % WAYS;
             leaves &= leaves - 1;
             let way = &mut ways[i];
-            leaf::<S, L, ANY>(simd, tree, way);
+            leaf::<S, L, ANY>(simd, tree, way, first);
             waiting.put(i, way.child);
         }
         if waiting.nodes | waiting.leaves | waiting.ends == 0 {
@@ -171,8 +172,8 @@ fn advance<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
 
 /// Tests what a leaf holds.
 #[inline(always)]
-fn leaf<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
-    let (child, index) = (ChildRef(way.child), way.index as u32);
+fn leaf<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way, first: usize) {
+    let (child, index) = (ChildRef(way.child), (first + way.index) as u32);
     if ANY {
         if tree.leaves.any(simd, child, &way.ray, index) {
             way.hit.primitive = 0;

@@ -34,74 +34,31 @@ struct Packet {
     end: f32,
 }
 
-/// Finds the nearest hit of each ray.
+/// Finds the nearest hits of as many rays as there are lanes, numbered from `first`. `None`, and nothing done, if they do
+/// not run together; otherwise whether they ran together all the way.
 #[inline(always)]
-pub(crate) fn closest_packets<S: Simd, L: PacketLeaves>(
+pub(super) fn closest<S: Simd, L: PacketLeaves>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    first: usize,
     hits: &mut [Hit],
-) {
-    let mut first = 0;
-    while first < rays.len() {
-        let last = (first + S::PACKET).min(rays.len());
-        let (rays, hits) = (&rays[first..last], &mut hits[first..last]);
-        match Packet::new(simd, tree, rays, first) {
-            Some(mut packet) => packet.run::<S, L, false>(simd, tree, rays, first, |i, hit| hits[i] = hit),
-            None => {
-                let mut i = 0;
-                while i < rays.len() {
-                    hits[i] = alone::<S, L, false>(simd, tree, &rays[i], first + i);
-                    i += 1;
-                }
-            }
-        }
-        first = last;
-    }
+) -> Option<bool> {
+    let mut packet = Packet::new(simd, tree, rays, first)?;
+    Some(packet.run::<S, L, false>(simd, tree, rays, first, |i, hit| hits[i] = hit))
 }
 
-/// Finds whether each ray hits anything.
+/// Finds whether each of as many rays as there are lanes hits anything. Answers like [`closest`].
 #[inline(always)]
-pub(crate) fn any_packets<S: Simd, L: PacketLeaves>(
+pub(super) fn any<S: Simd, L: PacketLeaves>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    first: usize,
     hits: &mut [bool],
-) {
-    let mut first = 0;
-    while first < rays.len() {
-        let last = (first + S::PACKET).min(rays.len());
-        let (rays, hits) = (&rays[first..last], &mut hits[first..last]);
-        match Packet::new(simd, tree, rays, first) {
-            Some(mut packet) => {
-                packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit());
-            }
-            None => {
-                let mut i = 0;
-                while i < rays.len() {
-                    hits[i] = alone::<S, L, true>(simd, tree, &rays[i], first + i).is_hit();
-                    i += 1;
-                }
-            }
-        }
-        first = last;
-    }
-}
-
-/// A ray whose packet is none.
-#[inline(always)]
-fn alone<S: Simd, L: PacketLeaves, const ANY: bool>(
-    simd: S,
-    tree: &Tree<'_, L>,
-    ray: &Ray,
-    index: usize,
-) -> Hit {
-    let Some(ray) = SearchRay::new(simd, ray, &tree.space) else { return Hit::MISS };
-    if ANY {
-        let found = single::any(simd, tree, &ray, index as u32);
-        return if found { Hit { primitive: 0, ..Hit::MISS } } else { Hit::MISS };
-    }
-    ray.finish(single::closest(simd, tree, &ray, index as u32))
+) -> Option<bool> {
+    let mut packet = Packet::new(simd, tree, rays, first)?;
+    Some(packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit()))
 }
 
 impl Packet {
@@ -258,7 +215,7 @@ impl Packet {
         self.meets(simd, near, far)
     }
 
-    /// Searches the tree and gives each ray's hit to `found`.
+    /// Searches the tree and gives each ray's hit to `found`. Returns whether patience sufficed.
     #[inline(always)]
     fn run<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,
@@ -267,7 +224,7 @@ impl Packet {
         rays: &[Ray],
         first: usize,
         mut found: impl FnMut(usize, Hit),
-    ) {
+    ) -> bool {
         let mut stack = Stack::new();
         let mut child = ChildRef::node(0);
         let mut patience = PATIENCE;
@@ -318,6 +275,7 @@ impl Packet {
             found(i, if hit.is_hit() { hit } else { Hit::MISS });
             i += 1;
         }
+        patience > 0
     }
 
     /// Tests all rays against those triangles of a block that any may meet; returns how many.

@@ -95,34 +95,32 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
     }
 }
 
-/// The nearest hits of many rays, one after the other.
+/// The nearest hits of many rays, one after the other; the first has number `first`.
 #[inline(always)]
-pub(crate) fn closest_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
+pub(crate) fn closest_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], mut first: usize, hits: &mut [Hit]) {
     let mut ready = [SearchRay::NONE; GROUP];
-    let mut first = 0;
     for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
         let usable = prepare(simd, rays, &tree.space, &mut ready);
         for (i, (ray, hit)) in ready.iter().zip(hits).enumerate() {
             *hit = if usable >> i & 1 != 0 {
-                ray.finish(closest(simd, tree, ray, first + i as u32))
+                ray.finish(closest(simd, tree, ray, (first + i) as u32))
             } else {
                 Hit::MISS
             };
         }
-        first += GROUP as u32;
+        first += GROUP;
     }
 }
 
-/// Whether each of many rays hits anything, one after the other.
+/// Whether each of many rays hits anything, one after the other; the first has number `first`.
 #[inline(always)]
-pub(crate) fn any_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
+pub(crate) fn any_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], mut first: usize, hits: &mut [bool]) {
     let mut ready = [SearchRay::NONE; GROUP];
-    let mut first = 0;
     for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
         let usable = prepare(simd, rays, &tree.space, &mut ready);
         for (i, (ray, hit)) in ready.iter().zip(hits).enumerate() {
-            *hit = usable >> i & 1 != 0 && any(simd, tree, ray, first + i as u32);
+            *hit = usable >> i & 1 != 0 && any(simd, tree, ray, (first + i) as u32);
         }
-        first += GROUP as u32;
+        first += GROUP;
     }
 }
