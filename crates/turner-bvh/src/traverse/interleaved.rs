@@ -54,13 +54,25 @@ impl Waiting {
 
 /// Finds the nearest hit of each ray; the first has number `first`.
 #[inline(always)]
-pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], first: usize, hits: &mut [Hit]) {
+pub(crate) fn closest<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    first: usize,
+    hits: &mut [Hit],
+) {
     run::<S, L, false>(simd, tree, rays, first, |index, hit| hits[index] = hit);
 }
 
 /// Finds whether each ray hits anything; the first has number `first`.
 #[inline(always)]
-pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], first: usize, hits: &mut [bool]) {
+pub(crate) fn any<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    first: usize,
+    hits: &mut [bool],
+) {
     run::<S, L, true>(simd, tree, rays, first, |index, hit| hits[index] = hit.is_hit());
 }
 

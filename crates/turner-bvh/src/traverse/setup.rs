@@ -150,9 +150,5 @@ fn slab<S: Simd>(simd: S, origin: S::F8, direction: S::F8, flattest: S::F8, padd
 /// In the order of [`Axes`](crate::triangle::Axes): x, y, z in lanes `by_z`; z, x, y in lanes `by_y`; y, z, x elsewhere.
 #[inline(always)]
 fn reorder<V: Lanes>([x, y, z]: [V; 3], by_z: u32, by_y: u32) -> [V; 3] {
-    [
-        x.choose(by_z, z.choose(by_y, y)),
-        y.choose(by_z, x.choose(by_y, z)),
-        z.choose(by_z, y.choose(by_y, x)),
-    ]
+    [x.choose(by_z, z.choose(by_y, y)), y.choose(by_z, x.choose(by_y, z)), z.choose(by_z, y.choose(by_y, x))]
 }

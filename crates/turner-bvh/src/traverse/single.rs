@@ -97,7 +97,13 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
 
 /// The nearest hits of many rays, one after the other; the first has number `first`.
 #[inline(always)]
-pub(crate) fn closest_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], mut first: usize, hits: &mut [Hit]) {
+pub(crate) fn closest_each<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    mut first: usize,
+    hits: &mut [Hit],
+) {
     let mut ready = [SearchRay::NONE; GROUP];
     for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
         let usable = prepare(simd, rays, &tree.space, &mut ready);
@@ -114,7 +120,13 @@ pub(crate) fn closest_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays
 
 /// Whether each of many rays hits anything, one after the other; the first has number `first`.
 #[inline(always)]
-pub(crate) fn any_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], mut first: usize, hits: &mut [bool]) {
+pub(crate) fn any_each<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    mut first: usize,
+    hits: &mut [bool],
+) {
     let mut ready = [SearchRay::NONE; GROUP];
     for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
         let usable = prepare(simd, rays, &tree.space, &mut ready);
