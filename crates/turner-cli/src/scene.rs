@@ -189,7 +189,8 @@ impl SceneArgs {
             options.overrides[0] = change;
             loaded = input.load(&options);
         }
-        let Loaded { desc, sources, hash, .. } = loaded.map_err(|e| Failure::load(e, &labels))?;
+        let Loaded { mut desc, sources, mut hash } = loaded.map_err(|e| Failure::load(e, &labels))?;
+        self.stage.surround(&mut desc, &mut hash)?;
         let quality = match self.bvh_quality {
             BvhQuality::Fast => Quality::Fast,
             BvhQuality::Balanced => Quality::Balanced,

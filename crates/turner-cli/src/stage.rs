@@ -1,10 +1,21 @@
 //! Options for models: camera, light, floor, background, moment.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
+use turner::light::{EnvironmentDesc, LightDesc};
+use turner::scene::error::ErrorCode;
 use turner::scene::stage::Orbit;
-use turner_io::scene::{ModelOverrides, Override};
+use turner::scene::{Asset, ImageId, Named, SceneDesc};
+use turner_io::assets::{AssetSource, FolderAssets};
+use turner_io::image::{DecodeLimits, decode};
+use turner_io::scene::{ModelOverrides, Override, hash_with};
+
+use crate::failure::{Failure, two_lines};
+
+/// Most bytes of a picture of the surroundings: 2 GiB.
+const MAX_ENVIRONMENT: u64 = 2 << 30;
 
 /// How a model is shown. In scenes that say these things themselves the options win.
 #[derive(Debug, Default, Args)]
@@ -26,19 +37,19 @@ pub(crate) struct StageArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
     /// Turn the environment about the vertical, degrees
-    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = parse_finite)]
     pub(crate) env_rotation: Option<f64>,
     /// Factor of the environment's light
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", value_parser = parse_factor)]
     pub(crate) env_strength: Option<f64>,
     /// Moment of the model's animation, seconds
-    #[arg(long, value_name = "SECONDS", conflicts_with = "frame")]
+    #[arg(long, value_name = "SECONDS", conflicts_with = "frame", allow_negative_numbers = true, value_parser = parse_finite)]
     time: Option<f64>,
     /// Moment of the model's animation, as the number of a frame from 0
     #[arg(long, value_name = "N")]
     frame: Option<u32>,
     /// Frames per second for --frame and --frames
-    #[arg(long, value_name = "N", default_value_t = 24.0)]
+    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = parse_rate)]
     fps: f64,
     /// Which animation of the model, by name or number
     #[arg(long, value_name = "NAME")]
@@ -110,6 +121,71 @@ impl StageArgs {
     /// The orbit that was asked for, if one was.
     pub(crate) fn orbit(&self) -> Option<Orbit> {
         Orbit::parse(self.camera.as_deref()?)?.ok()
+    }
+}
+
+impl StageArgs {
+    /// Puts the environment that was asked for around the scene.
+    pub(crate) fn surround(&self, desc: &mut SceneDesc, hash: &mut String) -> Result<(), Failure> {
+        if let Some(path) = &self.environment {
+            let bytes = read(path)?;
+            let name = path.to_string_lossy();
+            let image = decode(&bytes, &name, &DecodeLimits::default())
+                .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
+            *hash = hash_with(hash, &bytes);
+            desc.images.push(Asset { uri: name.into_owned(), data: Arc::new(image) });
+            let file = Some(ImageId(desc.images.len() as u32 - 1));
+            let environment = EnvironmentDesc { file, ..EnvironmentDesc::studio() };
+            desc.lights.retain(|l| !matches!(l.value, LightDesc::Environment(_)));
+            desc.lights.push(Named { name: None, span: None, value: LightDesc::Environment(environment) });
+        }
+        let environments = desc.lights.iter_mut().filter_map(|l| match &mut l.value {
+            LightDesc::Environment(environment) => Some((&mut environment.rotation, &mut environment.strength)),
+            _ => None,
+        });
+        let studio = desc.stage.iter_mut().map(|s| (&mut s.studio_rotation, &mut s.studio_strength));
+        for (rotation, strength) in environments.chain(studio) {
+            *rotation = self.env_rotation.unwrap_or(*rotation);
+            *strength = self.env_strength.unwrap_or(*strength);
+        }
+        if self.env_rotation.is_some() || self.env_strength.is_some() {
+            *hash = hash_with(hash, format!("{:?} {:?}", self.env_rotation, self.env_strength).as_bytes());
+        }
+        Ok(())
+    }
+}
+
+/// A file that the user named, wherever it is.
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    let failed = |text: String| Failure::new(two_lines(ErrorCode::File, &text));
+    let folder = FolderAssets::new(path.parent().unwrap_or(Path::new(""))).map_err(|e| failed(e.to_string()))?;
+    let Some(file) = path.file_name().and_then(|n| n.to_str()) else {
+        return Err(failed(format!("{}: expected the name of a file", path.display())));
+    };
+    folder.allow_outside(true).read(file, MAX_ENVIRONMENT).map_err(|e| failed(e.to_string()))
+}
+
+/// A factor that light can have.
+fn parse_factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() && v >= 0.0 => Ok(v),
+        _ => Err("expected a number, 0 or more".to_owned()),
+    }
+}
+
+/// Degrees or seconds.
+fn parse_finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err("expected a finite number".to_owned()),
+    }
+}
+
+/// A rate of frames.
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() && v > 0.0 => Ok(v),
+        _ => Err("expected a number above 0".to_owned()),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What all importers of foreign formats have in common.
 
 use crate::assets::{AssetSource, printable};
+use crate::mesh;
 use crate::scene::SceneFormat;
 use std::path::Path;
 use turner::scene::SceneDesc;
@@ -60,6 +61,12 @@ pub fn import(
     };
     match format {
         SceneFormat::Gltf => crate::gltf::import(bytes, uri, assets, options),
-        _ => Err(SceneError::new(ErrorCode::File, format!("{format:?} {}", assets.describe(uri)))),
+        SceneFormat::Obj => mesh::import_obj(bytes, uri, assets, options),
+        SceneFormat::Ply => mesh::import_ply(bytes, uri, assets, options),
+        SceneFormat::Stl => mesh::import_stl(bytes, uri, assets, options),
+        SceneFormat::Toml => {
+            let message = format!("{}: is a scene, no model", printable(&assets.describe(uri)));
+            Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))
+        }
     }
 }

@@ -93,7 +93,8 @@ fn every_layout_of_a_ply_gives_the_same_mesh() {
                     assert_eq!(mesh.positions, CORNERS.map(|c| [c[0], c[1], c[2]]));
                     assert_eq!(mesh.normals, CORNERS.map(|c| [c[3], c[4], c[5]]));
                     assert_eq!(mesh.uvs, CORNERS.map(|c| [c[6], c[7]]));
-                    assert!(warnings.is_empty());
+                    // An element of its own kind is said to be ignored.
+                    assert_eq!(warnings.len(), usize::from(extra));
                     tried += 1;
                 }
             }

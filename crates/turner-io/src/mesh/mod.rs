@@ -2,18 +2,23 @@
 //!
 //! Every index is checked against the number of vertices, and no memory is reserved for more elements than the
 //! bytes of the file can hold. Convex polygons become fans of triangles around their first corner, others are cut
-//! into ears ([`polygon`]). [`decode`] gives the mesh alone, as an object of a scene shows it; the `import` functions give a
-//! whole scene with its materials.
+//! into ears. [`decode`] gives the mesh alone, as an object of a scene shows it; [`import_obj`], [`import_ply`] and
+//! [`import_stl`] give a whole scene with its materials.
 
 mod corners;
 mod error;
+mod import;
+mod mtl;
 mod number;
 mod obj;
+mod pictures;
 mod ply;
 mod polygon;
 mod stl;
+mod weld;
 
 pub use error::MeshError;
+pub use import::{import_obj, import_ply, import_stl};
 
 use crate::assets::printable;
 use crate::scene::SceneFormat;

@@ -78,7 +78,7 @@ pub(super) fn asset_error(error: AssetError) -> SceneError {
 }
 
 /// Splits `what is wrong\n  remedy`, the form of this crate's own errors.
-pub(super) fn two_lines(code: ErrorCode, text: &str) -> SceneError {
+pub(crate) fn two_lines(code: ErrorCode, text: &str) -> SceneError {
     match text.split_once("\n  ") {
         Some((message, help)) => SceneError::new(code, message).help(help),
         None => SceneError::new(code, text),

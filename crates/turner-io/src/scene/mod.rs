@@ -21,6 +21,7 @@ mod sources;
 mod text;
 
 pub use error::LoadError;
+pub(crate) use error::two_lines;
 pub use files::SceneFiles;
 pub use format::SceneFormat;
 pub(crate) use format::nearest_mesh_extension;
@@ -107,6 +108,14 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let bytes = named.read(file, MAX_TEXT).map_err(|e| bare(asset_error(e)))?;
     let text = text::utf8(bytes, &name).map_err(bare)?;
     load_named(text, &name, file, &assets, options)
+}
+
+/// The hash of a scene to which something was added that its files do not name.
+pub fn hash_with(hash: &str, bytes: &[u8]) -> String {
+    let mut sum = hash::SceneHash::new();
+    sum.add(b'h', hash.as_bytes());
+    sum.add(b'a', bytes);
+    sum.hex()
 }
 
 /// Reads a scene from text. `name` is for messages and, as a path relative to the root of `assets`, what the paths

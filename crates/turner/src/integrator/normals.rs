@@ -45,7 +45,7 @@ impl Tracer for Normals<'_> {
         let rays = (0..samples.ids.len()).filter_map(|i| samples.rays.get(i));
         out.extend(rays.map(|ray| match scene.intersect(&ray) {
             None if scene.background.transparent => Radiance { color: Spectrum::BLACK, alpha: 0.0 },
-            None => Radiance { color: scene.background.color(ray.direction), alpha: 1.0 },
+            None => Radiance { color: scene.surroundings(ray.direction), alpha: 1.0 },
             Some(hit) => {
                 let surface = scene.surface(&ray, &hit);
                 let n = match self.normal {

@@ -109,6 +109,9 @@ pub struct Illumination {
     pub intensity: Spectrum,
 }
 
+/// Directions in which [`Light::illuminate`] asks an environment: enough for soft shadows without much noise.
+const ENVIRONMENT_SAMPLES: u32 = 16;
+
 /// A light ready to shine.
 #[derive(Clone, Debug)]
 pub enum Light {
@@ -196,14 +199,23 @@ impl Light {
     pub fn samples(&self) -> u32 {
         match self {
             Light::Area(l) => l.samples,
+            Light::Environment(_) => ENVIRONMENT_SAMPLES,
             _ => 1,
+        }
+    }
+
+    /// The light of the surroundings that comes from a direction; `None` for other lights.
+    pub fn around(&self, direction: DVec3) -> Option<Spectrum> {
+        match self {
+            Light::Environment(l) => Some(l.radiance(direction)),
+            _ => None,
         }
     }
 
     /// Whether [`Light::illuminate`] uses its `jitter`.
     #[inline]
     pub fn is_jittered(&self) -> bool {
-        matches!(self, Light::Area(l) if l.jitter)
+        matches!(self, Light::Environment(_)) || matches!(self, Light::Area(l) if l.jitter)
     }
 
     /// Light that arrives at `p` from the light's sample `i` of `samples()`, placed in its stratum by `jitter`; `None` if
@@ -215,8 +227,13 @@ impl Light {
             Light::Directional(l) => Some(l.illuminate()),
             Light::Spot(l) => l.illuminate(p),
             Light::Area(l) => l.illuminate(p, i, jitter),
-            // From no one direction.
-            Light::Environment(_) => None,
+            Light::Environment(l) => {
+                let [u, v] = [(f64::from(i) + jitter.x) / f64::from(ENVIRONMENT_SAMPLES), jitter.y];
+                let sample = l.sample([u, v])?;
+                let share = 1.0 / (std::f64::consts::PI * sample.pdf * f64::from(ENVIRONMENT_SAMPLES));
+                let intensity = sample.radiance * share as f32;
+                Some(Illumination { to_light: sample.direction, finite: false, intensity })
+            }
         }
     }
 

@@ -9,15 +9,15 @@ use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
-use super::stage::{Staging, ground_color};
+use super::stage::Staging;
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::film::Film;
 use crate::light::Light;
-use crate::material::{Material, MaterialDesc, PrincipledMaterial};
-use crate::math::{Bounds, DAffine3, DVec3};
+use crate::material::{Material, MaterialDesc};
+use crate::math::{Bounds, DAffine3};
 use crate::shape::traversal::TraversalFrame;
-use crate::shape::{MeshCache, Plane, Shape, ShapeDesc};
+use crate::shape::{MeshCache, Shape, ShapeDesc};
 use crate::texture::Textures;
 
 /// How to prepare.
@@ -68,7 +68,12 @@ impl SceneDesc {
         }
         flat.flatten(self)?;
         let aspect = f64::from(self.film.width) / f64::from(self.film.height);
-        let staging = self.set_stage(&mut flat, &mut materials, aspect)?;
+        let (mut lights, ambient) = self.prepare_lights()?;
+        let staging = self.set_stage(&mut flat, &mut lights, aspect)?;
+        if let Some((plane, material)) = staging.ground {
+            materials.push(ready(&MaterialDesc::Principled(material)));
+            flat.add_unbounded(Shape::Plane(plane), MaterialId(materials.len() as u32 - 1));
+        }
         warnings.extend(staging.notes);
         let Flattener { primitives, bounds, transforms, faces, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
@@ -105,7 +110,6 @@ impl SceneDesc {
         let bounded = ordered.len();
         ordered.extend(slots.into_iter().flatten());
 
-        let (lights, ambient) = self.prepare_lights()?;
         let (camera_desc, span) = match staging.camera.as_ref().or(self.camera.as_ref()) {
             Some(camera) => (camera.value.clone(), camera.span),
             None => (CameraDesc::framing(&total, aspect), None),
@@ -153,30 +157,16 @@ impl SceneDesc {
         Ok(scene)
     }
 
-    /// Adds what the scene lacks and its stage has.
+    /// What the scene lacks and its stage has; lights are added at once.
     fn set_stage(
         &self,
         flat: &mut Flattener<'_>,
-        materials: &mut Vec<Material>,
+        lights: &mut Vec<Light>,
         aspect: f64,
     ) -> Result<Staging, SceneError> {
         let Some(stage) = &self.stage else { return Ok(Staging::default()) };
         let bounds = flat.bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
-        let staging = stage.complete(self, &bounds, aspect, !self.lights.is_empty())?;
-        if let Some(height) = staging.ground {
-            let material = PrincipledMaterial { base_color: ground_color(), ..PrincipledMaterial::matte() };
-            materials.push(MaterialDesc::Principled(material).prepare());
-            let plane = Plane { point: DVec3::new(0.0, height, 0.0), normal: DVec3::Y };
-            flat.primitives.push(Primitive {
-                shape: Shape::Plane(plane),
-                material: MaterialId(materials.len() as u32 - 1),
-                transform: NO_TRANSFORM,
-                faces: NO_FACES,
-                id: flat.primitives.len() as u32,
-            });
-            flat.bounds.push(None);
-        }
-        Ok(staging)
+        stage.complete(self, &bounds, aspect, lights)
     }
 
     fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
@@ -284,6 +274,13 @@ struct Flattener<'a> {
 }
 
 impl Flattener<'_> {
+    /// A shape without end, in the world's space.
+    fn add_unbounded(&mut self, shape: Shape, material: MaterialId) {
+        let id = self.primitives.len() as u32;
+        self.primitives.push(Primitive { shape, material, transform: NO_TRANSFORM, faces: NO_FACES, id });
+        self.bounds.push(None);
+    }
+
     fn flatten(&mut self, desc: &SceneDesc) -> Result<(), SceneError> {
         struct Level<'a> {
             objects: &'a [ObjectDesc],

@@ -163,6 +163,15 @@ impl SurfaceInteraction {
 }
 
 impl Scene {
+    /// What a ray sees that hits nothing: the environment, where there is one and the background shows it, or the background's colour.
+    pub fn surroundings(&self, direction: DVec3) -> Spectrum {
+        let mut around = self.lights.iter().filter_map(|light| light.around(direction));
+        match around.next() {
+            Some(first) if self.background.environment => around.fold(first, |sum, more| sum + more),
+            _ => self.background.color(direction),
+        }
+    }
+
     /// The nearest hit with `t_min <= t <= t_max`; among equally near ones that of the object which stands first
     /// in the description.
     #[inline]

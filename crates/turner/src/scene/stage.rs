@@ -6,9 +6,12 @@ use super::param::ColorSource;
 use super::schema::{Range, params};
 use crate::camera::{CameraDesc, Handedness, PinholeDesc};
 use crate::color::Spectrum;
-use crate::math::elementary::{cos, sin, tan};
+use crate::light::{EnvironmentDesc, Light};
+use crate::material::PrincipledMaterial;
+use crate::math::elementary::{cos, sin, sin_cos, tan};
 use crate::math::{Bounds, DVec3, radians};
 use crate::scene::value::Span;
+use crate::shape::Plane;
 
 /// Vertical field of view of an orbiting camera, degrees.
 pub const FOV: f64 = 38.0;
@@ -143,22 +146,20 @@ fn fitting_distance(
 pub(super) struct Staging {
     /// The camera to look through.
     pub(super) camera: Option<Named<CameraDesc>>,
-    /// Height of the floor.
-    pub(super) ground: Option<f64>,
-    /// Whether the studio is lit.
-    pub(super) studio: bool,
+    /// The floor and what it is made of.
+    pub(super) ground: Option<(Plane, PrincipledMaterial)>,
     /// What was chosen.
     pub(super) notes: Vec<Warning>,
 }
 
 impl StageDesc {
-    /// What a scene lacks. `bounds` are those of everything bounded in it.
+    /// What a scene lacks; its studio is added to `lights`. `bounds` are those of everything bounded in it.
     pub(super) fn complete(
         &self,
         scene: &SceneDesc,
         bounds: &Bounds,
         aspect: f64,
-        has_light: bool,
+        lights: &mut Vec<Light>,
     ) -> Result<Staging, SceneError> {
         let mut staging = Staging::default();
         let own = scene.camera.as_ref().or(scene.cameras.first());
@@ -187,14 +188,22 @@ impl StageDesc {
                 "no camera in the file: framed from three-quarters above (--camera orbit:azimuth,elevation changes it)",
             );
         }
-        staging.studio = self.studio && !has_light;
-        if staging.studio {
+        if self.studio && lights.is_empty() {
+            let studio = EnvironmentDesc {
+                strength: self.studio_strength,
+                rotation: self.studio_rotation,
+                ..EnvironmentDesc::studio()
+            };
+            lights.push(Light::Environment(studio.prepare(&[], scene.integrator.compensates())?));
             note("no light in the file: lit by the built-in studio (--environment FILE takes another)");
         }
         let wanted = self.ground.unwrap_or(own.is_none() && !scene.background.transparent);
         if wanted && !bounds.is_empty() && bounds.is_finite() {
             let gap = 1e-4 * bounds.size().max_element().max(1e-9 * bounds.min.abs().max_element());
-            staging.ground = Some(bounds.min.y - gap);
+            let point = DVec3::new(0.0, bounds.min.y - gap, 0.0);
+            let base_color = ColorSource::Constant(ground_color(lights));
+            let material = PrincipledMaterial { base_color, ..PrincipledMaterial::matte() };
+            staging.ground = Some((Plane { point, normal: DVec3::Y }, material));
             if self.ground.is_none() {
                 note("a floor was added (--no-ground leaves it out)");
             }
@@ -224,9 +233,26 @@ fn named_camera(scene: &SceneDesc, wanted: &str) -> Result<Named<CameraDesc>, Sc
     })
 }
 
-/// What a floor is made of: it looks like the studio's horizon.
-pub(super) fn ground_color() -> ColorSource {
-    ColorSource::Constant(Spectrum::grey(0.6))
+/// The colour with which a floor in the open looks like the horizon behind it, so that no edge shows: radiance E·C/π.
+fn ground_color(lights: &[Light]) -> Spectrum {
+    const RINGS: u32 = 48;
+    const AROUND: u32 = 96;
+    let radiance = |height: f64, turn: f64| {
+        let (sin, cos) = sin_cos(std::f64::consts::TAU * turn);
+        let across = (1.0 - height * height).sqrt();
+        let direction = DVec3::new(across * cos, height, across * sin);
+        lights.iter().filter_map(|l| l.around(direction)).fold(Spectrum::BLACK, |sum, l| sum + l)
+    };
+    let ring = |height: f64| {
+        let all = (0..AROUND).map(|i| radiance(height, (f64::from(i) + 0.5) / f64::from(AROUND)));
+        all.fold(Spectrum::BLACK, |sum, l| sum + l) * (1.0 / AROUND as f32)
+    };
+    // Over the square of the height the cosine is spread evenly.
+    let heights = (0..RINGS).map(|i| ((f64::from(i) + 0.5) / f64::from(RINGS)).sqrt());
+    let mean = heights.fold(Spectrum::BLACK, |sum, height| sum + ring(height)) * (1.0 / RINGS as f32);
+    let horizon = ring(0.01);
+    let share = |horizon: f32, mean: f32| if mean > 0.0 { (horizon / mean).clamp(0.05, 0.85) } else { 0.5 };
+    Spectrum::new(share(horizon.r, mean.r), share(horizon.g, mean.g), share(horizon.b, mean.b))
 }
 
 #[cfg(test)]

@@ -13,6 +13,8 @@ mod merge;
 mod normals;
 mod text;
 
+pub(super) use text::{name as name_of, words};
+
 use super::corners::{Attributes, Corners, unify};
 use super::error::{reserve, reserve_some};
 use super::{MeshError, Place, ReadMesh, warning};
@@ -22,6 +24,7 @@ use chunk::{Before, Chunk, Fail, NONE, Others};
 use std::borrow::Cow;
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use turner::color::Transfer;
 use turner::scene::{Warning, WarningKind};
 use turner::shape::mesh::MeshData;
 
@@ -210,6 +213,7 @@ impl ObjFile {
                 *column = Vec::new();
             }
         }
+        display_colors(&mut attributes, &mut warnings, name);
         complete_uvs(&mut attributes, &mut corners, &mut warnings, name)?;
         let some_normals = corners.normals.iter().any(|t| t.contains(&NONE));
         let none_but_smooth = corners.normals.is_empty() && smoothing.iter().any(|&s| s != 0);
@@ -224,6 +228,21 @@ impl ObjFile {
         let mesh = unify(attributes, corners, name)?;
         Ok(ReadMesh { mesh: MeshData { face_materials, material_names, ..mesh }, warnings, texture: None })
     }
+}
+
+/// Some programs write colours from 0 to 255, as they are shown.
+fn display_colors(attributes: &mut Attributes, warnings: &mut Vec<Warning>, name: &str) {
+    let rgb = |c: &[f32; 4]| c[0].max(c[1]).max(c[2]);
+    let largest = attributes.colors.iter().map(rgb).fold(0.0, f32::max);
+    if !(largest > 1.0 && largest <= 255.0) {
+        return;
+    }
+    // White where the file gives none.
+    for color in attributes.colors.iter_mut().filter(|c| **c != [1.0; 4]) {
+        (0..3).for_each(|i| color[i] = Transfer::Srgb.decode(color[i] / 255.0));
+    }
+    let message = "colours of vertices above 1 are taken for display values up to 255";
+    warnings.push(warning(WarningKind::Approximated, name, 1, message));
 }
 
 /// Gives every corner a (u, v) if any has one.

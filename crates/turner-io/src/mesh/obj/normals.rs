@@ -1,13 +1,15 @@
 //! Normals for faces of an OBJ file that have none.
 //!
-//! Faces of a smoothing group get, at each corner, the sum of the normals of the group's triangles there, weighted by area.
-//! The others get the normal of their plane.
+//! Faces of a smoothing group get, at each corner, the sum of the normals of the group's triangles there, weighted by the
+//! angle that each has there: it does not matter how a polygon is cut into triangles (Thürmer and Wüthrich 1998,
+//! "Computing vertex normals from polygonal facets"). The others get the normal of their plane.
 
 use super::chunk::NONE;
 use crate::mesh::MeshError;
 use crate::mesh::corners::{Attributes, Corners};
 use crate::mesh::error::{push, reserve, reserve_some};
 use std::collections::HashMap;
+use turner::math::elementary::acos;
 
 /// Fills in what is [`NONE`]; `groups` are the smoothing groups of the triangles, 0 being none, or empty.
 /// Returns how many corners had no normal.
@@ -45,7 +47,9 @@ pub(super) fn complete(
             named.iter_mut().filter(|n| **n == NONE).for_each(|n| *n = new);
             continue;
         }
-        for (&p, slot) in triangle.iter().zip(named).filter(|(_, n)| **n == NONE) {
+        let direction = unit(area).map(f64::from);
+        let angles = angles(triangle.map(|p| positions[p as usize]));
+        for ((&p, slot), angle) in triangle.iter().zip(named).zip(angles).filter(|((_, n), _)| **n == NONE) {
             let known = match &mut first[p as usize] {
                 (g, n) if *n == NONE || *g == group => {
                     *g = group;
@@ -64,9 +68,7 @@ pub(super) fn complete(
                 reserve_some(&mut sums, more, name)?;
                 sums.resize(sum + 1, [0.0; 3]);
             }
-            if area.iter().all(|v| v.is_finite()) {
-                (0..3).for_each(|k| sums[sum][k] += area[k]);
-            }
+            (0..3).for_each(|k| sums[sum][k] += angle * direction[k]);
             *slot = *known;
         }
     }
@@ -83,6 +85,18 @@ fn area_normal([a, b, c]: [[f32; 3]; 3]) -> [f64; 3] {
     let side = |to: [f32; 3]| [0, 1, 2].map(|i| f64::from(to[i]) - f64::from(a[i]));
     let (u, v) = (side(b), side(c));
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+}
+
+/// The angles of a triangle at its corners; 0 where it has none.
+fn angles(corners: [[f32; 3]; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|i| {
+        let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
+        let side = |to: [f32; 3]| [0, 1, 2].map(|k| f64::from(to[k]) - f64::from(a[k]));
+        let (u, v) = (side(b), side(c));
+        let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+        let cos = dot(u, v) / (dot(u, u) * dot(v, v)).sqrt();
+        if cos.is_finite() { acos(cos.clamp(-1.0, 1.0)) } else { 0.0 }
+    })
 }
 
 /// Of unit length; zero if it has none.

@@ -171,7 +171,7 @@ fn number(word: &[u8]) -> Option<f32> {
 }
 
 /// The words of the rest of a statement, without its comment.
-pub(super) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(in crate::mesh) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut at = 0;
     std::iter::from_fn(move || {
         loop {
@@ -193,7 +193,7 @@ pub(super) fn words(rest: &[u8]) -> impl Iterator<Item = &[u8]> {
 }
 
 /// A name: the words with a blank between each two.
-pub(super) fn name(rest: &[u8]) -> String {
+pub(in crate::mesh) fn name(rest: &[u8]) -> String {
     let words: Vec<_> = words(rest).map(String::from_utf8_lossy).collect();
     words.join(" ")
 }

@@ -4,6 +4,7 @@ use super::header::{self, Element, Encoding, Scalar};
 use super::values::Values;
 use super::{Stop, Triangulator, bad_index, skip_list};
 use crate::mesh::error::{push, reserve, reserve_some};
+use crate::mesh::weld::Welder;
 use crate::mesh::{MeshError, warning};
 use turner::scene::{Warning, WarningKind};
 
@@ -19,7 +20,10 @@ pub(super) struct Faces<'a> {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Numbers of (u, v) by corner: as many as triangles, or none.
     pub(super) wedges: Vec<[u32; 3]>,
-    pub(super) wedge_uvs: Vec<[f32; 2]>,
+    /// Vertices with the bits of their (u, v).
+    pub(super) wedge_uvs: Welder,
+    /// Those of one polygon.
+    numbers: Vec<u32>,
     thin: u64,
     without_wedges: u64,
 }
@@ -33,7 +37,8 @@ impl<'a> Faces<'a> {
             cutter: Triangulator::new(),
             triangles: Vec::new(),
             wedges: Vec::new(),
-            wedge_uvs: Vec::new(),
+            wedge_uvs: Welder::new(),
+            numbers: Vec::new(),
             thin: 0,
             without_wedges: 0,
         }
@@ -127,20 +132,22 @@ impl<'a> Faces<'a> {
         }
         let count = polygon.len() - 2;
         reserve_some(&mut self.triangles, count, self.name)?;
-        let first = self.wedge_uvs.len() as u32;
+        self.numbers.clear();
         if let Some(pairs) = pairs {
             reserve_some(&mut self.wedges, count, self.name)?;
-            reserve_some(&mut self.wedge_uvs, polygon.len(), self.name)?;
             self.without_wedges += u64::from(pairs.len() < 2 * polygon.len());
-            let pair = |i: usize| [0, 1].map(|k| pairs.get(2 * i + k).copied().unwrap_or_default());
-            self.wedge_uvs.extend((0..polygon.len()).map(pair));
+            for (i, &vertex) in polygon.iter().enumerate() {
+                let [u, v] = [0, 1].map(|k| pairs.get(2 * i + k).copied().unwrap_or_default().to_bits());
+                let number = self.wedge_uvs.number([vertex, u, v], self.name)?;
+                push(&mut self.numbers, number, self.name)?;
+            }
         }
-        let (triangles, wedges) = (&mut self.triangles, &mut self.wedges);
+        let (triangles, wedges, numbers) = (&mut self.triangles, &mut self.wedges, &self.numbers);
         let position = |i: usize| positions.get(polygon[i] as usize).copied().unwrap_or_default();
         self.cutter.cut(polygon.len(), position, &mut |t| {
             triangles.push(t.map(|i| polygon[i]));
             if pairs.is_some() {
-                wedges.push(t.map(|i| first + i as u32));
+                wedges.push(t.map(|i| numbers[i]));
             }
         });
         Ok(())

@@ -91,7 +91,11 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
     let Faces { triangles, wedges, wedge_uvs, .. } = faces;
     mesh.triangles = triangles;
     if !wedges.is_empty() && wedges.len() == mesh.triangles.len() {
-        mesh = with_wedges(mesh, wedges, wedge_uvs, name)?;
+        let pair = |k: [u32; 3]| [k[1], k[2]].map(f32::from_bits);
+        let mut uvs = Vec::new();
+        super::error::reserve(&mut uvs, wedge_uvs.keys.len(), name)?;
+        uvs.extend(wedge_uvs.keys.iter().copied().map(pair));
+        mesh = with_wedges(mesh, wedges, uvs, name)?;
     }
     Ok(ReadMesh { mesh, warnings, texture: header.textures.into_iter().next() })
 }

@@ -212,7 +212,7 @@ impl Reader<'_> {
 
     fn finish(self) -> StlFile {
         let Reader { mut file, name, .. } = self;
-        file.mesh.positions = self.welder.positions;
+        file.mesh.positions = self.welder.into_positions();
         if self.names.len() > 1 {
             file.mesh.material_names = self.names;
         } else {

@@ -56,7 +56,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<StlFile, MeshError> {
         }
         triangles.push(triangle);
     }
-    file.mesh.positions = welder.positions;
+    file.mesh.positions = welder.into_positions();
     if against > 0 {
         let message = "facets are stored with a normal against the order of their corners; the order counts";
         file.warnings.push(warning(WarningKind::Doubtful, name, against, message));

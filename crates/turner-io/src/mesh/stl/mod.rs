@@ -9,13 +9,12 @@
 
 mod ascii;
 mod binary;
-mod weld;
 
+use super::weld::Welder;
 use super::{MeshError, ReadMesh};
 use crate::assets::printable;
 use turner::scene::Warning;
 use turner::shape::mesh::MeshData;
-use weld::Welder;
 
 /// Bytes before the first facet of a binary file.
 const HEADER: usize = 84;

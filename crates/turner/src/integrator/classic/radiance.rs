@@ -450,7 +450,7 @@ impl ClassicDesc {
         let depth = from.depth + 1;
         if depth > self.max_depth {
             let color = match self.at_depth {
-                AtDepth::Background => scene.background.color(direction()),
+                AtDepth::Background => scene.surroundings(direction()),
                 AtDepth::Ambient => scene.ambient,
                 AtDepth::Black | AtDepth::Local => return None,
             };
@@ -494,7 +494,7 @@ impl ClassicDesc {
             return;
         }
         if self.miss == Miss::Background {
-            pixel.color += scene.background.color(direction()) * task.weight as f32;
+            pixel.color += scene.surroundings(direction()) * task.weight as f32;
         }
     }
 }

@@ -88,6 +88,10 @@ impl Wave<'_> {
         if let Some(left) = path.media.transmittance(f64::INFINITY) {
             beta = beta * left;
         }
+        if path.from_camera && !scene.background.environment {
+            self.settings.add(path, beta * scene.background.color(ray.direction), pixel);
+            return;
+        }
         let mut found = Spectrum::BLACK;
         let mut surrounded = false;
         for (radiance, pdf) in scene.emitters.around(scene, ray.direction) {

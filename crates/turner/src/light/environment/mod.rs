@@ -79,6 +79,11 @@ impl Prepared {
 }
 
 impl EnvironmentDesc {
+    /// The built-in studio.
+    pub fn studio() -> EnvironmentDesc {
+        EnvironmentDesc { file: None, strength: 1.0, rotation: 0.0, tint: Spectrum::WHITE }
+    }
+
     /// Makes it ready: `images` are the scene's. With `compensated`, directions are chosen for a sampler that combines
     /// them with others by the balance heuristic: see [`EnvironmentLight::sample`].
     pub fn prepare(

@@ -1,47 +1,56 @@
-//! Vertices of the same bits made one.
+//! Equal triples of bits made one: positions, or corners with their (u, v).
 
-use crate::mesh::MeshError;
-use crate::mesh::error::{push, reserve};
+use super::MeshError;
+use super::error::{push, reserve};
 
-/// No vertex.
+/// No number.
 const EMPTY: u32 = u32::MAX;
-/// Places looked at for one vertex. A file made to collide leaves vertices apart; it does not take more time.
+/// Places looked at for one triple. A file made to collide leaves equal ones apart; it does not take more time.
 const PROBES: usize = 64;
 
-/// Finds vertices by their bits, in a table of a power of two places at most half full. −0 counts as 0.
+/// Numbers triples in the order of first appearance, by a table of a power of two places at most half full.
 pub(super) struct Welder {
-    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) keys: Vec<[u32; 3]>,
     table: Vec<u32>,
 }
 
 impl Welder {
     pub(super) fn new() -> Welder {
-        Welder { positions: Vec::new(), table: Vec::new() }
+        Welder { keys: Vec::new(), table: Vec::new() }
     }
 
-    /// The number of a vertex, in the order of first appearance.
+    /// The number of a position; −0 counts as 0.
     #[inline]
     pub(super) fn vertex(&mut self, position: [f32; 3], name: &str) -> Result<u32, MeshError> {
-        if 2 * self.positions.len() >= self.table.len() {
+        self.number(position.map(|v| (v + 0.0).to_bits()), name)
+    }
+
+    /// The number of a triple.
+    #[inline]
+    pub(super) fn number(&mut self, key: [u32; 3], name: &str) -> Result<u32, MeshError> {
+        if 2 * self.keys.len() >= self.table.len() {
             self.grow(name)?;
         }
-        let position = position.map(|v| v + 0.0);
-        let bits = position.map(f32::to_bits);
         let mask = self.table.len() - 1;
-        let start = hash(bits);
-        let new = self.positions.len() as u32;
+        let start = hash(key);
+        let new = self.keys.len() as u32;
         for i in 0..PROBES {
             let slot = &mut self.table[start.wrapping_add(i) & mask];
             if *slot == EMPTY {
                 *slot = new;
                 break;
             }
-            if self.positions[*slot as usize].map(f32::to_bits) == bits {
+            if self.keys[*slot as usize] == key {
                 return Ok(*slot);
             }
         }
-        push(&mut self.positions, position, name)?;
+        push(&mut self.keys, key, name)?;
         Ok(new)
+    }
+
+    /// The positions of [`Welder::vertex`].
+    pub(super) fn into_positions(self) -> Vec<[f32; 3]> {
+        self.keys.into_iter().map(|k| k.map(f32::from_bits)).collect()
     }
 
     fn grow(&mut self, name: &str) -> Result<(), MeshError> {
@@ -49,8 +58,8 @@ impl Welder {
         self.table = Vec::new();
         reserve(&mut self.table, places, name)?;
         self.table.resize(places, EMPTY);
-        for (i, position) in self.positions.iter().enumerate() {
-            let start = hash(position.map(f32::to_bits));
+        for (i, key) in self.keys.iter().enumerate() {
+            let start = hash(*key);
             let mut tried = (0..PROBES).map(|k| start.wrapping_add(k) & (places - 1));
             if let Some(at) = tried.find(|&at| self.table[at] == EMPTY) {
                 self.table[at] = i as u32;
@@ -83,7 +92,7 @@ mod tests {
                 assert_eq!(welder.vertex(grid(i), "").unwrap(), i);
             }
         }
-        assert_eq!(welder.positions.len(), 10_000);
+        assert_eq!(welder.keys.len(), 10_000);
         assert_eq!(welder.vertex([-0.0, 0.0, -0.0], "").unwrap(), 0);
         let beside = welder.vertex([0.1_f32.next_up(), 0.0, 0.0], "").unwrap();
         assert_eq!(beside, 10_000);

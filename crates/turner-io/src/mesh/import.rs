@@ -1,0 +1,374 @@
+//! Whole scenes from files of meshes: one object with its materials and pictures.
+
+use super::mtl::{self, MtlMaterial, physical};
+use super::pictures::Pictures;
+use super::{MeshError, ReadMesh, drop_not_finite, obj, ply, stl, warning};
+use crate::assets::{AssetSource, printable};
+use crate::image::ColorOrData;
+use crate::import::ImportOptions;
+use crate::scene::two_lines;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+use turner::color::{Spectrum, Transfer};
+use turner::image::Image;
+use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::transform::Transform;
+use turner::scene::value::{Data, FileId, Span, Table, Value};
+use turner::scene::{
+    Asset, ColorSource, ImportSummary, MaterialId, MeshId, Named, ObjectContent, ObjectDesc, SceneAssets,
+    SceneDesc, Warning, WarningKind, read_scene,
+};
+use turner::shape::mesh::{MeshData, MeshDesc};
+use turner::shape::{PointsDesc, ShapeDesc};
+use turner::texture::{
+    Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc, Wrap,
+};
+
+/// Most bytes of a library of materials: 256 MiB.
+const MAX_LIBRARY: u64 = 1 << 28;
+
+fn mesh_error(error: MeshError) -> SceneError {
+    two_lines(ErrorCode::Mesh, &error.to_string())
+}
+
+/// Reads an OBJ file with its MTL libraries. `options.nodes` are names of objects and groups.
+pub fn import_obj(
+    bytes: Vec<u8>,
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    let file = obj::parse(&bytes, uri, &options.nodes, options.threads).map_err(mesh_error)?;
+    // What is left is the mesh in parts: the text is not needed any more.
+    drop(bytes);
+    let counts = file.counts;
+    let libraries = file.libraries.clone();
+    let mut read = file.finish(uri).map_err(mesh_error)?;
+    drop_not_finite(&mut read, uri);
+    let mut scene = Import::new(uri, "Wavefront OBJ")?;
+    scene.scene.warnings.append(&mut read.warnings);
+    let found = scene.libraries(&libraries, assets);
+    scene.mtl_materials(&read.mesh, found, assets, options);
+    scene.count("objects", counts.objects);
+    scene.count("groups", counts.groups);
+    scene.count("polygons", counts.polygons);
+    scene.finish(read)
+}
+
+/// Reads a PLY file: a mesh, or a cloud of points.
+pub fn import_ply(
+    bytes: Vec<u8>,
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    no_nodes(uri, &options.nodes)?;
+    let mut read = ply::read(&bytes, uri).map_err(mesh_error)?;
+    drop(bytes);
+    drop_not_finite(&mut read, uri);
+    let mut scene = Import::new(uri, "Stanford PLY")?;
+    scene.scene.warnings.append(&mut read.warnings);
+    let picture = read.texture.take().filter(|_| !read.mesh.uvs.is_empty());
+    let mut material = plain();
+    if let Some(file) = picture {
+        let name = (uri.to_owned(), file);
+        let wanted = BTreeMap::from([(name.clone(), ColorOrData::Color)]);
+        scene.pictures = Pictures::load(wanted, assets, options, &mut scene.scene.warnings);
+        if let Some((id, _)) = scene.pictures.image(&name) {
+            material.base_color = scene.pictures.texture(TextureDesc::Image(color_picture(id)));
+        }
+    }
+    scene.push_colored(None, material, &read.mesh);
+    scene.finish(read)
+}
+
+/// Reads an STL file. `options.nodes` are names of solids.
+pub fn import_stl(
+    bytes: Vec<u8>,
+    uri: &str,
+    _assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    let file = stl::parse(&bytes, uri, &options.nodes).map_err(mesh_error)?;
+    drop(bytes);
+    let mut read = ReadMesh { mesh: file.mesh, warnings: file.warnings, texture: None };
+    drop_not_finite(&mut read, uri);
+    let mut scene = Import::new(uri, "STL")?;
+    scene.scene.warnings.append(&mut read.warnings);
+    scene.count("solids", file.solids);
+    for (i, name) in read.mesh.material_names.iter().enumerate() {
+        let mut material = plain();
+        if let Some(color) = file.colors.get(i) {
+            material.base_color = display_color(*color);
+        }
+        scene.push(Some(name.clone()), material);
+    }
+    if read.mesh.material_names.is_empty() {
+        let mut material = plain();
+        if let Some(color) = file.colors.first() {
+            material.base_color = display_color(*color);
+        }
+        scene.push(None, material);
+    }
+    scene.finish(read)
+}
+
+fn no_nodes(uri: &str, nodes: &[String]) -> Result<(), SceneError> {
+    match nodes.first() {
+        Some(node) => Err(mesh_error(MeshError::node(uri, node, &[]))),
+        None => Ok(()),
+    }
+}
+
+/// The material of what has none: grey, neither dull nor shiny.
+fn plain() -> PrincipledMaterial {
+    PrincipledMaterial {
+        specular_roughness: ColorSource::Constant(Spectrum::grey(0.5)),
+        alpha_mode: AlphaMode::Opaque,
+        ..PrincipledMaterial::default()
+    }
+}
+
+fn display_color(rgb: [u8; 3]) -> ColorSource {
+    let [r, g, b] = rgb.map(|v| Transfer::Srgb.decode(f32::from(v) / 255.0));
+    ColorSource::Constant(Spectrum::new(r, g, b))
+}
+
+fn color_picture(file: turner::scene::ImageId) -> ImageDesc {
+    ImageDesc {
+        file,
+        filter: ImageFilter::Bilinear,
+        wrap: Wrap::Repeat,
+        wrap_u: None,
+        wrap_v: None,
+        gain: 1.0,
+        density: 1.0,
+        mapping: Mapping::Uv,
+        transform: Transform::IDENTITY,
+        uv_matrix: None,
+        channel: ImageChannel::Rgb,
+        encoding: Encoding::Srgb,
+        tint: Spectrum::WHITE,
+        offset: Spectrum::BLACK,
+        uv_set: 0,
+    }
+}
+
+/// A scene in the making.
+struct Import {
+    scene: SceneDesc,
+    pictures: Pictures,
+    summary: ImportSummary,
+    uri: String,
+}
+
+impl Import {
+    fn new(uri: &str, format: &'static str) -> Result<Import, SceneError> {
+        let summary = ImportSummary { file: printable(uri), format, counts: Vec::new() };
+        Ok(Import { scene: empty_scene()?, pictures: Pictures::default(), summary, uri: uri.to_owned() })
+    }
+
+    fn count(&mut self, what: &'static str, count: u64) {
+        if count > 0 {
+            self.summary.counts.push((what, count));
+        }
+    }
+
+    fn push(&mut self, name: Option<String>, material: PrincipledMaterial) {
+        let value = MaterialDesc::Principled(material);
+        self.scene.materials.push(Named { name, span: None, value });
+    }
+
+    /// With the colours of vertices, if there are any, in place of grey or times the picture.
+    fn push_colored(&mut self, name: Option<String>, mut material: PrincipledMaterial, mesh: &MeshData) {
+        if !mesh.colors.is_empty() {
+            let colors = TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::WHITE });
+            let colors = self.pictures.texture(colors);
+            if matches!(material.base_color, ColorSource::Constant(_)) {
+                material.base_color = colors;
+            }
+            if mesh.colors.iter().any(|c| c[3] < 1.0) {
+                (material.opacity, material.alpha_mode) = (colors, AlphaMode::Blend);
+            }
+        }
+        self.push(name, material);
+    }
+
+    /// The libraries that an OBJ file names: what each holds, and its path.
+    fn libraries(&mut self, lines: &[Vec<u8>], assets: &dyn AssetSource) -> Vec<(String, mtl::MtlFile)> {
+        /// Most libraries of one file.
+        const MOST: usize = 4096;
+        let uri = self.uri.clone();
+        let mut found: Vec<(String, mtl::MtlFile)> = Vec::new();
+        let mut tried: BTreeSet<String> = BTreeSet::new();
+        // `None` for one that has been tried before.
+        let mut read = |name: String| -> Option<Result<(), String>> {
+            if tried.len() >= MOST || !tried.insert(name.clone()) {
+                return None;
+            }
+            let read = assets.resolve(&uri, &name).and_then(|path| {
+                let bytes = assets.read(&path, MAX_LIBRARY)?;
+                Ok((path, bytes))
+            });
+            Some(read.map(|(path, bytes)| found.push((path, mtl::parse(&bytes)))).map_err(|e| e.to_string()))
+        };
+        let mut missing = Vec::new();
+        for words in lines.iter().flat_map(|line| library_names(line)) {
+            match read(words.join(" ")) {
+                Some(Err(_)) if words.len() > 1 => {
+                    missing.extend(words.into_iter().filter_map(|w| read(w)?.err()));
+                }
+                Some(Err(error)) => missing.push(error),
+                _ => {}
+            }
+        }
+        for error in missing {
+            let line = error.lines().next().unwrap_or_default();
+            let message = format!("the library of materials {line}; it is left out");
+            self.scene.warnings.push(Warning::new(WarningKind::Ignored, message));
+        }
+        for (path, file) in &found {
+            for (keyword, count) in &file.ignored {
+                let message = format!("`{keyword}` in materials is ignored");
+                self.scene.warnings.push(warning(WarningKind::Ignored, path, *count, &message));
+            }
+        }
+        found
+    }
+
+    /// A material for each that faces name, from the libraries; grey where there is none.
+    fn mtl_materials(
+        &mut self,
+        mesh: &MeshData,
+        libraries: Vec<(String, mtl::MtlFile)>,
+        assets: &dyn AssetSource,
+        options: &ImportOptions,
+    ) {
+        // The last of a name counts.
+        let mut by_name: HashMap<&str, (&str, &MtlMaterial)> = HashMap::new();
+        for (path, file) in &libraries {
+            by_name.extend(file.materials.iter().map(|m| (m.name.as_str(), (path.as_str(), m))));
+        }
+        let names = &mesh.material_names;
+        let mut wanted = BTreeMap::new();
+        for (from, material) in names.iter().filter_map(|n| by_name.get(n.as_str())) {
+            physical::wanted(material, from, &mut wanted);
+        }
+        self.pictures = Pictures::load(wanted, assets, options, &mut self.scene.warnings);
+        let (mut remarks, mut unknown) = (physical::Remarks::new(), 0);
+        for name in names {
+            let Some((from, material)) = by_name.get(name.as_str()) else {
+                unknown += u64::from(!name.is_empty());
+                self.push_colored(Some(name.clone()).filter(|n| !n.is_empty()), plain(), mesh);
+                continue;
+            };
+            let made = physical::physical(material, from, &mut self.pictures, &mut remarks);
+            // Colours of vertices are for what has no colour otherwise.
+            if material.diffuse.is_none() && !material.maps.contains_key("map_kd") {
+                self.push_colored(Some(name.clone()), made, mesh);
+            } else {
+                self.push(Some(name.clone()), made);
+            }
+        }
+        let file = self.uri.clone();
+        if unknown > 0 {
+            let message = "materials are in no library; their faces are grey";
+            self.scene.warnings.push(warning(WarningKind::Ignored, &file, unknown, message));
+        }
+        for ((kind, message), count) in remarks {
+            self.scene.warnings.push(warning(kind, &file, count, &message));
+        }
+    }
+
+    /// Puts the mesh, or the points, into the scene.
+    fn finish(mut self, read: ReadMesh) -> Result<SceneDesc, SceneError> {
+        let mesh = read.mesh;
+        if mesh.positions.is_empty() || mesh.triangles.is_empty() && self.summary.format != "Stanford PLY" {
+            let vertices = mesh.positions.len();
+            let error = MeshError::Empty { name: self.summary.file, vertices };
+            return Err(mesh_error(error));
+        }
+        let is_cloud = mesh.triangles.is_empty();
+        self.count(if is_cloud { "points" } else { "vertices" }, mesh.positions.len() as u64);
+        self.count("triangles", mesh.triangles.len() as u64);
+        self.count("materials", self.scene.materials.len() as u64);
+        self.count("textures", self.pictures.images.len() as u64);
+        let materials: Vec<Option<MaterialId>> = if mesh.face_materials.is_empty() {
+            Vec::new()
+        } else {
+            (0..self.scene.materials.len() as u32).map(|i| Some(MaterialId(i))).collect()
+        };
+        let shape = if is_cloud {
+            let message =
+                "the points have no radius: it is made three quarters of the distance between neighbours";
+            self.scene.warnings.push(Warning::new(WarningKind::Note, message));
+            ShapeDesc::Points(PointsDesc { points: MeshId(0), radius: None, radii: Vec::new() })
+        } else {
+            ShapeDesc::Mesh(MeshDesc { mesh: MeshId(0), smooth: None, materials })
+        };
+        let Import { mut scene, pictures, summary, uri } = self;
+        let name = uri.rsplit('/').next().unwrap_or(&uri).to_owned();
+        scene.textures = pictures.textures;
+        scene.images = pictures.images;
+        scene.meshes = vec![Asset { uri: summary.file.clone(), data: Arc::new(mesh) }];
+        scene.imports = vec![summary];
+        scene.objects = vec![ObjectDesc {
+            name: Some(name),
+            span: None,
+            content: ObjectContent::Shape(shape),
+            material: (!scene.materials.is_empty()).then_some(MaterialId(0)),
+            transform: Transform::IDENTITY,
+        }];
+        Ok(scene)
+    }
+}
+
+/// The words of each library's name: those up to one that ends in `.mtl`, which may be one name with blanks or several names.
+fn library_names(line: &[u8]) -> Vec<Vec<String>> {
+    let mut names = vec![Vec::new()];
+    for word in obj::words(line) {
+        let word = String::from_utf8_lossy(word).into_owned();
+        let ends = word.to_lowercase().ends_with(".mtl");
+        if let Some(last) = names.last_mut() {
+            last.push(word);
+        }
+        if ends {
+            names.push(Vec::new());
+        }
+    }
+    names.retain(|n| !n.is_empty());
+    names
+}
+
+/// A scene of nothing, with the defaults of the scene format.
+fn empty_scene() -> Result<SceneDesc, SceneError> {
+    struct NoFiles;
+    impl SceneAssets for NoFiles {
+        fn image(&mut self, uri: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
+            Err(SceneError::new(
+                ErrorCode::Internal,
+                format!("no file is named here, but {uri} is asked for"),
+            ))
+        }
+        fn mesh(&mut self, uri: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
+            Err(SceneError::new(
+                ErrorCode::Internal,
+                format!("no file is named here, but {uri} is asked for"),
+            ))
+        }
+        fn model(
+            &mut self,
+            model: &turner::scene::ModelDesc,
+            _: FileId,
+        ) -> Result<Arc<SceneDesc>, SceneError> {
+            let message = format!("no file is named here, but {} is asked for", model.file);
+            Err(SceneError::new(ErrorCode::Internal, message))
+        }
+    }
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let nothing = Value { data: Data::Table(Table::default()), span };
+    let mut scene = read_scene(&nothing, &mut NoFiles)?;
+    scene.warnings.clear();
+    Ok(scene)
+}
