@@ -277,13 +277,7 @@ impl Flattener<'_> {
     /// A shape without end, in the world's space.
     fn add_unbounded(&mut self, shape: Shape, material: MaterialId) {
         let id = self.primitives.len() as u32;
-        self.primitives.push(Primitive {
-            shape,
-            material,
-            transform: NO_TRANSFORM,
-            faces: NO_FACES,
-            id,
-        });
+        self.primitives.push(Primitive { shape, material, transform: NO_TRANSFORM, faces: NO_FACES, id });
         self.bounds.push(None);
     }
 
