@@ -274,7 +274,7 @@ impl Import {
         }
         let file = self.uri.clone();
         if unknown > 0 {
-            let message = "materials are in no library; their faces are grey";
+            let message = "materials are in no library; their faces get the default";
             self.scene.warnings.push(warning(WarningKind::Ignored, &file, unknown, message));
         }
         for ((kind, message), count) in remarks {
