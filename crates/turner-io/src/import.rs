@@ -4,8 +4,12 @@ use crate::assets::{AssetSource, printable};
 use crate::mesh;
 use crate::scene::SceneFormat;
 use std::path::Path;
-use turner::scene::SceneDesc;
+use std::sync::Arc;
+use turner::image::Image;
 use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::value::{Data, FileId, Span, Table, Value};
+use turner::scene::{ModelDesc, SceneAssets, SceneDesc, read_scene};
+use turner::shape::mesh::MeshData;
 
 /// How to import a file of another program.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,4 +73,32 @@ pub fn import(
             Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))
         }
     }
+}
+
+/// A scene of nothing, with the defaults of the scene format.
+pub(crate) fn empty_scene() -> Result<SceneDesc, SceneError> {
+    struct NoFiles;
+    impl SceneAssets for NoFiles {
+        fn image(&mut self, uri: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
+            Err(SceneError::new(
+                ErrorCode::Internal,
+                format!("no file is named here, but {uri} is asked for"),
+            ))
+        }
+        fn mesh(&mut self, uri: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
+            Err(SceneError::new(
+                ErrorCode::Internal,
+                format!("no file is named here, but {uri} is asked for"),
+            ))
+        }
+        fn model(&mut self, model: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+            let message = format!("no file is named here, but {} is asked for", model.file);
+            Err(SceneError::new(ErrorCode::Internal, message))
+        }
+    }
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let nothing = Value { data: Data::Table(Table::default()), span };
+    let mut scene = read_scene(&nothing, &mut NoFiles)?;
+    scene.warnings.clear();
+    Ok(scene)
 }

@@ -23,7 +23,6 @@ mod images;
 mod instances;
 mod json;
 mod lights;
-mod markers;
 mod materials;
 mod meshopt;
 mod nodes;
@@ -34,10 +33,11 @@ mod skins;
 mod tangents;
 mod textures;
 mod topology;
+mod tubes;
 mod variants;
 
 use crate::assets::{AssetSource, printable};
-use crate::import::ImportOptions;
+use crate::import::{ImportOptions, empty_scene};
 use animations::Pose;
 use budget::Budget;
 use buffers::Buffers;
@@ -49,14 +49,10 @@ use nodes::Tree;
 use objects::{Objects, Wanted};
 use report::Report;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use textures::Textures;
 use turner::material::MaterialDesc;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::model::ModelDesc;
-use turner::scene::value::{Data, FileId, Span, Table, Value};
-use turner::scene::{ImportSummary, Named, SceneAssets, SceneDesc, WarningKind, read_scene};
-use turner::shape::mesh::MeshData;
+use turner::scene::error::SceneError;
+use turner::scene::{ImportSummary, Named, SceneDesc, WarningKind};
 
 /// The extensions that are read.
 const KNOWN: &[&str] = &[
@@ -181,34 +177,6 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
         warnings: report.into_warnings(),
         ..empty
     })
-}
-
-/// A scene of nothing, with the defaults of the scene format.
-fn empty_scene() -> Result<SceneDesc, SceneError> {
-    let span = Span { file: FileId(0), start: 0, end: 0 };
-    let nothing = Value { data: Data::Table(Table::default()), span };
-    read_scene(&nothing, &mut NoFiles)
-}
-
-/// For a scene that names no files.
-struct NoFiles;
-
-impl NoFiles {
-    fn refuse<T>() -> Result<T, SceneError> {
-        Err(SceneError::new(ErrorCode::Internal, "an empty scene names a file"))
-    }
-}
-
-impl SceneAssets for NoFiles {
-    fn image(&mut self, _: &str, _: FileId) -> Result<Arc<turner::image::Image>, SceneError> {
-        NoFiles::refuse()
-    }
-    fn mesh(&mut self, _: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
-        NoFiles::refuse()
-    }
-    fn model(&mut self, _: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
-        NoFiles::refuse()
-    }
 }
 
 /// Refuses what a file cannot be shown without, and tells of what else is not known.

@@ -19,8 +19,8 @@ use std::sync::Arc;
 use turner::math::{DAffine3, DMat3};
 use turner::scene::transform::Transform;
 use turner::scene::{Asset, MaterialId, MeshId, ObjectContent, ObjectDesc};
-use turner::shape::ShapeDesc;
 use turner::shape::mesh::{MeshData, MeshDesc};
+use turner::shape::{PointsDesc, ShapeDesc};
 
 /// Most objects of a file, that of the renderer.
 const MAX_OBJECTS: usize = 1 << 24;
@@ -48,6 +48,7 @@ struct Key {
 struct Made {
     mesh: MeshId,
     smooth: bool,
+    is_cloud: bool,
     has_colors: bool,
     uv_sets: u32,
 }
@@ -198,11 +199,16 @@ impl<'a> Objects<'a> {
             }
             self.budget.take(1, size_of::<ObjectDesc>(), &pointer)?;
             let name = node.name.as_ref().or(json.name.as_ref()).filter(|n| !n.is_empty());
-            let shape = MeshDesc { mesh: made.mesh, smooth: Some(made.smooth), materials: Vec::new() };
+            let shape = if made.is_cloud {
+                ShapeDesc::Points(PointsDesc { points: made.mesh, radius: None, radii: Vec::new() })
+            } else {
+                let (mesh, smooth) = (made.mesh, Some(made.smooth));
+                ShapeDesc::Mesh(MeshDesc { mesh, smooth, materials: Vec::new() })
+            };
             self.objects.push(ObjectDesc {
                 name: name.cloned(),
                 span: None,
-                content: ObjectContent::Shape(ShapeDesc::Mesh(shape)),
+                content: ObjectContent::Shape(shape),
                 material: Some(id),
                 transform: Transform(transform),
             });
@@ -228,7 +234,8 @@ impl<'a> Objects<'a> {
         let Some(shaped) = shape(self.document, self.buffers, primitive, request, tools, pointer)? else {
             return Ok(None);
         };
-        if shaped.mesh.triangles.is_empty() {
+        let count = if shaped.is_cloud { shaped.mesh.positions.len() } else { shaped.mesh.triangles.len() };
+        if count == 0 {
             return Ok(None);
         }
         let has = |set: &Vec<[f32; 2]>| !set.is_empty();
@@ -237,6 +244,7 @@ impl<'a> Objects<'a> {
         let made = Made {
             mesh: MeshId(self.meshes.len() as u32),
             smooth: shaped.smooth,
+            is_cloud: shaped.is_cloud,
             has_colors: !shaped.mesh.colors.is_empty(),
             uv_sets,
         };

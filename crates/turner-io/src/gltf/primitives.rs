@@ -5,11 +5,11 @@ use super::budget::Budget;
 use super::buffers::Buffers;
 use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, Primitive};
-use super::markers;
 use super::report::Report;
 use super::skins::Influences;
 use super::tangents;
 use super::topology::Topology;
+use super::tubes;
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::shape::mesh::MeshData;
 
@@ -39,6 +39,8 @@ pub(super) struct Shaped {
     pub(super) mesh: MeshData,
     /// Whether to shade with vertex normals.
     pub(super) smooth: bool,
+    /// Whether it is a cloud of points, without triangles.
+    pub(super) is_cloud: bool,
 }
 
 /// Reads the primitive that `pointer` names; `None` for one that cannot be shown, which the report tells.
@@ -92,11 +94,15 @@ pub(super) fn shape(
         }
         Topology::Points(list) => {
             report.approximated("points are shown as small balls");
-            markers::balls(&mesh, &list, budget, pointer)?
+            return Ok(Some(Shaped {
+                mesh: cloud(mesh, list, budget, pointer)?,
+                smooth: true,
+                is_cloud: true,
+            }));
         }
         Topology::Lines(list) => {
             report.approximated("lines are shown as thin tubes");
-            markers::tubes(&mesh, &list, budget, pointer)?
+            tubes::tubes(&mesh, &list, budget, pointer)?
         }
     };
     let flat = mesh.normals.is_empty();
@@ -112,7 +118,15 @@ pub(super) fn shape(
         }
         _ => {}
     }
-    Ok(Some(Shaped { smooth: !flat, mesh }))
+    Ok(Some(Shaped { smooth: !flat, is_cloud: false, mesh }))
+}
+
+/// The listed vertices, each a point; without those that are not finite.
+fn cloud(mut mesh: MeshData, mut list: Vec<u32>, budget: &Budget, pointer: &str) -> Outcome<MeshData> {
+    list.retain(|v| mesh.positions[*v as usize].iter().all(|x| x.is_finite()));
+    budget.take(list.len(), tangents::vertex_size(&mesh), pointer)?;
+    tangents::take_vertices(&mut mesh, &list);
+    Ok(mesh)
 }
 
 /// Whether most triangles have vertex normals on their back.

@@ -79,12 +79,12 @@ pub(super) fn flatten(mesh: &mut MeshData, budget: &Budget, pointer: &str) -> Ou
 }
 
 /// Bytes of a vertex.
-fn vertex_size(mesh: &MeshData) -> usize {
+pub(super) fn vertex_size(mesh: &MeshData) -> usize {
     64 + 8 * mesh.more_uvs.len()
 }
 
 /// Replaces the vertices by copies of those listed.
-fn take_vertices(mesh: &mut MeshData, list: &[u32]) {
+pub(super) fn take_vertices(mesh: &mut MeshData, list: &[u32]) {
     fn take<T: Copy>(values: &mut Vec<T>, list: &[u32]) {
         if !values.is_empty() {
             *values = list.iter().map(|v| values[*v as usize]).collect();

@@ -6,19 +6,17 @@ use super::pictures::Pictures;
 use super::{MeshError, ReadMesh, drop_not_finite, obj, ply, stl, warning};
 use crate::assets::{AssetSource, printable};
 use crate::image::ColorOrData;
-use crate::import::ImportOptions;
+use crate::import::{ImportOptions, empty_scene};
 use crate::scene::two_lines;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use turner::color::{Spectrum, Transfer};
-use turner::image::Image;
 use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::transform::Transform;
-use turner::scene::value::{Data, FileId, Span, Table, Value};
 use turner::scene::{
-    Asset, ColorSource, ImportSummary, MaterialId, MeshId, Named, ObjectContent, ObjectDesc, SceneAssets,
-    SceneDesc, Warning, WarningKind, read_scene,
+    Asset, ColorSource, ImportSummary, MaterialId, MeshId, Named, ObjectContent, ObjectDesc, SceneDesc,
+    Warning, WarningKind,
 };
 use turner::shape::mesh::{MeshData, MeshDesc};
 use turner::shape::{PointsDesc, ShapeDesc};
@@ -340,36 +338,4 @@ fn library_names(line: &[u8]) -> Vec<Vec<String>> {
     }
     names.retain(|n| !n.is_empty());
     names
-}
-
-/// A scene of nothing, with the defaults of the scene format.
-fn empty_scene() -> Result<SceneDesc, SceneError> {
-    struct NoFiles;
-    impl SceneAssets for NoFiles {
-        fn image(&mut self, uri: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
-            Err(SceneError::new(
-                ErrorCode::Internal,
-                format!("no file is named here, but {uri} is asked for"),
-            ))
-        }
-        fn mesh(&mut self, uri: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
-            Err(SceneError::new(
-                ErrorCode::Internal,
-                format!("no file is named here, but {uri} is asked for"),
-            ))
-        }
-        fn model(
-            &mut self,
-            model: &turner::scene::ModelDesc,
-            _: FileId,
-        ) -> Result<Arc<SceneDesc>, SceneError> {
-            let message = format!("no file is named here, but {} is asked for", model.file);
-            Err(SceneError::new(ErrorCode::Internal, message))
-        }
-    }
-    let span = Span { file: FileId(0), start: 0, end: 0 };
-    let nothing = Value { data: Data::Table(Table::default()), span };
-    let mut scene = read_scene(&nothing, &mut NoFiles)?;
-    scene.warnings.clear();
-    Ok(scene)
 }

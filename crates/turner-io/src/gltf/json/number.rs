@@ -33,7 +33,7 @@ impl Visitor<'_> for Whole {
 
     fn visit_f64<E: Error>(self, v: f64) -> Result<u64, E> {
         // Up to 2^53 every whole number is a double.
-        if v >= 0.0 && v <= 9_007_199_254_740_992.0 && v == v.floor() {
+        if (0.0..=9_007_199_254_740_992.0).contains(&v) && v == v.floor() {
             self.visit_u64(v as u64)
         } else {
             Err(E::invalid_value(serde::de::Unexpected::Float(v), &self))

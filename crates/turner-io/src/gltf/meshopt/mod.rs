@@ -53,7 +53,7 @@ pub(super) fn decode(how: &Meshopt, source: &[u8], budget: &Budget, pointer: &st
     let stride = how.byte_stride.0;
     let fault = |message: String| Err(Fault::at(pointer, message));
     let allowed = match how.mode.as_str() {
-        "ATTRIBUTES" => stride % 4 == 0 && (4..=256).contains(&stride),
+        "ATTRIBUTES" => stride.is_multiple_of(4) && (4..=256).contains(&stride),
         "TRIANGLES" | "INDICES" => stride == 2 || stride == 4,
         other => return fault(format!("has mode {other}; expected ATTRIBUTES, TRIANGLES or INDICES")),
     };
