@@ -14,7 +14,7 @@ use crate::{Hit, Ray};
 const INTERLEAVE_FROM: usize = 2 << 20;
 
 /// Groups of rays that do not try to go as a packet after one has fallen apart: first, and at most.
-const PAUSES: [u32; 2] = [7, 63];
+const PAUSES: [u32; 2] = [15, 63];
 
 /// Finds the nearest hit of each ray; the first has number `first`.
 #[inline(always)]
