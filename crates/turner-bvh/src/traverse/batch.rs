@@ -1,6 +1,6 @@
 //! Many rays: which of them go together, and which way.
 //!
-//! - In trees of few blocks, all triangles are tested against a ray per lane.
+//! - In trees of few blocks, all triangles are tested against a ray per lane for the nearest hit.
 //! - Neighbours that run together go as packets, and no longer when packets keep falling apart.
 //! - In large trees, the others go in turns; in small ones, one after the other.
 
@@ -14,7 +14,7 @@ use crate::{Hit, Ray};
 const INTERLEAVE_FROM: usize = 2 << 20;
 
 /// Groups of rays that do not try to go as a packet after one has fallen apart: first, and at most.
-const PAUSES: [u32; 2] = [7, 63];
+const PAUSES: [u32; 2] = [15, 63];
 
 /// Finds the nearest hit of each ray; the first has number `first`.
 #[inline(always)]
@@ -63,9 +63,8 @@ pub(crate) fn closest_triangles<S: Simd, L: PacketLeaves>(
         } else {
             None
         };
-        let alone = groups.went::<S>(found, rays.len());
-        if alone.0 < alone.1 {
-            let (from, to) = alone;
+        let (from, to) = groups.went::<S>(found, rays.len());
+        if from < to {
             if few::are_few::<S, L>(tree) {
                 few::closest(simd, tree, &rays[from..to], from, &mut hits[from..to]);
             } else {
@@ -90,14 +89,9 @@ pub(crate) fn any_triangles<S: Simd, L: PacketLeaves>(
         } else {
             None
         };
-        let alone = groups.went::<S>(found, rays.len());
-        if alone.0 < alone.1 {
-            let (from, to) = alone;
-            if few::are_few::<S, L>(tree) {
-                few::any(simd, tree, &rays[from..to], from, &mut hits[from..to]);
-            } else {
-                any_batch(simd, tree, &rays[from..to], from, &mut hits[from..to]);
-            }
+        let (from, to) = groups.went::<S>(found, rays.len());
+        if from < to {
+            any_batch(simd, tree, &rays[from..to], from, &mut hits[from..to]);
         }
     }
 }

@@ -1,10 +1,14 @@
 //! Trees of few blocks, and rays that need have nothing in common: every triangle, one after the other, against as many
 //! rays at once as there are lanes. Rays are sorted by the longest axis of their directions, which decides how triangles
 //! are sheared.
+//!
+//! For the nearest hit only. Whether there is any hit a tree tells sooner (1.25 to 1.15 of Embree's rate for short rays in a box of 36
+//! triangles), and shadow rays that run together go as packets.
 
 use super::rows::{MOST, Row, Rows};
 use super::{GROUP, PacketLeaves, SearchRay, Tree, prepare};
-use crate::simd::{Lanes, Simd};
+use crate::build::wide::NO_PRIMITIVE;
+use crate::simd::Simd;
 use crate::triangle::{Axes, BLOCK};
 use crate::{Hit, Ray};
 
@@ -43,7 +47,7 @@ pub(super) fn closest<S: Simd, L: PacketLeaves>(
             i += 1;
             if *count == S::PACKET {
                 *count = 0;
-                all::<S, L, false>(simd, tree.leaves, rows);
+                all(simd, tree.leaves, rows);
                 take(rows, S::PACKET, base, hits);
             }
         }
@@ -52,7 +56,7 @@ pub(super) fn closest<S: Simd, L: PacketLeaves>(
     for (rows, &count) in sorted.iter_mut().zip(&counts) {
         if count > 0 {
             rows.end(count);
-            all::<S, L, false>(simd, tree.leaves, rows);
+            all(simd, tree.leaves, rows);
             take(rows, count, base, hits);
         }
     }
@@ -69,70 +73,14 @@ fn take(rows: &Rows, count: usize, base: usize, hits: &mut [Hit]) {
     }
 }
 
-/// Finds whether each ray hits anything; the first has number `first`.
-#[inline(always)]
-pub(super) fn any<S: Simd, L: PacketLeaves>(
-    simd: S,
-    tree: &Tree<'_, L>,
-    rays: &[Ray],
-    mut first: usize,
-    hits: &mut [bool],
-) {
-    let mut ready = [SearchRay::NONE; GROUP];
-    let mut sorted = [Rows::EMPTY; 3];
-    let mut counts = [0; 3];
-    let base = first;
-    for rays in rays.chunks(GROUP) {
-        let usable = prepare(simd, rays, &tree.space, &mut ready);
-        let mut i = 0;
-        while i < rays.len() {
-            if usable >> i & 1 == 0 {
-                hits[first - base + i] = false;
-                i += 1;
-                continue;
-            }
-            let axis = ready[i].shear.axes.last();
-            let (rows, count) = (&mut sorted[axis], &mut counts[axis]);
-            rows.set(*count, &ready[i], first + i);
-            *count += 1;
-            i += 1;
-            if *count == S::PACKET {
-                *count = 0;
-                all::<S, L, true>(simd, tree.leaves, rows);
-                take_any(rows, S::PACKET, base, hits);
-            }
-        }
-        first += GROUP;
-    }
-    for (rows, &count) in sorted.iter_mut().zip(&counts) {
-        if count > 0 {
-            rows.end(count);
-            all::<S, L, true>(simd, tree.leaves, rows);
-            take_any(rows, count, base, hits);
-        }
-    }
-}
-
-#[inline(always)]
-fn take_any(rows: &Rows, count: usize, base: usize, hits: &mut [bool]) {
-    let mut i = 0;
-    while i < count {
-        hits[rows.index[i] as usize - base] = rows.hit(i).is_hit();
-        i += 1;
-    }
-}
-
 /// Tests all triangles.
 #[inline(always)]
-fn all<S: Simd, L: PacketLeaves, const ANY: bool>(simd: S, leaves: &L, rows: &mut Rows) {
+fn all<S: Simd, L: PacketLeaves>(simd: S, leaves: &L, rows: &mut Rows) {
     for block in leaves.all() {
         let mut lane = 0;
-        while lane < BLOCK && block.ids[lane] != crate::build::wide::NO_PRIMITIVE {
-            rows.triangle::<S, L, ANY>(simd, leaves, block, lane);
+        while lane < BLOCK && block.ids[lane] != NO_PRIMITIVE {
+            rows.triangle::<S, L, false>(simd, leaves, block, lane);
             lane += 1;
-        }
-        if ANY && simd.splat_packet(0.0).le(simd.load_packet(&rows.t)) == 0 {
-            return;
         }
     }
 }
