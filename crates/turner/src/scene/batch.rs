@@ -285,8 +285,7 @@ impl Scene {
                 mesh.intersect_batch(left, &mut rays.found);
             }
             let primitive = &self.primitives[index as usize];
-            let checked =
-                primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
+            let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
             for ((ray, &place), found) in rays.left.iter_mut().zip(&rays.places).zip(&rays.found) {
                 let Some(mut found) = *found else { continue };
                 if checked && !self.is_there(primitive, &self.to_object(primitive, ray), &found) {

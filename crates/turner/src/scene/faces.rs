@@ -108,9 +108,7 @@ impl Scene {
             }
         }
         match &primitive.shape {
-            Shape::Mesh(mesh) => {
-                mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit))
-            }
+            Shape::Mesh(mesh) => mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit)),
             shape => each_hit(shape, &ray, |hit| self.is_there(primitive, &ray, hit)),
         }
     }
