@@ -82,7 +82,8 @@ fn twice_the_light_is_twice_the_picture() {
     let two = render(&SCENE.replace("BRIGHT", "8")).0;
     for (a, b) in one.linear.iter().zip(&two.linear) {
         for i in 0..3 {
-            assert!((2.0 * a[i] - b[i]).abs() <= 1e-6 * b[i].abs(), "{a:?} {b:?}");
+            // The film's sums have a smallest step.
+            assert!((2.0 * a[i] - b[i]).abs() <= 1e-6 * b[i].abs() + 1e-13, "{a:?} {b:?}");
         }
     }
 }
