@@ -169,12 +169,12 @@ fn albedo_tables_hold_what_lobes_reflect() {
             for inside in [false, true] {
                 let eta = if inside { 1.0 / index(s) } else { index(s) };
                 let (found, fresh) = (dielectric_loss(eta, a).at(m), loss_at(s, inside, a, m, 20_000));
-                assert!((found - fresh).abs() < 2e-3, "loss {s} {inside} {a} {m}: {found} and {fresh}");
+                assert!((found - fresh).abs() < 4e-3, "loss {s} {inside} {a} {m}: {found} and {fresh}");
             }
         }
     }
     for (r, m) in [(0.2, 0.5), (0.5, 0.1), (0.7, 0.9), (1.0, 0.02)] {
         let (found, fresh) = (fuzz(r).at(m), fuzz_at(r, m, 256));
-        assert!((found - fresh).abs() < 2e-3, "fuzz {r} {m}: {found} and {fresh}");
+        assert!((found - fresh).abs() < 4e-3, "fuzz {r} {m}: {found} and {fresh}");
     }
 }
