@@ -1,11 +1,13 @@
 //! Animations, sampled at one time (glTF 2.0 §3.11 and appendix C).
 
 use super::accessors::Elements;
+use super::budget::Budget;
 use super::buffers::Buffers;
 use super::fault::{Fault, Outcome};
-use super::json::{AnimationSampler, Document, Index};
+use super::json::{AnimationSampler, Document, Index, Mesh};
 use super::nodes::{Local, choose, normalize};
 use super::report::Report;
+use std::collections::BTreeSet;
 use turner::math::DVec3;
 use turner::math::elementary::{acos, sin};
 use turner::scene::WarningKind;
@@ -32,7 +34,7 @@ impl Pose {
     pub(super) fn apply(
         &mut self,
         document: &Document,
-        buffers: &Buffers,
+        (buffers, budget): (&Buffers, &Budget),
         wanted: Option<&str>,
         time: f64,
         report: &mut Report,
@@ -50,6 +52,8 @@ impl Pose {
             report.add(WarningKind::Note, "there are several animations; the first one is shown");
         }
         let animation = &animations[chosen];
+        let targets_of: Vec<usize> = document.meshes.iter().map(morph_targets).collect();
+        let mut driven = BTreeSet::new();
         for (c, channel) in animation.channels.iter().enumerate() {
             let pointer = format!("/animations/{}/channels/{c}", chosen.0);
             let Some(sampler) = animation.samplers.get(channel.sampler.index()) else {
@@ -67,12 +71,19 @@ impl Pose {
             let path = channel.target.path.as_str();
             let targets = match path {
                 "translation" | "rotation" | "scale" => 1,
-                "weights" => morph_targets(document, node),
+                "weights" => {
+                    let mesh = document.nodes[node].mesh;
+                    mesh.and_then(|m| targets_of.get(m.index())).copied().unwrap_or(0)
+                }
                 _ => {
                     report.ignored("an animation drives a property that is not known");
                     continue;
                 }
             };
+            if !driven.insert((node, path)) {
+                report.doubtful("an animation drives a property twice; the first way counts");
+                continue;
+            }
             let keys = Keys::open(document, buffers, sampler, targets, &pointer)?;
             let Some(keys) = keys else {
                 report.doubtful("an animation has no keys");
@@ -80,6 +91,7 @@ impl Pose {
             };
             let place = keys.at(time);
             if path == "weights" {
+                budget.take(targets, size_of::<f64>(), &pointer)?;
                 self.weights[node.index()] = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
                 continue;
             }
@@ -97,11 +109,9 @@ impl Pose {
     }
 }
 
-/// How many morph targets the mesh of a node has.
-pub(super) fn morph_targets(document: &Document, node: Index) -> usize {
-    let mesh = document.nodes.get(node.index()).and_then(|n| n.mesh);
-    let mesh = mesh.and_then(|m| document.meshes.get(m.index()));
-    mesh.and_then(|m| m.primitives.iter().map(|p| p.targets.len()).max()).unwrap_or(0)
+/// How many morph targets a mesh has.
+fn morph_targets(mesh: &Mesh) -> usize {
+    mesh.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

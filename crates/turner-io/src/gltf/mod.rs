@@ -104,11 +104,11 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     let mut buffers = Buffers::read(&document, bytes, parts.bin, uri, assets)?;
     let budget = Budget::of_file(buffers.size());
     buffers.open_views(&document, &budget)?;
-    objects::check_accessors(&document, &buffers)?;
+    objects::check_accessors(&document, &buffers, &budget)?;
 
     let tree = Tree::new(&document)?;
     let mut pose = Pose::rest(&document);
-    pose.apply(&document, &buffers, options.animation.as_deref(), options.time, &mut report)?;
+    pose.apply(&document, (&buffers, &budget), options.animation.as_deref(), options.time, &mut report)?;
     let world = tree.world(&pose.locals);
     let shown = tree.shown(&document, options.scene.as_deref(), &options.nodes, &mut report)?;
 
