@@ -7,7 +7,7 @@ use super::fault::{Fault, Outcome};
 use super::json::{AnimationSampler, Document, Index, Mesh};
 use super::nodes::{Local, choose, normalize};
 use super::report::Report;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use turner::math::DVec3;
 use turner::math::elementary::{acos, sin};
 use turner::scene::WarningKind;
@@ -17,8 +17,8 @@ use turner::scene::WarningKind;
 pub(super) struct Pose {
     /// Of each node.
     pub(super) locals: Vec<Local>,
-    /// Of each node, the weights of its mesh's morph targets; empty where neither node nor animation has any.
-    pub(super) weights: Vec<Vec<f64>>,
+    /// By node, the weights of its mesh's morph targets, where the node or the animation has any.
+    pub(super) weights: BTreeMap<u32, Vec<f64>>,
 }
 
 impl Pose {
@@ -26,7 +26,11 @@ impl Pose {
     pub(super) fn rest(document: &Document) -> Pose {
         Pose {
             locals: document.nodes.iter().map(Local::of).collect(),
-            weights: document.nodes.iter().map(|n| n.weights.clone()).collect(),
+            weights: (0u32..)
+                .zip(&document.nodes)
+                .filter(|(_, node)| !node.weights.is_empty())
+                .map(|(number, node)| (number, node.weights.clone()))
+                .collect(),
         }
     }
 
@@ -92,7 +96,8 @@ impl Pose {
             let place = keys.at(time);
             if path == "weights" {
                 budget.take(targets, size_of::<f64>(), &pointer)?;
-                self.weights[node.index()] = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                let weights = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                self.weights.insert(node.0, weights);
                 continue;
             }
             let Local::Parts { translation, rotation, scale } = &mut self.locals[node.index()] else {

@@ -2,7 +2,6 @@
 //! same vertices the same way.
 
 use super::accessors::Elements;
-use super::animations::Pose;
 use super::budget::Budget;
 use super::buffers::Buffers;
 use super::fault::{Fault, Outcome};
@@ -59,7 +58,8 @@ pub(super) struct Objects<'a> {
     document: &'a Document,
     buffers: &'a Buffers,
     budget: &'a Budget,
-    pose: &'a Pose,
+    /// Of morph targets, by node.
+    weights: &'a BTreeMap<u32, Vec<f64>>,
     /// Of each node.
     world: &'a [DAffine3],
     variant: Option<Index>,
@@ -83,14 +83,14 @@ impl<'a> Objects<'a> {
     pub(super) fn new(
         document: &'a Document,
         (buffers, budget): (&'a Buffers, &'a Budget),
-        (pose, world): (&'a Pose, &'a [DAffine3]),
+        (weights, world): (&'a BTreeMap<u32, Vec<f64>>, &'a [DAffine3]),
         variant: Option<Index>,
     ) -> Objects<'a> {
         Objects {
             document,
             buffers,
             budget,
-            pose,
+            weights,
             world,
             variant,
             geometries: BTreeMap::new(),
@@ -159,8 +159,7 @@ impl<'a> Objects<'a> {
             }
         };
         let json = &self.document.meshes[mesh];
-        let weights = &self.pose.weights[number as usize];
-        let weights = if weights.is_empty() { &json.weights } else { weights };
+        let weights = self.weights.get(&number).unwrap_or(&json.weights);
         for (p, primitive) in json.primitives.iter().enumerate() {
             let pointer = format!("/meshes/{}/primitives/{p}", mesh.0);
             // Also for what shows nothing: it takes time.
