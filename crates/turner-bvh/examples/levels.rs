@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use turner_bvh::generate::{Random, SceneKind, rays};
 use turner_bvh::{
-    Aabb, BoxBvh, BuildOptions, Bvh, Bvh2, Bvh2Options, Bvh4, Group, GroupParts, Hit, Instance, MovingBvh,
+    Aabb, BoxBvh, BuildOptions, Bvh, Bvh2, Bvh2Options, Group, GroupParts, Hit, Instance, MovingBvh,
     MovingTriangles, Object, Quality, Ray, Triangles,
 };
 
@@ -69,15 +69,14 @@ fn spheres(count: usize) {
     let boxes: Vec<Aabb> = spheres.iter().map(Sphere::bounds).collect();
     let time = Instant::now();
     let old = Bvh2::build(&boxes, &Bvh2Options { threads: 1, ..Bvh2Options::default() }).unwrap();
-    let old = Bvh4::collapse(&old);
     let old_build = time.elapsed().as_secs_f64();
     let time = Instant::now();
     let new = BoxBvh::build(&boxes, &BuildOptions { threads: 1, ..BuildOptions::default() }).unwrap();
     let new_build = time.elapsed().as_secs_f64();
     println!(
-        "{count} spheres: Bvh4 {:.1} ms, {:.1} bytes each; BoxBvh {:.1} ms, {:.1} bytes each",
+        "{count} spheres: Bvh2 {:.1} ms, {:.1} bytes each; BoxBvh {:.1} ms, {:.1} bytes each",
         old_build * 1e3,
-        old.bytes() as f64 / count as f64,
+        old.stats().bytes as f64 / count as f64,
         new_build * 1e3,
         new.bytes() as f64 / count as f64
     );
@@ -93,7 +92,7 @@ fn spheres(count: usize) {
         let rates = in_turn(
             rays.len(),
             &mut [
-                ("Bvh4", &mut || {
+                ("Bvh2", &mut || {
                     for (ray, out) in rays.iter().zip(&mut a) {
                         let nearest = |range: std::ops::Range<u32>, t| {
                             let leaf = &of_old[range.start as usize..range.end as usize];
@@ -123,7 +122,7 @@ fn spheres(count: usize) {
                         t
                     });
                 }),
-                ("any: Bvh4", &mut || {
+                ("any: Bvh2", &mut || {
                     for ray in rays {
                         black_box(
                             old.any(ray, |mut r| r.any(|i| of_old[i as usize].hit(ray, ray.t_max).is_some())),

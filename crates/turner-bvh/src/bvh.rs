@@ -55,7 +55,11 @@ impl Bvh {
     /// Builds the tree. Triangles with a number that is NaN or infinite, and those with two equal corners, are left out and
     /// counted.
     pub fn build(mesh: &Triangles<'_>, options: &BuildOptions<'_>) -> Result<Bvh, BuildError> {
-        let (WideTree { nodes, slots, mut stats }, space) = scaled(mesh, options)?;
+        Bvh::of(mesh, options, wide::build_best)
+    }
+
+    fn of(mesh: &Triangles<'_>, options: &BuildOptions<'_>, build: Builder) -> Result<Bvh, BuildError> {
+        let (WideTree { nodes, slots, mut stats }, space) = scaled(mesh, options, build)?;
         let blocks = fill_blocks(mesh, space.scale, &slots, options.threads)?;
         stats.bytes = size_of_val(&nodes[..]) + size_of_val(&blocks[..]);
         Ok(Bvh { nodes, blocks, space, stats, count: mesh.triangles.len() })
@@ -99,14 +103,15 @@ impl Bvh {
         search::any(self.tree(&self.some(|_, hit| filter(hit))), ray)
     }
 
-    /// The nearest hits of many rays, [`Hit::MISS`] where there is none. Rays need have nothing in common: they are
-    /// searched for in turns, so that one's wait for memory is another's work.
+    /// The nearest hits of many rays, [`Hit::MISS`] where there is none. Rays need have nothing in common. Neighbours that
+    /// do, as from a camera in squares of 4 by 4 pixels or towards a light, go through the tree together, several times as
+    /// fast; in large trees others are searched for in turns, so that one's wait for memory is another's work.
     ///
     /// # Panics
     ///
     /// If there are not as many `hits` as `rays`; so do all batches.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
-        search::closest_batch(self.tree(&self.all()), rays, hits);
+        search::closest_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -116,12 +121,12 @@ impl Bvh {
         hits: &mut [Hit],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::closest_batch(self.tree(&self.some(filter)), rays, hits);
+        search::closest_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 
     /// Whether each of many rays hits anything.
     pub fn occluded_batch(&self, rays: &[Ray], hits: &mut [bool]) {
-        search::any_batch(self.tree(&self.all()), rays, hits);
+        search::any_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -131,13 +136,13 @@ impl Bvh {
         hits: &mut [bool],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::any_batch(self.tree(&self.some(filter)), rays, hits);
+        search::any_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 
-    /// The nearest hits of many rays that run together, neighbours next to each other (best: squares of 4 by 4 pixels,
-    /// one after the other). Several times as fast as one by one where they do; where not, hardly slower.
+    /// [`intersect_batch`](Self::intersect_batch), which finds out by itself that rays run together, by the name for
+    /// rays that are known to.
     pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Hit]) {
-        search::closest_packets(self.tree(&self.all()), rays, hits);
+        search::closest_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -147,12 +152,12 @@ impl Bvh {
         hits: &mut [Hit],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::closest_packets(self.tree(&self.some(filter)), rays, hits);
+        search::closest_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 
-    /// Whether each of many rays that run together hits anything.
+    /// [`occluded_batch`](Self::occluded_batch), for rays that are known to run together.
     pub fn occluded_coherent(&self, rays: &[Ray], hits: &mut [bool]) {
-        search::any_packets(self.tree(&self.all()), rays, hits);
+        search::any_triangles(self.tree(&self.all()), rays, hits);
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -162,17 +167,21 @@ impl Bvh {
         hits: &mut [bool],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::any_packets(self.tree(&self.some(filter)), rays, hits);
+        search::any_triangles(self.tree(&self.some(filter)), rays, hits);
     }
 }
+
+/// What makes trees.
+pub(crate) type Builder = fn(&Source<'_>, &BuildOptions<'_>) -> Result<WideTree, BuildError>;
 
 /// Builds a tree over triangles, in coordinates that are neither too large nor too small; returns their scale, too.
 pub(crate) fn scaled(
     mesh: &Triangles<'_>,
     options: &BuildOptions<'_>,
+    build: Builder,
 ) -> Result<(WideTree, Space), BuildError> {
     let (positions, triangles) = (mesh.positions, mesh.triangles);
-    let build = |scale| wide::build(&Source::Triangles { positions, triangles, scale }, options);
+    let build = |scale| build(&Source::Triangles { positions, triangles, scale }, options);
     let scale = scale(positions);
     let tree = build(scale)?;
     let space = Space::of(scale, &tree.nodes);

@@ -126,11 +126,6 @@ impl Bvh2 {
         &self.stats
     }
 
-    /// The largest distance of any box plane from 0.
-    pub(crate) fn reach(&self) -> f32 {
-        self.reach
-    }
-
     pub(crate) fn nodes(&self) -> &[Node] {
         &self.nodes
     }

@@ -36,7 +36,8 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
     let bits = |hit: &Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive);
     for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
         let options = BuildOptions { quality, threads: 2, ..BuildOptions::default() };
-        let bvh = Bvh::build(mesh, &options).unwrap();
+        // High quality whether it pays or not.
+        let bvh = Bvh::of(mesh, &options, wide::build).unwrap();
         let compact = CompactBvh::build(mesh, &options).unwrap();
         let wanted = expected(mesh, &bvh.space, rays);
         each_kernel(|kernel| {
@@ -75,8 +76,16 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
             any_same("any, one by one", &any);
             crate::search::any_interleaved(bvh.tree(&bvh.all()), rays, &mut any);
             any_same("any, in turns", &any);
+            bvh.occluded_batch(rays, &mut any);
+            any_same("any, batch", &any);
             bvh.occluded_coherent(rays, &mut any);
             any_same("any, packets", &any);
+            bvh.occluded_batch_filtered(rays, &mut any, |ray, hit| {
+                // The filter learns which ray it is, and the hit in the caller's units.
+                assert!(rays[ray as usize].t_min <= hit.t && hit.t <= rays[ray as usize].t_max);
+                true
+            });
+            any_same("any, batch with a filter", &any);
             compact.occluded_batch(mesh, rays, &mut any);
             any_same("any, compact", &any);
         });
@@ -324,6 +333,20 @@ fn the_binary_tree_agrees() {
             best.t.min(t_max)
         });
         assert_eq!(bvh.intersect(&ray).unwrap_or(Hit::MISS), best, "{ray:?}");
+    }
+}
+
+#[test]
+fn high_quality_is_kept_where_it_pays() {
+    for (kind, cut) in [(SceneKind::Sticks, true), (SceneKind::Scan, false)] {
+        let scene = kind.generate(10_000);
+        let mesh = &scene.meshes[0];
+        let mesh = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
+        let [balanced, high] = [Quality::Balanced, Quality::High].map(|quality| {
+            *Bvh::build(&mesh, &BuildOptions { quality, ..BuildOptions::default() }).unwrap().stats()
+        });
+        assert_eq!(high.references > high.primitives, cut, "{kind:?}: {high:?}");
+        assert!(high.sah_cost < 0.9 * balanced.sah_cost || high == balanced, "{kind:?}");
     }
 }
 

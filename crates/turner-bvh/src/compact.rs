@@ -31,7 +31,8 @@ struct Named<'a> {
 impl CompactBvh {
     /// Builds the tree.
     pub fn build(mesh: &Triangles<'_>, options: &BuildOptions<'_>) -> Result<CompactBvh, BuildError> {
-        let (WideTree { nodes, slots, mut stats }, space) = scaled(mesh, options)?;
+        let (WideTree { nodes, slots, mut stats }, space) =
+            scaled(mesh, options, crate::build::wide::build_best)?;
         stats.bytes = size_of_val(&nodes[..]) + size_of_val(&slots[..]);
         Ok(CompactBvh { nodes, slots, space, stats, counts: [mesh.positions.len(), mesh.triangles.len()] })
     }

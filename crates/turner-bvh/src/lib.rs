@@ -23,7 +23,7 @@
 //! Box tests never miss: whatever a ray hits, the boxes around it are searched, and boxes as near as the nearest hit so
 //! far are searched too. So the hit is a property of the primitives alone — the nearest t, then the lowest number — and not
 //! of the tree, of the [`Kernel`], of the number of threads or of the rays beside it. For triangles the rounding that this takes
-//! care of is bounded in `traverse/ray.rs`; for [`Bvh2`], [`Bvh4`] and [`BoxBvh`] it holds as long as a
+//! care of is bounded in `traverse/ray.rs`; for [`Bvh2`] and [`BoxBvh`] it holds as long as a
 //! primitive's box holds every point at which its own arithmetic may report a hit.
 //!
 //! # Memory
@@ -35,7 +35,6 @@ mod aabb;
 mod build;
 mod bvh;
 mod bvh2;
-mod bvh4;
 mod compact;
 mod custom;
 pub mod generate;
@@ -63,7 +62,6 @@ pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Qu
 pub use build::{build_stats, build_stats_of_boxes};
 pub use bvh::{Bvh, Triangles};
 pub use bvh2::{Bvh2, MAX_DEPTH};
-pub use bvh4::Bvh4;
 pub use compact::CompactBvh;
 pub use custom::BoxBvh;
 pub use hit::Hit;

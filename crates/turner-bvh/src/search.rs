@@ -4,11 +4,6 @@ use crate::simd::{Simd, WithSimd, dispatch};
 use crate::traverse::{self, Leaves, PacketLeaves, SearchRay, Tree};
 use crate::{Hit, Ray};
 
-/// Bytes of nodes from which rays of a batch are searched for in turns: trees of about 300,000 triangles. What is
-/// smaller stays in nearby caches, there is little to wait for, and one ray after the other is faster: 1.0 to 1.15 times with
-/// 66,000 triangles of architecture; with a scan of 1.3 million, turns are 1.25 times as fast.
-const INTERLEAVE_FROM: usize = 2 << 20;
-
 /// The nearest hit, in the caller's units.
 #[inline(always)]
 pub(crate) fn closest<L: Leaves>(tree: Tree<'_, L>, ray: &Ray) -> Hit {
@@ -47,11 +42,7 @@ pub(crate) fn closest_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &m
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            if size_of_val(self.0.nodes) >= INTERLEAVE_FROM {
-                traverse::closest_batch(simd, &self.0, self.1, self.2);
-            } else {
-                traverse::closest_each(simd, &self.0, self.1, self.2);
-            }
+            traverse::closest_batch(simd, &self.0, self.1, 0, self.2);
         }
     }
     assert_eq!(rays.len(), hits.len());
@@ -66,71 +57,71 @@ pub(crate) fn any_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            if size_of_val(self.0.nodes) >= INTERLEAVE_FROM {
-                traverse::any_batch(simd, &self.0, self.1, self.2);
-            } else {
-                traverse::any_each(simd, &self.0, self.1, self.2);
-            }
+            traverse::any_batch(simd, &self.0, self.1, 0, self.2);
         }
     }
     assert_eq!(rays.len(), hits.len());
     dispatch(Work(tree, rays, hits));
 }
 
-/// The nearest hit of each ray, in packets.
+/// The nearest hit of each ray, among triangles.
 #[inline(always)]
-pub(crate) fn closest_packets<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
+pub(crate) fn closest_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [Hit]);
     impl<L: PacketLeaves> WithSimd for Work<'_, L> {
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            traverse::closest_packets(simd, &self.0, self.1, self.2);
+            traverse::closest_triangles(simd, &self.0, self.1, self.2);
         }
     }
     assert_eq!(rays.len(), hits.len());
     dispatch(Work(tree, rays, hits));
 }
 
-/// Whether there is any hit, for each ray, in packets.
+/// Whether there is any hit, for each ray, among triangles.
 #[inline(always)]
-pub(crate) fn any_packets<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
+pub(crate) fn any_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [bool]);
     impl<L: PacketLeaves> WithSimd for Work<'_, L> {
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            traverse::any_packets(simd, &self.0, self.1, self.2);
+            traverse::any_triangles(simd, &self.0, self.1, self.2);
         }
     }
     assert_eq!(rays.len(), hits.len());
     dispatch(Work(tree, rays, hits));
 }
 
-/// Rays in turns, however small the tree.
 #[cfg(test)]
+/// Rays in turns, however small the tree.
+#[inline(always)]
 pub(crate) fn interleaved<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [Hit]);
     impl<L: Leaves> WithSimd for Work<'_, L> {
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            traverse::closest_batch(simd, &self.0, self.1, self.2);
+            traverse::closest_interleaved(simd, &self.0, self.1, 0, self.2);
         }
     }
+    assert_eq!(rays.len(), hits.len());
     dispatch(Work(tree, rays, hits));
 }
 
-/// The same for any hit.
 #[cfg(test)]
+/// The same for any hit.
+#[inline(always)]
 pub(crate) fn any_interleaved<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [bool]);
     impl<L: Leaves> WithSimd for Work<'_, L> {
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            traverse::any_batch(simd, &self.0, self.1, self.2);
+            traverse::any_interleaved(simd, &self.0, self.1, 0, self.2);
         }
     }
+    assert_eq!(rays.len(), hits.len());
     dispatch(Work(tree, rays, hits));
 }

@@ -96,80 +96,6 @@ impl Slabs {
     }
 }
 
-/// The same test for four boxes, one per lane: per axis the lower planes, then the upper ones.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Slabs4 {
-    origin: [f32; 3],
-    /// Padded reciprocals for the near planes, and negated ones for the far planes, as in [`Slabs`].
-    near: [f32; 3],
-    far: [f32; 3],
-    near_side: [usize; 3],
-    t_min: f32,
-}
-
-impl Slabs4 {
-    #[inline(always)]
-    pub(crate) fn new(ray: &Ray, reach: f32) -> Slabs4 {
-        let Slabs { inv, near_side, t_min, .. } = Slabs::new(ray, reach);
-        Slabs4 { origin: ray.origin, near: inv.map(|i| i[0]), far: inv.map(|i| i[2]), near_side, t_min }
-    }
-
-    /// For each box, a lower bound of the `t` where the ray enters it, and a bit that is set if it meets it at or
-    /// before `t_max`.
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    pub(crate) fn test(&self, planes: &[[[f32; 4]; 2]; 3], t_max: f32) -> ([f32; 4], u32) {
-        use std::arch::x86_64::*;
-        // SAFETY: SSE2 is part of x86-64; loads and the store are unaligned and within arrays of four.
-        unsafe {
-            let mut entry = _mm_set1_ps(self.t_min);
-            let mut exit = _mm_set1_ps(-t_max);
-            for (axis, planes) in planes.iter().enumerate() {
-                let side = self.near_side[axis] & 1;
-                let o = _mm_set1_ps(self.origin[axis]);
-                let near = _mm_sub_ps(_mm_loadu_ps(planes[side].as_ptr()), o);
-                let far = _mm_sub_ps(_mm_loadu_ps(planes[side ^ 1].as_ptr()), o);
-                // The maximum is its second operand where the first is NaN, which so constrains nothing.
-                entry = _mm_max_ps(_mm_mul_ps(near, _mm_set1_ps(self.near[axis])), entry);
-                exit = _mm_max_ps(_mm_mul_ps(far, _mm_set1_ps(self.far[axis])), exit);
-            }
-            entry = _mm_sub_ps(entry, _mm_set1_ps(TINY));
-            // -x is exact, and so is comparing with it.
-            let met = _mm_cmple_ps(entry, _mm_xor_ps(exit, _mm_set1_ps(-0.0)));
-            let mut out = [0.0; 4];
-            _mm_storeu_ps(out.as_mut_ptr(), entry);
-            (out, _mm_movemask_ps(met) as u32)
-        }
-    }
-
-    /// For each box, a lower bound of the `t` where the ray enters it, and a bit that is set if it meets it at or
-    /// before `t_max`.
-    #[cfg(not(target_arch = "x86_64"))]
-    #[inline(always)]
-    pub(crate) fn test(&self, planes: &[[[f32; 4]; 2]; 3], t_max: f32) -> ([f32; 4], u32) {
-        self.test_portable(planes, t_max)
-    }
-
-    /// [`Slabs4::test`] in plain arithmetic.
-    #[cfg(any(test, not(target_arch = "x86_64")))]
-    fn test_portable(&self, planes: &[[[f32; 4]; 2]; 3], t_max: f32) -> ([f32; 4], u32) {
-        let (mut entry, mut met) = ([0.0; 4], 0);
-        for lane in 0..4 {
-            let (mut latest, mut exit) = (self.t_min, -t_max);
-            for (axis, planes) in planes.iter().enumerate() {
-                let side = self.near_side[axis] & 1;
-                let near = (planes[side][lane] - self.origin[axis]) * self.near[axis];
-                let far = (planes[side ^ 1][lane] - self.origin[axis]) * self.far[axis];
-                latest = if near > latest { near } else { latest };
-                exit = if far > exit { far } else { exit };
-            }
-            entry[lane] = latest - TINY;
-            met |= u32::from(entry[lane] <= -exit) << lane;
-        }
-        (entry, met)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -240,38 +166,5 @@ mod tests {
                 assert!(test(&ray, Aabb::new([0.0; 3], [0.0; 3])).0, "{d}");
             }
         }
-    }
-
-    /// Four boxes at once, by register or not, give what two give.
-    #[test]
-    fn wide_tests_are_the_narrow_one() {
-        let values = [0.0, -0.0, 1.0, -1.0, 0.3, -7.5, 1e-45, 1e30, f32::MAX];
-        let boxes: Vec<Aabb> = (0..4)
-            .map(|i| {
-                let k = i as f32;
-                Aabb::new([k - 2.0, -1.0 - k, 0.5 * k], [k - 1.0, 1.0, 0.5 * k + 3.0 * (k - 1.0).max(0.0)])
-            })
-            .collect();
-        let planes: [[[f32; 4]; 2]; 3] = std::array::from_fn(|axis| {
-            [std::array::from_fn(|i| boxes[i].min[axis]), std::array::from_fn(|i| boxes[i].max[axis])]
-        });
-        let mut met_once = 0;
-        for ox in values {
-            for dx in values {
-                for dy in values {
-                    let ray = Ray { t_max: 20.0, ..Ray::new([ox, 0.0, -2.0], [dx, dy, 1.0]) };
-                    let wide = Slabs4::new(&ray, 10.0);
-                    let (entry, met) = wide.test(&planes, ray.t_max);
-                    let (portable, same) = wide.test_portable(&planes, ray.t_max);
-                    assert_eq!((entry.map(f32::to_bits), met), (portable.map(f32::to_bits), same), "{ray:?}");
-                    for (i, b) in boxes.iter().enumerate() {
-                        let (expected, one) = Slabs::new(&ray, 10.0).test(&pair(*b), ray.t_max);
-                        assert_eq!((met >> i & 1, entry[i]), (one & 1, expected[0]), "{ray:?} {b:?}");
-                        met_once += one & 1;
-                    }
-                }
-            }
-        }
-        assert!(met_once > 100);
     }
 }

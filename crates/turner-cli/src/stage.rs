@@ -140,7 +140,9 @@ impl StageArgs {
             desc.lights.push(Named { name: None, span: None, value: LightDesc::Environment(environment) });
         }
         let environments = desc.lights.iter_mut().filter_map(|l| match &mut l.value {
-            LightDesc::Environment(environment) => Some((&mut environment.rotation, &mut environment.strength)),
+            LightDesc::Environment(environment) => {
+                Some((&mut environment.rotation, &mut environment.strength))
+            }
             _ => None,
         });
         let studio = desc.stage.iter_mut().map(|s| (&mut s.studio_rotation, &mut s.studio_strength));
@@ -158,7 +160,8 @@ impl StageArgs {
 /// A file that the user named, wherever it is.
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let failed = |text: String| Failure::new(two_lines(ErrorCode::File, &text));
-    let folder = FolderAssets::new(path.parent().unwrap_or(Path::new(""))).map_err(|e| failed(e.to_string()))?;
+    let folder =
+        FolderAssets::new(path.parent().unwrap_or(Path::new(""))).map_err(|e| failed(e.to_string()))?;
     let Some(file) = path.file_name().and_then(|n| n.to_str()) else {
         return Err(failed(format!("{}: expected the name of a file", path.display())));
     };

@@ -28,10 +28,15 @@ fn try_import(name: &str, bytes: &[u8], library: &[u8]) -> bool {
             let most = MOST_PER_BYTE * bytes.len() + (1 << 16);
             assert!(data.memory() < most, "{name}: {} for {}", data.memory(), bytes.len());
             assert!(scene.warnings.len() < 100, "{name}: {} warnings", scene.warnings.len());
+            assert!(
+                scene.warnings.iter().all(|w| w.message.chars().count() < 400),
+                "{name}: {:?}",
+                scene.warnings
+            );
             true
         }
         Err(error) => {
-            assert!(error.message.len() < 400, "{error}");
+            assert!(error.message.chars().count() < 400, "{error}");
             assert!(!error.message.contains(|c: char| c.is_control()), "{error:?}");
             false
         }

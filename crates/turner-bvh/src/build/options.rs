@@ -11,7 +11,7 @@ pub enum Quality {
     /// Binned SAH on all axes.
     #[default]
     Balanced,
-    /// More work where it pays: spatial splits, reinsertion.
+    /// Spatial splits and reinsertion; over triangles only if that pays, otherwise the balanced tree.
     High,
 }
 

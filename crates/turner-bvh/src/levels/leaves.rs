@@ -160,6 +160,13 @@ impl<'a, V: Visit> GroupLeaves<'a, V> {
         GroupLeaves { group, visit: self.visit, base, own: base.wrapping_add(group.placed), outer }
     }
 
+    /// Whether hits of a mesh count. `to_group` makes t of the mesh one of the group.
+    #[inline(always)]
+    fn accept(&self, to_group: f32, instance: u32) -> impl Fn(u32, &Hit) -> bool + '_ {
+        let to_caller = to_group * self.outer;
+        move |i, hit| self.visit.accept(i, &Hit { t: hit.t * to_caller, instance, ..*hit })
+    }
+
     /// An own primitive; t is that of the tree.
     #[inline(always)]
     fn own_hit(&self, record: &Record, ray: &SearchRay, t_max: f32, ray_index: u32) -> Option<Hit> {
@@ -203,9 +210,7 @@ impl<V: Visit> Leaves for GroupLeaves<'_, V> {
             let found = match object {
                 Object::Mesh(mesh) => {
                     let Some(search) = SearchRay::new(simd, &inside, &mesh.space) else { continue };
-                    let to_caller = search.t_scale * ray.t_scale * self.outer;
-                    let accept =
-                        |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
+                    let accept = self.accept(search.t_scale * ray.t_scale, instance);
                     let leaves = Blocks { blocks: &mesh.blocks, filter: accept, filtered: true };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
                     let found = traverse::closest(simd, &tree, &search, ray_index);
@@ -213,9 +218,7 @@ impl<V: Visit> Leaves for GroupLeaves<'_, V> {
                 }
                 Object::Moving(mesh) => {
                     let Some(search) = SearchRay::new(simd, &inside, &mesh.space) else { continue };
-                    let to_caller = search.t_scale * ray.t_scale * self.outer;
-                    let accept =
-                        |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
+                    let accept = self.accept(search.t_scale * ray.t_scale, instance);
                     let leaves = MovingBlocks { blocks: &mesh.blocks, filter: accept };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
                     let found = traverse::closest(simd, &tree, &search, ray_index);
@@ -246,18 +249,14 @@ impl<V: Visit> Leaves for GroupLeaves<'_, V> {
             let found = match object {
                 Object::Mesh(mesh) => {
                     let Some(search) = SearchRay::new(simd, &inside, &mesh.space) else { continue };
-                    let to_caller = search.t_scale * ray.t_scale * self.outer;
-                    let accept =
-                        |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
+                    let accept = self.accept(search.t_scale * ray.t_scale, instance);
                     let leaves = Blocks { blocks: &mesh.blocks, filter: accept, filtered: true };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
                     traverse::any(simd, &tree, &search, ray_index)
                 }
                 Object::Moving(mesh) => {
                     let Some(search) = SearchRay::new(simd, &inside, &mesh.space) else { continue };
-                    let to_caller = search.t_scale * ray.t_scale * self.outer;
-                    let accept =
-                        |i: u32, h: &Hit| self.visit.accept(i, &Hit { t: h.t * to_caller, instance, ..*h });
+                    let accept = self.accept(search.t_scale * ray.t_scale, instance);
                     let leaves = MovingBlocks { blocks: &mesh.blocks, filter: accept };
                     let tree = Tree { nodes: &mesh.nodes, leaves: &leaves, space: mesh.space };
                     traverse::any(simd, &tree, &search, ray_index)

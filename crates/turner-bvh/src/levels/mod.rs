@@ -16,6 +16,7 @@ mod bounds;
 mod group;
 mod leaves;
 mod matrix;
+mod plan;
 mod search;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -31,8 +31,10 @@ pub(crate) trait Lanes: Copy {
     fn abs(self) -> Self;
     /// The size of `self`, the sign of `other`.
     fn with_sign(self, other: Self) -> Self;
-    /// `self * a - b`, with one rounding or two: for box tests only.
-    fn mul_sub(self, a: Self, b: Self) -> Self;
+    /// `self * a + b`, with one rounding or two: for box tests only.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// `1 / self` but for an error of at most 2^-11 of it, where that is a normal number: for what decides nothing.
+    fn near_inverse(self) -> Self;
     fn le(self, other: Self) -> u32;
     fn lt(self, other: Self) -> u32;
     /// The smallest and the largest lane; not called with NaN.
@@ -57,6 +59,8 @@ pub(crate) trait Simd: Copy {
     fn load4(self, from: &[f32; 4]) -> Self::F4;
     fn splat8(self, x: f32) -> Self::F8;
     fn load8(self, from: &[f32; 8]) -> Self::F8;
+    /// Rows become columns.
+    fn transpose8(self, rows: [Self::F8; 8]) -> [Self::F8; 8];
     fn splat_packet(self, x: f32) -> Self::Packet;
     /// From the first `PACKET` numbers.
     fn load_packet(self, from: &[f32; 16]) -> Self::Packet;

@@ -74,9 +74,15 @@ impl Lanes for N4 {
     }
 
     #[inline(always)]
-    fn mul_sub(self, a: Self, b: Self) -> Self {
+    fn mul_add(self, a: Self, b: Self) -> Self {
         // SAFETY: see the head of the file.
-        N4(unsafe { vfmaq_f32(vnegq_f32(b.0), self.0, a.0) })
+        N4(unsafe { vfmaq_f32(b.0, self.0, a.0) })
+    }
+
+    #[inline(always)]
+    fn near_inverse(self) -> Self {
+        // SAFETY: see the head of the file.
+        N4(unsafe { vdivq_f32(vdupq_n_f32(1.0), self.0) })
     }
 
     #[inline(always)]
@@ -130,8 +136,13 @@ impl Lanes for N8 {
     }
 
     #[inline(always)]
-    fn mul_sub(self, a: Self, b: Self) -> Self {
-        N8(self.0.mul_sub(a.0, b.0), self.1.mul_sub(a.1, b.1))
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        N8(self.0.mul_add(a.0, b.0), self.1.mul_add(a.1, b.1))
+    }
+
+    #[inline(always)]
+    fn near_inverse(self) -> Self {
+        N8(self.0.near_inverse(), self.1.near_inverse())
     }
 
     #[inline(always)]
@@ -189,6 +200,16 @@ impl Simd for Neon {
     fn load8(self, from: &[f32; 8]) -> N8 {
         // SAFETY: see the head of the file; eight are read.
         unsafe { N8(N4(vld1q_f32(from.as_ptr())), N4(vld1q_f32(from.as_ptr().add(4)))) }
+    }
+
+    #[inline(always)]
+    fn transpose8(self, rows: [N8; 8]) -> [N8; 8] {
+        let rows = rows.map(|row| {
+            let mut lanes = [0.0; 8];
+            row.store(&mut lanes);
+            lanes
+        });
+        Portable.transpose8(rows).map(|row| self.load8(&row))
     }
 
     #[inline(always)]

@@ -54,8 +54,13 @@ impl<const N: usize> Lanes for [f32; N] {
     }
 
     #[inline(always)]
-    fn mul_sub(self, a: Self, b: Self) -> Self {
-        std::array::from_fn(|i| self[i] * a[i] - b[i])
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        std::array::from_fn(|i| self[i] * a[i] + b[i])
+    }
+
+    #[inline(always)]
+    fn near_inverse(self) -> Self {
+        self.map(|x| 1.0 / x)
     }
 
     #[inline(always)]
@@ -113,6 +118,11 @@ impl Simd for Portable {
     #[inline(always)]
     fn load8(self, from: &[f32; 8]) -> [f32; 8] {
         *from
+    }
+
+    #[inline(always)]
+    fn transpose8(self, rows: [[f32; 8]; 8]) -> [[f32; 8]; 8] {
+        std::array::from_fn(|i| rows.map(|row| row[i]))
     }
 
     #[inline(always)]

@@ -46,8 +46,8 @@ pub(crate) struct K8(__m256);
 pub(crate) struct K16(__m512);
 
 macro_rules! lanes {
-    ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmsub:ident,
-     $store:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr, $range:expr, $choose:expr) => {
+    ($name:ident, $n:literal, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident, $fmadd:ident,
+     $store:ident, $inverse:ident, $abs:expr, $sign:expr, $le:expr, $lt:expr, $range:expr, $choose:expr) => {
         impl Lanes for $name {
             #[inline(always)]
             fn add(self, other: Self) -> Self {
@@ -98,9 +98,15 @@ macro_rules! lanes {
             }
 
             #[inline(always)]
-            fn mul_sub(self, a: Self, b: Self) -> Self {
+            fn mul_add(self, a: Self, b: Self) -> Self {
                 // SAFETY: see the head of the file.
-                $name(unsafe { $fmsub(self.0, a.0, b.0) })
+                $name(unsafe { $fmadd(self.0, a.0, b.0) })
+            }
+
+            #[inline(always)]
+            fn near_inverse(self) -> Self {
+                // SAFETY: see the head of the file.
+                $name(unsafe { $inverse(self.0) })
             }
 
             #[inline(always)]
@@ -146,8 +152,9 @@ lanes!(
     _mm_div_ps,
     _mm_min_ps,
     _mm_max_ps,
-    _mm_fmsub_ps,
+    _mm_fmadd_ps,
     _mm_storeu_ps,
+    _mm_rcp_ps,
     |a| _mm_andnot_ps(_mm_set1_ps(-0.0), a),
     |a, b| _mm_or_ps(_mm_andnot_ps(_mm_set1_ps(-0.0), a), _mm_and_ps(_mm_set1_ps(-0.0), b)),
     |a, b| _mm_movemask_ps(_mm_cmple_ps(a, b)) as u32,
@@ -173,8 +180,9 @@ lanes!(
     _mm256_div_ps,
     _mm256_min_ps,
     _mm256_max_ps,
-    _mm256_fmsub_ps,
+    _mm256_fmadd_ps,
     _mm256_storeu_ps,
+    _mm256_rcp_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32,
@@ -198,8 +206,9 @@ lanes!(
     _mm256_div_ps,
     _mm256_min_ps,
     _mm256_max_ps,
-    _mm256_fmsub_ps,
+    _mm256_fmadd_ps,
     _mm256_storeu_ps,
+    _mm256_rcp_ps,
     |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a),
     |a, b| _mm256_or_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a), _mm256_and_ps(_mm256_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
@@ -219,8 +228,9 @@ lanes!(
     _mm512_div_ps,
     _mm512_min_ps,
     _mm512_max_ps,
-    _mm512_fmsub_ps,
+    _mm512_fmadd_ps,
     _mm512_storeu_ps,
+    _mm512_rcp14_ps,
     |a| _mm512_abs_ps(a),
     |a, b| _mm512_or_ps(_mm512_abs_ps(a), _mm512_and_ps(_mm512_set1_ps(-0.0), b)),
     |a, b| u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b)),
@@ -254,6 +264,42 @@ macro_rules! make {
         fn load8(self, from: &[f32; 8]) -> $f8 {
             // SAFETY: see the head of the file.
             $f8(unsafe { _mm256_loadu_ps(from.as_ptr()) })
+        }
+
+        #[inline(always)]
+        fn transpose8(self, rows: [$f8; 8]) -> [$f8; 8] {
+            let [a, b, c, d, e, f, g, h] =
+                [rows[0].0, rows[1].0, rows[2].0, rows[3].0, rows[4].0, rows[5].0, rows[6].0, rows[7].0];
+            // SAFETY: see the head of the file.
+            unsafe {
+                // Pairs of rows, fours of rows within each half, then halves.
+                let (ab, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+                let (cd, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+                let (ef, ef_high) = (_mm256_unpacklo_ps(e, f), _mm256_unpackhi_ps(e, f));
+                let (gh, gh_high) = (_mm256_unpacklo_ps(g, h), _mm256_unpackhi_ps(g, h));
+                let upper = [
+                    _mm256_shuffle_ps::<0x44>(ab, cd),
+                    _mm256_shuffle_ps::<0xee>(ab, cd),
+                    _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+                    _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+                ];
+                let lower = [
+                    _mm256_shuffle_ps::<0x44>(ef, gh),
+                    _mm256_shuffle_ps::<0xee>(ef, gh),
+                    _mm256_shuffle_ps::<0x44>(ef_high, gh_high),
+                    _mm256_shuffle_ps::<0xee>(ef_high, gh_high),
+                ];
+                [
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[0], lower[0])),
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[1], lower[1])),
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[2], lower[2])),
+                    $f8(_mm256_permute2f128_ps::<0x20>(upper[3], lower[3])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[0], lower[0])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[1], lower[1])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[2], lower[2])),
+                    $f8(_mm256_permute2f128_ps::<0x31>(upper[3], lower[3])),
+                ]
+            }
         }
 
         #[inline(always)]

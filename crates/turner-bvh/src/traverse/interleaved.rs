@@ -7,7 +7,7 @@
 //! whenever a hit is found, which is rare, what lies behind it is swept from the stack.
 
 use super::stack::Stack;
-use super::{Leaves, SearchRay, Tree};
+use super::{GROUP, Leaves, SearchRay, Tree, prepare};
 use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
@@ -31,52 +31,49 @@ struct Way {
     stack: Stack,
 }
 
-/// Rays that wait for the same kind of step.
-#[derive(Clone, Copy)]
-struct Queue {
-    ways: [*mut Way; WAYS],
-    len: usize,
+/// Which rays wait for which kind of step, one bit each. Every ray under way is in exactly one of these sets, or in the hands
+/// of the loop that took it out.
+#[derive(Clone, Copy, Default)]
+struct Waiting {
+    nodes: u32,
+    leaves: u32,
+    ends: u32,
 }
 
-/// Which queue a child belongs to.
-const NODES: usize = 0;
-const LEAVES: usize = 1;
-const ENDS: usize = 2;
-
-/// Every way is in exactly one queue, or in the hands of the loop that took it out.
-struct Queues([Queue; 3]);
-
-impl Queues {
-    /// Empties a queue.
+impl Waiting {
+    /// Puts a ray where its next child belongs, by arithmetic.
     #[inline(always)]
-    fn take(&mut self, kind: usize) -> Queue {
-        let queue = self.0[kind];
-        self.0[kind].len = 0;
-        queue
-    }
-
-    #[inline(always)]
-    fn put(&mut self, way: *mut Way, child: u32) {
-        let kind = (child >> 31) as usize + usize::from(child == END);
-        // SAFETY: there are three kinds, and no more ways than a queue has places.
-        unsafe {
-            let queue = self.0.get_unchecked_mut(kind);
-            *queue.ways.get_unchecked_mut(queue.len) = way;
-            queue.len += 1;
-        }
+    fn put(&mut self, way: usize, child: u32) {
+        let leaf = child >> 31;
+        let end = u32::from(child == END);
+        self.nodes |= (leaf ^ 1) << way;
+        self.leaves |= (leaf ^ end) << way;
+        self.ends |= end << way;
     }
 }
 
-/// Finds the nearest hit of each ray.
+/// Finds the nearest hit of each ray; the first has number `first`.
 #[inline(always)]
-pub(crate) fn closest_batch<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
-    run::<S, L, false>(simd, tree, rays, |index, hit| hits[index] = hit);
+pub(crate) fn closest<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    first: usize,
+    hits: &mut [Hit],
+) {
+    run::<S, L, false>(simd, tree, rays, first, |index, hit| hits[index] = hit);
 }
 
-/// Finds whether each ray hits anything.
+/// Finds whether each ray hits anything; the first has number `first`.
 #[inline(always)]
-pub(crate) fn any_batch<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
-    run::<S, L, true>(simd, tree, rays, |index, hit| hits[index] = hit.is_hit());
+pub(crate) fn any<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    first: usize,
+    hits: &mut [bool],
+) {
+    run::<S, L, true>(simd, tree, rays, first, |index, hit| hits[index] = hit.is_hit());
 }
 
 #[inline(always)]
@@ -84,6 +81,7 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    first: usize,
     mut found: impl FnMut(usize, Hit),
 ) {
     if tree.nodes.is_empty() {
@@ -100,53 +98,59 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
         stack: Stack::new(),
     });
     // At first all are at their end, on behalf of nobody.
-    let mut queues = Queues([Queue { ways: [std::ptr::null_mut(); WAYS], len: 0 }; 3]);
-    let first = ways.as_mut_ptr();
-    for i in 0..WAYS {
-        // SAFETY: within the array.
-        queues.put(unsafe { first.add(i) }, END);
-    }
-    let mut next = 0;
+    let mut waiting = Waiting { ends: u32::MAX >> (32 - WAYS), ..Waiting::default() };
+    // Rays are made ready in groups; of the last one made, `ready_set` tells which have not set out.
+    let mut ready = [SearchRay::NONE; GROUP];
+    let (mut group, mut next, mut ready_set) = (0, 0, 0_u32);
     loop {
-        let ends = queues.take(ENDS);
-        for &pointer in &ends.ways[..ends.len % (WAYS + 1)] {
-            // SAFETY: it points into `ways`, and no other reference to that way exists: see `Queues`.
-            let way = unsafe { &mut *pointer };
+        let mut ends = std::mem::take(&mut waiting.ends);
+        while ends != 0 {
+            let i = ends.trailing_zeros() as usize % WAYS;
+            ends &= ends - 1;
+            let way = &mut ways[i];
             if way.index != NOBODY {
                 found(way.index, way.ray.finish(way.hit));
                 way.index = NOBODY;
             }
-            while let Some(ray) = rays.get(next) {
-                let index = next;
-                next += 1;
-                if let Some(ray) = SearchRay::new(simd, ray, &tree.space) {
-                    way.hit = Hit { t: ray.t_max, ..Hit::MISS };
-                    way.ray = ray;
-                    way.index = index;
-                    way.stack.clear();
-                    way.stack.push(END, f32::NEG_INFINITY);
-                    way.child = ChildRef::node(0).0;
-                    queues.put(pointer, way.child);
-                    break;
+            while ready_set == 0 && next < rays.len() {
+                group = next;
+                next = rays.len().min(next + GROUP);
+                ready_set = prepare(simd, &rays[group..next], &tree.space, &mut ready);
+                let mut missing = !ready_set & (1_u32 << (next - group)) - 1;
+                while missing != 0 {
+                    found(group + missing.trailing_zeros() as usize, Hit::MISS);
+                    missing &= missing - 1;
                 }
-                found(index, Hit::MISS);
+            }
+            if ready_set != 0 {
+                let ray = ready_set.trailing_zeros() as usize % GROUP;
+                ready_set &= ready_set - 1;
+                way.ray = ready[ray];
+                way.hit = Hit { t: way.ray.t_max, ..Hit::MISS };
+                way.index = group + ray;
+                way.stack.clear();
+                way.stack.push(END, f32::NEG_INFINITY);
+                way.child = ChildRef::node(0).0;
+                waiting.nodes |= 1 << i;
             }
         }
-        let nodes = queues.take(NODES);
-        for &pointer in &nodes.ways[..nodes.len % (WAYS + 1)] {
-            // SAFETY: as above.
-            let way = unsafe { &mut *pointer };
+        let mut nodes = std::mem::take(&mut waiting.nodes);
+        while nodes != 0 {
+            let i = nodes.trailing_zeros() as usize % WAYS;
+            nodes &= nodes - 1;
+            let way = &mut ways[i];
             step::<S, L, ANY>(simd, tree, way);
-            queues.put(pointer, way.child);
+            waiting.put(i, way.child);
         }
-        let leaves = queues.take(LEAVES);
-        for &pointer in &leaves.ways[..leaves.len % (WAYS + 1)] {
-            // SAFETY: as above.
-            let way = unsafe { &mut *pointer };
-            leaf::<S, L, ANY>(simd, tree, way);
-            queues.put(pointer, way.child);
+        let mut leaves = std::mem::take(&mut waiting.leaves);
+        while leaves != 0 {
+            let i = leaves.trailing_zeros() as usize % WAYS;
+            leaves &= leaves - 1;
+            let way = &mut ways[i];
+            leaf::<S, L, ANY>(simd, tree, way, first);
+            waiting.put(i, way.child);
         }
-        if nodes.len + leaves.len == 0 && queues.0[NODES].len == 0 {
+        if waiting.nodes | waiting.leaves | waiting.ends == 0 {
             return;
         }
     }
@@ -156,11 +160,12 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
 #[inline(always)]
 fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
     let node = tree.node(ChildRef(way.child));
-    let (near, far) = way.ray.meets(simd, node, way.hit.t);
+    let slabs = way.ray.slabs(simd);
+    let (near, far) = slabs.meets(simd, node, way.hit.t);
     let count = if ANY {
         simd.push_any(near.le(far), node.child_words(), way.stack.room().0)
     } else {
-        let order = node.order[way.ray.octant as usize & 7];
+        let order = node.order[slabs.octant];
         simd.push_ordered(near, far, node.child_words(), order, way.stack.room())
     };
     way.stack.grow(count);
@@ -179,8 +184,8 @@ fn advance<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
 
 /// Tests what a leaf holds.
 #[inline(always)]
-fn leaf<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
-    let (child, index) = (ChildRef(way.child), way.index as u32);
+fn leaf<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way, first: usize) {
+    let (child, index) = (ChildRef(way.child), (first + way.index) as u32);
     if ANY {
         if tree.leaves.any(simd, child, &way.ray, index) {
             way.hit.primitive = 0;

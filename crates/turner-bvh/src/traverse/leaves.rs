@@ -24,10 +24,13 @@ pub(crate) trait PacketLeaves: Leaves {
     /// Whether anything asks before a hit counts.
     fn is_filtered(&self) -> bool;
 
+    /// The blocks of all leaves.
+    fn all(&self) -> &[Block];
+
     /// The blocks of a leaf.
     fn blocks(&self, leaf: ChildRef) -> &[Block];
 
-    /// Whether a ray's hit counts.
+    /// Whether a ray's hit, in the caller's units, counts.
     fn accepts(&self, ray_index: u32, hit: &Hit) -> bool;
 }
 
@@ -81,6 +84,11 @@ impl<F: Fn(u32, &Hit) -> bool> PacketLeaves for Blocks<'_, F> {
     #[inline(always)]
     fn is_filtered(&self) -> bool {
         self.filtered
+    }
+
+    #[inline(always)]
+    fn all(&self) -> &[Block] {
+        self.blocks
     }
 
     #[inline(always)]

@@ -1,21 +1,29 @@
 //! Searching trees of wide nodes.
 //!
 //! - one ray at a time: `single`
-//! - many rays that have nothing in common, several in turn: `interleaved`
-//! - many rays that run together, as packets: `packet`
+//! - many rays: `batch` chooses among
+//!   - rays that have nothing in common, several in turn: `interleaved`
+//!   - rays that run together, as packets: `packet`
+//!   - trees of few triangles, a ray per lane: `few`
 
+mod batch;
+mod few;
 mod interleaved;
 mod leaves;
 mod packet;
 mod ray;
+mod rows;
+mod setup;
 mod single;
 mod stack;
 
-pub(crate) use interleaved::{any_batch, closest_batch};
+pub(crate) use batch::{any_batch, any_triangles, closest_batch, closest_triangles};
+#[cfg(test)]
+pub(crate) use interleaved::{any as any_interleaved, closest as closest_interleaved};
 pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
-pub(crate) use packet::{any_packets, closest_packets};
 pub(crate) use ray::{FARTHEST, PADDING, SearchRay, Space};
-pub(crate) use single::{any, any_each, closest, closest_each};
+use setup::{GROUP, prepare};
+pub(crate) use single::{any, closest};
 
 use crate::node::{ChildRef, WideNode};
 

@@ -11,34 +11,18 @@ use super::stack::Stack;
 use super::{PacketLeaves, SearchRay, Tree, single};
 use crate::node::{ChildRef, WideNode};
 use crate::simd::{Lanes, Simd};
-use crate::triangle::{Axes, BLOCK, Block, Corners, SMALLEST, Shear, corners_meet, distance, weights};
+use crate::triangle::{Axes, BLOCK, Block};
 use crate::{Hit, Ray};
 
 use super::ray::{FARTHEST, FLATTEST, PADDING, SIZE};
-
-/// The most rays in a packet.
-const MOST: usize = 16;
+use super::rows::{MOST, Rows};
 
 /// Nodes, leaves and triangles that a packet visits before its rays go on alone.
 const PATIENCE: u32 = 100;
 
-/// Numbers of rays side by side.
-type Row = [f32; MOST];
-
 /// Rays under way together.
 struct Packet {
-    /// Of the sheared space: see [`Shear`].
-    axes: Axes,
-    shear: [Row; 3],
-    origin: [Row; 3],
-    tolerance: Row,
-    t_min: Row,
-    /// Of the nearest hits so far, or the ends of the rays.
-    t: Row,
-    u: Row,
-    v: Row,
-    /// The numbers of triangles, as the bits of a float.
-    primitive: Row,
+    rows: Rows,
     /// Intervals, by axis: reciprocal directions, and what is subtracted from near and far planes.
     inv: [[f32; 2]; 3],
     near_offset: [f32; 3],
@@ -50,80 +34,37 @@ struct Packet {
     end: f32,
 }
 
-/// Finds the nearest hit of each ray.
+/// Finds the nearest hits of as many rays as there are lanes, numbered from `first`. `None`, and nothing done, if they do
+/// not run together; otherwise whether they ran together all the way.
 #[inline(always)]
-pub(crate) fn closest_packets<S: Simd, L: PacketLeaves>(
+pub(super) fn closest<S: Simd, L: PacketLeaves>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    first: usize,
     hits: &mut [Hit],
-) {
-    let mut first = 0;
-    while first < rays.len() {
-        let last = (first + S::PACKET).min(rays.len());
-        let (rays, hits) = (&rays[first..last], &mut hits[first..last]);
-        match Packet::new(simd, tree, rays) {
-            Some(mut packet) => packet.run::<S, L, false>(simd, tree, rays, first, |i, hit| hits[i] = hit),
-            None => {
-                let mut i = 0;
-                while i < rays.len() {
-                    hits[i] = alone::<S, L, false>(simd, tree, &rays[i], first + i);
-                    i += 1;
-                }
-            }
-        }
-        first = last;
-    }
+) -> Option<bool> {
+    let mut packet = Packet::new(simd, tree, rays, first)?;
+    Some(packet.run::<S, L, false>(simd, tree, rays, first, |i, hit| hits[i] = hit))
 }
 
-/// Finds whether each ray hits anything.
+/// Finds whether each of as many rays as there are lanes hits anything. Answers like [`closest`].
 #[inline(always)]
-pub(crate) fn any_packets<S: Simd, L: PacketLeaves>(
+pub(super) fn any<S: Simd, L: PacketLeaves>(
     simd: S,
     tree: &Tree<'_, L>,
     rays: &[Ray],
+    first: usize,
     hits: &mut [bool],
-) {
-    let mut first = 0;
-    while first < rays.len() {
-        let last = (first + S::PACKET).min(rays.len());
-        let (rays, hits) = (&rays[first..last], &mut hits[first..last]);
-        match Packet::new(simd, tree, rays) {
-            Some(mut packet) => {
-                packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit());
-            }
-            None => {
-                let mut i = 0;
-                while i < rays.len() {
-                    hits[i] = alone::<S, L, true>(simd, tree, &rays[i], first + i).is_hit();
-                    i += 1;
-                }
-            }
-        }
-        first = last;
-    }
-}
-
-/// A ray whose packet is none.
-#[inline(always)]
-fn alone<S: Simd, L: PacketLeaves, const ANY: bool>(
-    simd: S,
-    tree: &Tree<'_, L>,
-    ray: &Ray,
-    index: usize,
-) -> Hit {
-    let Some(ray) = SearchRay::new(simd, ray, &tree.space) else { return Hit::MISS };
-    if ANY {
-        let found = single::any(simd, tree, &ray, index as u32);
-        return if found { Hit { primitive: 0, ..Hit::MISS } } else { Hit::MISS };
-    }
-    ray.finish(single::closest(simd, tree, &ray, index as u32))
+) -> Option<bool> {
+    let mut packet = Packet::new(simd, tree, rays, first)?;
+    Some(packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit()))
 }
 
 impl Packet {
     /// `None` if the rays do not run together, or are not ordinary (see [`SearchRay`]).
     #[inline(always)]
-    fn new<S: Simd, L>(simd: S, tree: &Tree<'_, L>, rays: &[Ray]) -> Option<Packet> {
+    fn new<S: Simd, L>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], first: usize) -> Option<Packet> {
         let all: u32 = (1 << S::PACKET) - 1;
         if tree.space.scale != 1.0 || tree.nodes.is_empty() || rays.len() < S::PACKET || S::PACKET < 8 {
             return None;
@@ -213,7 +154,13 @@ impl Packet {
         let ends = simd.load_packet(&t_max).min(largest);
         let mut t = [0.0; MOST];
         ends.store(&mut t);
-        Some(Packet {
+        let mut index = [0; MOST];
+        let mut i = 0;
+        while i < MOST {
+            index[i] = (first + i) as u32;
+            i += 1;
+        }
+        let rows = Rows {
             axes,
             shear,
             origin,
@@ -223,6 +170,11 @@ impl Packet {
             u: [0.0; MOST],
             v: [0.0; MOST],
             primitive: [f32::from_bits(Hit::NONE); MOST],
+            t_scale: [1.0; MOST],
+            index,
+        };
+        Some(Packet {
+            rows,
             inv,
             near_offset,
             far_offset,
@@ -263,7 +215,7 @@ impl Packet {
         self.meets(simd, near, far)
     }
 
-    /// Searches the tree and gives each ray's hit to `found`.
+    /// Searches the tree and gives each ray's hit to `found`. Returns whether patience sufficed.
     #[inline(always)]
     fn run<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,
@@ -272,7 +224,7 @@ impl Packet {
         rays: &[Ray],
         first: usize,
         mut found: impl FnMut(usize, Hit),
-    ) {
+    ) -> bool {
         let mut stack = Stack::new();
         let mut child = ChildRef::node(0);
         let mut patience = PATIENCE;
@@ -284,10 +236,10 @@ impl Packet {
             }
             if child.is_leaf() {
                 for block in tree.leaves.blocks(child) {
-                    let tested = self.block::<S, L, ANY>(simd, tree.leaves, block, first);
+                    let tested = self.block::<S, L, ANY>(simd, tree.leaves, block);
                     patience = patience.saturating_sub(tested);
                 }
-                self.end = simd.load_packet(&self.t).range()[1];
+                self.end = simd.load_packet(&self.rows.t).range()[1];
                 if ANY && self.end < 0.0 {
                     break;
                 }
@@ -308,13 +260,7 @@ impl Packet {
         }
         let mut i = 0;
         while i < S::PACKET {
-            let mut hit = Hit {
-                t: self.t[i],
-                u: self.u[i],
-                v: self.v[i],
-                primitive: self.primitive[i].to_bits(),
-                instance: Hit::NONE,
-            };
+            let mut hit = self.rows.hit(i);
             if patience == 0
                 && !(ANY && hit.is_hit())
                 && let Some(ray) = SearchRay::new(simd, &rays[i], &tree.space)
@@ -329,6 +275,7 @@ impl Packet {
             found(i, if hit.is_hit() { hit } else { Hit::MISS });
             i += 1;
         }
+        patience > 0
     }
 
     /// Tests all rays against those triangles of a block that any may meet; returns how many.
@@ -338,7 +285,6 @@ impl Packet {
         simd: S,
         leaves: &L,
         block: &Block,
-        first: usize,
     ) -> u32 {
         let [mut low, mut high] = [[simd.splat8(0.0); 3]; 2];
         let mut axis = 0;
@@ -359,91 +305,8 @@ impl Packet {
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % BLOCK;
             candidates &= candidates - 1;
-            self.triangle::<S, L, ANY>(simd, leaves, block, lane, first);
+            self.rows.triangle::<S, L, ANY>(simd, leaves, block, lane);
         }
         tested
-    }
-
-    /// One corner as all rays see it: [`Shear::corner`], one ray per lane.
-    #[inline(always)]
-    fn seen<S: Simd>(&self, simd: S, corner: &[[f32; BLOCK]; 3], lane: usize) -> [S::Packet; 3] {
-        let [x, y, z] = self.axes.refs(corner);
-        let [x, y, z] = [simd.splat_packet(x[lane]), simd.splat_packet(y[lane]), simd.splat_packet(z[lane])];
-        let [sx, sy] = [simd.load_packet(&self.shear[0]), simd.load_packet(&self.shear[1])];
-        [
-            x.sub(sx.mul(z)).sub(simd.load_packet(&self.origin[0])),
-            y.sub(sy.mul(z)).sub(simd.load_packet(&self.origin[1])),
-            z.sub(simd.load_packet(&self.origin[2])),
-        ]
-    }
-
-    #[inline(always)]
-    fn triangle<S: Simd, L: PacketLeaves, const ANY: bool>(
-        &mut self,
-        simd: S,
-        leaves: &L,
-        block: &Block,
-        lane: usize,
-        first: usize,
-    ) {
-        let corners: Corners<S::Packet> = [
-            self.seen(simd, &block.corners[0], lane),
-            self.seen(simd, &block.corners[1], lane),
-            self.seen(simd, &block.corners[2], lane),
-        ];
-        let (inside, edges) = corners_meet(&corners, simd.splat_packet(0.0));
-        if inside == 0 {
-            return;
-        }
-        let (t, sum) = distance(&corners, &edges, simd.load_packet(&self.shear[2]));
-        let ends = simd.load_packet(&self.t);
-        let mut candidates = inside & simd.load_packet(&self.t_min).le(t) & t.le(ends);
-        if candidates == 0 {
-            return;
-        }
-        candidates &= simd.splat_packet(SMALLEST).le(sum.abs());
-        let [u, v, off] = weights(&corners, &edges, simd.splat_packet(1.0), sum);
-        let close = off.le(simd.load_packet(&self.tolerance));
-        let primitive = block.ids[lane];
-        let nearer = t.lt(ends);
-        // The usual case: no doubts, no ties, no questions.
-        if !leaves.is_filtered() && !ANY && candidates & !(close & nearer) == 0 {
-            t.choose(candidates, ends).store(&mut self.t);
-            u.choose(candidates, simd.load_packet(&self.u)).store(&mut self.u);
-            v.choose(candidates, simd.load_packet(&self.v)).store(&mut self.v);
-            let number = simd.splat_packet(f32::from_bits(primitive));
-            number.choose(candidates, simd.load_packet(&self.primitive)).store(&mut self.primitive);
-            return;
-        }
-        let [mut ts, mut us, mut vs] = [[0.0; MOST]; 3];
-        t.store(&mut ts);
-        u.store(&mut us);
-        v.store(&mut vs);
-        while candidates != 0 {
-            let i = candidates.trailing_zeros() as usize % MOST;
-            candidates &= candidates - 1;
-            let (mut t, mut u, mut v) = (ts[i], us[i], vs[i]);
-            if close >> i & 1 == 0 {
-                [t, u, v] = block.doubtful(&self.shear_of(i), lane, t);
-            }
-            let hit = Hit { t, u, v, primitive, instance: Hit::NONE };
-            let nearer = t < self.t[i] || t == self.t[i] && (ANY || primitive < self.primitive[i].to_bits());
-            if nearer && t < f32::INFINITY && leaves.accepts((first + i) as u32, &hit) {
-                self.t[i] = if ANY { f32::NEG_INFINITY } else { t };
-                self.u[i] = u;
-                self.v[i] = v;
-                self.primitive[i] = f32::from_bits(primitive);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn shear_of(&self, i: usize) -> Shear {
-        Shear {
-            axes: self.axes,
-            shear: [self.shear[0][i], self.shear[1][i], self.shear[2][i]],
-            origin: [self.origin[0][i], self.origin[1][i], self.origin[2][i]],
-            tolerance: self.tolerance[i],
-        }
     }
 }

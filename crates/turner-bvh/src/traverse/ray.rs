@@ -2,7 +2,7 @@
 //!
 //! The slab test. Between the planes of a box on one axis the ray runs from `t_near` to `t_far`; it meets the box when
 //! the largest of `t_min` and the near values is not above the smallest of `t_max` and the far values. Each value is
-//! `plane * inv - offset` with `inv = 1 / direction` and `offset = origin * inv`, and as the ray is the same for all
+//! `plane * inv + offset` with `inv = 1 / direction` and `offset = -origin * inv`, and as the ray is the same for all
 //! boxes, so are the roundings. Boxes are padded by moving the *ray*: one offset serves near planes, another far ones.
 //!
 //! How much padding: let `size` be the largest coordinate of the origin plus that of any plane, `e = 2^-23`.
@@ -52,39 +52,50 @@ impl Space {
 }
 
 /// A ray in the units of a tree, its direction scaled by a power of two where it is very long or short.
+///
+/// Five rows of eight numbers, which [`prepare`](super::prepare) writes as such.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
 pub(crate) struct SearchRay {
-    inv: [f32; 4],
-    near_offset: [f32; 4],
-    far_offset: [f32; 4],
-    /// Bytes to the near planes from those of the axis: see [`WideNode::side`].
-    near_side: [u32; 3],
-    /// The same as one number, which selects the order of children.
-    pub(crate) octant: u32,
+    pub(super) inv: [f32; 3],
     pub(crate) t_min: f32,
+    pub(super) near_offset: [f32; 3],
     pub(crate) t_max: f32,
+    pub(super) far_offset: [f32; 3],
     /// What t is multiplied with in the end.
     pub(crate) t_scale: f32,
+    /// Bytes to the near planes from those of the axis: see [`WideNode::side`].
+    pub(super) near_side: [u32; 3],
+    /// The same as one number, which selects the order of children.
+    pub(crate) octant: u32,
     pub(crate) shear: Shear,
+    pub(super) spare: [f32; 6],
     pub(crate) origin: [f32; 3],
     pub(crate) direction: [f32; 3],
+    pub(super) asked: [f32; 1],
     pub(crate) time: f32,
 }
+
+/// Numbers in a [`SearchRay`].
+pub(super) const ROWS: usize = 5;
+const _: () = assert!(size_of::<SearchRay>() == 32 * ROWS);
 
 impl SearchRay {
     /// In place of a ray.
     pub(crate) const NONE: SearchRay = SearchRay {
-        inv: [0.0; 4],
-        near_offset: [0.0; 4],
-        far_offset: [0.0; 4],
+        inv: [0.0; 3],
+        t_min: 0.0,
+        near_offset: [0.0; 3],
+        t_max: 0.0,
+        far_offset: [0.0; 3],
+        t_scale: 1.0,
         near_side: [0; 3],
         octant: 0,
-        t_min: 0.0,
-        t_max: 0.0,
-        t_scale: 1.0,
         shear: Shear::NONE,
+        spare: [0.0; 6],
         origin: [0.0; 3],
         direction: [0.0; 3],
+        asked: [0.0; 1],
         time: 0.0,
     };
 
@@ -118,7 +129,8 @@ impl SearchRay {
             return None;
         }
         let in_tree = [array(origin), array(direction)];
-        let [ox, oy, oz, _] = in_tree[0];
+        let [origin_in_tree, direction_in_tree] = in_tree;
+        let [ox, oy, oz] = origin_in_tree;
         let far = larger(larger(ox.abs(), oy.abs()), oz.abs());
         let size = far + space.reach;
         let beyond = space.far_padding * larger(far - space.reach, 0.0);
@@ -129,12 +141,13 @@ impl SearchRay {
         let pad = simd.splat4(padding).mul(inv.abs());
         let down = d.lt(simd.splat4(0.0)) & 7;
         let [x, y, z] = [down & 1, down >> 1 & 1, down >> 2];
-        let [[ox, oy, oz, _], [dx, dy, dz, _]] = in_tree;
-        let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
+        let (origin, direction) = (origin_in_tree, direction_in_tree);
         Some(SearchRay {
             inv: array(inv),
-            near_offset: array(middle.add(pad)),
-            far_offset: array(middle.sub(pad)),
+            near_offset: array(simd.splat4(0.0).sub(middle).sub(pad)),
+            far_offset: array(pad.sub(middle)),
+            spare: [0.0; 6],
+            asked: [0.0; 1],
             near_side: [x * WideNode::UPPER, y * WideNode::UPPER, z * WideNode::UPPER],
             octant: down,
             t_min: larger(ray.t_min, 0.0) * to_tree,
@@ -147,38 +160,70 @@ impl SearchRay {
         })
     }
 
+    /// What tests of nodes need, in registers.
+    #[inline(always)]
+    pub(crate) fn slabs<S: Simd>(&self, simd: S) -> Slabs<S::F8> {
+        let [x, y, z] = self.near_side;
+        Slabs {
+            inv: splat(simd, self.inv),
+            near_offset: splat(simd, self.near_offset),
+            far_offset: splat(simd, self.far_offset),
+            t_min: simd.splat8(self.t_min),
+            near_side: [x, y, z],
+            far_side: [x ^ WideNode::UPPER, y ^ WideNode::UPPER, z ^ WideNode::UPPER],
+            octant: self.octant as usize & 7,
+        }
+    }
+}
+
+/// A ray, once for each of eight boxes.
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs<V> {
+    inv: [V; 3],
+    near_offset: [V; 3],
+    far_offset: [V; 3],
+    t_min: V,
+    near_side: [u32; 3],
+    far_side: [u32; 3],
+    /// See [`SearchRay::octant`].
+    pub(crate) octant: usize,
+}
+
+impl<V: Lanes> Slabs<V> {
     /// For each box a lower bound of the t at which the ray enters it, and an upper one of where it leaves it, or `t_max`.
     /// A box that the ray meets is entered before it is left.
     #[inline(always)]
-    pub(crate) fn meets<S: Simd>(&self, simd: S, node: &WideNode, t_max: f32) -> (S::F8, S::F8) {
-        let [x, y, z] = self.near_side;
-        let near = [
-            self.at(simd, node, 0, x, self.near_offset[0]),
-            self.at(simd, node, 1, y, self.near_offset[1]),
-            self.at(simd, node, 2, z, self.near_offset[2]),
-        ];
-        let far = [
-            self.at(simd, node, 0, x ^ WideNode::UPPER, self.far_offset[0]),
-            self.at(simd, node, 1, y ^ WideNode::UPPER, self.far_offset[1]),
-            self.at(simd, node, 2, z ^ WideNode::UPPER, self.far_offset[2]),
-        ];
-        let entry = near[0].max(near[1]).max(near[2].max(simd.splat8(self.t_min)));
+    pub(crate) fn meets<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, t_max: f32) -> (V, V) {
+        let near = [self.near(simd, node, 0), self.near(simd, node, 1), self.near(simd, node, 2)];
+        let far = [self.far(simd, node, 0), self.far(simd, node, 1), self.far(simd, node, 2)];
+        let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
         let exit = far[0].min(far[1]).min(far[2].min(simd.splat8(t_max)));
         (entry, exit)
     }
 
-    /// The t of eight planes.
+    /// The t of eight near planes.
     #[inline(always)]
-    fn at<S: Simd>(&self, simd: S, node: &WideNode, axis: usize, side: u32, offset: f32) -> S::F8 {
-        simd.load8(node.side(axis, side)).mul_sub(simd.splat8(self.inv[axis]), simd.splat8(offset))
+    fn near<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, axis: usize) -> V {
+        simd.load8(node.side(axis, self.near_side[axis])).mul_add(self.inv[axis], self.near_offset[axis])
+    }
+
+    #[inline(always)]
+    fn far<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, axis: usize) -> V {
+        simd.load8(node.side(axis, self.far_side[axis])).mul_add(self.inv[axis], self.far_offset[axis])
     }
 }
 
 #[inline(always)]
-fn array<V: Lanes>(lanes: V) -> [f32; 4] {
+fn splat<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> [S::F8; 3] {
+    [simd.splat8(x), simd.splat8(y), simd.splat8(z)]
+}
+
+#[inline(always)]
+fn array<V: Lanes>(lanes: V) -> [f32; 3] {
     let mut array = [0.0; 4];
     lanes.store(&mut array);
-    array
+    let [x, y, z, _] = array;
+    [x, y, z]
 }
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! One ray at a time.
 
 use super::stack::Stack;
-use super::{Leaves, SearchRay, Tree};
+use super::{GROUP, Leaves, SearchRay, Tree, prepare};
 use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
@@ -37,7 +37,8 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
         // Down to a leaf, always to the nearest child, which needs no comparison.
         while !child.is_leaf() {
             let node = tree.node(child);
-            let (near, far) = ray.meets(simd, node, hit.t);
+            let slabs = ray.slabs(simd);
+            let (near, far) = slabs.meets(simd, node, hit.t);
             let met = near.le(far);
             if met & met.wrapping_sub(1) == 0 {
                 if met == 0 {
@@ -48,7 +49,7 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
                 child = node.children[met.trailing_zeros() as usize & 7];
                 continue;
             }
-            let order = node.order[ray.octant as usize & 7];
+            let order = node.order[slabs.octant];
             let count = simd.push_ordered(near, far, node.child_words(), order, stack.room());
             stack.grow(count);
             child = ChildRef(stack.take());
@@ -86,31 +87,52 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
             }
         } else {
             let node = tree.node(child);
-            let (near, far) = ray.meets(simd, node, ray.t_max);
+            let slabs = ray.slabs(simd);
+            let (near, far) = slabs.meets(simd, node, ray.t_max);
             let count = simd.push_any(near.le(far), node.child_words(), stack.room().0);
             stack.grow(count);
         }
     }
 }
 
-/// The nearest hits of many rays, one after the other.
+/// The nearest hits of many rays, one after the other; the first has number `first`.
 #[inline(always)]
-pub(crate) fn closest_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
-    for (index, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-        *hit = match SearchRay::new(simd, ray, &tree.space) {
-            Some(ray) => ray.finish(closest(simd, tree, &ray, index as u32)),
-            None => Hit::MISS,
-        };
+pub(crate) fn closest_each<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    mut first: usize,
+    hits: &mut [Hit],
+) {
+    let mut ready = [SearchRay::NONE; GROUP];
+    for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
+        let usable = prepare(simd, rays, &tree.space, &mut ready);
+        for (i, (ray, hit)) in ready.iter().zip(hits).enumerate() {
+            *hit = if usable >> i & 1 != 0 {
+                ray.finish(closest(simd, tree, ray, (first + i) as u32))
+            } else {
+                Hit::MISS
+            };
+        }
+        first += GROUP;
     }
 }
 
-/// Whether each of many rays hits anything, one after the other.
+/// Whether each of many rays hits anything, one after the other; the first has number `first`.
 #[inline(always)]
-pub(crate) fn any_each<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
-    for (index, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-        *hit = match SearchRay::new(simd, ray, &tree.space) {
-            Some(ray) => any(simd, tree, &ray, index as u32),
-            None => false,
-        };
+pub(crate) fn any_each<S: Simd, L: Leaves>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    rays: &[Ray],
+    mut first: usize,
+    hits: &mut [bool],
+) {
+    let mut ready = [SearchRay::NONE; GROUP];
+    for (rays, hits) in rays.chunks(GROUP).zip(hits.chunks_mut(GROUP)) {
+        let usable = prepare(simd, rays, &tree.space, &mut ready);
+        for (i, (ray, hit)) in ready.iter().zip(hits).enumerate() {
+            *hit = usable >> i & 1 != 0 && any(simd, tree, ray, (first + i) as u32);
+        }
+        first += GROUP;
     }
 }

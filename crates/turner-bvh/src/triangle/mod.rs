@@ -6,4 +6,4 @@ mod woop;
 
 pub(crate) use block::{BLOCK, Block};
 pub(crate) use fill::{block, fill_blocks};
-pub(crate) use woop::{Axes, Corners, SMALLEST, Shear, corners_meet, distance, precise, weights};
+pub(crate) use woop::{Axes, Corners, SMALLEST, Shear, corners_meet, depth, distance, precise, weights};

@@ -19,12 +19,19 @@ use crate::simd::{Lanes, Simd};
 
 /// Numbers of the three axes, in some order: below 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
 pub(crate) struct Axes([u32; 3]);
 
 impl Axes {
     pub(crate) const XYZ: Axes = Axes([0, 1, 2]);
     pub(crate) const YZX: Axes = Axes([1, 2, 0]);
     pub(crate) const ZXY: Axes = Axes([2, 0, 1]);
+
+    /// The last number.
+    #[inline(always)]
+    pub(crate) fn last(self) -> usize {
+        self.0[2] as usize % 3
+    }
 
     /// The numbers in that order.
     #[inline(always)]
@@ -46,15 +53,16 @@ impl Axes {
 
 /// What a ray needs for any number of triangles.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub(crate) struct Shear {
-    /// The order of axes: the longest of the direction last.
-    pub(crate) axes: Axes,
     /// x and y of the direction for z = 1, and 1 / z, in that order.
     pub(crate) shear: [f32; 3],
-    /// x and y of the origin, sheared, and its z.
-    pub(crate) origin: [f32; 3],
     /// How far from the ray the weighted corners may lie.
     pub(crate) tolerance: f32,
+    /// x and y of the origin, sheared, and its z.
+    pub(crate) origin: [f32; 3],
+    /// The order of axes: the longest of the direction last.
+    pub(crate) axes: Axes,
 }
 
 impl Shear {
@@ -111,10 +119,15 @@ pub(crate) fn corners_meet<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [
 /// The t at which triangles are met, and their edge functions' sum. NaN or infinite where a triangle is flat or a number
 /// is not finite.
 #[inline(always)]
-pub(crate) fn distance<V: Lanes>([a, b, c]: &Corners<V>, &[u, v, w]: &[V; 3], shear_z: V) -> (V, V) {
-    let sum = u.add(v).add(w);
-    let depth = u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2]));
+pub(crate) fn distance<V: Lanes>(corners: &Corners<V>, edges: &[V; 3], shear_z: V) -> (V, V) {
+    let (depth, sum) = depth(corners, edges);
     (depth.div(sum).mul(shear_z), sum)
+}
+
+/// What [`distance`] divides: t is their quotient times the third number of the shear.
+#[inline(always)]
+pub(crate) fn depth<V: Lanes>([a, b, c]: &Corners<V>, &[u, v, w]: &[V; 3]) -> (V, V) {
+    (u.mul(a[2]).add(v.mul(b[2])).add(w.mul(c[2])), u.add(v).add(w))
 }
 
 /// Weights of the second and third corner, and how far from the ray the weighted corners lie.

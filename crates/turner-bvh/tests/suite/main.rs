@@ -1,6 +1,7 @@
 //! The crate from outside: one program, so that it links once.
 
 mod build;
+mod bytes;
 mod common;
 mod custom;
 mod exact;

@@ -2,7 +2,7 @@
 
 use crate::common::Random;
 use proptest::prelude::*;
-use turner_bvh::{Aabb, Bvh2, Bvh2Options, Bvh4, Ray};
+use turner_bvh::{Aabb, Bvh2, Bvh2Options, Ray};
 
 /// Unit cubes at even x.
 fn row(count: usize) -> Vec<Aabb> {
@@ -65,54 +65,6 @@ fn a_larger_t_max_is_ignored_and_not_a_number_ends_the_search() {
         f32::NAN
     });
     assert_eq!(visits, 1);
-}
-
-/// The wide tree: the nearest first, an end at the first yes, nothing for what is no ray, the same hit as the binary one.
-#[test]
-fn the_wide_tree_finds_the_same() {
-    let mut random = Random(11);
-    for count in [0, 1, 2, 3, 5, 8, 64, 1000] {
-        let boxes: Vec<Aabb> = (0..count)
-            .map(|_| {
-                let p = random.point();
-                Aabb::new(p, p.map(|x| x + 0.1 * random.unit()))
-            })
-            .collect();
-        let bvh = Bvh2::build(&boxes, &Bvh2Options { threads: 1, ..Bvh2Options::default() }).unwrap();
-        let wide = Bvh4::collapse(&bvh);
-        assert_eq!(wide.order(), bvh.order());
-        let mut leaves = 0;
-        for _ in 0..2000 {
-            let ray = Ray::new(random.point(), random.point());
-            // A leaf's hit: the nearest of its boxes' middles, by their number, so that ties do not occur.
-            let value = |i: u32, order: &[u32]| order[i as usize] as f32 / 64.0;
-            let (order, mut met) = (bvh.order(), [0, 0]);
-            let t = bvh.closest(&ray, |range, t_max| {
-                met[0] += 1;
-                range.map(|i| value(i, order)).fold(t_max, f32::min)
-            });
-            let same = wide.closest(&ray, |range, t_max| {
-                met[1] += 1;
-                range.map(|i| value(i, order)).fold(t_max, f32::min)
-            });
-            // Pruning by hits that are not where the boxes are may differ; without hits nothing may.
-            if t == ray.t_max || same == ray.t_max {
-                assert_eq!(t, same);
-            }
-            let mut calls = 0;
-            let found = wide.any(&ray, |_| {
-                calls += 1;
-                true
-            });
-            assert_eq!((found, calls), (met[1] > 0, u32::from(met[1] > 0)));
-            leaves += met[1];
-        }
-        assert!(count < 1000 || leaves > 200, "{count} boxes: {leaves}");
-        for broken in [[f32::NAN, 0.0, 1.0], [0.0; 3], [f32::INFINITY, 1.0, 1.0]] {
-            wide.closest(&Ray::new([0.0; 3], broken), |_, t_max| t_max);
-            wide.closest(&Ray::new(broken, [f32::NAN; 3]), |_, _| panic!("no ray, no leaf"));
-        }
-    }
 }
 
 #[test]

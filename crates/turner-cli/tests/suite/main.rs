@@ -4,6 +4,7 @@ mod common;
 mod docs;
 mod interrupt;
 mod kernels;
+mod models;
 mod names;
 mod render;
 mod scene_options;

@@ -72,13 +72,13 @@ pub enum MeshError {
 
 impl MeshError {
     pub(super) fn damaged(name: &str, format: SceneFormat, place: Place, problem: String) -> Self {
-        Self::Damaged { name: printable(name), format: format.name(), place, problem: printable(&problem) }
+        Self::Damaged { name: printable(name), format: format.name(), place, problem: shortened(&problem) }
     }
 
     pub(super) fn node(name: &str, node: &str, valid: &[String]) -> Self {
         let names: Vec<&str> = valid.iter().map(String::as_str).collect();
         let help = suggestion(node, &names).unwrap_or_else(|| "it has no names at all".to_owned());
-        Self::Node { name: printable(name), node: printable(node), help: printable(&help) }
+        Self::Node { name: printable(name), node: shortened(node), help: shortened(&help) }
     }
 
     pub(super) fn materials(name: &str) -> Self {
@@ -110,4 +110,14 @@ pub(super) fn push<T>(v: &mut Vec<T>, value: T, name: &str) -> Result<(), MeshEr
     }
     v.push(value);
     Ok(())
+}
+
+/// Text with parts of a file in it, safe for a terminal and not longer than a few lines.
+pub(super) fn shortened(text: &str) -> String {
+    const MOST: usize = 240;
+    let mut shown = printable(text.get(..text.floor_char_boundary(4 * MOST)).unwrap_or(text));
+    if shown.chars().count() > MOST {
+        shown = shown.chars().take(MOST).chain(['…']).collect();
+    }
+    shown
 }

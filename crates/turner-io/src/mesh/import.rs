@@ -1,5 +1,6 @@
 //! Whole scenes from files of meshes: one object with its materials and pictures.
 
+use super::error::shortened;
 use super::mtl::{self, MtlMaterial, physical};
 use super::pictures::Pictures;
 use super::{MeshError, ReadMesh, drop_not_finite, obj, ply, stl, warning};
@@ -223,7 +224,7 @@ impl Import {
         }
         for error in missing {
             let line = error.lines().next().unwrap_or_default();
-            let message = format!("the library of materials {line}; it is left out");
+            let message = format!("the library of materials {}; it is left out", shortened(line));
             self.scene.warnings.push(Warning::new(WarningKind::Ignored, message));
         }
         for (path, file) in &found {
@@ -271,7 +272,7 @@ impl Import {
         }
         let file = self.uri.clone();
         if unknown > 0 {
-            let message = "materials are in no library; their faces are grey";
+            let message = "materials are in no library; their faces get the default";
             self.scene.warnings.push(warning(WarningKind::Ignored, &file, unknown, message));
         }
         for ((kind, message), count) in remarks {

@@ -18,6 +18,7 @@ mod stl;
 mod weld;
 
 pub use error::MeshError;
+use error::shortened;
 pub use import::{import_obj, import_ply, import_stl};
 
 use crate::assets::printable;
@@ -67,7 +68,7 @@ pub fn decode_any(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
 
 /// A remark about a file.
 fn warning(kind: WarningKind, name: &str, count: u64, message: &str) -> Warning {
-    Warning { count, ..Warning::new(kind, format!("{}: {message}", printable(name))) }
+    Warning { count, ..Warning::new(kind, format!("{}: {}", printable(name), shortened(message))) }
 }
 
 /// A place in a mesh file.

@@ -3,6 +3,7 @@
 //! Files of other people name pictures by paths of their own machines. One that is not where it should be is looked for
 //! beside the file that names it; one that is not there either is reported, and left out.
 
+use super::error::shortened;
 use crate::assets::{AssetSource, printable};
 use crate::image::{ColorOrData, DecodeLimits, EncodedPicture, decode_all};
 use crate::import::ImportOptions;
@@ -58,7 +59,7 @@ impl Pictures {
                         read.push((name, *used_as, path, bytes));
                     }
                     Found::Nothing(problem) => {
-                        let message = format!("the picture {problem}; it is left out");
+                        let message = format!("the picture {}; it is left out", shortened(&problem));
                         warnings.push(Warning::new(WarningKind::Ignored, message));
                     }
                 }
@@ -81,7 +82,7 @@ impl Pictures {
                         // The second line is the remedy.
                         let message = error.to_string();
                         let message = message.lines().next().unwrap_or_default();
-                        let message = format!("the picture {message}; it is left out");
+                        let message = format!("the picture {}; it is left out", shortened(message));
                         warnings.push(Warning::new(WarningKind::Ignored, message));
                     }
                 }

@@ -139,7 +139,8 @@ impl Triangulator {
     /// Whether no corner lies within the triangle around one that bulges.
     fn is_ear(&mut self, before: usize, at: usize, after: usize) -> bool {
         let [a, b, c] = [self.flat[before], self.flat[at], self.flat[after]];
-        if !(turn(a, b, c) > 0.0) {
+        let bulge = turn(a, b, c);
+        if bulge <= 0.0 || bulge.is_nan() {
             self.budget = self.budget.saturating_sub(1);
             return false;
         }

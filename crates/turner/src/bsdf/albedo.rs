@@ -3,12 +3,14 @@
 
 use super::albedo_table::{DIELECTRIC_LOSS, FUZZ, GGX_LOSS, REFLECT_SHIFT};
 
-/// Angles: µ = (k / 15)².
-pub(super) const ANGLES: usize = 16;
-/// Widths: α = (k / 15)².
-pub(super) const WIDTHS: usize = 16;
+/// Angles, evenly spaced in the mean of µ and µ (1 + α) / (µ + α), as what facets lose changes most where µ is about α; in √µ for
+/// fuzz.
+pub(super) const ANGLES: usize = 22;
+/// Widths: α = (k / 27)²; the first row is the limit of small ones.
+pub(super) const WIDTHS: usize = 28;
 /// Contrasts s = (η − 1) / (η + 1) of indices of refraction.
-pub(super) const CONTRASTS: [f64; 12] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0];
+pub(super) const CONTRASTS: [f64; 14] =
+    [0.0, 0.04, 0.08, 0.11, 0.14, 0.17, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0];
 /// Values at the angles, in units of 1/32767, and last their mean over light from all around.
 pub(super) type Row = [i16; ANGLES + 1];
 
@@ -16,29 +18,50 @@ const UNIT: f64 = 1.0 / 32767.0;
 
 /// A tabulated function of the angle, for one width and one index.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
+pub(crate) struct Line {
     rows: [&'static Row; 4],
     weights: [f64; 4],
+    /// Width that stretches the angles; `None` for √µ.
+    alpha: Option<f64>,
 }
 
 impl Line {
-    /// Its value at the cosine µ.
-    pub(super) fn at(&self, mu: f64) -> f64 {
-        let x = mu.clamp(0.0, 1.0).sqrt() * (ANGLES - 1) as f64;
-        let k = (x as usize).min(ANGLES - 2);
-        let f = x - k as f64;
+    /// Its value at the cosine µ, by cubic splines through the nodes (Catmull and Rom).
+    pub(crate) fn at(&self, mu: f64) -> f64 {
+        let (k, [a, b, c, d]) = spline(coordinate(mu, self.alpha) * (ANGLES - 1) as f64);
         let mut sum = 0.0;
         for (row, weight) in self.rows.iter().zip(self.weights) {
-            sum += weight * (f64::from(row[k]) * (1.0 - f) + f64::from(row[k + 1]) * f);
+            let at = |k: usize| f64::from(row[k]);
+            let (before, after) = (at(k.max(1) - 1), at((k + 2).min(ANGLES - 1)));
+            sum += weight * (a * before + b * at(k) + c * at(k + 1) + d * after);
         }
         sum * UNIT
     }
 
     /// ∫ of it 2µ dµ.
-    pub(super) fn average(&self) -> f64 {
+    pub(crate) fn average(&self) -> f64 {
         let sum: f64 = self.rows.iter().zip(self.weights).map(|(row, w)| w * f64::from(row[ANGLES])).sum();
         sum * UNIT
     }
+}
+
+/// Where a cosine lies among the angles, 0..=1.
+pub(super) fn coordinate(mu: f64, alpha: Option<f64>) -> f64 {
+    let mu = mu.clamp(0.0, 1.0);
+    match alpha {
+        None => mu.sqrt(),
+        Some(alpha) => 0.5 * (mu + mu * (1.0 + alpha) / (mu + alpha)),
+    }
+}
+
+/// The node below and the weights of the four nodes around.
+pub(super) fn spline(x: f64) -> (usize, [f64; 4]) {
+    let (k, f) = place(x, ANGLES);
+    let (f2, f3) = (f * f, f * f * f);
+    let a = 0.5 * (2.0 * f2 - f3 - f);
+    let b = 0.5 * (3.0 * f3 - 5.0 * f2 + 2.0);
+    let c = 0.5 * (4.0 * f2 - 3.0 * f3 + f);
+    (k, [a, b, c, 0.5 * (f3 - f2)])
 }
 
 /// Place of a value between nodes: the lower node and the share of the upper one. `value` in units of nodes, `nodes` >= 2.
@@ -48,10 +71,13 @@ fn place(value: f64, nodes: usize) -> (usize, f64) {
     (k, v - k as f64)
 }
 
-fn line(table: &'static [Row], position: f64) -> Line {
+/// Narrower lobes look like this one.
+pub(super) const MIN_ALPHA: f64 = 1e-4;
+
+fn line(table: &'static [Row], position: f64, alpha: Option<f64>) -> Line {
     let (k, f) = place(position, table.len());
     let (a, b) = (&table[k], &table[k + 1]);
-    Line { rows: [a, b, a, a], weights: [1.0 - f, f, 0.0, 0.0] }
+    Line { rows: [a, b, a, a], weights: [1.0 - f, f, 0.0, 0.0], alpha }
 }
 
 fn line_of_index(table: &'static [[Row; WIDTHS]; CONTRASTS.len()], eta: f64, alpha: f64) -> Line {
@@ -64,12 +90,13 @@ fn line_of_index(table: &'static [[Row; WIDTHS]; CONTRASTS.len()], eta: f64, alp
     Line {
         rows: [&a[k], &a[k + 1], &b[k], &b[k + 1]],
         weights: [(1.0 - g) * (1.0 - f), (1.0 - g) * f, g * (1.0 - f), g * f],
+        alpha: Some(alpha.max(MIN_ALPHA)),
     }
 }
 
 /// Share of light that a rough perfect mirror loses.
 pub(super) fn mirror_loss(alpha: f64) -> Line {
-    line(&GGX_LOSS, alpha.sqrt() * (WIDTHS - 1) as f64)
+    line(&GGX_LOSS, alpha.sqrt() * (WIDTHS - 1) as f64, Some(alpha.max(MIN_ALPHA)))
 }
 
 /// Share of light that a rough dielectric boundary of relative index `eta` (behind over in front) loses: neither reflected nor
@@ -86,7 +113,7 @@ pub(super) fn reflect_shift(eta: f64, alpha: f64) -> Line {
 /// Albedo of fuzz of a roughness.
 pub(super) fn fuzz(roughness: f64) -> Line {
     let low = super::fuzz::MIN_ROUGHNESS;
-    line(&FUZZ, (roughness - low) / (1.0 - low) * (WIDTHS - 1) as f64)
+    line(&FUZZ, (roughness - low) / (1.0 - low) * (WIDTHS - 1) as f64, None)
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ impl Coat {
         let index = if index < 1.0 { 1.0 / index } else { index };
         let alpha = unit(p.coat_roughness) * unit(p.coat_roughness);
         let smooth = alpha < MIN_ALPHA;
+        let index = if smooth { index } else { index.min(super::interface::MAX_OPAQUE_INDEX) };
         let tint = color(p.coat_color);
         // Light that the base sends up is reflected down again: the share of it for a wide and for a narrow base (OpenPBR).
         let wide = 1.0 - (1.0 - fresnel::dielectric_average(index)) / (index * index);

@@ -12,7 +12,7 @@ const C2: f64 = 2.0 / 3.0 - 28.0 / (15.0 * PI);
 /// The diffuse BRDF of a surface of colour `rho` (the albedo of single scattering; of everything where it is 0 or 1), roughness 0..=1,
 /// both directions above the surface.
 pub(super) fn eon(rho: Rgb, roughness: f64, wo: DVec3, wi: DVec3) -> Rgb {
-    if roughness == 0.0 {
+    if roughness < 1e-6 {
         return rho / PI;
     }
     let s = wo.dot(wi) - wo.z * wi.z;

@@ -2,7 +2,7 @@
 //! varying iridescence"): Airy's sum over the reflections inside the film, integrated over the eye's sensitivity in closed form.
 
 use super::Rgb;
-use super::fresnel::{amplitudes, refracted_cosine};
+use super::fresnel::{Metal, amplitudes, dielectric, refracted_cosine};
 use crate::math::elementary::{cos, exp};
 use std::f64::consts::PI;
 
@@ -15,50 +15,68 @@ pub(super) struct Film {
     pub(super) thickness: f64,
 }
 
-/// What the film lies on.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Under<'a> {
-    /// A dielectric of this index.
-    Dielectric(f64),
-    /// A metal.
-    Metal(&'a super::fresnel::Metal),
-}
+/// Angles at which a film is looked at: µ = k / 11.
+const ANGLES: usize = 12;
 
-impl Film {
-    /// Reflectance at a cosine outside.
-    pub(super) fn reflectance(&self, mu: f64, under: Under<'_>) -> Rgb {
-        let Some(inside) = refracted_cosine(mu, self.ior) else { return Rgb::ONE };
-        let path = 2.0 * self.ior * self.thickness * inside;
-        let (top_s, top_p) = amplitudes(mu, self.ior);
-        let (bottom_s, bottom_p): (Rgb, Rgb);
-        match under {
-            Under::Dielectric(ior) => {
-                let (s, p) = amplitudes(inside, ior / self.ior);
-                (bottom_s, bottom_p) = (Rgb::splat(s), Rgb::splat(p));
-            }
-            // A metal reflects with its phase turned by half a wave, here at all angles.
-            Under::Metal(metal) => {
-                let r = metal.at(inside);
-                let r = Rgb::new(r.x.sqrt(), r.y.sqrt(), r.z.sqrt());
-                (bottom_s, bottom_p) = (-r, r);
-            }
-        }
-        let sum = airy(top_s, bottom_s, path) + airy(top_p, bottom_p, path);
-        (0.5 * sum).clamp(Rgb::ZERO, Rgb::ONE)
+/// What a film adds to the reflectance of a base, at some angles; between them it is interpolated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tint([[f32; 3]; ANGLES]);
+
+impl Tint {
+    /// A base without film.
+    pub(super) const NONE: Tint = Tint([[0.0; 3]; ANGLES]);
+
+    /// What is added at a cosine outside.
+    pub(super) fn at(&self, mu: f64) -> Rgb {
+        let x = mu.clamp(0.0, 1.0) * (ANGLES - 1) as f64;
+        let k = (x as usize).min(ANGLES - 2);
+        let node = |k: usize| Rgb::from(self.0[k].map(f64::from));
+        node(k).lerp(node(k + 1), x - k as f64)
     }
 }
 
-/// Reflectance of one polarisation; signs of amplitudes are phases of half a wave. Equations 8 to 10 with real amplitudes.
-fn airy(top: f64, bottom: Rgb, path: f64) -> Rgb {
+impl Film {
+    /// What it adds to a dielectric of an index, and to a metal.
+    pub(super) fn tints(&self, index: f64, metal: &Metal, weight: f64) -> (Tint, Tint) {
+        let (mut on_dielectric, mut on_metal) = (Tint::NONE, Tint::NONE);
+        for k in 0..ANGLES {
+            let mu = k as f64 / (ANGLES - 1) as f64;
+            let Some(inside) = refracted_cosine(mu, self.ior) else { continue };
+            let path = 2.0 * self.ior * self.thickness * inside;
+            let waves = [sensitivity(path), sensitivity(2.0 * path)];
+            let top = amplitudes(mu, self.ior);
+            let difference = |bottom: (Rgb, Rgb), plain: Rgb| {
+                let sum = airy(top.0, bottom.0, &waves) + airy(top.1, bottom.1, &waves);
+                let added = ((0.5 * sum).clamp(Rgb::ZERO, Rgb::ONE) - plain) * weight;
+                added.to_array().map(|v| v as f32)
+            };
+            // A perfect mirror stays one under a film.
+            if index.is_finite() {
+                let (s, p) = amplitudes(inside, index / self.ior);
+                let plain = Rgb::splat(dielectric(mu, index));
+                on_dielectric.0[k] = difference((Rgb::splat(s), Rgb::splat(p)), plain);
+            }
+            // A metal reflects with its phase turned by half a wave, here at all angles.
+            let r = metal.colour(inside);
+            let r = Rgb::new(r.x.sqrt(), r.y.sqrt(), r.z.sqrt());
+            on_metal.0[k] = difference((-r, r), metal.colour(mu));
+        }
+        (on_dielectric, on_metal)
+    }
+}
+
+/// Reflectance of one polarisation; signs of amplitudes are phases of half a wave. Equations 8 to 10 with real amplitudes; `waves`
+/// is the sensitivity to the differences of paths.
+fn airy(top: f64, bottom: Rgb, waves: &[Rgb; 2]) -> Rgb {
     let (r12, r23) = (top * top, bottom * bottom);
     let t121 = 1.0 - r12;
     let amplitude = bottom * -top; // light inside meets the top with the opposite sign
     let rs = t121 * t121 * r23 / (Rgb::ONE - r12 * r23).max(Rgb::splat(1e-9));
     let mut sum = rs + r12;
     let mut order = rs - t121;
-    for m in 1..=3 {
+    for wave in waves {
         order *= amplitude;
-        sum += 2.0 * order * sensitivity(f64::from(m) * path);
+        sum += 2.0 * order * *wave;
     }
     sum
 }

@@ -9,6 +9,9 @@ pub(super) fn dielectric(cos: f64, eta: f64) -> f64 {
     if eta == 1.0 {
         return 0.0;
     }
+    if eta == f64::INFINITY {
+        return 1.0;
+    }
     let (s, p) = amplitudes(cos, eta);
     0.5 * (s * s + p * p)
 }
@@ -90,10 +93,15 @@ impl Metal {
 
     /// Reflectance at a cosine.
     pub(super) fn at(&self, cos: f64) -> Rgb {
+        self.colour(cos) * self.weight
+    }
+
+    /// The same without the weight.
+    pub(super) fn colour(&self, cos: f64) -> Rgb {
         let c = (1.0 - cos).clamp(0.0, 1.0);
         let c5 = c * c * c * c * c;
         let f = self.f0 + (Rgb::ONE - self.f0) * c5 - self.dip * (cos.clamp(0.0, 1.0) * c5 * c);
-        f.clamp(Rgb::ZERO, Rgb::ONE) * self.weight
+        f.clamp(Rgb::ZERO, Rgb::ONE)
     }
 
     /// Reflectance of light from all around.

@@ -16,8 +16,8 @@ pub(super) struct Charlie {
     albedo: albedo::Line,
 }
 
-/// Smoother fuzz looks like this one.
-pub(super) const MIN_ROUGHNESS: f64 = 0.15;
+/// Smoother fuzz looks like this one; the fit of its masking would let it reflect more than all light.
+pub(super) const MIN_ROUGHNESS: f64 = 0.27;
 
 impl Charlie {
     /// Of a roughness within 0..=1; its square is the width of the distribution.

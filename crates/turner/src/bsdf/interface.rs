@@ -3,7 +3,7 @@
 //! (Kulla and Conty 2017), for glass shared between its two sides so that it stays reciprocal.
 
 use super::albedo::{self, Line};
-use super::film::{Film, Under};
+use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
 use super::microfacet::Ggx;
 use super::{PrincipledPoint, Rgb, color, unit};
@@ -14,6 +14,12 @@ use std::f64::consts::PI;
 const MIN_ALPHA: f64 = 1e-4;
 /// Indices closer to each other than this do not bend light.
 const MIN_CONTRAST: f64 = 1e-3;
+
+/// Above this index, which reflects 42 % head-on, a rough opaque dielectric counts as of this index: what it leaves for the body is
+/// not known well enough beyond. Smooth ones, and those that reflect everything, are another matter.
+pub(super) const MAX_OPAQUE_INDEX: f64 = 4.7;
+/// Share of what rough glass loses between its facets that is given back: a little less than all, for the tables' error.
+const GIVEN_BACK: f64 = 0.995;
 
 /// The boundary, seen from one side.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +45,8 @@ pub(super) struct Interface {
     /// Indices inside over outside for the reflectance of glass and of an opaque dielectric; infinite for a perfect mirror.
     glass_index: f64,
     opaque_index: f64,
-    film: Option<(Film, f64)>,
+    /// What a film adds to the reflectance of a dielectric and of metal.
+    film: Option<(Tint, Tint)>,
     /// How much more the opaque dielectric reflects than if it were smooth.
     shift: Option<Line>,
     compensation: Option<Compensation>,
@@ -69,8 +76,8 @@ impl Interface {
         let ior = if p.specular_ior >= 0.0 { p.specular_ior.min(1e6) } else { 1.0 };
         let weight = if p.specular_weight >= 0.0 { p.specular_weight } else { 0.0 };
         let index = ior / exterior;
-        let straight = thin || (index - 1.0).abs() < MIN_CONTRAST;
-        let refracting = if straight || index == 0.0 { 1.0 } else { index };
+        let bends = !thin && index > 0.0 && (index - 1.0).abs() >= MIN_CONTRAST;
+        let refracting = if bends { index } else { 1.0 };
         let glass_index = if index == 0.0 {
             if weight > 0.0 { f64::INFINITY } else { 1.0 }
         } else {
@@ -87,20 +94,25 @@ impl Interface {
             opaque_index = 1.0 / opaque_index;
         }
         let film_weight = unit(p.thin_film_weight);
-        let film = (film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0).then(|| {
-            let thickness = p.thin_film_thickness.min(1e3) * 1e-6;
-            (Film { ior: p.thin_film_ior.clamp(1.0, 10.0), thickness }, film_weight)
-        });
-        let reflects = metal > 0.0 || film.is_some() || (opaque > 0.0 && opaque_index != 1.0);
+        let filmed = film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0;
+        let reflects = metal > 0.0 || filmed || (opaque > 0.0 && opaque_index != 1.0);
         if !reflects && transmission == 0.0 {
             return None;
         }
         let (ax, ay) = widths(p, coat, coat_alpha);
         let smooth = ax.max(ay) < MIN_ALPHA;
+        if !smooth && opaque_index.is_finite() {
+            opaque_index = opaque_index.min(MAX_OPAQUE_INDEX);
+        }
         let ggx = Ggx { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA) };
         let tint = color(p.specular_color);
         let base = color(p.base_color) * unit(p.base_weight);
         let metal_fresnel = Metal::new(base, tint, weight.min(1.0));
+        let film = filmed.then(|| {
+            let thickness = p.thin_film_thickness.min(1e3) * 1e-6;
+            let film = Film { ior: p.thin_film_ior.clamp(1.0, 10.0), thickness };
+            film.tints(glass_index, &metal_fresnel, film_weight)
+        });
         let through = if p.transmission_depth > 0.0 { Rgb::ONE } else { color(p.transmission_color) };
         let mut interface = Interface {
             ggx,
@@ -112,7 +124,7 @@ impl Interface {
             tint,
             through,
             eta: if inside { 1.0 / refracting } else { refracting },
-            straight: straight && !thin,
+            straight: !bends && !thin,
             thin,
             inside,
             glass_index,
@@ -122,7 +134,7 @@ impl Interface {
             compensation: None,
         };
         if !smooth {
-            let alpha = (ggx.ax * ggx.ay).sqrt();
+            let alpha = (0.5 * (ggx.ax * ggx.ax + ggx.ay * ggx.ay)).sqrt();
             if opaque > 0.0 {
                 interface.shift = Some(albedo::reflect_shift(opaque_index, alpha));
             }
@@ -140,17 +152,21 @@ impl Interface {
         let mirror_average = mirror.average().max(1e-9);
         let f = self.metal_fresnel.average();
         let kept = 1.0 - mirror_average;
-        let metal = f * f * kept / (Rgb::ONE - f * mirror_average) * (self.metal / (PI * mirror_average));
+        // The tables know round lobes. By this share of them stretched lobes never get more than they lost.
+        let round = 0.5 + 0.5 * self.ggx.ax.min(self.ggx.ay) / self.ggx.ax.max(self.ggx.ay);
+        let metal =
+            f * f * kept / (Rgb::ONE - f * mirror_average) * (round * self.metal / (PI * mirror_average));
         let (near, far, reflect, transmit);
         if self.thin {
             (near, far) = (mirror, mirror);
             let (r, t) = self.glass_split(0.7);
-            let whole = glass / (PI * mirror_average);
+            let whole = round * glass / (PI * mirror_average);
             (reflect, transmit) = (r * whole, t * whole);
         } else {
             near = albedo::dielectric_loss(self.eta, alpha);
             far = albedo::dielectric_loss(1.0 / self.eta, alpha);
-            let whole = glass / (PI * (far.average() * self.eta * self.eta + near.average()).max(1e-9));
+            let whole = GIVEN_BACK * round * glass
+                / (PI * (far.average() * self.eta * self.eta + near.average()).max(1e-9));
             let tint = if self.inside { Rgb::ONE } else { self.tint };
             (reflect, transmit) = (tint * whole, self.through * whole);
         }
@@ -194,14 +210,12 @@ impl Interface {
 
     fn filmed(&self, mu: f64, index: f64) -> Rgb {
         if index == f64::INFINITY {
-            return Rgb::ONE;
+            return Rgb::ONE; // a film does not add to it
         }
         let plain = Rgb::splat(fresnel::dielectric(mu, index));
         match &self.film {
             None => plain,
-            Some((film, weight)) => {
-                plain + (film.reflectance(mu, Under::Dielectric(index)) - plain) * *weight
-            }
+            Some((tint, _)) => (plain + tint.at(mu)).clamp(Rgb::ZERO, Rgb::ONE),
         }
     }
 
@@ -209,9 +223,7 @@ impl Interface {
         let plain = self.metal_fresnel.at(mu);
         match &self.film {
             None => plain,
-            Some((film, weight)) => {
-                plain + (film.reflectance(mu, Under::Metal(&self.metal_fresnel)) - plain) * *weight
-            }
+            Some((_, tint)) => (plain + tint.at(mu) * self.metal_fresnel.weight).clamp(Rgb::ZERO, Rgb::ONE),
         }
     }
 
@@ -258,7 +270,32 @@ impl Interface {
     /// The share of light from µ that the opaque dielectric leaves for what is below it; the same for all colours.
     pub(super) fn below(&self, mu: f64) -> f64 {
         let shift = self.shift.map_or(0.0, |line| line.at(mu));
-        1.0 - (self.tint.max_element() * (self.opaque_fresnel(mu).max_element() + shift)).clamp(0.0, 1.0)
+        let mut reflected = Rgb::splat(fresnel::dielectric(mu, self.opaque_index) + shift);
+        if let Some((tint, _)) = &self.film {
+            reflected += self.average_over_facets(mu, tint);
+        }
+        1.0 - (self.tint * reflected).max_element().clamp(0.0, 1.0)
+    }
+
+    /// What a film adds to the reflectance of a rough surface: its mean over visible facets.
+    fn average_over_facets(&self, mu: f64, tint: &Tint) -> Rgb {
+        if self.smooth {
+            return tint.at(mu);
+        }
+        let wo = DVec3::new((1.0 - mu * mu).max(0.0).sqrt(), 0.0, mu.max(1e-6));
+        let g1 = self.ggx.g1(wo);
+        let mut sum = Rgb::ZERO;
+        for i in 0..4 {
+            for j in 0..4 {
+                let u = [(f64::from(i) + 0.5) / 4.0, (f64::from(j) + 0.5) / 4.0];
+                let h = self.ggx.sample_visible(wo, u);
+                let wi = reflect(-wo, h);
+                if wi.z > 0.0 {
+                    sum += tint.at(wo.dot(h)) * (self.ggx.g2(wo, wi) / g1);
+                }
+            }
+        }
+        sum / 16.0
     }
 
     /// Its mean over light from all around; `None` where only integration tells.

@@ -50,11 +50,6 @@ impl Ggx {
         let length = h.length();
         if length > 0.0 { h / length } else { DVec3::Z }
     }
-
-    /// Its density per solid angle of the normal.
-    pub(super) fn pdf_visible(&self, wo: DVec3, h: DVec3) -> f64 {
-        self.g1(wo) * wo.dot(h).max(0.0) * self.d(h) / wo.z
-    }
 }
 
 #[cfg(test)]
@@ -76,7 +71,7 @@ mod tests {
                     let h = DVec3::new(r * c, r * s, z);
                     let cell = 2.0 * PI / f64::from(n * n);
                     covered += ggx.d(h) * h.z * cell;
-                    seen += ggx.pdf_visible(wo, h) * cell;
+                    seen += ggx.g1(wo) * wo.dot(h).max(0.0) * ggx.d(h) / wo.z * cell;
                 }
             }
             assert!((covered - 1.0).abs() < 2e-3, "{ax} {ay}: {covered}");

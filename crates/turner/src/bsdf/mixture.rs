@@ -167,7 +167,8 @@ impl Bsdf {
                 * if transmitted {
                     body / PI
                 } else {
-                    eon(body / self.diffuse.share, self.diffuse.roughness, wo, wi) * self.diffuse.share
+                    eon((body / self.diffuse.share).min(Rgb::ONE), self.diffuse.roughness, wo, wi)
+                        * self.diffuse.share
                 };
         }
         if let Some(interface) = &self.interface {

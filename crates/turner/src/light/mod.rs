@@ -204,6 +204,14 @@ impl Light {
         }
     }
 
+    /// Pixels of an environment that count as 0 because they are negative or no finite numbers.
+    pub fn invalid_pixels(&self) -> u64 {
+        match self {
+            Light::Environment(l) => l.invalid_pixels(),
+            _ => 0,
+        }
+    }
+
     /// The light of the surroundings that comes from a direction; `None` for other lights.
     pub fn around(&self, direction: DVec3) -> Option<Spectrum> {
         match self {

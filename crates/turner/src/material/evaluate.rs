@@ -67,11 +67,6 @@ impl Physical {
     /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
     /// around the solid.
     pub fn bsdf(&self, scene: &Scene, surface: &SurfaceInteraction, around: f64, entering: bool) -> Bsdf {
-        if let Some(bsdf) = self.constant_bsdf(entering)
-            && around == 1.0
-        {
-            return *bsdf;
-        }
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(&mut |source| scene.textures.color(source, &at));
         point.exterior_ior = around;

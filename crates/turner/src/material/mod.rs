@@ -2,12 +2,23 @@
 
 mod classic;
 mod conversion;
+mod dielectric;
+mod emissive;
 mod evaluate;
+mod matte;
+mod metal;
+pub mod metals;
 mod physical;
+mod plastic;
 mod principled;
 
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
+pub use dielectric::DielectricMaterial;
+pub use emissive::EmissiveMaterial;
+pub use matte::MatteMaterial;
+pub use metal::MetalMaterial;
 pub use physical::Physical;
+pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, PrincipledMaterial};
 
 use crate::color::Spectrum;
@@ -19,6 +30,11 @@ family! {
     pub enum MaterialDesc as "material", "materials" {
         Classic(ClassicMaterial),
         Principled(PrincipledMaterial),
+        Matte(MatteMaterial),
+        Metal(MetalMaterial),
+        Dielectric(DielectricMaterial),
+        Plastic(PlasticMaterial),
+        Emissive(EmissiveMaterial),
     }
 }
 
@@ -44,16 +60,31 @@ pub enum Material {
 pub struct Cutout {
     /// Opacity and the least that is there; `None` for a material that is there everywhere.
     pub mask: Option<(ColorSource, f32)>,
-    /// Whether rays that are not shadow rays pass from behind.
+    /// Whether rays pass from behind.
     pub one_sided: bool,
 }
 
 impl MaterialDesc {
     /// Makes it ready.
     pub fn prepare(&self) -> Material {
+        if let MaterialDesc::Classic(m) = self {
+            return Material::Classic(m.prepare());
+        }
+        let m = self.principled();
+        let shadow = m.shadow();
+        Material::Principled(Box::new(m), shadow)
+    }
+
+    /// In the terms of the physical material; what a classic one is there is a likeness.
+    pub fn principled(&self) -> PrincipledMaterial {
         match self {
-            MaterialDesc::Classic(m) => Material::Classic(m.prepare()),
-            MaterialDesc::Principled(m) => Material::Principled(Box::new(m.clone()), m.shadow()),
+            MaterialDesc::Classic(m) => PrincipledMaterial::from_classic(m),
+            MaterialDesc::Principled(m) => m.clone(),
+            MaterialDesc::Matte(m) => m.principled(),
+            MaterialDesc::Metal(m) => m.principled(),
+            MaterialDesc::Dielectric(m) => m.principled(),
+            MaterialDesc::Plastic(m) => m.principled(),
+            MaterialDesc::Emissive(m) => m.principled(),
         }
     }
 
@@ -70,6 +101,11 @@ impl MaterialDesc {
                 };
                 (m.opacity, cutoff, !m.double_sided && !m.is_transmissive())
             }
+            MaterialDesc::Matte(_)
+            | MaterialDesc::Metal(_)
+            | MaterialDesc::Dielectric(_)
+            | MaterialDesc::Plastic(_)
+            | MaterialDesc::Emissive(_) => return None,
         };
         let everywhere = match opacity {
             ColorSource::Constant(c) => (c.r + c.g + c.b) / 3.0 >= cutoff,

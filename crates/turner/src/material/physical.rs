@@ -36,10 +36,7 @@ const fn grey(v: f32) -> ColorSource {
 impl MaterialDesc {
     /// Makes it ready for integrators that follow light.
     pub fn prepare_physical(&self) -> Physical {
-        match self {
-            MaterialDesc::Classic(m) => Physical::new(PrincipledMaterial::from_classic(m)),
-            MaterialDesc::Principled(m) => Physical::new(m.clone()),
-        }
+        Physical::new(self.principled())
     }
 }
 

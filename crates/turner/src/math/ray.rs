@@ -16,14 +16,12 @@ pub struct Ray {
     pub t_max: f64,
     /// Time within the shutter, 0..=1.
     pub time: f32,
-    /// Whether one-sided surfaces are met from behind, too.
-    pub solid: bool,
 }
 
 impl Ray {
     /// A ray from `origin` towards `direction`, from t = 0 to infinity.
     pub fn new(origin: DVec3, direction: DVec3) -> Ray {
-        Ray { origin, direction, t_min: 0.0, t_max: f64::INFINITY, time: 0.0, solid: false }
+        Ray { origin, direction, t_min: 0.0, t_max: f64::INFINITY, time: 0.0 }
     }
 
     /// The point at parameter `t`.

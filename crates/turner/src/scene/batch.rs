@@ -26,8 +26,6 @@ pub struct RayBatch {
     tinted: Vec<u8>,
     /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
     pub coherent: bool,
-    /// Whether one-sided surfaces stop rays from behind, too.
-    pub solid: bool,
     /// For meshes: rays as far as their nearest hit, the same in an object's space, and their places.
     left: Vec<Ray>,
     moved: Vec<Ray>,
@@ -120,7 +118,6 @@ impl RayBatch {
         let ray = Ray {
             t_min: block.t_min.0[lane],
             t_max: block.t_max.0[lane],
-            solid: self.solid,
             ..Ray::new(vector(&block.origin), vector(&block.direction))
         };
         (!ray.t_max.is_nan()).then_some(ray)
@@ -288,11 +285,10 @@ impl Scene {
                 mesh.intersect_batch(left, &mut rays.found);
             }
             let primitive = &self.primitives[index as usize];
-            let checked =
-                primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked(rays.solid);
+            let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
             for ((ray, &place), found) in rays.left.iter_mut().zip(&rays.places).zip(&rays.found) {
                 let Some(mut found) = *found else { continue };
-                if checked && !self.is_there(primitive, &self.to_object(primitive, ray), &found, false) {
+                if checked && !self.is_there(primitive, &self.to_object(primitive, ray), &found) {
                     // Something is behind the hole, perhaps.
                     match self.intersect_faces(primitive, ray) {
                         Some(hit) => found = hit,

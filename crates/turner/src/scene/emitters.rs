@@ -46,6 +46,8 @@ pub struct Emitters {
     choice: AliasTable,
     /// For each primitive its first emitter; empty if no shape shines.
     of_primitive: Vec<u32>,
+    /// The numbers of the scene's lights that are all around.
+    environments: Vec<u32>,
 }
 
 #[derive(Debug)]
@@ -89,6 +91,9 @@ impl Emitters {
         for (i, light) in scene.lights.iter().enumerate() {
             emitters.lights.push(Emitter::Light(i as u32));
             weights.push(light.reach(center, radius));
+            if matches!(light, Light::Environment(_)) {
+                emitters.environments.push(i as u32);
+            }
         }
         for (i, primitive) in scene.primitives.iter().enumerate() {
             for (emitter, power) in shape_emitters(scene, i as u32, primitive) {
@@ -160,10 +165,20 @@ impl Emitters {
         self.choice.probability(index) * emitter.pdf(scene, p, surface)
     }
 
-    /// The density with which `sample` gives a direction from the scene's light number `light` around the scene.
-    pub fn pdf_light(&self, scene: &Scene, light: usize, direction: DVec3) -> f64 {
-        // Lights stand before shapes.
-        self.choice.probability(light as u32) * scene.lights[light].pdf(direction)
+    /// What a ray finds that leaves the scene: for each environment its radiance and the density with which `sample` gives
+    /// the direction.
+    pub fn around<'a>(
+        &'a self,
+        scene: &'a Scene,
+        direction: DVec3,
+    ) -> impl Iterator<Item = (Spectrum, f64)> + 'a {
+        self.environments.iter().filter_map(move |&i| match scene.lights.get(i as usize) {
+            // Lights stand before shapes: their numbers are those of the choice.
+            Some(Light::Environment(l)) => {
+                Some((l.radiance(direction), self.choice.probability(i) * l.pdf(direction)))
+            }
+            _ => None,
+        })
     }
 }
 
@@ -413,14 +428,6 @@ impl Light {
         let lit = self.illuminate_at(p, u)?;
         let to_light = if lit.finite { lit.to_light } else { lit.to_light.normalize() };
         Some(LightSample { to_light, finite: lit.finite, radiance: lit.intensity, pdf: 1.0, is_delta: true })
-    }
-
-    /// The density of a direction; 0 for lights that rays cannot hit.
-    fn pdf(&self, direction: DVec3) -> f64 {
-        match self {
-            Light::Environment(l) => l.pdf(direction),
-            _ => 0.0,
-        }
     }
 
     /// What it brings to a scene, to choose by.

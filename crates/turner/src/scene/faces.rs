@@ -52,14 +52,14 @@ impl Faces {
     }
 
     /// Whether a hit may be none.
-    pub(super) fn are_checked(&self, solid: bool) -> bool {
-        self.masked || self.one_sided && !solid
+    pub(super) fn are_checked(&self) -> bool {
+        self.masked || self.one_sided
     }
 
     /// Whether all of them cast a full shadow everywhere.
     pub(super) fn are_opaque(&self, materials: &[Material]) -> bool {
         let opaque = |m: &FaceMaterial| materials[m.material.index()].shadow() == ShadowKind::Opaque;
-        !self.masked && self.materials.iter().all(opaque)
+        !self.masked && !self.one_sided && self.materials.iter().all(opaque)
     }
 
     fn of(&self, shape: &Shape, hit: &ShapeHit) -> Option<&FaceMaterial> {
@@ -83,19 +83,13 @@ impl Scene {
         face.map_or(primitive.material, |face| face.material)
     }
 
-    /// Whether there is anything at a hit; `ray` is in the object's space. What is seen from one side only casts its
-    /// shadow all the same.
-    pub(super) fn is_there(
-        &self,
-        primitive: &Primitive,
-        ray: &Ray,
-        hit: &ShapeHit,
-        is_shadow_ray: bool,
-    ) -> bool {
+    /// Whether there is anything at a hit; `ray` is in the object's space. What is seen from one side only lets light pass from the
+    /// other, too: else rooms with walls to look through would be dark.
+    pub(super) fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
         let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
         let Some(cutout) = face.and_then(|face| face.cutout) else { return true };
         let surface = primitive.shape.surface(ray, hit);
-        if cutout.one_sided && !is_shadow_ray && !ray.solid && surface.ng.dot(ray.direction) > 0.0 {
+        if cutout.one_sided && surface.ng.dot(ray.direction) > 0.0 {
             return false;
         }
         let Some((opacity, cutoff)) = cutout.mask else { return true };
@@ -109,15 +103,13 @@ impl Scene {
         if !faces.masked {
             // Backs are rarely the first thing that a ray meets.
             let hit = primitive.shape.intersect(&ray)?;
-            if !faces.one_sided || ray.solid || self.is_there(primitive, &ray, &hit, false) {
+            if !faces.one_sided || self.is_there(primitive, &ray, &hit) {
                 return Some(hit);
             }
         }
         match &primitive.shape {
-            Shape::Mesh(mesh) => {
-                mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit, false))
-            }
-            shape => each_hit(shape, &ray, |hit| self.is_there(primitive, &ray, hit, false)),
+            Shape::Mesh(mesh) => mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit)),
+            shape => each_hit(shape, &ray, |hit| self.is_there(primitive, &ray, hit)),
         }
     }
 
@@ -125,7 +117,7 @@ impl Scene {
     pub(super) fn faces_block(&self, primitive: &Primitive, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let ray = self.to_object(primitive, ray);
         let blocks = |hit: &ShapeHit| {
-            self.is_there(primitive, &ray, hit, true)
+            self.is_there(primitive, &ray, hit)
                 && match self.materials[self.face_material(primitive, hit).index()].shadow() {
                     ShadowKind::Opaque => true,
                     ShadowKind::None => false,

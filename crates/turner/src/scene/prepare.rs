@@ -69,6 +69,13 @@ impl SceneDesc {
         flat.flatten(self)?;
         let aspect = f64::from(self.film.width) / f64::from(self.film.height);
         let (mut lights, ambient) = self.prepare_lights()?;
+        let invalid: u64 = lights.iter().map(|l| l.invalid_pixels()).sum();
+        if invalid > 0 {
+            let message = format!(
+                "{invalid} pixels of the environment are negative or no finite numbers: they count as 0"
+            );
+            warnings.push(Warning::new(WarningKind::Doubtful, message));
+        }
         let staging = self.set_stage(&mut flat, &mut lights, aspect)?;
         if let Some((plane, material)) = staging.ground {
             materials.push(ready(&MaterialDesc::Principled(material)));
@@ -277,13 +284,7 @@ impl Flattener<'_> {
     /// A shape without end, in the world's space.
     fn add_unbounded(&mut self, shape: Shape, material: MaterialId) {
         let id = self.primitives.len() as u32;
-        self.primitives.push(Primitive {
-            shape,
-            material,
-            transform: NO_TRANSFORM,
-            faces: NO_FACES,
-            id,
-        });
+        self.primitives.push(Primitive { shape, material, transform: NO_TRANSFORM, faces: NO_FACES, id });
         self.bounds.push(None);
     }
 

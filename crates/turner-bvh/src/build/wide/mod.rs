@@ -73,6 +73,27 @@ pub(crate) struct WideTree {
 /// An empty place in a block.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 
+/// Where the tree of high quality is not cheaper than this share of the balanced one, by the surface area heuristic, the
+/// balanced one is taken: it is smaller, and rays find no triangle twice in it. Of architecture the tree of high quality
+/// costs 0.94, and rays take 1.07 times as long; of thin sticks 0.80, and they take 0.83.
+const WORTH_IT: f64 = 0.9;
+
+/// Like [`build`], but where high quality does not pay the tree is the balanced one.
+pub(crate) fn build_best(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<WideTree, BuildError> {
+    let tree = build(source, options)?;
+    if options.quality != Quality::High {
+        return Ok(tree);
+    }
+    let options = BuildOptions { quality: Quality::Balanced, progress: None, ..*options };
+    let balanced = match build(source, &options) {
+        // Not both fit.
+        Err(BuildError::OutOfMemory { .. }) => return Ok(tree),
+        balanced => balanced?,
+    };
+    let pays = tree.stats.sah_cost <= WORTH_IT * balanced.stats.sah_cost;
+    Ok(if pays { tree } else { balanced })
+}
+
 /// Builds the tree over all primitives of the source that a ray may meet.
 pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<WideTree, BuildError> {
     if source.len() > MAX_BLOCKS {

@@ -180,7 +180,7 @@ impl<'a> Faces<'a> {
                     let [a, b] = before;
                     let c = index as u32;
                     if read >= 2 && a != b && b != c && a != c {
-                        let triangle = if read % 2 == 0 { [a, b, c] } else { [b, a, c] };
+                        let triangle = if read.is_multiple_of(2) { [a, b, c] } else { [b, a, c] };
                         push(&mut self.triangles, triangle, self.name)?;
                     }
                     (before, read) = ([b, c], read + 1);

@@ -18,7 +18,7 @@ pub(super) fn materials() -> Vec<(&'static str, PrincipledPoint)> {
     vec![
         ("matte", PrincipledPoint { base_color: Spectrum::new(0.8, 0.4, 0.1), ..p }),
         (
-            "white rough matte",
+            "rough white matte",
             PrincipledPoint { base_color: Spectrum::WHITE, base_diffuse_roughness: 1.0, ..p },
         ),
         (
@@ -35,7 +35,7 @@ pub(super) fn materials() -> Vec<(&'static str, PrincipledPoint)> {
             PrincipledPoint { base_color: Spectrum::WHITE, specular_roughness: 0.15, ..plastic },
         ),
         (
-            "white plastic, dull",
+            "dull plastic",
             PrincipledPoint {
                 base_color: Spectrum::WHITE,
                 specular_roughness: 0.8,
@@ -70,7 +70,7 @@ pub(super) fn materials() -> Vec<(&'static str, PrincipledPoint)> {
                 ..white_metal
             },
         ),
-        ("metal, widths given", PrincipledPoint { alpha: Some((0.05, 0.6)), ..white_metal }),
+        ("metal of given widths", PrincipledPoint { alpha: Some((0.05, 0.6)), ..white_metal }),
         ("metal with a film", PrincipledPoint { thin_film_weight: 1.0, thin_film_thickness: 0.4, ..metal }),
         ("white glass, smooth", glass),
         ("white glass, from inside", PrincipledPoint { entering: false, ..glass }),
@@ -147,7 +147,7 @@ pub(super) fn materials() -> Vec<(&'static str, PrincipledPoint)> {
             PrincipledPoint { base_color: Spectrum::WHITE, fuzz_weight: 1.0, fuzz_roughness: 0.0, ..plastic },
         ),
         (
-            "white film on plastic",
+            "film on white plastic",
             PrincipledPoint {
                 base_color: Spectrum::WHITE,
                 thin_film_weight: 1.0,

@@ -9,12 +9,12 @@ use crate::math::elementary::{exp, ln};
 use crate::scene::{ColorSource, MaterialId};
 
 /// Solids around a point; more than these are taken for nothing.
-const MAX_NESTED: usize = 8;
+const MAX_NESTED: usize = 6;
 
 #[derive(Clone, Copy, Debug)]
 struct Medium {
     material: MaterialId,
-    ior: f64,
+    ior: f32,
     /// Share absorbed per unit of length, exponential.
     absorption: [f32; 3],
     /// How many solids of this material.
@@ -25,7 +25,7 @@ struct Medium {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Media {
     list: [Medium; MAX_NESTED],
-    len: usize,
+    len: u8,
 }
 
 /// What a boundary between solids is to a ray.
@@ -46,12 +46,16 @@ impl Media {
 
     /// The solid that is there, other than one of a material.
     fn top_except(&self, except: Option<MaterialId>) -> Option<&Medium> {
-        let others = self.list[..self.len].iter().filter(|m| Some(m.material) != except);
+        let others = self.list[..usize::from(self.len)].iter().filter(|m| Some(m.material) != except);
         others.max_by(|a, b| a.ior.total_cmp(&b.ior).then(b.material.cmp(&a.material)))
     }
 
     /// The share of light that is left after a way of some length.
+    #[inline]
     pub(super) fn transmittance(&self, length: f64) -> Option<Spectrum> {
+        if self.len == 0 {
+            return None;
+        }
         let absorption = self.top_except(None)?.absorption;
         if absorption == [0.0; 3] {
             return None;
@@ -65,31 +69,32 @@ impl Media {
 
     /// What the boundary of a solid is, met from outside (`entering`) or inside.
     pub(super) fn boundary(&self, material: MaterialId, ior: f64, entering: bool) -> Boundary {
-        let inside = self.list[..self.len].iter().find(|m| m.material == material).map_or(0, |m| m.count);
+        let inside =
+            self.list[..usize::from(self.len)].iter().find(|m| m.material == material).map_or(0, |m| m.count);
         // Of solids of one material in one another, only the outermost boundary shows.
         if if entering { inside > 0 } else { inside > 1 } {
             return Boundary::Hidden;
         }
         match self.top_except(Some(material)) {
-            Some(top) if (top.ior, material) > (ior, top.material) => Boundary::Hidden,
-            Some(top) => Boundary::Between(top.ior),
+            Some(top) if (top.ior, material) > (ior as f32, top.material) => Boundary::Hidden,
+            Some(top) => Boundary::Between(f64::from(top.ior)),
             None => Boundary::Between(1.0),
         }
     }
 
     /// The path has crossed the boundary of a solid.
     pub(super) fn cross(&mut self, id: MaterialId, material: &Physical, entering: bool) {
-        let found = self.list[..self.len].iter().position(|m| m.material == id);
+        let found = self.list[..usize::from(self.len)].iter().position(|m| m.material == id);
         match (found, entering) {
             (Some(i), true) => self.list[i].count += 1,
             (Some(i), false) if self.list[i].count > 1 => self.list[i].count -= 1,
             (Some(i), false) => {
-                self.list.copy_within(i + 1..self.len, i);
+                self.list.copy_within(i + 1..usize::from(self.len), i);
                 self.len -= 1;
             }
-            (None, true) if self.len < MAX_NESTED => {
-                let ior = material.desc.specular_ior;
-                self.list[self.len] =
+            (None, true) if usize::from(self.len) < MAX_NESTED => {
+                let ior = material.desc.specular_ior as f32;
+                self.list[usize::from(self.len)] =
                     Medium { material: id, ior, absorption: absorption(material), count: 1 };
                 self.len += 1;
             }

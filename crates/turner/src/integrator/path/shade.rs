@@ -6,8 +6,7 @@ use super::{LightSampling, settings::Settings};
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
-use crate::light::Light;
-use crate::material::{Material, Physical};
+use crate::material::{AlphaMode, Material, Physical};
 use crate::math::{DVec3, Frame, Ray, reflect};
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
@@ -24,7 +23,7 @@ struct Vertex<'a> {
     frame: Frame,
     /// Geometric normal: outer for what has an inside, else on the side the ray came from.
     ng: DVec3,
-    bsdf: Bsdf,
+    bsdf: &'a Bsdf,
     /// Towards where the ray came from, in the scene and in the frame.
     wo: DVec3,
     wo_local: DVec3,
@@ -79,7 +78,7 @@ impl Settings {
 
 impl Wave<'_> {
     /// A ray that hits nothing.
-    pub(super) fn miss(&mut self, sample: u32, ray: &Ray, pixel: &mut Radiance) {
+    pub(super) fn miss(&self, sample: u32, ray: &Ray, pixel: &mut Radiance) {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         if path.from_camera && scene.background.transparent {
             pixel.alpha = 0.0;
@@ -95,11 +94,9 @@ impl Wave<'_> {
         }
         let mut found = Spectrum::BLACK;
         let mut surrounded = false;
-        for (i, light) in scene.lights.iter().enumerate() {
-            let Light::Environment(environment) = light else { continue };
+        for (radiance, pdf) in scene.emitters.around(scene, ray.direction) {
             surrounded = true;
-            let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_light(scene, i, ray.direction) };
-            found += environment.radiance(ray.direction) * self.settings.weight_found(path, pdf) as f32;
+            found += radiance * self.settings.weight_found(path, pdf) as f32;
         }
         if !surrounded {
             found += scene.background.color(ray.direction);
@@ -120,37 +117,40 @@ impl Wave<'_> {
         stats: &mut RayStats,
     ) {
         let scene = self.scene;
-        let mut path = self.paths[sample as usize];
         let Material::Physical(material) = scene.material_at(hit) else { return };
         let surface = scene.surface(ray, hit);
-        if path.from_camera && path.vertex == 0 {
-            path.origin = ray.origin;
-        }
+        let path = &mut self.paths[sample as usize];
         if let Some(left) = path.media.transmittance(hit.shape.t) {
             path.beta = path.beta * left;
         }
         let sets = FIRST_SET + 2 * path.vertex;
         path.vertex += 1;
-        let opacity = material.desc.coverage(scene, &surface);
-        if path.vertex > MAX_VERTICES || opacity < 1.0 && path.sampler.four(sets)[3] >= f64::from(opacity) {
-            path.transparent += 1;
-            if path.transparent <= self.settings.max_transparent && path.vertex <= MAX_VERTICES {
-                self.paths[sample as usize] = path;
-                self.next.push(sample, surface.leave(ray.direction), ray.direction);
-            }
+        if path.vertex > MAX_VERTICES {
             return;
+        }
+        if material.desc.alpha_mode == AlphaMode::Blend {
+            let opacity = f64::from(material.desc.coverage(scene, &surface));
+            if opacity < 1.0 && path.sampler.four(sets)[3] >= opacity {
+                path.transparent += 1;
+                if path.transparent <= self.settings.max_transparent {
+                    self.next.push(sample, surface.leave(ray.direction), ray.direction);
+                }
+                return;
+            }
         }
         if material.desc.unlit {
             let at = scene.texture_point(&surface);
             let color = scene.textures.color(material.desc.base_color, &at)
                 * scene.textures.color(material.desc.base_weight, &at);
-            self.settings.add(&path, path.beta * color, pixel);
+            self.settings.add(path, path.beta * color, pixel);
             return;
         }
         let outside = ray.direction.dot(surface.ng) < 0.0;
         if material.is_emissive() && (outside || material.shines_backwards()) {
-            self.found_light(scene, &path, material, &surface, pixel);
+            let path = &self.paths[sample as usize];
+            self.found_light(scene, path, material, &surface, pixel);
         }
+        let path = &mut self.paths[sample as usize];
         if path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered {
             return;
         }
@@ -160,17 +160,24 @@ impl Wave<'_> {
                 Boundary::Between(ior) => around = ior,
                 Boundary::Hidden => {
                     path.media.cross(surface.material, material, outside);
-                    self.paths[sample as usize] = path;
                     self.next.push(sample, surface.leave(ray.direction), ray.direction);
                     return;
                 }
             }
         }
-        let vertex = prepare(scene, ray, material, &surface, around, outside);
-        if vertex.bsdf.has_smooth() && self.settings.light_sampling != LightSampling::Bsdf {
-            self.sample_light(sample, &path, &vertex, material, sets);
+        let made;
+        let bsdf = match material.constant_bsdf(outside) {
+            Some(bsdf) if around == 1.0 => bsdf,
+            _ => {
+                made = material.bsdf(scene, &surface, around, outside);
+                &made
+            }
+        };
+        let vertex = prepare(scene, ray, material, &surface, bsdf, outside);
+        if bsdf.has_smooth() && self.settings.light_sampling != LightSampling::Bsdf {
+            self.sample_light(sample, &vertex, material, sets);
         }
-        self.go_on(sample, path, &vertex, material, sets + 1, stats);
+        self.go_on(sample, &vertex, material, sets + 1, stats);
     }
 
     /// Adds the light of a shining surface that was hit.
@@ -196,8 +203,8 @@ impl Wave<'_> {
     }
 
     /// Samples a light and sends a shadow ray to it.
-    fn sample_light(&mut self, sample: u32, path: &Path, v: &Vertex<'_>, material: &Physical, set: u32) {
-        let scene = self.scene;
+    fn sample_light(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, set: u32) {
+        let (scene, path) = (self.scene, &self.paths[sample as usize]);
         if scene.emitters.is_empty() {
             return;
         }
@@ -216,11 +223,15 @@ impl Wave<'_> {
             _ => 1.0,
         };
         let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;
-        let mut media = path.media;
-        if crosses && material.has_inside() {
+        let length = if lit.finite { distance } else { f64::INFINITY };
+        let left = if crosses && material.has_inside() {
+            let mut media = path.media;
             media.cross(v.surface.material, material, wi.dot(v.ng) < 0.0);
-        }
-        if let Some(left) = media.transmittance(if lit.finite { distance } else { f64::INFINITY }) {
+            media.transmittance(length)
+        } else {
+            path.media.transmittance(length)
+        };
+        if let Some(left) = left {
             light = light * left;
         }
         if light.is_black() {
@@ -237,15 +248,8 @@ impl Wave<'_> {
     }
 
     /// Samples the way on.
-    fn go_on(
-        &mut self,
-        sample: u32,
-        mut path: Path,
-        v: &Vertex<'_>,
-        material: &Physical,
-        set: u32,
-        stats: &mut RayStats,
-    ) {
+    fn go_on(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, set: u32, stats: &mut RayStats) {
+        let path = &mut self.paths[sample as usize];
         let [u0, u1, u2, u3] = path.sampler.four(set);
         let Some(s) = v.bsdf.sample(v.wo_local, [u2, u0, u1]) else { return };
         let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
@@ -278,7 +282,6 @@ impl Wave<'_> {
         if path.beta.is_black() {
             return;
         }
-        self.paths[sample as usize] = path;
         self.next.push(sample, v.surface.leave(wi), wi);
     }
 }
@@ -289,7 +292,7 @@ fn prepare<'a>(
     ray: &Ray,
     material: &Physical,
     surface: &'a SurfaceInteraction,
-    around: f64,
+    bsdf: &'a Bsdf,
     outside: bool,
 ) -> Vertex<'a> {
     let wo = -ray.direction;
@@ -309,7 +312,6 @@ fn prepare<'a>(
             ng = -ng;
         }
     }
-    let bsdf = material.bsdf(scene, surface, around, outside);
     Vertex { surface, frame, ng, bsdf, wo, wo_local: frame.to_local(wo) }
 }
 

@@ -115,7 +115,6 @@ impl Tracer for Wave<'_> {
         }));
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
-        self.front.rays.solid = false;
         self.front.samples.clear();
         self.front.samples.extend(0..count as u32);
         while !self.front.samples.is_empty() {
@@ -141,8 +140,6 @@ impl Wave<'_> {
         self.hits = hits;
         self.light(out, stats);
         front.clear();
-        // One-sided surfaces are holes for the eye alone: light is stopped by both of their sides.
-        self.next.rays.solid = true;
         self.front = std::mem::replace(&mut self.next, front);
         self.next.rays.coherent = false;
     }

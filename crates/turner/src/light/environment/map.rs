@@ -9,6 +9,7 @@ use crate::math::elementary::{atan2, cos, sin_cos};
 use crate::math::{DVec2, DVec3};
 
 /// The direction at (u, v) of an equirectangular picture, (0, 0) its upper left corner: a unit vector.
+#[cfg(test)]
 pub(super) fn direction(uv: DVec2) -> DVec3 {
     let (sin_theta, cos_theta) = sin_cos(PI * uv.y);
     around(uv.x, sin_theta, cos_theta)

@@ -4,7 +4,8 @@
 //! one at the right, and a thin strip behind that draws the outline. Radiances are such that a white floor is as bright
 //! as 0.9 under them: exposure 0 suits them.
 
-use super::map::direction;
+use std::f64::consts::{PI, TAU};
+
 use crate::image::{Image, Pixels};
 use crate::math::elementary::{sin_cos, tan};
 use crate::math::{DVec2, DVec3, radians};
@@ -47,12 +48,15 @@ const RIM: SoftBox = SoftBox {
 pub(super) fn picture() -> Image {
     let boxes = [&KEY, &FILL, &RIM].map(SoftBox::prepare);
     let mut samples = Vec::with_capacity((WIDTH * HEIGHT) as usize);
-    for (x, y) in (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))) {
-        let uv =
-            DVec2::new((f64::from(x) + 0.5) / f64::from(WIDTH), (f64::from(y) + 0.5) / f64::from(HEIGHT));
-        let d = direction(uv);
-        let light = boxes.iter().fold(room(d.y), |sum, b| sum + b.radiance(d));
-        samples.push(light as f32);
+    let columns: Vec<_> =
+        (0..WIDTH).map(|x| sin_cos(TAU * ((f64::from(x) + 0.5) / f64::from(WIDTH) - 0.5))).collect();
+    for y in 0..HEIGHT {
+        let (sin_theta, cos_theta) = sin_cos(PI * (f64::from(y) + 0.5) / f64::from(HEIGHT));
+        for (sin_phi, cos_phi) in &columns {
+            let d = DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+            let light = boxes.iter().fold(room(d.y), |sum, b| sum + b.radiance(d));
+            samples.push(light as f32);
+        }
     }
     Image { width: WIDTH, height: HEIGHT, channels: 1, pixels: Pixels::F32(samples) }
 }

@@ -1,0 +1,82 @@
+//! Any bytes as triangles and rays: no panic, no endless search, and the same hits however a tree is built and asked.
+//!
+//! What the fuzz target `bvh` runs, too.
+
+use turner_bvh::{BuildOptions, Bvh, CompactBvh, Hit, Quality, Ray, Triangles};
+
+/// Numbers from bytes: half of them small and whole, so that they meet, half any float.
+fn number(bytes: [u8; 4]) -> f32 {
+    if bytes[3] & 1 == 0 { f32::from(bytes[0] as i8) * 0.25 } else { f32::from_le_bytes(bytes) }
+}
+
+fn vector(bytes: &[u8]) -> [f32; 3] {
+    [0, 1, 2].map(|i| number([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]]))
+}
+
+/// Makes a mesh and rays of the bytes and looks for them in every way.
+pub fn check(data: &[u8]) {
+    let Some((&count, rest)) = data.split_first() else { return };
+    let positions: Vec<[f32; 3]> = rest.chunks_exact(12).map(vector).collect();
+    if positions.len() < 5 {
+        return;
+    }
+    let (positions, others) = positions.split_at(positions.len() / 2);
+    let vertices = positions.len() as u32;
+    let triangles: Vec<[u32; 3]> = rest
+        .windows(3)
+        .take(usize::from(count))
+        .map(|w| [0, 1, 2].map(|i| u32::from(w[i]) % vertices))
+        .collect();
+    let rays: Vec<Ray> = others.chunks_exact(2).map(|pair| Ray::new(pair[0], pair[1])).collect();
+    let mesh = Triangles { positions, triangles: &triangles };
+    let mut first: Option<Vec<Hit>> = None;
+    for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
+        let options = BuildOptions { quality, threads: 1, ..BuildOptions::default() };
+        let bvh = Bvh::build(&mesh, &options).expect("few triangles, all of whose vertices are there");
+        let compact = CompactBvh::build(&mesh, &options).expect("as above");
+        let hits: Vec<Hit> = rays.iter().map(|ray| bvh.intersect(ray).unwrap_or(Hit::MISS)).collect();
+        let mut others = vec![Hit::MISS; rays.len()];
+        bvh.intersect_batch(&rays, &mut others);
+        assert_eq!(hits, others);
+        let mut any = vec![false; rays.len()];
+        bvh.occluded_batch(&rays, &mut any);
+        assert!(hits.iter().zip(&any).all(|(hit, any)| hit.is_hit() == *any));
+        for (ray, hit) in rays.iter().zip(&hits) {
+            assert_eq!(compact.intersect(&mesh, ray).unwrap_or(Hit::MISS), *hit);
+            assert_eq!(bvh.occluded(ray), hit.is_hit());
+            assert!(!hit.is_hit() || hit.t.is_finite() && hit.primitive < triangles.len() as u32);
+        }
+        assert_eq!(first.get_or_insert_with(|| hits.clone()), &hits);
+    }
+}
+
+/// Checks random bytes: rows of up to 100 vertices, some of which repeat so that corners and rays meet.
+#[cfg(test)]
+fn random_bytes(seed: u64, cases: u64) {
+    for case in 0..cases {
+        let mut random = turner_bvh::generate::Random::new(seed + case);
+        let mut bytes = vec![random.bits() as u8];
+        for _ in 0..5 + random.bits() % 100 {
+            if bytes.len() > 12 && random.bits() % 4 == 0 {
+                let from = 1 + 12 * (random.bits() as usize % (bytes.len() / 12));
+                bytes.extend_from_within(from..from + 12);
+            } else {
+                let numbers = [random.bits(), random.bits()].map(u64::to_le_bytes).concat();
+                bytes.extend_from_slice(&numbers[..12]);
+            }
+        }
+        check(&bytes);
+    }
+}
+
+#[test]
+fn bytes_of_any_kind() {
+    random_bytes(0, 300);
+}
+
+/// `cargo test --release -p turner-bvh --test suite -- --ignored bytes`: some minutes.
+#[test]
+#[ignore = "takes minutes"]
+fn many_bytes_of_any_kind() {
+    random_bytes(1 << 32, 2_000_000);
+}

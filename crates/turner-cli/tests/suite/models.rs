@@ -1,0 +1,175 @@
+//! Models by themselves: `turner model.glb`.
+
+use std::path::{Path, PathBuf};
+
+use crate::common::{Folder, folder, pixels};
+
+fn assets() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../turner-io/tests/assets")
+}
+
+/// A folder with copies of models.
+fn with(names: &[&str]) -> Folder {
+    let f = folder();
+    for name in names {
+        let to = f.path().join(Path::new(name).file_name().unwrap());
+        std::fs::copy(assets().join(name), to).unwrap();
+    }
+    f
+}
+
+const SMALL: [&str; 6] = ["--width", "32", "--height", "24", "--samples", "2"];
+
+fn small<'a>(args: &[&'a str]) -> Vec<&'a str> {
+    [args, &SMALL].concat()
+}
+
+/// The alpha of each pixel.
+fn alphas(bytes: &[u8]) -> Vec<f32> {
+    let image =
+        turner_io::image::decode(bytes, "picture", &turner_io::image::DecodeLimits::default()).unwrap();
+    let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+    places.map(|(x, y)| image.alpha(x, y)).collect()
+}
+
+#[test]
+fn a_model_needs_no_flag_and_is_reported() {
+    let f = with(&["gltf/Box.glb"]);
+    let run = f.turner(&small(&["Box.glb"])).ok();
+    for words in ["Box.glb: glTF 2.0, ", "12 triangles", "no camera", "studio", "floor"] {
+        assert!(run.stderr.contains(words), "{words}: {run:?}");
+    }
+    let (w, h, p) = pixels(&f.read("Box.png"));
+    assert_eq!((w, h), (32, 24));
+    // A red box in the middle of a grey picture.
+    let [r, g, b] = p[12 * 32 + 16];
+    assert!(r > 2.0 * g && r > 2.0 * b, "{:?}", p[12 * 32 + 16]);
+    let [r, g, b] = p[0];
+    assert!(r > 0.3 && (r - g).abs() < 0.1 && (r - b).abs() < 0.1, "{:?}", p[0]);
+    f.turner(&small(&["Box.glb", "-o", "b.png", "--threads", "1"])).ok();
+    assert_eq!(f.read("Box.png"), f.read("b.png"));
+}
+
+#[test]
+fn every_kind_of_model_renders() {
+    let f = with(&[
+        "mesh/cube.obj",
+        "mesh/cube.mtl",
+        "mesh/points_ascii.ply",
+        "mesh/20mm-xyz-cube.stl",
+        "gltf/Fox.glb",
+    ]);
+    for name in ["cube.obj", "points_ascii.ply", "20mm-xyz-cube.stl", "Fox.glb"] {
+        f.turner(&small(&[name, "-o", "x.png"])).ok();
+        let (_, _, p) = pixels(&f.read("x.png"));
+        let (low, high) = p.iter().flatten().fold((1.0f32, 0.0f32), |(l, h), v| (l.min(*v), h.max(*v)));
+        assert!(low < high - 0.1, "{name}: a picture of one colour");
+    }
+}
+
+#[test]
+fn a_transparent_background_leaves_the_floor_out() {
+    let f = with(&["gltf/Box.glb"]);
+    f.turner(&small(&["Box.glb", "--background", "transparent"])).ok();
+    let alphas = alphas(&f.read("Box.png"));
+    assert_eq!((alphas[0], alphas[12 * 32 + 16]), (0.0, 1.0));
+    f.turner(&small(&["Box.glb", "--background", "lime", "--no-ground", "-o", "l.png"])).ok();
+    let (_, _, p) = pixels(&f.read("l.png"));
+    assert!(p[0][1] > 0.8 && p[0][0] < 0.2, "{:?}", p[0]);
+}
+
+#[test]
+fn cameras_by_orbit_and_by_name() {
+    let f = with(&["gltf/MultiUVTest.glb", "gltf/Box.glb"]);
+    f.turner(&small(&["Box.glb", "--camera", "orbit:0,0", "-o", "front.png"])).ok();
+    f.turner(&small(&["Box.glb", "--camera", "orbit:90,0,4", "-o", "right.png"])).ok();
+    assert_ne!(f.read("front.png"), f.read("right.png"));
+    let run = f.turner(&["info", "MultiUVTest.glb", "--json"]).ok();
+    let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    let name = info["cameras"][0].as_str().unwrap().to_owned();
+    assert_eq!(info["imports"][0]["format"], "glTF 2.0");
+    f.turner(&small(&["MultiUVTest.glb", "--camera", &name, "-o", "named.png"])).ok();
+    f.turner(&small(&["MultiUVTest.glb", "-o", "first.png"])).ok();
+    assert_eq!(pixels(&f.read("named.png")), pixels(&f.read("first.png")));
+    f.turner(&["Box.glb", "--camera", "orbit:1"]).fails(2, &["orbit:azimuth,elevation"]);
+    f.turner(&["MultiUVTest.glb", "--camera", "nobody"]).fails(1, &["nobody"]);
+}
+
+#[test]
+fn turntables_and_frames_are_numbered() {
+    let f = with(&["gltf/Box.glb", "gltf/Fox.glb"]);
+    f.turner(&small(&["Box.glb", "--turntable", "3", "-o", "t-##.png"])).ok();
+    f.turner(&small(&["Fox.glb", "--frames", "0-1", "--fps", "4", "--animation", "Walk"])).ok();
+    for name in ["t-00.png", "t-01.png", "t-02.png", "Fox_0000.png", "Fox_0001.png"] {
+        assert!(f.names().contains(&name.to_owned()), "{name}: {:?}", f.names());
+    }
+    assert_ne!(f.read("t-00.png"), f.read("t-01.png"));
+    assert_ne!(f.read("Fox_0000.png"), f.read("Fox_0001.png"));
+    f.turner(&small(&["Fox.glb", "--frame", "1", "--fps", "4", "--animation", "Walk", "-o", "one.png"])).ok();
+    assert_eq!(pixels(&f.read("one.png")), pixels(&f.read("Fox_0001.png")));
+    f.turner(&["Box.glb", "--turntable", "2", "-o", "-", "--format", "png"]).fails(2, &["standard output"]);
+}
+
+#[test]
+fn what_is_ignored_is_an_error_under_strict() {
+    let f = with(&["mesh/missing_material_file.obj"]);
+    let run = f.turner(&small(&["missing_material_file.obj", "-o", "x.png"])).ok();
+    assert!(run.stderr.contains("warning"), "{run:?}");
+    f.turner(&small(&["missing_material_file.obj", "--strict", "-o", "y.png"])).fails(1, &["E0501"]);
+    let events = f.turner(&small(&["missing_material_file.obj", "--json", "-o", "x.png"])).ok();
+    let kinds: Vec<serde_json::Value> =
+        events.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(kinds.iter().any(|e| e["event"] == "import" && e["counts"]["triangles"].as_u64() > Some(0)));
+    assert!(kinds.iter().any(|e| e["event"] == "warning" && e["kind"] == "ignored"));
+    assert!(kinds.iter().any(|e| e["event"] == "warning" && e["kind"] == "note"));
+}
+
+#[test]
+fn models_in_scenes() {
+    let f = with(&["gltf/Box.glb", "mesh/cube.obj", "mesh/cube.mtl"]);
+    f.write(
+        "m.toml",
+        r#"include = ["Box.glb"]
+[film]
+width = 16
+height = 12
+[integrator]
+type = "path"
+[stage]
+[[object]]
+type = "model"
+file = "cube.obj"
+transform = { translate = [3, 0, 0] }
+material = { type = "principled", base_color = "lime" }
+"#,
+    );
+    let run = f.turner(&["info", "m.toml", "--json"]).ok();
+    let info: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(info["imports"].as_array().unwrap().len(), 2);
+    assert_eq!(info["triangles"], 24);
+    f.turner(&["m.toml"]).ok();
+    f.write(
+        "n.toml",
+        "[[object]]\ntype = \"model\"\nfile = \"cube.obj\"\nmaterials = { gold = { color = \"gold\" } }\n",
+    );
+    f.turner(&["n.toml"]).fails(1, &["n.toml:4", "gold"]);
+    f.write("o.toml", "[[object]]\ntype = \"model\"\nfile = \"cube.obj\"\nnodes = [\"nobody\"]\n");
+    f.turner(&["o.toml"]).fails(1, &["nobody"]);
+}
+
+#[test]
+fn a_picture_that_the_model_uses_is_not_written_over() {
+    let f = with(&["mesh/cube.obj"]);
+    f.write("cube.mtl", "newmtl a\nmap_Kd cube.png\n");
+    let picture = f.turner(&["s.toml", "-o", "cube.png"]).ok();
+    assert_eq!(picture.code, Some(0));
+    let before = f.read("cube.png");
+    let obj = String::from_utf8(f.read("cube.obj")).unwrap();
+    let own: String = obj
+        .lines()
+        .map(|l| if l.starts_with("usemtl") { "usemtl a\n".into() } else { format!("{l}\n") })
+        .collect();
+    f.write("cube.obj", &own);
+    f.turner(&small(&["cube.obj"])).fails(1, &["cube.png", "made of this file"]);
+    assert_eq!(f.read("cube.png"), before);
+}

@@ -1,0 +1,103 @@
+//! The same light found in different ways.
+
+use crate::statistics::{Mean, mean_of};
+
+const ROOM: &str = r#"
+camera = { position = [0, 1, 3.4], look_at = [0, 0.9, 0], fov = 45 }
+[material.wall]
+type = "principled"
+base_color = [0.7, 0.6, 0.5]
+[material.gloss]
+type = "principled"
+base_color = [0.9, 0.6, 0.2]
+base_metalness = 1
+specular_roughness = 0.4
+[material.lamp]
+type = "principled"
+base_weight = 0
+specular_weight = 0
+emission_luminance = 5
+[[object]]
+type = "plane"
+material = "wall"
+[[object]]
+type = "plane"
+point = [0, 0, -2]
+normal = [0, 0, 1]
+material = "wall"
+[[object]]
+type = "sphere"
+center = [0.5, 0.6, 0]
+radius = 0.6
+material = "gloss"
+[[object]]
+type = "rectangle"
+center = [-0.5, 2, 0]
+edge_u = [1, 0, 0]
+edge_v = [0, 0, 1]
+material = "lamp"
+[[object]]
+type = "sphere"
+center = [-0.9, 0.4, 0.6]
+radius = 0.25
+material = "lamp"
+[[object]]
+type = "box"
+min = [1.2, 0, 0.6]
+max = [1.4, 0.3, 0.8]
+material = "lamp"
+"#;
+
+/// Samples of one pixel are one estimate; the mean over the picture has the mean of their errors.
+fn estimate(samples: u32, integrator: &str, scene: &str) -> Mean {
+    // Pixels differ by what they show, too: two halves of the samples tell how sure the mean is.
+    let half = |seed: u32| {
+        mean_of(24, samples, &format!("film.seed = {seed}\nintegrator = {{ {integrator} }}\n{scene}"))
+    };
+    let runs: Vec<Mean> = (1..=8).map(half).collect();
+    let mut out = Mean { value: [0.0; 3], error: [0.0; 3], alpha: 1.0 };
+    for i in 0..3 {
+        let n = runs.len() as f64;
+        let mean = runs.iter().map(|m| m.value[i]).sum::<f64>() / n;
+        let spread = runs.iter().map(|m| (m.value[i] - mean).powi(2)).sum::<f64>();
+        out.value[i] = mean;
+        out.error[i] = (spread / (n - 1.0) / n).sqrt();
+    }
+    out
+}
+
+#[test]
+fn with_and_without_light_sampling() {
+    let both = estimate(16, "type = \"path\", max_depth = 4", ROOM);
+    let bsdf = estimate(128, "type = \"path\", max_depth = 4, light_sampling = \"bsdf\"", ROOM);
+    let light = estimate(16, "type = \"path\", max_depth = 4, light_sampling = \"light\"", ROOM);
+    both.agrees(&bsdf, 0.02);
+    both.agrees(&light, 0.03);
+}
+
+#[test]
+fn environments_sampled_and_hit() {
+    let scene =
+        format!("light = [{{ type = \"environment\", rotation = 40, tint = [1, 0.8, 0.6] }}]\n{ROOM}");
+    let both = estimate(16, "type = \"path\", max_depth = 3", &scene);
+    let bsdf = estimate(64, "type = \"path\", max_depth = 3, light_sampling = \"bsdf\"", &scene);
+    let light = estimate(64, "type = \"path\", max_depth = 3, light_sampling = \"light\"", &scene);
+    both.agrees(&bsdf, 0.02);
+    both.agrees(&light, 0.03);
+}
+
+#[test]
+fn russian_roulette_changes_no_mean() {
+    let without = estimate(16, "type = \"path\", rr_start = 1000", ROOM);
+    let with = estimate(32, "type = \"path\", rr_start = 1", ROOM);
+    without.agrees(&with, 0.02);
+}
+
+#[test]
+fn a_clamp_takes_light_away_and_only_indirect_light() {
+    let without = estimate(4, "type = \"path\"", ROOM);
+    let with = estimate(4, "type = \"path\", clamp_indirect = 0.1", ROOM);
+    assert!(with.value[0] < 0.98 * without.value[0], "{with:?} {without:?}");
+    let direct = |clamp: &str| estimate(4, &format!("type = \"path\", max_depth = 1{clamp}"), ROOM).value;
+    assert_eq!(direct(""), direct(", clamp_indirect = 0.1"));
+}

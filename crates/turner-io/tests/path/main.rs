@@ -1,0 +1,13 @@
+//! Path tracing from text to pixels: closed forms first, then one estimator against another.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "expected values are independent of the renderer's own functions"
+)]
+
+mod closed_forms;
+#[path = "../classic/common.rs"]
+mod common;
+mod estimators;
+mod glass;
+mod sameness;
+mod statistics;

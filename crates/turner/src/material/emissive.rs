@@ -1,0 +1,39 @@
+//! Surfaces that shine.
+
+use super::PrincipledMaterial;
+use crate::color::Spectrum;
+use crate::scene::ColorSource;
+use crate::scene::schema::{Range, params};
+
+params! {
+    /// A surface that emits light and reflects none: a lamp, a screen.
+    pub struct EmissiveMaterial as "emissive" {
+        /// Colour of the light.
+        color: ColorSource = ColorSource::Constant(Spectrum::WHITE), in Range::NON_NEGATIVE;
+        /// Radiance, a factor of `color`.
+        strength: f64 = 1.0, in Range::NON_NEGATIVE;
+    }
+    example r##"[material.lamp]
+type = "emissive"
+color = [1, 0.85, 0.6]
+strength = 5
+
+[[object]]
+type = "sphere"
+material = "lamp"
+"##
+}
+
+impl EmissiveMaterial {
+    /// The same in the terms of the physical material.
+    pub fn principled(&self) -> PrincipledMaterial {
+        let nothing = ColorSource::Constant(Spectrum::BLACK);
+        PrincipledMaterial {
+            base_weight: nothing,
+            specular_weight: nothing,
+            emission_color: self.color,
+            emission_luminance: self.strength,
+            ..PrincipledMaterial::default()
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Metals by name, as linear Rec. 709 colours of the reflectance seen head-on and of its tint at 82°.
+//!
+//! From published indices of refraction n + ik: at each nanometre from 380 to 780 Fresnel's equations give the reflectance at 0° and,
+//! unpolarised, at the cosine 1/7; both are lit by CIE D65 and seen by the CIE 1931 observer, white being what reflects all light. The
+//! tint is what Schlick's approximation from the first has to be multiplied with to give the second (F82-tint, Kutz, Hašan and
+//! Edmondson 2021). Bands above 1, colours outside Rec. 709, are set to 1.
+
+use crate::color::Spectrum;
+use crate::math::elementary::pow_int;
+use crate::scene::schema::choice;
+
+choice! {
+    /// A metal.
+    pub enum MetalName {
+        /// Johnson and Christy 1972.
+        Gold = "gold",
+        /// Johnson and Christy 1972.
+        Silver = "silver",
+        /// Johnson and Christy 1972.
+        Copper = "copper",
+        /// Rakić 1995.
+        Aluminium = "aluminium",
+        /// 70 % copper, 30 % zinc: Querry 1985.
+        Brass = "brass",
+        /// Johnson and Christy 1974.
+        Iron = "iron",
+        /// Stainless, austenitic: Karlsson and Ribbing 1982.
+        Steel = "steel",
+        /// Johnson and Christy 1974.
+        Chromium = "chromium",
+        /// Johnson and Christy 1974.
+        Nickel = "nickel",
+        /// Johnson and Christy 1974.
+        Titanium = "titanium",
+        /// Rakić, Djurišić, Elazar and Majewski 1998 (Brendel–Bormann).
+        Platinum = "platinum",
+        /// Johnson and Christy 1974.
+        Palladium = "palladium",
+        /// Johnson and Christy 1974.
+        Cobalt = "cobalt",
+        /// Johnson and Christy 1974.
+        Vanadium = "vanadium",
+        /// Rakić, Djurišić, Elazar and Majewski 1998 (Brendel–Bormann).
+        Tungsten = "tungsten",
+        /// Querry 1985.
+        Zinc = "zinc",
+    }
+}
+
+/// The colours of a metal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetalColors {
+    /// Reflectance head-on.
+    pub f0: Spectrum,
+    /// Factor at 82° of what Schlick's approximation says there.
+    pub tint: Spectrum,
+}
+
+const fn colors(f0: [f32; 3], tint: [f32; 3]) -> MetalColors {
+    MetalColors { f0: Spectrum::new(f0[0], f0[1], f0[2]), tint: Spectrum::new(tint[0], tint[1], tint[2]) }
+}
+
+impl MetalName {
+    /// Its colours.
+    pub const fn colors(self) -> MetalColors {
+        match self {
+            MetalName::Gold => colors([1.0, 0.730, 0.364], [0.971, 1.0, 0.981]),
+            MetalName::Silver => colors([0.989, 0.984, 0.978], [0.993, 0.995, 0.999]),
+            MetalName::Copper => colors([0.929, 0.624, 0.522], [0.982, 0.947, 0.945]),
+            MetalName::Aluminium => colors([0.907, 0.916, 0.922], [0.874, 0.903, 0.933]),
+            MetalName::Brass => colors([0.908, 0.779, 0.423], [0.952, 0.979, 1.0]),
+            MetalName::Iron => colors([0.529, 0.513, 0.494], [0.765, 0.767, 0.802]),
+            MetalName::Steel => colors([0.669, 0.639, 0.598], [0.789, 0.823, 0.870]),
+            MetalName::Chromium => colors([0.550, 0.556, 0.554], [0.741, 0.749, 0.814]),
+            MetalName::Nickel => colors([0.696, 0.641, 0.563], [0.815, 0.834, 0.871]),
+            MetalName::Titanium => colors([0.618, 0.580, 0.543], [0.769, 0.790, 0.821]),
+            MetalName::Platinum => colors([0.678, 0.640, 0.584], [0.792, 0.819, 0.854]),
+            MetalName::Palladium => colors([0.732, 0.697, 0.652], [0.832, 0.852, 0.887]),
+            MetalName::Cobalt => colors([0.683, 0.655, 0.616], [0.799, 0.820, 0.859]),
+            MetalName::Vanadium => colors([0.520, 0.535, 0.567], [0.728, 0.701, 0.718]),
+            MetalName::Tungsten => colors([0.506, 0.497, 0.477], [0.718, 0.729, 0.744]),
+            MetalName::Zinc => colors([0.743, 0.768, 0.768], [0.615, 0.633, 0.641]),
+        }
+    }
+}
+
+/// The colours of a metal with the index of refraction eta + i·k per band.
+pub fn colors_of_index(eta: Spectrum, k: Spectrum) -> MetalColors {
+    let (mut f0, mut tint) = ([0.0; 3], [0.0; 3]);
+    let bands = eta.to_array().into_iter().zip(k.to_array());
+    for ((eta, k), (f0, tint)) in bands.zip(f0.iter_mut().zip(&mut tint)) {
+        let (eta, k) = (f64::from(eta), f64::from(k));
+        let head_on = conductor(1.0, eta, k);
+        let schlick = head_on + (1.0 - head_on) * pow_int(6.0 / 7.0, 5);
+        let ratio = if schlick > 0.0 { conductor(1.0 / 7.0, eta, k) / schlick } else { 1.0 };
+        (*f0, *tint) = (head_on as f32, ratio.clamp(0.0, 1.0) as f32);
+    }
+    MetalColors { f0: f0.into(), tint: tint.into() }
+}
+
+/// Unpolarised reflectance of a metal in air at a cosine greater than 0.
+fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
+    let sin2 = 1.0 - cos * cos;
+    let real = eta * eta - k * k - sin2;
+    let a2b2 = (real * real + 4.0 * eta * eta * k * k).sqrt();
+    let a = (0.5 * (a2b2 + real)).max(0.0).sqrt();
+    let (sum, cross) = (a2b2 + cos * cos, 2.0 * a * cos);
+    let s = (sum - cross) / (sum + cross);
+    let (sum, cross) = (cos * cos * a2b2 + sin2 * sin2, cross * sin2);
+    let p = s * (sum - cross) / (sum + cross);
+    let f = 0.5 * (s + p);
+    if f.is_finite() { f.clamp(0.0, 1.0) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_give_the_reflectance_of_the_equations() {
+        // Gold at 650 nm and 450 nm: n, k and R of Johnson and Christy 1972; 1.5 + 0i is glass.
+        let c = colors_of_index(Spectrum::new(0.166, 1.5, 1.5), Spectrum::new(3.15, 1.88, 0.0));
+        assert!((c.f0.r - 0.941).abs() < 0.02 && (c.f0.g - 0.39).abs() < 0.02, "{:?}", c.f0);
+        assert!((c.f0.b - 0.04).abs() < 1e-6);
+        // Values that no metal has.
+        for (eta, k) in [(0.0, 0.0), (1e30, 0.0), (0.0, 1e30), (1.0, 0.0)] {
+            let c = colors_of_index(Spectrum::grey(eta), Spectrum::grey(k));
+            assert!(c.f0.is_finite() && c.tint.is_finite() && c.f0.r <= 1.0, "{eta} {k}: {c:?}");
+        }
+    }
+
+    #[test]
+    fn named_metals_look_like_themselves() {
+        for word in MetalName::WORDS {
+            let c = MetalName::from_word(word).unwrap().colors();
+            for v in c.f0.to_array().into_iter().chain(c.tint.to_array()) {
+                assert!((0.3..=1.0).contains(&v), "{word} {c:?}");
+            }
+        }
+        let (gold, silver) = (MetalName::Gold.colors().f0, MetalName::Silver.colors().f0);
+        assert!(gold.r > gold.g && gold.g > 1.5 * gold.b && silver.b > 0.97);
+        assert!(MetalName::Iron.colors().f0.luminance() < MetalName::Aluminium.colors().f0.luminance());
+    }
+}
