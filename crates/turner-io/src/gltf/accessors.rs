@@ -191,19 +191,31 @@ impl<'a> Elements<'a> {
                 index_type,
                 values: locate(buffers, values.buffer_view, values.byte_offset.0, changed, size, &at)?,
             };
-            let mut before = None;
-            for i in 0..changed {
-                let index = differing.index(i);
-                if index >= count || before.is_some_and(|b| b >= index) {
-                    let message =
-                        format!("index {i} is {index}; expected growing indices below the count of {count}");
-                    return Err(Fault::at(format!("{at}/indices"), message));
-                }
-                before = Some(index);
-            }
             elements.sparse = Some(differing);
         }
         Ok(elements)
+    }
+
+    /// How many elements are stored apart.
+    pub(super) fn sparse_count(&self) -> usize {
+        self.sparse.map_or(0, |sparse| sparse.count)
+    }
+
+    /// Refuses elements stored apart that are not in order, or that there are not. Takes its time, and so is asked once per
+    /// accessor; reading is safe without.
+    pub(super) fn check_sparse(&self) -> Outcome<()> {
+        let Some(sparse) = &self.sparse else { return Ok(()) };
+        let mut before = None;
+        for i in 0..sparse.count {
+            let (index, count) = (sparse.index(i), self.count);
+            if index >= count || before.is_some_and(|b| b >= index) {
+                let message =
+                    format!("index {i} is {index}; expected growing indices below the count of {count}");
+                return Err(Fault::at(format!("/accessors/{}/sparse/indices", self.accessor.0), message));
+            }
+            before = Some(index);
+        }
+        Ok(())
     }
 
     /// Refuses another number of components per element.

@@ -1,11 +1,13 @@
 //! Animations, sampled at one time (glTF 2.0 §3.11 and appendix C).
 
 use super::accessors::Elements;
+use super::budget::Budget;
 use super::buffers::Buffers;
 use super::fault::{Fault, Outcome};
-use super::json::{AnimationSampler, Document, Index};
+use super::json::{AnimationSampler, Document, Index, Mesh};
 use super::nodes::{Local, choose, normalize};
 use super::report::Report;
+use std::collections::{BTreeMap, BTreeSet};
 use turner::math::DVec3;
 use turner::math::elementary::{acos, sin};
 use turner::scene::WarningKind;
@@ -15,8 +17,8 @@ use turner::scene::WarningKind;
 pub(super) struct Pose {
     /// Of each node.
     pub(super) locals: Vec<Local>,
-    /// Of each node, the weights of its mesh's morph targets; empty where neither node nor animation has any.
-    pub(super) weights: Vec<Vec<f64>>,
+    /// By node, the weights of its mesh's morph targets, where the node or the animation has any.
+    pub(super) weights: BTreeMap<u32, Vec<f64>>,
 }
 
 impl Pose {
@@ -24,7 +26,11 @@ impl Pose {
     pub(super) fn rest(document: &Document) -> Pose {
         Pose {
             locals: document.nodes.iter().map(Local::of).collect(),
-            weights: document.nodes.iter().map(|n| n.weights.clone()).collect(),
+            weights: (0u32..)
+                .zip(&document.nodes)
+                .filter(|(_, node)| !node.weights.is_empty())
+                .map(|(number, node)| (number, node.weights.clone()))
+                .collect(),
         }
     }
 
@@ -32,7 +38,7 @@ impl Pose {
     pub(super) fn apply(
         &mut self,
         document: &Document,
-        buffers: &Buffers,
+        (buffers, budget): (&Buffers, &Budget),
         wanted: Option<&str>,
         time: f64,
         report: &mut Report,
@@ -50,6 +56,8 @@ impl Pose {
             report.add(WarningKind::Note, "there are several animations; the first one is shown");
         }
         let animation = &animations[chosen];
+        let targets_of: Vec<usize> = document.meshes.iter().map(morph_targets).collect();
+        let mut driven = BTreeSet::new();
         for (c, channel) in animation.channels.iter().enumerate() {
             let pointer = format!("/animations/{}/channels/{c}", chosen.0);
             let Some(sampler) = animation.samplers.get(channel.sampler.index()) else {
@@ -67,12 +75,19 @@ impl Pose {
             let path = channel.target.path.as_str();
             let targets = match path {
                 "translation" | "rotation" | "scale" => 1,
-                "weights" => morph_targets(document, node),
+                "weights" => {
+                    let mesh = document.nodes[node].mesh;
+                    mesh.and_then(|m| targets_of.get(m.index())).copied().unwrap_or(0)
+                }
                 _ => {
                     report.ignored("an animation drives a property that is not known");
                     continue;
                 }
             };
+            if !driven.insert((node, path)) {
+                report.doubtful("an animation drives a property twice; the first way counts");
+                continue;
+            }
             let keys = Keys::open(document, buffers, sampler, targets, &pointer)?;
             let Some(keys) = keys else {
                 report.doubtful("an animation has no keys");
@@ -80,7 +95,9 @@ impl Pose {
             };
             let place = keys.at(time);
             if path == "weights" {
-                self.weights[node.index()] = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                budget.take(targets, size_of::<f64>(), &pointer)?;
+                let weights = (0..targets).map(|i| keys.value::<1>(&place, i)[0]).collect();
+                self.weights.insert(node.0, weights);
                 continue;
             }
             let Local::Parts { translation, rotation, scale } = &mut self.locals[node.index()] else {
@@ -97,11 +114,9 @@ impl Pose {
     }
 }
 
-/// How many morph targets the mesh of a node has.
-pub(super) fn morph_targets(document: &Document, node: Index) -> usize {
-    let mesh = document.nodes.get(node.index()).and_then(|n| n.mesh);
-    let mesh = mesh.and_then(|m| document.meshes.get(m.index()));
-    mesh.and_then(|m| m.primitives.iter().map(|p| p.targets.len()).max()).unwrap_or(0)
+/// How many morph targets a mesh has.
+fn morph_targets(mesh: &Mesh) -> usize {
+    mesh.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -104,16 +104,17 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     let mut buffers = Buffers::read(&document, bytes, parts.bin, uri, assets)?;
     let budget = Budget::of_file(buffers.size());
     buffers.open_views(&document, &budget)?;
-    objects::check_accessors(&document, &buffers)?;
+    objects::check_accessors(&document, &buffers, &budget)?;
 
     let tree = Tree::new(&document)?;
     let mut pose = Pose::rest(&document);
-    pose.apply(&document, &buffers, options.animation.as_deref(), options.time, &mut report)?;
-    let world = tree.world(&pose.locals);
+    pose.apply(&document, (&buffers, &budget), options.animation.as_deref(), options.time, &mut report)?;
+    let Pose { locals, weights } = pose;
+    let world = tree.world(locals);
     let shown = tree.shown(&document, options.scene.as_deref(), &options.nodes, &mut report)?;
 
     let variant = variants::chosen(&document, options.variant.as_deref())?;
-    let mut objects = Objects::new(&document, (&buffers, &budget), (&pose, &world), variant);
+    let mut objects = Objects::new(&document, (&buffers, &budget), (&weights, &world), variant);
     let (mut lights, mut cameras) = (Vec::new(), Vec::new());
     for &number in &shown {
         objects.add_node(number, &mut report)?;

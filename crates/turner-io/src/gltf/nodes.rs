@@ -125,8 +125,8 @@ impl Tree {
     }
 
     /// From each node's space to that of the scene. Where numbers leave the range, matrices are not finite.
-    pub(super) fn world(&self, locals: &[Local]) -> Vec<DAffine3> {
-        let mut world: Vec<DAffine3> = locals.iter().map(Local::matrix).collect();
+    pub(super) fn world(&self, locals: Vec<Local>) -> Vec<DAffine3> {
+        let mut world: Vec<DAffine3> = locals.into_iter().map(|local| local.matrix()).collect();
         for &node in &self.order {
             let parent = self.parents[node as usize];
             if parent != NONE {

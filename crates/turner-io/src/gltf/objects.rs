@@ -2,7 +2,6 @@
 //! same vertices the same way.
 
 use super::accessors::Elements;
-use super::animations::Pose;
 use super::budget::Budget;
 use super::buffers::Buffers;
 use super::fault::{Fault, Outcome};
@@ -28,15 +27,16 @@ const MAX_OBJECTS: usize = 1 << 24;
 /// A material as a mesh needs it: its number in the document, and whether the mesh has vertex colours.
 pub(super) type Wanted = (Option<Index>, bool);
 
-/// What tells meshes apart: the accessors they are made of, and how.
+/// The accessors of a primitive, by attribute, with its indices and mode. A primitive with morph targets is told by its place
+/// in the document.
+type Geometry<'a> = (Vec<(&'a str, Index)>, Option<Index>, Option<Index>, Option<(Index, usize)>);
+
+/// What tells meshes apart: what they are made of, and how.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
-    attributes: Vec<(String, Index)>,
-    indices: Option<Index>,
-    mode: Option<Index>,
-    /// The primitive, where it has morph targets.
-    targets: Option<(Index, usize)>,
-    /// Bits of the weights of these.
+    /// The number of a [`Geometry`].
+    geometry: usize,
+    /// Bits of the weights of morph targets.
     weights: Vec<u64>,
     normal_map: Option<usize>,
     /// The node, where its joints or transform are in the vertices, and the instance.
@@ -55,13 +55,17 @@ struct Made {
 
 /// Objects, meshes and materials as they come about.
 pub(super) struct Objects<'a> {
-    pub(super) document: &'a Document,
-    pub(super) buffers: &'a Buffers,
-    pub(super) budget: &'a Budget,
-    pub(super) pose: &'a Pose,
+    document: &'a Document,
+    buffers: &'a Buffers,
+    budget: &'a Budget,
+    /// Of morph targets, by node.
+    weights: &'a BTreeMap<u32, Vec<f64>>,
     /// Of each node.
-    pub(super) world: &'a [DAffine3],
-    pub(super) variant: Option<Index>,
+    world: &'a [DAffine3],
+    variant: Option<Index>,
+    geometries: BTreeMap<Geometry<'a>, usize>,
+    /// Of each primitive of a mesh, by the mesh.
+    of_meshes: BTreeMap<Index, Vec<usize>>,
     made: BTreeMap<Key, Option<Made>>,
     materials: BTreeMap<Wanted, MaterialId>,
     /// For the scene.
@@ -79,16 +83,18 @@ impl<'a> Objects<'a> {
     pub(super) fn new(
         document: &'a Document,
         (buffers, budget): (&'a Buffers, &'a Budget),
-        (pose, world): (&'a Pose, &'a [DAffine3]),
+        (weights, world): (&'a BTreeMap<u32, Vec<f64>>, &'a [DAffine3]),
         variant: Option<Index>,
     ) -> Objects<'a> {
         Objects {
             document,
             buffers,
             budget,
-            pose,
+            weights,
             world,
             variant,
+            geometries: BTreeMap::new(),
+            of_meshes: BTreeMap::new(),
             made: BTreeMap::new(),
             materials: BTreeMap::new(),
             meshes: Vec::new(),
@@ -153,25 +159,20 @@ impl<'a> Objects<'a> {
             }
         };
         let json = &self.document.meshes[mesh];
-        let weights = &self.pose.weights[number as usize];
-        let weights = if weights.is_empty() { &json.weights } else { weights };
+        let weights = self.weights.get(&number).unwrap_or(&json.weights);
         for (p, primitive) in json.primitives.iter().enumerate() {
             let pointer = format!("/meshes/{}/primitives/{p}", mesh.0);
+            // Also for what shows nothing: it takes time.
+            self.budget.take(1, size_of::<ObjectDesc>(), &pointer)?;
             let material = variants::material(self.document, primitive, self.variant, &pointer)?;
             let material_json = material.map(|m| &self.document.materials[m]);
             let normal_map = material_json.and_then(materials::normal_map).map(|info| uv_set(info) as usize);
             let moved = joints.is_some() || bake.is_some();
             let has_tangents = ["NORMAL", "TANGENT"].iter().all(|a| primitive.attributes.contains_key(*a));
+            let has_targets = !primitive.targets.is_empty();
             let key = Key {
-                attributes: primitive.attributes.iter().map(|(name, at)| (name.clone(), *at)).collect(),
-                indices: primitive.indices,
-                mode: primitive.mode,
-                targets: (!primitive.targets.is_empty()).then_some((mesh, p)),
-                weights: if primitive.targets.is_empty() {
-                    Vec::new()
-                } else {
-                    weights.iter().map(|w| w.to_bits()).collect()
-                },
+                geometry: self.geometry(mesh, p),
+                weights: weights.iter().filter(|_| has_targets).map(|w| w.to_bits()).collect(),
                 normal_map: normal_map.filter(|_| !has_tangents),
                 moved: moved.then_some((number, instance)),
             };
@@ -197,7 +198,6 @@ impl<'a> Objects<'a> {
                 let message = format!("has more than {MAX_OBJECTS} objects, instances counted");
                 return Err(Fault::too_large(format!("/nodes/{number}"), message));
             }
-            self.budget.take(1, size_of::<ObjectDesc>(), &pointer)?;
             let name = node.name.as_ref().or(json.name.as_ref()).filter(|n| !n.is_empty());
             let shape = if made.is_cloud {
                 ShapeDesc::Points(PointsDesc { points: made.mesh, radius: None, radii: Vec::new() })
@@ -214,6 +214,22 @@ impl<'a> Objects<'a> {
             });
         }
         Ok(())
+    }
+
+    /// The number of what a primitive is made of.
+    fn geometry(&mut self, mesh: Index, primitive: usize) -> usize {
+        let (document, geometries) = (self.document, &mut self.geometries);
+        let known = self.of_meshes.entry(mesh).or_insert_with(|| {
+            let primitives = document.meshes[mesh].primitives.iter().enumerate();
+            let number = |(p, primitive): (usize, &'a Primitive)| {
+                let attributes = primitive.attributes.iter().map(|(name, at)| (name.as_str(), *at)).collect();
+                let place = (!primitive.targets.is_empty()).then_some((mesh, p));
+                let next = geometries.len();
+                *geometries.entry((attributes, primitive.indices, primitive.mode, place)).or_insert(next)
+            };
+            primitives.map(number).collect()
+        });
+        known.get(primitive).copied().unwrap_or_default()
     }
 
     fn mesh_name(&self, mesh: Index, primitive: usize) -> String {
@@ -263,10 +279,13 @@ impl<'a> Objects<'a> {
 }
 
 /// Checks that every accessor with bytes lies within them, used or not.
-pub(super) fn check_accessors(document: &Document, buffers: &Buffers) -> Outcome<()> {
+pub(super) fn check_accessors(document: &Document, buffers: &Buffers, budget: &Budget) -> Outcome<()> {
     for (i, accessor) in document.accessors.iter().enumerate() {
         if accessor.buffer_view.is_some() || accessor.sparse.is_some() {
-            Elements::open(document, buffers, Index(i as u32), "")?;
+            let elements = Elements::open(document, buffers, Index(i as u32), "")?;
+            // Many accessors may share one long list: time is bounded as memory is.
+            budget.take(elements.sparse_count(), 1, "/accessors")?;
+            elements.check_sparse()?;
         }
     }
     Ok(())

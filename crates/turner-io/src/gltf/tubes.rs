@@ -54,9 +54,9 @@ pub(super) fn tubes(
         for side in 0..SIDES {
             // Corners of a regular hexagon: 60 degrees apart.
             let (s, c) = [(0.0, 1.0), (H, 0.5), (H, -0.5), (0.0, -1.0), (-H, -0.5), (-H, 0.5)][side];
-            let out_wards = frame.to_world(DVec3::new(c, s, 0.0));
+            let outward = frame.to_world(DVec3::new(c, s, 0.0));
             for (v, end) in line.iter().zip(ends) {
-                put(&mut out, source, *v as usize, end + radius * out_wards, out_wards);
+                put(&mut out, source, *v as usize, end + radius * outward, outward);
             }
         }
         for side in 0..SIDES as u32 {

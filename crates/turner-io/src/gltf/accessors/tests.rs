@@ -73,7 +73,7 @@ fn sparse_elements_replace_those_of_the_view_or_zeros() {
         let mut bin = bin.clone();
         bin[24..].copy_from_slice(&bad);
         let opened = open(&members, &bin).unwrap();
-        let message = opened.elements(0).unwrap_err().in_file("a.glb").message;
+        let message = opened.elements(0).unwrap().check_sparse().unwrap_err().in_file("a.glb").message;
         assert!(message.contains("/accessors/0/sparse/indices"), "{message}");
     }
 }

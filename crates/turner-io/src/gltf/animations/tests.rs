@@ -18,7 +18,14 @@ fn sampled(path: &str, kind: &str, interpolation: &str, times: &[f32], values: &
     );
     let opened = open(&members, &floats(&[times, values].concat())).unwrap();
     let mut pose = Pose::rest(&opened.document);
-    pose.apply(&opened.document, &opened.buffers, Some("go"), at, &mut Report::default()).unwrap();
+    pose.apply(
+        &opened.document,
+        (&opened.buffers, &Budget::of_file(0)),
+        Some("go"),
+        at,
+        &mut Report::default(),
+    )
+    .unwrap();
     pose
 }
 
@@ -79,9 +86,17 @@ fn counts_that_do_not_fit_are_refused() {
                        "samplers":[{"input":0,"output":1}]}]"#;
     let opened = open(members, &[0; 24]).unwrap();
     let mut pose = Pose::rest(&opened.document);
-    let fault = pose.apply(&opened.document, &opened.buffers, None, 0.0, &mut Report::default()).unwrap_err();
+    let fault = pose
+        .apply(&opened.document, (&opened.buffers, &Budget::of_file(0)), None, 0.0, &mut Report::default())
+        .unwrap_err();
     let message = fault.in_file("a.glb").message;
     assert!(message.contains("/accessors/1: has 2 elements; expected 3"), "{message}");
-    let missing = pose.apply(&opened.document, &opened.buffers, Some("walk"), 0.0, &mut Report::default());
+    let missing = pose.apply(
+        &opened.document,
+        (&opened.buffers, &Budget::of_file(0)),
+        Some("walk"),
+        0.0,
+        &mut Report::default(),
+    );
     assert!(missing.unwrap_err().in_file("a").message.contains("no animation \"walk\""));
 }

@@ -37,7 +37,7 @@ fn a_chain_of_100_000_nodes_is_walked() {
     let document = document(&format!("\"nodes\":[{}]", nodes.join(",")));
     let tree = Tree::new(&document).unwrap();
     let locals: Vec<Local> = document.nodes.iter().map(Local::of).collect();
-    let world = tree.world(&locals);
+    let world = tree.world(locals);
     assert_eq!(world.last().unwrap().translation, DVec3::new(count as f64, 0.0, 0.0));
     let shown = tree.shown(&document, None, &[], &mut Report::default()).unwrap();
     assert_eq!(shown.len(), count);
@@ -53,7 +53,7 @@ fn children_move_with_their_parents() {
     );
     let document = document(&members);
     let locals: Vec<Local> = document.nodes.iter().map(Local::of).collect();
-    let world = Tree::new(&document).unwrap().world(&locals);
+    let world = Tree::new(&document).unwrap().world(locals);
     let p = world[1].transform_point3(DVec3::ZERO);
     assert!((p - DVec3::new(1.0, 2.0, -7.0)).length() < 1e-12, "{p}");
 }
