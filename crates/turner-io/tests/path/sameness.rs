@@ -1,6 +1,6 @@
 //! The same picture, to the last bit, for any number of threads, passes and brightness.
 
-use crate::common::{describe, render, render_with};
+use crate::common::{describe, pixel, render, render_with};
 
 const SCENE: &str = r#"
 camera = { type = "thin-lens", position = [0, 1, 4], look_at = [0, 0.5, 0], fov = 40, focus = 4, lens_radius = 0.05 }
@@ -69,8 +69,7 @@ fn a_crop_is_a_part_of_the_whole() {
     let part = render(&text.replace("samples = 6", "samples = 6\ncrop = [13, 9, 11, 7]")).0;
     for y in 0..7 {
         for x in 0..11 {
-            let whole = whole.linear[((y + 9) * whole.width + x + 13) as usize];
-            assert_eq!(part.linear[(y * part.width + x) as usize], whole, "{x}, {y}");
+            assert_eq!(pixel(&part, x, y), pixel(&whole, x + 13, y + 9), "{x}, {y}");
         }
     }
 }

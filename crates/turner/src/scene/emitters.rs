@@ -208,7 +208,7 @@ fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(Shap
         let form = mesh_form(scene, primitive, mesh, &to_world);
         return form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect();
     }
-    if !(brightness > 0.0) {
+    if brightness <= 0.0 {
         return Vec::new();
     }
     match &primitive.shape {

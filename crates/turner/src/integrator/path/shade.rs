@@ -214,12 +214,12 @@ impl Wave<'_> {
         let wi = lit.to_light / distance;
         let wi_local = v.frame.to_local(wi);
         let Some(crosses) = v.crosses(wi, wi_local) else { return };
-        let f = v.bsdf.eval(v.wo_local, wi_local);
+        let (f, pdf) = v.bsdf.eval_pdf(v.wo_local, wi_local);
         if f.is_black() {
             return;
         }
         let weight = match (lit.is_delta, self.settings.light_sampling) {
-            (false, LightSampling::Both) => power_heuristic(lit.pdf, v.bsdf.pdf(v.wo_local, wi_local)),
+            (false, LightSampling::Both) => power_heuristic(lit.pdf, pdf),
             _ => 1.0,
         };
         let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;

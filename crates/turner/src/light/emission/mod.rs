@@ -31,7 +31,7 @@ pub struct EmitterSample {
 
 /// Forms are sampled by solid angle where the square of their size is more than this share of the square of their distance;
 /// farther away the two hardly differ, and areas are cheaper and lose no digits.
-const NEAR: f64 = 0.1;
+const NEAR: f64 = 0.25;
 
 /// A density per area as one per solid angle; `None` for surfaces seen edge-on.
 #[inline]
@@ -172,7 +172,9 @@ mod tests {
         for i in 0..n {
             for j in 0..n {
                 let z = 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0;
-                let (sin, cos) = (std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(n)).sin_cos();
+                let (sin, cos) = crate::math::elementary::sin_cos(
+                    std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(n),
+                );
                 let r = (1.0 - z * z).sqrt();
                 let normal = DVec3::new(r * cos, z, r * sin);
                 let area = 4.0 * std::f64::consts::PI * s.radius * s.radius / f64::from(n * n);

@@ -14,7 +14,8 @@ pub struct RectangleEmitter {
     v: DVec3,
     normal: DVec3,
     per_area: f64,
-    right_angled: bool,
+    /// Lengths of the edges and their directions, if these are at right angles.
+    right_angled: Option<([f64; 2], [DVec3; 2])>,
 }
 
 /// What the sphere around a point sees of a rectangle (Ureña et al. 2013, "An area-preserving parametrization for
@@ -40,7 +41,8 @@ impl RectangleEmitter {
         let across = u.cross(v);
         let per_area = 1.0 / across.length();
         let normal = side * across.try_normalize()?;
-        let right_angled = u.dot(v).abs() <= 1e-9 * u.length() * v.length();
+        let (lu, lv) = (u.length(), v.length());
+        let right_angled = (u.dot(v).abs() <= 1e-9 * lu * lv).then(|| ([lu, lv], [u / lu, v / lv]));
         (per_area > 0.0 && per_area.is_finite()).then_some(RectangleEmitter {
             corner,
             u,
@@ -52,13 +54,12 @@ impl RectangleEmitter {
     }
 
     fn spherical(&self, p: DVec3) -> Option<Spherical> {
-        let diagonal2 = self.u.length_squared() + self.v.length_squared();
+        let ([lu, lv], [x, y]) = self.right_angled?;
+        let diagonal2 = lu * lu + lv * lv;
         let middle = self.corner + 0.5 * (self.u + self.v);
-        if !self.right_angled || diagonal2 < NEAR * p.distance_squared(middle) {
+        if diagonal2 < NEAR * p.distance_squared(middle) {
             return None;
         }
-        let (lu, lv) = (self.u.length(), self.v.length());
-        let (x, y) = (self.u / lu, self.v / lv);
         let mut z = self.normal;
         let d = self.corner - p;
         let mut z0 = d.dot(z);

@@ -59,7 +59,7 @@ impl TriangleEmitter {
         let angles = alpha + angle(bc, -ab) + angle(ca, -bc);
         let solid_angle = angles - std::f64::consts::PI;
         // Thin and tiny ones lose their digits.
-        (solid_angle > 1e-3 && solid_angle < 6.28).then(|| Spherical {
+        (solid_angle > 1e-3 && solid_angle < std::f64::consts::TAU).then(|| Spherical {
             a,
             b,
             c,
