@@ -116,7 +116,7 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
                 group = next;
                 next = rays.len().min(next + GROUP);
                 ready_set = prepare(simd, &rays[group..next], &tree.space, &mut ready);
-                let mut missing = !ready_set & (1_u32 << (next - group)) - 1;
+                let mut missing = !ready_set & ((1_u32 << (next - group)) - 1);
                 while missing != 0 {
                     found(group + missing.trailing_zeros() as usize, Hit::MISS);
                     missing &= missing - 1;

@@ -14,7 +14,7 @@ fn vector(bytes: &[u8]) -> [f32; 3] {
 }
 
 /// Makes a mesh and rays of the bytes and looks for them in every way.
-pub fn check(data: &[u8]) {
+pub(crate) fn check(data: &[u8]) {
     let Some((&count, rest)) = data.split_first() else { return };
     let positions: Vec<[f32; 3]> = rest.chunks_exact(12).map(vector).collect();
     if positions.len() < 5 {
@@ -57,7 +57,7 @@ fn random_bytes(seed: u64, cases: u64) {
         let mut random = turner_bvh::generate::Random::new(seed + case);
         let mut bytes = vec![random.bits() as u8];
         for _ in 0..5 + random.bits() % 100 {
-            if bytes.len() > 12 && random.bits() % 4 == 0 {
+            if bytes.len() > 12 && random.bits().is_multiple_of(4) {
                 let from = 1 + 12 * (random.bits() as usize % (bytes.len() / 12));
                 bytes.extend_from_within(from..from + 12);
             } else {

@@ -338,7 +338,7 @@ impl Interface {
         }
         let h = wo + wi * self.eta;
         let length = h.length();
-        if !(length > 1e-12) {
+        if length.is_nan() || length <= 1e-12 {
             return (Rgb::ZERO, 0.0);
         }
         let h = h * (1.0 / length).copysign(h.z);

@@ -35,7 +35,7 @@ const GAUSS: [(f64, f64); 8] = [
     (0.101_666_761_293_186_6, 0.111_190_517_226_687_2),
     (0.237_233_795_041_835_5, 0.156_853_322_938_943_6),
     (0.408_282_678_752_175_1, 0.181_341_891_689_181),
-    (0.591_717_321_247_824_9, 0.181_341_891_689_181),
+    (0.591_717_321_247_825, 0.181_341_891_689_181),
     (0.762_766_204_958_164_5, 0.156_853_322_938_943_6),
     (0.898_333_238_706_813_4, 0.111_190_517_226_687_2),
     (0.980_144_928_248_768_1, 0.050_614_268_145_188_1),
@@ -57,7 +57,7 @@ impl Bsdf {
     }
 
     /// Share of light that reaches the diffuse body.
-    fn to_body(&self, above: &Above) -> f64 {
+    fn body_share(&self, above: &Above) -> f64 {
         above.through * self.interface.map_or(1.0, |i| i.below(above.mu))
     }
 
@@ -74,15 +74,19 @@ impl Bsdf {
         let average = match closed {
             Some(average) if plain => average,
             _ => {
-                let sum =
-                    GAUSS.iter().map(|(mu, w)| 2.0 * mu * w * self.to_body(&self.above_on(*mu, self.inside)));
+                let sum = GAUSS
+                    .iter()
+                    .map(|(mu, w)| 2.0 * mu * w * self.body_share(&self.above_on(*mu, self.inside)));
                 sum.sum()
             }
         };
         // A rough body is brighter towards some directions: the largest transmittance is safe for all of them.
         let rough = (2.0 * self.diffuse.roughness).min(1.0);
-        let most =
-            if rough > 0.0 { self.to_body(&self.above_on(1.0, self.inside)).max(average) } else { average };
+        let most = if rough > 0.0 {
+            self.body_share(&self.above_on(1.0, self.inside)).max(average)
+        } else {
+            average
+        };
         (average + (most - average) * rough).max(1e-6)
     }
 
@@ -100,7 +104,7 @@ impl Bsdf {
                 tint = c.tint(2.0 * above.way, true);
             }
         }
-        let body = self.to_body(&above);
+        let body = self.body_share(&above);
         out[REFLECT] = self.diffuse.reflect * body * tint;
         out[TRANSMIT] = self.diffuse.transmit * body * tint;
         if let Some(i) = &self.interface {
@@ -158,7 +162,7 @@ impl Bsdf {
         let mut pdf = p[lobe] * mu / PI;
         let body = if transmitted { self.diffuse.transmit } else { self.diffuse.reflect };
         if body != Rgb::ZERO {
-            let share = self.to_body(o) * self.to_body(&i) / self.diffuse.through;
+            let share = self.body_share(o) * self.body_share(&i) / self.diffuse.through;
             let share = match &self.coat {
                 Some(c) if o.way + i.way > 0.0 => c.tint(o.way + i.way, true) * share,
                 _ => Rgb::splat(share),
@@ -198,7 +202,7 @@ impl Bsdf {
 
     /// A sample of one lobe.
     pub(super) fn sample_mixture(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
-        if !(wo.z > MIN_COSINE) {
+        if wo.z.is_nan() || wo.z <= MIN_COSINE {
             return None;
         }
         let o = self.above_on(wo.z, self.inside);
@@ -244,7 +248,7 @@ impl Bsdf {
                 choice.wi
             }
         };
-        if !(wi.z.abs() > MIN_COSINE) || (wi.z < 0.0 && matches!(lobe, COAT)) {
+        if wi.z.is_nan() || wi.z.abs() <= MIN_COSINE || (wi.z < 0.0 && matches!(lobe, COAT)) {
             return None;
         }
         let (f, pdf) = self.mixture_with(wo, wi, &o, &p);

@@ -337,6 +337,8 @@ macro_rules! family {
     ) => {
         $(#[doc = $doc])+
         #[derive(Clone, Debug, PartialEq)]
+        // Descriptions are few; their size does not matter.
+        #[allow(clippy::large_enum_variant)]
         pub enum $name { $(#[allow(missing_docs)] $variant($ty),)* }
         impl $name {
             /// Names and keys of all kinds.
