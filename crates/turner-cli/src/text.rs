@@ -85,6 +85,20 @@ pub(crate) fn columns<'a>(rows: impl Iterator<Item = (&'a str, String)> + Clone)
     out
 }
 
+/// `bunny.glb: glTF 2.0, 3 nodes, 69451 triangles, 1 material`.
+pub(crate) fn import(import: &turner::scene::ImportSummary) -> String {
+    let counts = import.counts.iter().filter(|(_, n)| *n > 0);
+    let counts: String = counts
+        .map(|(what, n)| {
+            // The names are plurals.
+            let one = what.strip_suffix('s').unwrap_or(what);
+            let one = if *what == "meshes" { "mesh" } else { one };
+            if *n == 1 { format!(", 1 {one}") } else { format!(", {n} {what}") }
+        })
+        .collect();
+    format!("{}: {}{counts}", turner::scene::error::escape(&import.file), import.format)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,18 +120,4 @@ mod tests {
         wrap(&mut out, &"word ".repeat(40), 4);
         assert!(out.lines().all(|l| l.starts_with("    word") && l.len() <= 96), "{out}");
     }
-}
-
-/// `bunny.glb: glTF 2.0, 3 nodes, 69451 triangles, 1 material`.
-pub(crate) fn import(import: &turner::scene::ImportSummary) -> String {
-    let counts = import.counts.iter().filter(|(_, n)| *n > 0);
-    let counts: String = counts
-        .map(|(what, n)| {
-            // The names are plurals.
-            let one = what.strip_suffix('s').unwrap_or(what);
-            let one = if *what == "meshes" { "mesh" } else { one };
-            if *n == 1 { format!(", 1 {one}") } else { format!(", {n} {what}") }
-        })
-        .collect();
-    format!("{}: {}{counts}", turner::scene::error::escape(&import.file), import.format)
 }
