@@ -25,6 +25,9 @@ pub(super) struct Coat {
     darkening: Rgb,
 }
 
+/// A rough coat of a higher index counts as of this one: beyond, the tables do not know well enough what it leaves.
+const MAX_ROUGH_INDEX: f64 = 2.6;
+
 impl Coat {
     /// `None` without a coat. `base` is the base's albedo, `base_roughness` 0..=1 how widely it scatters.
     pub(super) fn new(p: &PrincipledPoint, base: Rgb, base_roughness: f64) -> Option<Coat> {
@@ -36,7 +39,7 @@ impl Coat {
         let index = if index < 1.0 { 1.0 / index } else { index };
         let alpha = unit(p.coat_roughness) * unit(p.coat_roughness);
         let smooth = alpha < MIN_ALPHA;
-        let index = if smooth { index } else { index.min(super::interface::MAX_OPAQUE_INDEX) };
+        let index = if smooth { index } else { index.min(MAX_ROUGH_INDEX) };
         let tint = color(p.coat_color);
         // Light that the base sends up is reflected down again: the share of it for a wide and for a narrow base (OpenPBR).
         let wide = 1.0 - (1.0 - fresnel::dielectric_average(index)) / (index * index);

@@ -20,6 +20,8 @@ const MIN_CONTRAST: f64 = 1e-3;
 pub(super) const MAX_OPAQUE_INDEX: f64 = 4.7;
 /// Share of what rough glass loses between its facets that is given back: a little less than all, for the tables' error.
 const GIVEN_BACK: f64 = 0.995;
+/// Above this contrast of indices (2.6 against 1) the tables are too coarse to give anything back.
+const MAX_CONTRAST: f64 = 0.45;
 
 /// The boundary, seen from one side.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +64,11 @@ struct Compensation {
     metal: Rgb,
     reflect: Rgb,
     transmit: Rgb,
+}
+
+/// The product of two losses. Between the entries of the tables they may come out a little below 0.
+fn lost(a: &Line, mu_a: f64, b: &Line, mu_b: f64) -> f64 {
+    a.at(mu_a).max(0.0) * b.at(mu_b).max(0.0)
 }
 
 impl Interface {
@@ -165,7 +172,13 @@ impl Interface {
         } else {
             near = albedo::dielectric_loss(self.eta, alpha);
             far = albedo::dielectric_loss(1.0 / self.eta, alpha);
-            let whole = GIVEN_BACK * round * glass
+            let contrast = (self.eta - 1.0).abs() / (self.eta + 1.0);
+            // The tables are for glass with round lobes that reflects what its index says; with less specular weight less is lost.
+            let upward = |index: f64| index.max(1.0 / index);
+            let is_plain = (upward(self.glass_index) / upward(self.eta) - 1.0).abs() < 1e-3;
+            let given_back =
+                if contrast < MAX_CONTRAST && is_plain && round > 0.75 { GIVEN_BACK } else { 0.0 };
+            let whole = given_back * round * glass
                 / (PI * (far.average() * self.eta * self.eta + near.average()).max(1e-9));
             let tint = if self.inside { Rgb::ONE } else { self.tint };
             (reflect, transmit) = (tint * whole, self.through * whole);
@@ -178,10 +191,10 @@ impl Interface {
         let Some(c) = &self.compensation else { return Rgb::ZERO };
         let mut f = Rgb::ZERO;
         if self.metal > 0.0 {
-            f += c.metal * (c.mirror.at(mu_o) * c.mirror.at(mu_i));
+            f += c.metal * lost(&c.mirror, mu_o, &c.mirror, mu_i);
         }
         if self.glass > 0.0 {
-            f += c.reflect * (c.near.at(mu_o) * c.near.at(mu_i));
+            f += c.reflect * lost(&c.near, mu_o, &c.near, mu_i);
         }
         f
     }
@@ -189,7 +202,7 @@ impl Interface {
     /// The same for light that leaves on the far side.
     pub(super) fn lost_and_transmitted(&self, mu_o: f64, mu_i: f64) -> Rgb {
         match &self.compensation {
-            Some(c) if self.glass > 0.0 => c.transmit * (c.near.at(mu_o) * c.far.at(mu_i)),
+            Some(c) if self.glass > 0.0 => c.transmit * lost(&c.near, mu_o, &c.far, mu_i),
             _ => Rgb::ZERO,
         }
     }
@@ -387,7 +400,8 @@ pub(super) struct Choice {
 /// Probability of sampling the reflection at a facet.
 fn reflected_share(r: Rgb, t: Rgb) -> f64 {
     let (r, t) = (r.element_sum(), t.element_sum());
-    if t <= 0.0 { 1.0 } else { r / (r + t) }
+    // Numbers at the very end of the range have no quotient.
+    if r + t > f64::MIN_POSITIVE { (r / (r + t)).clamp(0.0, 1.0) } else { 1.0 }
 }
 
 /// Widths of the lobe along x and y, roughened by light's way through a coat (OpenPBR).

@@ -96,13 +96,17 @@ fn every_texture_is_finite_everywhere() {
         [0.0, -0.0, -1e-300, 0.5, 1e9, -1e18, 1e300, f64::MAX, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
     let everything = TextureDesc::DOC.entries.iter().flat_map(|doc| {
         let file = ("file", text("picture.png"));
-        let keys = if doc.name == "image" { vec![file] } else { vec![] };
+        let keys = match doc.name {
+            "image" => vec![file],
+            "product" => vec![("a", Data::Number(1e30)), ("b", Data::Number(-1e30))],
+            _ => vec![],
+        };
         let huge = match doc.name {
-            "constant" | "vertex-color" => vec![],
+            "constant" | "vertex-color" | "product" => vec![],
             _ => vec![("density", Data::Number(-1e300))],
         };
         let turned = match doc.name {
-            "constant" | "vertex-color" => vec![],
+            "constant" | "vertex-color" | "product" => vec![],
             _ => vec![("transform", table(&[("rotate", list(&[10.0, 20.0, 30.0]))]))],
         };
         [vec![], huge, turned].map(|more| (doc.name, [keys.clone(), more].concat()))
