@@ -130,7 +130,11 @@ fn files_on_disk() {
     write("latin.toml", b"[film]\nwidth = 3 # caf\xe9\n");
     let error = fail("latin.toml");
     assert!(error.code() == "E0101" && error.to_string().contains("byte 22 (line 2) is 0xe9"), "{error}");
-    assert!(fail("a.glb").to_string().contains("glTF"));
+    assert!(fail("a.glb").to_string().contains("a.glb: no such file"));
+    write("a.glb", b"glTF\x02\0\0\0\xff\xff\xff\xff");
+    let error = fail("a.glb");
+    assert!(error.code() == "E0204" && error.to_string().contains("a.glb"), "{error}");
+    assert!(fail("a.fbx").to_string().contains("glTF"));
     assert!(fail("no/such/a.toml").to_string().contains("no/such"));
     write("inc.toml", b"include = \"latin.toml\"\n");
     assert_eq!(fail("inc.toml").line(), Some(1));
@@ -160,11 +164,11 @@ impl Probe<'_> {
 fn named_files_are_read_once_and_their_errors_name_them() {
     let folder = FolderAssets::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")).unwrap();
     let mut files =
-        memory(&[("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"), ("a.stl", "solid"), ("a.png", "")]);
+        memory(&[("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"), ("a.off", "OFF"), ("a.png", "")]);
     let png = folder.read("basn2c08.png", 1 << 20).unwrap();
     files.files.insert("cut.png".into(), png[..90].to_vec());
     let uris =
-        vec![("a.obj", true), ("a.stl", true), ("cut.png", false), ("../a.png", false), ("b.png", false)];
+        vec![("a.obj", true), ("a.off", true), ("cut.png", false), ("../a.png", false), ("b.png", false)];
     let shown = Probe(uris).run(&files);
     assert!(
         shown[0].starts_with(
@@ -172,7 +176,7 @@ fn named_files_are_read_once_and_their_errors_name_them() {
         ),
         "{shown:?}"
     );
-    assert!(shown[1].starts_with("E0203 a.stl: not a mesh") && shown[1].contains(".obj"), "{shown:?}");
+    assert!(shown[1].starts_with("E0203 a.off: not a mesh") && shown[1].contains(".obj"), "{shown:?}");
     assert!(shown[2].starts_with("E0202 cut.png: damaged PNG"), "{shown:?}");
     assert!(shown[3].starts_with("E0201 ../a.png"), "{shown:?}");
     assert!(shown[4].starts_with("E0201 b.png: no such file") && shown[4].contains("a.png"), "{shown:?}");
