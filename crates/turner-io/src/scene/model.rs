@@ -9,7 +9,7 @@ use crate::assets::{AssetSource, printable};
 pub(super) fn scene_around(file: &str, format: SceneFormat) -> String {
     let up = if format == SceneFormat::Stl { "z" } else { "y" };
     format!(
-        "[film]\ntransfer = \"srgb\"\ntonemap = \"neutral\"\nantialias = \"monte-carlo\"\nsamples = 64\n\n[integrator]\ntype = \"path\"\n\n\
+        "[film]\ntransfer = \"srgb\"\ntonemap = \"neutral\"\nantialias = \"monte-carlo\"\nsamples = 32\n\n[integrator]\ntype = \"path\"\n\n\
          [background]\ncolor = 1\n\n\
          [stage]\n\n\
          [[object]]\ntype = \"model\"\nfile = {}\nup = \"{up}\"\n",

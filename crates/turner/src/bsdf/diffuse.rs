@@ -3,8 +3,11 @@
 
 use super::Rgb;
 use crate::math::DVec3;
-use crate::math::elementary::{acos, sin_cos};
+use crate::math::elementary::{acos, sin_cos_turns};
 use std::f64::consts::PI;
+
+/// Smoother bodies are Lambert's.
+pub(super) const MIN_ROUGHNESS: f64 = 1e-6;
 
 const C1: f64 = 0.5 - 2.0 / (3.0 * PI);
 const C2: f64 = 2.0 / 3.0 - 28.0 / (15.0 * PI);
@@ -12,7 +15,7 @@ const C2: f64 = 2.0 / 3.0 - 28.0 / (15.0 * PI);
 /// The diffuse BRDF of a surface of colour `rho` (the albedo of single scattering; of everything where it is 0 or 1), roughness 0..=1,
 /// both directions above the surface.
 pub(super) fn eon(rho: Rgb, roughness: f64, wo: DVec3, wi: DVec3) -> Rgb {
-    if roughness < 1e-6 {
+    if roughness < MIN_ROUGHNESS {
         return rho / PI;
     }
     let s = wo.dot(wi) - wo.z * wi.z;
@@ -36,7 +39,7 @@ fn single_albedo(mu: f64, roughness: f64) -> f64 {
 /// A direction in the upper hemisphere with density cos/π.
 pub(super) fn sample_cosine(u: [f64; 2]) -> DVec3 {
     let r2 = u[0];
-    let (sin, cos) = sin_cos(2.0 * PI * u[1]);
+    let (sin, cos) = sin_cos_turns(u[1]);
     let r = r2.sqrt();
     DVec3::new(r * cos, r * sin, (1.0 - r2).max(0.0).sqrt())
 }

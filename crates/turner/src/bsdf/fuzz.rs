@@ -3,7 +3,7 @@
 
 use super::albedo;
 use crate::math::DVec3;
-use crate::math::elementary::{exp, pow, sin_cos};
+use crate::math::elementary::{exp, pow, sin_cos_turns};
 use std::f64::consts::PI;
 
 /// Fuzz of one roughness.
@@ -54,7 +54,7 @@ impl Charlie {
 
     /// A direction, uniform over the hemisphere.
     pub(super) fn sample(u: [f64; 2]) -> DVec3 {
-        let (sin, cos) = sin_cos(2.0 * PI * u[1]);
+        let (sin, cos) = sin_cos_turns(u[1]);
         let r = (1.0 - u[0] * u[0]).max(0.0).sqrt();
         DVec3::new(r * cos, r * sin, u[0])
     }

@@ -2,7 +2,9 @@
 //! (Walter et al. 2007; Heitz 2014) and sampling of visible normals by spherical caps (Dupuy and Benyoub 2023).
 
 use crate::math::DVec3;
+#[cfg(test)]
 use crate::math::elementary::sin_cos;
+use crate::math::elementary::sin_cos_turns;
 use std::f64::consts::PI;
 
 /// Widths of the distribution along x and y, each greater than 0.
@@ -44,7 +46,7 @@ impl Ggx {
         let stretched = DVec3::new(self.ax * wo.x, self.ay * wo.y, wo.z).normalize();
         let z = (1.0 - u[0]) * (1.0 + stretched.z) - stretched.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
-        let (sin, cos) = sin_cos(2.0 * PI * u[1]);
+        let (sin, cos) = sin_cos_turns(u[1]);
         let cap = DVec3::new(r * cos, r * sin, z) + stretched;
         let h = DVec3::new(self.ax * cap.x, self.ay * cap.y, cap.z.max(0.0));
         let length = h.length();

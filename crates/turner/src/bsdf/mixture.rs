@@ -27,7 +27,12 @@ pub(super) struct Above {
     through: f64,
     /// Way through the coat; 0 where there is none.
     way: f64,
+    /// Share that reaches the diffuse body; 0 where there is no body.
+    body: f64,
 }
+
+/// Probabilities of the lobes.
+pub(super) type Shares = [f64; LOBES];
 
 /// Nodes and weights of Gauss and Legendre's rule with eight points on 0..=1.
 const GAUSS: [(f64, f64); 8] = [
@@ -44,21 +49,43 @@ const GAUSS: [(f64, f64); 8] = [
 impl Bsdf {
     /// What lies above the base outside.
     pub(super) fn above(&self, mu: f64) -> Above {
-        let fuzz = self.fuzz.map_or(1.0, |f| 1.0 - f.weight * f.charlie.albedo(mu));
-        match &self.coat {
-            None => Above { mu, fuzz, through: fuzz, way: 0.0 },
-            Some(c) => Above { mu, fuzz, through: fuzz * (1.0 - c.weight * c.albedo(mu)), way: c.way(mu) },
+        let fuzz = self.fuzz.as_ref().map_or(1.0, |f| 1.0 - f.weight * f.charlie.albedo(mu));
+        let (through, way) = match &self.coat {
+            None => (fuzz, 0.0),
+            Some(c) => (fuzz * (1.0 - c.weight * c.albedo(mu)), c.way(mu)),
+        };
+        Above { mu, fuzz, through, way, body: through * self.below(mu) }
+    }
+
+    /// Share of light under the layers that reaches the diffuse body.
+    #[inline]
+    fn below(&self, mu: f64) -> f64 {
+        match &self.interface {
+            _ if self.diffuse.reflect == Rgb::ZERO && self.diffuse.transmit == Rgb::ZERO => 0.0,
+            None => 1.0,
+            Some(i) => i.below(mu),
         }
     }
 
     /// The same on either side: inside glass there are no layers.
     fn above_on(&self, mu: f64, inside: bool) -> Above {
-        if inside { Above { mu, fuzz: 1.0, through: 1.0, way: 0.0 } } else { self.above(mu) }
+        if inside {
+            Above { mu, fuzz: 1.0, through: 1.0, way: 0.0, body: self.below(mu) }
+        } else {
+            self.above(mu)
+        }
     }
 
-    /// Share of light that reaches the diffuse body.
-    fn body_share(&self, above: &Above) -> f64 {
-        above.through * self.interface.map_or(1.0, |i| i.below(above.mu))
+    /// What lies above on the way to `wo`, and the probabilities of the lobes.
+    pub(super) fn seen(&self, wo: DVec3) -> (Above, Shares) {
+        if self.lambert {
+            let mut p = [0.0; LOBES];
+            p[REFLECT] = 1.0;
+            return (Above { mu: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
+        }
+        let above = self.above_on(wo.z.clamp(0.0, 1.0), self.inside);
+        let p = if wo.z > MIN_COSINE { self.probabilities(above) } else { [0.0; LOBES] };
+        (above, p)
     }
 
     /// The divisor of the product of two such shares, with which a body keeps all that reaches it.
@@ -74,19 +101,13 @@ impl Bsdf {
         let average = match closed {
             Some(average) if plain => average,
             _ => {
-                let sum = GAUSS
-                    .iter()
-                    .map(|(mu, w)| 2.0 * mu * w * self.body_share(&self.above_on(*mu, self.inside)));
+                let sum = GAUSS.iter().map(|(mu, w)| 2.0 * mu * w * self.above_on(*mu, self.inside).body);
                 sum.sum()
             }
         };
         // A rough body is brighter towards some directions: the largest transmittance is safe for all of them.
         let rough = (2.0 * self.diffuse.roughness).min(1.0);
-        let most = if rough > 0.0 {
-            self.body_share(&self.above_on(1.0, self.inside)).max(average)
-        } else {
-            average
-        };
+        let most = if rough > 0.0 { self.above_on(1.0, self.inside).body.max(average) } else { average };
         (average + (most - average) * rough).max(1e-6)
     }
 
@@ -104,7 +125,7 @@ impl Bsdf {
                 tint = c.tint(2.0 * above.way, true);
             }
         }
-        let body = self.body_share(&above);
+        let body = above.body;
         out[REFLECT] = self.diffuse.reflect * body * tint;
         out[TRANSMIT] = self.diffuse.transmit * body * tint;
         if let Some(i) = &self.interface {
@@ -139,13 +160,16 @@ impl Bsdf {
     }
 
     /// f and pdf of all lobes but delta lobes.
-    pub(super) fn mixture(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
+    #[inline]
+    pub(super) fn mixture(&self, wo: DVec3, wi: DVec3, o: &Above, p: &Shares) -> (Rgb, f64) {
         if !(wo.z > MIN_COSINE && wi.z.abs() > MIN_COSINE) {
             return (Rgb::ZERO, 0.0);
         }
-        let o = self.above_on(wo.z, self.inside);
-        let p = self.probabilities(o);
-        self.mixture_with(wo, wi, &o, &p)
+        if self.lambert {
+            let above = wi.z > 0.0;
+            return if above { (self.diffuse.reflect / PI, wi.z / PI) } else { (Rgb::ZERO, 0.0) };
+        }
+        self.mixture_with(wo, wi, o, p)
     }
 
     fn mixture_with(&self, wo: DVec3, wi: DVec3, o: &Above, p: &[f64; LOBES]) -> (Rgb, f64) {
@@ -162,7 +186,7 @@ impl Bsdf {
         let mut pdf = p[lobe] * mu / PI;
         let body = if transmitted { self.diffuse.transmit } else { self.diffuse.reflect };
         if body != Rgb::ZERO {
-            let share = self.body_share(o) * self.body_share(&i) / self.diffuse.through;
+            let share = o.body * i.body / self.diffuse.through;
             let share = match &self.coat {
                 Some(c) if o.way + i.way > 0.0 => c.tint(o.way + i.way, true) * share,
                 _ => Rgb::splat(share),
@@ -201,20 +225,24 @@ impl Bsdf {
     }
 
     /// A sample of one lobe.
-    pub(super) fn sample_mixture(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
+    pub(super) fn sample_mixture(&self, wo: DVec3, u: [f64; 3], o: &Above, p: &Shares) -> Option<BsdfSample> {
         if wo.z.is_nan() || wo.z <= MIN_COSINE {
             return None;
         }
-        let o = self.above_on(wo.z, self.inside);
-        let p = self.probabilities(o);
-        let (lobe, u0) = choose(&p, u[0])?;
+        if self.lambert {
+            let wi = sample_cosine([u[1], u[2]]);
+            let lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: true };
+            let f = spectrum(self.diffuse.reflect / PI);
+            return (wi.z > MIN_COSINE).then(|| BsdfSample { wi, f, pdf: wi.z / PI, lobe, eta: 1.0 });
+        }
+        let (lobe, u0) = choose(p, u[0])?;
         let mut eta = 1.0;
         let wi = match lobe {
             FUZZ => Charlie::sample([u[1], u[2]]),
             REFLECT => sample_cosine([u[1], u[2]]),
             TRANSMIT => {
                 let wi = sample_cosine([u[1], u[2]]);
-                eta = self.interface.map_or(1.0, |i| i.eta);
+                eta = self.interface.as_ref().map_or(1.0, |i| i.eta);
                 DVec3::new(wi.x, wi.y, -wi.z)
             }
             COAT => {
@@ -229,7 +257,7 @@ impl Bsdf {
             PASS => {
                 let interface = self.interface.as_ref()?;
                 let i = self.above_on(wo.z, !self.inside);
-                let f = interface.passing(wo.z) * self.layers(&o, &i, false);
+                let f = interface.passing(wo.z) * self.layers(o, &i, false);
                 return delta(-wo, f, p[PASS], true, 1.0);
             }
             _ => {
@@ -241,7 +269,7 @@ impl Bsdf {
                 if interface.smooth {
                     let inside = if choice.transmits && !self.thin { !self.inside } else { self.inside };
                     let i = self.above_on(choice.wi.z.abs(), inside);
-                    let layers = self.layers(&o, &i, !choice.transmits || self.thin);
+                    let layers = self.layers(o, &i, !choice.transmits || self.thin);
                     let f = choice.color * layers / (eta * eta);
                     return delta(choice.wi, f, p[INTERFACE] * choice.share, choice.transmits, eta);
                 }
@@ -251,7 +279,7 @@ impl Bsdf {
         if wi.z.is_nan() || wi.z.abs() <= MIN_COSINE || (wi.z < 0.0 && matches!(lobe, COAT)) {
             return None;
         }
-        let (f, pdf) = self.mixture_with(wo, wi, &o, &p);
+        let (f, pdf) = self.mixture_with(wo, wi, o, p);
         let lobe = Lobe {
             is_delta: false,
             is_transmission: wi.z < 0.0,

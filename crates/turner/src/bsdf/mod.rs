@@ -76,6 +76,8 @@ pub struct Bsdf {
     coat: Option<Coat>,
     interface: Option<Interface>,
     diffuse: Diffuse,
+    /// Lambert's reflection and nothing else.
+    lambert: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -133,14 +135,16 @@ impl Bsdf {
                 roughness: unit(p.base_diffuse_roughness),
                 through: 1.0,
             },
+            lambert: false,
         };
         bsdf.diffuse.through = bsdf.diffuse_normalisation();
+        bsdf.lambert = bsdf.is_lambert();
         bsdf
     }
 
     /// Lambert's diffuse reflection of an albedo within 0..=1.
     pub fn lambert(albedo: Spectrum) -> Bsdf {
-        Bsdf {
+        let mut bsdf = Bsdf {
             rotation: None,
             inside: false,
             thin: false,
@@ -154,7 +158,19 @@ impl Bsdf {
                 roughness: 0.0,
                 through: 1.0,
             },
-        }
+            lambert: false,
+        };
+        bsdf.lambert = bsdf.is_lambert();
+        bsdf
+    }
+
+    fn is_lambert(&self) -> bool {
+        self.fuzz.is_none()
+            && self.coat.is_none()
+            && self.interface.is_none()
+            && self.diffuse.transmit == Rgb::ZERO
+            && self.diffuse.reflect != Rgb::ZERO
+            && self.diffuse.roughness < diffuse::MIN_ROUGHNESS
     }
 
     /// The BSDF without the cosine, for light from `wi` that leaves towards `wo`.
@@ -169,22 +185,26 @@ impl Bsdf {
 
     /// Both at once, for little more than the price of one.
     pub fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Spectrum, f64) {
-        let (f, pdf) = self.mixture(self.turned(wo), self.turned(wi));
-        (spectrum(f), pdf)
+        self.towards(wo).eval_pdf(wi)
     }
 
     /// A direction that light comes from; each number of `u` is within 0..1. `None` where there is nothing to follow: the path ends.
     pub fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
-        let mut sample = self.sample_mixture(self.turned(wo), u)?;
-        sample.wi = self.turned_back(sample.wi);
-        Some(sample)
+        self.towards(wo).sample(u)
+    }
+
+    /// The scattering of light that leaves towards `wo`: for several questions about it.
+    pub fn towards(&self, wo: DVec3) -> Towards<'_> {
+        let wo = self.turned(wo);
+        let (above, p) = self.seen(wo);
+        Towards { bsdf: self, wo, above, p }
     }
 
     /// Whether any lobe is not a delta lobe: whether lights can be connected to.
     pub fn has_smooth(&self) -> bool {
         self.fuzz.is_some()
-            || self.coat.is_some_and(|c| !c.smooth)
-            || self.interface.is_some_and(|i| !i.smooth)
+            || self.coat.as_ref().is_some_and(|c| !c.smooth)
+            || self.interface.as_ref().is_some_and(|i| !i.smooth)
             || self.diffuse.reflect != Rgb::ZERO
             || self.diffuse.transmit != Rgb::ZERO
     }
@@ -194,8 +214,8 @@ impl Bsdf {
         let rough = |smooth: bool, alpha: f64| if smooth { 0.0 } else { alpha.sqrt() };
         let roughness = [
             1.0,
-            self.coat.map_or(0.0, |c| rough(c.smooth, c.ggx.ax)),
-            self.interface.map_or(0.0, |i| rough(i.smooth, (i.ggx.ax * i.ggx.ay).sqrt())),
+            self.coat.as_ref().map_or(0.0, |c| rough(c.smooth, c.ggx.ax)),
+            self.interface.as_ref().map_or(0.0, |i| rough(i.smooth, (i.ggx.ax * i.ggx.ay).sqrt())),
             1.0,
             1.0,
             0.0,
@@ -226,6 +246,33 @@ impl Bsdf {
             None => w,
             Some((cos, sin)) => DVec3::new(cos * w.x - sin * w.y, cos * w.y + sin * w.x, w.z),
         }
+    }
+}
+
+/// A BSDF with what depends on the direction alone that light leaves in: shares of the lobes.
+#[derive(Clone, Copy)]
+pub struct Towards<'a> {
+    bsdf: &'a Bsdf,
+    /// Turned to the direction of anisotropy.
+    wo: DVec3,
+    above: mixture::Above,
+    p: mixture::Shares,
+}
+
+impl Towards<'_> {
+    /// As [`Bsdf::eval_pdf`].
+    #[inline]
+    pub fn eval_pdf(&self, wi: DVec3) -> (Spectrum, f64) {
+        let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.turned(wi), &self.above, &self.p);
+        (spectrum(f), pdf)
+    }
+
+    /// As [`Bsdf::sample`].
+    #[inline]
+    pub fn sample(&self, u: [f64; 3]) -> Option<BsdfSample> {
+        let mut sample = self.bsdf.sample_mixture(self.wo, u, &self.above, &self.p)?;
+        sample.wi = self.bsdf.turned_back(sample.wi);
+        Some(sample)
     }
 }
 

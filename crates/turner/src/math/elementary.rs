@@ -4,6 +4,8 @@
 //! from the pure-Rust `libm` crate (a port of musl). `sqrt`, `abs`, `floor` and the like are exact in IEEE 754
 //! and are taken from `std`. Angles are in radians.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, SQRT_2};
+
 /// Sine.
 pub fn sin(x: f64) -> f64 {
     libm::sin(x)
@@ -37,6 +39,85 @@ pub fn asin(x: f64) -> f64 {
 /// Angle of the point (x, y), −π..=π.
 pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
+}
+
+/// Sine and cosine of 2π times `turns`, a number of ordinary size: within 1e-15, and several times as fast as [`sin_cos`].
+#[inline]
+pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
+    let quarters = 4.0 * turns;
+    let nearest = (quarters + 0.5f64.copysign(quarters)) as i64;
+    let x = FRAC_PI_2 * (quarters - nearest as f64);
+    let z = x * x;
+    // Taylor's series: within an eighth of a turn what follows is below 1e-16.
+    let sin = x * eight(
+        z,
+        [
+            1.0,
+            -1.0 / 6.0,
+            1.0 / 120.0,
+            -1.0 / 5040.0,
+            1.0 / 362_880.0,
+            -1.0 / 39_916_800.0,
+            1.0 / 6_227_020_800.0,
+            -1.0 / 1_307_674_368_000.0,
+        ],
+    );
+    // From the second term on: the first is added last, for precision.
+    let cos = 1.0
+        + z * eight(
+            z,
+            [
+                -0.5,
+                1.0 / 24.0,
+                -1.0 / 720.0,
+                1.0 / 40_320.0,
+                -1.0 / 3_628_800.0,
+                1.0 / 479_001_600.0,
+                -1.0 / 87_178_291_200.0,
+                1.0 / 20_922_789_888_000.0,
+            ],
+        );
+    let (sin, cos) = if nearest & 1 == 0 { (sin, cos) } else { (cos, -sin) };
+    if nearest & 2 == 0 { (sin, cos) } else { (-sin, -cos) }
+}
+
+/// As [`atan2`], within 2e-15, and several times as fast; 0 for (0, 0), and NaN only for what is no finite point.
+#[inline]
+pub fn angle(y: f64, x: f64) -> f64 {
+    /// Interpolates atan(√z) / √z at ten Chebyshev nodes over 0..=tan²(π/8): within 4e-16.
+    const LOW: [f64; 8] = [
+        0.999_999_999_999_999,
+        -0.333_333_333_332_214_3,
+        0.199_999_999_783_926_63,
+        -0.142_857_126_616_847_93,
+        0.111_110_488_537_512_96,
+        -0.090_895_299_565_623_02,
+        0.076_735_354_281_832_23,
+        -0.065_059_829_671_704_51,
+    ];
+    const HIGH: [f64; 2] = [0.050_247_621_189_388_49, -0.025_316_479_573_758_974];
+    const TAN_EIGHTH: f64 = SQRT_2 - 1.0;
+    let (ax, ay) = (x.abs(), y.abs());
+    let (low, high) = if ay > ax { (ax, ay) } else { (ay, ax) };
+    // atan(low / high) = π/4 + atan((low − high) / (low + high)).
+    let (over, under, base) =
+        if low > TAN_EIGHTH * high { (low - high, low + high, FRAC_PI_4) } else { (low, high, 0.0) };
+    let t = over / under.max(f64::MIN_POSITIVE);
+    let z = t * t;
+    let z8 = (z * z) * (z * z) * ((z * z) * (z * z));
+    let a = base + t * (eight(z, LOW) + (HIGH[0] + HIGH[1] * z) * z8);
+    let a = if ay > ax { FRAC_PI_2 - a } else { a };
+    let a = if x < 0.0 { PI - a } else { a };
+    a.copysign(y)
+}
+
+/// A polynomial of eight coefficients, the lowest first; short chains of operations rather than few (Estrin 1960).
+#[inline(always)]
+fn eight(x: f64, c: [f64; 8]) -> f64 {
+    let (x2, x4) = (x * x, (x * x) * (x * x));
+    let (a, b) = (c[0] + c[1] * x, c[2] + c[3] * x);
+    let (d, e) = (c[4] + c[5] * x, c[6] + c[7] * x);
+    (a + b * x2) + (d + e * x2) * x4
 }
 
 /// e^x.
@@ -117,6 +198,24 @@ mod tests {
             }
         }
         assert_eq!(pow(2.0, 0.5), std::f64::consts::SQRT_2);
+    }
+
+    #[test]
+    fn the_fast_functions_are_as_good_as_the_slow_ones() {
+        for i in -40_000..=40_000 {
+            let turns = f64::from(i) / 20_000.0;
+            let ((s, c), (sin, cos)) = (sin_cos_turns(turns), sin_cos(std::f64::consts::TAU * turns));
+            assert!((s - sin).abs() < 2e-15 && (c - cos).abs() < 2e-15, "{turns}: {s} {c}, not {sin} {cos}");
+            for r in [1.0, 1e-300, 1e300, 0.7] {
+                let (y, x) = (r * s, r * c);
+                let (fast, slow) = (angle(y, x), atan2(y, x));
+                assert!((fast - slow).abs() < 2e-15, "{y} {x}: {fast}, not {slow}");
+            }
+        }
+        assert_eq!((angle(0.0, 0.0), angle(0.0, 1.0), angle(0.0, -1.0)), (0.0, 0.0, PI));
+        assert_eq!((angle(1.0, 0.0), angle(-1.0, 0.0)), (FRAC_PI_2, -FRAC_PI_2));
+        assert_eq!(sin_cos_turns(0.25), (1.0, 0.0));
+        assert_eq!(sin_cos_turns(-0.5).1, -1.0);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
 use crate::color::Spectrum;
 use crate::material::{Material, ShadowKind};
 use crate::math::{DVec3, Ray};
-use crate::shape::{Shape, ShapeHit, TriangleMesh};
+use crate::shape::{Plane, Shape, ShapeHit, TriangleMesh};
 
 /// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
 /// holds beside a `t_max` of NaN is of no account.
@@ -144,9 +144,13 @@ pub(super) struct BatchShapes {
     primitives: Vec<u32>,
     /// Those that cast a full shadow.
     opaque: Spheres,
-    /// The primitives that are not among the spheres.
+    /// Planes without a transform, with their primitives.
+    planes: Vec<(Plane, u32)>,
+    /// Those that cast a full shadow.
+    opaque_planes: Vec<Plane>,
+    /// The primitives that are not among these.
     rest: Rest,
-    /// Those that cast a shadow and are not among the opaque spheres.
+    /// Those that cast a shadow and are not among the opaque spheres and planes.
     shadow_rest: Rest,
     /// Meshes, which all rays go through together.
     meshes: Vec<u32>,
@@ -154,6 +158,26 @@ pub(super) struct BatchShapes {
     opaque_meshes: Vec<u32>,
     /// Those that cast another: all rays go through them together, and those that hit anything once more alone.
     doubtful_meshes: Vec<u32>,
+}
+
+/// Where eight rays cross a plane, and the lanes in which that counts: as [`Plane::intersect`], operation by operation, but for
+/// whether the point is within reach of numbers.
+#[inline]
+fn crossings(plane: &Plane, rays: &RayBlock) -> ([f64; LANES], u8) {
+    let (mut ts, mut met) = ([0.0; LANES], 0);
+    let ([nx, ny, nz], [px, py, pz]) = (plane.normal.to_array(), plane.point.to_array());
+    let ([ox, oy, oz], [dx, dy, dz]) = (&rays.origin, &rays.direction);
+    for lane in 0..LANES {
+        let speed = dx.0[lane] * nx + dy.0[lane] * ny + dz.0[lane] * nz;
+        let t = ((px - ox.0[lane]) * nx + (py - oy.0[lane]) * ny + (pz - oz.0[lane]) * nz) / speed;
+        let counts = t >= rays.t_min.0[lane]
+            && t <= rays.t_max.0[lane]
+            && t < f64::INFINITY
+            && speed.abs() < f64::INFINITY;
+        ts[lane] = t;
+        met |= u8::from(counts) << lane;
+    }
+    (ts, met)
 }
 
 /// Primitives that are tested ray by ray.
@@ -193,6 +217,12 @@ impl BatchShapes {
                 }
                 _ => None,
             };
+            let plane = match &primitive.shape {
+                Shape::Plane(p) if primitive.transform == NO_TRANSFORM && primitive.faces == NO_FACES => {
+                    Some(p)
+                }
+                _ => None,
+            };
             let is_mesh = matches!(primitive.shape, Shape::Mesh(_));
             match sphere {
                 Some(s) => {
@@ -200,6 +230,7 @@ impl BatchShapes {
                     shapes.primitives.push(i as u32);
                 }
                 None if is_mesh => shapes.meshes.push(i as u32),
+                None if let Some(p) = plane => shapes.planes.push((*p, i as u32)),
                 None => shapes.rest.add(i, bounded),
             }
             // Of several materials each has its own shadow.
@@ -212,7 +243,10 @@ impl BatchShapes {
                 (_, None, ShadowKind::None) => {}
                 _ if is_mesh => shapes.doubtful_meshes.push(i as u32),
                 (Some(s), None, ShadowKind::Opaque) => shapes.opaque.push(s.center.to_array(), s.radius),
-                _ => shapes.shadow_rest.add(i, bounded),
+                _ => match plane {
+                    Some(p) if shadow == ShadowKind::Opaque => shapes.opaque_planes.push(*p),
+                    _ => shapes.shadow_rest.add(i, bounded),
+                },
             }
         }
         shapes
@@ -244,6 +278,22 @@ impl Scene {
                     primitive: shapes.primitives[sphere as usize],
                 })
             }));
+        }
+        for (plane, index) in &shapes.planes {
+            for (i, block) in rays.blocks[..used].iter().enumerate() {
+                let (t, met) = crossings(plane, block);
+                for lane in super::scene::Bits(u64::from(met)).map(|lane| lane as usize) {
+                    let place = i * LANES + lane;
+                    let (Some(hit), Some(mut ray)) = (hits.get_mut(place), rays.get(place)) else { continue };
+                    if let Some(hit) = hit {
+                        ray.t_max = hit.shape.t;
+                    }
+                    if t[lane] <= ray.t_max && ray.at(t[lane]).is_finite() {
+                        let found = ShapeHit { t: t[lane], part: 0, u: 0.0, v: 0.0 };
+                        self.keep_nearer(*index, found, &mut ray, hit);
+                    }
+                }
+            }
         }
         if !shapes.rest.is_empty() {
             for (i, hit) in hits.iter_mut().enumerate() {
@@ -363,6 +413,18 @@ impl Scene {
         shapes.opaque.any(&rays.blocks[..used], &mut rays.blocked);
         rays.tinted.clear();
         rays.tinted.resize(used, 0);
+        for plane in &shapes.opaque_planes {
+            for (i, blocked) in rays.blocked.iter_mut().enumerate() {
+                let (t, met) = crossings(plane, &rays.blocks[i]);
+                for lane in super::scene::Bits(u64::from(met & !*blocked)) {
+                    let (block, lane) = (&rays.blocks[i], lane as usize);
+                    let at =
+                        |axis: usize| block.origin[axis].0[lane] + t[lane] * block.direction[axis].0[lane];
+                    let finite = (0..3).all(|axis| at(axis).is_finite());
+                    *blocked |= u8::from(finite) << lane;
+                }
+            }
+        }
         for &index in &shapes.opaque_meshes {
             self.behind_mesh(index, rays, |_, _| true);
         }

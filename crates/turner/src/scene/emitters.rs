@@ -175,7 +175,8 @@ impl Emitters {
         self.environments.iter().filter_map(move |&i| match scene.lights.get(i as usize) {
             // Lights stand before shapes: their numbers are those of the choice.
             Some(Light::Environment(l)) => {
-                Some((l.radiance(direction), self.choice.probability(i) * l.pdf(direction)))
+                let (radiance, pdf) = l.found(direction);
+                Some((radiance, self.choice.probability(i) * pdf))
             }
             _ => None,
         })

@@ -223,9 +223,10 @@ impl Scene {
             return self.intersect_faces(primitive, ray);
         }
         if primitive.transform == NO_TRANSFORM {
-            // Spheres are tested in place: a call costs as much as the test.
+            // Spheres and planes are tested in place: a call costs as much as the test.
             match &primitive.shape {
                 Shape::Sphere(sphere) => sphere.intersect(ray),
+                Shape::Plane(plane) => plane.intersect(ray),
                 shape => shape.intersect(ray),
             }
         } else {
@@ -243,6 +244,7 @@ impl Scene {
         let hit = if primitive.transform == NO_TRANSFORM {
             match &primitive.shape {
                 Shape::Sphere(sphere) => sphere.intersect(ray).is_some(),
+                Shape::Plane(plane) => plane.intersect(ray).is_some(),
                 shape => shape.occludes(ray),
             }
         } else {

@@ -21,11 +21,10 @@ struct Medium {
     count: u32,
 }
 
-/// The solids around a point of a path.
-#[derive(Clone, Copy, Debug)]
+/// The solids around a point of a path. Most paths meet none, and are small so.
+#[derive(Clone, Debug)]
 pub(super) struct Media {
-    list: [Medium; MAX_NESTED],
-    len: u8,
+    list: Vec<Medium>,
 }
 
 /// What a boundary between solids is to a ray.
@@ -38,22 +37,18 @@ pub(super) enum Boundary {
 
 impl Media {
     /// Around a point in the open.
-    pub(super) const NONE: Media = Media {
-        list: [Medium { material: MaterialId(u32::MAX), ior: 1.0, absorption: [0.0; 3], count: 0 };
-            MAX_NESTED],
-        len: 0,
-    };
+    pub(super) const NONE: Media = Media { list: Vec::new() };
 
     /// The solid that is there, other than one of a material.
     fn top_except(&self, except: Option<MaterialId>) -> Option<&Medium> {
-        let others = self.list[..usize::from(self.len)].iter().filter(|m| Some(m.material) != except);
+        let others = self.list.iter().filter(|m| Some(m.material) != except);
         others.max_by(|a, b| a.ior.total_cmp(&b.ior).then(b.material.cmp(&a.material)))
     }
 
     /// The share of light that is left after a way of some length.
     #[inline]
     pub(super) fn transmittance(&self, length: f64) -> Option<Spectrum> {
-        if self.len == 0 {
+        if self.list.is_empty() {
             return None;
         }
         let absorption = self.top_except(None)?.absorption;
@@ -69,8 +64,7 @@ impl Media {
 
     /// What the boundary of a solid is, met from outside (`entering`) or inside.
     pub(super) fn boundary(&self, material: MaterialId, ior: f64, entering: bool) -> Boundary {
-        let inside =
-            self.list[..usize::from(self.len)].iter().find(|m| m.material == material).map_or(0, |m| m.count);
+        let inside = self.list.iter().find(|m| m.material == material).map_or(0, |m| m.count);
         // Of solids of one material in one another, only the outermost boundary shows.
         if if entering { inside > 0 } else { inside > 1 } {
             return Boundary::Hidden;
@@ -84,19 +78,14 @@ impl Media {
 
     /// The path has crossed the boundary of a solid.
     pub(super) fn cross(&mut self, id: MaterialId, material: &Physical, entering: bool) {
-        let found = self.list[..usize::from(self.len)].iter().position(|m| m.material == id);
+        let found = self.list.iter().position(|m| m.material == id);
         match (found, entering) {
             (Some(i), true) => self.list[i].count += 1,
             (Some(i), false) if self.list[i].count > 1 => self.list[i].count -= 1,
-            (Some(i), false) => {
-                self.list.copy_within(i + 1..usize::from(self.len), i);
-                self.len -= 1;
-            }
-            (None, true) if usize::from(self.len) < MAX_NESTED => {
+            (Some(i), false) => drop(self.list.remove(i)),
+            (None, true) if self.list.len() < MAX_NESTED => {
                 let ior = material.desc.specular_ior as f32;
-                self.list[usize::from(self.len)] =
-                    Medium { material: id, ior, absorption: absorption(material), count: 1 };
-                self.len += 1;
+                self.list.push(Medium { material: id, ior, absorption: absorption(material), count: 1 });
             }
             (None, _) => {}
         }

@@ -3,7 +3,7 @@
 use super::media::Boundary;
 use super::wave::{Path, Wave};
 use super::{LightSampling, settings::Settings};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Towards};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
 use crate::material::{AlphaMode, Material, Physical};
@@ -23,7 +23,8 @@ struct Vertex<'a> {
     frame: Frame,
     /// Geometric normal: outer for what has an inside, else on the side the ray came from.
     ng: DVec3,
-    bsdf: &'a Bsdf,
+    /// Seen from there.
+    bsdf: Towards<'a>,
     /// Towards where the ray came from, in the scene and in the frame.
     wo: DVec3,
     wo_local: DVec3,
@@ -214,7 +215,7 @@ impl Wave<'_> {
         let wi = lit.to_light / distance;
         let wi_local = v.frame.to_local(wi);
         let Some(crosses) = v.crosses(wi, wi_local) else { return };
-        let (f, pdf) = v.bsdf.eval_pdf(v.wo_local, wi_local);
+        let (f, pdf) = v.bsdf.eval_pdf(wi_local);
         if f.is_black() {
             return;
         }
@@ -225,7 +226,7 @@ impl Wave<'_> {
         let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;
         let length = if lit.finite { distance } else { f64::INFINITY };
         let left = if crosses && material.has_inside() {
-            let mut media = path.media;
+            let mut media = path.media.clone();
             media.cross(v.surface.material, material, wi.dot(v.ng) < 0.0);
             media.transmittance(length)
         } else {
@@ -251,7 +252,7 @@ impl Wave<'_> {
     fn go_on(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, set: u32, stats: &mut RayStats) {
         let path = &mut self.paths[sample as usize];
         let [u0, u1, u2, u3] = path.sampler.four(set);
-        let Some(s) = v.bsdf.sample(v.wo_local, [u2, u0, u1]) else { return };
+        let Some(s) = v.bsdf.sample([u2, u0, u1]) else { return };
         let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
         let wi = v.frame.to_world(s.wi);
         let Some(crosses) = v.crosses(wi, s.wi) else { return };
@@ -312,7 +313,8 @@ fn prepare<'a>(
             ng = -ng;
         }
     }
-    Vertex { surface, frame, ng, bsdf, wo, wo_local: frame.to_local(wo) }
+    let wo_local = frame.to_local(wo);
+    Vertex { surface, frame, ng, bsdf: bsdf.towards(wo_local), wo, wo_local }
 }
 
 /// The same frame around another normal.

@@ -10,7 +10,7 @@ use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock};
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
     /// The share of what the next ray finds that reaches the pixel.

@@ -5,11 +5,12 @@
 //! A row is chosen by its share of the light, then a column in it (inversion of both distribution functions): points
 //! that are spread well over the unit square stay spread well over the sphere.
 
+use std::collections::TryReserveError;
 use std::f64::consts::{PI, TAU};
 
-use super::map::{EnvironmentMap, around, coordinates, solid_angles};
-use crate::math::DVec3;
+use super::map::{EnvironmentMap, around, coordinates_fast, height, solid_angles};
 use crate::math::elementary::cos;
+use crate::math::{DVec2, DVec3};
 use crate::scene::error::{ErrorCode, SceneError};
 
 /// The columns of a row share this many units.
@@ -26,6 +27,14 @@ pub(super) struct Distribution {
     columns: Vec<u32>,
     /// Cosine of the angle from the zenith at the upper edge of each row, and at the end.
     edges: Vec<f64>,
+    /// The density per unit of each row.
+    densities: Vec<f64>,
+    /// In which row each of equal parts of 0..=1 begins, as many as a power of two, and the last row: half of a search.
+    row_guide: Vec<u32>,
+    /// The same for the columns of each row, of [`UNITS`] + 1.
+    column_guide: Vec<u32>,
+    /// Parts of a row's guide are this power of two.
+    guide_bits: u32,
 }
 
 impl Distribution {
@@ -42,15 +51,16 @@ impl Distribution {
             rows: Vec::new(),
             columns: Vec::new(),
             edges: (0..=height).map(|y| cos(PI * f64::from(y) / f64::from(height))).collect(),
+            densities: Vec::new(),
+            row_guide: Vec::new(),
+            column_guide: Vec::new(),
+            guide_bits: (width / 4).max(1).ilog2(),
         };
         if total <= 0.0 {
             return Ok(distribution);
         }
         let cells = width as usize * height as usize;
-        distribution.columns.try_reserve_exact(cells).map_err(|_| {
-            let message = format!("there is no memory to sample an environment of {width}x{height} pixels");
-            SceneError::new(ErrorCode::TooLarge, message).help("scale the picture down")
-        })?;
+        distribution.columns.try_reserve_exact(cells).map_err(|_| no_memory(width, height))?;
         let floor = if compensated { total / (2.0 * TAU) } else { 0.0 };
         let mut sums = distribution.fill(map, &solid_angles, floor);
         if sums.iter().sum::<f64>() <= 0.0 {
@@ -64,7 +74,35 @@ impl Distribution {
             begin += sum;
         }
         distribution.rows.push(1.0);
+        distribution.guide().map_err(|_| no_memory(width, height))?;
         Ok(distribution)
+    }
+
+    /// Fills in what is looked up beforehand.
+    fn guide(&mut self) -> Result<(), TryReserveError> {
+        let width = f64::from(self.width);
+        self.densities = (self.rows.windows(2).zip(self.edges.windows(2)))
+            .map(|(row, edge)| (row[1] - row[0]) / f64::from(UNITS) / (TAU / width * (edge[0] - edge[1])))
+            .collect();
+        let parts = self.height.next_power_of_two();
+        let last = self.height - 1;
+        let found = |v: f64| (self.rows.partition_point(|begin| *begin <= v).max(1) as u32 - 1).min(last);
+        self.row_guide = (0..parts).map(|k| found(f64::from(k) / f64::from(parts))).chain([last]).collect();
+        let parts = 1u32 << self.guide_bits;
+        let size = self.height as usize * (parts as usize + 1);
+        self.column_guide.try_reserve_exact(size)?;
+        for row in self.columns.chunks_exact(self.width as usize) {
+            let mut x = 0;
+            for k in 0..parts {
+                let unit = (u64::from(k) << 32 >> self.guide_bits) as u32;
+                while row.get(x + 1).is_some_and(|begin| *begin <= unit) {
+                    x += 1;
+                }
+                self.column_guide.push(x as u32);
+            }
+            self.column_guide.push(self.width - 1);
+        }
+        Ok(())
     }
 
     /// Writes the columns of every row; gives the light of each row above `floor`.
@@ -100,39 +138,44 @@ impl Distribution {
         }
     }
 
-    /// A direction for two uniform numbers in 0..1, and its density per solid angle; `None` if all is black.
-    pub(super) fn sample(&self, u: [f64; 2]) -> Option<(DVec3, f64)> {
-        let [u, v] = u.map(|u| u.clamp(0.0, 1.0 - f64::EPSILON));
-        let y = self.rows.partition_point(|begin| *begin <= v).checked_sub(1)?.min(self.height as usize - 1);
+    /// A direction for two uniform numbers in 0..1, its place in the picture and its density per solid angle; `None` if all is
+    /// black.
+    pub(super) fn sample(&self, u: [f64; 2]) -> Option<(DVec3, DVec2, f64)> {
+        let [u, v] = u.map(|u| if u > 0.0 { u.min(1.0 - f64::EPSILON) } else { 0.0 });
+        let parts = self.row_guide.len().checked_sub(1)?;
+        let y = between(&self.row_guide, (v * parts as f64) as usize, &self.rows, |begin| *begin <= v)?;
         let (begin, end) = (self.rows[y], self.rows[y + 1]);
         let down = ((v - begin) / (end - begin)).clamp(0.0, 1.0);
         let unit = u * f64::from(UNITS);
         let row = self.row(y);
-        let x = row.partition_point(|begin| f64::from(*begin) <= unit).checked_sub(1)?;
+        let guide = &self.column_guide[y * ((1 << self.guide_bits) + 1)..][..(1 << self.guide_bits) + 1];
+        // The greatest whole number that is not above it: columns begin at whole numbers.
+        let whole = unit as u32;
+        let part = (u64::from(whole) << self.guide_bits >> 32) as usize;
+        let x = between(guide, part, row, |begin| *begin <= whole)?;
         let (first, units) = column(row, x);
         let across = ((unit - f64::from(first)) / f64::from(units)).clamp(0.0, 1.0);
         let cos_theta = self.edges[y] + (self.edges[y + 1] - self.edges[y]) * down;
         let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
         let pdf = self.density(x, y);
-        let direction = around((x as f64 + across) / f64::from(self.width), sin_theta, cos_theta);
-        (pdf > 0.0).then_some((direction, pdf))
+        let uv = DVec2::new((x as f64 + across) / f64::from(self.width), height(sin_theta, cos_theta));
+        (pdf > 0.0).then(|| (around(uv.x, sin_theta, cos_theta), uv, pdf))
     }
 
     /// The density of a direction of any length, per solid angle.
     pub(super) fn pdf(&self, direction: DVec3) -> f64 {
-        let uv = coordinates(direction);
+        self.pdf_at(coordinates_fast(direction))
+    }
+
+    /// The same at a place in the picture, (u, v) in 0..=1.
+    #[inline]
+    pub(super) fn pdf_at(&self, uv: DVec2) -> f64 {
         let cell = |v: f64, n: u32| ((v * f64::from(n)) as u32).min(n - 1) as usize;
         self.density(cell(uv.x, self.width), cell(uv.y, self.height))
     }
 
     fn density(&self, x: usize, y: usize) -> f64 {
-        if self.rows.is_empty() {
-            return 0.0;
-        }
-        let of_row = self.rows[y + 1] - self.rows[y];
-        let of_column = f64::from(column(self.row(y), x).1) / f64::from(UNITS);
-        let solid_angle = TAU / f64::from(self.width) * (self.edges[y] - self.edges[y + 1]);
-        of_row * of_column / solid_angle
+        self.densities.get(y).map_or(0.0, |density| density * f64::from(column(self.row(y), x).1))
     }
 
     fn row(&self, y: usize) -> &[u32] {
@@ -141,8 +184,23 @@ impl Distribution {
 
     /// Bytes of the tables.
     pub(super) fn memory(&self) -> usize {
-        size_of_val(&*self.rows) + size_of_val(&*self.columns) + size_of_val(&*self.edges)
+        let guides = size_of_val(&*self.row_guide) + size_of_val(&*self.column_guide);
+        let rows = size_of_val(&*self.rows) + size_of_val(&*self.edges) + size_of_val(&*self.densities);
+        rows + guides + size_of_val(&*self.columns)
     }
+}
+
+/// The last place that begins early enough, found between two entries of a guide; `begins` says of which places that is so: the
+/// first ones.
+#[inline]
+fn between<T>(guide: &[u32], part: usize, places: &[T], begins: impl Fn(&T) -> bool) -> Option<usize> {
+    let (first, last) = (*guide.get(part)? as usize, *guide.get(part + 1)? as usize);
+    Some(first + places.get(first + 1..=last)?.partition_point(begins))
+}
+
+fn no_memory(width: u32, height: u32) -> SceneError {
+    let message = format!("there is no memory to sample an environment of {width}x{height} pixels");
+    SceneError::new(ErrorCode::TooLarge, message).help("scale the picture down")
 }
 
 /// Where a column begins, and how many units it has.

@@ -125,7 +125,18 @@ impl EnvironmentLight {
     /// The light that comes from a direction (a vector towards it, of any length but 0): bilinear between the
     /// centres of pixels, never negative, always finite.
     pub fn radiance(&self, direction: DVec3) -> Spectrum {
-        let radiance = self.prepared.map.radiance(self.turned_to_map(direction));
+        self.scaled(self.prepared.map.radiance(self.turned_to_map(direction)))
+    }
+
+    /// The same within rounding and the density of [`EnvironmentLight::pdf`], both for little more than half the price of the first.
+    #[inline]
+    pub fn found(&self, direction: DVec3) -> (Spectrum, f64) {
+        let uv = map::coordinates_fast(self.turned_to_map(direction));
+        (self.scaled(self.prepared.map.at(uv)), self.prepared.distribution.pdf_at(uv))
+    }
+
+    #[inline]
+    fn scaled(&self, radiance: Spectrum) -> Spectrum {
         Spectrum::from(
             [(radiance.r, self.scale.r), (radiance.g, self.scale.g), (radiance.b, self.scale.b)]
                 .map(|(v, scale)| (v * scale).min(f32::MAX)),
@@ -138,9 +149,9 @@ impl EnvironmentLight {
     /// Light can come from a direction that is never chosen only if the environment was prepared as `compensated`:
     /// what is dimmer than the mean is then left to the other sampler.
     pub fn sample(&self, u: [f64; 2]) -> Option<EnvironmentSample> {
-        let (direction, pdf) = self.prepared.distribution.sample(u)?;
-        let direction = self.turned_to_scene(direction);
-        Some(EnvironmentSample { direction, radiance: self.radiance(direction), pdf })
+        let (direction, uv, pdf) = self.prepared.distribution.sample(u)?;
+        let radiance = self.scaled(self.prepared.map.at(uv));
+        Some(EnvironmentSample { direction: self.turned_to_scene(direction), radiance, pdf })
     }
 
     /// How probable [`EnvironmentLight::sample`] makes a direction, per solid angle.

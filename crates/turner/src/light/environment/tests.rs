@@ -121,7 +121,12 @@ fn a_sample_knows_its_density_and_its_light() {
         let mut disagree = 0;
         for _ in 0..20_000 {
             let sample = light.sample([random.next(), random.next()]).unwrap();
-            assert_eq!(sample.radiance, light.radiance(sample.direction));
+            let (radiance, pdf) = light.found(sample.direction);
+            for there in [radiance, light.radiance(sample.direction)] {
+                let difference = there + sample.radiance * -1.0;
+                assert!(difference.map(f32::abs).max_component() < 1e-6 * (1.0 + there.max_component()));
+            }
+            assert_eq!(pdf, light.pdf(sample.direction));
             assert!(sample.pdf > 0.0 && sample.pdf.is_finite());
             // On an edge between two pixels rounding may lead to the other one.
             disagree += u32::from((light.pdf(sample.direction) / sample.pdf - 1.0).abs() > 1e-9);
