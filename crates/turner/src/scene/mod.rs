@@ -9,6 +9,7 @@ mod faces;
 mod mesh_batch;
 pub mod model;
 mod param;
+mod planes;
 mod prepare;
 pub mod read;
 #[allow(clippy::module_inception)]
