@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Indices are checked, sizes are held against the bytes there are before anything is allocated, and what a file may
-//! make the importer allocate is bounded ([`budget`]): a damaged file is refused with a JSON pointer to what is wrong.
+//! make the importer allocate is bounded (by the size of the file): a damaged file is refused with a JSON pointer to what is wrong.
 //! What is read but shown otherwise, or not at all, is told in the scene's warnings.
 
 mod accessors;
