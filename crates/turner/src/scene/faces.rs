@@ -83,8 +83,8 @@ impl Scene {
         face.map_or(primitive.material, |face| face.material)
     }
 
-    /// Whether there is anything at a hit; `ray` is in the object's space. What is seen from one side only lets light pass from the
-    /// other, too: else rooms with walls to look through would be dark.
+    /// Whether there is anything at a hit; `ray` is in the object's space. A surface with one side is not there for rays that meet its
+    /// back, of whatever kind: so all ways of finding light agree.
     pub(super) fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
         let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
         let Some(cutout) = face.and_then(|face| face.cutout) else { return true };
