@@ -36,7 +36,7 @@ pub struct Scene {
     pub background: BackgroundDesc,
     /// All textures.
     pub textures: Textures,
-    /// Materials, by id; the last one is the default.
+    /// Materials, by id; behind those of the description stand the default and what the stage needs.
     pub materials: Vec<Material>,
     /// Lights with a place or a direction.
     pub lights: Vec<Light>,

@@ -138,3 +138,8 @@ impl Work for Surfaces<'_> {
         }
     }
 }
+
+/// A dimension of its own for each shaded point, light and shadow ray of a sample.
+pub(super) fn jitter_dimension(shaded: u64, light: usize, i: u32) -> u64 {
+    16 + ((shaded << 40) ^ ((light as u64) << 20) ^ u64::from(i))
+}

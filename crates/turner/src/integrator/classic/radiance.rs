@@ -5,7 +5,7 @@
 
 use turner_bvh::lanes::{LANES, dispatch};
 
-use super::points::{PointBlock, Surfaces, get, set};
+use super::points::{PointBlock, Surfaces, get, jitter_dimension, set};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
 use super::{AtDepth, ClassicDesc, Combine, Miss};
 use crate::color::Spectrum;
@@ -497,9 +497,4 @@ impl ClassicDesc {
             pixel.color += scene.surroundings(direction()) * task.weight as f32;
         }
     }
-}
-
-/// A dimension of its own for each shaded point, light and shadow ray of a sample.
-fn jitter_dimension(shaded: u64, light: usize, i: u32) -> u64 {
-    16 + ((shaded << 40) ^ ((light as u64) << 20) ^ u64::from(i))
 }
