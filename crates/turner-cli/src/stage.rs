@@ -136,7 +136,7 @@ impl StageArgs {
             desc.images.push(Asset { uri: name.into_owned(), data: Arc::new(image) });
             let file = Some(ImageId(desc.images.len() as u32 - 1));
             let environment = EnvironmentDesc { file, ..EnvironmentDesc::studio() };
-            desc.lights.retain(|l| !matches!(l.value, LightDesc::Environment(_)));
+            desc.lights.retain(|l| !matches!(l.value, LightDesc::Environment(_) | LightDesc::Sky(_)));
             desc.lights.push(Named { name: None, span: None, value: LightDesc::Environment(environment) });
         }
         let environments = desc.lights.iter_mut().filter_map(|l| match &mut l.value {

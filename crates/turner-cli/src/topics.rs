@@ -3,8 +3,9 @@
 use turner::camera::Handedness;
 use turner::color::{Tonemap, Transfer};
 use turner::film::{Antialias, PixelSample};
+use turner::filter::FilterKind;
 use turner::integrator::{AtDepth, Combine, Facing, Highlight, Miss, NormalKind};
-use turner::light::AttenuationKind;
+use turner::light::{AttenuationKind, ProfileUnits};
 use turner::material::{AlphaMode, Fresnel, ShadowKind};
 use turner::scene::model::UpAxis;
 use turner::scene::read::SECTIONS;
@@ -22,6 +23,7 @@ type Words = &'static [(&'static str, &'static str)];
 /// Sets of words, found by how their type is shown.
 pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (Antialias::kind, Antialias::DOCS),
+    (FilterKind::kind, FilterKind::DOCS),
     (PixelSample::kind, PixelSample::DOCS),
     (Transfer::kind, Transfer::DOCS),
     (Tonemap::kind, Tonemap::DOCS),
@@ -39,6 +41,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (GradientKind::kind, GradientKind::DOCS),
     (NoiseKind::kind, NoiseKind::DOCS),
     (AttenuationKind::kind, AttenuationKind::DOCS),
+    (ProfileUnits::kind, ProfileUnits::DOCS),
     (Fresnel::kind, Fresnel::DOCS),
     (ShadowKind::kind, ShadowKind::DOCS),
     (AlphaMode::kind, AlphaMode::DOCS),

@@ -7,7 +7,9 @@
 mod closed_forms;
 #[path = "../classic/common.rs"]
 mod common;
+mod distant;
 mod estimators;
 mod glass;
+mod pixels;
 mod sameness;
 mod statistics;

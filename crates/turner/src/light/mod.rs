@@ -6,6 +6,8 @@ mod directional;
 pub mod emission;
 mod environment;
 mod point;
+mod profile;
+mod sky;
 mod spot;
 
 pub use ambient::AmbientDesc;
@@ -13,6 +15,8 @@ pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
 pub use directional::DirectionalDesc;
 pub use environment::{EnvironmentDesc, EnvironmentLight, EnvironmentSample};
 pub use point::PointDesc;
+pub use profile::{LightProfile, ProfileFile, ProfileUnits};
+pub use sky::SkyDesc;
 pub use spot::SpotDesc;
 
 use crate::color::Spectrum;
@@ -35,6 +39,7 @@ family! {
         Disk(DiskLightDesc),
         Sphere(SphereLightDesc),
         Environment(EnvironmentDesc),
+        Sky(SkyDesc),
     }
 }
 
@@ -128,23 +133,32 @@ pub enum Light {
 }
 
 impl LightDesc {
-    /// Makes it ready; an ambient light is `Err(its colour)`, for it has no place. `images` are the scene's; `compensated` is
-    /// for environments ([`EnvironmentDesc::prepare`]).
+    /// Makes it ready and adds what it is made of to `lights`; gives the colour of an ambient light, which has no place. `images` are the
+    /// scene's; `compensated` is for environments ([`EnvironmentDesc::prepare`]), `physical` whether the integrator is.
     pub fn prepare(
         &self,
         images: &[Asset<Image>],
         compensated: bool,
-    ) -> Result<Result<Light, Spectrum>, SceneError> {
-        Ok(Ok(match self {
-            LightDesc::Ambient(l) => return Ok(Err(l.color * l.intensity as f32)),
-            LightDesc::Point(l) => Light::Point(l.prepare()),
+        physical: bool,
+        lights: &mut Vec<Light>,
+    ) -> Result<Spectrum, SceneError> {
+        let light = match self {
+            LightDesc::Ambient(l) => return Ok(l.color * l.intensity as f32),
+            LightDesc::Point(l) => Light::Point(l.prepare()?),
             LightDesc::Directional(l) => Light::Directional(l.prepare()?),
             LightDesc::Spot(l) => Light::Spot(l.prepare()?),
             LightDesc::Rectangle(l) => Light::Area(l.prepare()?),
             LightDesc::Disk(l) => Light::Area(l.prepare()?),
             LightDesc::Sphere(l) => Light::Area(l.prepare()),
             LightDesc::Environment(l) => Light::Environment(l.prepare(images, compensated)?),
-        }))
+            LightDesc::Sky(l) => {
+                let (around, sun) = l.prepare(compensated, physical)?;
+                lights.extend(sun.map(Light::Directional));
+                Light::Environment(around)
+            }
+        };
+        lights.push(light);
+        Ok(Spectrum::BLACK)
     }
 }
 

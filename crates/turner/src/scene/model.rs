@@ -276,11 +276,7 @@ fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
 /// A camera moved with its model.
 fn placed_camera(camera: &CameraDesc, by: &DAffine3) -> CameraDesc {
     let mut camera = camera.clone();
-    let (position, look_at, up) = match &mut camera {
-        CameraDesc::Pinhole(c) => (&mut c.position, &mut c.look_at, &mut c.up),
-        CameraDesc::Orthographic(c) => (&mut c.position, &mut c.look_at, &mut c.up),
-        CameraDesc::ThinLens(c) => (&mut c.position, &mut c.look_at, &mut c.up),
-    };
+    let [position, look_at, up] = camera.placement_mut();
     *position = by.transform_point3(*position);
     *look_at = by.transform_point3(*look_at);
     *up = by.transform_vector3(*up);

@@ -41,6 +41,10 @@ impl SceneDesc {
     pub fn prepare(&self, options: &PrepareOptions) -> Result<Scene, SceneError> {
         let mut warnings = self.warnings.clone();
         let film_bytes = Film::check(&self.film)?;
+        if self.film.ignores_filter() {
+            let message = "`filter` and `filter_radius` have no effect without antialias = \"monte-carlo\"";
+            warnings.push(Warning::new(WarningKind::Ignored, message));
+        }
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let physical = self.integrator.is_physical();
         let ready = |m: &MaterialDesc| match physical {
@@ -178,15 +182,10 @@ impl SceneDesc {
 
     fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
         let (mut lights, mut ambient) = (Vec::new(), Spectrum::BLACK);
+        let (compensated, physical) = (self.integrator.compensates(), self.integrator.is_physical());
         for light in &self.lights {
-            match light
-                .value
-                .prepare(&self.images, self.integrator.compensates())
-                .map_err(|e| e.or_at(light.span))?
-            {
-                Ok(light) => lights.push(light),
-                Err(color) => ambient += color,
-            }
+            let prepared = light.value.prepare(&self.images, compensated, physical, &mut lights);
+            ambient += prepared.map_err(|e| e.or_at(light.span))?;
         }
         Ok((lights, ambient))
     }

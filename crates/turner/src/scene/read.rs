@@ -16,7 +16,7 @@ use crate::color::{Transfer, named};
 use crate::film::FilmDesc;
 use crate::image::Image;
 use crate::integrator::IntegratorDesc;
-use crate::light::LightDesc;
+use crate::light::{LightDesc, LightProfile};
 use crate::material::MaterialDesc;
 use crate::shape::{ShapeDesc, mesh::MeshData};
 use crate::texture::TextureDesc;
@@ -28,6 +28,10 @@ pub trait SceneAssets {
     fn image(&mut self, uri: &str, from: FileId) -> Result<Arc<Image>, SceneError>;
     /// A mesh.
     fn mesh(&mut self, uri: &str, from: FileId) -> Result<Arc<MeshData>, SceneError>;
+    /// A light's measurements.
+    fn light_profile(&mut self, uri: &str, _from: FileId) -> Result<Arc<LightProfile>, SceneError> {
+        Err(SceneError::new(ErrorCode::File, format!("{}: measured lights cannot be read here", escape(uri))))
+    }
     /// A file of another program, as a scene.
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
 }
@@ -90,6 +94,11 @@ impl ReadContext<'_> {
     pub fn image(&mut self, uri: &str, span: Span) -> Result<ImageId, SceneError> {
         let image = self.assets.image(uri, span.file).map_err(|e| e.or_at(Some(span)))?;
         Ok(ImageId(intern(&mut self.images, uri, image)))
+    }
+
+    /// A file of a light's measurements.
+    pub fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError> {
+        self.assets.light_profile(uri, span.file).map_err(|e| e.or_at(Some(span)))
     }
 
     /// A mesh file.
