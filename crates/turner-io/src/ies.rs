@@ -102,7 +102,8 @@ impl<'a> Numbers<'a> {
 pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), IesError> {
     let text = String::from_utf8_lossy(bytes);
     let mut warnings = Vec::new();
-    let mut warn = |kind, text: &str| warnings.push(Warning::new(kind, format!("{}: {text}", printable(name))));
+    let mut warn =
+        |kind, text: &str| warnings.push(Warning::new(kind, format!("{}: {text}", printable(name))));
     let mut lines = text.lines().enumerate();
     let tilt = lines.find_map(|(i, line)| {
         let line = line.trim();
@@ -158,7 +159,9 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
         warn(WarningKind::Doubtful, "intensities below 0 count as 0");
     }
     let whole = whole_turn(&horizontal).ok_or_else(|| {
-        numbers.damaged("horizontal angles must increase from 0 to 0, 90, 180 or 360, or from 90 over 180 to 270".into())
+        numbers.damaged(
+            "horizontal angles must increase from 0 to 0, 90, 180 or 360, or from 90 over 180 to 270".into(),
+        )
     })?;
     let candela = whole.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
     let angles = whole.iter().map(|(angle, _)| *angle).collect();
@@ -262,7 +265,7 @@ mod tests {
         };
         says("", "TILT");
         says("hello\nworld", "line 2");
-        says(&good.replace("TILT=NONE\n", "TILT=NONE"), "found \"NONE1\"");
+        says(&good.replace("TILT=NONE\n", "TILT=NONE "), "no possible number");
         says(&good.replace("1 -1", "1 x\u{7}y"), "expected a number");
         says(&good.replace("2 2 1", "2 99999 1"), "no possible number of vertical angles");
         says(&good.replace("2 2 1", "2 2.5 1"), "no possible number");

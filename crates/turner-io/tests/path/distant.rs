@@ -20,8 +20,7 @@ fn integrator(way: &str) -> String {
 fn a_disc_in_the_sky_lights_a_matte_plane_as_a_point_does() {
     let plane = "object = [{ type = \"plane\", material = { type = \"matte\", color = [0.5, 0.25, 1] } }]\n";
     for (way, samples, cap) in [("both", 256, 0.01), ("light", 64, 0.01), ("bsdf", 1024, 0.02)] {
-        let light =
-            "light = [{ type = \"directional\", from = [1.7320508075688772, 1, 0], intensity = 8, angle = 50 }]\n";
+        let light = "light = [{ type = \"directional\", from = [1.7320508075688772, 1, 0], intensity = 8, angle = 50 }]\n";
         let m = mean(samples, &format!("{}{DOWN}{plane}{light}", integrator(way)));
         m.is([0.5, 0.25, 1.0].map(|c| c / PI * 4.0), cap);
     }
@@ -137,7 +136,9 @@ fn measured_lamps_shine_as_measured() {
     let tan30 = 30f64.to_radians().tan();
     let cos30 = 30f64.to_radians().cos();
     let point = "type = \"point\", intensity = 3";
-    let close = |found: f64, expected: f64| assert!((found - expected).abs() < 2e-5 * expected.max(1.0), "{found} {expected}");
+    let close = |found: f64, expected: f64| {
+        assert!((found - expected).abs() < 2e-5 * expected.max(1.0), "{found} {expected}")
+    };
     // Relative: 3 in the brightest direction. No attenuation: the cosine remains.
     close(lit(point, [0.0, 0.0]), 3.0);
     close(lit(point, [tan30, 0.0]), 3.0 * 0.8 * cos30);

@@ -9,7 +9,7 @@ fn edge(filter: &str, integrator: &str) -> Vec<f64> {
         "camera = {{ type = \"orthographic\", position = [0, 1, 0], look_at = [0, 0, 0], up = [0, 0, -1], viewport = [12, 4] }}\n\
          film = {{ width = 12, height = 4, antialias = \"monte-carlo\", samples = 4096, {filter} }}\n\
          integrator = {{ type = \"{integrator}\" }}\n\
-         light = [{{ type = \"ambient\" }}]\n\
+         light = [{{ type = \"ambient\", intensity = 1 }}]\n\
          object = [{{ {surface}, material = {{ MATERIAL }} }}]\n"
     );
     let physical = "type = \"principled\", base_weight = 0, specular_weight = 0, emission_luminance = 1";
@@ -122,7 +122,7 @@ fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
         format!(
             "camera = {{ type = \"fisheye\", position = [0, 0, 0], look_at = [0, 0, -1], angle = 360 }}\n\
              film = {{ width = 24, height = 24, antialias = \"monte-carlo\", samples = 2 }}\nintegrator.type = \"{integrator}\"\n\
-             object = [{{ type = \"box\", size = 2, material = {{ {material} }} }},\n{}]\nlight = [{{ type = \"point\", position = [0, 0, 0.5] }}]\n",
+             object = [{{ type = \"box\", size = [2, 2, 2], material = {{ {material} }} }},\n{}]\nlight = [{{ type = \"point\", position = [0, 0, 0.5] }}]\n",
             "{ type = \"sphere\", center = [0, 0, -0.5], radius = 0.1 },\n".repeat(9)
         )
     };
