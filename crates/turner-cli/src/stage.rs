@@ -150,6 +150,12 @@ impl StageArgs {
             *rotation = self.env_rotation.unwrap_or(*rotation);
             *strength = self.env_strength.unwrap_or(*strength);
         }
+        for light in &mut desc.lights {
+            if let LightDesc::Sky(sky) = &mut light.value {
+                sky.turn(self.env_rotation.unwrap_or(0.0));
+                sky.strength = self.env_strength.unwrap_or(sky.strength);
+            }
+        }
         if self.env_rotation.is_some() || self.env_strength.is_some() {
             *hash = hash_with(hash, format!("{:?} {:?}", self.env_rotation, self.env_strength).as_bytes());
         }

@@ -70,6 +70,14 @@ const HEIGHT: u32 = WIDTH / 2;
 const TURNS: usize = 65;
 
 impl SkyDesc {
+    /// Turns sun and sky about +y by degrees, as an environment is: what was in the north (−z) comes to be in the west after 90.
+    pub fn turn(&mut self, degrees: f64) {
+        self.azimuth -= degrees;
+        let (sin, cos) = sin_cos(radians(degrees));
+        self.direction =
+            self.direction.map(|d| DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x));
+    }
+
     /// Angles of the sun: above the horizon and from north over east, radians.
     fn sun_place(&self) -> Result<(f64, f64), SceneError> {
         let Some(direction) = self.direction else {

@@ -137,6 +137,12 @@ fn the_sun_stands_where_its_sky_is_brightest() {
     for look in [DVec3::Y, DVec3::X, DVec3::new(0.3, 0.4, -1.0)] {
         assert!((again.radiance(look).g / around.radiance(look).g - 1.0).abs() < 1e-4);
     }
+    // Turned by 90 degrees, however its place was given.
+    for mut turned in [desc(), SkyDesc { direction: Some(d), ..desc() }] {
+        turned.turn(90.0);
+        let (_, sun) = turned.prepare(true, true).unwrap();
+        assert!((sun.unwrap().to_light - DVec3::new(d.z, d.y, -d.x)).length() < 1e-12);
+    }
     // Below the horizon lies ground; a quarter of the sun's light is the unit.
     let ground = around.radiance(DVec3::NEG_Y);
     assert_eq!(ground, around.radiance(DVec3::new(0.3, -0.5, 0.1)));
