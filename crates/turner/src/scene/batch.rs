@@ -7,6 +7,7 @@ use turner_bvh::lanes::{Block32, LANES};
 use turner_bvh::{NearestBlock, RayBlock, Spheres};
 
 use super::faces::{Faces, NO_FACES};
+use super::merged::Merged;
 use super::planes::crossings;
 use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
 use crate::color::Spectrum;
@@ -129,6 +130,20 @@ impl RayBatch {
         self.tinted[place / LANES] |= u8::from(tinted) << (place % LANES);
     }
 
+    /// Lists the rays that are not blocked.
+    fn list_unblocked(&mut self) {
+        self.places.clear();
+        self.left.clear();
+        for place in 0..self.len {
+            if self.blocked[place / LANES] >> (place % LANES) & 1 == 0
+                && let Some(ray) = self.get(place)
+            {
+                self.places.push(place as u32);
+                self.left.push(ray);
+            }
+        }
+    }
+
     /// The blocks.
     #[inline]
     pub fn blocks(&self) -> &[RayBlock] {
@@ -159,6 +174,8 @@ pub(super) struct BatchShapes {
     opaque_meshes: Vec<u32>,
     /// Those that cast another: all rays go through them together, and those that hit anything once more alone.
     doubtful_meshes: Vec<u32>,
+    /// Whether the other bounded primitives are in a tree.
+    tree: bool,
 }
 
 /// Primitives that are tested ray by ray.
@@ -182,15 +199,16 @@ impl Rest {
 }
 
 impl BatchShapes {
-    /// For primitives of which the first `bounded`, at most 64, are in the sieve.
+    /// For primitives of which the first `bounded`, at most 64, are in the sieve, or the first `in_tree` in a tree, where they stay.
     pub(super) fn new(
         primitives: &[Primitive],
         bounded: usize,
+        in_tree: usize,
         materials: &[Material],
         faces: &[Faces],
     ) -> BatchShapes {
-        let mut shapes = BatchShapes::default();
-        for (i, primitive) in primitives.iter().enumerate() {
+        let mut shapes = BatchShapes { tree: in_tree > 0, ..BatchShapes::default() };
+        for (i, primitive) in primitives.iter().enumerate().skip(in_tree) {
             let shadow = materials[primitive.material.index()].shadow();
             let sphere = match &primitive.shape {
                 Shape::Sphere(s) if primitive.transform == NO_TRANSFORM && primitive.faces == NO_FACES => {
@@ -244,10 +262,7 @@ impl Scene {
     pub fn intersect_batch(&self, rays: &mut RayBatch, hits: &mut Vec<Option<Hit>>) {
         hits.clear();
         hits.reserve(rays.len);
-        let Some(shapes) = &self.batch else {
-            hits.extend((0..rays.len).map(|i| rays.get(i).and_then(|ray| self.intersect(&ray))));
-            return;
-        };
+        let shapes = &self.batch;
         let used = rays.len.div_ceil(LANES);
         shapes.spheres.closest(&rays.blocks[..used], &mut rays.nearest);
         for (i, nearest) in rays.nearest.iter().enumerate() {
@@ -289,8 +304,17 @@ impl Scene {
                 });
             }
         }
-        if !shapes.meshes.is_empty() {
+        if !shapes.meshes.is_empty() || self.merged.is_some() {
             self.through_meshes(&shapes.meshes, rays, hits);
+        }
+        if shapes.tree {
+            for (i, hit) in hits.iter_mut().enumerate() {
+                let Some(mut ray) = rays.get(i) else { continue };
+                if let Some(hit) = hit {
+                    ray.t_max = hit.shape.t;
+                }
+                self.intersect_bounded(&mut ray, hit);
+            }
         }
     }
 
@@ -308,6 +332,9 @@ impl Scene {
             }
         }
         rays.found.resize(rays.left.len(), None);
+        if let Some(merged) = &self.merged {
+            self.through_merged(merged, rays, hits);
+        }
         for &index in meshes {
             let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
             if rays.coherent {
@@ -328,6 +355,57 @@ impl Scene {
                 }
                 self.keep_nearer(index, found, ray, &mut hits[place as usize]);
             }
+        }
+    }
+
+    /// The same for the gathered meshes, with `rays.left` as far as the hits.
+    fn through_merged(&self, merged: &Merged, rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
+        let RayBatch { left, moved, found, places, coherent, .. } = rays;
+        let searched = merged_rays(merged, left, moved);
+        if *coherent {
+            merged.mesh().intersect_coherent(searched, found);
+        } else {
+            merged.mesh().intersect_batch(searched, found);
+        }
+        for ((ray, &place), found) in left.iter_mut().zip(&*places).zip(&*found) {
+            let Some(found) = found else { continue };
+            let mut hit = merged.owned(found);
+            if !self.is_merged_there(ray, &hit) {
+                match self.intersect_merged_behind(merged, ray) {
+                    Some(behind) => hit = behind,
+                    None => continue,
+                }
+            }
+            self.keep_nearer_hit(hit, ray, &mut hits[place as usize]);
+        }
+    }
+
+    /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
+    fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
+        rays.list_unblocked();
+        let RayBatch { left, moved, found, dark, .. } = rays;
+        let searched = merged_rays(merged, left, moved);
+        if merged.is_opaque() {
+            dark.clear();
+            dark.resize(left.len(), false);
+            merged.mesh().occluded_batch(searched, dark);
+            for i in 0..rays.left.len() {
+                if rays.dark[i] {
+                    rays.note(rays.places[i] as usize, true, false);
+                }
+            }
+            return;
+        }
+        // The nearest triangle decides for most rays.
+        found.resize(left.len(), None);
+        merged.mesh().intersect_batch(searched, found);
+        for i in 0..rays.left.len() {
+            let Some(hit) = rays.found[i] else { continue };
+            let ray = &rays.left[i];
+            let tinted = Cell::new(false);
+            let blocked = self.merged_stops(ray, &merged.owned(&hit), &tinted)
+                || self.merged_blocks(merged, ray, &tinted);
+            rays.note(rays.places[i] as usize, blocked, tinted.get());
         }
     }
 
@@ -352,16 +430,7 @@ impl Scene {
     /// Marks rays that a mesh stops, besides those that are stopped already. Of those that hit it, `blocks` says whether they
     /// are stopped, or sets that they are tinted.
     fn behind_mesh(&self, index: u32, rays: &mut RayBatch, blocks: impl Fn(&Ray, &Cell<bool>) -> bool) {
-        rays.places.clear();
-        rays.left.clear();
-        for place in 0..rays.len {
-            if rays.blocked[place / LANES] >> (place % LANES) & 1 == 0
-                && let Some(ray) = rays.get(place)
-            {
-                rays.places.push(place as u32);
-                rays.left.push(ray);
-            }
-        }
+        rays.list_unblocked();
         rays.dark.clear();
         rays.dark.resize(rays.left.len(), false);
         let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
@@ -378,18 +447,7 @@ impl Scene {
     /// For each ray what [`Scene::transmittance`] comes to; anything at empty places. Replaces what was in `through`.
     pub fn transmittance_batch(&self, rays: &mut RayBatch, through: &mut Vec<SpectrumBlock>) {
         through.clear();
-        let Some(shapes) = &self.batch else {
-            through.extend((0..rays.blocks().len()).map(|block| {
-                let mut out = SpectrumBlock::default();
-                for lane in 0..LANES {
-                    if let Some(ray) = rays.get(block * LANES + lane) {
-                        out.set(lane, self.transmittance(&ray));
-                    }
-                }
-                out
-            }));
-            return;
-        };
+        let shapes = &self.batch;
         let used = rays.len.div_ceil(LANES);
         shapes.opaque.any(&rays.blocks[..used], &mut rays.blocked);
         rays.tinted.clear();
@@ -406,13 +464,16 @@ impl Scene {
                 }
             }
         }
+        if let Some(merged) = &self.merged {
+            self.behind_merged(merged, rays);
+        }
         for &index in &shapes.opaque_meshes {
             self.behind_mesh(index, rays, |_, _| true);
         }
         for &index in &shapes.doubtful_meshes {
             self.behind_mesh(index, rays, |ray, tinted| self.primitive_blocks(index, ray, tinted));
         }
-        if !shapes.shadow_rest.is_empty() {
+        if !shapes.shadow_rest.is_empty() || shapes.tree {
             for i in 0..rays.len {
                 if rays.blocked[i / LANES] >> (i % LANES) & 1 == 1 {
                     continue;
@@ -420,7 +481,8 @@ impl Scene {
                 let Some(ray) = rays.get(i) else { continue };
                 let tinted = Cell::new(false);
                 let blocked =
-                    self.among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted));
+                    self.among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted))
+                        || shapes.tree && self.bounded_block(&ray, &tinted);
                 rays.note(i, blocked, tinted.get());
             }
         }
@@ -448,6 +510,16 @@ impl Scene {
         let Some(search) = self.frame.ray(ray) else { return false };
         super::scene::Bits(sieve.candidates(&search.ray) & rest.sieved).any(test)
     }
+}
+
+/// Rays in the space of the gathered meshes.
+fn merged_rays<'a>(merged: &Merged, rays: &'a [Ray], moved: &'a mut Vec<Ray>) -> &'a [Ray] {
+    if !merged.is_moved() {
+        return rays;
+    }
+    moved.clear();
+    moved.extend(rays.iter().map(|ray| merged.ray(ray)));
+    moved
 }
 
 #[cfg(test)]

@@ -218,7 +218,7 @@ fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(Shap
         Some((emitter(part, Form::Rectangle(form)), power))
     };
     if let Shape::Mesh(mesh) = &primitive.shape {
-        let form = mesh_form(scene, primitive, mesh, &to_world);
+        let form = mesh_form(scene, index, primitive, mesh);
         return form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect();
     }
     if brightness <= 0.0 {
@@ -288,9 +288,9 @@ fn mean_emission(scene: &Scene, material: MaterialId) -> f64 {
 /// The triangles of a mesh that shine.
 fn mesh_form(
     scene: &Scene,
+    index: u32,
     primitive: &Primitive,
     mesh: &TriangleMesh,
-    to_world: &DAffine3,
 ) -> Option<(Form, f64)> {
     let shines = |m: &Material| matches!(m, Material::Physical(m) if m.is_emissive());
     if !scene.materials.iter().any(shines) {
@@ -304,7 +304,7 @@ fn mesh_form(
         if !material.is_emissive() {
             continue;
         }
-        let Some(form) = triangle(mesh, part, to_world) else { continue };
+        let Some(form) = triangle(scene, index, mesh, part) else { continue };
         // Some places of the texture; never 0, for what lies between them may be bright.
         let mut brightness = 0.1 * material.emission_estimate();
         if material.has_emission_texture() {
@@ -332,13 +332,9 @@ fn mesh_form(
 }
 
 /// A triangle of a mesh, in the scene.
-fn triangle(mesh: &TriangleMesh, part: u32, to_world: &DAffine3) -> Option<TriangleEmitter> {
-    let data = mesh.data();
-    let corners = data.triangles.get(part as usize)?.map(|i| {
-        let [x, y, z] = data.positions[i as usize].map(f64::from);
-        to_world.transform_point3(DVec3::new(x, y, z))
-    });
-    TriangleEmitter::new(corners, to_world.matrix3.determinant().signum())
+fn triangle(scene: &Scene, primitive: u32, mesh: &TriangleMesh, part: u32) -> Option<TriangleEmitter> {
+    let (corners, side) = scene.corners(primitive, mesh, part)?;
+    TriangleEmitter::new(corners, side)
 }
 
 impl ShapeEmitter {
@@ -353,7 +349,7 @@ impl ShapeEmitter {
                 let Shape::Mesh(mesh) = &primitive.shape else { return None };
                 let (i, probability, _) = choice.sample(u[2]);
                 let part = *triangles.get(i as usize)?;
-                let form = triangle(mesh, part, &scene.to_world(primitive))?;
+                let form = triangle(scene, self.primitive, mesh, part)?;
                 let s = form.sample(p, uv)?;
                 (EmitterSample { pdf: s.pdf * probability, ..s }, part)
             }
@@ -418,7 +414,7 @@ impl ShapeEmitter {
                 let part = surface.hit.shape.part;
                 let place =
                     if place.is_empty() { part } else { place.get(part as usize).copied().unwrap_or(NONE) };
-                let form = triangle(mesh, part, &scene.to_world(primitive));
+                let form = triangle(scene, self.primitive, mesh, part);
                 form.map_or(0.0, |form| choice.probability(place) * form.pdf(p, q))
             }
         }

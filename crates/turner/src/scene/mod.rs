@@ -6,7 +6,7 @@ pub mod desc;
 pub mod emitters;
 pub mod error;
 mod faces;
-mod mesh_batch;
+mod merged;
 pub mod model;
 mod param;
 mod planes;

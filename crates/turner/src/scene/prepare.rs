@@ -1,5 +1,7 @@
 //! From a description to a scene that can be rendered.
 
+use std::sync::Arc;
+
 use turner_bvh::{BoxBvh, BuildOptions, Quality};
 
 use super::batch::BatchShapes;
@@ -7,6 +9,7 @@ use super::desc::*;
 use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
+use super::merged::{self, Merged};
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
@@ -17,7 +20,7 @@ use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
 use crate::shape::traversal::TraversalFrame;
-use crate::shape::{MeshCache, Shape, ShapeDesc};
+use crate::shape::{MeshCache, Shape, ShapeDesc, TriangleMesh};
 use crate::texture::Textures;
 
 /// How to prepare.
@@ -88,13 +91,22 @@ impl SceneDesc {
         warnings.extend(staging.notes);
         let Flattener { primitives, bounds, transforms, faces, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
+        let (gathered, offset) = merged::choose(&primitives, &bounds);
+        for (primitive, gathered) in primitives.iter().zip(&gathered) {
+            if let (Shape::Mesh(mesh), false) = (&primitive.shape, gathered) {
+                mesh.build_tree(options)?;
+            }
+        }
         // Few shapes are tested one by one, without a tree.
-        let in_tree = |b: &Option<Bounds>| b.is_some() && primitives.len() > MAX_LINEAR;
-        let frame = TraversalFrame::new(&if primitives.len() > MAX_LINEAR { total } else { Bounds::EMPTY });
+        let single = gathered.iter().filter(|gathered| !**gathered).count();
+        let has_tree = single > MAX_LINEAR;
+        let frame = TraversalFrame::new(&if has_tree { total } else { Bounds::EMPTY });
 
-        let bounded_ids: Vec<u32> =
-            (0..primitives.len() as u32).filter(|i| in_tree(&bounds[*i as usize])).collect();
-        let boxes: Vec<_> = bounds.iter().filter(|b| in_tree(b)).flatten().map(|b| frame.aabb(b)).collect();
+        let bounded_ids: Vec<u32> = (0..primitives.len() as u32)
+            .filter(|i| has_tree && bounds[*i as usize].is_some() && !gathered[*i as usize])
+            .collect();
+        let boxes: Vec<_> =
+            bounded_ids.iter().filter_map(|i| bounds[*i as usize].map(|b| frame.aabb(&b))).collect();
         let build = BuildOptions { threads: options.threads, ..BuildOptions::default() };
         let sieve = (1..=MAX_SHAPES).contains(&boxes.len()).then(|| {
             Sieve::new(
@@ -119,24 +131,35 @@ impl SceneDesc {
         }
         ordered.extend(bvh.order().iter().filter_map(|i| slots[bounded_ids[*i as usize] as usize].take()));
         let bounded = ordered.len();
-        ordered.extend(slots.into_iter().flatten());
+        let left = slots.into_iter().zip(&gathered);
+        let (last, unbounded): (Vec<_>, Vec<_>) = left.partition(|(_, gathered)| **gathered);
+        ordered.extend(unbounded.into_iter().filter_map(|(slot, _)| slot));
+        let first = ordered.len();
+        ordered.extend(last.into_iter().filter_map(|(slot, _)| slot));
+        let merged = if first < ordered.len() {
+            let members = &ordered[first..];
+            Some(Merged::build(members, first, offset, &transforms, &materials, &faces, options)?)
+        } else {
+            None
+        };
 
         let (camera_desc, span) = match staging.camera.as_ref().or(self.camera.as_ref()) {
             Some(camera) => (camera.value.clone(), camera.span),
             None => (CameraDesc::framing(&total, aspect), None),
         };
         let camera = camera_desc.prepare(aspect).map_err(|e| e.or_at(span))?;
-        let batch = (sieve.is_some() || bounded == 0)
-            .then(|| BatchShapes::new(&ordered, bounded, &materials, &faces));
+        let sieved = if sieve.is_some() { bounded } else { 0 };
+        let batch = BatchShapes::new(&ordered[..first], sieved, bounded - sieved, &materials, &faces);
         let stats = SceneStats {
             primitives: ordered.len() as u64,
-            triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
+            triangles: shapes.meshes.iter().map(|m| m.triangle_count() as u64).sum(),
             bounds: (!total.is_empty()).then_some(total),
             tree_bytes: (ordered.len() * size_of::<Primitive>()
                 + transforms.len() * size_of::<ObjectTransform>()
                 + bvh.bytes()
-                + batch.as_ref().map_or(0, BatchShapes::bytes)) as u64,
-            mesh_bytes: shapes.meshes.iter().map(|m| m.bytes).sum(),
+                + batch.bytes()) as u64,
+            mesh_bytes: shapes.meshes.iter().map(|m| m.memory() as u64).sum::<u64>()
+                + merged.as_ref().map_or(0, |m| m.bytes() as u64),
             texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
             film_bytes,
         };
@@ -152,6 +175,8 @@ impl SceneDesc {
             ambient,
             primitives: ordered,
             bounded,
+            gathered: first,
+            merged,
             transforms,
             bvh,
             sieve,
@@ -260,13 +285,7 @@ pub(super) struct PreparedShapes {
     /// For the scene's objects and for each group's, by index; `None` for instances.
     pub(super) objects: Vec<Option<Shape>>,
     pub(super) groups: Vec<Vec<Option<Shape>>>,
-    pub(super) meshes: Vec<MeshStats>,
-}
-
-/// What one mesh takes.
-pub(super) struct MeshStats {
-    pub(super) triangles: u64,
-    pub(super) bytes: u64,
+    pub(super) meshes: Vec<Arc<TriangleMesh>>,
 }
 
 struct Flattener<'a> {
@@ -403,10 +422,7 @@ impl SceneDesc {
         let objects = prepare(&self.objects)?;
         let groups = self.groups.iter().map(|g| prepare(&g.value.objects)).collect::<Result<_, _>>()?;
         warnings.extend(cache.warnings.iter().map(|m| Warning::new(WarningKind::Doubtful, m.as_str())));
-        let meshes = cache
-            .prepared()
-            .map(|m| MeshStats { triangles: m.triangle_count() as u64, bytes: m.memory() as u64 })
-            .collect();
+        let meshes = cache.prepared().cloned().collect();
         Ok(PreparedShapes { objects, groups, meshes })
     }
 }
