@@ -114,6 +114,25 @@ fn the_classic_integrator_takes_skies_and_discs() {
     assert!(render(&text.replace("width = 8", "antialias = \"adaptive\", width = 8")).1.shadow > 0);
 }
 
+/// Without a physical integrator, too: half of the disc, half of the light.
+#[test]
+fn the_classic_integrator_makes_soft_shadows_of_discs() {
+    let lit = |at: f64| {
+        let text = format!(
+            "camera = {{ position = [{at}, 0.2, 0], look_at = [{at}, 0, 0], up = [0, 0, -1], fov = 0.001 }}\n\
+             film = {{ width = 16, height = 16 }}\nobject = [{{ type = \"plane\", material = {{ color = 1 }} }}, {{ type = \"rectangle\", \
+             center = [50, 1, 0], edge_u = [100, 0, 0], edge_v = [0, 0, 100] }}]\n\
+             light = [{{ type = \"directional\", from = [0, 1, 0], angle = 20 }}]\n"
+        );
+        let picture = render(&text).0;
+        picture.linear.iter().map(|p| f64::from(p[0])).sum::<f64>() / 256.0
+    };
+    // The mean cosine of the disc makes up for its width: all of it is 1.
+    assert!((lit(-0.3) - 1.0).abs() < 2e-3, "{}", lit(-0.3));
+    assert!((lit(0.0) - 0.5).abs() < 0.02, "{}", lit(0.0));
+    assert_eq!(lit(0.3), 0.0);
+}
+
 /// A lamp that shines down a narrow beam, and brighter to the right: symmetrical about the plane of 0 and 180 degrees.
 const LAMP: &str = "IESNA:LM-63-2002\n[TEST] made by hand\n[MANUFAC] nobody\nTILT=NONE\n\
     1 -1 2 3 3 1 2 0 0 0\n1 1 10\n0 30 90\n0 90 180\n100 80 0\n100 50 0\n100 20 0\n";

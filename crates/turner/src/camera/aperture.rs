@@ -55,6 +55,7 @@ impl Aperture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::elementary::{cos, sin};
 
     fn points(aperture: &Aperture) -> impl Iterator<Item = DVec2> + '_ {
         let n = 300;
@@ -69,8 +70,8 @@ mod tests {
                 let aperture = Aperture::new(blades, rotation).unwrap();
                 let n = f64::from(blades);
                 // The distance of an edge from the middle, and the polygon's area.
-                let inner = (std::f64::consts::PI / n).cos();
-                let area = 0.5 * n * (TAU / n).sin();
+                let inner = cos(std::f64::consts::PI / n);
+                let area = 0.5 * n * sin(TAU / n);
                 let (mut count, mut near, mut moment) = (0.0, 0.0, 0.0);
                 let mut sum = DVec2::ZERO;
                 for p in points(&aperture) {
@@ -80,7 +81,7 @@ mod tests {
                     moment += p.length_squared();
                     sum += p;
                 }
-                let disk = std::f64::consts::PI * (0.7 * inner).powi(2);
+                let disk = std::f64::consts::PI * 0.49 * inner * inner;
                 assert!((near / count - disk / area).abs() < 4e-3, "{blades}: {}", near / count);
                 // The polar moment of area over the area: (1 + 2 cos²(π/n)) / 6.
                 let expected = (1.0 + 2.0 * inner * inner) / 6.0;

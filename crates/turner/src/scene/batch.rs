@@ -480,9 +480,9 @@ impl Scene {
                 }
                 let Some(ray) = rays.get(i) else { continue };
                 let tinted = Cell::new(false);
-                let blocked =
-                    self.among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted))
-                        || shapes.tree && self.bounded_block(&ray, &tinted);
+                let blocked = self
+                    .among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted))
+                    || shapes.tree && self.bounded_block(&ray, &tinted);
                 rays.note(i, blocked, tinted.get());
             }
         }

@@ -286,12 +286,7 @@ fn mean_emission(scene: &Scene, material: MaterialId) -> f64 {
 }
 
 /// The triangles of a mesh that shine.
-fn mesh_form(
-    scene: &Scene,
-    index: u32,
-    primitive: &Primitive,
-    mesh: &TriangleMesh,
-) -> Option<(Form, f64)> {
+fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMesh) -> Option<(Form, f64)> {
     let shines = |m: &Material| matches!(m, Material::Physical(m) if m.is_emissive());
     if !scene.materials.iter().any(shines) {
         return None;

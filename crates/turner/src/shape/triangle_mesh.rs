@@ -113,10 +113,7 @@ impl TriangleMesh {
     }
 
     /// Checks the data; [`TriangleMesh::build_tree`] must follow before rays are traced.
-    pub fn without_tree(
-        data: &Arc<MeshData>,
-        smooth: bool,
-    ) -> Result<(TriangleMesh, LeftOut), SceneError> {
+    pub fn without_tree(data: &Arc<MeshData>, smooth: bool) -> Result<(TriangleMesh, LeftOut), SceneError> {
         data.check()?;
         let Shown { bounds, left_out, triangles } = Shown::of(data);
         let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
@@ -327,7 +324,8 @@ impl TriangleMesh {
         let mut nearest: Option<ShapeHit> = None;
         for moved in search.moved_around(hit) {
             let check = |hit: &Hit| self.strict(search, hit).is_some_and(|hit| hit.t >= ray.t_min);
-            let found = self.tree().intersect_filtered(&moved, check).and_then(|hit| self.strict(search, &hit));
+            let found =
+                self.tree().intersect_filtered(&moved, check).and_then(|hit| self.strict(search, &hit));
             if let Some(found) = found
                 && nearest.is_none_or(|n| found.t < n.t || found.t == n.t && found.part < n.part)
             {

@@ -2,6 +2,7 @@
 
 use super::spectrum::{BANDS, Bands, SUN_ABOVE_AIR};
 use super::*;
+use crate::math::elementary::{exp, sin};
 
 fn desc() -> SkyDesc {
     SkyDesc {
@@ -50,8 +51,8 @@ fn air_scatters_as_much_down_as_up() {
     let down = diffuse(&sky);
     let depths = Depths::new(1.0, 0.0, 0.0).air;
     for i in 4..BANDS {
-        let (tau, facing) = (depths[i], radians(45.0).sin());
-        let scattered = facing * (1.0 - (-tau / facing).exp());
+        let (tau, facing) = (depths[i], sin(radians(45.0)));
+        let scattered = facing * (1.0 - exp(-tau / facing));
         // What is scattered up is scattered again, a little more of it down than up: the air is thicker below.
         let share = down[i] / scattered;
         assert!((0.46..0.54).contains(&share), "τ = {tau}: {share}");
@@ -65,11 +66,11 @@ fn thick_air_agrees_with_two_streams() {
     let depths = Depths::new(1.0, 0.0, 0.0).air;
     for elevation in [30.0, 60.0, 90.0] {
         let down = diffuse(&sky(1.0, 0.0, 0.0, elevation, 0.0));
-        let mu = radians(elevation).sin();
+        let mu = sin(radians(elevation));
         for i in [0, 2, 5, 10] {
             let tau = depths[i];
-            let through = ((2.0 / 3.0 + mu) + (2.0 / 3.0 - mu) * (-tau / mu).exp()) / (4.0 / 3.0 + tau);
-            let found = (-tau / mu).exp() + down[i] / mu;
+            let through = ((2.0 / 3.0 + mu) + (2.0 / 3.0 - mu) * exp(-tau / mu)) / (4.0 / 3.0 + tau);
+            let found = exp(-tau / mu) + down[i] / mu;
             assert!((found - through).abs() < 0.03, "{elevation}, τ = {tau}: {found}, {through}");
         }
     }
@@ -97,7 +98,7 @@ fn a_day_is_as_bright_as_days_are() {
     assert!(sun.r > 2.0 * sun.g && sun.g > 2.0 * sun.b, "{sun:?}");
     // Haze takes from the sun and gives to the sky around it.
     let hazy = sky(1.0, 6.0, 1.0, 60.0, 0.2);
-    let near = |s: &Sky| colors.color(&s.radiance(0.0, radians(35.0).cos(), 1.0)).luminance();
+    let near = |s: &Sky| colors.color(&s.radiance(0.0, cos(radians(35.0)), 1.0)).luminance();
     assert!(near(&hazy) > 2.0 * near(&high));
     assert!(hazy.sunlight(0.0, radians(30.0))[5] < 0.8 * high.sunlight(0.0, radians(30.0))[5]);
 }
