@@ -69,7 +69,7 @@ position = [5, 8, 5]
 pub(crate) const CAMERA: &str = "Without `[camera]` the whole scene is framed from the front.";
 pub(crate) const INTEGRATOR: &str = "";
 pub(crate) const SHAPE: &str =
-    "The keys of a shape stand beside those of the object: `name`, `material`, `transform`.";
+    "The keys of a shape stand beside those of the object: `name`, `material`, `transform`, `motion`.";
 pub(crate) const MATERIAL: &str =
     "An object names its material, `material = \"NAME\"`, or has it in place, `material = { … }`.";
 pub(crate) const TEXTURE: &str = "";
@@ -132,6 +132,12 @@ pub(crate) fn object() -> Page {
                  takes that of the instance; at last there is the default material.",
             ),
             key("transform", "transform", Some("none"), "Where it is placed; see `transform`."),
+            key(
+                "motion",
+                "transform",
+                Some("none"),
+                "Where it goes while `transform` is where it comes from: at which moments of that way the shutter opens and closes says `shutter` of `[film]`. Rotations go the shorter way. Light of things that move is only found by chance.",
+            ),
             key("group", "\"text\"", Some("none"), "For \"instance\": the name of the group."),
         ],
         r#"[material.glass]

@@ -10,6 +10,7 @@ mod common;
 mod distant;
 mod estimators;
 mod glass;
+mod motion;
 mod pixels;
 mod sameness;
 mod statistics;

@@ -62,6 +62,9 @@ params! {
         filter: FilterKind = FilterKind::Box;
         /// How far from the pixel's middle the filter reaches, in pixels; without it 0.5 for "box", 1 for "tent", 1.5 for the others.
         filter_radius: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 16.0, open_max: false };
+        /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. Physical
+        /// integrators show it; the others show the moment at which it opens.
+        shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
         /// Where in the pixel the one ray of "none" and "mean" goes.
         pixel_sample: PixelSample = PixelSample::Center;
         /// How scene values become display values, and display colours (#rrggbb, names, 8-bit pictures) scene values.

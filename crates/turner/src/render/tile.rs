@@ -163,6 +163,14 @@ fn take_points(
             Some(id) if has_lens => id.unit_square(LENS_DIMENSION),
             _ => DVec2::splat(0.5),
         };
+        if scene.moves {
+            // The third number beside the place on the lens.
+            let [open, close] = scene.film.shutter;
+            for (i, id) in ids.iter().enumerate() {
+                let [.., u, _] = OwenSobol::new(id).four(LENS_SET);
+                samples.rays.set_time(first + i, (open + (close - open) * u) as f32);
+            }
+        }
         let rays = samples.rays.add_block(ids.len());
         samples.lengths.push(camera_rays(&scene.camera, &scene.film, &x, &y, lens, rays));
         if ids.len() < LANES {

@@ -6,7 +6,7 @@
 //! | rectangle, faces of a box | by solid angle where near and right-angled, else by area |
 //! | disk, ring | by area |
 //! | triangles of a mesh | chosen by area × mean emission; by solid angle where near, else by area |
-//! | plane, cylinder, cone, torus | only hit by chance |
+//! | plane, cylinder, cone, torus, whatever moves | only hit by chance |
 //!
 //! "Only hit by chance" is right all the same, but noisier. A light is chosen with a probability half in proportion to
 //! what it brings to the scene, half the same for all.
@@ -198,6 +198,11 @@ impl Emitters {
 /// What of a primitive shines, with its power (up to π).
 fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(ShapeEmitter, f64)> {
     let to_world = scene.to_world(primitive);
+    // What moves is found by chance.
+    let moves = |i: u32| scene.transforms.get(i as usize).is_some_and(|t| t.motion.is_some());
+    if moves(primitive.transform) {
+        return Vec::new();
+    }
     let Some(bounds) = primitive.shape.bounds() else { return Vec::new() };
     if bounds.is_empty() {
         return Vec::new();

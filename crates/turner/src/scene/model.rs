@@ -129,11 +129,14 @@ impl ReadContext<'_> {
         table: &mut TableReader<'_>,
         material: Option<MaterialId>,
         transform: &mut Transform,
+        motion: &mut Option<Transform>,
     ) -> Result<GroupId, SceneError> {
         let desc = ModelDesc::read(table, self)?;
         let span = table.span_of("file");
         let model = self.assets.model(&desc, span.file).map_err(|e| e.or_at(Some(span)))?;
-        transform.0 *= desc.up.rotation();
+        for placed in std::iter::once(transform as &mut Transform).chain(motion) {
+            placed.0 *= desc.up.rotation();
+        }
         let in_group = self.in_group;
         let overrides = desc.materials.map(|m| m.0).unwrap_or_default();
         if overrides.is_empty()

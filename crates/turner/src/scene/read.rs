@@ -403,6 +403,7 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
     let mut table = TableReader::of(value, "an object")?;
     let name = table.optional::<String>("name", None, cx)?;
     let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
+    let mut motion = table.optional::<Transform>("motion", None, cx)?;
     let material = match table.take("material") {
         Some(value) => Some(cx.material(value)?),
         None => None,
@@ -410,7 +411,7 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
     let is = |table: &mut TableReader<'_>, kind| matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == kind);
     let content = if is(&mut table, ModelDesc::DOC.name) {
         table.rename("a model");
-        ObjectContent::Instance(cx.read_model(&mut table, material, &mut transform)?)
+        ObjectContent::Instance(cx.read_model(&mut table, material, &mut transform, &mut motion)?)
     } else if is(&mut table, "instance") {
         table.rename("an instance");
         let group: String = table.required("group", None, cx)?;
@@ -432,5 +433,5 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
         })?)
     };
     table.finish()?;
-    Ok(ObjectDesc { name, span: Some(value.span), content, material, transform })
+    Ok(ObjectDesc { name, span: Some(value.span), content, material, transform, motion })
 }
