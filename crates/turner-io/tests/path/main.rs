@@ -7,7 +7,10 @@
 mod closed_forms;
 #[path = "../classic/common.rs"]
 mod common;
+mod distant;
 mod estimators;
 mod glass;
+mod motion;
+mod pixels;
 mod sameness;
 mod statistics;

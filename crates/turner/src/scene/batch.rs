@@ -21,6 +21,8 @@ use crate::shape::{BlockRays, MeshRays, NO_TRIANGLE, Plane, Shape, ShapeHit, Tri
 #[derive(Default)]
 pub struct RayBatch {
     blocks: Vec<RayBlock>,
+    /// Their moments, if anything moves; those beyond the end are 0.
+    times: Vec<f32>,
     /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
     len: usize,
     /// The primitive and the part of it that each ray leaves: it does not meet a flat one again. Empty if no ray says so.
@@ -64,6 +66,7 @@ impl RayBatch {
     pub fn clear(&mut self) {
         self.len = 0;
         self.from.clear();
+        self.times.clear();
     }
 
     /// How many places for rays there are; some may be empty.
@@ -76,7 +79,7 @@ impl RayBatch {
         self.len == 0
     }
 
-    /// Adds a ray. Its time is not kept: nothing moves yet.
+    /// Adds a ray, without its moment: see [`RayBatch::set_time`].
     #[inline]
     pub fn push(&mut self, ray: &Ray) {
         let lane = self.len % LANES;
@@ -122,6 +125,21 @@ impl RayBatch {
         self.blocks.extend_from_slice(other.blocks());
         self.len = other.len;
         self.from.clone_from(&other.from);
+        self.times.clone_from(&other.times);
+    }
+
+    /// Sets the moment of the ray at a place; those of rays before it that have none are 0.
+    pub fn set_time(&mut self, i: usize, time: f32) {
+        if self.times.len() <= i {
+            self.times.resize(i + 1, 0.0);
+        }
+        self.times[i] = time;
+    }
+
+    /// The moment of the ray at a place.
+    #[inline]
+    pub fn time(&self, i: usize) -> f32 {
+        self.times.get(i).copied().unwrap_or(0.0)
     }
 
     /// The ray at a place; `None` if it is empty.
@@ -132,6 +150,7 @@ impl RayBatch {
         let ray = Ray {
             t_min: block.t_min.0[lane],
             t_max: block.t_max.0[lane],
+            time: self.time(i),
             ..Ray::new(vector(&block.origin), vector(&block.direction))
         };
         (!ray.t_max.is_nan()).then_some(ray)

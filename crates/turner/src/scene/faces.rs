@@ -142,7 +142,7 @@ impl Scene {
     pub(super) fn to_object(&self, primitive: &Primitive, ray: &Ray) -> Ray {
         match primitive.transform {
             NO_TRANSFORM => *ray,
-            i => ray.transformed(&self.transforms[i as usize].to_object),
+            i => self.transforms[i as usize].ray_to_object(ray),
         }
     }
 }

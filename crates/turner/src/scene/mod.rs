@@ -8,6 +8,7 @@ pub mod error;
 mod faces;
 mod merged;
 pub mod model;
+mod motion;
 mod param;
 mod planes;
 mod prepare;

@@ -10,6 +10,7 @@ use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::merged::{self, Merged};
+use super::motion::Motion;
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
@@ -44,6 +45,15 @@ impl SceneDesc {
     pub fn prepare(&self, options: &PrepareOptions) -> Result<Scene, SceneError> {
         let mut warnings = self.warnings.clone();
         let film_bytes = Film::check(&self.film)?;
+        let [open, close] = self.film.shutter;
+        if open > close {
+            let message = format!("the shutter opens at {open} and closes before, at {close}");
+            return Err(SceneError::new(ErrorCode::Conflict, message).help("write shutter = [OPEN, CLOSE]"));
+        }
+        if self.film.ignores_filter() {
+            let message = "`filter` and `filter_radius` have no effect without antialias = \"monte-carlo\"";
+            warnings.push(Warning::new(WarningKind::Ignored, message));
+        }
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let physical = self.integrator.is_physical();
         let ready = |m: &MaterialDesc| match physical {
@@ -64,6 +74,7 @@ impl SceneDesc {
             faces: Vec::new(),
             materials: &self.materials,
             default_material,
+            shutter: [open, if physical { close } else { open }],
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
             let message = format!("there is no memory for {count} objects");
@@ -87,7 +98,13 @@ impl SceneDesc {
         warnings.extend(staging.notes);
         let Flattener { primitives, bounds, transforms, faces, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
-        let (gathered, offset) = merged::choose(&primitives, &bounds);
+        let moving: Vec<bool> = primitives
+            .iter()
+            .map(|p| transforms.get(p.transform as usize).is_some_and(|t| t.motion.is_some()))
+            .collect();
+        let still: Vec<Option<Bounds>> =
+            bounds.iter().zip(&moving).map(|(b, moves)| b.filter(|_| !moves)).collect();
+        let (gathered, offset) = merged::choose(&primitives, &still);
         for (primitive, gathered) in primitives.iter().zip(&gathered) {
             if let (Shape::Mesh(mesh), false) = (&primitive.shape, gathered) {
                 mesh.build_tree(options)?;
@@ -179,6 +196,7 @@ impl SceneDesc {
             frame,
             batch,
             faces,
+            moves: moving.contains(&true),
             emitters: Emitters::default(),
             warnings,
             stats,
@@ -203,15 +221,10 @@ impl SceneDesc {
 
     fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
         let (mut lights, mut ambient) = (Vec::new(), Spectrum::BLACK);
+        let (compensated, physical) = (self.integrator.compensates(), self.integrator.is_physical());
         for light in &self.lights {
-            match light
-                .value
-                .prepare(&self.images, self.integrator.compensates())
-                .map_err(|e| e.or_at(light.span))?
-            {
-                Ok(light) => lights.push(light),
-                Err(color) => ambient += color,
-            }
+            let prepared = light.value.prepare(&self.images, compensated, physical, &mut lights);
+            ambient += prepared.map_err(|e| e.or_at(light.span))?;
         }
         Ok((lights, ambient))
     }
@@ -297,6 +310,8 @@ struct Flattener<'a> {
     faces: Vec<Faces>,
     materials: &'a [Named<MaterialDesc>],
     default_material: MaterialId,
+    /// Opens and closes; at the same moment where nothing is blurred.
+    shutter: [f64; 2],
 }
 
 impl Flattener<'_> {
@@ -312,7 +327,8 @@ impl Flattener<'_> {
             objects: &'a [ObjectDesc],
             shapes: &'a [Option<Shape>],
             next: usize,
-            to_world: DAffine3,
+            /// At the moments 0 and 1.
+            to_world: [DAffine3; 2],
             material: Option<MaterialId>,
         }
         let shapes = self.shapes;
@@ -320,7 +336,7 @@ impl Flattener<'_> {
             objects: &desc.objects,
             shapes: &shapes.objects,
             next: 0,
-            to_world: DAffine3::IDENTITY,
+            to_world: [DAffine3::IDENTITY; 2],
             material: None,
         }];
         while let Some(level) = stack.last_mut() {
@@ -328,7 +344,9 @@ impl Flattener<'_> {
                 stack.pop();
                 continue;
             };
-            let to_world = level.to_world * object.transform.0;
+            let [begin, end] = level.to_world;
+            let motion = object.motion.unwrap_or(object.transform);
+            let to_world = [begin * object.transform.0, end * motion.0];
             let material = object.material.or(level.material);
             let shape = &level.shapes[level.next];
             level.next += 1;
@@ -352,23 +370,32 @@ impl Flattener<'_> {
     fn place(
         &mut self,
         shape: &Shape,
-        to_world: DAffine3,
+        ends: [DAffine3; 2],
         material: Option<MaterialId>,
         object: &ObjectDesc,
     ) -> Result<(), SceneError> {
-        let transform = if to_world == DAffine3::IDENTITY {
-            NO_TRANSFORM
-        } else {
-            let transform = ObjectTransform::new(to_world);
-            if !to_world.is_finite() || !transform.to_object.is_finite() {
+        for end in &ends {
+            if *end != DAffine3::IDENTITY && !(end.is_finite() && end.inverse().is_finite()) {
                 let message = "the transforms of this object and the groups around it multiply to one that cannot be undone";
                 return Err(SceneError::new(ErrorCode::Transform, message));
             }
-            self.transforms.push(transform);
+        }
+        let motion = if ends[0] == ends[1] { None } else { Some(Motion::new(&ends[0], &ends[1])?) };
+        let [open, close] = self.shutter;
+        let to_world = motion.as_ref().map_or(ends[0], |m| m.at(open));
+        let motion = motion.filter(|_| open < close);
+        let bounds = match (&motion, shape.bounds()) {
+            (None, bounds) if to_world == DAffine3::IDENTITY => bounds,
+            (None, bounds) => bounds.map(|b| b.transformed(&to_world)),
+            (Some(motion), bounds) => bounds.map(|b| motion.bounds(&b, open, close)),
+        };
+        let transform = if to_world == DAffine3::IDENTITY && motion.is_none() {
+            NO_TRANSFORM
+        } else {
+            let motion = motion.map(Box::new);
+            self.transforms.push(ObjectTransform { motion, ..ObjectTransform::new(to_world) });
             self.transforms.len() as u32 - 1
         };
-        let bounds =
-            shape.bounds().map(|b| if transform == NO_TRANSFORM { b } else { b.transformed(&to_world) });
         // The tree works in single precision.
         const LARGEST: f64 = 1e30;
         if let Some(b) = bounds

@@ -10,6 +10,7 @@ use super::desc::{MaterialId, Warning};
 use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
 use super::merged::Merged;
+use super::motion::Motion;
 use super::sieve::Sieve;
 use crate::camera::{Camera, CameraDesc};
 use crate::color::Spectrum;
@@ -60,6 +61,8 @@ pub struct Scene {
     pub(super) batch: BatchShapes,
     /// For primitives with cut-outs or several materials.
     pub(super) faces: Vec<Faces>,
+    /// Whether anything moves: then camera rays have moments.
+    pub(crate) moves: bool,
     /// What shines, for the integrators that follow light; empty for others.
     pub emitters: Emitters,
     /// What was dropped or doubtful while preparing.
@@ -112,6 +115,8 @@ pub(super) struct ObjectTransform {
     pub(super) normal: DMat3,
     /// The most a length can grow.
     pub(super) stretch: f64,
+    /// What moves is elsewhere at each moment; the rest of this is then where it is as the shutter opens.
+    pub(super) motion: Option<Box<Motion>>,
 }
 
 impl ObjectTransform {
@@ -120,7 +125,16 @@ impl ObjectTransform {
         let m = to_world.matrix3;
         let stretch =
             (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt();
-        ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch }
+        ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch, motion: None }
+    }
+
+    /// A ray of the world as one of the object, at the ray's moment.
+    #[inline]
+    pub(super) fn ray_to_object(&self, ray: &Ray) -> Ray {
+        match &self.motion {
+            None => ray.transformed(&self.to_object),
+            Some(motion) => ray.transformed(&motion.at(f64::from(ray.time)).inverse()),
+        }
     }
 }
 
@@ -149,6 +163,8 @@ pub struct SurfaceInteraction {
     /// The surface in the object's space, for textures.
     object: SurfacePoint,
     pub(super) hit: Hit,
+    /// The moment, as in the ray.
+    pub(super) time: f32,
 }
 
 impl SurfaceInteraction {
@@ -250,8 +266,7 @@ impl Scene {
                 shape => shape.intersect(ray),
             }
         } else {
-            let to_object = &self.transforms[primitive.transform as usize].to_object;
-            primitive.shape.intersect(&ray.transformed(to_object))
+            primitive.shape.intersect(&self.transforms[primitive.transform as usize].ray_to_object(ray))
         }
     }
 
@@ -268,8 +283,7 @@ impl Scene {
                 shape => shape.occludes(ray),
             }
         } else {
-            let to_object = &self.transforms[primitive.transform as usize].to_object;
-            primitive.shape.occludes(&ray.transformed(to_object))
+            primitive.shape.occludes(&self.transforms[primitive.transform as usize].ray_to_object(ray))
         };
         hit && match self.materials[primitive.material.index()].shadow() {
             ShadowKind::Opaque => true,
@@ -361,11 +375,12 @@ impl Scene {
         let primitive = &self.primitives[hit.primitive as usize];
         let material = self.material_of(primitive, &hit.shape);
         // A point may be exact, as the origin on a plane through it: a ray must leave it all the same.
+        let time = ray.time;
         let floor = 1e-15 * hit.shape.t;
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
             if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-                return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit };
+                return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
             }
             return SurfaceInteraction {
                 p: s.p,
@@ -375,22 +390,25 @@ impl Scene {
                 material,
                 object: s,
                 hit: *hit,
+                time,
             };
         }
-        let transform = &self.transforms[primitive.transform as usize];
+        let placed = &self.transforms[primitive.transform as usize];
+        let now = placed.motion.as_ref().map(|m| ObjectTransform::new(m.at(f64::from(ray.time))));
+        let transform = now.as_ref().unwrap_or(placed);
         let s = match &primitive.shape {
             Shape::Mesh(mesh) => mesh.surface(&hit.shape),
             shape => shape.surface(&ray.transformed(&transform.to_object), &hit.shape),
         };
         if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-            return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit };
+            return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
         }
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
-        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit }
+        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time }
     }
 
     /// The sphere that was hit, if it is one without a transform.

@@ -94,12 +94,10 @@ impl Wave<'_> {
             return;
         }
         let mut found = Spectrum::BLACK;
-        let mut surrounded = false;
         for (radiance, pdf) in scene.emitters.around(scene, ray.direction) {
-            surrounded = true;
             found += radiance * self.settings.weight_found(path, pdf) as f32;
         }
-        if !surrounded {
+        if !scene.emitters.surrounded() {
             found += scene.background.color(ray.direction);
         }
         if !path.from_camera {

@@ -13,6 +13,8 @@ use turner_bvh::lanes::LANES;
 #[derive(Clone)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
+    /// Its moment, for things that move.
+    time: f32,
     /// The share of what the next ray finds that reaches the pixel.
     pub(super) beta: Spectrum,
     /// Surfaces met so far, each with its own sets of random numbers.
@@ -100,8 +102,9 @@ impl Tracer for Wave<'_> {
         out.clear();
         out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
         self.paths.clear();
-        self.paths.extend(samples.ids.iter().map(|id| Path {
+        self.paths.extend(samples.ids.iter().enumerate().map(|(i, id)| Path {
             sampler: OwenSobol::new(id),
+            time: samples.rays.time(i),
             beta: Spectrum::WHITE,
             vertex: 0,
             bounces: Bounces::default(),
@@ -129,6 +132,11 @@ impl Wave<'_> {
     fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let mut hits = std::mem::take(&mut self.hits);
         let mut front = std::mem::take(&mut self.front);
+        if self.scene.moves {
+            for (i, &sample) in front.samples.iter().enumerate() {
+                front.rays.set_time(i, self.paths[sample as usize].time);
+            }
+        }
         self.scene.intersect_batch(&mut front.rays, &mut hits);
         for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
             let Some(ray) = front.rays.get(i) else { continue };
@@ -152,6 +160,11 @@ impl Wave<'_> {
             return;
         }
         stats.shadow += shadows.light.len() as u64;
+        if self.scene.moves {
+            for (i, &(sample, _)) in shadows.light.iter().enumerate() {
+                shadows.rays.set_time(i, self.paths[sample as usize].time);
+            }
+        }
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
             let through = shadows.through[i / LANES].get(i % LANES);
