@@ -7,7 +7,9 @@
 mod closed_forms;
 #[path = "../classic/common.rs"]
 mod common;
+mod emitters;
 mod estimators;
 mod glass;
+mod mix;
 mod sameness;
 mod statistics;

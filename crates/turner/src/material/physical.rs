@@ -11,7 +11,7 @@
 //! | `opacity`, `alpha_cutoff` | the same |
 //! | `ka` | nothing: light from all around is traced |
 
-use super::{AlphaMode, ClassicMaterial, Fresnel, MaterialDesc, PrincipledMaterial, ShadowKind};
+use super::{AlphaMode, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::scene::{ColorSource, Scene};
@@ -31,13 +31,6 @@ pub struct Physical {
 /// A source that is the same grey everywhere.
 const fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
-}
-
-impl MaterialDesc {
-    /// Makes it ready for integrators that follow light.
-    pub fn prepare_physical(&self) -> Physical {
-        Physical::new(self.principled())
-    }
 }
 
 impl PrincipledMaterial {
@@ -89,7 +82,8 @@ impl PrincipledMaterial {
 }
 
 impl Physical {
-    fn new(desc: PrincipledMaterial) -> Physical {
+    /// Makes it ready.
+    pub fn new(desc: PrincipledMaterial) -> Physical {
         let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
         let shadow = if see_through { ShadowKind::Tinted } else { ShadowKind::Opaque };
         let constant = desc

@@ -15,6 +15,7 @@ pub mod read;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;
+mod shape_emitters;
 mod sieve;
 pub mod stage;
 mod tangent;

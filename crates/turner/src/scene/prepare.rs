@@ -43,10 +43,8 @@ impl SceneDesc {
         let film_bytes = Film::check(&self.film)?;
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let physical = self.integrator.is_physical();
-        let ready = |m: &MaterialDesc| match physical {
-            true => Material::Physical(Box::new(m.prepare_physical())),
-            false => m.prepare(),
-        };
+        crate::material::mix::check(&self.materials)?;
+        let ready = |m: &MaterialDesc| m.prepare(physical, &self.materials);
         let mut materials: Vec<Material> = self.materials.iter().map(|m| ready(&m.value)).collect();
         let default_material = MaterialId(materials.len() as u32);
         materials.push(ready(&MaterialDesc::default()));

@@ -118,7 +118,6 @@ impl Wave<'_> {
         stats: &mut RayStats,
     ) {
         let scene = self.scene;
-        let Material::Physical(material) = scene.material_at(hit) else { return };
         let surface = scene.surface(ray, hit);
         let path = &mut self.paths[sample as usize];
         if let Some(left) = path.media.transmittance(hit.shape.t) {
@@ -129,16 +128,23 @@ impl Wave<'_> {
         if path.vertex > MAX_VERTICES {
             return;
         }
-        if material.desc.alpha_mode == AlphaMode::Blend {
-            let opacity = f64::from(material.desc.coverage(scene, &surface));
-            if opacity < 1.0 && path.sampler.four(sets)[3] >= opacity {
-                path.transparent += 1;
-                if path.transparent <= self.settings.max_transparent {
-                    self.next.push(sample, surface.leave(ray.direction), ray.direction);
-                }
-                return;
+        let outside = ray.direction.dot(surface.ng) < 0.0;
+        let met = match scene.material_at(hit) {
+            Material::Physical(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
+            Material::Physical(m) => {
+                let opacity = f64::from(m.desc.coverage(scene, &surface));
+                (opacity >= 1.0 || path.sampler.four(sets)[3] < opacity).then_some(&**m)
             }
-        }
+            Material::Mix(m) => m.choose(scene, &surface, outside, path.sampler.four(sets)[3]),
+            Material::Classic(_) | Material::Principled(..) => return,
+        };
+        let Some(material) = met else {
+            path.transparent += 1;
+            if path.transparent <= self.settings.max_transparent {
+                self.next.push(sample, surface.leave(ray.direction), ray.direction);
+            }
+            return;
+        };
         if material.desc.unlit {
             let at = scene.texture_point(&surface);
             let color = scene.textures.color(material.desc.base_color, &at)
@@ -146,7 +152,6 @@ impl Wave<'_> {
             self.settings.add(path, path.beta * color, pixel);
             return;
         }
-        let outside = ray.direction.dot(surface.ng) < 0.0;
         if material.is_emissive() && (outside || material.shines_backwards()) {
             let path = &self.paths[sample as usize];
             self.found_light(scene, path, material, &surface, pixel);
