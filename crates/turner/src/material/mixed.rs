@@ -63,7 +63,7 @@ impl Mix {
     }
 
     /// The parts, with about the share of each: textures count as 1, and only leave a part out that has none for certain.
-    pub(super) fn shares(&self) -> impl Iterator<Item = (MaterialId, f64)> + '_ {
+    pub(crate) fn shares(&self) -> impl Iterator<Item = (MaterialId, f64)> + '_ {
         let weights = || self.parts.iter().map(|p| estimate(p.weight));
         let sum: f64 = weights().skip(usize::from(self.first_has_the_rest)).sum();
         let varies = self.parts.iter().any(|p| matches!(p.weight, ColorSource::Texture(_)));

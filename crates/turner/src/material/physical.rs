@@ -81,9 +81,19 @@ impl PrincipledMaterial {
     }
 }
 
+impl PrincipledMaterial {
+    /// Radiance at a place where the surface is there; pictures may hold what no light is.
+    #[inline]
+    pub fn emitted_color(&self, scene: &Scene, at: &TexturePoint<'_>) -> Spectrum {
+        let sound = |v: f32| if v > 0.0 { v.min(1e15) } else { 0.0 };
+        scene.textures.color(self.emission_color, at).map(sound) * self.emission_luminance as f32
+    }
+}
+
 impl Physical {
     /// Makes it ready.
-    pub fn new(desc: PrincipledMaterial) -> Physical {
+    pub fn new(mut desc: PrincipledMaterial) -> Physical {
+        (desc.emission_luminance, desc.emission_color) = desc.sound_emission();
         let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
         let shadow = if see_through { ShadowKind::Tinted } else { ShadowKind::Opaque };
         let constant = desc
@@ -163,6 +173,6 @@ impl Physical {
             AlphaMode::Mask => f32::from(scene.textures.opacity(d.opacity, at) >= d.alpha_cutoff as f32),
             AlphaMode::Blend => scene.textures.opacity(d.opacity, at).clamp(0.0, 1.0),
         };
-        scene.textures.color(d.emission_color, at) * (d.emission_luminance as f32 * covered)
+        d.emitted_color(scene, at) * covered
     }
 }

@@ -3,6 +3,7 @@
 pub mod background;
 mod batch;
 pub mod desc;
+mod doubts;
 pub mod emitters;
 pub mod error;
 mod faces;

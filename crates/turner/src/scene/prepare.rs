@@ -4,6 +4,7 @@ use turner_bvh::{BoxBvh, BuildOptions, Quality};
 
 use super::batch::BatchShapes;
 use super::desc::*;
+use super::doubts;
 use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
@@ -44,6 +45,7 @@ impl SceneDesc {
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let physical = self.integrator.is_physical();
         crate::material::mix::check(&self.materials)?;
+        warnings.extend(doubts::of_description(self, physical));
         let ready = |m: &MaterialDesc| m.prepare(physical, &self.materials);
         let mut materials: Vec<Material> = self.materials.iter().map(|m| ready(&m.value)).collect();
         let default_material = MaterialId(materials.len() as u32);
@@ -159,6 +161,8 @@ impl SceneDesc {
         if physical {
             scene.emitters = Emitters::new(&scene);
         }
+        let doubts = doubts::of_scene(&scene, &self.lights);
+        scene.warnings.extend(doubts);
         Ok(scene)
     }
 
@@ -346,6 +350,10 @@ impl Flattener<'_> {
             self.transforms.push(transform);
             self.transforms.len() as u32 - 1
         };
+        if shape.bounds().is_some_and(|b| b.is_empty()) {
+            // A mesh without a triangle that has an area: nothing is there.
+            return Ok(());
+        }
         let bounds =
             shape.bounds().map(|b| if transform == NO_TRANSFORM { b } else { b.transformed(&to_world) });
         // The tree works in single precision.

@@ -291,10 +291,6 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         None => None,
         Some(value) => Some(whole_table(value, "[stage]", &mut cx, StageDesc::read)?),
     };
-    let staged_light = stage.as_ref().is_some_and(|s| s.studio);
-    if lights.is_empty() && !staged_light {
-        cx.warn(None, "the scene has no [[light]]: whatever does not reflect the background is black");
-    }
     if objects.is_empty() {
         cx.warn(None, "the scene has no [[object]]: the picture shows the background alone");
     }

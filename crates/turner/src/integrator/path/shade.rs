@@ -197,11 +197,7 @@ impl Wave<'_> {
     ) {
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
-            None => {
-                let color = material.desc.emission_color;
-                scene.textures.color(color, &scene.texture_point(surface))
-                    * material.desc.emission_luminance as f32
-            }
+            None => material.desc.emitted_color(scene, &scene.texture_point(surface)),
         };
         let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
         let weight = self.settings.weight_found(path, pdf);
