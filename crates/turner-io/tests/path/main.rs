@@ -8,6 +8,7 @@ mod bad_input;
 mod closed_forms;
 #[path = "../classic/common.rs"]
 mod common;
+mod dispersion;
 mod emitters;
 mod estimators;
 mod glass;

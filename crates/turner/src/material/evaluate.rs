@@ -67,8 +67,21 @@ impl Physical {
     /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
     /// around the solid.
     pub fn bsdf(&self, scene: &Scene, surface: &SurfaceInteraction, around: f64, entering: bool) -> Bsdf {
+        self.bsdf_of_index(scene, surface, around, entering, self.desc.specular_ior)
+    }
+
+    /// The same with another index of refraction, as light of one colour band may see it.
+    pub fn bsdf_of_index(
+        &self,
+        scene: &Scene,
+        surface: &SurfaceInteraction,
+        around: f64,
+        entering: bool,
+        ior: f64,
+    ) -> Bsdf {
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(&mut |source| scene.textures.color(source, &at));
+        point.specular_ior = ior;
         point.exterior_ior = around;
         point.entering = entering;
         Bsdf::new(&point)

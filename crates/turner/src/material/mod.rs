@@ -3,6 +3,7 @@
 mod classic;
 mod conversion;
 mod dielectric;
+mod dispersion;
 mod emission;
 mod emissive;
 mod evaluate;

@@ -24,6 +24,8 @@ pub struct Physical {
     pub desc: PrincipledMaterial,
     /// Its objects' shadows: opaque, or tinted where it covers only a share of what is behind.
     pub(super) shadow: ShadowKind,
+    /// Indices of refraction by colour band, where they differ.
+    pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
     constant: Option<[Bsdf; 2]>,
 }
@@ -99,7 +101,8 @@ impl Physical {
         let constant = desc
             .constant_point()
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
-        Physical { desc, shadow, constant }
+        let dispersion = desc.dispersion();
+        Physical { desc, shadow, dispersion, constant }
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.

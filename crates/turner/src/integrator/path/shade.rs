@@ -1,9 +1,10 @@
 //! What happens to a path where its ray ends.
 
+use super::dispersion::Prism;
 use super::media::Boundary;
 use super::wave::{Path, Wave};
 use super::{LightSampling, settings::Settings};
-use crate::bsdf::{Bsdf, Towards};
+use crate::bsdf::{Bsdf, BsdfSample, Towards};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
 use crate::material::{AlphaMode, Material, Physical};
@@ -11,20 +12,20 @@ use crate::math::{DVec3, Frame, Ray, reflect};
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
 /// Sets of random numbers: one for the place in the pixel, one for the lens, then two for each surface met.
-const FIRST_SET: u32 = 2;
+pub(super) const FIRST_SET: u32 = 2;
 
 /// Surfaces of all kinds that one path may meet, those that are none to it included.
-const MAX_VERTICES: u32 = 200_000;
+pub(super) const MAX_VERTICES: u32 = 200_000;
 
 /// A surface with its scattering, turned to the ray that met it.
-struct Vertex<'a> {
+pub(super) struct Vertex<'a> {
     surface: &'a SurfaceInteraction,
     /// Around the shading normal; z on the side the ray came from.
     frame: Frame,
     /// Geometric normal: outer for what has an inside, else on the side the ray came from.
     ng: DVec3,
     /// Seen from there.
-    bsdf: Towards<'a>,
+    pub(super) bsdf: Towards<'a>,
     /// Towards where the ray came from, in the scene and in the frame.
     wo: DVec3,
     wo_local: DVec3,
@@ -171,6 +172,11 @@ impl Wave<'_> {
                 }
             }
         }
+        if let Some(indices) = material.dispersion {
+            let prism = Prism { material, indices, surface: &surface, around, outside };
+            self.disperse(sample, ray, &prism, sets, stats);
+            return;
+        }
         let made;
         let bsdf = match material.constant_bsdf(outside) {
             Some(bsdf) if around == 1.0 => bsdf,
@@ -180,10 +186,26 @@ impl Wave<'_> {
             }
         };
         let vertex = prepare(scene, ray, material, &surface, bsdf, outside);
-        if bsdf.has_smooth() && self.settings.light_sampling != LightSampling::Bsdf {
-            self.sample_light(sample, &vertex, material, sets);
+        self.scatter(sample, &vertex, material, bsdf.has_smooth(), sets, stats);
+    }
+
+    /// Direct light, where lights can be connected to (`smooth`), and the way on.
+    pub(super) fn scatter(
+        &mut self,
+        sample: u32,
+        vertex: &Vertex<'_>,
+        material: &Physical,
+        smooth: bool,
+        sets: u32,
+        stats: &mut RayStats,
+    ) {
+        if smooth && self.settings.light_sampling != LightSampling::Bsdf {
+            self.sample_light(sample, vertex, material, sets);
         }
-        self.go_on(sample, &vertex, material, sets + 1, stats);
+        let [u0, u1, u2, u3] = self.paths[sample as usize].sampler.four(sets + 1);
+        if let Some(s) = vertex.bsdf.sample([u2, u0, u1]) {
+            self.follow(sample, vertex, material, s, u3, stats);
+        }
     }
 
     /// Adds the light of a shining surface that was hit.
@@ -249,11 +271,17 @@ impl Wave<'_> {
         self.shadows.push(&ray, sample, light);
     }
 
-    /// Samples the way on.
-    fn go_on(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, set: u32, stats: &mut RayStats) {
+    /// Goes on in a sampled direction, if the number `u` lets it.
+    pub(super) fn follow(
+        &mut self,
+        sample: u32,
+        v: &Vertex<'_>,
+        material: &Physical,
+        s: BsdfSample,
+        u: f64,
+        stats: &mut RayStats,
+    ) {
         let path = &mut self.paths[sample as usize];
-        let [u0, u1, u2, u3] = path.sampler.four(set);
-        let Some(s) = v.bsdf.sample([u2, u0, u1]) else { return };
         let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
         let wi = v.frame.to_world(s.wi);
         let Some(crosses) = v.crosses(wi, s.wi) else { return };
@@ -276,7 +304,7 @@ impl Wave<'_> {
         if bounces.total >= self.settings.rr_start {
             let carried = path.beta.max_component() * path.eta2;
             let survives = carried.max(0.0).sqrt().clamp(0.05, 1.0);
-            if u3 >= f64::from(survives) {
+            if u >= f64::from(survives) {
                 return;
             }
             path.beta *= 1.0 / survives;
@@ -289,7 +317,7 @@ impl Wave<'_> {
 }
 
 /// The surface with its scattering, for a ray that met it on its outer side (`outside`) or its inner one.
-fn prepare<'a>(
+pub(super) fn prepare<'a>(
     scene: &Scene,
     ray: &Ray,
     material: &Physical,
