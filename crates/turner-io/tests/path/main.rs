@@ -13,5 +13,6 @@ mod emitters;
 mod estimators;
 mod glass;
 mod mix;
+mod panes;
 mod sameness;
 mod statistics;

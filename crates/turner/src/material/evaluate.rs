@@ -102,6 +102,22 @@ impl Physical {
         Frame::from_z(n)
     }
 
+    /// The normal of the coat, unit, on the outer side, where it may be another than the base's: the coat's own normal map bends it, the base's
+    /// does not (OpenPBR's `geometry_coat_normal`; glTF's clear coat).
+    pub fn coat_normal(&self, scene: &Scene, surface: &SurfaceInteraction) -> Option<DVec3> {
+        let d = &self.desc;
+        if d.coat_weight == ColorSource::Constant(Spectrum::BLACK) {
+            return None;
+        }
+        match (d.coat_normal_map, d.normal_map) {
+            (None, None) => None,
+            (None, Some(_)) => Some(surface.ns),
+            (Some(map), _) => {
+                Some(scene.mapped_normal(surface, map, d.coat_normal_scale).unwrap_or(surface.ns))
+            }
+        }
+    }
+
     fn anisotropy_direction(&self, scene: &Scene, surface: &SurfaceInteraction, n: DVec3) -> Option<DVec3> {
         let d = &self.desc;
         if d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK) {

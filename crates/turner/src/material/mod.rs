@@ -162,7 +162,7 @@ impl Material {
         match self {
             Material::Classic(m) => color_at(m.color, scene, surface) * m.k_refract as f32,
             Material::Principled(m, _) => m.shadow_tint(scene, surface),
-            Material::Physical(m) => Spectrum::grey(1.0 - m.desc.coverage(scene, surface)),
+            Material::Physical(m) => m.shadow_tint(scene, surface, direction),
             Material::Mix(m) => m.shadow_tint(scene, surface, direction),
         }
     }

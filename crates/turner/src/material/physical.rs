@@ -24,6 +24,8 @@ pub struct Physical {
     pub desc: PrincipledMaterial,
     /// Its objects' shadows: opaque, or tinted where it covers only a share of what is behind.
     pub(super) shadow: ShadowKind,
+    /// Whether light passes straight through it as through a clear pane, as well as by its other lobes.
+    pub(crate) pane: bool,
     /// Indices of refraction by colour band, where they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
@@ -92,17 +94,31 @@ impl PrincipledMaterial {
     }
 }
 
+impl PrincipledMaterial {
+    /// Whether it is a thin wall so smooth everywhere that light goes straight through.
+    fn is_pane(&self) -> bool {
+        /// Squared, the width of a lobe that counts as a mirror's, however stretched.
+        const SMOOTH: f32 = 0.008;
+        let at_most = |source: ColorSource, most: f32| matches!(source, ColorSource::Constant(c) if c.max_component() <= most);
+        self.thin_walled
+            && self.is_transmissive()
+            && at_most(self.specular_roughness, SMOOTH)
+            && (at_most(self.coat_weight, 0.0) || at_most(self.coat_roughness, 0.0))
+    }
+}
+
 impl Physical {
     /// Makes it ready.
     pub fn new(mut desc: PrincipledMaterial) -> Physical {
         (desc.emission_luminance, desc.emission_color) = desc.sound_emission();
         let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
-        let shadow = if see_through { ShadowKind::Tinted } else { ShadowKind::Opaque };
+        let pane = desc.is_pane();
+        let shadow = if see_through || pane { ShadowKind::Tinted } else { ShadowKind::Opaque };
         let constant = desc
             .constant_point()
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
-        Physical { desc, shadow, dispersion, constant }
+        Physical { desc, shadow, pane, dispersion, constant }
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.

@@ -5,7 +5,7 @@
 //! surfaces, one band is chosen with its share of what the path carries, and carries all of it: for each band the mean is
 //! that of paths of that band alone.
 
-use super::shade::{FIRST_SET, MAX_VERTICES, prepare};
+use super::shade::{FIRST_SET, MAX_VERTICES, coated, prepare};
 use super::wave::Wave;
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
@@ -41,7 +41,9 @@ impl Wave<'_> {
         let scene = self.scene;
         let Prism { material, indices, surface, around, outside } = *prism;
         let bsdf = |band: u8| {
-            material.bsdf_of_index(scene, surface, around, outside, indices[usize::from(band.min(2))])
+            let index = indices[usize::from(band.min(2))];
+            let bsdf = material.bsdf_of_index(scene, surface, around, outside, index);
+            coated(scene, ray, material, surface, &bsdf, outside).unwrap_or(bsdf)
         };
         let path = &mut self.paths[sample as usize];
         if path.band.is_none() {

@@ -6,6 +6,7 @@
 
 mod dispersion;
 mod media;
+mod pane;
 mod settings;
 mod shade;
 mod wave;

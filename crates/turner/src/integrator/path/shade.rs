@@ -32,6 +32,32 @@ pub(super) struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    /// What comes straight through a pane, if its frame and its surface agree on the sides.
+    pub(super) fn straight(&self) -> Spectrum {
+        match self.crosses(-self.wo, -self.wo_local) {
+            Some(true) => self.bsdf.straight(),
+            _ => Spectrum::BLACK,
+        }
+    }
+
+    /// The share of light from `wi` that smooth normals over a mesh's flat triangles leave: it fades where a triangle turns away from the light before its
+    /// smooth normal does (Chiang, Li and Burley 2019, "Taming the shadow terminator", eq. 3 and 4). Never more than 1.
+    #[inline]
+    fn terminator(&self, wi: DVec3) -> f64 {
+        let (ns, ng) = (self.surface.ns, self.surface.ng);
+        if ns == ng {
+            return 1.0;
+        }
+        let g = ng.dot(wi) / (ng.dot(ns) * ns.dot(wi));
+        if g >= 1.0 {
+            1.0
+        } else if g > 0.0 {
+            g * (1.0 + g * (1.0 - g))
+        } else {
+            0.0
+        }
+    }
+
     /// Whether light from `wi` goes through the surface; `None` where the frame and the surface disagree.
     #[inline]
     fn crosses(&self, wi: DVec3, wi_local: DVec3) -> Option<bool> {
@@ -158,7 +184,9 @@ impl Wave<'_> {
             self.found_light(scene, path, material, &surface, pixel);
         }
         let path = &mut self.paths[sample as usize];
-        if path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered {
+        // Through panes light goes on, as shadow rays do.
+        let spent = path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered;
+        if spent && !material.pane {
             return;
         }
         let mut around = 1.0;
@@ -185,8 +213,10 @@ impl Wave<'_> {
                 &made
             }
         };
+        let coated = coated(scene, ray, material, &surface, bsdf, outside);
+        let bsdf = coated.as_ref().unwrap_or(bsdf);
         let vertex = prepare(scene, ray, material, &surface, bsdf, outside);
-        self.scatter(sample, &vertex, material, bsdf.has_smooth(), sets, stats);
+        self.scatter(sample, &vertex, material, bsdf.has_smooth() && !spent, sets, stats);
     }
 
     /// Direct light, where lights can be connected to (`smooth`), and the way on.
@@ -238,7 +268,10 @@ impl Wave<'_> {
         let wi = lit.to_light / distance;
         let wi_local = v.frame.to_local(wi);
         let Some(crosses) = v.crosses(wi, wi_local) else { return };
-        let (f, pdf) = v.bsdf.eval_pdf(wi_local);
+        let (mut f, pdf) = v.bsdf.eval_pdf(wi_local);
+        if !crosses {
+            f = f * v.terminator(wi) as f32;
+        }
         if f.is_black() {
             return;
         }
@@ -281,11 +314,20 @@ impl Wave<'_> {
         u: f64,
         stats: &mut RayStats,
     ) {
-        let path = &mut self.paths[sample as usize];
-        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
         let wi = v.frame.to_world(s.wi);
         let Some(crosses) = v.crosses(wi, s.wi) else { return };
+        if material.pane && crosses && s.lobe.is_delta {
+            return self.pass(sample, v.surface, v.wo, &s);
+        }
+        let path = &mut self.paths[sample as usize];
+        if self.settings.direct && path.scattered {
+            return;
+        }
+        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
+        if !crosses && !s.lobe.is_delta {
+            path.beta *= v.terminator(wi) as f32;
+        }
         path.bounces = bounces;
         path.from_camera = false;
         path.alone = s.lobe.is_delta;
@@ -344,6 +386,22 @@ pub(super) fn prepare<'a>(
     }
     let wo_local = frame.to_local(wo);
     Vertex { surface, frame, ng, bsdf: bsdf.towards(wo_local), wo, wo_local }
+}
+
+/// The scattering with the coat's own normal, where it has one.
+pub(super) fn coated(
+    scene: &Scene,
+    ray: &Ray,
+    material: &Physical,
+    surface: &SurfaceInteraction,
+    bsdf: &Bsdf,
+    outside: bool,
+) -> Option<Bsdf> {
+    let n = material.coat_normal(scene, surface)?;
+    let base = prepare(scene, ray, material, surface, bsdf, outside);
+    let side = if outside { 1.0 } else { -1.0 };
+    let n = bent_normal(base.wo, side * n, side * surface.ng);
+    Some(bsdf.with_coat_normal(base.frame.to_local(n)))
 }
 
 /// The same frame around another normal.
