@@ -100,9 +100,7 @@ pub(super) fn of_scene(scene: &Scene, lights: &[Named<LightDesc>]) -> Vec<Warnin
     } else if off + dark > 0 {
         out.push(unlit("all lights of the scene are black"));
     } else {
-        out.push(doubt(
-            "the scene has no [[light]]: whatever does not reflect the background is black".into(),
-        ));
+        out.push(unlit("the scene has no [[light]]: whatever does not reflect the background is black"));
     }
     out
 }

@@ -400,7 +400,7 @@ pub(super) fn coated(
     let n = material.coat_normal(scene, surface)?;
     let base = prepare(scene, ray, material, surface, bsdf, outside);
     let side = if outside { 1.0 } else { -1.0 };
-    let n = bent_normal(base.wo, side * n, side * surface.ng);
+    let n = bent_normal(base.wo, side * n, base.frame.z);
     Some(bsdf.with_coat_normal(base.frame.to_local(n)))
 }
 
