@@ -16,4 +16,5 @@ pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod shape;
+pub mod testing;
 pub mod texture;
