@@ -7,3 +7,4 @@ pub mod image;
 pub mod import;
 pub mod mesh;
 pub mod scene;
+pub mod testing;

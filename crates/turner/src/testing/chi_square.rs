@@ -162,7 +162,8 @@ fn integrate(f: &impl Fn(DVec2) -> f64, at: DVec2, size: DVec2, accuracy: f64, d
     };
     let fine = rule(&FIVE);
     // The first look may miss a narrow lobe.
-    if depth >= DEEPEST || (depth >= 1 && (rule(&THREE) - fine).abs() <= accuracy * (fine + accuracy * 1e-2)) {
+    if depth >= DEEPEST || (depth >= 1 && (rule(&THREE) - fine).abs() <= accuracy * (fine + accuracy * 1e-2))
+    {
         return fine;
     }
     let half = 0.5 * size;
@@ -188,8 +189,7 @@ mod tests {
         let mut random = Random::new(3);
         let right = chi_square_on_square(&options, |p| 2.0 * p.x, || ramp(&mut random));
         assert!(right.p_value > 0.01 && (right.covered - 1.0).abs() < 1e-9, "{right:?}");
-        let tilted =
-            chi_square_on_square(&options, |p| 2.0 * p.x * (0.9 + 0.2 * p.y), || ramp(&mut random));
+        let tilted = chi_square_on_square(&options, |p| 2.0 * p.x * (0.9 + 0.2 * p.y), || ramp(&mut random));
         assert!(tilted.p_value < 1e-3, "{tilted:?}");
         let scaled = chi_square_on_square(&options, |p| 2.02 * p.x, || ramp(&mut random));
         assert!(scaled.p_value == 0.0, "{scaled:?}");
@@ -205,8 +205,7 @@ mod tests {
     /// P-values of right samplers are spread evenly: as many below 0.1 as there should be.
     #[test]
     fn false_alarms_are_as_rare_as_promised() {
-        let options =
-            ChiSquareOptions { samples: 2_000, rows: 6, columns: 5, ..ChiSquareOptions::default() };
+        let options = ChiSquareOptions { samples: 2_000, rows: 6, columns: 5, ..ChiSquareOptions::default() };
         let test = |seed| {
             let mut random = Random::new(seed);
             chi_square_on_square(&options, |p| 2.0 * p.x, || ramp(&mut random)).p_value

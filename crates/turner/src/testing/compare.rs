@@ -131,9 +131,7 @@ fn share_beyond(a: &dyn Estimate, b: &dyn Estimate, options: &CompareOptions) ->
     for band in 0..3 {
         let all = |e: &dyn Estimate| -> Vec<Moments> {
             (0..n as u32)
-                .map(|i| {
-                    e.moments(&PixelRect { x: i % width, y: i / width, width: 1, height: 1 }, band)
-                })
+                .map(|i| e.moments(&PixelRect { x: i % width, y: i / width, width: 1, height: 1 }, band))
                 .collect()
         };
         let (mut ma, mut mb) = (all(a), all(b));

@@ -36,13 +36,8 @@ pub struct Runs {
 /// that of the last run afterwards.
 pub fn render_runs(scene: &mut Scene, runs: u32, seed: u64, threads: usize) -> Result<Runs, SceneError> {
     let mut random = super::Random::new(seed);
-    let mut out = Runs {
-        width: 0,
-        height: 0,
-        pictures: Vec::new(),
-        alpha: 0.0,
-        non_finite: NonFinite::default(),
-    };
+    let mut out =
+        Runs { width: 0, height: 0, pictures: Vec::new(), alpha: 0.0, non_finite: NonFinite::default() };
     let never = AtomicBool::new(false);
     for _ in 0..runs {
         scene.film.seed = random.bits() as u32;
