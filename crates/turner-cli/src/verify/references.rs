@@ -37,7 +37,7 @@ macro_rules! peer {
 const PEERS: [Peer; 4] = [
     peer!("s1", 9.0775e-5, 64),
     peer!("s2", 4.4249e-4, 512),
-    peer!("s3", 4.5370e-5, 64),
+    peer!("s3", 4.5370e-5, 512),
     peer!("s4", 6.4211e-5, 64),
 ];
 
@@ -53,8 +53,8 @@ pub(super) fn checks(references: Option<&Path>) -> Vec<Check> {
     let mut out = Vec::new();
     for peer in &PEERS {
         let check = Check::limit(format!("peers/{}", peer.name), move |cx| small(cx, peer));
-        // Caustics take many samples, the mesh takes long to make.
-        out.push(if matches!(peer.name, "s2" | "s4") { check.not_quick() } else { check });
+        // Caustics and small bright lamps take many samples, the mesh takes long to make.
+        out.push(if peer.name == "s1" { check } else { check.not_quick() });
         if references.is_some() {
             out.push(Check::limit(format!("peers/{}-full", peer.name), move |cx| full(cx, peer)));
         }
@@ -88,8 +88,7 @@ fn small(cx: &Context, peer: &Peer) -> Result<Finding, SceneError> {
     let (width, height, mean) = picture(peer.small, peer.name)?;
     // Noise of single pixels is independent: that of a block's mean is smaller by their number.
     let reference = Reference::with_noise(width, height, mean, peer.noise / f64::from(BLOCK * BLOCK));
-    let samples = if cx.effort == Effort::Quick { peer.samples / 4 } else { cx.times(peer.samples) };
-    let runs = render(cx, peer, FULL / BLOCK, samples)?;
+    let runs = render(cx, peer, FULL / BLOCK, cx.times(peer.samples))?;
     let found = judge(&runs, &reference, relative_mse(&runs.picture(), &reference.mean));
     Ok(found)
 }
