@@ -39,3 +39,31 @@ fn a_wrong_reference_fails() {
     let run = f.turner(&["verify", "--references", ".", "--only", "peers/s1-full"]);
     run.fails(1, &["peers/s1-full", "FAILED", "64x64 pixels, expected 512x512"]);
 }
+
+/// Every scene that comes with Turner, small: not one sample is infinite or no number.
+#[test]
+fn all_samples_of_all_scenes_are_finite() {
+    let f = folder();
+    let root = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"));
+    let mut folders = vec![root.to_owned()];
+    let mut rendered = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            // Its files are made by an example.
+            if path.extension().is_none_or(|e| e != "toml") || path.ends_with("peers/s4.toml") {
+                continue;
+            }
+            let scene = path.to_string_lossy();
+            let size = ["--width", "48", "--height", "32", "--samples", "4", "--json", "-o", "x.exr"];
+            let run = f.turner(&[&[&*scene][..], &size].concat()).ok();
+            assert!(run.stdout.contains("\"non_finite\":{\"count\":0"), "{scene}: {}", run.stdout);
+            rendered += 1;
+        }
+    }
+    assert!(rendered > 20, "{rendered}");
+}

@@ -286,7 +286,10 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         Some(value) => Some(whole_table(value, "[stage]", &mut cx, StageDesc::read)?),
     };
     let staged_light = stage.as_ref().is_some_and(|s| s.studio);
-    if lights.is_empty() && !staged_light {
+    // Integrators that follow light take it from whatever shines.
+    let shines = |m: &Named<MaterialDesc>| m.value.principled().emission_luminance > 0.0;
+    let shining = integrator.is_physical() && cx.materials.iter().flatten().any(shines);
+    if lights.is_empty() && !staged_light && !shining {
         cx.warn(None, "the scene has no [[light]]: whatever does not reflect the background is black");
     }
     if objects.is_empty() {
