@@ -194,12 +194,7 @@ fn points_form(
 }
 
 /// The triangles of a mesh that shine.
-fn mesh_form(
-    scene: &Scene,
-    index: u32,
-    primitive: &Primitive,
-    mesh: &TriangleMesh,
-) -> Option<(Form, f64)> {
+fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMesh) -> Option<(Form, f64)> {
     if !scene.materials.iter().any(|m| m.is_emissive(scene)) {
         return None;
     }
