@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 use turner::camera::{CameraDesc, PinholeDesc};
 use turner::color::Tonemap;
 use turner::film::FilmDesc;
-use turner::math::DVec3;
 use turner::scene::{ImportSummary, ObjectContent, ObjectDesc, SceneDesc};
 
 use crate::events::Events;
@@ -168,18 +167,8 @@ fn as_text(ready: &Ready) -> String {
 
 /// Where the picture is taken from: the eye, what it looks at, and the vertical field of view in degrees or the height of the screen.
 fn view(camera: &CameraDesc) -> Value {
-    let at = |position: DVec3, look_at: DVec3, up: DVec3| {
-        json!({
-            "position": position.to_array(),
-            "look_at": look_at.to_array(),
-            "up": up.to_array(),
-        })
-    };
-    let mut view = match camera {
-        CameraDesc::Pinhole(c) => at(c.position, c.look_at, c.up),
-        CameraDesc::Orthographic(c) => at(c.position, c.look_at, c.up),
-        CameraDesc::ThinLens(c) => at(c.position, c.look_at, c.up),
-    };
+    let [position, look_at, up] = camera.clone().placement_mut().map(|v| v.to_array());
+    let mut view = json!({ "position": position, "look_at": look_at, "up": up });
     view["type"] = json!(camera.type_name());
     if let CameraDesc::Pinhole(PinholeDesc { fov: Some(fov), .. }) = camera {
         view["fov"] = json!(fov);

@@ -6,6 +6,7 @@ use serde_json::json;
 use turner::camera::CameraDesc;
 use turner::color::{NAMES, Tonemap, Transfer};
 use turner::film::Antialias;
+use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::MaterialDesc;
@@ -45,6 +46,7 @@ const TOPICS: &[Topic] = &[
     Topic { name: "cameras", what: "how the picture is taken", rows: || family(&CameraDesc::DOC) },
     Topic { name: "integrators", what: "how light is computed", rows: || family(&IntegratorDesc::DOC) },
     Topic { name: "antialias", what: "how a pixel's colour comes about", rows: || words(Antialias::DOCS) },
+    Topic { name: "filters", what: "how a pixel's samples are weighted", rows: || words(FilterKind::DOCS) },
     Topic {
         name: "transfers",
         what: "how scene values become display values",
@@ -82,7 +84,8 @@ fn formats() -> Vec<(String, String)> {
     });
     let scenes = SceneFormat::all()
         .map(|f| (dotted(f.extensions()), format!("{}, read: {}", f.name(), f.description())));
-    scenes.chain(pictures).collect()
+    let lamps = (".ies".to_owned(), "IES LM-63, read: measured lamps of point and spot lights".to_owned());
+    scenes.chain(pictures).chain([lamps]).collect()
 }
 
 fn colors() -> Vec<(String, String)> {

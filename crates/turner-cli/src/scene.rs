@@ -8,6 +8,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
 use turner::film::Antialias;
+use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
@@ -67,6 +68,9 @@ pub(crate) struct FilmArgs {
     /// How a pixel's colour comes about
     #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(Antialias::WORDS))]
     antialias: Option<String>,
+    /// How monte-carlo weights the light around a pixel's middle
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(FilterKind::WORDS))]
+    filter: Option<String>,
     /// How often a ray may be reflected or refracted
     #[arg(long, value_name = "N")]
     max_depth: Option<u32>,
@@ -127,6 +131,7 @@ impl FilmArgs {
         set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), "--crop", self.crop.as_deref());
         set("film.samples", number(self.samples), "--samples", None);
         set("film.antialias", quoted(&self.antialias), "--antialias", self.antialias.as_deref());
+        set("film.filter", quoted(&self.filter), "--filter", self.filter.as_deref());
         set("film.seed", number(self.seed), "--seed", None);
         set("film.tonemap", quoted(&self.tonemap), "--tonemap", self.tonemap.as_deref());
         let exposure = self.exposure.map(|stops| format!("{stops:?}").to_lowercase());

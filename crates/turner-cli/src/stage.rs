@@ -136,7 +136,7 @@ impl StageArgs {
             desc.images.push(Asset { uri: name.into_owned(), data: Arc::new(image) });
             let file = Some(ImageId(desc.images.len() as u32 - 1));
             let environment = EnvironmentDesc { file, ..EnvironmentDesc::studio() };
-            desc.lights.retain(|l| !matches!(l.value, LightDesc::Environment(_)));
+            desc.lights.retain(|l| !matches!(l.value, LightDesc::Environment(_) | LightDesc::Sky(_)));
             desc.lights.push(Named { name: None, span: None, value: LightDesc::Environment(environment) });
         }
         let environments = desc.lights.iter_mut().filter_map(|l| match &mut l.value {
@@ -149,6 +149,12 @@ impl StageArgs {
         for (rotation, strength) in environments.chain(studio) {
             *rotation = self.env_rotation.unwrap_or(*rotation);
             *strength = self.env_strength.unwrap_or(*strength);
+        }
+        for light in &mut desc.lights {
+            if let LightDesc::Sky(sky) = &mut light.value {
+                sky.turn(self.env_rotation.unwrap_or(0.0));
+                sky.strength = self.env_strength.unwrap_or(sky.strength);
+            }
         }
         if self.env_rotation.is_some() || self.env_strength.is_some() {
             *hash = hash_with(hash, format!("{:?} {:?}", self.env_rotation, self.env_strength).as_bytes());

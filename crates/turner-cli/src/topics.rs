@@ -3,8 +3,9 @@
 use turner::camera::Handedness;
 use turner::color::{Tonemap, Transfer};
 use turner::film::{Antialias, PixelSample};
+use turner::filter::FilterKind;
 use turner::integrator::{AtDepth, Combine, Facing, Highlight, Miss, NormalKind};
-use turner::light::AttenuationKind;
+use turner::light::{AttenuationKind, ProfileUnits};
 use turner::material::{AlphaMode, Fresnel, ShadowKind};
 use turner::scene::model::UpAxis;
 use turner::scene::read::SECTIONS;
@@ -22,6 +23,7 @@ type Words = &'static [(&'static str, &'static str)];
 /// Sets of words, found by how their type is shown.
 pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (Antialias::kind, Antialias::DOCS),
+    (FilterKind::kind, FilterKind::DOCS),
     (PixelSample::kind, PixelSample::DOCS),
     (Transfer::kind, Transfer::DOCS),
     (Tonemap::kind, Tonemap::DOCS),
@@ -39,6 +41,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (GradientKind::kind, GradientKind::DOCS),
     (NoiseKind::kind, NoiseKind::DOCS),
     (AttenuationKind::kind, AttenuationKind::DOCS),
+    (ProfileUnits::kind, ProfileUnits::DOCS),
     (Fresnel::kind, Fresnel::DOCS),
     (ShadowKind::kind, ShadowKind::DOCS),
     (AlphaMode::kind, AlphaMode::DOCS),
@@ -66,7 +69,7 @@ position = [5, 8, 5]
 pub(crate) const CAMERA: &str = "Without `[camera]` the whole scene is framed from the front.";
 pub(crate) const INTEGRATOR: &str = "";
 pub(crate) const SHAPE: &str =
-    "The keys of a shape stand beside those of the object: `name`, `material`, `transform`.";
+    "The keys of a shape stand beside those of the object: `name`, `material`, `transform`, `motion`.";
 pub(crate) const MATERIAL: &str =
     "An object names its material, `material = \"NAME\"`, or has it in place, `material = { … }`.";
 pub(crate) const TEXTURE: &str = "";
@@ -129,6 +132,12 @@ pub(crate) fn object() -> Page {
                  takes that of the instance; at last there is the default material.",
             ),
             key("transform", "transform", Some("none"), "Where it is placed; see `transform`."),
+            key(
+                "motion",
+                "transform",
+                Some("none"),
+                "Where it goes while `transform` is where it comes from: at which moments of that way the shutter opens and closes says `shutter` of `[film]`. Rotations go the shorter way. Light of things that move is only found by chance.",
+            ),
             key("group", "\"text\"", Some("none"), "For \"instance\": the name of the group."),
         ],
         r#"[material.glass]

@@ -213,8 +213,9 @@ fn many_rays_find_what_each_finds_and_quality_changes_nothing() {
         .collect();
     let mut found = 0;
     for scene in &scenes {
-        let mut hits = vec![None; rays.len()];
-        scene.intersect_rays(&rays, &mut hits);
+        let (mut batch, mut hits) = (turner::scene::RayBatch::default(), Vec::new());
+        rays.iter().for_each(|ray| batch.push(ray));
+        scene.intersect_batch(&mut batch, &mut hits);
         for (ray, hit) in rays.iter().zip(&hits) {
             let show = |hit: &Option<turner::scene::Hit>| format!("{hit:?}");
             assert_eq!(show(hit), show(&scene.intersect(ray)));

@@ -7,6 +7,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod color;
 pub mod film;
+pub mod filter;
 pub mod image;
 pub mod integrator;
 pub mod light;

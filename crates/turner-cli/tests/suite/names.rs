@@ -14,6 +14,7 @@ fn topics_are_listed() {
         ("cameras", "pinhole"),
         ("integrators", "normals"),
         ("antialias", "monte-carlo"),
+        ("filters", "blackman-harris"),
         ("transfers", "srgb"),
         ("formats", ".exr"),
         ("sections", "film"),

@@ -8,7 +8,7 @@ use super::json::{Document, Index, LightJson};
 use super::report::Report;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use turner::color::Spectrum;
-use turner::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, SpotDesc};
+use turner::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, ProfileUnits, SpotDesc};
 use turner::math::{DAffine3, DVec3};
 use turner::scene::Named;
 
@@ -42,9 +42,19 @@ pub(super) fn light(
         report.ignored("the range of lights: they weaken by the square of the distance, however far");
     }
     let value = match json.kind.as_str() {
-        "point" => LightDesc::Point(PointDesc { position, color, intensity, attenuation: INVERSE_SQUARE }),
+        "point" => LightDesc::Point(PointDesc {
+            attenuation: INVERSE_SQUARE,
+            ies: None,
+            ies_units: ProfileUnits::Relative,
+            ies_axis: DVec3::NEG_Y,
+            ies_rotation: 0.0,
+            position,
+            color,
+            intensity,
+        }),
         "spot" => LightDesc::Spot(spot(json, position, direction, color, intensity, report)),
         "directional" => LightDesc::Directional(DirectionalDesc {
+            angle: 0.0,
             from: None,
             direction: Some(direction),
             color,
@@ -85,5 +95,8 @@ fn spot(
         color,
         intensity,
         attenuation: INVERSE_SQUARE,
+        ies: None,
+        ies_units: ProfileUnits::Relative,
+        ies_rotation: 0.0,
     }
 }

@@ -211,6 +211,7 @@ impl<'a> Objects<'a> {
                 content: ObjectContent::Shape(shape),
                 material: Some(id),
                 transform: Transform(transform),
+                motion: None,
             });
         }
         Ok(())

@@ -318,6 +318,7 @@ impl Import {
             content: ObjectContent::Shape(shape),
             material: (!scene.materials.is_empty()).then_some(MaterialId(0)),
             transform: Transform::IDENTITY,
+            motion: None,
         }];
         Ok(scene)
     }

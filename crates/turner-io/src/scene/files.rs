@@ -5,12 +5,14 @@ use super::error::{asset_error, two_lines};
 use super::hash::SceneHash;
 use super::sources::Sources;
 use crate::assets::{AssetError, AssetSource};
+use crate::ies::{self, MAX_IES};
 use crate::image::{DecodeLimits, decode};
 use crate::import::{ImportOptions, import};
 use crate::mesh;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use turner::image::Image;
+use turner::light::LightProfile;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::FileId;
 use turner::scene::{ModelDesc, SceneAssets, SceneDesc, Warning};
@@ -28,6 +30,7 @@ pub struct SceneFiles<'a> {
     hash: SceneHash,
     images: HashMap<String, Arc<Image>>,
     meshes: HashMap<String, Arc<MeshData>>,
+    profiles: HashMap<String, Arc<LightProfile>>,
     /// By path and options.
     models: HashMap<(String, String), Arc<SceneDesc>>,
     decoded: u64,
@@ -53,6 +56,7 @@ impl<'a> SceneFiles<'a> {
             hash,
             images,
             meshes,
+            profiles: HashMap::new(),
             models: HashMap::new(),
             decoded: 0,
             warnings: Vec::new(),
@@ -112,6 +116,21 @@ impl SceneAssets for SceneFiles<'_> {
         let mesh = Arc::new(read.mesh);
         self.meshes.insert(path, mesh.clone());
         Ok(mesh)
+    }
+
+    fn light_profile(&mut self, uri: &str, from: FileId) -> Result<Arc<LightProfile>, SceneError> {
+        let path = self.resolve(uri, from)?;
+        if let Some(profile) = self.profiles.get(&path) {
+            return Ok(profile.clone());
+        }
+        let bytes = self.assets.read(&path, MAX_IES).map_err(asset_error)?;
+        self.hash.add(b'l', &bytes);
+        let (profile, warnings) =
+            ies::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Profile, &e.to_string()))?;
+        self.warnings.extend(warnings);
+        let profile = Arc::new(profile);
+        self.profiles.insert(path, profile.clone());
+        Ok(profile)
     }
 
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {

@@ -9,10 +9,13 @@ mod closed_forms;
 #[path = "../classic/common.rs"]
 mod common;
 mod dispersion;
+mod distant;
 mod emitters;
 mod estimators;
 mod glass;
 mod mix;
+mod motion;
 mod panes;
+mod pixels;
 mod sameness;
 mod statistics;

@@ -1,11 +1,16 @@
 //! Cameras: from a point of the picture to a ray. One file each.
 
+mod aperture;
+mod equirectangular;
+mod fisheye;
 mod frame;
 mod orthographic;
 mod pinhole;
 mod rays;
 mod thin_lens;
 
+pub use equirectangular::EquirectangularDesc;
+pub use fisheye::FisheyeDesc;
 pub use frame::{CameraFrame, Handedness};
 pub use orthographic::OrthographicDesc;
 pub use pinhole::{PinholeDesc, Viewport};
@@ -20,6 +25,8 @@ family! {
         Pinhole(PinholeDesc),
         Orthographic(OrthographicDesc),
         ThinLens(ThinLensDesc),
+        Equirectangular(EquirectangularDesc),
+        Fisheye(FisheyeDesc),
     }
 }
 
@@ -35,6 +42,10 @@ pub enum Camera {
     Orthographic(orthographic::Orthographic),
     /// Thin lens.
     ThinLens(thin_lens::ThinLens),
+    /// Panorama of all directions.
+    Equirectangular(equirectangular::Equirectangular),
+    /// Panorama in a circle.
+    Fisheye(fisheye::Fisheye),
 }
 
 impl CameraDesc {
@@ -44,7 +55,20 @@ impl CameraDesc {
             CameraDesc::Pinhole(c) => Camera::Pinhole(c.prepare(aspect)?),
             CameraDesc::Orthographic(c) => Camera::Orthographic(c.prepare(aspect)?),
             CameraDesc::ThinLens(c) => Camera::ThinLens(c.prepare(aspect)?),
+            CameraDesc::Equirectangular(c) => Camera::Equirectangular(c.prepare()?),
+            CameraDesc::Fisheye(c) => Camera::Fisheye(c.prepare(aspect)?),
         })
+    }
+
+    /// Position, the point looked at, and what is up: to move it with what it belongs to.
+    pub fn placement_mut(&mut self) -> [&mut DVec3; 3] {
+        match self {
+            CameraDesc::Pinhole(c) => [&mut c.position, &mut c.look_at, &mut c.up],
+            CameraDesc::Orthographic(c) => [&mut c.position, &mut c.look_at, &mut c.up],
+            CameraDesc::ThinLens(c) => [&mut c.position, &mut c.look_at, &mut c.up],
+            CameraDesc::Equirectangular(c) => [&mut c.position, &mut c.look_at, &mut c.up],
+            CameraDesc::Fisheye(c) => [&mut c.position, &mut c.look_at, &mut c.up],
+        }
     }
 
     /// A camera that shows all of a box from slightly above its front (+z), for scenes without one.
@@ -75,15 +99,27 @@ impl Camera {
         matches!(self, Camera::ThinLens(_))
     }
 
+    /// Whether parts of the picture show nothing, see [`Camera::ray`].
+    #[inline]
+    pub fn leaves_out(&self) -> bool {
+        matches!(self, Camera::Fisheye(_))
+    }
+
     /// The ray through a point of the screen, (−1, −1) its lower left and (1, 1) its upper right corner; `lens` is
     /// a point of the unit square that chooses the point on the lens, if there is one. The direction leads to
-    /// the screen (the plane in focus, for a lens), as the documents form it: it has no particular length.
+    /// the screen (the plane in focus, for a lens), as the documents form it: it has no particular length. Where the camera
+    /// shows nothing the ray ends before it begins (`t_max` below 0).
     #[inline]
     pub fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         match self {
             Camera::Pinhole(c) => c.ray(at),
             Camera::Orthographic(c) => c.ray(at),
             Camera::ThinLens(c) => c.ray(at, lens),
+            Camera::Equirectangular(c) => c.ray(at),
+            Camera::Fisheye(c) => c.ray(at),
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

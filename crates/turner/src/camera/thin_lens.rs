@@ -1,9 +1,9 @@
 //! The thin-lens camera: a pinhole camera with depth of field.
 
+use super::aperture::Aperture;
 use super::pinhole::{Screen, screen};
 use super::{CameraFrame, Handedness, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
-use crate::sampler::concentric_disk;
 use crate::scene::error::SceneError;
 use crate::scene::schema::{Range, params};
 
@@ -26,6 +26,10 @@ params! {
         distance: Option<f64> = None, in Range::POSITIVE;
         /// Radius of the lens, scene units; 0 is a pinhole.
         lens_radius: f64 = 0.05, in Range::NON_NEGATIVE;
+        /// Blades of the aperture: what is out of focus shows its polygon, of so many corners on the circle of `lens_radius`. 0 is a round opening; else 3 or more.
+        blades: u32 = 0, in Range::closed(0.0, 1024.0);
+        /// Degrees by which the blades are turned, against the clock as the camera sees it; at 0 a corner is straight up.
+        blade_rotation: f64 = 0.0;
         /// Distance of the plane in focus, along the direction of view; without it `look_at` is in focus.
         focus: Option<f64> = None, in Range::POSITIVE;
         /// Nothing nearer than this counts, measured along the direction of view.
@@ -37,6 +41,7 @@ position = [0, 2, 6]
 look_at = [0, 1, 0]
 fov = 35
 lens_radius = 0.1
+blades = 6
 
 [film]
 antialias = "monte-carlo"
@@ -50,6 +55,7 @@ pub struct ThinLens {
     frame: CameraFrame,
     screen: Screen,
     lens_radius: f64,
+    aperture: Aperture,
     focus: f64,
     near: f64,
 }
@@ -61,7 +67,8 @@ impl ThinLensDesc {
         let to_target = (self.look_at - self.position).length();
         let screen = screen(self.fov, self.viewport, self.distance, to_target, aspect)?;
         let focus = self.focus.unwrap_or(to_target);
-        Ok(ThinLens { frame, screen, lens_radius: self.lens_radius, focus, near: self.near })
+        let aperture = Aperture::new(self.blades, self.blade_rotation)?;
+        Ok(ThinLens { frame, screen, lens_radius: self.lens_radius, aperture, focus, near: self.near })
     }
 }
 
@@ -73,7 +80,7 @@ impl ThinLens {
             + f.right * (at.x * self.screen.half.x)
             + f.up * (at.y * self.screen.half.y);
         let on_focus = d * (self.focus / self.screen.distance);
-        let l = concentric_disk(lens) * self.lens_radius;
+        let l = self.aperture.point(lens) * self.lens_radius;
         let offset = f.right * l.x + f.up * l.y;
         let d = on_focus - offset;
         Ray { t_min: self.near / self.focus, ..Ray::new(f.position + offset, d) }

@@ -12,6 +12,7 @@ pub use fixed::Fixed96;
 pub use sums::{Film, MAX_PIXELS, NonFinite, PixelSum};
 
 use crate::color::{Tonemap, Transfer};
+use crate::filter::{Filter, FilterKind};
 use crate::scene::schema::{Range, choice, params};
 
 choice! {
@@ -57,6 +58,13 @@ params! {
         threshold: f64 = 0.05, in Range::NON_NEGATIVE;
         /// For "adaptive": how often a square is divided; each time into four.
         max_subdivisions: u32 = 3, in Range::closed(0.0, 6.0);
+        /// How "monte-carlo" weights the light around a pixel's middle: its rays are spread accordingly.
+        filter: FilterKind = FilterKind::Box;
+        /// How far from the pixel's middle the filter reaches, in pixels; without it 0.5 for "box", 1 for "tent", 1.5 for the others.
+        filter_radius: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 16.0, open_max: false };
+        /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. Physical
+        /// integrators show it; the others show the moment at which it opens.
+        shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
         /// Where in the pixel the one ray of "none" and "mean" goes.
         pixel_sample: PixelSample = PixelSample::Center;
         /// How scene values become display values, and display colours (#rrggbb, names, 8-bit pictures) scene values.
@@ -86,6 +94,17 @@ impl FilmDesc {
             Antialias::Grid => self.grid_side() * self.grid_side(),
             Antialias::MonteCarlo => self.samples,
         }
+    }
+
+    /// The filter that places the samples of "monte-carlo".
+    pub fn filter(&self) -> Filter {
+        Filter::new(self.filter, self.filter_radius)
+    }
+
+    /// Whether a filter was asked for that cannot have an effect.
+    pub(crate) fn ignores_filter(&self) -> bool {
+        let asked = self.filter != FilterKind::Box || self.filter_radius.is_some();
+        asked && self.antialias != Antialias::MonteCarlo
     }
 
     /// Sides of the square grid for at least `samples` rays.

@@ -6,6 +6,8 @@ mod directional;
 pub mod emission;
 mod environment;
 mod point;
+mod profile;
+mod sky;
 mod spot;
 
 pub use ambient::AmbientDesc;
@@ -13,6 +15,8 @@ pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
 pub use directional::DirectionalDesc;
 pub use environment::{EnvironmentDesc, EnvironmentLight, EnvironmentSample};
 pub use point::PointDesc;
+pub use profile::{LightProfile, ProfileFile, ProfileUnits};
+pub use sky::SkyDesc;
 pub use spot::SpotDesc;
 
 use crate::color::Spectrum;
@@ -35,6 +39,7 @@ family! {
         Disk(DiskLightDesc),
         Sphere(SphereLightDesc),
         Environment(EnvironmentDesc),
+        Sky(SkyDesc),
     }
 }
 
@@ -109,8 +114,13 @@ pub struct Illumination {
     pub intensity: Spectrum,
 }
 
-/// Directions in which [`Light::illuminate`] asks an environment: enough for soft shadows without much noise.
+/// Directions in which [`Light::illuminate`] asks an environment or a disc in the sky: enough for soft shadows without much noise.
 const ENVIRONMENT_SAMPLES: u32 = 16;
+
+/// Place in the unit square of one of these directions, in its stratum.
+fn stratum(i: u32, jitter: DVec2) -> [f64; 2] {
+    [(f64::from(i) + jitter.x) / f64::from(ENVIRONMENT_SAMPLES), jitter.y]
+}
 
 /// A light ready to shine.
 #[derive(Clone, Debug)]
@@ -128,23 +138,32 @@ pub enum Light {
 }
 
 impl LightDesc {
-    /// Makes it ready; an ambient light is `Err(its colour)`, for it has no place. `images` are the scene's; `compensated` is
-    /// for environments ([`EnvironmentDesc::prepare`]).
+    /// Makes it ready and adds what it is made of to `lights`; gives the colour of an ambient light, which has no place. `images` are the
+    /// scene's; `compensated` is for environments ([`EnvironmentDesc::prepare`]), `physical` whether the integrator is.
     pub fn prepare(
         &self,
         images: &[Asset<Image>],
         compensated: bool,
-    ) -> Result<Result<Light, Spectrum>, SceneError> {
-        Ok(Ok(match self {
-            LightDesc::Ambient(l) => return Ok(Err(l.color * l.intensity as f32)),
-            LightDesc::Point(l) => Light::Point(l.prepare()),
+        physical: bool,
+        lights: &mut Vec<Light>,
+    ) -> Result<Spectrum, SceneError> {
+        let light = match self {
+            LightDesc::Ambient(l) => return Ok(l.color * l.intensity as f32),
+            LightDesc::Point(l) => Light::Point(l.prepare()?),
             LightDesc::Directional(l) => Light::Directional(l.prepare()?),
             LightDesc::Spot(l) => Light::Spot(l.prepare()?),
             LightDesc::Rectangle(l) => Light::Area(l.prepare()?),
             LightDesc::Disk(l) => Light::Area(l.prepare()?),
             LightDesc::Sphere(l) => Light::Area(l.prepare()),
             LightDesc::Environment(l) => Light::Environment(l.prepare(images, compensated)?),
-        }))
+            LightDesc::Sky(l) => {
+                let (around, sun) = l.prepare(compensated, physical)?;
+                lights.extend(sun.map(Light::Directional));
+                Light::Environment(around)
+            }
+        };
+        lights.push(light);
+        Ok(Spectrum::BLACK)
     }
 }
 
@@ -181,11 +200,11 @@ impl Light {
     pub fn uniform(&self) -> Option<Uniform> {
         match self {
             Light::Point(l) => l.uniform(),
-            Light::Directional(l) => {
+            Light::Directional(l) if !l.is_disc() => {
                 let Illumination { to_light, intensity, .. } = l.illuminate();
                 Some(Uniform::Directional { to_light, intensity })
             }
-            Light::Spot(_) | Light::Area(_) | Light::Environment(_) => None,
+            Light::Directional(_) | Light::Spot(_) | Light::Area(_) | Light::Environment(_) => None,
         }
     }
 
@@ -200,6 +219,7 @@ impl Light {
         match self {
             Light::Area(l) => l.samples,
             Light::Environment(_) => ENVIRONMENT_SAMPLES,
+            Light::Directional(l) if l.is_disc() => ENVIRONMENT_SAMPLES,
             _ => 1,
         }
     }
@@ -223,7 +243,12 @@ impl Light {
     /// Whether [`Light::illuminate`] uses its `jitter`.
     #[inline]
     pub fn is_jittered(&self) -> bool {
-        matches!(self, Light::Environment(_)) || matches!(self, Light::Area(l) if l.jitter)
+        match self {
+            Light::Environment(_) => true,
+            Light::Directional(l) => l.is_disc(),
+            Light::Area(l) => l.jitter,
+            Light::Point(_) | Light::Spot(_) => false,
+        }
     }
 
     /// Light that arrives at `p` from the light's sample `i` of `samples()`, placed in its stratum by `jitter`; `None` if
@@ -232,12 +257,17 @@ impl Light {
     pub fn illuminate(&self, p: DVec3, i: u32, jitter: DVec2) -> Option<Illumination> {
         match self {
             Light::Point(l) => l.illuminate(p),
-            Light::Directional(l) => Some(l.illuminate()),
+            Light::Directional(l) => match l.sample(stratum(i, jitter)) {
+                Some((to_light, radiance, pdf)) => {
+                    let intensity = radiance * (1.0 / (pdf * f64::from(ENVIRONMENT_SAMPLES))) as f32;
+                    Some(Illumination { to_light, finite: false, intensity })
+                }
+                None => Some(l.illuminate()),
+            },
             Light::Spot(l) => l.illuminate(p),
             Light::Area(l) => l.illuminate(p, i, jitter),
             Light::Environment(l) => {
-                let [u, v] = [(f64::from(i) + jitter.x) / f64::from(ENVIRONMENT_SAMPLES), jitter.y];
-                let sample = l.sample([u, v])?;
+                let sample = l.sample(stratum(i, jitter))?;
                 let share = 1.0 / (std::f64::consts::PI * sample.pdf * f64::from(ENVIRONMENT_SAMPLES));
                 let intensity = sample.radiance * share as f32;
                 Some(Illumination { to_light: sample.direction, finite: false, intensity })
@@ -251,6 +281,7 @@ impl Light {
     pub fn illuminate_at(&self, p: DVec3, u: [f64; 2]) -> Option<Illumination> {
         match self {
             Light::Area(l) => l.illuminate_at(p, u.into()),
+            Light::Directional(l) => Some(l.illuminate()),
             _ => self.illuminate(p, 0, DVec2::ZERO),
         }
     }

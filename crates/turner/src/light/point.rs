@@ -1,8 +1,10 @@
 //! Light from one point.
 
-use super::{Attenuation, Illumination, Uniform};
+use super::profile::Lamp;
+use super::{Attenuation, Illumination, ProfileFile, ProfileUnits, Uniform};
 use crate::color::Spectrum;
 use crate::math::DVec3;
+use crate::scene::error::SceneError;
 use crate::scene::schema::{Range, params};
 
 params! {
@@ -16,6 +18,14 @@ params! {
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
         /// How it weakens with distance.
         attenuation: Attenuation = Attenuation::NONE;
+        /// Measurements that say how strongly it shines in each direction, relative to the scene file: IES (LM-63), photometry of type C.
+        ies: Option<ProfileFile> = None;
+        /// What the numbers of `ies` mean.
+        ies_units: ProfileUnits = ProfileUnits::Relative;
+        /// Where the vertical angle 0 of `ies` points: where such a lamp shines.
+        ies_axis: DVec3 = DVec3::NEG_Y;
+        /// Degrees by which the lamp is turned about that axis, against the clock if one looks against it. At 0 the horizontal angle 0 lies towards +x.
+        ies_rotation: f64 = 0.0;
     }
     example r#"[[light]]
 type = "point"
@@ -25,29 +35,36 @@ intensity = 0.8
 }
 
 /// A point light, prepared.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Point {
     position: DVec3,
     intensity: Spectrum,
     attenuation: Attenuation,
+    lamp: Option<Lamp>,
 }
 
 impl PointDesc {
-    pub(super) fn prepare(&self) -> Point {
+    pub(super) fn prepare(&self) -> Result<Point, SceneError> {
         let intensity = self.color * self.intensity as f32;
-        Point { position: self.position, intensity, attenuation: self.attenuation }
+        let lamp = |file| Lamp::new(file, self.ies_axis, self.ies_rotation, self.ies_units);
+        let lamp = self.ies.as_ref().map(lamp).transpose()?;
+        Ok(Point { position: self.position, intensity, attenuation: self.attenuation, lamp })
     }
 }
 
 impl Point {
     pub(super) fn uniform(&self) -> Option<Uniform> {
-        (self.attenuation == Attenuation::NONE)
+        (self.attenuation == Attenuation::NONE && self.lamp.is_none())
             .then_some(Uniform::Point { position: self.position, intensity: self.intensity })
     }
 
     #[inline]
     pub(super) fn illuminate(&self, p: DVec3) -> Option<Illumination> {
-        from_point(self.position, self.intensity, &self.attenuation, p)
+        let mut light = from_point(self.position, self.intensity, &self.attenuation, p)?;
+        if let Some(lamp) = &self.lamp {
+            light.intensity *= lamp.factor(-light.to_light);
+        }
+        Some(light)
     }
 }
 

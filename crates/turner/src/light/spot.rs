@@ -1,6 +1,8 @@
 //! Light from one point into a cone.
 
-use super::{Attenuation, Illumination, point::from_point};
+use super::point::from_point;
+use super::profile::Lamp;
+use super::{Attenuation, Illumination, ProfileFile, ProfileUnits};
 use crate::color::Spectrum;
 use crate::math::{DVec3, elementary::cos, radians};
 use crate::scene::error::{ErrorCode, SceneError};
@@ -23,6 +25,12 @@ params! {
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
         /// How it weakens with distance.
         attenuation: Attenuation = Attenuation::NONE;
+        /// Measurements that say how strongly it shines in each direction, as for the point light; within its cone.
+        ies: Option<ProfileFile> = None;
+        /// What the numbers of `ies` mean.
+        ies_units: ProfileUnits = ProfileUnits::Relative;
+        /// Degrees by which the lamp is turned about its axis.
+        ies_rotation: f64 = 0.0;
     }
     example r#"[[light]]
 type = "spot"
@@ -34,7 +42,7 @@ penumbra = 6
 }
 
 /// A spot light, prepared.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Spot {
     position: DVec3,
     axis: DVec3,
@@ -43,6 +51,7 @@ pub struct Spot {
     cos_full: f64,
     intensity: Spectrum,
     attenuation: Attenuation,
+    lamp: Option<Lamp>,
 }
 
 impl SpotDesc {
@@ -53,6 +62,8 @@ impl SpotDesc {
                 "a spot light's `position` and `look_at` are the same point",
             )
         })?;
+        let lamp = |file| Lamp::new(file, axis, self.ies_rotation, self.ies_units);
+        let lamp = self.ies.as_ref().map(lamp).transpose()?;
         Ok(Spot {
             position: self.position,
             axis,
@@ -60,6 +71,7 @@ impl SpotDesc {
             cos_full: cos(radians((self.angle - self.penumbra).max(0.0))),
             intensity: self.color * self.intensity as f32,
             attenuation: self.attenuation,
+            lamp,
         })
     }
 }
@@ -71,6 +83,9 @@ impl Spot {
         let cos = -light.to_light.dot(self.axis) / light.to_light.length();
         if cos < self.cos_rim {
             return None;
+        }
+        if let Some(lamp) = &self.lamp {
+            light.intensity *= lamp.factor(-light.to_light);
         }
         if cos < self.cos_full {
             // Hermite's smooth step over the rim.

@@ -5,7 +5,9 @@ use std::ops::Range;
 use turner_bvh::lanes::{Block, LANES};
 
 use crate::camera::camera_rays;
+use crate::color::Spectrum;
 use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};
+use crate::filter::Filter;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
 use crate::sampler::{OwenSobol, SampleId, stratified};
@@ -23,6 +25,7 @@ const LENS_SET: u32 = 1;
 pub(super) struct TileBuffers<'a> {
     pub(super) scene: &'a Scene,
     tracer: Box<dyn Tracer + 'a>,
+    filter: Filter,
     /// The results of scenes with one sample per pixel.
     pub(super) pixels: Vec<Radiance>,
     /// The sums of the others.
@@ -38,6 +41,7 @@ impl<'a> TileBuffers<'a> {
         TileBuffers {
             scene,
             tracer: scene.integrator.integrator().tracer(scene),
+            filter: scene.film.filter(),
             pixels: Vec::new(),
             sums: Vec::new(),
             non_finite: NonFinite::default(),
@@ -67,7 +71,7 @@ impl<'a> TileBuffers<'a> {
                 .flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)))
                 .map(|(x, y)| {
                     let id = SampleId { x, y, index, seed: u64::from(film.seed) };
-                    (id, DVec2::new(f64::from(x), f64::from(y)) + within_pixel(self.scene, &id))
+                    (id, DVec2::new(f64::from(x), f64::from(y)) + within_pixel(self.scene, &self.filter, &id))
                 });
             self.samples.clear();
             take_points(self.scene, &mut self.samples, points);
@@ -116,6 +120,14 @@ impl<'a> TileBuffers<'a> {
     /// Traces the prepared samples.
     fn trace(&mut self) {
         self.tracer.radiance(&self.samples, &mut self.radiance, &mut self.stats);
+        if self.scene.camera.leaves_out() {
+            let alpha = if self.scene.background.transparent { 0.0 } else { 1.0 };
+            for (i, radiance) in self.radiance.iter_mut().enumerate() {
+                if self.samples.rays.get(i).is_some_and(|ray| ray.t_max < 0.0) {
+                    *radiance = Radiance { color: Spectrum::BLACK, alpha };
+                }
+            }
+        }
     }
 
     /// Traces a list of points of the picture and gives their results in order.
@@ -151,6 +163,14 @@ fn take_points(
             Some(id) if has_lens => id.unit_square(LENS_DIMENSION),
             _ => DVec2::splat(0.5),
         };
+        if scene.moves {
+            // The third number beside the place on the lens.
+            let [open, close] = scene.film.shutter;
+            for (i, id) in ids.iter().enumerate() {
+                let [.., u, _] = OwenSobol::new(id).four(LENS_SET);
+                samples.rays.set_time(first + i, (open + (close - open) * u) as f32);
+            }
+        }
         let rays = samples.rays.add_block(ids.len());
         samples.lengths.push(camera_rays(&scene.camera, &scene.film, &x, &y, lens, rays));
         if ids.len() < LANES {
@@ -159,9 +179,9 @@ fn take_points(
     }
 }
 
-/// Where in its pixel a sample lies: (0, 0) is the top left corner, (1, 1) the bottom right one.
+/// Where in its pixel a sample lies: (0, 0) is the top left corner, (1, 1) the bottom right one. Filters may reach beyond.
 #[inline]
-fn within_pixel(scene: &Scene, id: &SampleId) -> DVec2 {
+fn within_pixel(scene: &Scene, filter: &Filter, id: &SampleId) -> DVec2 {
     let film = &scene.film;
     match film.antialias {
         Antialias::None | Antialias::Mean | Antialias::Adaptive => match film.pixel_sample {
@@ -173,7 +193,11 @@ fn within_pixel(scene: &Scene, id: &SampleId) -> DVec2 {
             let cell = DVec2::new(f64::from(id.index % side), f64::from(id.index / side));
             (cell + 0.5) / f64::from(side)
         }
-        Antialias::MonteCarlo if scene.integrator.is_physical() => OwenSobol::new(id).two(PIXEL_SET).into(),
-        Antialias::MonteCarlo => stratified(id.index, film.samples, id.unit_square(PIXEL_DIMENSION)),
+        Antialias::MonteCarlo if scene.integrator.is_physical() => {
+            filter.place(OwenSobol::new(id).two(PIXEL_SET).into())
+        }
+        Antialias::MonteCarlo => {
+            filter.place(stratified(id.index, film.samples, id.unit_square(PIXEL_DIMENSION)))
+        }
     }
 }

@@ -73,6 +73,8 @@ pub struct ObjectDesc {
     pub material: Option<MaterialId>,
     /// From its own space to that of the scene or group around it.
     pub transform: Transform,
+    /// Where it goes while the shutter is open: its transform at the moment 1, where `transform` is that at 0.
+    pub motion: Option<Transform>,
 }
 
 /// What an object is.

@@ -37,8 +37,10 @@ pub struct Emitters {
     choice: AliasTable,
     /// For each primitive its first emitter; empty if no shape shines.
     of_primitive: Vec<u32>,
-    /// The numbers of the scene's lights that are all around.
-    environments: Vec<u32>,
+    /// The numbers of the scene's lights that rays find which leave it: environments, and directional lights with an extent.
+    around: Vec<u32>,
+    /// Whether there is an environment.
+    surrounded: bool,
 }
 
 #[derive(Debug)]
@@ -59,8 +61,10 @@ impl Emitters {
         for (i, light) in scene.lights.iter().enumerate() {
             emitters.lights.push(Emitter::Light(i as u32));
             weights.push(light.reach(center, radius));
-            if matches!(light, Light::Environment(_)) {
-                emitters.environments.push(i as u32);
+            let surrounds = matches!(light, Light::Environment(_));
+            emitters.surrounded |= surrounds;
+            if surrounds || matches!(light, Light::Directional(l) if l.is_disc()) {
+                emitters.around.push(i as u32);
             }
         }
         for (i, primitive) in scene.primitives.iter().enumerate() {
@@ -133,18 +137,26 @@ impl Emitters {
         self.choice.probability(index) * emitter.pdf(scene, p, surface)
     }
 
-    /// What a ray finds that leaves the scene: for each environment its radiance and the density with which `sample` gives
-    /// the direction.
+    /// Whether an environment stands in the background's place.
+    pub fn surrounded(&self) -> bool {
+        self.surrounded
+    }
+
+    /// What a ray finds that leaves the scene in a unit direction: for each light that is there its radiance and the density with which
+    /// `sample` gives the direction.
     pub fn around<'a>(
         &'a self,
         scene: &'a Scene,
         direction: DVec3,
     ) -> impl Iterator<Item = (Spectrum, f64)> + 'a {
-        self.environments.iter().filter_map(move |&i| match scene.lights.get(i as usize) {
+        self.around.iter().filter_map(move |&i| match scene.lights.get(i as usize) {
             // Lights stand before shapes: their numbers are those of the choice.
             Some(Light::Environment(l)) => {
                 let (radiance, pdf) = l.found(direction);
                 Some((radiance, self.choice.probability(i) * pdf))
+            }
+            Some(Light::Directional(l)) => {
+                l.found(direction).map(|(radiance, pdf)| (radiance, self.choice.probability(i) * pdf))
             }
             _ => None,
         })
@@ -163,6 +175,11 @@ impl Light {
                 pdf: s.pdf,
                 is_delta: false,
             });
+        }
+        if let Light::Directional(l) = self
+            && let Some((to_light, radiance, pdf)) = l.sample(u)
+        {
+            return Some(LightSample { to_light, finite: false, radiance, pdf, is_delta: false });
         }
         let lit = self.illuminate_at(p, u)?;
         let to_light = if lit.finite { lit.to_light } else { lit.to_light.normalize() };

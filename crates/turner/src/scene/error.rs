@@ -47,6 +47,8 @@ error_codes! {
     Mesh = "E0203",
     /// A model file (glTF, …) that breaks the rules of its format, or that needs what is not known here.
     Model = "E0204",
+    /// A file of a light's measurements (IES) that breaks the rules of its format, or that needs what is not known here.
+    Profile = "E0205",
     /// A transform that cannot be undone.
     Transform = "E0301",
     /// A camera that sees nothing: eye = target, up along the view, …

@@ -7,12 +7,14 @@ mod doubts;
 pub mod emitters;
 pub mod error;
 mod faces;
-mod mesh_batch;
+mod merged;
 pub mod model;
+mod motion;
 mod param;
 mod planes;
 mod prepare;
 pub mod read;
+mod rectangles;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;

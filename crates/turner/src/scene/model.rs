@@ -129,11 +129,14 @@ impl ReadContext<'_> {
         table: &mut TableReader<'_>,
         material: Option<MaterialId>,
         transform: &mut Transform,
+        motion: &mut Option<Transform>,
     ) -> Result<GroupId, SceneError> {
         let desc = ModelDesc::read(table, self)?;
         let span = table.span_of("file");
         let model = self.assets.model(&desc, span.file).map_err(|e| e.or_at(Some(span)))?;
-        transform.0 *= desc.up.rotation();
+        for placed in std::iter::once(transform as &mut Transform).chain(motion) {
+            placed.0 *= desc.up.rotation();
+        }
         let in_group = self.in_group;
         let overrides = desc.materials.map(|m| m.0).unwrap_or_default();
         if overrides.is_empty()
@@ -276,11 +279,7 @@ fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
 /// A camera moved with its model.
 fn placed_camera(camera: &CameraDesc, by: &DAffine3) -> CameraDesc {
     let mut camera = camera.clone();
-    let (position, look_at, up) = match &mut camera {
-        CameraDesc::Pinhole(c) => (&mut c.position, &mut c.look_at, &mut c.up),
-        CameraDesc::Orthographic(c) => (&mut c.position, &mut c.look_at, &mut c.up),
-        CameraDesc::ThinLens(c) => (&mut c.position, &mut c.look_at, &mut c.up),
-    };
+    let [position, look_at, up] = camera.placement_mut();
     *position = by.transform_point3(*position);
     *look_at = by.transform_point3(*look_at);
     *up = by.transform_vector3(*up);

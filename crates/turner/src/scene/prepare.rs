@@ -1,5 +1,7 @@
 //! From a description to a scene that can be rendered.
 
+use std::sync::Arc;
+
 use turner_bvh::{BoxBvh, BuildOptions, Quality};
 
 use super::batch::BatchShapes;
@@ -8,6 +10,8 @@ use super::doubts;
 use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
+use super::merged::{self, Merged};
+use super::motion::Motion;
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
@@ -18,7 +22,7 @@ use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
 use crate::shape::traversal::TraversalFrame;
-use crate::shape::{MeshCache, Shape, ShapeDesc};
+use crate::shape::{MeshCache, Shape, ShapeDesc, TriangleMesh};
 use crate::texture::Textures;
 
 /// How to prepare.
@@ -42,6 +46,15 @@ impl SceneDesc {
     pub fn prepare(&self, options: &PrepareOptions) -> Result<Scene, SceneError> {
         let mut warnings = self.warnings.clone();
         let film_bytes = Film::check(&self.film)?;
+        let [open, close] = self.film.shutter;
+        if open > close {
+            let message = format!("the shutter opens at {open} and closes before, at {close}");
+            return Err(SceneError::new(ErrorCode::Conflict, message).help("write shutter = [OPEN, CLOSE]"));
+        }
+        if self.film.ignores_filter() {
+            let message = "`filter` and `filter_radius` have no effect without antialias = \"monte-carlo\"";
+            warnings.push(Warning::new(WarningKind::Ignored, message));
+        }
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let physical = self.integrator.is_physical();
         crate::material::mix::check(&self.materials)?;
@@ -61,6 +74,7 @@ impl SceneDesc {
             faces: Vec::new(),
             materials: &self.materials,
             default_material,
+            shutter: [open, if physical { close } else { open }],
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
             let message = format!("there is no memory for {count} objects");
@@ -84,13 +98,28 @@ impl SceneDesc {
         warnings.extend(staging.notes);
         let Flattener { primitives, bounds, transforms, faces, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
+        let moving: Vec<bool> = primitives
+            .iter()
+            .map(|p| transforms.get(p.transform as usize).is_some_and(|t| t.motion.is_some()))
+            .collect();
+        let still: Vec<Option<Bounds>> =
+            bounds.iter().zip(&moving).map(|(b, moves)| b.filter(|_| !moves)).collect();
+        let (gathered, offset) = merged::choose(&primitives, &still);
+        for (primitive, gathered) in primitives.iter().zip(&gathered) {
+            if let (Shape::Mesh(mesh), false) = (&primitive.shape, gathered) {
+                mesh.build_tree(options)?;
+            }
+        }
         // Few shapes are tested one by one, without a tree.
-        let in_tree = |b: &Option<Bounds>| b.is_some() && primitives.len() > MAX_LINEAR;
-        let frame = TraversalFrame::new(&if primitives.len() > MAX_LINEAR { total } else { Bounds::EMPTY });
+        let single = gathered.iter().filter(|gathered| !**gathered).count();
+        let has_tree = single > MAX_LINEAR;
+        let frame = TraversalFrame::new(&if has_tree { total } else { Bounds::EMPTY });
 
-        let bounded_ids: Vec<u32> =
-            (0..primitives.len() as u32).filter(|i| in_tree(&bounds[*i as usize])).collect();
-        let boxes: Vec<_> = bounds.iter().filter(|b| in_tree(b)).flatten().map(|b| frame.aabb(b)).collect();
+        let bounded_ids: Vec<u32> = (0..primitives.len() as u32)
+            .filter(|i| has_tree && bounds[*i as usize].is_some() && !gathered[*i as usize])
+            .collect();
+        let boxes: Vec<_> =
+            bounded_ids.iter().filter_map(|i| bounds[*i as usize].map(|b| frame.aabb(&b))).collect();
         let build = BuildOptions { threads: options.threads, ..BuildOptions::default() };
         let sieve = (1..=MAX_SHAPES).contains(&boxes.len()).then(|| {
             Sieve::new(
@@ -115,24 +144,35 @@ impl SceneDesc {
         }
         ordered.extend(bvh.order().iter().filter_map(|i| slots[bounded_ids[*i as usize] as usize].take()));
         let bounded = ordered.len();
-        ordered.extend(slots.into_iter().flatten());
+        let left = slots.into_iter().zip(&gathered);
+        let (last, unbounded): (Vec<_>, Vec<_>) = left.partition(|(_, gathered)| **gathered);
+        ordered.extend(unbounded.into_iter().filter_map(|(slot, _)| slot));
+        let first = ordered.len();
+        ordered.extend(last.into_iter().filter_map(|(slot, _)| slot));
+        let merged = if first < ordered.len() {
+            let members = &ordered[first..];
+            Some(Merged::build(members, first, offset, &transforms, &materials, &faces, options)?)
+        } else {
+            None
+        };
 
         let (camera_desc, span) = match staging.camera.as_ref().or(self.camera.as_ref()) {
             Some(camera) => (camera.value.clone(), camera.span),
             None => (CameraDesc::framing(&total, aspect), None),
         };
         let camera = camera_desc.prepare(aspect).map_err(|e| e.or_at(span))?;
-        let batch = (sieve.is_some() || bounded == 0)
-            .then(|| BatchShapes::new(&ordered, bounded, &materials, &faces));
+        let sieved = if sieve.is_some() { bounded } else { 0 };
+        let batch = BatchShapes::new(&ordered[..first], sieved, bounded - sieved, &materials, &faces);
         let stats = SceneStats {
             primitives: ordered.len() as u64,
-            triangles: shapes.meshes.iter().map(|m| m.triangles).sum(),
+            triangles: shapes.meshes.iter().map(|m| m.triangle_count() as u64).sum(),
             bounds: (!total.is_empty()).then_some(total),
             tree_bytes: (ordered.len() * size_of::<Primitive>()
                 + transforms.len() * size_of::<ObjectTransform>()
                 + bvh.bytes()
-                + batch.as_ref().map_or(0, BatchShapes::bytes)) as u64,
-            mesh_bytes: shapes.meshes.iter().map(|m| m.bytes).sum(),
+                + batch.bytes()) as u64,
+            mesh_bytes: shapes.meshes.iter().map(|m| m.memory() as u64).sum::<u64>()
+                + merged.as_ref().map_or(0, |m| m.bytes() as u64),
             texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
             film_bytes,
         };
@@ -148,12 +188,15 @@ impl SceneDesc {
             ambient,
             primitives: ordered,
             bounded,
+            gathered: first,
+            merged,
             transforms,
             bvh,
             sieve,
             frame,
             batch,
             faces,
+            moves: moving.contains(&true),
             emitters: Emitters::default(),
             warnings,
             stats,
@@ -180,15 +223,10 @@ impl SceneDesc {
 
     fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
         let (mut lights, mut ambient) = (Vec::new(), Spectrum::BLACK);
+        let (compensated, physical) = (self.integrator.compensates(), self.integrator.is_physical());
         for light in &self.lights {
-            match light
-                .value
-                .prepare(&self.images, self.integrator.compensates())
-                .map_err(|e| e.or_at(light.span))?
-            {
-                Ok(light) => lights.push(light),
-                Err(color) => ambient += color,
-            }
+            let prepared = light.value.prepare(&self.images, compensated, physical, &mut lights);
+            ambient += prepared.map_err(|e| e.or_at(light.span))?;
         }
         Ok((lights, ambient))
     }
@@ -263,13 +301,7 @@ pub(super) struct PreparedShapes {
     /// For the scene's objects and for each group's, by index; `None` for instances.
     pub(super) objects: Vec<Option<Shape>>,
     pub(super) groups: Vec<Vec<Option<Shape>>>,
-    pub(super) meshes: Vec<MeshStats>,
-}
-
-/// What one mesh takes.
-pub(super) struct MeshStats {
-    pub(super) triangles: u64,
-    pub(super) bytes: u64,
+    pub(super) meshes: Vec<Arc<TriangleMesh>>,
 }
 
 struct Flattener<'a> {
@@ -280,6 +312,8 @@ struct Flattener<'a> {
     faces: Vec<Faces>,
     materials: &'a [Named<MaterialDesc>],
     default_material: MaterialId,
+    /// Opens and closes; at the same moment where nothing is blurred.
+    shutter: [f64; 2],
 }
 
 impl Flattener<'_> {
@@ -295,7 +329,8 @@ impl Flattener<'_> {
             objects: &'a [ObjectDesc],
             shapes: &'a [Option<Shape>],
             next: usize,
-            to_world: DAffine3,
+            /// At the moments 0 and 1.
+            to_world: [DAffine3; 2],
             material: Option<MaterialId>,
         }
         let shapes = self.shapes;
@@ -303,7 +338,7 @@ impl Flattener<'_> {
             objects: &desc.objects,
             shapes: &shapes.objects,
             next: 0,
-            to_world: DAffine3::IDENTITY,
+            to_world: [DAffine3::IDENTITY; 2],
             material: None,
         }];
         while let Some(level) = stack.last_mut() {
@@ -311,7 +346,9 @@ impl Flattener<'_> {
                 stack.pop();
                 continue;
             };
-            let to_world = level.to_world * object.transform.0;
+            let [begin, end] = level.to_world;
+            let motion = object.motion.unwrap_or(object.transform);
+            let to_world = [begin * object.transform.0, end * motion.0];
             let material = object.material.or(level.material);
             let shape = &level.shapes[level.next];
             level.next += 1;
@@ -335,27 +372,36 @@ impl Flattener<'_> {
     fn place(
         &mut self,
         shape: &Shape,
-        to_world: DAffine3,
+        ends: [DAffine3; 2],
         material: Option<MaterialId>,
         object: &ObjectDesc,
     ) -> Result<(), SceneError> {
-        let transform = if to_world == DAffine3::IDENTITY {
-            NO_TRANSFORM
-        } else {
-            let transform = ObjectTransform::new(to_world);
-            if !to_world.is_finite() || !transform.to_object.is_finite() {
+        for end in &ends {
+            if *end != DAffine3::IDENTITY && !(end.is_finite() && end.inverse().is_finite()) {
                 let message = "the transforms of this object and the groups around it multiply to one that cannot be undone";
                 return Err(SceneError::new(ErrorCode::Transform, message));
             }
-            self.transforms.push(transform);
+        }
+        let motion = if ends[0] == ends[1] { None } else { Some(Motion::new(&ends[0], &ends[1])?) };
+        let [open, close] = self.shutter;
+        let to_world = motion.as_ref().map_or(ends[0], |m| m.at(open));
+        let motion = motion.filter(|_| open < close);
+        let bounds = match (&motion, shape.bounds()) {
+            (None, bounds) if to_world == DAffine3::IDENTITY => bounds,
+            (None, bounds) => bounds.map(|b| b.transformed(&to_world)),
+            (Some(motion), bounds) => bounds.map(|b| motion.bounds(&b, open, close)),
+        };
+        let transform = if to_world == DAffine3::IDENTITY && motion.is_none() {
+            NO_TRANSFORM
+        } else {
+            let motion = motion.map(Box::new);
+            self.transforms.push(ObjectTransform { motion, ..ObjectTransform::new(to_world) });
             self.transforms.len() as u32 - 1
         };
         if shape.bounds().is_some_and(|b| b.is_empty()) {
             // A mesh without a triangle that has an area: nothing is there.
             return Ok(());
         }
-        let bounds =
-            shape.bounds().map(|b| if transform == NO_TRANSFORM { b } else { b.transformed(&to_world) });
         // The tree works in single precision.
         const LARGEST: f64 = 1e30;
         if let Some(b) = bounds
@@ -410,10 +456,7 @@ impl SceneDesc {
         let objects = prepare(&self.objects)?;
         let groups = self.groups.iter().map(|g| prepare(&g.value.objects)).collect::<Result<_, _>>()?;
         warnings.extend(cache.warnings.iter().map(|m| Warning::new(WarningKind::Doubtful, m.as_str())));
-        let meshes = cache
-            .prepared()
-            .map(|m| MeshStats { triangles: m.triangle_count() as u64, bytes: m.memory() as u64 })
-            .collect();
+        let meshes = cache.prepared().cloned().collect();
         Ok(PreparedShapes { objects, groups, meshes })
     }
 }

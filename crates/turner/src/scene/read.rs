@@ -16,7 +16,7 @@ use crate::color::{Transfer, named};
 use crate::film::FilmDesc;
 use crate::image::Image;
 use crate::integrator::IntegratorDesc;
-use crate::light::LightDesc;
+use crate::light::{LightDesc, LightProfile};
 use crate::material::MaterialDesc;
 use crate::shape::{ShapeDesc, mesh::MeshData};
 use crate::texture::TextureDesc;
@@ -28,6 +28,10 @@ pub trait SceneAssets {
     fn image(&mut self, uri: &str, from: FileId) -> Result<Arc<Image>, SceneError>;
     /// A mesh.
     fn mesh(&mut self, uri: &str, from: FileId) -> Result<Arc<MeshData>, SceneError>;
+    /// A light's measurements.
+    fn light_profile(&mut self, uri: &str, _from: FileId) -> Result<Arc<LightProfile>, SceneError> {
+        Err(SceneError::new(ErrorCode::File, format!("{}: measured lights cannot be read here", escape(uri))))
+    }
     /// A file of another program, as a scene.
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
 }
@@ -90,6 +94,11 @@ impl ReadContext<'_> {
     pub fn image(&mut self, uri: &str, span: Span) -> Result<ImageId, SceneError> {
         let image = self.assets.image(uri, span.file).map_err(|e| e.or_at(Some(span)))?;
         Ok(ImageId(intern(&mut self.images, uri, image)))
+    }
+
+    /// A file of a light's measurements.
+    pub fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError> {
+        self.assets.light_profile(uri, span.file).map_err(|e| e.or_at(Some(span)))
     }
 
     /// A mesh file.
@@ -396,6 +405,7 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
     let mut table = TableReader::of(value, "an object")?;
     let name = table.optional::<String>("name", None, cx)?;
     let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
+    let mut motion = table.optional::<Transform>("motion", None, cx)?;
     let material = match table.take("material") {
         Some(value) => Some(cx.material(value)?),
         None => None,
@@ -403,7 +413,7 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
     let is = |table: &mut TableReader<'_>, kind| matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == kind);
     let content = if is(&mut table, ModelDesc::DOC.name) {
         table.rename("a model");
-        ObjectContent::Instance(cx.read_model(&mut table, material, &mut transform)?)
+        ObjectContent::Instance(cx.read_model(&mut table, material, &mut transform, &mut motion)?)
     } else if is(&mut table, "instance") {
         table.rename("an instance");
         let group: String = table.required("group", None, cx)?;
@@ -425,5 +435,5 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
         })?)
     };
     table.finish()?;
-    Ok(ObjectDesc { name, span: Some(value.span), content, material, transform })
+    Ok(ObjectDesc { name, span: Some(value.span), content, material, transform, motion })
 }

@@ -9,6 +9,8 @@ use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
 use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
+use super::merged::Merged;
+use super::motion::Motion;
 use super::sieve::Sieve;
 use crate::camera::{Camera, CameraDesc};
 use crate::color::Spectrum;
@@ -42,20 +44,25 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The sum of the ambient lights.
     pub ambient: Spectrum,
-    /// Bounded primitives in the tree's leaf order, then the unbounded ones.
+    /// Bounded primitives in the tree's leaf order, then the unbounded ones, then those that are gathered in one mesh.
     pub(super) primitives: Vec<Primitive>,
     /// How many of them are in the tree.
     pub(super) bounded: usize,
+    /// Where those begin that are gathered in `merged`.
+    pub(super) gathered: usize,
+    pub(super) merged: Option<Merged>,
     pub(super) transforms: Vec<ObjectTransform>,
     /// Empty where the sieve serves.
     pub(super) bvh: BoxBvh,
     /// For scenes of few shapes, instead of the tree.
     pub(super) sieve: Option<Sieve>,
     pub(super) frame: TraversalFrame,
-    /// For scenes without a tree: what is tested many rays at a time.
-    pub(super) batch: Option<BatchShapes>,
+    /// What is tested many rays at a time.
+    pub(super) batch: BatchShapes,
     /// For primitives with cut-outs or several materials.
     pub(super) faces: Vec<Faces>,
+    /// Whether anything moves: then camera rays have moments.
+    pub(crate) moves: bool,
     /// What shines, for the integrators that follow light; empty for others.
     pub emitters: Emitters,
     /// What was dropped or doubtful while preparing.
@@ -108,6 +115,8 @@ pub(super) struct ObjectTransform {
     pub(super) normal: DMat3,
     /// The most a length can grow.
     pub(super) stretch: f64,
+    /// What moves is elsewhere at each moment; the rest of this is then where it is as the shutter opens.
+    pub(super) motion: Option<Box<Motion>>,
 }
 
 impl ObjectTransform {
@@ -116,7 +125,16 @@ impl ObjectTransform {
         let m = to_world.matrix3;
         let stretch =
             (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt();
-        ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch }
+        ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch, motion: None }
+    }
+
+    /// A ray of the world as one of the object, at the ray's moment.
+    #[inline]
+    pub(super) fn ray_to_object(&self, ray: &Ray) -> Ray {
+        match &self.motion {
+            None => ray.transformed(&self.to_object),
+            Some(motion) => ray.transformed(&motion.at(f64::from(ray.time)).inverse()),
+        }
     }
 }
 
@@ -145,6 +163,8 @@ pub struct SurfaceInteraction {
     /// The surface in the object's space, for textures.
     object: SurfacePoint,
     pub(super) hit: Hit,
+    /// The moment, as in the ray.
+    pub(super) time: f32,
 }
 
 impl SurfaceInteraction {
@@ -178,24 +198,36 @@ impl Scene {
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let mut ray = *ray;
         let mut best: Option<Hit> = None;
-        for i in self.bounded..self.primitives.len() {
+        if let Some(merged) = &self.merged
+            && let Some(hit) = self.intersect_merged(merged, &ray)
+        {
+            ray.t_max = hit.shape.t;
+            best = Some(hit);
+        }
+        for i in self.bounded..self.gathered {
             self.try_primitive(i as u32, &mut ray, &mut best);
         }
-        let Some(search) = self.frame.ray(&ray) else { return best };
+        self.intersect_bounded(&mut ray, &mut best);
+        best
+    }
+
+    /// The same among the primitives of the tree or the sieve.
+    #[inline]
+    pub(super) fn intersect_bounded(&self, ray: &mut Ray, best: &mut Option<Hit>) {
+        let Some(search) = self.frame.ray(ray) else { return };
         if let Some(sieve) = &self.sieve {
             for i in Bits(sieve.candidates(&search.ray)) {
-                self.try_primitive(i, &mut ray, &mut best);
+                self.try_primitive(i, ray, best);
             }
         } else {
             self.bvh.closest(&search.ray, |leaf, t_max| {
                 let before = ray.t_max;
                 for i in leaf {
-                    self.try_primitive(i, &mut ray, &mut best);
+                    self.try_primitive(i, ray, best);
                 }
                 if ray.t_max < before { search.end(ray.t_max) } else { t_max }
             });
         }
-        best
     }
 
     #[inline(always)]
@@ -208,12 +240,16 @@ impl Scene {
     /// Takes a hit of a primitive into `best` if it is nearer; the ray then ends there.
     #[inline(always)]
     pub(super) fn keep_nearer(&self, index: u32, shape: ShapeHit, ray: &mut Ray, best: &mut Option<Hit>) {
-        let primitive = &self.primitives[index as usize];
-        let nearer = shape.t < ray.t_max
-            || best.is_none_or(|b| primitive.id < self.primitives[b.primitive as usize].id);
+        self.keep_nearer_hit(Hit { shape, primitive: index }, ray, best);
+    }
+
+    #[inline(always)]
+    pub(super) fn keep_nearer_hit(&self, hit: Hit, ray: &mut Ray, best: &mut Option<Hit>) {
+        let id = |hit: &Hit| self.primitives[hit.primitive as usize].id;
+        let nearer = hit.shape.t < ray.t_max || best.is_none_or(|b| id(&hit) < id(&b));
         if nearer {
-            ray.t_max = shape.t;
-            *best = Some(Hit { shape, primitive: index });
+            ray.t_max = hit.shape.t;
+            *best = Some(hit);
         }
     }
 
@@ -230,8 +266,7 @@ impl Scene {
                 shape => shape.intersect(ray),
             }
         } else {
-            let to_object = &self.transforms[primitive.transform as usize].to_object;
-            primitive.shape.intersect(&ray.transformed(to_object))
+            primitive.shape.intersect(&self.transforms[primitive.transform as usize].ray_to_object(ray))
         }
     }
 
@@ -248,8 +283,7 @@ impl Scene {
                 shape => shape.occludes(ray),
             }
         } else {
-            let to_object = &self.transforms[primitive.transform as usize].to_object;
-            primitive.shape.occludes(&ray.transformed(to_object))
+            primitive.shape.occludes(&self.transforms[primitive.transform as usize].ray_to_object(ray))
         };
         hit && match self.materials[primitive.material.index()].shadow() {
             ShadowKind::Opaque => true,
@@ -271,11 +305,22 @@ impl Scene {
     /// Whether anything opaque is hit; if not, `tinted` says whether anything tinted is.
     #[inline]
     fn blocked(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
-        for i in self.bounded..self.primitives.len() {
+        if let Some(merged) = &self.merged
+            && self.merged_blocks(merged, ray, tinted)
+        {
+            return true;
+        }
+        for i in self.bounded..self.gathered {
             if self.primitive_blocks(i as u32, ray, tinted) {
                 return true;
             }
         }
+        self.bounded_block(ray, tinted)
+    }
+
+    /// The same among the primitives of the tree or the sieve.
+    #[inline]
+    pub(super) fn bounded_block(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
         match (self.frame.ray(ray), &self.sieve) {
             (None, _) => false,
             (Some(search), Some(sieve)) => {
@@ -330,9 +375,13 @@ impl Scene {
         let primitive = &self.primitives[hit.primitive as usize];
         let material = self.material_of(primitive, &hit.shape);
         // A point may be exact, as the origin on a plane through it: a ray must leave it all the same.
+        let time = ray.time;
         let floor = 1e-15 * hit.shape.t;
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
+            if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
+                return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
+            }
             return SurfaceInteraction {
                 p: s.p,
                 error: s.error.max(floor),
@@ -341,16 +390,25 @@ impl Scene {
                 material,
                 object: s,
                 hit: *hit,
+                time,
             };
         }
-        let transform = &self.transforms[primitive.transform as usize];
-        let s = primitive.shape.surface(&ray.transformed(&transform.to_object), &hit.shape);
+        let placed = &self.transforms[primitive.transform as usize];
+        let now = placed.motion.as_ref().map(|m| ObjectTransform::new(m.at(f64::from(ray.time))));
+        let transform = now.as_ref().unwrap_or(placed);
+        let s = match &primitive.shape {
+            Shape::Mesh(mesh) => mesh.surface(&hit.shape),
+            shape => shape.surface(&ray.transformed(&transform.to_object), &hit.shape),
+        };
+        if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
+            return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
+        }
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
-        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit }
+        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time }
     }
 
     /// The sphere that was hit, if it is one without a transform.

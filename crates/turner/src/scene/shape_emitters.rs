@@ -55,6 +55,11 @@ enum Form {
 /// What of a primitive shines, with its power (up to π).
 pub(super) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(ShapeEmitter, f64)> {
     let to_world = scene.to_world(primitive);
+    // What moves is found by chance.
+    let moves = |i: u32| scene.transforms.get(i as usize).is_some_and(|t| t.motion.is_some());
+    if moves(primitive.transform) {
+        return Vec::new();
+    }
     let Some(bounds) = primitive.shape.bounds() else { return Vec::new() };
     if bounds.is_empty() {
         return Vec::new();
@@ -75,7 +80,7 @@ pub(super) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
         Some((emitter(part, Form::Rectangle(form)), power))
     };
     if let Shape::Mesh(mesh) = &primitive.shape {
-        let form = mesh_form(scene, primitive, mesh, &to_world);
+        let form = mesh_form(scene, index, primitive, mesh);
         return form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect();
     }
     let whole = |form: Form, area: f64| vec![(emitter(0, form), area * brightness)];
@@ -192,12 +197,7 @@ fn points_form(
 }
 
 /// The triangles of a mesh that shine.
-fn mesh_form(
-    scene: &Scene,
-    primitive: &Primitive,
-    mesh: &TriangleMesh,
-    to_world: &DAffine3,
-) -> Option<(Form, f64)> {
+fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMesh) -> Option<(Form, f64)> {
     if !scene.materials.iter().any(|m| m.is_emissive(scene)) {
         return None;
     }
@@ -209,7 +209,7 @@ fn mesh_form(
         if !material.is_emissive(scene) {
             continue;
         }
-        let Some(form) = triangle(mesh, part, to_world) else { continue };
+        let Some(form) = triangle(scene, index, mesh, part) else { continue };
         // Some places of the texture; never 0, for what lies between them may be bright.
         let mut brightness = 0.1 * material.emission_estimate(scene);
         if material.has_emission_texture() {
@@ -240,13 +240,9 @@ fn mesh_form(
 }
 
 /// A triangle of a mesh, in the scene.
-fn triangle(mesh: &TriangleMesh, part: u32, to_world: &DAffine3) -> Option<TriangleEmitter> {
-    let data = mesh.data();
-    let corners = data.triangles.get(part as usize)?.map(|i| {
-        let [x, y, z] = data.positions[i as usize].map(f64::from);
-        to_world.transform_point3(DVec3::new(x, y, z))
-    });
-    TriangleEmitter::new(corners, to_world.matrix3.determinant().signum())
+fn triangle(scene: &Scene, primitive: u32, mesh: &TriangleMesh, part: u32) -> Option<TriangleEmitter> {
+    let (corners, side) = scene.corners(primitive, mesh, part)?;
+    TriangleEmitter::new(corners, side)
 }
 
 /// Where textures are looked up at a sample.
@@ -294,7 +290,7 @@ impl ShapeEmitter {
                 let Shape::Mesh(mesh) = &primitive.shape else { return None };
                 let (i, probability, _) = choice.sample(u[2]);
                 let part = *triangles.get(i as usize)?;
-                let form = triangle(mesh, part, &scene.to_world(primitive))?;
+                let form = triangle(scene, self.primitive, mesh, part)?;
                 let s = form.sample(p, uv)?;
                 (EmitterSample { pdf: s.pdf * probability, ..s }, part)
             }
@@ -335,7 +331,7 @@ impl ShapeEmitter {
                 let part = surface.hit.shape.part;
                 let place =
                     if place.is_empty() { part } else { place.get(part as usize).copied().unwrap_or(NONE) };
-                let form = triangle(mesh, part, &scene.to_world(primitive));
+                let form = triangle(scene, self.primitive, mesh, part);
                 form.map_or(0.0, |form| choice.probability(place) * form.pdf(p, q))
             }
         }

@@ -24,7 +24,11 @@ impl Scene {
         };
         let to_world = |v: DVec3| match primitive.transform {
             NO_TRANSFORM => v,
-            i => self.transforms[i as usize].to_world.matrix3 * v,
+            i => {
+                let transform = &self.transforms[i as usize];
+                let moved = transform.motion.as_ref().map(|m| m.at(f64::from(surface.time)));
+                moved.as_ref().unwrap_or(&transform.to_world).matrix3 * v
+            }
         };
         let n = surface.ns;
         let tangent = to_world(tangent);

@@ -312,8 +312,8 @@ impl<'a> MeshCache<'a> {
     }
 
     /// The meshes prepared so far.
-    pub fn prepared(&self) -> impl Iterator<Item = &TriangleMesh> {
-        self.prepared.values().map(Arc::as_ref)
+    pub fn prepared(&self) -> impl Iterator<Item = &Arc<TriangleMesh>> {
+        self.prepared.values()
     }
 
     /// The points an object shows.
@@ -339,7 +339,7 @@ impl<'a> MeshCache<'a> {
         if let Some(mesh) = self.prepared.get(&(desc.mesh, smooth)) {
             return Ok(Arc::clone(mesh));
         }
-        let (mesh, left_out) = TriangleMesh::build(&asset.data, smooth, &self.options)?;
+        let (mesh, left_out) = TriangleMesh::without_tree(&asset.data, smooth)?;
         let name = match asset.uri.as_str() {
             "" => "a mesh".to_owned(),
             uri => format!("the mesh \"{}\"", crate::scene::error::escape(uri)),

@@ -14,7 +14,7 @@
 //! vertex, a vertex per two triangles. The tree takes 46 to 54 bytes per triangle: 40 in blocks of eight of which
 //! some places stay empty, the rest in nodes. Vertex normals that a file does not have take 12 bytes per vertex.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use turner_bvh::{BuildOptions, Bvh, Hit, Triangles};
 
@@ -30,7 +30,11 @@ use crate::scene::{ErrorCode, PrepareOptions, SceneError};
 pub struct TriangleMesh {
     bounds: Bounds,
     space: MeshSpace,
-    tree: Bvh,
+    /// Built when it is known that rays go through this mesh by itself.
+    tree: OnceLock<Bvh>,
+    /// Triangles that can be hit, and whether the list has to be cleared of others for the tree.
+    shown: usize,
+    has_flat: bool,
     data: Arc<MeshData>,
     smooth: bool,
     /// Computed where the data have none and `smooth` wants them.
@@ -103,21 +107,61 @@ impl TriangleMesh {
         smooth: bool,
         options: &PrepareOptions,
     ) -> Result<(TriangleMesh, LeftOut), SceneError> {
+        let (mesh, left_out) = TriangleMesh::without_tree(data, smooth)?;
+        mesh.build_tree(options)?;
+        Ok((mesh, left_out))
+    }
+
+    /// Checks the data; [`TriangleMesh::build_tree`] must follow before rays are traced.
+    pub fn without_tree(data: &Arc<MeshData>, smooth: bool) -> Result<(TriangleMesh, LeftOut), SceneError> {
         data.check()?;
         let Shown { bounds, left_out, triangles } = Shown::of(data);
-        let space = MeshSpace::new(&bounds, &data.positions);
-        let moved = space.moved(&data.positions);
-        let triangles = triangles.as_deref().unwrap_or(&data.triangles);
+        let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
+        let far = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
+        let mesh = TriangleMesh {
+            bounds,
+            space: MeshSpace::new(&bounds, &data.positions),
+            tree: OnceLock::new(),
+            shown: data.triangles.len() - left_out.flat - left_out.non_finite,
+            has_flat: triangles.is_some(),
+            data: Arc::clone(data),
+            smooth,
+            made_normals,
+            error: ROUNDING * far,
+        };
+        Ok((mesh, left_out))
+    }
+
+    /// Builds the tree, if there is none yet.
+    pub fn build_tree(&self, options: &PrepareOptions) -> Result<(), SceneError> {
+        if self.tree.get().is_some() {
+            return Ok(());
+        }
+        let data = &self.data;
+        let cleared = self.has_flat.then(|| Shown::of(data).triangles).flatten();
+        let moved = self.space.moved(&data.positions);
+        let triangles = cleared.as_deref().unwrap_or(&data.triangles);
         let positions = moved.as_deref().unwrap_or(&data.positions);
         let build =
             BuildOptions { quality: options.quality, threads: options.threads, ..BuildOptions::default() };
         let tree = Bvh::build(&Triangles { positions, triangles }, &build)
             .map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
-        let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
-        let far = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
-        let data = Arc::clone(data);
-        let mesh = TriangleMesh { bounds, space, tree, data, smooth, made_normals, error: ROUNDING * far };
-        Ok((mesh, left_out))
+        // Another thread's tree is the same.
+        let _ = self.tree.set(tree);
+        Ok(())
+    }
+
+    #[inline]
+    pub(super) fn space(&self) -> &MeshSpace {
+        &self.space
+    }
+
+    #[inline]
+    pub(super) fn tree(&self) -> &Bvh {
+        match self.tree.get() {
+            Some(tree) => tree,
+            None => unreachable!("trees are built when the scene is prepared"),
+        }
     }
 
     /// The box around it; empty if it has no triangles.
@@ -132,12 +176,12 @@ impl TriangleMesh {
 
     /// Triangles that can be hit.
     pub fn triangle_count(&self) -> usize {
-        self.tree.stats().primitives
+        self.shown
     }
 
     /// Bytes of the tree.
     pub fn tree_bytes(&self) -> usize {
-        self.tree.stats().bytes
+        self.tree.get().map_or(0, |tree| tree.stats().bytes)
     }
 
     /// Bytes it takes, the data that it shares with the description included.
@@ -149,7 +193,7 @@ impl TriangleMesh {
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let search = self.space.ray(ray)?;
         let check = |hit: &Hit| !search.is_doubtful(hit) || self.exact(&search, hit).is_some();
-        let hit = self.tree.intersect_filtered(&search.ray, check)?;
+        let hit = self.tree().intersect_filtered(&search.ray, check)?;
         self.finish(&search, &hit)
     }
 
@@ -157,13 +201,18 @@ impl TriangleMesh {
     pub fn intersect_where(&self, ray: &Ray, accept: &dyn Fn(&ShapeHit) -> bool) -> Option<ShapeHit> {
         let search = self.space.ray(ray)?;
         let check = |hit: &Hit| self.exact(&search, hit).is_some_and(|hit| accept(&hit));
-        let hit = self.tree.intersect_filtered(&search.ray, check)?;
+        let hit = self.tree().intersect_filtered(&search.ray, check)?;
         self.exact(&search, &hit).filter(|hit| search.ends_after(hit.t))
     }
 
-    /// Whether any triangle is hit.
+    /// Whether any triangle is hit. Between the ray's ends single precision decides: within some 2^-20 of the mesh's size of a
+    /// silhouette, a ray may be stopped that [`TriangleMesh::intersect`] lets pass, or the other way around.
     pub fn occludes(&self, ray: &Ray) -> bool {
-        self.occludes_where(ray, &|_| true)
+        let Some(search) = self.space.ray(ray) else { return false };
+        let check = |hit: &Hit| {
+            search.is_certain(hit) || self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t))
+        };
+        self.tree().occluded_filtered(&search.ray, check)
     }
 
     /// Whether there is a hit that `accept` takes.
@@ -171,63 +220,41 @@ impl TriangleMesh {
         let Some(search) = self.space.ray(ray) else { return false };
         let check =
             |hit: &Hit| self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t) && accept(&hit));
-        self.tree.occluded_filtered(&search.ray, check)
+        self.tree().occluded_filtered(&search.ray, check)
     }
 
-    /// The nearest triangles of many rays: what [`TriangleMesh::intersect`] finds for each, bit for bit, sooner.
-    pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>]) {
-        self.intersect_many(rays, hits, false);
-    }
-
-    /// The same for rays that run together, as those of the camera do.
-    pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>]) {
-        self.intersect_many(rays, hits, true);
-    }
-
-    fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>], coherent: bool) {
-        assert_eq!(rays.len(), hits.len());
-        for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
-            let batch = Batch::new(&self.space, rays);
-            let mut found = [Hit::MISS; BATCH];
-            let found = &mut found[..batch.count];
-            let check = |i: u32, hit: &Hit| {
-                let search = &batch.searches[i as usize];
-                !search.is_doubtful(hit) || self.exact(search, hit).is_some()
-            };
-            if coherent {
-                self.tree.intersect_coherent_filtered(&batch.rays[..batch.count], found, check);
-            } else {
-                self.tree.intersect_batch_filtered(&batch.rays[..batch.count], found, check);
-            }
-            hits.fill(None);
-            for ((search, hit), &place) in batch.searches.iter().zip(found).zip(&batch.places) {
-                if hit.is_hit() {
-                    hits[place] = self.finish(search, hit);
-                }
-            }
-        }
-    }
-
-    /// Whether each of many rays hits a triangle.
-    pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
-        assert_eq!(rays.len(), occluded.len());
-        for (rays, occluded) in rays.chunks(BATCH).zip(occluded.chunks_mut(BATCH)) {
-            let batch = Batch::new(&self.space, rays);
-            let mut found = [false; BATCH];
-            let found = &mut found[..batch.count];
-            self.tree.occluded_batch_filtered(&batch.rays[..batch.count], found, |i, hit| {
-                let search = &batch.searches[i as usize];
-                self.exact(search, hit).is_some_and(|hit| search.ends_after(hit.t))
-            });
-            occluded.fill(false);
-            for (found, &place) in found.iter().zip(&batch.places) {
-                occluded[place] = *found;
-            }
-        }
+    /// The corners of a triangle; `None` if there are not so many.
+    pub fn triangle_corners(&self, part: u32) -> Option<[DVec3; 3]> {
+        Some(self.data.triangles.get(part as usize)?.map(|i| wide(self.data.positions[i as usize])))
     }
 
     fn corners(&self, part: u32) -> [[f32; 3]; 3] {
         self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
+    }
+
+    /// Whether a hit counts that may lie before `t_min`.
+    pub(super) fn is_exact(&self, ray: &Ray, hit: &Hit) -> bool {
+        self.space.ray(ray).is_some_and(|search| self.exact(&search, hit).is_some())
+    }
+
+    /// Whether a hit lies between the ray's ends.
+    pub(super) fn is_within(&self, ray: &Ray, hit: &Hit) -> bool {
+        self.space
+            .ray(ray)
+            .is_some_and(|search| self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t)))
+    }
+
+    /// What the search found for a ray, in double precision.
+    #[inline]
+    pub(super) fn finish_ray(&self, ray: &Ray, hit: &Hit) -> Option<ShapeHit> {
+        if let Some(exact) = RayShear::new(ray).triangle(&self.corners(hit.primitive))
+            && exact.t.is_finite()
+            && exact.t >= ray.t_min
+        {
+            let hit = ShapeHit { t: exact.t, part: hit.primitive, u: exact.u, v: exact.v };
+            return (hit.t <= ray.t_max).then_some(hit);
+        }
+        self.finish(&self.space.ray(ray)?, hit)
     }
 
     /// What the search found, in double precision. In the rare case that it is none, the search is done again with all
@@ -241,7 +268,7 @@ impl TriangleMesh {
     #[inline(never)]
     fn search_again(&self, search: &MeshRay) -> Option<ShapeHit> {
         let check = |hit: &Hit| self.exact(search, hit).is_some();
-        let hit = self.tree.intersect_filtered(&search.ray, check)?;
+        let hit = self.tree().intersect_filtered(&search.ray, check)?;
         self.exact(search, &hit)
     }
 
@@ -280,7 +307,8 @@ impl TriangleMesh {
         let mut nearest: Option<ShapeHit> = None;
         for moved in search.moved_around(hit) {
             let check = |hit: &Hit| self.strict(search, hit).is_some_and(|hit| hit.t >= ray.t_min);
-            let found = self.tree.intersect_filtered(&moved, check).and_then(|hit| self.strict(search, &hit));
+            let found =
+                self.tree().intersect_filtered(&moved, check).and_then(|hit| self.strict(search, &hit));
             if let Some(found) = found
                 && nearest.is_none_or(|n| found.t < n.t || found.t == n.t && found.part < n.part)
             {
@@ -389,37 +417,6 @@ impl TriangleMesh {
     /// Which of the mesh's materials a triangle has: 0 if it does not say.
     pub fn face_material(&self, part: u32) -> usize {
         self.data.face_materials.get(part as usize).map_or(0, |&m| usize::from(m))
-    }
-}
-
-/// Rays searched together.
-const BATCH: usize = 64;
-
-/// Those of up to [`BATCH`] rays that come near the mesh.
-struct Batch {
-    count: usize,
-    rays: [turner_bvh::Ray; BATCH],
-    searches: Vec<MeshRay>,
-    places: Vec<usize>,
-}
-
-impl Batch {
-    fn new(space: &MeshSpace, rays: &[Ray]) -> Batch {
-        let none = turner_bvh::Ray::new([0.0; 3], [0.0; 3]);
-        let mut batch = Batch {
-            count: 0,
-            rays: [none; BATCH],
-            searches: Vec::with_capacity(rays.len()),
-            places: Vec::with_capacity(rays.len()),
-        };
-        for (place, ray) in rays.iter().enumerate() {
-            let Some(search) = space.ray(ray) else { continue };
-            batch.rays[batch.count] = search.ray;
-            batch.searches.push(search);
-            batch.places.push(place);
-            batch.count += 1;
-        }
-        batch
     }
 }
 

@@ -20,7 +20,7 @@ impl Wave<'_> {
         path.from_camera = false;
         path.transparent += 1;
         if path.transparent <= self.settings.max_transparent && !path.beta.is_black() {
-            self.next.push(sample, surface.leave(-wo), -wo);
+            self.next.push(sample, surface, -wo);
         }
     }
 }

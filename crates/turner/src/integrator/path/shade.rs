@@ -121,12 +121,10 @@ impl Wave<'_> {
             return;
         }
         let mut found = Spectrum::BLACK;
-        let mut surrounded = false;
         for (radiance, pdf) in scene.emitters.around(scene, ray.direction) {
-            surrounded = true;
             found += radiance * self.settings.weight_found(path, pdf) as f32;
         }
-        if !surrounded {
+        if !scene.emitters.surrounded() {
             found += scene.background.color(ray.direction);
         }
         if !path.from_camera {
@@ -168,7 +166,7 @@ impl Wave<'_> {
         let Some(material) = met else {
             path.transparent += 1;
             if path.transparent <= self.settings.max_transparent {
-                self.next.push(sample, surface.leave(ray.direction), ray.direction);
+                self.next.push(sample, &surface, ray.direction);
             }
             return;
         };
@@ -195,7 +193,7 @@ impl Wave<'_> {
                 Boundary::Between(ior) => around = ior,
                 Boundary::Hidden => {
                     path.media.cross(surface.material, material, outside);
-                    self.next.push(sample, surface.leave(ray.direction), ray.direction);
+                    self.next.push(sample, &surface, ray.direction);
                     return;
                 }
             }
@@ -301,7 +299,7 @@ impl Wave<'_> {
             Ray::new(origin, wi)
         };
         let light = self.settings.clamped(light, path.bounces.total > 0);
-        self.shadows.push(&ray, sample, light);
+        self.shadows.push(&ray, v.surface, sample, light);
     }
 
     /// Goes on in a sampled direction, if the number `u` lets it.
@@ -354,7 +352,7 @@ impl Wave<'_> {
         if path.beta.is_black() {
             return;
         }
-        self.next.push(sample, v.surface.leave(wi), wi);
+        self.next.push(sample, v.surface, wi);
     }
 }
 

@@ -6,13 +6,15 @@ use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::{DVec3, Ray};
 use crate::sampler::OwenSobol;
-use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock};
+use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
 #[derive(Clone)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
+    /// Its moment, for things that move.
+    time: f32,
     /// The share of what the next ray finds that reaches the pixel.
     pub(super) beta: Spectrum,
     /// Surfaces met so far, each with its own sets of random numbers.
@@ -48,8 +50,9 @@ impl Front {
         self.samples.clear();
     }
 
-    pub(super) fn push(&mut self, sample: u32, origin: DVec3, direction: DVec3) {
-        self.rays.push(&Ray::new(origin, direction));
+    /// A ray that leaves a surface.
+    pub(super) fn push(&mut self, sample: u32, from: &SurfaceInteraction, direction: DVec3) {
+        self.rays.push_from(&Ray::new(from.leave(direction), direction), from);
         self.samples.push(sample);
     }
 }
@@ -63,8 +66,8 @@ pub(super) struct Shadows {
 }
 
 impl Shadows {
-    pub(super) fn push(&mut self, ray: &Ray, sample: u32, light: Spectrum) {
-        self.rays.push(ray);
+    pub(super) fn push(&mut self, ray: &Ray, from: &SurfaceInteraction, sample: u32, light: Spectrum) {
+        self.rays.push_from(ray, from);
         self.light.push((sample, light));
     }
 }
@@ -101,8 +104,9 @@ impl Tracer for Wave<'_> {
         out.clear();
         out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
         self.paths.clear();
-        self.paths.extend(samples.ids.iter().map(|id| Path {
+        self.paths.extend(samples.ids.iter().enumerate().map(|(i, id)| Path {
             sampler: OwenSobol::new(id),
+            time: samples.rays.time(i),
             beta: Spectrum::WHITE,
             vertex: 0,
             bounces: Bounces::default(),
@@ -131,6 +135,11 @@ impl Wave<'_> {
     fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let mut hits = std::mem::take(&mut self.hits);
         let mut front = std::mem::take(&mut self.front);
+        if self.scene.moves {
+            for (i, &sample) in front.samples.iter().enumerate() {
+                front.rays.set_time(i, self.paths[sample as usize].time);
+            }
+        }
         self.scene.intersect_batch(&mut front.rays, &mut hits);
         for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
             let Some(ray) = front.rays.get(i) else { continue };
@@ -154,6 +163,11 @@ impl Wave<'_> {
             return;
         }
         stats.shadow += shadows.light.len() as u64;
+        if self.scene.moves {
+            for (i, &(sample, _)) in shadows.light.iter().enumerate() {
+                shadows.rays.set_time(i, self.paths[sample as usize].time);
+            }
+        }
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
             let through = shadows.through[i / LANES].get(i % LANES);

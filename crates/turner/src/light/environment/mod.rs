@@ -122,6 +122,16 @@ fn studio(compensated: bool) -> Result<Arc<Prepared>, SceneError> {
 }
 
 impl EnvironmentLight {
+    /// Of a consistent picture that a program made, its light multiplied by `scale`, turned by an angle given as sine and cosine.
+    pub(super) fn of_picture(
+        image: Arc<Image>,
+        scale: Spectrum,
+        turn: (f64, f64),
+        compensated: bool,
+    ) -> Result<EnvironmentLight, SceneError> {
+        Ok(EnvironmentLight { prepared: Arc::new(Prepared::new(image, compensated)?), scale, turn })
+    }
+
     /// The light that comes from a direction (a vector towards it, of any length but 0): bilinear between the
     /// centres of pixels, never negative, always finite.
     pub fn radiance(&self, direction: DVec3) -> Spectrum {

@@ -1,0 +1,252 @@
+//! Measured lights: how strongly a lamp shines in each direction.
+//!
+//! Angles are those of photometry of type C (IES LM-63): the vertical angle is 0 along the lamp's axis, where its light
+//! goes, and 180 behind; the horizontal one turns around the axis.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use crate::math::DVec3;
+use crate::math::elementary::angle;
+use crate::scene::error::{ErrorCode, SceneError};
+use crate::scene::read::ReadContext;
+use crate::scene::schema::{ParamType, choice, wrong_type};
+use crate::scene::value::{Data, Value};
+
+/// Intensities of a lamp by direction, on a grid of angles in degrees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightProfile {
+    /// Increasing, within 0..=180. Beyond the first and the last it is dark.
+    vertical: Vec<f64>,
+    /// Increasing, from 0 to 360; or 0 alone, if all directions around the axis are alike.
+    horizontal: Vec<f64>,
+    /// Candela: for each horizontal angle those of all vertical ones.
+    candela: Vec<f32>,
+    /// The largest.
+    peak: f32,
+}
+
+impl LightProfile {
+    /// A profile of consistent numbers, or what is wrong with them.
+    pub fn new(
+        vertical: Vec<f64>,
+        horizontal: Vec<f64>,
+        candela: Vec<f32>,
+    ) -> Result<LightProfile, &'static str> {
+        let increasing = |v: &[f64]| v.windows(2).all(|w| w[0] < w[1]);
+        let within = |v: &[f64], most: f64| v.iter().all(|v| (0.0..=most).contains(v));
+        if vertical.is_empty() || !within(&vertical, 180.0) || !increasing(&vertical) {
+            return Err("vertical angles must increase within 0 to 180");
+        }
+        let whole = horizontal.first() == Some(&0.0) && horizontal.last() == Some(&360.0);
+        if !(horizontal == [0.0] || whole && increasing(&horizontal)) {
+            return Err("horizontal angles must increase from 0 to 360, or be 0 alone");
+        }
+        if candela.len() != vertical.len() * horizontal.len() {
+            return Err("there must be an intensity for each pair of angles");
+        }
+        if !candela.iter().all(|v| *v >= 0.0 && v.is_finite()) {
+            return Err("intensities must be finite numbers, 0 or more");
+        }
+        let peak = candela.iter().copied().fold(0.0, f32::max);
+        Ok(LightProfile { vertical, horizontal, candela, peak })
+    }
+
+    /// The largest intensity, candela.
+    pub fn peak(&self) -> f32 {
+        self.peak
+    }
+
+    /// The intensity at angles in degrees, 0..=180 and 0..=360: bilinear between those that were measured.
+    pub fn candela(&self, vertical: f64, horizontal: f64) -> f32 {
+        let (Some(first), Some(last)) = (self.vertical.first(), self.vertical.last()) else { return 0.0 };
+        // Rounding must not put out a direction on the rim.
+        if !(first - 1e-9..=last + 1e-9).contains(&vertical) {
+            return 0.0;
+        }
+        let (row, down) = between(&self.vertical, vertical);
+        let (column, across) = between(&self.horizontal, horizontal);
+        let at = |column: usize| {
+            let part = &self.candela[column * self.vertical.len()..][..self.vertical.len()];
+            let next = part[(row + 1).min(part.len() - 1)];
+            part[row] + (next - part[row]) * down
+        };
+        let here = at(column);
+        if across == 0.0 { here } else { here + (at(column + 1) - here) * across }
+    }
+}
+
+/// Between which two of increasing numbers a value lies: the place of the first, and the share of the way to the second.
+fn between(values: &[f64], v: f64) -> (usize, f32) {
+    let i = values.partition_point(|at| *at <= v).saturating_sub(1);
+    match values.get(i + 1) {
+        Some(next) => (i, ((v - values[i]) / (next - values[i])).clamp(0.0, 1.0) as f32),
+        None => (i, 0.0),
+    }
+}
+
+/// A file of measurements that a light names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileFile {
+    /// Its name as written.
+    pub uri: String,
+    /// What it holds.
+    pub data: Arc<LightProfile>,
+}
+
+impl ParamType for ProfileFile {
+    fn kind() -> String {
+        "\"IES file\"".into()
+    }
+    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<ProfileFile, SceneError> {
+        match &value.data {
+            Data::String(uri) => {
+                Ok(ProfileFile { uri: uri.clone(), data: cx.light_profile(uri, value.span)? })
+            }
+            _ => Err(wrong_type(value, "the name of an IES file")),
+        }
+    }
+    fn show(&self) -> String {
+        "a file".into()
+    }
+}
+
+choice! {
+    /// What the numbers of an IES file mean for a light.
+    pub enum ProfileUnits {
+        /// Shares of the largest: in its direction the light has its `intensity`.
+        Relative = "relative",
+        /// Candela: `intensity` is a factor of them.
+        Candela = "candela",
+    }
+}
+
+/// A profile turned into its place.
+#[derive(Clone, Debug)]
+pub(super) struct Lamp {
+    profile: Arc<LightProfile>,
+    /// Where the light goes, and the horizontal angles 0 and 90.
+    axis: DVec3,
+    zero: DVec3,
+    quarter: DVec3,
+    /// Degrees that are added to horizontal angles.
+    turn: f64,
+    scale: f32,
+}
+
+impl Lamp {
+    /// Along an axis of any length, turned about it by `rotation` degrees. The horizontal angle 0 lies towards +x, as far as that is at right
+    /// angles to the axis; seen against the axis (from above, for a lamp that shines down) angles go against the clock.
+    pub(super) fn new(
+        file: &ProfileFile,
+        axis: DVec3,
+        rotation: f64,
+        units: ProfileUnits,
+    ) -> Result<Lamp, SceneError> {
+        let axis = axis.try_normalize().ok_or_else(|| {
+            SceneError::new(ErrorCode::OutOfRange, "the axis of a measured light must not be zero")
+        })?;
+        let flat = |v: DVec3| (v - axis * axis.dot(v)).try_normalize();
+        // Along x there is no better zero than z.
+        let along_x = axis.x.abs() > 1.0 - 1e-9;
+        let zero = if along_x { None } else { flat(DVec3::X) }.or(flat(DVec3::Z)).unwrap_or(DVec3::X);
+        let peak = file.data.peak();
+        let scale = match units {
+            ProfileUnits::Relative if peak > 0.0 => 1.0 / peak,
+            _ => 1.0,
+        };
+        let turn = -rotation.rem_euclid(360.0);
+        Ok(Lamp { profile: file.data.clone(), axis, zero, quarter: zero.cross(axis), turn, scale })
+    }
+
+    /// The factor for light that goes in a direction of any length.
+    #[inline]
+    pub(super) fn factor(&self, d: DVec3) -> f32 {
+        let (x, y) = (d.dot(self.zero), d.dot(self.quarter));
+        let degrees = 180.0 / PI;
+        let vertical = angle((x * x + y * y).sqrt(), d.dot(self.axis)) * degrees;
+        let horizontal = (angle(y, x) * degrees + self.turn).rem_euclid(360.0);
+        self.profile.candela(vertical, horizontal) * self.scale
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(profile: LightProfile) -> ProfileFile {
+        ProfileFile { uri: "lamp.ies".into(), data: Arc::new(profile) }
+    }
+
+    #[test]
+    fn intensities_lie_between_those_measured() {
+        let candela = vec![10.0, 20.0, 0.0, 50.0, 60.0, 40.0, 10.0, 20.0, 0.0];
+        let p = LightProfile::new(vec![0.0, 45.0, 90.0], vec![0.0, 180.0, 360.0], candela).unwrap();
+        for (vertical, horizontal, expected) in [
+            (0.0, 0.0, 10.0),
+            (0.0, 180.0, 50.0),
+            (45.0, 180.0, 60.0),
+            (22.5, 0.0, 15.0),
+            (22.5, 90.0, 35.0),
+            (67.5, 270.0, 30.0),
+            (90.0, 360.0, 0.0),
+            (90.0, 180.0, 40.0),
+            (90.1, 180.0, 0.0),
+            (180.0, 0.0, 0.0),
+        ] {
+            assert!((p.candela(vertical, horizontal) - expected).abs() < 1e-4, "{vertical} {horizontal}");
+        }
+        assert_eq!(p.peak(), 60.0);
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_refused() {
+        let one = || vec![1.0];
+        assert!(LightProfile::new(vec![0.0], vec![0.0], one()).is_ok());
+        for (vertical, horizontal, candela) in [
+            (vec![], vec![0.0], vec![]),
+            (vec![181.0], vec![0.0], one()),
+            (vec![f64::NAN], vec![0.0], one()),
+            (vec![5.0, 5.0], vec![0.0], vec![1.0; 2]),
+            (vec![0.0], vec![], vec![]),
+            (vec![0.0], vec![10.0], one()),
+            (vec![0.0], vec![0.0, 90.0], vec![1.0; 2]),
+            (vec![0.0], vec![0.0, 200.0, 100.0, 360.0], vec![1.0; 4]),
+            (vec![0.0], vec![0.0], vec![1.0; 2]),
+            (vec![0.0], vec![0.0], vec![-1.0]),
+            (vec![0.0], vec![0.0], vec![f32::INFINITY]),
+        ] {
+            assert!(LightProfile::new(vertical, horizontal, candela).is_err());
+        }
+    }
+
+    #[test]
+    fn lamps_stand_as_they_are_put() {
+        // Brighter and brighter around, but only at right angles to the axis; 8 straight ahead.
+        let candela = vec![8.0, 1.0, 8.0, 2.0, 8.0, 3.0, 8.0, 4.0, 8.0, 1.0];
+        let horizontal = vec![0.0, 90.0, 180.0, 270.0, 360.0];
+        let p = file(LightProfile::new(vec![0.0, 90.0], horizontal, candela).unwrap());
+        let lamp = Lamp::new(&p, DVec3::NEG_Y, 0.0, ProfileUnits::Candela).unwrap();
+        for (d, expected) in [
+            (DVec3::NEG_Y, 8.0),
+            (DVec3::X, 1.0),
+            (DVec3::NEG_Z, 2.0),
+            (DVec3::NEG_X, 3.0),
+            (DVec3::Z, 4.0),
+            (DVec3::new(0.0, 1.0, 0.2), 0.0),
+            (DVec3::new(1.0, 0.0, 1.0) * 30.0, 2.5),
+        ] {
+            assert!((lamp.factor(d) - expected).abs() < 1e-5, "{d}: {}", lamp.factor(d));
+        }
+        let turned = Lamp::new(&p, DVec3::NEG_Y, 90.0, ProfileUnits::Relative).unwrap();
+        assert!((turned.factor(DVec3::NEG_Z) - 1.0 / 8.0).abs() < 1e-6, "{}", turned.factor(DVec3::NEG_Z));
+        for axis in [DVec3::X, DVec3::NEG_X, DVec3::new(1.0, 1e-5, 0.0), DVec3::new(2.0, -3.0, 1.0)] {
+            let lamp = Lamp::new(&p, axis, -33.0, ProfileUnits::Relative).unwrap();
+            assert!((lamp.factor(axis) - 1.0).abs() < 1e-6 && lamp.factor(-axis) == 0.0);
+        }
+        assert!(Lamp::new(&p, DVec3::ZERO, 0.0, ProfileUnits::Relative).is_err());
+        let dark = file(LightProfile::new(vec![0.0], vec![0.0], vec![0.0]).unwrap());
+        let dark = Lamp::new(&dark, DVec3::X, 0.0, ProfileUnits::Relative).unwrap();
+        assert_eq!(dark.factor(DVec3::X), 0.0);
+    }
+}

@@ -1,0 +1,131 @@
+//! Sunlight and what the air does to it, wavelength by wavelength; and the way back to colours.
+//!
+//! Twilight and the blue of the zenith are made by narrow parts of the spectrum (ozone takes orange away), and light that
+//! crossed much air is far from what three numbers can carry. So light is computed at sixteen wavelengths and becomes a colour at the end.
+
+use crate::color::Spectrum;
+use crate::math::elementary::{exp, pow};
+
+/// Wavelengths.
+pub(super) const BANDS: usize = 16;
+
+/// One number per wavelength.
+pub(super) type Bands = [f64; BANDS];
+
+/// Wavelengths in nanometres: the middles of bands 20 wide.
+const WAVELENGTHS: Bands =
+    [400., 420., 440., 460., 480., 500., 520., 540., 560., 580., 600., 620., 640., 660., 680., 700.];
+
+/// Sunlight above the air, W m⁻² nm⁻¹ (after ASTM G173-03, extraterrestrial).
+const SUN: Bands =
+    [1.73, 1.69, 1.91, 2.02, 1.93, 1.92, 1.87, 1.85, 1.83, 1.81, 1.75, 1.68, 1.60, 1.56, 1.47, 1.41];
+
+/// Absorption cross section of ozone at −40 °C, 10⁻²⁷ m² (after Serdyuchenko et al. 2014).
+const OZONE: Bands =
+    [1.5, 5.5, 15.8, 36.7, 77.5, 148., 214., 309., 427., 440., 502., 374., 266., 185., 121., 74.6];
+
+/// Molecules of ozone above a square metre: 300 Dobson units.
+const OZONE_COLUMN: f64 = 300.0 * 2.687e20;
+
+/// Optical depth of the dust of clear country air at 550 nm, straight up; with the wavelength it goes as λ^−1.3 (Ångström 1929).
+const DUST_DEPTH: f64 = 0.06;
+
+/// Luminance of the sun's light above the air on a surface that faces it, 133 kilolux: this many units.
+pub(super) const SUN_ABOVE_AIR: f64 = 4.0;
+
+/// Optical depths of the whole atmosphere, straight up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Depths {
+    pub(super) air: Bands,
+    pub(super) dust: Bands,
+    pub(super) ozone: Bands,
+}
+
+impl Depths {
+    /// For so many times the usual amount of each.
+    pub(super) fn new(air: f64, dust: f64, ozone: f64) -> Depths {
+        // Hansen & Travis 1974, eq. 2.30: molecules at sea level; the wavelength in micrometres.
+        let rayleigh = |nm: f64| {
+            let l2 = (1e-3 * nm) * (1e-3 * nm);
+            0.008569 / (l2 * l2) * (1.0 + 0.0113 / l2 + 0.00013 / (l2 * l2))
+        };
+        Depths {
+            air: WAVELENGTHS.map(|nm| air * rayleigh(nm)),
+            dust: WAVELENGTHS.map(|nm| dust * DUST_DEPTH * pow(nm / 550.0, -1.3)),
+            ozone: OZONE.map(|section| ozone * section * 1e-27 * OZONE_COLUMN),
+        }
+    }
+}
+
+/// From shares of the sun's light at each wavelength to colours in which the whole of it has the luminance [`SUN_ABOVE_AIR`].
+pub(super) struct Colors {
+    weights: [[f64; 3]; BANDS],
+}
+
+impl Colors {
+    pub(super) fn new() -> Colors {
+        let mut weights = [[0.0; 3]; BANDS];
+        for (i, (nm, sun)) in WAVELENGTHS.iter().zip(SUN).enumerate() {
+            weights[i] = matching(*nm).map(|v| v * sun);
+        }
+        let luminance: f64 = weights.iter().map(|w| w[1]).sum();
+        let scale = SUN_ABOVE_AIR / luminance;
+        Colors { weights: weights.map(|w| linear_srgb(w.map(|v| v * scale))) }
+    }
+
+    /// Linear sRGB; what lies outside is cut off at 0.
+    pub(super) fn color(&self, light: &Bands) -> Spectrum {
+        let mut sum = [0.0; 3];
+        for (weight, v) in self.weights.iter().zip(light) {
+            for (sum, w) in sum.iter_mut().zip(weight) {
+                *sum += w * v;
+            }
+        }
+        Spectrum::from(sum.map(|v| v.max(0.0) as f32))
+    }
+}
+
+/// The colour matching functions of the CIE 1931 standard observer (Wyman, Sloan & Shirley 2013, "Simple analytic
+/// approximations to the CIE XYZ color matching functions", eq. 4).
+fn matching(nm: f64) -> [f64; 3] {
+    let lobe = |height: f64, middle: f64, before: f64, after: f64| {
+        let x = (nm - middle) / if nm < middle { before } else { after };
+        height * exp(-0.5 * x * x)
+    };
+    [
+        lobe(1.056, 599.8, 37.9, 31.0) + lobe(0.362, 442.0, 16.0, 26.7) + lobe(-0.065, 501.1, 20.4, 26.2),
+        lobe(0.821, 568.8, 46.9, 40.5) + lobe(0.286, 530.9, 16.3, 31.1),
+        lobe(1.217, 437.0, 11.8, 36.0) + lobe(0.681, 459.0, 26.0, 13.8),
+    ]
+}
+
+/// CIE XYZ to linear sRGB (IEC 61966-2-1).
+fn linear_srgb([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [
+        3.2406 * x - 1.5372 * y - 0.4986 * z,
+        -0.9689 * x + 1.8758 * y + 0.0415 * z,
+        0.0557 * x - 0.2040 * y + 1.0570 * z,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sunlight_above_the_air_is_nearly_white() {
+        let sun = Colors::new().color(&[1.0; BANDS]);
+        assert!((f64::from(sun.luminance()) - SUN_ABOVE_AIR).abs() < 0.01, "{sun:?}");
+        // A little warmer than D65.
+        assert!(sun.r > sun.g && sun.g > sun.b && sun.b > 0.85 * sun.r, "{sun:?}");
+    }
+
+    #[test]
+    fn the_air_is_as_thick_as_it_is_known_to_be() {
+        let depths = Depths::new(1.0, 1.0, 1.0);
+        // Molecules at 560 nm: 0.0905 (Bodhaine et al. 1999); ozone of 300 DU at 600 nm: about 0.04.
+        assert!((depths.air[8] - 0.0905).abs() < 0.001, "{}", depths.air[8]);
+        assert!((depths.ozone[10] - 0.0405).abs() < 0.002, "{}", depths.ozone[10]);
+        assert!(depths.dust[7] > DUST_DEPTH && depths.dust[8] < DUST_DEPTH);
+    }
+}
