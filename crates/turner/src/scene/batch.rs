@@ -10,10 +10,10 @@ use super::faces::{Faces, NO_FACES};
 use super::merged::Merged;
 use super::planes::crossings;
 use super::rectangles::BatchRectangle;
-use super::scene::{Bits, Hit, NO_TRANSFORM, Primitive, Scene, SurfaceInteraction};
+use super::scene::{Bits, Hit, NO_TRANSFORM, ObjectTransform, Primitive, Scene, SurfaceInteraction};
 use crate::color::Spectrum;
 use crate::material::{Material, ShadowKind};
-use crate::math::{DAffine3, DVec3, Ray};
+use crate::math::{DVec3, Ray};
 use crate::shape::{BlockRays, MeshRays, NO_TRIANGLE, Plane, Shape, ShapeHit, TriangleMesh};
 
 /// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
@@ -197,12 +197,12 @@ impl RayBatch {
     }
 
     /// Moves all rays into an object's space.
-    fn move_into(&mut self, to_object: &DAffine3) {
+    fn move_into(&mut self, placed: &ObjectTransform) {
         self.moved.clear();
         self.moved.resize(self.len.div_ceil(LANES), RayBlock::NOTHING);
         for place in 0..self.len {
             if let Some(ray) = self.get(place) {
-                let moved = ray.transformed(to_object);
+                let moved = placed.ray_to_object(&ray);
                 self.moved[place / LANES].set(
                     place % LANES,
                     moved.origin.to_array(),
@@ -514,7 +514,7 @@ impl Scene {
         if let Some(p) = primitive
             && p.transform != NO_TRANSFORM
         {
-            rays.move_into(&self.transforms[p.transform as usize].to_object);
+            rays.move_into(&self.transforms[p.transform as usize]);
         }
     }
 

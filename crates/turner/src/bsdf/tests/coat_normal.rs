@@ -1,10 +1,10 @@
 //! A coat with a normal of its own.
 
-use super::energy::{direction, spread};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::math::elementary::{cos, sin};
+use crate::testing::{direction, spread};
 
 fn coats() -> Vec<(String, Bsdf)> {
     let mut out = Vec::new();

@@ -2,7 +2,6 @@
 
 mod coat_normal;
 mod energy;
-mod materials;
 mod robustness;
 mod statistics;
 mod symmetry;
