@@ -36,6 +36,11 @@ impl Mean {
         [0, 1, 2].map(|band| self.0.mean(band).mean)
     }
 
+    /// Standard errors of the bands.
+    pub(crate) fn error(&self) -> [f64; 3] {
+        [0, 1, 2].map(|band| self.0.mean(band).error())
+    }
+
     pub(crate) fn alpha(&self) -> f64 {
         self.0.alpha
     }
