@@ -36,7 +36,7 @@ impl Mean {
         [0, 1, 2].map(|band| self.0.mean(band).mean)
     }
 
-    /// Its standard errors.
+    /// Standard errors of the bands.
     pub(crate) fn error(&self) -> [f64; 3] {
         [0, 1, 2].map(|band| self.0.mean(band).error())
     }

@@ -39,7 +39,7 @@ material = "rusty"
 const MAX_DEPTH: usize = 16;
 
 /// Materials that one mix may come to, those of its mixes counted each time.
-const MAX_PARTS: u64 = 64;
+pub(super) const MAX_PARTS: u64 = 64;
 
 /// What is known of a material.
 #[derive(Clone, Copy)]

@@ -6,6 +6,7 @@
 //! surface is not a surface of middling roughness.)
 
 use super::emission::estimate;
+use super::mix::MAX_PARTS;
 use super::{
     Classic, ClassicMaterial, Cutout, Fresnel, Material, MixMaterial, Physical, ShadowKind, color_at,
 };
@@ -100,21 +101,21 @@ impl Mix {
         share: f64,
         visit: &mut F,
     ) {
-        let weight = |part: &Part| {
+        let skipped = usize::from(self.first_has_the_rest);
+        let mut weights = [0.0; MAX_PARTS as usize];
+        for (weight, part) in weights.iter_mut().zip(&self.parts).skip(skipped) {
             let c = scene.textures.color(part.weight, at);
             let w = (f64::from(c.r) + f64::from(c.g) + f64::from(c.b)) / 3.0;
-            if w > 0.0 { w } else { 0.0 }
-        };
-        let weighed = if self.first_has_the_rest { &self.parts[1..] } else { &self.parts[..] };
-        let sum: f64 = weighed.iter().map(weight).sum();
+            *weight = if w > 0.0 { w } else { 0.0 };
+        }
+        let sum: f64 = weights.iter().take(self.parts.len()).sum();
         // Shares of more than 1 in all leave nothing for the first; of shares that are all 0 the first has all.
         let (whole, rest) = match self.first_has_the_rest {
             true => (sum.max(1.0), (1.0 - sum).max(0.0)),
             false => (if sum > 0.0 { sum } else { 1.0 }, f64::from(sum <= 0.0)),
         };
-        for (i, part) in self.parts.iter().enumerate() {
-            let counted = i > 0 || !self.first_has_the_rest;
-            let own = if counted { weight(part) / whole } else { 0.0 } + if i == 0 { rest } else { 0.0 };
+        for (i, (part, weight)) in self.parts.iter().zip(&weights).enumerate() {
+            let own = weight / whole + if i == 0 { rest } else { 0.0 };
             if own <= 0.0 {
                 continue;
             }

@@ -35,8 +35,8 @@ pub(super) struct ShapeEmitter {
 #[derive(Debug)]
 enum Form {
     Sphere(SphereEmitter),
-    Ellipsoid(EllipsoidEmitter),
-    Curved(CurvedEmitter),
+    Ellipsoid(Box<EllipsoidEmitter>),
+    Curved(Box<CurvedEmitter>),
     Rectangle(RectangleEmitter),
     Disk(DiskEmitter),
     /// The triangles' numbers and the choice among them, by position; where each triangle stands in it is `place`.
@@ -48,7 +48,7 @@ enum Form {
     /// The choice among the points of a cloud, by number; and any of them where it stands.
     Points {
         choice: AliasTable,
-        one: EllipsoidEmitter,
+        one: Box<EllipsoidEmitter>,
     },
 }
 
@@ -83,9 +83,10 @@ pub(super) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
         let form = mesh_form(scene, index, primitive, mesh);
         return form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect();
     }
-    let curved = |shape: Curved| {
-        let form = CurvedEmitter::new(shape, to_world);
-        form.map(|form| (emitter(0, Form::Curved(form)), form.area() * brightness)).into_iter().collect()
+    let whole = |form: Form, area: f64| vec![(emitter(0, form), area * brightness)];
+    let curved = |shape: Curved| match CurvedEmitter::new(shape, to_world) {
+        Some(form) => whole(Form::Curved(Box::new(form)), form.area()),
+        None => Vec::new(),
     };
     if brightness <= 0.0 {
         return Vec::new();
@@ -94,11 +95,13 @@ pub(super) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
         Shape::Sphere(s) => {
             if let Some(scale) = similarity(&to_world) {
                 let form = SphereEmitter { center: point(s.center), radius: s.radius * scale };
-                return vec![(emitter(0, Form::Sphere(form)), form.area() * brightness)];
+                return whole(Form::Sphere(form), form.area());
             }
-            let form = EllipsoidEmitter::new(SphereEmitter { center: s.center, radius: s.radius }, to_world);
-            let form = form.map(|form| (emitter(0, Form::Ellipsoid(form)), form.area() * brightness));
-            form.into_iter().collect()
+            let sphere = SphereEmitter { center: s.center, radius: s.radius };
+            match EllipsoidEmitter::new(sphere, to_world) {
+                Some(form) => whole(Form::Ellipsoid(Box::new(form)), form.area()),
+                None => Vec::new(),
+            }
         }
         Shape::Rectangle(r) => {
             let (corner, u, v) = r.corner_and_edges();
@@ -190,7 +193,7 @@ fn points_form(
         weights[part as usize] = brightness * one.with(emitter(&sphere)).area();
     }
     let power = weights.iter().sum();
-    Some((Form::Points { choice: AliasTable::new(&weights)?, one }, power))
+    Some((Form::Points { choice: AliasTable::new(&weights)?, one: Box::new(one) }, power))
 }
 
 /// The triangles of a mesh that shine.

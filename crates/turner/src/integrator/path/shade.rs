@@ -268,7 +268,7 @@ impl Wave<'_> {
         let Some(crosses) = v.crosses(wi, wi_local) else { return };
         let (mut f, pdf) = v.bsdf.eval_pdf(wi_local);
         if !crosses {
-            f = f * v.terminator(wi) as f32;
+            f *= v.terminator(wi) as f32;
         }
         if f.is_black() {
             return;
