@@ -50,6 +50,9 @@ pub(super) struct Finding {
     pub(super) found: String,
 }
 
+/// What a check does.
+type Work = dyn Fn(&Context) -> Result<Finding, SceneError>;
+
 /// A check that can be run.
 pub(super) struct Check {
     /// `group/what`.
@@ -58,7 +61,7 @@ pub(super) struct Check {
     pub(super) by_chance: bool,
     /// Whether it is run with [`Effort::Quick`].
     pub(super) quick: bool,
-    pub(super) run: Box<dyn Fn(&Context) -> Result<Finding, SceneError>>,
+    pub(super) run: Box<Work>,
 }
 
 impl Check {

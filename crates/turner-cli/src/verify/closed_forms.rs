@@ -5,7 +5,11 @@ use std::f64::consts::PI;
 use turner::math::elementary::{atan2, pow};
 use turner::testing::{CompareOptions, Reference, compare};
 
-use super::check::{Check, Finding};
+use turner::scene::error::SceneError;
+use turner_io::assets::MemoryAssets;
+use turner_io::image::{ImageFormat, Metadata, OutputImage, Transfer, encode};
+
+use super::check::{Check, Context, Finding, fault};
 
 /// Looks straight down at the origin.
 const DOWN: &str = "camera = { position = [0, 0.2, 0], look_at = [0, 0, 0], up = [0, 0, -1], fov = 0.001 }\n";
@@ -165,16 +169,37 @@ fn cases() -> Vec<Case> {
 }
 
 pub(super) fn checks() -> Vec<Check> {
-    cases()
-        .into_iter()
-        .map(|case| {
-            Check::chance(format!("closed/{}", case.name), move |cx| {
-                let mut scene = cx.scene([10, 10], cx.times(case.samples), &case.scene)?;
-                let runs = cx.runs(&mut scene, 16, case.name)?;
-                let exact = Reference::constant(10, 10, case.expected);
-                let options = CompareOptions { block: 10, tolerance: 4e-6, ..CompareOptions::default() };
-                Ok(Finding::comparison(&compare(&runs, &exact, &options), case.cap))
-            })
-        })
-        .collect()
+    let cases = cases().into_iter().map(|case| {
+        Check::chance(format!("closed/{}", case.name), move |cx| judge(cx, &case, &MemoryAssets::default()))
+    });
+    cases.chain([Check::chance("closed/sphere-under-a-white-sky", white_sky)]).collect()
+}
+
+fn judge(cx: &Context, case: &Case, assets: &MemoryAssets) -> Result<Finding, SceneError> {
+    let mut scene = cx.scene_with([10, 10], cx.times(case.samples), &case.scene, assets)?;
+    let runs = cx.runs(&mut scene, 16, case.name)?;
+    let exact = Reference::constant(10, 10, case.expected);
+    let options = CompareOptions { block: 10, tolerance: 4e-6, ..CompareOptions::default() };
+    Ok(Finding::comparison(&compare(&runs, &exact, &options), case.cap))
+}
+
+/// A convex matte thing among white light shows its albedo, also where the light is a picture that is sampled.
+fn white_sky(cx: &Context) -> Result<Finding, SceneError> {
+    let picture = OutputImage {
+        width: 16,
+        height: 8,
+        alpha: false,
+        linear: Some(&[[1.0; 4]; 16 * 8]),
+        display: None,
+        transfer: Transfer::Unstated,
+        metadata: &Metadata::new(),
+        threads: 1,
+    };
+    let mut assets = MemoryAssets::default();
+    assets.files.insert("white.exr".into(), encode(&picture, ImageFormat::Exr).map_err(fault)?);
+    let scene = "integrator = { type = \"path\" }\ncamera = { position = [0, 0, 4], look_at = [0, 0, 0], fov = 10 }\n\
+        light = [{ type = \"environment\", file = \"white.exr\" }]\n\
+        object = [{ type = \"sphere\", radius = 1, material = { type = \"matte\", color = [0.3, 0, 1] } }]";
+    let name = "sphere-under-a-white-sky";
+    judge(cx, &Case { name, scene: scene.into(), expected: [0.3, 0.0, 1.0], samples: 64, cap: 0.01 }, &assets)
 }

@@ -91,22 +91,39 @@ pub fn uniform_sphere(u: DVec2) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{
+        ChiSquareOptions, Random, chi_square_of_directions, chi_square_on_square, sidak_level,
+    };
 
     #[test]
     fn numbers_are_uniform_and_independent_of_neighbours() {
-        // Chi-square over 16 bins: the 0.999 quantile with 15 degrees of freedom is 37.7.
+        let options = ChiSquareOptions { samples: 64 * 64, rows: 8, columns: 8, ..Default::default() };
         for dimension in 0..4 {
-            let mut bins = [0u32; 16];
-            let n = 64 * 64;
-            for i in 0..n {
-                let id = SampleId { x: i % 64, y: i / 64, index: 0, seed: 7 };
-                bins[(id.unit_square(dimension).x * 16.0) as usize] += 1;
-            }
-            let expected = f64::from(n) / 16.0;
-            let chi2: f64 =
-                bins.iter().map(|b| (f64::from(*b) - expected) * (f64::from(*b) - expected) / expected).sum();
-            assert!(chi2 < 37.7, "dimension {dimension}: {chi2}");
+            let mut i = 0..64 * 64;
+            let sample = || {
+                let id = i.next().map(|i| SampleId { x: i % 64, y: i / 64, index: 0, seed: 7 });
+                id.map(|id| id.unit_square(dimension))
+            };
+            let test = chi_square_on_square(&options, |_| 1.0, sample);
+            assert!(test.p_value > sidak_level(0.01, 4), "dimension {dimension}: {test:?}");
         }
+    }
+
+    #[test]
+    fn disk_and_sphere_are_covered_evenly() {
+        let mut random = Random::new(4);
+        let options = ChiSquareOptions::default();
+        let disk = |p: DVec2| {
+            let inside = (2.0 * p - 1.0).length_squared() <= 1.0;
+            if inside { 4.0 / std::f64::consts::PI } else { 0.0 }
+        };
+        let on_disk = || Some(0.5 * (concentric_disk(random.units::<2>().into()) + 1.0));
+        let test = chi_square_on_square(&options, disk, on_disk);
+        assert!(test.p_value > sidak_level(0.01, 2), "{test:?}");
+        let even = |_| 0.25 / std::f64::consts::PI;
+        let test =
+            chi_square_of_directions(&options, even, || Some(uniform_sphere(random.units::<2>().into())));
+        assert!(test.p_value > sidak_level(0.01, 2), "{test:?}");
     }
 
     #[test]
@@ -121,21 +138,5 @@ mod tests {
                 seen.push(p);
             }
         }
-    }
-
-    #[test]
-    fn disk_and_sphere_keep_areas() {
-        let (mut inner, mut upper) = (0, 0);
-        let n = 100;
-        for i in 0..n * n {
-            let u =
-                DVec2::new((f64::from(i % n) + 0.5) / f64::from(n), (f64::from(i / n) + 0.5) / f64::from(n));
-            let d = concentric_disk(u);
-            assert!(d.length() <= 1.0 + 1e-12);
-            inner += u32::from(d.length() < 0.5);
-            upper += u32::from(uniform_sphere(u).z > 0.5);
-        }
-        assert!((f64::from(inner) / 10_000.0 - 0.25).abs() < 0.01);
-        assert!((f64::from(upper) / 10_000.0 - 0.25).abs() < 0.01);
     }
 }

@@ -138,6 +138,7 @@ const fn table(degree: usize, coefficients: u32, first: [u32; 3]) -> [[u32; 256]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{ChiSquareOptions, chi_square_on_square, sidak_level};
 
     fn at(x: u32, index: u32) -> OwenSobol {
         OwenSobol::new(&SampleId { x, y: 3, index, seed: 11 })
@@ -201,28 +202,22 @@ mod tests {
     /// Chi-square over pixels for one sample index, and for pairs between sets and neighbouring pixels.
     #[test]
     fn pixels_and_sets_are_independent() {
-        let chi2 = |values: &mut dyn Iterator<Item = (f64, f64)>| {
-            let (mut bins, mut n) = ([0u32; 64], 0);
-            for (a, b) in values {
-                bins[(a * 8.0) as usize * 8 + (b * 8.0) as usize] += 1;
-                n += 1;
-            }
-            let expected = f64::from(n) / 64.0;
-            bins.iter()
-                .map(|c| (f64::from(*c) - expected) * (f64::from(*c) - expected) / expected)
-                .sum::<f64>()
+        let (samples, level) = (8192, sidak_level(0.01, 32));
+        let options = ChiSquareOptions { samples, rows: 8, columns: 8, ..ChiSquareOptions::default() };
+        let check = |pair: &dyn Fn(u32) -> [f64; 2]| {
+            let mut i = 0..samples;
+            let test = chi_square_on_square(&options, |_| 1.0, || i.next().map(|i| pair(i).into()));
+            assert!(test.p_value > level, "{test:?}");
         };
-        // The 0.9999 quantile with 63 degrees of freedom is 113.
         for set in 0..8 {
             let one = |x: u32, set: u32, d: usize| at(x, 7).four(set)[d];
-            assert!(chi2(&mut (0..8192).map(|x| (one(x, set, 0), one(x, set, 3)))) < 113.0);
-            assert!(chi2(&mut (0..8192).map(|x| (one(x, set, 0), one(x, set + 1, 0)))) < 113.0);
-            assert!(chi2(&mut (0..8192).map(|x| (one(x, set, 1), one(x + 1, set, 1)))) < 113.0);
+            check(&|x| [one(x, set, 0), one(x, set, 3)]);
+            check(&|x| [one(x, set, 0), one(x, set + 1, 0)]);
+            check(&|x| [one(x, set, 1), one(x + 1, set, 1)]);
         }
         // Between two sets of one pixel, over its samples.
         for x in 0..8 {
-            let pair = |i| (at(x, i).four(0)[0], at(x, i).four(1)[0]);
-            assert!(chi2(&mut (0..8192).map(pair)) < 113.0, "pixel {x}");
+            check(&|i| [at(x, i).four(0)[0], at(x, i).four(1)[0]]);
         }
     }
 
