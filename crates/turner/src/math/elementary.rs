@@ -111,6 +111,13 @@ pub fn angle(y: f64, x: f64) -> f64 {
     a.copysign(y)
 }
 
+/// As [`acos`], within 2e-15, and several times as fast.
+#[inline]
+pub fn arc_cosine(x: f64) -> f64 {
+    let x = x.clamp(-1.0, 1.0);
+    angle(((1.0 - x) * (1.0 + x)).sqrt(), x)
+}
+
 /// A polynomial of eight coefficients, the lowest first; short chains of operations rather than few (Estrin 1960).
 #[inline(always)]
 fn eight(x: f64, c: [f64; 8]) -> f64 {
@@ -210,6 +217,12 @@ mod tests {
                 let (y, x) = (r * s, r * c);
                 let (fast, slow) = (angle(y, x), atan2(y, x));
                 assert!((fast - slow).abs() < 2e-15, "{y} {x}: {fast}, not {slow}");
+            }
+        }
+        for i in 0..=40_000 {
+            let x = f64::from(i) / 20_000.0 - 1.0;
+            for x in [x, x.next_up(), x * (1.0 - 1e-12)] {
+                assert!((arc_cosine(x) - acos(x)).abs() < 2e-15, "{x}");
             }
         }
         assert_eq!((angle(0.0, 0.0), angle(0.0, 1.0), angle(0.0, -1.0)), (0.0, 0.0, PI));

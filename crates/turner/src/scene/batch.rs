@@ -3,17 +3,18 @@
 
 use std::cell::Cell;
 
-use turner_bvh::lanes::{Block32, LANES};
+use turner_bvh::lanes::{Block, Block32, LANES};
 use turner_bvh::{NearestBlock, RayBlock, Spheres};
 
 use super::faces::{Faces, NO_FACES};
 use super::merged::Merged;
 use super::planes::crossings;
-use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
+use super::rectangles::BatchRectangle;
+use super::scene::{Bits, Hit, NO_TRANSFORM, ObjectTransform, Primitive, Scene, SurfaceInteraction};
 use crate::color::Spectrum;
 use crate::material::{Material, ShadowKind};
 use crate::math::{DVec3, Ray};
-use crate::shape::{Plane, Shape, ShapeHit, TriangleMesh};
+use crate::shape::{BlockRays, MeshRays, NO_TRIANGLE, Plane, Shape, ShapeHit, TriangleMesh};
 
 /// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
 /// holds beside a `t_max` of NaN is of no account.
@@ -24,18 +25,19 @@ pub struct RayBatch {
     times: Vec<f32>,
     /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
     len: usize,
+    /// The primitive and the part of it that each ray leaves: it does not meet a flat one again. Empty if no ray says so.
+    from: Vec<(u32, u32)>,
     nearest: Vec<NearestBlock>,
     blocked: Vec<u8>,
     /// Those that something tinted is before.
     tinted: Vec<u8>,
     /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
     pub coherent: bool,
-    /// For meshes: rays as far as their nearest hit, the same in an object's space, and their places.
-    left: Vec<Ray>,
-    moved: Vec<Ray>,
-    places: Vec<u32>,
-    found: Vec<Option<ShapeHit>>,
-    dark: Vec<bool>,
+    /// For meshes: how far each ray goes, and the rays in an object's space.
+    ends: Vec<Block>,
+    moved: Vec<RayBlock>,
+    room: MeshRays,
+    found: Vec<(u32, ShapeHit)>,
 }
 
 /// Eight colours, band by band.
@@ -64,6 +66,7 @@ impl RayBatch {
     pub fn clear(&mut self) {
         self.len = 0;
         self.times.clear();
+        self.from.clear();
     }
 
     /// How many places for rays there are; some may be empty.
@@ -85,6 +88,14 @@ impl RayBatch {
         if lane != 0 {
             self.len += 1;
         }
+    }
+
+    /// Adds a ray that leaves a surface. What it hits is the same as if that were not known, but found sooner.
+    #[inline]
+    pub fn push_from(&mut self, ray: &Ray, surface: &SurfaceInteraction) {
+        self.push(ray);
+        self.from.resize(self.len - 1, (u32::MAX, 0));
+        self.from.push((surface.hit.primitive, surface.hit.shape.part));
     }
 
     /// Adds `count` places, at most eight, to be filled by the caller; all of the block's are empty. What was pushed
@@ -113,6 +124,7 @@ impl RayBatch {
         self.blocks.clear();
         self.blocks.extend_from_slice(other.blocks());
         self.len = other.len;
+        self.from.clone_from(&other.from);
         self.times.clone_from(&other.times);
     }
 
@@ -144,21 +156,60 @@ impl RayBatch {
         (!ray.t_max.is_nan()).then_some(ray)
     }
 
+    /// The ray at a place, up to its end.
+    #[inline]
+    fn get_to_end(&self, place: u32) -> Option<Ray> {
+        let place = place as usize;
+        let ray = self.get(place)?;
+        Some(Ray { t_max: self.ends[place / LANES].0[place % LANES], ..ray })
+    }
+
+    #[inline]
+    fn end_ray(&mut self, place: u32, t: f64) {
+        self.ends[place as usize / LANES].0[place as usize % LANES] = t;
+    }
+
     fn note(&mut self, place: usize, blocked: bool, tinted: bool) {
         self.blocked[place / LANES] |= u8::from(blocked) << (place % LANES);
         self.tinted[place / LANES] |= u8::from(tinted) << (place % LANES);
     }
 
-    /// Lists the rays that are not blocked.
-    fn list_unblocked(&mut self) {
-        self.places.clear();
-        self.left.clear();
+    /// Lets rays end where they do, or nowhere where they are blocked.
+    fn end_unblocked(&mut self) {
+        self.ends.clear();
+        self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
+        for (end, blocked) in self.ends.iter_mut().zip(&self.blocked) {
+            for lane in Bits(u64::from(*blocked)) {
+                end.0[lane as usize] = f64::NAN;
+            }
+        }
+    }
+
+    /// Lets rays end at their hits.
+    fn end_at(&mut self, hits: &[Option<Hit>]) {
+        self.ends.clear();
+        self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
+        for (place, hit) in hits.iter().enumerate() {
+            if let Some(hit) = hit {
+                self.ends[place / LANES].0[place % LANES] = hit.shape.t;
+            }
+        }
+    }
+
+    /// Moves all rays into an object's space.
+    fn move_into(&mut self, transform: &ObjectTransform) {
+        self.moved.clear();
+        self.moved.resize(self.len.div_ceil(LANES), RayBlock::NOTHING);
         for place in 0..self.len {
-            if self.blocked[place / LANES] >> (place % LANES) & 1 == 0
-                && let Some(ray) = self.get(place)
-            {
-                self.places.push(place as u32);
-                self.left.push(ray);
+            if let Some(ray) = self.get(place) {
+                let moved = transform.ray_to_object(&ray);
+                self.moved[place / LANES].set(
+                    place % LANES,
+                    moved.origin.to_array(),
+                    moved.direction.to_array(),
+                    moved.t_min,
+                    moved.t_max,
+                );
             }
         }
     }
@@ -183,6 +234,10 @@ pub(super) struct BatchShapes {
     planes: Vec<(Plane, u32)>,
     /// Those that cast a full shadow.
     opaque_planes: Vec<Plane>,
+    /// Rectangles without a transform.
+    rectangles: Vec<BatchRectangle>,
+    /// Those that cast a full shadow.
+    opaque_rectangles: Vec<BatchRectangle>,
     /// The primitives that are not among these.
     rest: Rest,
     /// Those that cast a shadow and are not among the opaque spheres and planes.
@@ -241,6 +296,22 @@ impl BatchShapes {
                 }
                 _ => None,
             };
+            let one_sided = faces.get(primitive.faces as usize).map(Faces::are_only_one_sided);
+            let rectangle = match &primitive.shape {
+                Shape::Rectangle(r) if primitive.transform == NO_TRANSFORM && one_sided != Some(false) => {
+                    Some(BatchRectangle::new(r, i as u32, one_sided.is_some()))
+                }
+                _ => None,
+            };
+            if let Some(r) = rectangle {
+                match shadow {
+                    ShadowKind::None => {}
+                    ShadowKind::Opaque => shapes.opaque_rectangles.push(r.clone()),
+                    ShadowKind::Tinted => shapes.shadow_rest.add(i, bounded),
+                }
+                shapes.rectangles.push(r);
+                continue;
+            }
             let is_mesh = matches!(primitive.shape, Shape::Mesh(_));
             match sphere {
                 Some(s) => {
@@ -297,7 +368,7 @@ impl Scene {
         for (plane, index) in &shapes.planes {
             for (i, block) in rays.blocks[..used].iter().enumerate() {
                 let (t, met) = crossings(plane, block);
-                for lane in super::scene::Bits(u64::from(met)).map(|lane| lane as usize) {
+                for lane in Bits(u64::from(met)).map(|lane| lane as usize) {
                     let place = i * LANES + lane;
                     let (Some(hit), Some(mut ray)) = (hits.get_mut(place), rays.get(place)) else { continue };
                     if let Some(hit) = hit {
@@ -308,6 +379,22 @@ impl Scene {
                         self.keep_nearer(*index, found, &mut ray, hit);
                     }
                 }
+            }
+        }
+        if !shapes.rectangles.is_empty() {
+            rays.end_at(hits);
+            for rectangle in &shapes.rectangles {
+                let mut found = std::mem::take(&mut rays.found);
+                found.clear();
+                rectangle.intersect(&rays.blocks[..used], &rays.ends, |place, hit| {
+                    found.push((place as u32, hit));
+                });
+                for &(place, hit) in &found {
+                    let Some(mut ray) = rays.get_to_end(place) else { continue };
+                    self.keep_nearer(rectangle.index, hit, &mut ray, &mut hits[place as usize]);
+                    rays.end_ray(place, ray.t_max);
+                }
+                rays.found = found;
             }
         }
         if !shapes.rest.is_empty() {
@@ -339,128 +426,135 @@ impl Scene {
 
     /// Takes the hits of meshes that are nearer than those so far.
     fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
-        rays.places.clear();
-        rays.left.clear();
-        for (i, hit) in hits.iter().enumerate() {
-            if let Some(mut ray) = rays.get(i) {
-                if let Some(hit) = hit {
-                    ray.t_max = hit.shape.t;
-                }
-                rays.places.push(i as u32);
-                rays.left.push(ray);
-            }
-        }
-        rays.found.resize(rays.left.len(), None);
+        rays.end_at(hits);
         if let Some(merged) = &self.merged {
-            self.through_merged(merged, rays, hits);
+            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
+            let found = std::mem::take(&mut rays.found);
+            for &(place, found) in &found {
+                let Some(mut ray) = rays.get_to_end(place) else { continue };
+                let mut hit = merged.owned(&found);
+                if merged.is_checked() && !self.is_merged_there(&ray, &hit) {
+                    match self.intersect_merged_behind(merged, &ray) {
+                        Some(behind) => hit = behind,
+                        None => continue,
+                    }
+                }
+                self.keep_nearer_hit(hit, &mut ray, &mut hits[place as usize]);
+                rays.end_ray(place, ray.t_max);
+            }
+            rays.found = found;
         }
         for &index in meshes {
-            let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
-            if rays.coherent {
-                mesh.intersect_coherent(left, &mut rays.found);
-            } else {
-                mesh.intersect_batch(left, &mut rays.found);
-            }
             let primitive = &self.primitives[index as usize];
+            let Shape::Mesh(mesh) = &primitive.shape else { continue };
+            let own = |p, part| if p == index { part } else { NO_TRIANGLE };
+            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
             let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
-            for ((ray, &place), found) in rays.left.iter_mut().zip(&rays.places).zip(&rays.found) {
-                let Some(mut found) = *found else { continue };
-                if checked && !self.is_there(primitive, &self.to_object(primitive, ray), &found) {
+            let found = std::mem::take(&mut rays.found);
+            for &(place, mut found) in &found {
+                let Some(mut ray) = rays.get_to_end(place) else { continue };
+                if checked && !self.is_there(primitive, &self.to_object(primitive, &ray), &found) {
                     // Something is behind the hole, perhaps.
-                    match self.intersect_faces(primitive, ray) {
+                    match self.intersect_faces(primitive, &ray) {
                         Some(hit) => found = hit,
                         None => continue,
                     }
                 }
-                self.keep_nearer(index, found, ray, &mut hits[place as usize]);
+                self.keep_nearer(index, found, &mut ray, &mut hits[place as usize]);
+                rays.end_ray(place, ray.t_max);
             }
+            rays.found = found;
         }
     }
 
-    /// The same for the gathered meshes, with `rays.left` as far as the hits.
-    fn through_merged(&self, merged: &Merged, rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
-        let RayBatch { left, moved, found, places, coherent, .. } = rays;
-        let searched = merged_rays(merged, left, moved);
-        if *coherent {
-            merged.mesh().intersect_coherent(searched, found);
-        } else {
-            merged.mesh().intersect_batch(searched, found);
-        }
-        for ((ray, &place), found) in left.iter_mut().zip(&*places).zip(&*found) {
-            let Some(found) = found else { continue };
-            let mut hit = merged.owned(found);
-            if !self.is_merged_there(ray, &hit) {
-                match self.intersect_merged_behind(merged, ray) {
-                    Some(behind) => hit = behind,
-                    None => continue,
-                }
-            }
-            self.keep_nearer_hit(hit, ray, &mut hits[place as usize]);
+    /// Finds the hits of a mesh that are not beyond the ends.
+    fn through_mesh(
+        &self,
+        mesh: &TriangleMesh,
+        primitive: Option<&Primitive>,
+        offset: DVec3,
+        own: impl Fn(u32, u32) -> u32,
+        rays: &mut RayBatch,
+    ) {
+        self.move_to(primitive, rays);
+        rays.found.clear();
+        let used = rays.len.div_ceil(LANES);
+        let RayBatch { blocks, moved, ends, from, room, found, coherent, .. } = rays;
+        let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
+        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
+        let asked = BlockRays { offset, blocks, ends, own };
+        mesh.intersect_blocks(&asked, *coherent, room, |place, hit| found.push((place as u32, hit)));
+    }
+
+    /// Finds the rays that hit anything of a mesh before their ends.
+    fn behind_mesh(
+        &self,
+        mesh: &TriangleMesh,
+        primitive: Option<&Primitive>,
+        offset: DVec3,
+        own: impl Fn(u32, u32) -> u32,
+        rays: &mut RayBatch,
+    ) {
+        self.move_to(primitive, rays);
+        rays.found.clear();
+        let used = rays.len.div_ceil(LANES);
+        let RayBatch { blocks, moved, ends, from, room, found, .. } = rays;
+        let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
+        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
+        let asked = BlockRays { offset, blocks, ends, own };
+        let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
+        mesh.occluded_blocks(&asked, room, |place| found.push((place as u32, hit)));
+    }
+
+    fn is_moved(&self, primitive: Option<&Primitive>) -> bool {
+        primitive.is_some_and(|p| p.transform != NO_TRANSFORM)
+    }
+
+    fn move_to(&self, primitive: Option<&Primitive>, rays: &mut RayBatch) {
+        if let Some(p) = primitive
+            && p.transform != NO_TRANSFORM
+        {
+            rays.move_into(&self.transforms[p.transform as usize]);
         }
     }
 
     /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
     fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
-        rays.list_unblocked();
-        let RayBatch { left, moved, found, dark, .. } = rays;
-        let searched = merged_rays(merged, left, moved);
+        rays.end_unblocked();
         if merged.is_opaque() {
-            dark.clear();
-            dark.resize(left.len(), false);
-            merged.mesh().occluded_batch(searched, dark);
-            for i in 0..rays.left.len() {
-                if rays.dark[i] {
-                    rays.note(rays.places[i] as usize, true, false);
-                }
-            }
-            return;
+            self.behind_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
+        } else {
+            // The nearest triangle decides for most rays.
+            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
         }
-        // The nearest triangle decides for most rays.
-        found.resize(left.len(), None);
-        merged.mesh().intersect_batch(searched, found);
-        for i in 0..rays.left.len() {
-            let Some(hit) = rays.found[i] else { continue };
-            let ray = &rays.left[i];
+        let found = std::mem::take(&mut rays.found);
+        for &(place, hit) in &found {
             let tinted = Cell::new(false);
-            let blocked = self.merged_stops(ray, &merged.owned(&hit), &tinted)
-                || self.merged_blocks(merged, ray, &tinted);
-            rays.note(rays.places[i] as usize, blocked, tinted.get());
+            let blocked = merged.is_opaque()
+                || rays.get(place as usize).is_some_and(|ray| {
+                    self.merged_stops(&ray, &merged.owned(&hit), &tinted)
+                        || self.merged_blocks(merged, &ray, &tinted)
+                });
+            rays.note(place as usize, blocked, tinted.get());
         }
+        rays.found = found;
     }
 
-    /// A mesh, and rays in its space.
-    fn mesh_and_rays<'a>(
-        &'a self,
-        index: u32,
-        rays: &'a [Ray],
-        moved: &'a mut Vec<Ray>,
-    ) -> (&'a TriangleMesh, &'a [Ray]) {
+    /// The same for a mesh of its own, `opaque` or not.
+    fn behind_single(&self, index: u32, opaque: bool, rays: &mut RayBatch) {
         let primitive = &self.primitives[index as usize];
-        let Shape::Mesh(mesh) = &primitive.shape else { unreachable!("only meshes are listed") };
-        if primitive.transform == NO_TRANSFORM {
-            return (mesh, rays);
+        let Shape::Mesh(mesh) = &primitive.shape else { return };
+        rays.end_unblocked();
+        let own = |p, part| if p == index { part } else { NO_TRIANGLE };
+        self.behind_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
+        let found = std::mem::take(&mut rays.found);
+        for &(place, _) in &found {
+            let tinted = Cell::new(false);
+            let blocked = opaque
+                || rays.get(place as usize).is_some_and(|ray| self.primitive_blocks(index, &ray, &tinted));
+            rays.note(place as usize, blocked, tinted.get());
         }
-        let transform = &self.transforms[primitive.transform as usize];
-        moved.clear();
-        moved.extend(rays.iter().map(|ray| transform.ray_to_object(ray)));
-        (mesh, moved)
-    }
-
-    /// Marks rays that a mesh stops, besides those that are stopped already. Of those that hit it, `blocks` says whether they
-    /// are stopped, or sets that they are tinted.
-    fn behind_mesh(&self, index: u32, rays: &mut RayBatch, blocks: impl Fn(&Ray, &Cell<bool>) -> bool) {
-        rays.list_unblocked();
-        rays.dark.clear();
-        rays.dark.resize(rays.left.len(), false);
-        let (mesh, left) = self.mesh_and_rays(index, &rays.left, &mut rays.moved);
-        mesh.occluded_batch(left, &mut rays.dark);
-        for i in 0..rays.left.len() {
-            if rays.dark[i] {
-                let tinted = Cell::new(false);
-                let blocked = blocks(&rays.left[i], &tinted);
-                rays.note(rays.places[i] as usize, blocked, tinted.get());
-            }
-        }
+        rays.found = found;
     }
 
     /// For each ray what [`Scene::transmittance`] comes to; anything at empty places. Replaces what was in `through`.
@@ -474,7 +568,7 @@ impl Scene {
         for plane in &shapes.opaque_planes {
             for (i, blocked) in rays.blocked.iter_mut().enumerate() {
                 let (t, met) = crossings(plane, &rays.blocks[i]);
-                for lane in super::scene::Bits(u64::from(met & !*blocked)) {
+                for lane in Bits(u64::from(met & !*blocked)) {
                     let (block, lane) = (&rays.blocks[i], lane as usize);
                     let at =
                         |axis: usize| block.origin[axis].0[lane] + t[lane] * block.direction[axis].0[lane];
@@ -483,14 +577,23 @@ impl Scene {
                 }
             }
         }
+        if !shapes.opaque_rectangles.is_empty() {
+            rays.end_unblocked();
+            let RayBatch { blocks, ends, blocked, .. } = &mut *rays;
+            for rectangle in &shapes.opaque_rectangles {
+                rectangle.intersect(&blocks[..used], ends, |place, _| {
+                    blocked[place / LANES] |= 1 << (place % LANES);
+                });
+            }
+        }
         if let Some(merged) = &self.merged {
             self.behind_merged(merged, rays);
         }
         for &index in &shapes.opaque_meshes {
-            self.behind_mesh(index, rays, |_, _| true);
+            self.behind_single(index, true, rays);
         }
         for &index in &shapes.doubtful_meshes {
-            self.behind_mesh(index, rays, |ray, tinted| self.primitive_blocks(index, ray, tinted));
+            self.behind_single(index, false, rays);
         }
         if !shapes.shadow_rest.is_empty() || shapes.tree {
             for i in 0..rays.len {
@@ -527,18 +630,8 @@ impl Scene {
         }
         let (Some(sieve), true) = (&self.sieve, rest.sieved != 0) else { return false };
         let Some(search) = self.frame.ray(ray) else { return false };
-        super::scene::Bits(sieve.candidates(&search.ray) & rest.sieved).any(test)
+        Bits(sieve.candidates(&search.ray) & rest.sieved).any(test)
     }
-}
-
-/// Rays in the space of the gathered meshes.
-fn merged_rays<'a>(merged: &Merged, rays: &'a [Ray], moved: &'a mut Vec<Ray>) -> &'a [Ray] {
-    if !merged.is_moved() {
-        return rays;
-    }
-    moved.clear();
-    moved.extend(rays.iter().map(|ray| merged.ray(ray)));
-    moved
 }
 
 #[cfg(test)]

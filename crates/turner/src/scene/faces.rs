@@ -56,6 +56,11 @@ impl Faces {
         self.masked || self.one_sided
     }
 
+    /// Whether all that is special is that there is no back.
+    pub(super) fn are_only_one_sided(&self) -> bool {
+        !self.masked && self.one_sided && self.materials.len() == 1
+    }
+
     /// Whether all of them cast a full shadow everywhere.
     pub(super) fn are_opaque(&self, materials: &[Material]) -> bool {
         let opaque = |m: &FaceMaterial| materials[m.material.index()].shadow() == ShadowKind::Opaque;

@@ -22,7 +22,7 @@ use super::scene::{Hit, NO_TRANSFORM, ObjectTransform, Primitive, Scene};
 use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DVec3, Ray};
 use crate::shape::mesh::MeshData;
-use crate::shape::{Shape, ShapeHit, SurfacePoint, TriangleMesh};
+use crate::shape::{NO_TRIANGLE, Shape, ShapeHit, SurfacePoint, TriangleMesh};
 
 /// A mesh this much smaller than the gathered one, or larger than most, stands by itself.
 const RATIO: f64 = 1024.0;
@@ -195,9 +195,14 @@ impl Merged {
         &self.mesh
     }
 
-    /// Whether its rays differ from the world's.
-    pub(super) fn is_moved(&self) -> bool {
-        self.offset != DVec3::ZERO
+    /// What is taken from the origins of its rays.
+    pub(super) fn offset(&self) -> DVec3 {
+        self.offset
+    }
+
+    /// Whether hits of some members may be none.
+    pub(super) fn is_checked(&self) -> bool {
+        self.checked
     }
 
     /// A ray of the world in its space.
@@ -212,6 +217,13 @@ impl Merged {
         let member = self.owners[hit.part as usize];
         let shape = ShapeHit { part: hit.part - self.members[member as usize].start, ..*hit };
         Hit { shape, primitive: self.first + member }
+    }
+
+    /// The triangle that a part of a primitive is here.
+    #[inline]
+    pub(super) fn triangle(&self, primitive: u32, part: u32) -> u32 {
+        let member = primitive.wrapping_sub(self.first) as usize;
+        self.members.get(member).map_or(NO_TRIANGLE, |m| m.start + part)
     }
 
     /// The member that a primitive is, if its positions were rounded.

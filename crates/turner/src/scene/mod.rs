@@ -13,6 +13,7 @@ mod param;
 mod planes;
 mod prepare;
 pub mod read;
+mod rectangles;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;

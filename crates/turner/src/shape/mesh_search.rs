@@ -14,6 +14,9 @@ use crate::math::{Bounds, DVec3, Ray};
 /// How far a hit in single precision may lie from the true one, in units of the largest coordinate.
 const PAD: f64 = 1.0 / (1 << 17) as f64;
 
+/// A hit this many paddings before a ray's end is before it in double precision, too.
+pub(super) const PAD_STEPS: f64 = 2.0;
+
 /// Where a mesh lies and where its tree does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeshSpace {
@@ -40,6 +43,8 @@ pub(super) struct MeshRay {
     rounding: f64,
     /// Hits up to here may lie before `t_min`.
     doubtful: f32,
+    /// Hits from here on may lie beyond `t_max`.
+    certain: f32,
 }
 
 impl MeshRay {
@@ -47,6 +52,12 @@ impl MeshRay {
     #[inline(always)]
     pub(super) fn is_doubtful(&self, hit: &Hit) -> bool {
         hit.t <= self.doubtful
+    }
+
+    /// Whether a hit is between the ray's ends, whatever single precision did to it.
+    #[inline(always)]
+    pub(super) fn is_certain(&self, hit: &Hit) -> bool {
+        hit.t > self.doubtful && hit.t < self.certain
     }
 
     /// Whether `t` is not beyond the ray's end.
@@ -105,6 +116,31 @@ impl MeshSpace {
         MeshSpace { center, shift, radius, pad: PAD * size + f64::from(f32::MIN_POSITIVE) }
     }
 
+    /// Whether there is nothing to meet.
+    pub(super) fn is_empty(&self) -> bool {
+        self.radius < 0.0
+    }
+
+    /// The middle of the mesh.
+    pub(super) fn center(&self) -> DVec3 {
+        self.center
+    }
+
+    /// What is taken from positions.
+    pub(super) fn shift(&self) -> DVec3 {
+        self.shift
+    }
+
+    /// Padding, in units of length.
+    pub(super) fn pad(&self) -> f64 {
+        self.pad
+    }
+
+    /// How near to the middle a ray must come.
+    pub(super) fn reach(&self) -> f64 {
+        self.radius + self.pad
+    }
+
     /// Positions for the tree, if they are not those of the mesh.
     pub(super) fn moved(&self, positions: &[[f32; 3]]) -> Option<Vec<[f32; 3]>> {
         let moved = |p: &[f32; 3]| [0, 1, 2].map(|i| (f64::from(p[i]) - self.shift[i]) as f32);
@@ -122,16 +158,17 @@ impl MeshSpace {
         }
         let direction = ray.direction * inv;
         let nearest = -o.dot(direction);
-        let reach = self.radius + self.pad;
+        let reach = self.reach();
         let first = ray.t_min * speed;
-        let start = (nearest - 2.0 * reach).max(first - 2.0 * self.pad);
-        if !((o + nearest * direction).length_squared() <= reach * reach && start <= nearest + 2.0 * reach) {
+        let (begin, start) = (nearest - 2.0 * reach, first - 2.0 * self.pad);
+        let start = if begin > start { begin } else { start };
+        if !((o + direction * nearest).length_squared() <= reach * reach && start <= nearest + 2.0 * reach) {
             return None;
         }
         // Should the ray begin very far away.
         let rounding = 1e-10 * self.pad + 4.0 * f64::EPSILON * nearest.abs();
         let pad = self.pad + rounding;
-        let p = o + start * direction + (self.center - self.shift);
+        let p = o + direction * start + (self.center - self.shift);
         let search = turner_bvh::Ray {
             origin: p.as_vec3().to_array(),
             direction: direction.as_vec3().to_array(),
@@ -140,7 +177,8 @@ impl MeshSpace {
             time: ray.time,
         };
         let doubtful = (first - start + 2.0 * pad) as f32;
-        Some(MeshRay { original: *ray, ray: search, direction, speed, pad, rounding, doubtful })
+        let certain = (ray.t_max * speed - start - PAD_STEPS * pad) as f32;
+        Some(MeshRay { original: *ray, ray: search, direction, speed, pad, rounding, doubtful, certain })
     }
 }
 

@@ -30,13 +30,13 @@ material = { color = "skyblue" }
 /// A parallelogram.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
-    center: DVec3,
+    pub(crate) center: DVec3,
     edge_u: DVec3,
     edge_v: DVec3,
-    normal: DVec3,
+    pub(crate) normal: DVec3,
     /// Vectors in the plane whose dot product with an offset from the middle gives u − 0.5, v − 0.5.
-    to_u: DVec3,
-    to_v: DVec3,
+    pub(crate) to_u: DVec3,
+    pub(crate) to_v: DVec3,
 }
 
 impl RectangleDesc {

@@ -41,23 +41,35 @@ impl RayShear {
         } else {
             2
         };
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let inv = 1.0 / ray.direction[z];
-        let shear = [ray.direction[axes[0]] * inv, ray.direction[axes[1]] * inv, inv];
-        RayShear { origin: axes.map(|axis| ray.origin[axis]), axes, shear }
+        let (o, d) = (ray.origin, ray.direction);
+        let (axes, origin, [x, y, z]) = match z {
+            0 => ([1, 2, 0], [o.y, o.z, o.x], [d.y, d.z, d.x]),
+            1 => ([2, 0, 1], [o.z, o.x, o.y], [d.z, d.x, d.y]),
+            _ => ([0, 1, 2], [o.x, o.y, o.z], [d.x, d.y, d.z]),
+        };
+        let inv = 1.0 / z;
+        RayShear { origin, axes, shear: [x * inv, y * inv, inv] }
     }
 
+    /// Vertices in the order of `axes`, from the origin, sheared.
     #[inline(always)]
-    fn sheared(&self, v: [f32; 3]) -> [f64; 3] {
-        let [x, y, z] = std::array::from_fn(|i| f64::from(v[self.axes[i]]) - self.origin[i]);
-        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+    fn sheared(&self, vertices: &[[f32; 3]; 3]) -> [[f64; 3]; 3] {
+        let ordered = match self.axes[2] {
+            0 => vertices.map(|[x, y, z]| [y, z, x]),
+            1 => vertices.map(|[x, y, z]| [z, x, y]),
+            _ => *vertices,
+        };
+        ordered.map(|v| {
+            let [x, y, z] = std::array::from_fn(|i| f64::from(v[i]) - self.origin[i]);
+            [x - self.shear[0] * z, y - self.shear[1] * z, z]
+        })
     }
 
     /// The hit, whatever its t; both sides count. Edges and vertices belong to the triangle; a triangle seen
     /// exactly edge-on is not hit.
     #[inline]
     pub fn triangle(&self, vertices: &[[f32; 3]; 3]) -> Option<TriangleHit> {
-        let [a, b, c] = vertices.map(|v| self.sheared(v));
+        let [a, b, c] = self.sheared(vertices);
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
@@ -77,7 +89,7 @@ impl RayShear {
     /// How far the ray passes from the triangle, where it just misses it: a bound on the distance to the point with the
     /// same weights, those below zero left out.
     pub fn miss(&self, vertices: &[[f32; 3]; 3]) -> f64 {
-        let [a, b, c] = vertices.map(|v| self.sheared(v));
+        let [a, b, c] = self.sheared(vertices);
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];

@@ -152,7 +152,12 @@ impl TriangleMesh {
     }
 
     #[inline]
-    fn tree(&self) -> &Bvh {
+    pub(super) fn space(&self) -> &MeshSpace {
+        &self.space
+    }
+
+    #[inline]
+    pub(super) fn tree(&self) -> &Bvh {
         match self.tree.get() {
             Some(tree) => tree,
             None => unreachable!("trees are built when the scene is prepared"),
@@ -200,9 +205,14 @@ impl TriangleMesh {
         self.exact(&search, &hit).filter(|hit| search.ends_after(hit.t))
     }
 
-    /// Whether any triangle is hit.
+    /// Whether any triangle is hit. Between the ray's ends single precision decides: within some 2^-20 of the mesh's size of a
+    /// silhouette, a ray may be stopped that [`TriangleMesh::intersect`] lets pass, or the other way around.
     pub fn occludes(&self, ray: &Ray) -> bool {
-        self.occludes_where(ray, &|_| true)
+        let Some(search) = self.space.ray(ray) else { return false };
+        let check = |hit: &Hit| {
+            search.is_certain(hit) || self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t))
+        };
+        self.tree().occluded_filtered(&search.ray, check)
     }
 
     /// Whether there is a hit that `accept` takes.
@@ -213,58 +223,6 @@ impl TriangleMesh {
         self.tree().occluded_filtered(&search.ray, check)
     }
 
-    /// The nearest triangles of many rays: what [`TriangleMesh::intersect`] finds for each, bit for bit, sooner.
-    pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>]) {
-        self.intersect_many(rays, hits, false);
-    }
-
-    /// The same for rays that run together, as those of the camera do.
-    pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>]) {
-        self.intersect_many(rays, hits, true);
-    }
-
-    fn intersect_many(&self, rays: &[Ray], hits: &mut [Option<ShapeHit>], coherent: bool) {
-        assert_eq!(rays.len(), hits.len());
-        for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
-            let batch = Batch::new(&self.space, rays);
-            let mut found = [Hit::MISS; BATCH];
-            let found = &mut found[..batch.count];
-            let check = |i: u32, hit: &Hit| {
-                let search = &batch.searches[i as usize];
-                !search.is_doubtful(hit) || self.exact(search, hit).is_some()
-            };
-            if coherent {
-                self.tree().intersect_coherent_filtered(&batch.rays[..batch.count], found, check);
-            } else {
-                self.tree().intersect_batch_filtered(&batch.rays[..batch.count], found, check);
-            }
-            hits.fill(None);
-            for ((search, hit), &place) in batch.searches.iter().zip(found).zip(&batch.places) {
-                if hit.is_hit() {
-                    hits[place] = self.finish(search, hit);
-                }
-            }
-        }
-    }
-
-    /// Whether each of many rays hits a triangle.
-    pub fn occluded_batch(&self, rays: &[Ray], occluded: &mut [bool]) {
-        assert_eq!(rays.len(), occluded.len());
-        for (rays, occluded) in rays.chunks(BATCH).zip(occluded.chunks_mut(BATCH)) {
-            let batch = Batch::new(&self.space, rays);
-            let mut found = [false; BATCH];
-            let found = &mut found[..batch.count];
-            self.tree().occluded_batch_filtered(&batch.rays[..batch.count], found, |i, hit| {
-                let search = &batch.searches[i as usize];
-                self.exact(search, hit).is_some_and(|hit| search.ends_after(hit.t))
-            });
-            occluded.fill(false);
-            for (found, &place) in found.iter().zip(&batch.places) {
-                occluded[place] = *found;
-            }
-        }
-    }
-
     /// The corners of a triangle; `None` if there are not so many.
     pub fn triangle_corners(&self, part: u32) -> Option<[DVec3; 3]> {
         Some(self.data.triangles.get(part as usize)?.map(|i| wide(self.data.positions[i as usize])))
@@ -272,6 +230,31 @@ impl TriangleMesh {
 
     fn corners(&self, part: u32) -> [[f32; 3]; 3] {
         self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
+    }
+
+    /// Whether a hit counts that may lie before `t_min`.
+    pub(super) fn is_exact(&self, ray: &Ray, hit: &Hit) -> bool {
+        self.space.ray(ray).is_some_and(|search| self.exact(&search, hit).is_some())
+    }
+
+    /// Whether a hit lies between the ray's ends.
+    pub(super) fn is_within(&self, ray: &Ray, hit: &Hit) -> bool {
+        self.space
+            .ray(ray)
+            .is_some_and(|search| self.exact(&search, hit).is_some_and(|hit| search.ends_after(hit.t)))
+    }
+
+    /// What the search found for a ray, in double precision.
+    #[inline]
+    pub(super) fn finish_ray(&self, ray: &Ray, hit: &Hit) -> Option<ShapeHit> {
+        if let Some(exact) = RayShear::new(ray).triangle(&self.corners(hit.primitive))
+            && exact.t.is_finite()
+            && exact.t >= ray.t_min
+        {
+            let hit = ShapeHit { t: exact.t, part: hit.primitive, u: exact.u, v: exact.v };
+            return (hit.t <= ray.t_max).then_some(hit);
+        }
+        self.finish(&self.space.ray(ray)?, hit)
     }
 
     /// What the search found, in double precision. In the rare case that it is none, the search is done again with all
@@ -434,37 +417,6 @@ impl TriangleMesh {
     /// Which of the mesh's materials a triangle has: 0 if it does not say.
     pub fn face_material(&self, part: u32) -> usize {
         self.data.face_materials.get(part as usize).map_or(0, |&m| usize::from(m))
-    }
-}
-
-/// Rays searched together.
-const BATCH: usize = 64;
-
-/// Those of up to [`BATCH`] rays that come near the mesh.
-struct Batch {
-    count: usize,
-    rays: [turner_bvh::Ray; BATCH],
-    searches: Vec<MeshRay>,
-    places: Vec<usize>,
-}
-
-impl Batch {
-    fn new(space: &MeshSpace, rays: &[Ray]) -> Batch {
-        let none = turner_bvh::Ray::new([0.0; 3], [0.0; 3]);
-        let mut batch = Batch {
-            count: 0,
-            rays: [none; BATCH],
-            searches: Vec::with_capacity(rays.len()),
-            places: Vec::with_capacity(rays.len()),
-        };
-        for (place, ray) in rays.iter().enumerate() {
-            let Some(search) = space.ray(ray) else { continue };
-            batch.rays[batch.count] = search.ray;
-            batch.searches.push(search);
-            batch.places.push(place);
-            batch.count += 1;
-        }
-        batch
     }
 }
 

@@ -1,12 +1,16 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use turner_bvh::RayBlock;
+use turner_bvh::lanes::LANES;
+
 use super::*;
 use crate::image::Image;
 use crate::scene::value::{Data, FileId, Span, Table, Value};
 use crate::scene::{Asset, MeshId, ModelDesc, SceneAssets, SceneDesc, read_scene};
 use crate::shape::mesh::{MeshCache, MeshDesc};
 use crate::shape::testing::Random;
+use crate::shape::{BlockRays, MeshRays, NO_TRIANGLE};
 
 /// A sphere of radius 1 about the origin: an icosahedron, each triangle divided in four `levels` times.
 fn icosphere(levels: u32) -> MeshData {
@@ -435,10 +439,18 @@ fn batches_find_what_single_rays_find() {
             }
         })
         .collect();
+    let mut room = MeshRays::default();
     for count in [0, 1, 63, 64, 65, 5000] {
-        let (mut hits, mut occluded) = (vec![None; count], vec![true; count]);
-        mesh.intersect_batch(&rays[..count], &mut hits);
-        mesh.occluded_batch(&rays[..count], &mut occluded);
+        let (mut hits, mut occluded) = (vec![None; count], vec![false; count]);
+        let mut blocks = vec![RayBlock::NOTHING; count.div_ceil(LANES)];
+        for (i, r) in rays[..count].iter().enumerate() {
+            let (o, d) = (r.origin.to_array(), r.direction.to_array());
+            blocks[i / LANES].set(i % LANES, o, d, r.t_min, r.t_max);
+        }
+        let ends: Vec<_> = blocks.iter().map(|b| b.t_max).collect();
+        let asked = BlockRays { offset: DVec3::ZERO, blocks: &blocks, ends: &ends, own: |_| NO_TRIANGLE };
+        mesh.intersect_blocks(&asked, count == 64, &mut room, |i, hit| hits[i] = Some(hit));
+        mesh.occluded_blocks(&asked, &mut room, |i| occluded[i] = true);
         for ((ray, hit), occluded) in rays.iter().zip(hits).zip(occluded) {
             assert_eq!(hit, mesh.intersect(ray));
             assert_eq!(occluded, mesh.occludes(ray));

@@ -132,7 +132,7 @@ impl Wave<'_> {
             if opacity < 1.0 && path.sampler.four(sets)[3] >= opacity {
                 path.transparent += 1;
                 if path.transparent <= self.settings.max_transparent {
-                    self.next.push(sample, surface.leave(ray.direction), ray.direction);
+                    self.next.push(sample, &surface, ray.direction);
                 }
                 return;
             }
@@ -159,7 +159,7 @@ impl Wave<'_> {
                 Boundary::Between(ior) => around = ior,
                 Boundary::Hidden => {
                     path.media.cross(surface.material, material, outside);
-                    self.next.push(sample, surface.leave(ray.direction), ray.direction);
+                    self.next.push(sample, &surface, ray.direction);
                     return;
                 }
             }
@@ -243,7 +243,7 @@ impl Wave<'_> {
             Ray::new(origin, wi)
         };
         let light = self.settings.clamped(light, path.bounces.total > 0);
-        self.shadows.push(&ray, sample, light);
+        self.shadows.push(&ray, v.surface, sample, light);
     }
 
     /// Samples the way on.
@@ -281,7 +281,7 @@ impl Wave<'_> {
         if path.beta.is_black() {
             return;
         }
-        self.next.push(sample, v.surface.leave(wi), wi);
+        self.next.push(sample, v.surface, wi);
     }
 }
 

@@ -6,7 +6,7 @@ use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::{DVec3, Ray};
 use crate::sampler::OwenSobol;
-use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock};
+use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
@@ -48,8 +48,9 @@ impl Front {
         self.samples.clear();
     }
 
-    pub(super) fn push(&mut self, sample: u32, origin: DVec3, direction: DVec3) {
-        self.rays.push(&Ray::new(origin, direction));
+    /// A ray that leaves a surface.
+    pub(super) fn push(&mut self, sample: u32, from: &SurfaceInteraction, direction: DVec3) {
+        self.rays.push_from(&Ray::new(from.leave(direction), direction), from);
         self.samples.push(sample);
     }
 }
@@ -63,8 +64,8 @@ pub(super) struct Shadows {
 }
 
 impl Shadows {
-    pub(super) fn push(&mut self, ray: &Ray, sample: u32, light: Spectrum) {
-        self.rays.push(ray);
+    pub(super) fn push(&mut self, ray: &Ray, from: &SurfaceInteraction, sample: u32, light: Spectrum) {
+        self.rays.push_from(ray, from);
         self.light.push((sample, light));
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{EmitterSample, NEAR, per_solid_angle};
 use crate::math::DVec3;
-use crate::math::elementary::{acos, sin_cos};
+use crate::math::elementary::{arc_cosine, sin_cos_turns};
 
 /// A parallelogram; near ones with right angles are sampled by solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,10 +72,10 @@ impl RectangleEmitter {
         // Normals of the planes through the edges lie in planes of two axes.
         let side = |a: f64| a / (a * a + z0 * z0).sqrt();
         let (n0, n1, n2, n3) = (-side(y0), side(x1), side(y1), -side(x0));
-        let g0 = acos((-n0 * n1).clamp(-1.0, 1.0));
-        let g1 = acos((-n1 * n2).clamp(-1.0, 1.0));
-        let g2 = acos((-n2 * n3).clamp(-1.0, 1.0));
-        let g3 = acos((-n3 * n0).clamp(-1.0, 1.0));
+        let g0 = arc_cosine((-n0 * n1).clamp(-1.0, 1.0));
+        let g1 = arc_cosine((-n1 * n2).clamp(-1.0, 1.0));
+        let g2 = arc_cosine((-n2 * n3).clamp(-1.0, 1.0));
+        let g3 = arc_cosine((-n3 * n0).clamp(-1.0, 1.0));
         let k = 2.0 * PI - g2 - g3;
         let solid_angle = g0 + g1 - k;
         (solid_angle > 1e-4 && solid_angle.is_finite()).then_some(Spherical {
@@ -101,7 +101,7 @@ impl RectangleEmitter {
             let pdf = per_solid_angle(self.per_area, p, q, self.normal)?;
             return Some(EmitterSample { q, n: self.normal, u: u[0], v: u[1], pdf });
         };
-        let (sin, cos) = sin_cos(u[0] * s.solid_angle + s.k);
+        let (sin, cos) = sin_cos_turns((u[0] * s.solid_angle + s.k) * (0.5 / PI));
         let fu = (cos * s.b0 - s.b1) / sin;
         let cu = (1.0f64.copysign(fu) / (fu * fu + s.b0 * s.b0).sqrt()).clamp(-1.0, 1.0);
         let xu = (-(cu * s.z0) / (1.0 - cu * cu).max(1e-300).sqrt()).clamp(s.x0, s.x1);

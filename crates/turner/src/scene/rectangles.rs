@@ -1,0 +1,85 @@
+//! Rectangles and rays, eight rays at a time.
+
+use turner_bvh::RayBlock;
+use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
+
+use super::scene::Bits;
+use crate::shape::{Rectangle, ShapeHit};
+
+/// A rectangle that stands where it is described.
+#[derive(Clone, Debug)]
+pub(super) struct BatchRectangle {
+    shape: Rectangle,
+    /// The primitive.
+    pub(super) index: u32,
+    /// Whether it is not there for rays that meet its back.
+    one_sided: bool,
+}
+
+impl BatchRectangle {
+    pub(super) fn new(shape: &Rectangle, index: u32, one_sided: bool) -> BatchRectangle {
+        BatchRectangle { shape: shape.clone(), index, one_sided }
+    }
+
+    /// Calls `met` with the place and the hit of each ray that meets it before its end.
+    pub(super) fn intersect(
+        &self,
+        blocks: &[RayBlock],
+        ends: &[Block],
+        mut met: impl FnMut(usize, ShapeHit),
+    ) {
+        dispatch(Crossings { of: self, blocks, ends, met: &mut met });
+    }
+}
+
+struct Crossings<'a, F> {
+    of: &'a BatchRectangle,
+    blocks: &'a [RayBlock],
+    ends: &'a [Block],
+    met: &'a mut F,
+}
+
+impl<F: FnMut(usize, ShapeHit)> Work for Crossings<'_, F> {
+    type Output = ();
+
+    /// As [`Rectangle::intersect`], operation by operation.
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let r = &self.of.shape;
+        let vector = |v: crate::math::DVec3| Vec3x8::splat(simd, v.to_array());
+        let (center, normal) = (vector(r.center), vector(r.normal));
+        let (to_u, to_v) = (vector(r.to_u), vector(r.to_v));
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (half, infinity) = (splat(0.5), splat(f64::INFINITY));
+        let mut out = [Block([0.0; LANES]); 3];
+        for (i, (block, end)) in self.blocks.iter().zip(self.ends).enumerate() {
+            let (origin, direction) =
+                (Vec3x8::load(simd, &block.origin), Vec3x8::load(simd, &block.direction));
+            let speed = direction.dot(normal);
+            let t = (center - origin).dot(normal) / speed;
+            let f = (origin + direction * t) - center;
+            let (u, v) = (f.dot(to_u), f.dot(to_v));
+            let met = t.ge(F64x8::load(simd, &block.t_min))
+                & t.le(F64x8::load(simd, end))
+                & t.lt(infinity)
+                & speed.abs().lt(infinity)
+                & u.abs().le(half)
+                & v.abs().le(half);
+            let mut met = met.bits();
+            if self.of.one_sided {
+                met &= speed.le(splat(0.0)).bits();
+            }
+            if met == 0 {
+                continue;
+            }
+            t.store(&mut out[0]);
+            (u + half).store(&mut out[1]);
+            (v + half).store(&mut out[2]);
+            for lane in Bits(u64::from(met)) {
+                let lane = lane as usize;
+                let hit = ShapeHit { t: out[0].0[lane], part: 0, u: out[1].0[lane], v: out[2].0[lane] };
+                (self.met)(i * LANES + lane, hit);
+            }
+        }
+    }
+}
