@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use turner::scene::error::{escape, nearest};
 
 use crate::control::Control;
-use crate::{bench, failure, help, info, list, render};
+use crate::{bench, failure, help, info, list, render, verify};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -31,6 +31,7 @@ enum Command {
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),
+    Verify(verify::VerifyArgs),
     Help(help::HelpArgs),
 }
 
@@ -42,6 +43,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Info(args)) => info::run(&args),
         Ok(Command::List(args)) => list::run(&args),
         Ok(Command::Bench(args)) => bench::run(&args),
+        Ok(Command::Verify(args)) => verify::run(&args),
         Ok(Command::Help(args)) => help::run(&args),
         Err(error) => {
             // A closed pipe is no reason to complain.

@@ -5,7 +5,8 @@
 //!                       ├─ info     what is in a scene         ├─ output     where the picture goes
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
-//!                       └─ bench    ── povray, rays
+//!                       ├─ bench    ── povray, rays
+//!                       └─ verify   statistics
 //! ```
 //!
 //! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
@@ -32,6 +33,7 @@ mod sequence;
 mod stage;
 mod text;
 mod topics;
+mod verify;
 
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::process::ExitCode;

@@ -8,3 +8,4 @@ pub mod image;
 pub mod import;
 pub mod mesh;
 pub mod scene;
+pub mod testing;

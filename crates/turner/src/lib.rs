@@ -17,4 +17,5 @@ pub mod render;
 pub mod sampler;
 pub mod scene;
 pub mod shape;
+pub mod testing;
 pub mod texture;

@@ -8,3 +8,4 @@ mod models;
 mod names;
 mod render;
 mod scene_options;
+mod verify;

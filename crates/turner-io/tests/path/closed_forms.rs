@@ -29,7 +29,7 @@ fn a_convex_surface_among_light_shows_its_albedo() {
                     integrator("rr_start = 1000")
                 ),
             );
-            for v in m.value {
+            for v in m.value() {
                 assert!((v - albedo).abs() < 2e-6, "{m:?}");
             }
         }
@@ -191,7 +191,7 @@ fn surfaces_that_cover_a_share() {
             sheet(", emission_luminance = 2")
         ),
     );
-    assert!((m.alpha - 0.25).abs() < 0.003, "{m:?}");
+    assert!((m.alpha() - 0.25).abs() < 0.003, "{m:?}");
     m.is_grey(0.5, 0.02);
     // What is behind shows by three quarters, and is lit by three quarters.
     let lit = mean(

@@ -4,13 +4,18 @@
     reason = "expected values are independent of the renderer's own functions"
 )]
 
+mod bad_input;
 mod closed_forms;
 #[path = "../classic/common.rs"]
 mod common;
+mod dispersion;
 mod distant;
+mod emitters;
 mod estimators;
 mod glass;
+mod mix;
 mod motion;
+mod panes;
 mod pixels;
 mod sameness;
 mod statistics;

@@ -1,52 +1,50 @@
 //! Means of pictures and how sure they are.
 
-use crate::common::render;
+use turner::scene::PrepareOptions;
+use turner::testing::{CompareOptions, Estimate, Reference, Runs, compare, render_runs};
 
-/// The mean of a picture's pixels, and its standard error: pixels are independent samples of one value if all of them
-/// look at the same thing.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Mean {
-    pub(crate) value: [f64; 3],
-    pub(crate) error: [f64; 3],
-    pub(crate) alpha: f64,
-}
+use crate::common::describe;
 
-/// Of a scene without film; 16 × 16 pixels.
+/// Independent renders of one scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Mean(Runs);
+
+/// Runs of a scene of which all pixels look at the same thing.
+const RUNS: u32 = 8;
+
+/// Of a scene without film; 6 × 6 pixels.
 pub(crate) fn mean(samples: u32, text: &str) -> Mean {
-    mean_of(16, samples, text)
+    mean_of(6, samples, text)
 }
 
 pub(crate) fn mean_of(size: u32, samples: u32, text: &str) -> Mean {
     let film = format!(
         "film.width = {size}\nfilm.height = {size}\nfilm.antialias = \"monte-carlo\"\nfilm.samples = {samples}\n"
     );
-    let picture = render(&(film + text)).0;
-    let n = picture.linear.len() as f64;
-    let mut out = Mean { value: [0.0; 3], error: [0.0; 3], alpha: 0.0 };
-    for i in 0..3 {
-        let sum: f64 = picture.linear.iter().map(|p| f64::from(p[i])).sum();
-        let mean = sum / n;
-        let spread: f64 = picture.linear.iter().map(|p| (f64::from(p[i]) - mean).powi(2)).sum();
-        out.value[i] = mean;
-        out.error[i] = (spread / (n - 1.0) / n).sqrt();
-    }
-    out.alpha = picture.linear.iter().map(|p| f64::from(p[3])).sum::<f64>() / n;
-    out
+    let mut scene = describe(&(film + text)).prepare(&PrepareOptions::default()).unwrap();
+    let runs = render_runs(&mut scene, RUNS, 7, 2).unwrap();
+    assert_eq!(runs.non_finite.count, 0);
+    Mean(runs)
 }
 
+/// How probable chance must be to count as chance: of some hundred comparisons, one in a thousand runs fails with other seeds.
+const LEVEL: f64 = 1e-5;
+
 impl Mean {
-    /// Within four standard errors, which must not be more than `cap` times the value: a noisy test cannot pass.
+    /// In the three bands.
+    pub(crate) fn value(&self) -> [f64; 3] {
+        [0, 1, 2].map(|band| self.0.mean(band).mean)
+    }
+
+    pub(crate) fn alpha(&self) -> f64 {
+        self.0.alpha
+    }
+
+    /// The colour everywhere, with a standard error of no more than `cap` times its value: a noisy test cannot pass.
     #[track_caller]
     pub(crate) fn is(&self, expected: [f64; 3], cap: f64) {
-        for i in 0..3 {
-            let (got, error, e) = (self.value[i], self.error[i], expected[i]);
-            assert!(error <= (cap + 1e-6) * e.abs() + 1e-12, "too noisy: {self:?}, expected {expected:?}");
-            // Sums of colours are of single precision.
-            assert!(
-                (got - e).abs() <= 4.0 * error + 2e-6 * e.abs() + 1e-9,
-                "{self:?}, expected {expected:?}"
-            );
-        }
+        let (width, height) = self.0.size();
+        self.matches(&Reference::constant(width, height, expected), cap);
     }
 
     #[track_caller]
@@ -54,13 +52,18 @@ impl Mean {
         self.is([expected; 3], cap);
     }
 
-    /// Two estimates of one value.
+    /// Two estimates of one picture.
     #[track_caller]
     pub(crate) fn agrees(&self, other: &Mean, cap: f64) {
-        for i in 0..3 {
-            let error = self.error[i].hypot(other.error[i]);
-            assert!(error <= cap * self.value[i].abs(), "too noisy: {self:?} {other:?}");
-            assert!((self.value[i] - other.value[i]).abs() <= 4.0 * error + 1e-9, "{self:?} and {other:?}");
-        }
+        self.matches(&other.0, cap);
+    }
+
+    #[track_caller]
+    fn matches(&self, other: &dyn Estimate, cap: f64) {
+        // Sums of colours are of single precision.
+        let options = CompareOptions { tolerance: 4e-6, absolute: 1e-9, ..CompareOptions::default() };
+        let found = compare(&self.0, other, &options);
+        assert!(found.ratio_error <= cap + 1e-6, "too noisy: {found:?}");
+        assert!(found.p_value > LEVEL, "{found:?}");
     }
 }

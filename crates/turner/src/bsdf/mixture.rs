@@ -1,9 +1,10 @@
 //! One BSDF of all lobes: their sum, a sample of one of them, and the density over all.
 
+use super::coat::Coat;
 use super::diffuse::{eon, sample_cosine};
 use super::fuzz::Charlie;
 use super::{Bsdf, BsdfSample, Lobe, Rgb, spectrum};
-use crate::math::{DVec3, reflect};
+use crate::math::{DVec3, Frame, reflect};
 use std::f64::consts::PI;
 
 /// Directions closer to the surface than this cosine count as below it.
@@ -22,6 +23,8 @@ const LOBES: usize = 6;
 #[derive(Clone, Copy)]
 pub(super) struct Above {
     mu: f64,
+    /// The cosine to the coat's normal.
+    coat: f64,
     /// Shares that pass the fuzz, and the fuzz and the coat.
     fuzz: f64,
     through: f64,
@@ -54,7 +57,33 @@ impl Bsdf {
             None => (fuzz, 0.0),
             Some(c) => (fuzz * (1.0 - c.weight * c.albedo(mu)), c.way(mu)),
         };
-        Above { mu, fuzz, through, way, body: through * self.below(mu) }
+        Above { mu, coat: mu, fuzz, through, way, body: through * self.below(mu) }
+    }
+
+    /// What lies above the base on the way to or from a direction, on a side; a coat with a normal of its own is met at its own angle.
+    pub(super) fn above_towards(&self, w: DVec3, inside: bool) -> Above {
+        let above = self.above_on(w.z.abs().min(1.0), inside);
+        let (Some(n), Some(c), false) = (self.coat_normal, &self.coat, inside || w.z < 0.0) else {
+            return above;
+        };
+        let coat = w.dot(n).clamp(0.0, 1.0);
+        let through = above.fuzz * (1.0 - c.weight * c.albedo(coat));
+        Above { coat, through, way: c.way(coat), body: through * self.below(above.mu), ..above }
+    }
+
+    fn coat_frame(&self) -> Option<Frame> {
+        self.coat_normal.map(Frame::from_z)
+    }
+
+    /// A coat's reflection with its density: the BRDF times the cosine to the coat's own normal over that to the surface's.
+    fn coat_reflection(&self, c: &Coat, wo: DVec3, wi: DVec3) -> (f64, f64) {
+        let Some(frame) = self.coat_frame() else { return c.reflect(wo, wi) };
+        let (o, i) = (frame.to_local(wo), frame.to_local(wi));
+        if !(o.z > MIN_COSINE && i.z > MIN_COSINE) {
+            return (0.0, 0.0);
+        }
+        let (f, pdf) = c.reflect(o, i);
+        (f * (i.z / wi.z), pdf)
     }
 
     /// Share of light under the layers that reaches the diffuse body.
@@ -68,9 +97,9 @@ impl Bsdf {
     }
 
     /// The same on either side: inside glass there are no layers.
-    fn above_on(&self, mu: f64, inside: bool) -> Above {
+    pub(super) fn above_on(&self, mu: f64, inside: bool) -> Above {
         if inside {
-            Above { mu, fuzz: 1.0, through: 1.0, way: 0.0, body: self.below(mu) }
+            Above { mu, coat: mu, fuzz: 1.0, through: 1.0, way: 0.0, body: self.below(mu) }
         } else {
             self.above(mu)
         }
@@ -81,9 +110,9 @@ impl Bsdf {
         if self.lambert {
             let mut p = [0.0; LOBES];
             p[REFLECT] = 1.0;
-            return (Above { mu: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
+            return (Above { mu: wo.z, coat: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
         }
-        let above = self.above_on(wo.z.clamp(0.0, 1.0), self.inside);
+        let above = self.above_towards(DVec3 { z: wo.z.max(0.0), ..wo }, self.inside);
         let p = if wo.z > MIN_COSINE { self.probabilities(above) } else { [0.0; LOBES] };
         (above, p)
     }
@@ -121,7 +150,7 @@ impl Bsdf {
                 out[FUZZ] = f.color * (f.weight * f.charlie.albedo(mu));
             }
             if let Some(c) = &self.coat {
-                out[COAT] = Rgb::splat(above.fuzz * c.weight * c.albedo(mu));
+                out[COAT] = Rgb::splat(above.fuzz * c.weight * c.albedo(above.coat));
                 tint = c.tint(2.0 * above.way, true);
             }
         }
@@ -151,7 +180,7 @@ impl Bsdf {
     }
 
     /// Factor of specular lobes under the layers: what passes them on both ways.
-    fn layers(&self, o: &Above, i: &Above, reflected: bool) -> Rgb {
+    pub(super) fn layers(&self, o: &Above, i: &Above, reflected: bool) -> Rgb {
         let share = o.through.min(i.through);
         match &self.coat {
             Some(c) if o.way + i.way > 0.0 => c.tint(o.way + i.way, reflected) * share,
@@ -179,7 +208,7 @@ impl Bsdf {
         }
         let mu = wi.z.abs();
         let inside = if transmitted && !self.thin { !self.inside } else { self.inside };
-        let i = self.above_on(mu, inside);
+        let i = self.above_towards(wi, inside);
         let layers = self.layers(o, &i, !transmitted || self.thin);
         let lobe = if transmitted { TRANSMIT } else { REFLECT };
         let mut f = Rgb::ZERO;
@@ -212,7 +241,7 @@ impl Bsdf {
         }
         if !transmitted && !self.inside {
             if let Some(c) = &self.coat {
-                let (single, density) = c.reflect(wo, wi);
+                let (single, density) = self.coat_reflection(c, wo, wi);
                 f += Rgb::splat(single * c.weight * o.fuzz.min(i.fuzz));
                 pdf += p[COAT] * density;
             }
@@ -247,12 +276,24 @@ impl Bsdf {
             }
             COAT => {
                 let coat = self.coat.as_ref()?;
+                let frame = self.coat_frame();
+                let local = frame.map_or(wo, |frame| frame.to_local(wo));
                 if coat.smooth {
-                    let f = Rgb::splat(coat.fresnel(wo.z) * coat.weight * o.fuzz);
-                    return delta(DVec3::new(-wo.x, -wo.y, wo.z), f, p[COAT], false, 1.0);
+                    let f = Rgb::splat(coat.fresnel(o.coat) * coat.weight * o.fuzz);
+                    let wi = DVec3::new(-local.x, -local.y, local.z);
+                    let wi = frame.map_or(wi, |frame| frame.to_world(wi));
+                    return if wi.z > 0.0 { delta(wi, f, p[COAT], false, 1.0) } else { None };
                 }
-                let h = coat.ggx.sample_visible(wo, [u[1], u[2]]);
-                reflect(-wo, h)
+                if local.z <= MIN_COSINE {
+                    return None;
+                }
+                let h = coat.ggx.sample_visible(local, [u[1], u[2]]);
+                let wi = reflect(-local, h);
+                match frame {
+                    None => wi,
+                    Some(frame) if wi.z > 0.0 => frame.to_world(wi),
+                    Some(_) => return None,
+                }
             }
             PASS => {
                 let interface = self.interface.as_ref()?;

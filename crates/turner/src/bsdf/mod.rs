@@ -24,6 +24,7 @@ mod fuzz;
 mod interface;
 mod microfacet;
 mod mixture;
+mod pane;
 mod point;
 
 pub use point::PrincipledPoint;
@@ -74,6 +75,8 @@ pub struct Bsdf {
     thin: bool,
     fuzz: Option<Fuzz>,
     coat: Option<Coat>,
+    /// The coat's own normal, turned as directions are, where it has one.
+    coat_normal: Option<DVec3>,
     interface: Option<Interface>,
     diffuse: Diffuse,
     /// Lambert's reflection and nothing else.
@@ -127,6 +130,7 @@ impl Bsdf {
                 charlie: Charlie::new(unit(p.fuzz_roughness)),
             }),
             coat: Coat::new(p, albedo.clamp(Rgb::ZERO, Rgb::ONE), roughness),
+            coat_normal: None,
             interface,
             diffuse: Diffuse {
                 reflect: reflect * share,
@@ -150,6 +154,7 @@ impl Bsdf {
             thin: false,
             fuzz: None,
             coat: None,
+            coat_normal: None,
             interface: None,
             diffuse: Diffuse {
                 reflect: color(albedo),
@@ -162,6 +167,16 @@ impl Bsdf {
         };
         bsdf.lambert = bsdf.is_lambert();
         bsdf
+    }
+
+    /// The same with a normal of the coat's own, a unit vector above the surface. The coat's light counts by the cosine to that normal, so that it
+    /// keeps its energy; it is not reciprocal then.
+    pub fn with_coat_normal(mut self, n: DVec3) -> Bsdf {
+        let n = self.turned(n);
+        if self.coat.is_some() && n.z > 0.0 && n.z < 1.0 - 1e-12 {
+            self.coat_normal = Some(n);
+        }
+        self
     }
 
     fn is_lambert(&self) -> bool {
@@ -265,6 +280,11 @@ impl Towards<'_> {
     pub fn eval_pdf(&self, wi: DVec3) -> (Spectrum, f64) {
         let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.turned(wi), &self.above, &self.p);
         (spectrum(f), pdf)
+    }
+
+    /// The share of light from behind that comes straight through a thin smooth wall: what the mean over samples that go straight on is.
+    pub fn straight(&self) -> Spectrum {
+        self.bsdf.straight(self.wo)
     }
 
     /// As [`Bsdf::sample`].

@@ -16,6 +16,7 @@ use super::{Classic, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind, c
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+use crate::texture::TexturePoint;
 
 /// Rougher surfaces have no mirror ray.
 const MIRROR_ROUGHNESS: f32 = 0.3;
@@ -45,8 +46,16 @@ impl PrincipledMaterial {
     /// The share of a surface that is there in the mode "blend"; 1 in the others.
     pub fn coverage(&self, scene: &Scene, surface: &SurfaceInteraction) -> f32 {
         match self.alpha_mode {
+            super::AlphaMode::Blend => self.coverage_at(scene, &scene.texture_point(surface)),
+            _ => 1.0,
+        }
+    }
+
+    /// The same at a place where textures are looked up.
+    pub(super) fn coverage_at(&self, scene: &Scene, at: &TexturePoint<'_>) -> f32 {
+        match self.alpha_mode {
             super::AlphaMode::Blend => {
-                let opacity = scene.textures.opacity(self.opacity, &scene.texture_point(surface));
+                let opacity = scene.textures.opacity(self.opacity, at);
                 if opacity > 0.0 { opacity.min(1.0) } else { 0.0 }
             }
             _ => 1.0,

@@ -67,8 +67,21 @@ impl Physical {
     /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
     /// around the solid.
     pub fn bsdf(&self, scene: &Scene, surface: &SurfaceInteraction, around: f64, entering: bool) -> Bsdf {
+        self.bsdf_of_index(scene, surface, around, entering, self.desc.specular_ior)
+    }
+
+    /// The same with another index of refraction, as light of one colour band may see it.
+    pub fn bsdf_of_index(
+        &self,
+        scene: &Scene,
+        surface: &SurfaceInteraction,
+        around: f64,
+        entering: bool,
+        ior: f64,
+    ) -> Bsdf {
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(&mut |source| scene.textures.color(source, &at));
+        point.specular_ior = ior;
         point.exterior_ior = around;
         point.entering = entering;
         Bsdf::new(&point)
@@ -87,6 +100,22 @@ impl Physical {
             return Frame { x, y: n.cross(x), z: n };
         }
         Frame::from_z(n)
+    }
+
+    /// The normal of the coat, unit, on the outer side, where it may be another than the base's: the coat's own normal map bends it, the base's
+    /// does not (OpenPBR's `geometry_coat_normal`; glTF's clear coat).
+    pub fn coat_normal(&self, scene: &Scene, surface: &SurfaceInteraction) -> Option<DVec3> {
+        let d = &self.desc;
+        if d.coat_weight == ColorSource::Constant(Spectrum::BLACK) {
+            return None;
+        }
+        match (d.coat_normal_map, d.normal_map) {
+            (None, None) => None,
+            (None, Some(_)) => Some(surface.ns),
+            (Some(map), _) => {
+                Some(scene.mapped_normal(surface, map, d.coat_normal_scale).unwrap_or(surface.ns))
+            }
+        }
     }
 
     fn anisotropy_direction(&self, scene: &Scene, surface: &SurfaceInteraction, n: DVec3) -> Option<DVec3> {

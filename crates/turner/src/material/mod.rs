@@ -3,11 +3,15 @@
 mod classic;
 mod conversion;
 mod dielectric;
+mod dispersion;
+mod emission;
 mod emissive;
 mod evaluate;
 mod matte;
 mod metal;
 pub mod metals;
+pub(crate) mod mix;
+mod mixed;
 mod physical;
 mod plastic;
 mod principled;
@@ -17,13 +21,17 @@ pub use dielectric::DielectricMaterial;
 pub use emissive::EmissiveMaterial;
 pub use matte::MatteMaterial;
 pub use metal::MetalMaterial;
+pub use mix::MixMaterial;
+pub use mixed::Mix;
 pub use physical::Physical;
 pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, PrincipledMaterial};
 
 use crate::color::Spectrum;
+use crate::math::DVec3;
 use crate::scene::schema::family;
-use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+use crate::scene::{ColorSource, Named, Scene, SurfaceInteraction};
+use crate::texture::TexturePoint;
 
 family! {
     /// Materials: in `[material.NAME]`, or in place as `material = { … }`. The `type` is "classic" unless given.
@@ -35,6 +43,7 @@ family! {
         Dielectric(DielectricMaterial),
         Plastic(PlasticMaterial),
         Emissive(EmissiveMaterial),
+        Mix(MixMaterial),
     }
 }
 
@@ -53,6 +62,8 @@ pub enum Material {
     Principled(Box<PrincipledMaterial>, ShadowKind),
     /// Any material, for integrators that follow light.
     Physical(Box<Physical>),
+    /// Several of them.
+    Mix(Box<Mix>),
 }
 
 /// Where a material lets rays pass.
@@ -64,20 +75,35 @@ pub struct Cutout {
     pub one_sided: bool,
 }
 
-impl MaterialDesc {
-    /// Makes it ready.
-    pub fn prepare(&self) -> Material {
-        if let MaterialDesc::Classic(m) = self {
-            return Material::Classic(m.prepare());
+impl Cutout {
+    /// Whether there is anything for a ray that meets the surface on its outer or inner side.
+    pub(crate) fn is_there(&self, scene: &Scene, at: &TexturePoint<'_>, outside: bool) -> bool {
+        if self.one_sided && !outside {
+            return false;
         }
-        let m = self.principled();
-        let shadow = m.shadow();
-        Material::Principled(Box::new(m), shadow)
+        self.mask.is_none_or(|(opacity, cutoff)| scene.textures.opacity(opacity, at) >= cutoff)
+    }
+}
+
+impl MaterialDesc {
+    /// Makes it ready, for integrators that follow light (`physical`) or for the others. `descs` are the scene's materials, whose mixes
+    /// are checked.
+    pub fn prepare(&self, physical: bool, descs: &[Named<MaterialDesc>]) -> Material {
+        match (self, self.principled()) {
+            (MaterialDesc::Classic(m), _) if !physical => Material::Classic(m.prepare()),
+            (MaterialDesc::Mix(m), _) => Material::Mix(Box::new(m.prepare(physical, descs))),
+            (_, Some(m)) if physical => Material::Physical(Box::new(Physical::new(m))),
+            (_, m) => {
+                let m = m.unwrap_or_default();
+                let shadow = m.shadow();
+                Material::Principled(Box::new(m), shadow)
+            }
+        }
     }
 
-    /// In the terms of the physical material; what a classic one is there is a likeness.
-    pub fn principled(&self) -> PrincipledMaterial {
-        match self {
+    /// In the terms of the physical material; what a classic one is there is a likeness. `None` for a mix, which is none.
+    pub fn principled(&self) -> Option<PrincipledMaterial> {
+        Some(match self {
             MaterialDesc::Classic(m) => PrincipledMaterial::from_classic(m),
             MaterialDesc::Principled(m) => m.clone(),
             MaterialDesc::Matte(m) => m.principled(),
@@ -85,7 +111,8 @@ impl MaterialDesc {
             MaterialDesc::Dielectric(m) => m.principled(),
             MaterialDesc::Plastic(m) => m.principled(),
             MaterialDesc::Emissive(m) => m.principled(),
-        }
+            MaterialDesc::Mix(_) => return None,
+        })
     }
 
     /// Where it lets rays pass; `None` for a material that is there everywhere and from all sides.
@@ -106,6 +133,8 @@ impl MaterialDesc {
             | MaterialDesc::Dielectric(_)
             | MaterialDesc::Plastic(_)
             | MaterialDesc::Emissive(_) => return None,
+            // Decided by each of its materials.
+            MaterialDesc::Mix(_) => return None,
         };
         let everywhere = match opacity {
             ColorSource::Constant(c) => (c.r + c.g + c.b) / 3.0 >= cutoff,
@@ -124,15 +153,17 @@ impl Material {
             Material::Classic(m) => m.shadow,
             Material::Principled(_, shadow) => *shadow,
             Material::Physical(m) => m.shadow,
+            Material::Mix(m) => m.shadow,
         }
     }
 
-    /// The share of light that a tinted shadow lets through at a crossing of the surface.
-    pub fn shadow_tint(&self, scene: &Scene, surface: &SurfaceInteraction) -> Spectrum {
+    /// The share of light that a tinted shadow lets through at a crossing of the surface, by a shadow ray in `direction`.
+    pub fn shadow_tint(&self, scene: &Scene, surface: &SurfaceInteraction, direction: DVec3) -> Spectrum {
         match self {
             Material::Classic(m) => color_at(m.color, scene, surface) * m.k_refract as f32,
             Material::Principled(m, _) => m.shadow_tint(scene, surface),
-            Material::Physical(m) => Spectrum::grey(1.0 - m.desc.coverage(scene, surface)),
+            Material::Physical(m) => m.shadow_tint(scene, surface, direction),
+            Material::Mix(m) => m.shadow_tint(scene, surface, direction),
         }
     }
 }

@@ -11,7 +11,7 @@
 //! | `opacity`, `alpha_cutoff` | the same |
 //! | `ka` | nothing: light from all around is traced |
 
-use super::{AlphaMode, ClassicMaterial, Fresnel, MaterialDesc, PrincipledMaterial, ShadowKind};
+use super::{AlphaMode, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::scene::{ColorSource, Scene};
@@ -24,6 +24,10 @@ pub struct Physical {
     pub desc: PrincipledMaterial,
     /// Its objects' shadows: opaque, or tinted where it covers only a share of what is behind.
     pub(super) shadow: ShadowKind,
+    /// Whether light passes straight through it as through a clear pane, as well as by its other lobes.
+    pub(crate) pane: bool,
+    /// Indices of refraction by colour band, where they differ.
+    pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
     constant: Option<[Bsdf; 2]>,
 }
@@ -31,13 +35,6 @@ pub struct Physical {
 /// A source that is the same grey everywhere.
 const fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
-}
-
-impl MaterialDesc {
-    /// Makes it ready for integrators that follow light.
-    pub fn prepare_physical(&self) -> Physical {
-        Physical::new(self.principled())
-    }
 }
 
 impl PrincipledMaterial {
@@ -88,14 +85,40 @@ impl PrincipledMaterial {
     }
 }
 
+impl PrincipledMaterial {
+    /// Radiance at a place where the surface is there; pictures may hold what no light is.
+    #[inline]
+    pub fn emitted_color(&self, scene: &Scene, at: &TexturePoint<'_>) -> Spectrum {
+        let sound = |v: f32| if v > 0.0 { v.min(1e15) } else { 0.0 };
+        scene.textures.color(self.emission_color, at).map(sound) * self.emission_luminance as f32
+    }
+}
+
+impl PrincipledMaterial {
+    /// Whether it is a thin wall so smooth everywhere that light goes straight through.
+    fn is_pane(&self) -> bool {
+        /// Squared, the width of a lobe that counts as a mirror's, however stretched.
+        const SMOOTH: f32 = 0.008;
+        let at_most = |source: ColorSource, most: f32| matches!(source, ColorSource::Constant(c) if c.max_component() <= most);
+        self.thin_walled
+            && self.is_transmissive()
+            && at_most(self.specular_roughness, SMOOTH)
+            && (at_most(self.coat_weight, 0.0) || at_most(self.coat_roughness, 0.0))
+    }
+}
+
 impl Physical {
-    fn new(desc: PrincipledMaterial) -> Physical {
+    /// Makes it ready.
+    pub fn new(mut desc: PrincipledMaterial) -> Physical {
+        (desc.emission_luminance, desc.emission_color) = desc.sound_emission();
         let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
-        let shadow = if see_through { ShadowKind::Tinted } else { ShadowKind::Opaque };
+        let pane = desc.is_pane();
+        let shadow = if see_through || pane { ShadowKind::Tinted } else { ShadowKind::Opaque };
         let constant = desc
             .constant_point()
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
-        Physical { desc, shadow, constant }
+        let dispersion = desc.dispersion();
+        Physical { desc, shadow, pane, dispersion, constant }
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.
@@ -169,6 +192,6 @@ impl Physical {
             AlphaMode::Mask => f32::from(scene.textures.opacity(d.opacity, at) >= d.alpha_cutoff as f32),
             AlphaMode::Blend => scene.textures.opacity(d.opacity, at).clamp(0.0, 1.0),
         };
-        scene.textures.color(d.emission_color, at) * (d.emission_luminance as f32 * covered)
+        d.emitted_color(scene, at) * covered
     }
 }

@@ -54,9 +54,10 @@ params! {
         transmission_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// The way inside after which light has `transmission_color` (Beer–Lambert); 0 tints at the surface.
         transmission_depth: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Strength of dispersion.
+        /// Strength of dispersion: how much more than red light blue light is bent. 0 is none, 1 what the Abbe number says. A path that is first
+        /// refracted so goes on with one colour band: the picture takes more samples.
         transmission_dispersion_scale: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Abbe number at strength 1.
+        /// Abbe number at strength 1: 20 is strong, glass has 25 to 65, diamond 55.
         transmission_dispersion_abbe_number: f64 = 20.0, in Range::POSITIVE;
         /// Share of the diffuse base that is translucent; in a thin wall, diffuse transmission.
         subsurface_weight: ColorSource = grey(0.0), in Range::UNIT;

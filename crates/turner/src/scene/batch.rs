@@ -65,8 +65,8 @@ impl RayBatch {
     /// Takes all rays out.
     pub fn clear(&mut self) {
         self.len = 0;
-        self.times.clear();
         self.from.clear();
+        self.times.clear();
     }
 
     /// How many places for rays there are; some may be empty.
@@ -197,12 +197,12 @@ impl RayBatch {
     }
 
     /// Moves all rays into an object's space.
-    fn move_into(&mut self, transform: &ObjectTransform) {
+    fn move_into(&mut self, placed: &ObjectTransform) {
         self.moved.clear();
         self.moved.resize(self.len.div_ceil(LANES), RayBlock::NOTHING);
         for place in 0..self.len {
             if let Some(ray) = self.get(place) {
-                let moved = transform.ray_to_object(&ray);
+                let moved = placed.ray_to_object(&ray);
                 self.moved[place / LANES].set(
                     place % LANES,
                     moved.origin.to_array(),

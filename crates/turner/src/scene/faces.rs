@@ -77,6 +77,11 @@ impl Faces {
 }
 
 impl Scene {
+    /// The materials of all faces.
+    pub(super) fn face_materials(&self) -> impl Iterator<Item = MaterialId> + '_ {
+        self.faces.iter().flat_map(|f| f.materials.iter().map(|m| m.material))
+    }
+
     /// The material at a hit of a primitive.
     #[inline(always)]
     pub(super) fn material_of(&self, primitive: &Primitive, hit: &ShapeHit) -> MaterialId {

@@ -3,6 +3,7 @@
 pub mod background;
 mod batch;
 pub mod desc;
+mod doubts;
 pub mod emitters;
 pub mod error;
 mod faces;
@@ -17,6 +18,7 @@ mod rectangles;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;
+mod shape_emitters;
 mod sieve;
 pub mod stage;
 mod tangent;

@@ -1,6 +1,6 @@
 //! The types that can stand after a key: numbers, vectors, colours, transforms, references by name.
 
-use super::desc::{ImageId, TextureId};
+use super::desc::{ImageId, MaterialId, TextureId};
 use super::error::{ErrorCode, SceneError, escape, unknown_name};
 use super::model::Renumber;
 use super::read::ReadContext;
@@ -327,5 +327,21 @@ impl ParamType for ImageId {
     }
     fn renumber(&mut self, by: &Renumber) {
         *self = by.image(*self);
+    }
+}
+
+/// A material, by its name or written in place.
+impl ParamType for MaterialId {
+    fn kind() -> String {
+        "material".into()
+    }
+    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<MaterialId, SceneError> {
+        cx.material(value)
+    }
+    fn show(&self) -> String {
+        "a material".into()
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        *self = by.material(*self);
     }
 }

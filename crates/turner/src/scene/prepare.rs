@@ -6,6 +6,7 @@ use turner_bvh::{BoxBvh, BuildOptions, Quality};
 
 use super::batch::BatchShapes;
 use super::desc::*;
+use super::doubts;
 use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
@@ -56,10 +57,9 @@ impl SceneDesc {
         }
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
         let physical = self.integrator.is_physical();
-        let ready = |m: &MaterialDesc| match physical {
-            true => Material::Physical(Box::new(m.prepare_physical())),
-            false => m.prepare(),
-        };
+        crate::material::mix::check(&self.materials)?;
+        warnings.extend(doubts::of_description(self, physical));
+        let ready = |m: &MaterialDesc| m.prepare(physical, &self.materials);
         let mut materials: Vec<Material> = self.materials.iter().map(|m| ready(&m.value)).collect();
         let default_material = MaterialId(materials.len() as u32);
         materials.push(ready(&MaterialDesc::default()));
@@ -204,6 +204,8 @@ impl SceneDesc {
         if physical {
             scene.emitters = Emitters::new(&scene);
         }
+        let doubts = doubts::of_scene(&scene, &self.lights);
+        scene.warnings.extend(doubts);
         Ok(scene)
     }
 
@@ -396,6 +398,10 @@ impl Flattener<'_> {
             self.transforms.push(ObjectTransform { motion, ..ObjectTransform::new(to_world) });
             self.transforms.len() as u32 - 1
         };
+        if shape.bounds().is_some_and(|b| b.is_empty()) {
+            // A mesh without a triangle that has an area: nothing is there.
+            return Ok(());
+        }
         // The tree works in single precision.
         const LARGEST: f64 = 1e30;
         if let Some(b) = bounds

@@ -36,7 +36,7 @@ pub trait SceneAssets {
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
 }
 
-/// How deep textures written in place may nest.
+/// How deep textures and materials written in place may nest.
 const MAX_NESTING: u32 = 64;
 
 /// What reading a value may need: names defined elsewhere in the scene, files, the meaning of hex colours.
@@ -138,7 +138,13 @@ impl ReadContext<'_> {
                 }
             }),
             Data::Table(_) => {
+                self.nesting += 1;
+                if self.nesting > MAX_NESTING {
+                    let message = format!("materials nest deeper than {MAX_NESTING}");
+                    return Err(SceneError::at(ErrorCode::Cycle, value.span, message));
+                }
                 let material = read_material(value, self)?;
+                self.nesting -= 1;
                 self.materials.push(Some(Named { name: None, span: Some(value.span), value: material }));
                 Ok(MaterialId(self.materials.len() as u32 - 1))
             }
@@ -294,10 +300,6 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         None => None,
         Some(value) => Some(whole_table(value, "[stage]", &mut cx, StageDesc::read)?),
     };
-    let staged_light = stage.as_ref().is_some_and(|s| s.studio);
-    if lights.is_empty() && !staged_light {
-        cx.warn(None, "the scene has no [[light]]: whatever does not reflect the background is black");
-    }
     if objects.is_empty() {
         cx.warn(None, "the scene has no [[object]]: the picture shows the background alone");
     }

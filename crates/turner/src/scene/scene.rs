@@ -358,7 +358,7 @@ impl Scene {
             match material.shadow() {
                 ShadowKind::Opaque => return Spectrum::BLACK,
                 ShadowKind::None => {}
-                ShadowKind::Tinted => through = through * material.shadow_tint(self, &surface),
+                ShadowKind::Tinted => through = through * material.shadow_tint(self, &surface, ray.direction),
             }
             if through.is_black() {
                 return through;

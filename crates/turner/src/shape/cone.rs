@@ -1,9 +1,12 @@
 //! Cones and truncated cones, with or without caps.
 
+use std::f64::consts::{PI, TAU};
+
 use super::cylinder::slab;
 use super::disk::disk_bounds;
 use super::plane::tangents;
-use super::{ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, turn};
+use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, turn};
+use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::scene::SceneError;
 use crate::scene::schema::{Range, params};
@@ -174,6 +177,47 @@ impl Cone {
             self.frame.z
         };
         SurfacePoint { p: self.narrow + self.frame.to_world(p), error: self.error, ng: n, ns: n }
+    }
+
+    /// The areas of the side and of the caps at the narrow and at the wide end.
+    fn areas(&self) -> [f64; 3] {
+        let (r, wide) = (self.narrow_radius, self.wide_radius);
+        let slant = (self.height * self.height + (wide - r) * (wide - r)).sqrt();
+        let cap = |r: f64| if self.capped { PI * r * r } else { 0.0 };
+        [PI * (r + wide) * slant, cap(r), cap(wide)]
+    }
+
+    /// The area of side and caps.
+    pub fn area(&self) -> f64 {
+        self.areas().iter().sum()
+    }
+
+    /// A point that `u` chooses evenly by area: where, the normal, the part.
+    pub fn point_by_area(&self, u: [f64; 2]) -> AreaPoint {
+        let [side, narrow, wide] = self.areas();
+        let at = |part: u32, p: DVec3, n: DVec3| AreaPoint {
+            p: self.narrow + self.frame.to_world(p),
+            n: self.frame.to_world(n),
+            part,
+        };
+        let place = u[0] * (side + narrow + wide);
+        if place < side || narrow + wide == 0.0 {
+            let (s, c) = sin_cos(TAU * u[1]);
+            let share = (place / side).min(1.0);
+            // Rings grow with their radius: its square grows evenly.
+            let (r0, r1) = (self.narrow_radius, self.wide_radius);
+            let r = (r0 * r0 + share * (r1 - r0) * (r1 + r0)).sqrt();
+            let z = if r + r0 > 0.0 { share * (r1 + r0) / (r + r0) * self.height } else { 0.0 };
+            let n = DVec3::new(c, s, -self.slope).normalize();
+            return at(0, DVec3::new(r * c, r * s, z), n);
+        }
+        let place = place - side;
+        let (narrow_part, wide_part) = self.cap_parts();
+        if place < narrow {
+            return at(narrow_part, disk_point(self.narrow_radius, [place / narrow, u[1]]), -DVec3::Z);
+        }
+        let p = disk_point(self.wide_radius, [((place - narrow) / wide).clamp(0.0, 1.0), u[1]]);
+        at(wide_part, p + self.height * DVec3::Z, DVec3::Z)
     }
 
     /// (u, v) on the part that was hit.

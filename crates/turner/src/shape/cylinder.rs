@@ -1,8 +1,11 @@
 //! Cylinders, with or without caps.
 
+use std::f64::consts::{PI, TAU};
+
 use super::disk::disk_bounds;
 use super::plane::tangents;
-use super::{ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, turn};
+use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, turn};
+use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::scene::SceneError;
 use crate::scene::schema::{Range, params};
@@ -127,6 +130,30 @@ impl Cylinder {
             }
         };
         SurfacePoint { p: self.from + self.frame.to_world(p), error: self.error, ng: n, ns: n }
+    }
+
+    /// The area of side and caps.
+    pub fn area(&self) -> f64 {
+        let caps = if self.capped { 2.0 * PI * self.radius * self.radius } else { 0.0 };
+        TAU * self.radius * self.height + caps
+    }
+
+    /// A point that `u` chooses evenly by area: where, the normal, the part.
+    pub fn point_by_area(&self, u: [f64; 2]) -> AreaPoint {
+        let side = TAU * self.radius * self.height / self.area();
+        let at = |part: u32, p: DVec3, n: DVec3| AreaPoint {
+            p: self.from + self.frame.to_world(p),
+            n: self.frame.to_world(n),
+            part,
+        };
+        if u[0] < side || !self.capped {
+            let (s, c) = sin_cos(TAU * u[1]);
+            let z = (u[0] / side).min(1.0) * self.height;
+            return at(0, DVec3::new(self.radius * c, self.radius * s, z), DVec3::new(c, s, 0.0));
+        }
+        let left = (u[0] - side) / (1.0 - side) * 2.0;
+        let p = disk_point(self.radius, [left.fract(), u[1]]);
+        if left < 1.0 { at(1, p, -DVec3::Z) } else { at(2, p + self.height * DVec3::Z, DVec3::Z) }
     }
 
     /// (u, v) on the part that was hit.

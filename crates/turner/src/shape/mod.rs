@@ -40,7 +40,7 @@ pub use triangle_mesh::{LeftOut, TriangleMesh};
 
 use std::sync::Arc;
 
-use crate::math::elementary::atan2;
+use crate::math::elementary::{atan2, sin_cos};
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::scene::schema::family;
 use crate::scene::{ErrorCode, SceneError};
@@ -243,6 +243,24 @@ impl ShapeDesc {
             ShapeDesc::Points(d) => Shape::Points(meshes.points(d)?),
         })
     }
+}
+
+/// A point of a shape chosen by area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaPoint {
+    /// Where it is.
+    pub p: DVec3,
+    /// The normal there, unit, outwards.
+    pub n: DVec3,
+    /// The part it is on, as a hit has it.
+    pub part: u32,
+}
+
+/// A point of the disk around the origin across z, evenly by area.
+fn disk_point(radius: f64, u: [f64; 2]) -> DVec3 {
+    let r = radius * u[0].sqrt();
+    let (s, c) = sin_cos(std::f64::consts::TAU * u[1]);
+    DVec3::new(r * c, r * s, 0.0)
 }
 
 /// The hit of a ray that is inside a convex solid from `enter` to `exit`, each with the part it is on. NaN never

@@ -175,8 +175,14 @@ impl Points {
         size_of_val(self) + self.tree.bytes() + size_of_val(&self.radii[..]) + self.data.memory()
     }
 
+    /// The spheres that are there, with their numbers.
+    pub fn spheres(&self) -> impl Iterator<Item = (u32, Sphere)> + '_ {
+        self.tree.order().iter().map(|&point| (point, self.sphere(point)))
+    }
+
+    /// The sphere of a point.
     #[inline]
-    fn sphere(&self, point: u32) -> Sphere {
+    pub fn sphere(&self, point: u32) -> Sphere {
         let i = point as usize;
         let radius = if self.radii.is_empty() { self.radius } else { f64::from(self.radii[i]) };
         Sphere { center: DVec3::from(self.data.positions[i].map(f64::from)), radius }

@@ -5,39 +5,7 @@
 
 use super::*;
 use crate::math::{DAffine3, DMat3};
-
-/// A small generator of its own (splitmix64): the same rays on every machine.
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Random {
-        Random(seed)
-    }
-
-    /// 0 to 1.
-    pub(crate) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// −1 to 1 on each axis.
-    pub(crate) fn in_cube(&mut self) -> DVec3 {
-        DVec3::from([0; 3].map(|_| 2.0 * self.unit() - 1.0))
-    }
-
-    /// A unit vector.
-    pub(crate) fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = self.in_cube();
-            if v.length() > 0.01 && v.length() <= 1.0 {
-                return v.normalize();
-            }
-        }
-    }
-}
+pub(crate) use crate::testing::Random;
 
 type Value = Box<dyn Fn(DVec3) -> f64>;
 

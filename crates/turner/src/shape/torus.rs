@@ -1,7 +1,10 @@
 //! Tori.
 
+use std::f64::consts::TAU;
+
 use super::plane::tangents;
-use super::{ROUNDING, ShapeHit, SurfacePoint, direction, turn};
+use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, direction, turn};
+use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::scene::schema::{Range, params};
 use crate::scene::{ErrorCode, SceneError};
@@ -118,12 +121,55 @@ impl Torus {
         SurfacePoint { p, error: self.error, ng: n, ns: n }
     }
 
+    /// Its area.
+    pub fn area(&self) -> f64 {
+        TAU * TAU * self.radius * self.tube
+    }
+
+    /// A point that `u` chooses evenly by area: where, the normal, the part.
+    pub fn point_by_area(&self, u: [f64; 2]) -> AreaPoint {
+        let v = around_tube(u[0], self.tube / self.radius);
+        let (sin_v, cos_v) = sin_cos(v);
+        let (sin_u, cos_u) = sin_cos(TAU * u[1]);
+        let n = DVec3::new(cos_v * cos_u, cos_v * sin_u, sin_v);
+        let circle = self.radius * DVec3::new(cos_u, sin_u, 0.0);
+        AreaPoint {
+            p: self.center + self.frame.to_world(circle + self.tube * n),
+            n: self.frame.to_world(n),
+            part: 0,
+        }
+    }
+
     /// (u, v) at a point of the torus.
     pub fn uv(&self, p: DVec3) -> DVec2 {
         let p = self.frame.to_local(p - self.center);
         let out = (p.x * p.x + p.y * p.y).sqrt() - self.radius;
         DVec2::new(turn(p.x, -p.y), turn(p.z, out))
     }
+}
+
+/// The angle around the tube, from the outer side, at which the share `u` of the area is behind: the root of v + e sin v = 2πu, with
+/// `e` within 0..=1 (Kepler's equation). Halving keeps Newton's steps where the function is flat, at the inner side.
+fn around_tube(u: f64, e: f64) -> f64 {
+    let target = TAU * u;
+    let (mut lo, mut hi) = (0.0, TAU);
+    let mut v = target;
+    for _ in 0..64 {
+        let (s, c) = sin_cos(v);
+        let off = v + e * s - target;
+        if off > 0.0 {
+            hi = v;
+        } else {
+            lo = v;
+        }
+        let step = v - off / (1.0 + e * c);
+        let next = if step > lo && step < hi { step } else { 0.5 * (lo + hi) };
+        if (next - v).abs() <= 1e-15 * TAU {
+            return next;
+        }
+        v = next;
+    }
+    v
 }
 
 /// How far beyond the touching planes the search goes, in units of the torus's size.

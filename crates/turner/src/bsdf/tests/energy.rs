@@ -1,43 +1,9 @@
 //! Energy: nothing is created, and what absorbs nothing loses nothing.
 
-use super::materials::materials;
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::material::metals::MetalName;
-use crate::math::DVec3;
-
-/// The k-th of a sequence of well spread points in the unit cube (Halton, bases 2, 3 and 5).
-pub(super) fn spread(k: u32) -> [f64; 3] {
-    [2u32, 3, 5].map(|base| {
-        let (mut k, mut digit, mut u) = (k + 1, 1.0, 0.0);
-        while k > 0 {
-            digit /= f64::from(base);
-            u += f64::from(k % base) * digit;
-            k /= base;
-        }
-        u
-    })
-}
-
-pub(super) fn direction(mu: f64, phi: f64) -> DVec3 {
-    let r = (1.0 - mu * mu).sqrt();
-    let (s, c) = crate::math::elementary::sin_cos(phi);
-    DVec3::new(r * c, r * s, mu)
-}
-
-/// Share of light towards `wo` that comes from all around: of power, so without the scale of radiance in a denser medium.
-fn albedo(bsdf: &Bsdf, wo: DVec3, n: u32) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for k in 0..n {
-        if let Some(s) = bsdf.sample(wo, spread(k)) {
-            let weight = s.wi.z.abs() / s.pdf * s.eta * s.eta;
-            for (sum, f) in sum.iter_mut().zip(s.f.to_array()) {
-                *sum += f64::from(f) * weight;
-            }
-        }
-    }
-    sum.map(|v| v / f64::from(n))
-}
+use crate::testing::{albedo, direction, materials};
 
 #[test]
 fn energy_is_kept() {

@@ -1,9 +1,9 @@
 //! Whatever the numbers: results are finite, and no light is made.
 
-use super::energy::{direction, spread};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
+use crate::testing::{direction, materials, spread};
 use proptest::prelude::*;
 
 fn share() -> impl Strategy<Value = f64> {
@@ -116,7 +116,7 @@ fn directions_below_and_beside_the_surface_are_defined() {
         DVec3::new(0.0, 0.0, f64::NAN),
         DVec3::ZERO,
     ];
-    for (name, point) in super::materials::materials() {
+    for (name, point) in materials() {
         let bsdf = Bsdf::new(&point);
         for wo in odd {
             if wo.z.is_nan() || wo.z <= 0.0 {

@@ -205,6 +205,14 @@ impl Wave<'_> {
                     self.converted.push(converted);
                     (Err(self.converted.len() - 1), Some(surface))
                 }
+                Material::Mix(mix) => {
+                    let Some(ray) = self.front.rays.get(i) else { continue };
+                    let mut surface = self.scene.surface(&ray, hit);
+                    let (converted, emitted) = mix.as_classic(self.scene, &mut surface, ray.direction);
+                    out[task.sample as usize].color += emitted * task.weight as f32;
+                    self.converted.push(converted);
+                    (Err(self.converted.len() - 1), Some(surface))
+                }
             };
             let classic = material.unwrap_or_else(|i| &self.converted[i]);
             let rays = &self.front.rays.blocks()[i / LANES];

@@ -1,9 +1,10 @@
 //! What happens to a path where its ray ends.
 
+use super::dispersion::Prism;
 use super::media::Boundary;
 use super::wave::{Path, Wave};
 use super::{LightSampling, settings::Settings};
-use crate::bsdf::{Bsdf, Towards};
+use crate::bsdf::{Bsdf, BsdfSample, Towards};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
 use crate::material::{AlphaMode, Material, Physical};
@@ -11,26 +12,52 @@ use crate::math::{DVec3, Frame, Ray, reflect};
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
 /// Sets of random numbers: one for the place in the pixel, one for the lens, then two for each surface met.
-const FIRST_SET: u32 = 2;
+pub(super) const FIRST_SET: u32 = 2;
 
 /// Surfaces of all kinds that one path may meet, those that are none to it included.
-const MAX_VERTICES: u32 = 200_000;
+pub(super) const MAX_VERTICES: u32 = 200_000;
 
 /// A surface with its scattering, turned to the ray that met it.
-struct Vertex<'a> {
+pub(super) struct Vertex<'a> {
     surface: &'a SurfaceInteraction,
     /// Around the shading normal; z on the side the ray came from.
     frame: Frame,
     /// Geometric normal: outer for what has an inside, else on the side the ray came from.
     ng: DVec3,
     /// Seen from there.
-    bsdf: Towards<'a>,
+    pub(super) bsdf: Towards<'a>,
     /// Towards where the ray came from, in the scene and in the frame.
     wo: DVec3,
     wo_local: DVec3,
 }
 
 impl Vertex<'_> {
+    /// What comes straight through a pane, if its frame and its surface agree on the sides.
+    pub(super) fn straight(&self) -> Spectrum {
+        match self.crosses(-self.wo, -self.wo_local) {
+            Some(true) => self.bsdf.straight(),
+            _ => Spectrum::BLACK,
+        }
+    }
+
+    /// The share of light from `wi` that smooth normals over a mesh's flat triangles leave: it fades where a triangle turns away from the light before its
+    /// smooth normal does (Chiang, Li and Burley 2019, "Taming the shadow terminator", eq. 3 and 4). Never more than 1.
+    #[inline]
+    fn terminator(&self, wi: DVec3) -> f64 {
+        let (ns, ng) = (self.surface.ns, self.surface.ng);
+        if ns == ng {
+            return 1.0;
+        }
+        let g = ng.dot(wi) / (ng.dot(ns) * ns.dot(wi));
+        if g >= 1.0 {
+            1.0
+        } else if g > 0.0 {
+            g * (1.0 + g * (1.0 - g))
+        } else {
+            0.0
+        }
+    }
+
     /// Whether light from `wi` goes through the surface; `None` where the frame and the surface disagree.
     #[inline]
     fn crosses(&self, wi: DVec3, wi_local: DVec3) -> Option<bool> {
@@ -116,7 +143,6 @@ impl Wave<'_> {
         stats: &mut RayStats,
     ) {
         let scene = self.scene;
-        let Material::Physical(material) = scene.material_at(hit) else { return };
         let surface = scene.surface(ray, hit);
         let path = &mut self.paths[sample as usize];
         if let Some(left) = path.media.transmittance(hit.shape.t) {
@@ -127,16 +153,23 @@ impl Wave<'_> {
         if path.vertex > MAX_VERTICES {
             return;
         }
-        if material.desc.alpha_mode == AlphaMode::Blend {
-            let opacity = f64::from(material.desc.coverage(scene, &surface));
-            if opacity < 1.0 && path.sampler.four(sets)[3] >= opacity {
-                path.transparent += 1;
-                if path.transparent <= self.settings.max_transparent {
-                    self.next.push(sample, &surface, ray.direction);
-                }
-                return;
+        let outside = ray.direction.dot(surface.ng) < 0.0;
+        let met = match scene.material_at(hit) {
+            Material::Physical(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
+            Material::Physical(m) => {
+                let opacity = f64::from(m.desc.coverage(scene, &surface));
+                (opacity >= 1.0 || path.sampler.four(sets)[3] < opacity).then_some(&**m)
             }
-        }
+            Material::Mix(m) => m.choose(scene, &surface, outside, path.sampler.four(sets)[3]),
+            Material::Classic(_) | Material::Principled(..) => return,
+        };
+        let Some(material) = met else {
+            path.transparent += 1;
+            if path.transparent <= self.settings.max_transparent {
+                self.next.push(sample, &surface, ray.direction);
+            }
+            return;
+        };
         if material.desc.unlit {
             let at = scene.texture_point(&surface);
             let color = scene.textures.color(material.desc.base_color, &at)
@@ -144,13 +177,14 @@ impl Wave<'_> {
             self.settings.add(path, path.beta * color, pixel);
             return;
         }
-        let outside = ray.direction.dot(surface.ng) < 0.0;
         if material.is_emissive() && (outside || material.shines_backwards()) {
             let path = &self.paths[sample as usize];
             self.found_light(scene, path, material, &surface, pixel);
         }
         let path = &mut self.paths[sample as usize];
-        if path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered {
+        // Through panes light goes on, as shadow rays do.
+        let spent = path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered;
+        if spent && !material.pane {
             return;
         }
         let mut around = 1.0;
@@ -164,6 +198,11 @@ impl Wave<'_> {
                 }
             }
         }
+        if let Some(indices) = material.dispersion {
+            let prism = Prism { material, indices, surface: &surface, around, outside };
+            self.disperse(sample, ray, &prism, sets, stats);
+            return;
+        }
         let made;
         let bsdf = match material.constant_bsdf(outside) {
             Some(bsdf) if around == 1.0 => bsdf,
@@ -172,11 +211,29 @@ impl Wave<'_> {
                 &made
             }
         };
+        let coated = coated(scene, ray, material, &surface, bsdf, outside);
+        let bsdf = coated.as_ref().unwrap_or(bsdf);
         let vertex = prepare(scene, ray, material, &surface, bsdf, outside);
-        if bsdf.has_smooth() && self.settings.light_sampling != LightSampling::Bsdf {
-            self.sample_light(sample, &vertex, material, sets);
+        self.scatter(sample, &vertex, material, bsdf.has_smooth() && !spent, sets, stats);
+    }
+
+    /// Direct light, where lights can be connected to (`smooth`), and the way on.
+    pub(super) fn scatter(
+        &mut self,
+        sample: u32,
+        vertex: &Vertex<'_>,
+        material: &Physical,
+        smooth: bool,
+        sets: u32,
+        stats: &mut RayStats,
+    ) {
+        if smooth && self.settings.light_sampling != LightSampling::Bsdf {
+            self.sample_light(sample, vertex, material, sets);
         }
-        self.go_on(sample, &vertex, material, sets + 1, stats);
+        let [u0, u1, u2, u3] = self.paths[sample as usize].sampler.four(sets + 1);
+        if let Some(s) = vertex.bsdf.sample([u2, u0, u1]) {
+            self.follow(sample, vertex, material, s, u3, stats);
+        }
     }
 
     /// Adds the light of a shining surface that was hit.
@@ -190,11 +247,7 @@ impl Wave<'_> {
     ) {
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
-            None => {
-                let color = material.desc.emission_color;
-                scene.textures.color(color, &scene.texture_point(surface))
-                    * material.desc.emission_luminance as f32
-            }
+            None => material.desc.emitted_color(scene, &scene.texture_point(surface)),
         };
         let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
         let weight = self.settings.weight_found(path, pdf);
@@ -213,7 +266,10 @@ impl Wave<'_> {
         let wi = lit.to_light / distance;
         let wi_local = v.frame.to_local(wi);
         let Some(crosses) = v.crosses(wi, wi_local) else { return };
-        let (f, pdf) = v.bsdf.eval_pdf(wi_local);
+        let (mut f, pdf) = v.bsdf.eval_pdf(wi_local);
+        if !crosses {
+            f = f * v.terminator(wi) as f32;
+        }
         if f.is_black() {
             return;
         }
@@ -246,15 +302,30 @@ impl Wave<'_> {
         self.shadows.push(&ray, v.surface, sample, light);
     }
 
-    /// Samples the way on.
-    fn go_on(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, set: u32, stats: &mut RayStats) {
-        let path = &mut self.paths[sample as usize];
-        let [u0, u1, u2, u3] = path.sampler.four(set);
-        let Some(s) = v.bsdf.sample([u2, u0, u1]) else { return };
-        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
+    /// Goes on in a sampled direction, if the number `u` lets it.
+    pub(super) fn follow(
+        &mut self,
+        sample: u32,
+        v: &Vertex<'_>,
+        material: &Physical,
+        s: BsdfSample,
+        u: f64,
+        stats: &mut RayStats,
+    ) {
         let wi = v.frame.to_world(s.wi);
         let Some(crosses) = v.crosses(wi, s.wi) else { return };
+        if material.pane && crosses && s.lobe.is_delta {
+            return self.pass(sample, v.surface, v.wo, &s);
+        }
+        let path = &mut self.paths[sample as usize];
+        if self.settings.direct && path.scattered {
+            return;
+        }
+        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
+        if !crosses && !s.lobe.is_delta {
+            path.beta *= v.terminator(wi) as f32;
+        }
         path.bounces = bounces;
         path.from_camera = false;
         path.alone = s.lobe.is_delta;
@@ -273,7 +344,7 @@ impl Wave<'_> {
         if bounces.total >= self.settings.rr_start {
             let carried = path.beta.max_component() * path.eta2;
             let survives = carried.max(0.0).sqrt().clamp(0.05, 1.0);
-            if u3 >= f64::from(survives) {
+            if u >= f64::from(survives) {
                 return;
             }
             path.beta *= 1.0 / survives;
@@ -286,7 +357,7 @@ impl Wave<'_> {
 }
 
 /// The surface with its scattering, for a ray that met it on its outer side (`outside`) or its inner one.
-fn prepare<'a>(
+pub(super) fn prepare<'a>(
     scene: &Scene,
     ray: &Ray,
     material: &Physical,
@@ -313,6 +384,22 @@ fn prepare<'a>(
     }
     let wo_local = frame.to_local(wo);
     Vertex { surface, frame, ng, bsdf: bsdf.towards(wo_local), wo, wo_local }
+}
+
+/// The scattering with the coat's own normal, where it has one.
+pub(super) fn coated(
+    scene: &Scene,
+    ray: &Ray,
+    material: &Physical,
+    surface: &SurfaceInteraction,
+    bsdf: &Bsdf,
+    outside: bool,
+) -> Option<Bsdf> {
+    let n = material.coat_normal(scene, surface)?;
+    let base = prepare(scene, ray, material, surface, bsdf, outside);
+    let side = if outside { 1.0 } else { -1.0 };
+    let n = bent_normal(base.wo, side * n, base.frame.z);
+    Some(bsdf.with_coat_normal(base.frame.to_local(n)))
 }
 
 /// The same frame around another normal.

@@ -32,6 +32,8 @@ pub(super) struct Path {
     pub(super) origin: DVec3,
     /// The square of the index of refraction of the medium it is in: radiance is larger by it there.
     pub(super) eta2: f32,
+    /// The one colour band that is left, once dispersion has parted them.
+    pub(super) band: Option<u8>,
     pub(super) media: Media,
 }
 
@@ -115,6 +117,7 @@ impl Tracer for Wave<'_> {
             pdf: 1.0,
             origin: DVec3::ZERO,
             eta2: 1.0,
+            band: None,
             media: Media::NONE,
         }));
         self.front.rays.copy(&samples.rays);

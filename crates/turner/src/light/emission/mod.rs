@@ -3,11 +3,13 @@
 //! Every form has `sample` and `pdf`, which agree: densities are per solid angle, seen from the point that is lit.
 
 mod disk;
+mod placed;
 mod rectangle;
 mod sphere;
 mod triangle;
 
 pub use disk::DiskEmitter;
+pub use placed::{Curved, CurvedEmitter, EllipsoidEmitter};
 pub use rectangle::RectangleEmitter;
 pub use sphere::SphereEmitter;
 pub use triangle::TriangleEmitter;
@@ -44,6 +46,9 @@ fn per_solid_angle(per_area: f64, p: DVec3, q: DVec3, n: DVec3) -> Option<f64> {
 }
 
 #[cfg(test)]
+mod placed_tests;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::sampler::{OwenSobol, SampleId};
@@ -54,7 +59,7 @@ mod tests {
 
     /// The mean of 1/pdf is the solid angle; the mean of cosine/pdf over a plane is the form factor times π. Both by brute
     /// force over the form's area; and `pdf` says what `sample` says.
-    fn check(
+    pub(super) fn check(
         sample: &dyn Fn(DVec3, [f64; 2]) -> Option<EmitterSample>,
         pdf: &dyn Fn(DVec3, DVec3, DVec3) -> f64,
         points: &[DVec3],
@@ -95,7 +100,7 @@ mod tests {
         }
     }
 
-    const POINTS: [DVec3; 6] = [
+    pub(super) const POINTS: [DVec3; 6] = [
         DVec3::new(0.3, -1.0, 0.2),
         DVec3::new(0.3, -0.15, 0.2),
         DVec3::new(4.0, -3.0, 1.0),

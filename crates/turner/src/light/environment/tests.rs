@@ -6,6 +6,7 @@ use super::*;
 use crate::image::Pixels;
 use crate::math::DVec2;
 use crate::math::elementary::cos;
+use crate::testing::{ChiSquareOptions, Random, chi_square_of_directions, sidak_level};
 
 fn image(width: u32, height: u32, channels: u8, samples: Vec<f32>) -> Image {
     Image { width, height, channels, pixels: Pixels::F32(samples) }
@@ -24,30 +25,18 @@ fn light(image: Image) -> EnvironmentLight {
     light_of(&desc(true), image, false)
 }
 
-/// splitmix64 in 0..1.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
 /// A sky with a sun of one pixel, black parts, and much noise between.
 fn sky(width: u32, height: u32) -> Image {
     sky_with_sun(width, height, 3000.0)
 }
 
 fn sky_with_sun(width: u32, height: u32, sun: f32) -> Image {
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let mut samples = Vec::new();
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let is_sun = x == width / 3 && y == height / 4;
         let dark = y > 3 * height / 4 && x % 5 != 0;
-        let grey = if is_sun { sun } else { random.next() as f32 * 2.0 };
+        let grey = if is_sun { sun } else { random.unit() as f32 * 2.0 };
         samples.extend(if dark { [0.0; 3] } else { [grey, grey * 0.9, grey * 0.7] });
     }
     image(width, height, 3, samples)
@@ -82,32 +71,18 @@ fn samples_follow_the_density() {
         let (w, h) = (24, 12);
         let light =
             light_of(&EnvironmentDesc { rotation, ..desc(true) }, sky_with_sun(w, h, 20.0), compensated);
-        let unturned = light_of(&desc(true), sky_with_sun(w, h, 20.0), compensated);
-        let mut random = Random(11);
-        let (mut seen, n) = (vec![0u32; (w * h) as usize], 400_000);
-        for _ in 0..n {
-            let sample = light.sample([random.next(), random.next()]).unwrap();
-            assert!((sample.direction.length() - 1.0).abs() < 1e-12);
-            let uv = map::coordinates(light.turned_to_map(sample.direction));
-            let (x, y) = ((uv.x * f64::from(w)) as u32, (uv.y * f64::from(h)) as u32);
-            seen[(y.min(h - 1) * w + x.min(w - 1)) as usize] += 1;
-        }
-        // Pearson's sum over the cells that are expected often enough; rare ones together.
-        let (mut chi2, mut cells, mut rare) = (0.0, 0, (0.0, 0));
-        for ((d, solid_angle), seen) in grid(w, h).zip(&seen) {
-            let expected = unturned.pdf(d) * solid_angle * f64::from(n);
-            if expected < 5.0 {
-                rare = (rare.0 + expected, rare.1 + seen);
-                assert!(expected > 0.0 || *seen == 0, "a direction that cannot be");
-            } else {
-                chi2 += (f64::from(*seen) - expected) * (f64::from(*seen) - expected) / expected;
-                cells += 1;
-            }
-        }
-        let free = f64::from(cells - 1);
-        // Five standard deviations.
-        assert!(cells > 40 && chi2 < free + 5.0 * (2.0 * free).sqrt(), "{chi2} of {free}");
-        assert!((f64::from(rare.1) - rare.0).abs() < 5.0 * (rare.0 + 1.0).sqrt(), "{rare:?}");
+        let mut random = Random::new(11);
+        let options = ChiSquareOptions { samples: 100_000, rows: 24, columns: 24, tolerance: 3e-3 };
+        // Rows of the picture are around +y, those of the test around +z.
+        let turned = |w: DVec3| DVec3::new(w.y, w.z, w.x);
+        let back = |w: DVec3| DVec3::new(w.z, w.x, w.y);
+        let test = chi_square_of_directions(
+            &options,
+            |w| light.pdf(back(w)),
+            || light.sample(random.units()).map(|s| turned(s.direction)),
+        );
+        // Three tests, 1 % together.
+        assert!(test.p_value > sidak_level(0.01, 3), "{test:?}");
     }
 }
 
@@ -117,10 +92,10 @@ fn a_sample_knows_its_density_and_its_light() {
         EnvironmentDesc { rotation: -130.0, strength: 2.5, tint: Spectrum::new(1.0, 0.5, 0.0), ..desc(true) };
     for compensated in [false, true] {
         let light = light_of(&desc, sky(48, 24), compensated);
-        let mut random = Random(5);
+        let mut random = Random::new(5);
         let mut disagree = 0;
         for _ in 0..20_000 {
-            let sample = light.sample([random.next(), random.next()]).unwrap();
+            let sample = light.sample([random.unit(), random.unit()]).unwrap();
             let (radiance, pdf) = light.found(sample.direction);
             for there in [radiance, light.radiance(sample.direction)] {
                 let difference = there + sample.radiance * -1.0;
@@ -146,11 +121,11 @@ fn a_sample_knows_its_density_and_its_light() {
 #[test]
 fn importance_sampling_integrates_the_light() {
     let light = light(sky(64, 32));
-    let mut random = Random(9);
+    let mut random = Random::new(9);
     let n = 200_000;
     let (mut sum, mut squares) = (0.0, 0.0);
     for _ in 0..n {
-        let s = light.sample([random.next(), random.next()]).unwrap();
+        let s = light.sample([random.unit(), random.unit()]).unwrap();
         let v = f64::from(s.radiance.luminance()) / s.pdf;
         sum += v;
         squares += v * v;

@@ -1,10 +1,10 @@
-//! The materials that the tests go through.
+//! Points of the physical material that together go through all its lobes, for the tests of this crate and of others.
 
 use crate::bsdf::PrincipledPoint;
 use crate::color::Spectrum;
 
-/// Names and points. Those whose name starts with "white" absorb nothing.
-pub(super) fn materials() -> Vec<(&'static str, PrincipledPoint)> {
+/// Names and points. Those whose name starts with "white" absorb nothing: their furnace is white.
+pub fn materials() -> Vec<(&'static str, PrincipledPoint)> {
     let p = PrincipledPoint { specular_weight: 0.0, ..Default::default() };
     let plastic = PrincipledPoint::default();
     let metal = PrincipledPoint {

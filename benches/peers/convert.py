@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Writes scenes/peers/s1.toml to s4.toml from the neutral descriptions that other renderers are measured with, and the small references
+beside them from converged pictures of 512 x 512.
+
+    python3 benches/peers/convert.py FOLDER            # FOLDER holds scenes/S1.json ... and ref/S1.exr ..., ref/refs.json
+
+Conventions of the descriptions: right-handed, y up; `max_depth` counts the camera ray (1 is directly seen light), so that Turner's
+`max_depth` is one less; quads shine on one side and both sides absorb; `alpha` is the width of the GGX lobe, the square of Turner's
+roughness; reflectances of mirrors and metals are constant. The pictures are converted by `cargo run -p turner-io --example reduce_reference`.
+"""
+import json
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+OUT = ROOT / "scenes" / "peers"
+
+
+def num(v):
+    return repr(round(float(v), 12)).rstrip("0").rstrip(".") if "e" not in repr(float(v)) else repr(float(v))
+
+
+def vec(v):
+    return "[" + ", ".join(num(x) for x in v) + "]"
+
+
+def rows(values, show):
+    return "[" + ", ".join(show(v) for v in values) + "]"
+
+
+def material(name, m):
+    head = f"[material.{name}]\n"
+    if m["type"] == "diffuse":
+        return head + f'type = "matte"\ncolor = {vec(m["reflectance"])}\n'
+    if m["type"] == "dielectric":
+        assert m["ext_ior"] == 1.0
+        return head + f'type = "dielectric"\nior = {num(m["int_ior"])}\n'
+    # The index 0 stands for a perfect mirror; its colour is the same from all sides and nothing is compensated for.
+    rough = m.get("alpha", 0.0) ** 0.5
+    return head + (
+        'type = "principled"\nbase_weight = 0\nspecular_ior = 0\n'
+        f'specular_color = {vec(m["reflectance"])}\nspecular_roughness = {num(rough)}\n'
+    )
+
+
+def quad(light):
+    """The edges of a quad in the order that turns its normal to the side that shines."""
+    v = light["vertices"]
+    u = [b - a for a, b in zip(v[0], v[1])]
+    w = [b - a for a, b in zip(v[0], v[3])]
+    cross = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]]
+    if sum(a * b for a, b in zip(cross, light["emit_normal"])) < 0:
+        u, w = w, u
+    center = [sum(p[i] for p in v) / 4 for i in range(3)]
+    size = max(abs(x) for p in v for x in p)
+    # A black sheet behind it, so near that no light finds the way between them.
+    back = [c - 1e-5 * size * n for c, n in zip(center, light["emit_normal"])]
+    edges = f"edge_u = {vec(u)}\nedge_v = {vec(w)}\n"
+    return (
+        '[[object]]\ntype = "rectangle"\n'
+        f"center = {vec(center)}\n{edges}"
+        'material = { type = "principled", base_weight = 0, specular_weight = 0, double_sided = false, '
+        f"emission_luminance = 1, emission_color = {vec(light['radiance'])} }}\n\n"
+        f'[[object]]\ntype = "rectangle"\ncenter = {vec(back)}\n{edges}material = "black"\n'
+    )
+
+
+def convert(s):
+    name = s["name"].lower()
+    cam = s["camera"]
+    parts = [
+        f"# {s['title']}.\n# Written by benches/peers/convert.py; what it is compared with stands in README.md.\n",
+        f'[camera]\nposition = {vec(cam["origin"])}\nlook_at = {vec(cam["target"])}\nup = {vec(cam["up"])}\n'
+        f'fov = {num(cam["vfov_deg"])}\n',
+        f'[integrator]\ntype = "path"\nmax_depth = {s["max_depth"] - 1}\n',
+        f'[film]\nwidth = {cam["res"][0]}\nheight = {cam["res"][1]}\nantialias = "monte-carlo"\nsamples = 64\ntransfer = "srgb"\n',
+        '[material.black]\ntype = "principled"\nbase_weight = 0\nspecular_weight = 0\n',
+    ]
+    parts += [material(k, m) for k, m in s["materials"].items()]
+    for shape in s["shapes"]:
+        if shape["type"] == "mesh":
+            parts.append(
+                '[[object]]\ntype = "mesh"\n'
+                f'positions = {rows(shape["vertices"], vec)}\ntriangles = {rows(shape["faces"], str)}\n'
+                f'material = "{shape["material"]}"\n'
+            )
+        elif shape["type"] == "sphere":
+            parts.append(
+                f'[[object]]\ntype = "sphere"\ncenter = {vec(shape["center"])}\nradius = {num(shape["radius"])}\n'
+                f'material = "{shape["material"]}"\n'
+            )
+        else:
+            parts[0] += "# `cargo run --release -p turner-io --example peer_files` makes the two files it needs.\n"
+            parts.append(
+                f'[[object]]\ntype = "mesh"\nfile = "s4-blob.ply"\nsmooth = false\nmaterial = "{shape["material"]}"\n'
+            )
+    for light in s["lights"]:
+        if light["type"] == "quad":
+            parts.append(quad(light))
+        elif light["type"] == "sphere":
+            assert len(set(light["radiance"])) == 1
+            parts.append(
+                f'[[object]]\ntype = "sphere"\ncenter = {vec(light["center"])}\nradius = {num(light["radius"])}\n'
+                'material = { type = "principled", base_weight = 0, specular_weight = 0, '
+                f"emission_luminance = {num(light['radiance'][0])} }}\n"
+            )
+        else:
+            parts.append('[[light]]\ntype = "environment"\nfile = "s4-sky.exr"\n')
+    (OUT / f"{name}.toml").write_text("\n".join(parts))
+
+
+def main():
+    folder = Path(sys.argv[1])
+    for name in ("S1", "S2", "S3", "S4"):
+        convert(json.loads((folder / "scenes" / f"{name}.json").read_text()))
+
+
+if __name__ == "__main__":
+    main()

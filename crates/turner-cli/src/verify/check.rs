@@ -1,0 +1,172 @@
+//! A check, what it found, and what checks share.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+
+use turner::film::NonFinite;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::{PrepareOptions, Scene};
+use turner::testing::{Comparison, Random, Runs, render_runs};
+use turner_io::assets::{AssetSource, MemoryAssets};
+use turner_io::scene::{LoadOptions, load_text};
+
+/// How much is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Effort {
+    /// A part of the suite, for the program's own tests: seconds.
+    Quick,
+    /// All of it: minutes.
+    Whole,
+    /// All of it with sixteen times the samples.
+    Long,
+}
+
+/// What checks share.
+pub(super) struct Context {
+    /// What all random numbers follow from.
+    pub(super) seed: u64,
+    pub(super) effort: Effort,
+    pub(super) threads: usize,
+    /// A folder with full-size references.
+    pub(super) references: Option<PathBuf>,
+    /// Samples that were not finite, in all that was rendered so far, and how many samples there were.
+    pub(super) rendered: Mutex<(NonFinite, u64)>,
+}
+
+/// What decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// How probable so bad a result is if all is right: held against a level that all checks of the run share.
+    Chance(f64),
+    /// A number, and the largest it may be.
+    Limit(f64, f64),
+}
+
+/// What a check found.
+#[derive(Clone, Debug)]
+pub(super) struct Finding {
+    pub(super) verdict: Verdict,
+    /// In a few words and numbers.
+    pub(super) found: String,
+}
+
+/// A check that can be run.
+pub(super) struct Check {
+    /// `group/what`.
+    pub(super) name: String,
+    /// Whether its verdict is one of chance.
+    pub(super) by_chance: bool,
+    /// Whether it is run with [`Effort::Quick`].
+    pub(super) quick: bool,
+    pub(super) run: Box<dyn Fn(&Context) -> Result<Finding, SceneError>>,
+}
+
+impl Check {
+    /// One whose verdict is of chance.
+    pub(super) fn chance(
+        name: impl Into<String>,
+        run: impl Fn(&Context) -> Result<Finding, SceneError> + 'static,
+    ) -> Check {
+        Check { name: name.into(), by_chance: true, quick: true, run: Box::new(run) }
+    }
+
+    /// One whose verdict is a limit.
+    pub(super) fn limit(
+        name: impl Into<String>,
+        run: impl Fn(&Context) -> Result<Finding, SceneError> + 'static,
+    ) -> Check {
+        Check { by_chance: false, ..Check::chance(name, run) }
+    }
+
+    /// The same, left out of quick runs.
+    pub(super) fn not_quick(self) -> Check {
+        Check { quick: false, ..self }
+    }
+}
+
+impl Finding {
+    pub(super) fn chance(p: f64, found: impl Into<String>) -> Finding {
+        Finding { verdict: Verdict::Chance(p), found: found.into() }
+    }
+
+    pub(super) fn limit(value: f64, limit: f64, found: impl Into<String>) -> Finding {
+        Finding { verdict: Verdict::Limit(value, limit), found: found.into() }
+    }
+
+    /// Of two pictures. What is noisier than `cap`, in relation to the mean, proves nothing: it fails.
+    pub(super) fn comparison(c: &Comparison, cap: f64) -> Finding {
+        let mut found = format!("ratio {:.5} ± {:.5}", c.ratio, c.ratio_error);
+        if c.beyond > 0.0 {
+            found += &format!(", {:.2} % of pixels beyond", 100.0 * c.beyond);
+        }
+        let noisy = c.ratio_error.is_nan() || c.ratio_error > cap * c.ratio.abs().max(1e-30);
+        if noisy {
+            found += &format!("; too noisy: at most ± {cap}");
+        }
+        if let Some(w) = c.worst.filter(|w| w.t > 4.0) {
+            let (x, y) = (w.pixels.x, w.pixels.y);
+            let band = ["red", "green", "blue"].get(w.band).unwrap_or(&"");
+            found += &format!(", {band} at ({x}, {y}): {:.5} for {:.5}", w.a.mean, w.b.mean);
+        }
+        Finding::chance(if noisy { 0.0 } else { c.p_value }, found)
+    }
+}
+
+impl Context {
+    /// A seed for one purpose.
+    pub(super) fn seed_for(&self, what: &str) -> u64 {
+        let hash = what
+            .bytes()
+            .fold(0xcbf2_9ce4_8422_2325, |h: u64, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+        Random::new(self.seed ^ hash).bits()
+    }
+
+    /// `n`, or sixteen times as many for a long run.
+    pub(super) fn times(&self, n: u32) -> u32 {
+        if self.effort == Effort::Long { n.saturating_mul(16) } else { n }
+    }
+
+    /// A scene from text without film.
+    pub(super) fn scene(&self, size: [u32; 2], samples: u32, text: &str) -> Result<Scene, SceneError> {
+        self.scene_with(size, samples, text, &MemoryAssets::default())
+    }
+
+    pub(super) fn scene_with(
+        &self,
+        size: [u32; 2],
+        samples: u32,
+        text: &str,
+        assets: &dyn AssetSource,
+    ) -> Result<Scene, SceneError> {
+        let text = format!(
+            "film.width = {}\nfilm.height = {}\nfilm.antialias = \"monte-carlo\"\nfilm.samples = {}\n{text}",
+            size[0],
+            size[1],
+            samples.max(2)
+        );
+        let loaded = load_text(text, "verify", assets, &LoadOptions::default()).map_err(|e| e.error)?;
+        loaded.desc.prepare(&PrepareOptions { threads: self.threads, ..Default::default() })
+    }
+
+    /// Independent renders of a scene, with what was not finite counted.
+    pub(super) fn runs(&self, scene: &mut Scene, runs: u32, seed: &str) -> Result<Runs, SceneError> {
+        let seed = self.seed_for(seed);
+        let done = render_runs(scene, runs, seed, self.threads)?;
+        let samples =
+            u64::from(done.width) * u64::from(done.height) * u64::from(scene.film.samples) * u64::from(runs);
+        self.count(&done.non_finite, samples);
+        Ok(done)
+    }
+
+    /// Counts samples, and those of them that were not finite.
+    pub(super) fn count(&self, non_finite: &NonFinite, samples: u64) {
+        let mut rendered = self.rendered.lock().unwrap_or_else(|e| e.into_inner());
+        rendered.0.merge(non_finite);
+        rendered.1 += samples;
+    }
+}
+
+/// A fault of the suite itself.
+pub(super) fn fault(what: impl std::fmt::Display) -> SceneError {
+    SceneError::new(ErrorCode::Internal, format!("{what}"))
+}

@@ -1,0 +1,108 @@
+//! Glass that bends colours differently: a path goes on with one colour band from where the bands part.
+//!
+//! Bands have their own indices of refraction, so that their BSDFs differ a little. At a smooth surface all three are sampled with
+//! the same numbers; as long as they give the same direction, as in a reflection, the path keeps all of them. Otherwise, and at rough
+//! surfaces, one band is chosen with its share of what the path carries, and carries all of it: for each band the mean is
+//! that of paths of that band alone.
+
+use super::shade::{FIRST_SET, MAX_VERTICES, coated, prepare};
+use super::wave::Wave;
+use crate::bsdf::BsdfSample;
+use crate::color::Spectrum;
+use crate::integrator::RayStats;
+use crate::material::Physical;
+use crate::math::Ray;
+use crate::scene::SurfaceInteraction;
+
+/// The set of random numbers for the choice of a band, which a path makes once.
+const BAND_SET: u32 = FIRST_SET + 2 * MAX_VERTICES + 2;
+
+/// A surface of dispersive glass that a ray met.
+pub(super) struct Prism<'a> {
+    pub(super) material: &'a Physical,
+    /// Of the bands.
+    pub(super) indices: [f64; 3],
+    pub(super) surface: &'a SurfaceInteraction,
+    /// Index of refraction around the solid.
+    pub(super) around: f64,
+    pub(super) outside: bool,
+}
+
+impl Wave<'_> {
+    /// Direct light at dispersive glass, and the way on; `sets` are the vertex's random numbers.
+    pub(super) fn disperse(
+        &mut self,
+        sample: u32,
+        ray: &Ray,
+        prism: &Prism<'_>,
+        sets: u32,
+        stats: &mut RayStats,
+    ) {
+        let scene = self.scene;
+        let Prism { material, indices, surface, around, outside } = *prism;
+        let bsdf = |band: u8| {
+            let index = indices[usize::from(band.min(2))];
+            let bsdf = material.bsdf_of_index(scene, surface, around, outside, index);
+            coated(scene, ray, material, surface, &bsdf, outside).unwrap_or(bsdf)
+        };
+        let path = &mut self.paths[sample as usize];
+        if path.band.is_none() {
+            let bsdfs = [bsdf(0), bsdf(1), bsdf(2)];
+            if !bsdfs[0].has_smooth() {
+                let vertices = bsdfs.each_ref().map(|b| prepare(scene, ray, material, surface, b, outside));
+                let [u0, u1, u2, u3] = path.sampler.four(sets + 1);
+                let samples = vertices.each_ref().map(|v| v.bsdf.sample([u2, u0, u1]));
+                if let Some(s) = together(&samples) {
+                    self.follow(sample, &vertices[0], material, s, u3, stats);
+                    return;
+                }
+                let Some(band) = path.choose_band() else { return };
+                let i = usize::from(band);
+                if let Some(s) = samples[i] {
+                    self.follow(sample, &vertices[i], material, s, u3, stats);
+                }
+                return;
+            }
+            if path.choose_band().is_none() {
+                return;
+            }
+        }
+        let Some(band) = self.paths[sample as usize].band else { return };
+        let bsdf = bsdf(band);
+        let vertex = prepare(scene, ray, material, surface, &bsdf, outside);
+        self.scatter(sample, &vertex, material, bsdf.has_smooth(), sets, stats);
+    }
+}
+
+impl super::wave::Path {
+    /// Leaves one band of the path; `None` for a path that carries nothing.
+    fn choose_band(&mut self) -> Option<u8> {
+        let shares = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        let sum: f64 = shares.iter().sum();
+        if !(sum > 0.0 && sum < f64::INFINITY) {
+            return None;
+        }
+        let place = self.sampler.four(BAND_SET)[0] * sum;
+        let band: u8 = match place {
+            p if p < shares[0] => 0,
+            p if p < shares[0] + shares[1] || shares[2] == 0.0 => 1,
+            _ => 2,
+        };
+        // Roundings choose no band that is black.
+        let band = if shares[usize::from(band)] > 0.0 { band } else { 0 };
+        let mut left = [0.0; 3];
+        left[usize::from(band)] = sum as f32;
+        self.beta = Spectrum::from(left);
+        self.band = Some(band);
+        Some(band)
+    }
+}
+
+/// One sample for all bands, if theirs differ in nothing but their weight.
+fn together(samples: &[Option<BsdfSample>; 3]) -> Option<BsdfSample> {
+    let [Some(r), Some(g), Some(b)] = samples else { return None };
+    let same = |s: &BsdfSample| s.wi == r.wi && s.lobe == r.lobe && s.lobe.is_delta;
+    let weight = |s: &BsdfSample, f: f32| f * (r.pdf / s.pdf) as f32;
+    let f = Spectrum::new(r.f.r, weight(g, g.f.g), weight(b, b.f.b));
+    (same(r) && same(g) && same(b)).then_some(BsdfSample { f, ..*r })
+}

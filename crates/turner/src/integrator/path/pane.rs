@@ -1,0 +1,55 @@
+//! Thin clear panes, which shadow rays pass: light behind a window is found by sampling it.
+//!
+//! What goes straight through a pane keeps its direction, so that a path through it is as before: the density of its direction and the place it was chosen
+//! at stay those of the last real scattering, as where it passes a surface that is not wholly there. Both ways of finding a light then
+//! see the same light through the same panes.
+
+use super::shade::prepare;
+use super::wave::Wave;
+use crate::bsdf::BsdfSample;
+use crate::color::Spectrum;
+use crate::material::Physical;
+use crate::math::{DVec3, Ray};
+use crate::scene::{Scene, SurfaceInteraction};
+
+impl Wave<'_> {
+    /// Goes straight on through a pane; the sample says with what weight.
+    pub(super) fn pass(&mut self, sample: u32, surface: &SurfaceInteraction, wo: DVec3, s: &BsdfSample) {
+        let path = &mut self.paths[sample as usize];
+        path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
+        path.from_camera = false;
+        path.transparent += 1;
+        if path.transparent <= self.settings.max_transparent && !path.beta.is_black() {
+            self.next.push(sample, surface, -wo);
+        }
+    }
+}
+
+impl Physical {
+    /// The share of light that passes a crossing in `direction`: where the surface is not, and straight through a pane.
+    pub(crate) fn shadow_tint(
+        &self,
+        scene: &Scene,
+        surface: &SurfaceInteraction,
+        direction: DVec3,
+    ) -> Spectrum {
+        let coverage = self.desc.coverage(scene, surface);
+        let open = Spectrum::grey(1.0 - coverage);
+        if !self.pane || coverage == 0.0 || self.desc.unlit {
+            return open;
+        }
+        let Some(direction) = direction.try_normalize() else { return open };
+        let outside = direction.dot(surface.ng) < 0.0;
+        let made;
+        let bsdf = match self.constant_bsdf(outside) {
+            Some(bsdf) => bsdf,
+            None => {
+                made = self.bsdf(scene, surface, 1.0, outside);
+                &made
+            }
+        };
+        let ray = Ray::new(surface.p, direction);
+        let vertex = prepare(scene, &ray, self, surface, bsdf, outside);
+        open + vertex.straight() * coverage
+    }
+}

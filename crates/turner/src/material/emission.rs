@@ -1,0 +1,83 @@
+//! What materials emit, mixes included.
+
+use super::Material;
+use crate::color::Spectrum;
+use crate::scene::{ColorSource, Scene};
+use crate::texture::TexturePoint;
+
+impl Material {
+    /// Whether it shines and lights other things.
+    pub fn is_emissive(&self, scene: &Scene) -> bool {
+        match self {
+            Material::Physical(m) => m.is_emissive(),
+            Material::Mix(m) => m.emitting(scene).next().is_some(),
+            Material::Classic(_) | Material::Principled(..) => false,
+        }
+    }
+
+    /// Radiance, both sides counted, where it is the same everywhere; of a texture, that of white.
+    pub fn emission_estimate(&self, scene: &Scene) -> f64 {
+        match self {
+            Material::Physical(m) => m.emission_estimate(),
+            Material::Mix(m) => m.emitting(scene).map(|(share, m)| share * m.emission_estimate(scene)).sum(),
+            Material::Classic(_) | Material::Principled(..) => 0.0,
+        }
+    }
+
+    /// Whether its light differs from place to place.
+    pub fn has_emission_texture(&self) -> bool {
+        match self {
+            Material::Physical(m) => m.has_emission_texture(),
+            // Its weights, its holes, its parts: hardly ever are all of them the same everywhere.
+            Material::Mix(_) => true,
+            Material::Classic(_) | Material::Principled(..) => false,
+        }
+    }
+
+    /// Radiance at a place towards the outer or the inner side, as far as the surface is there.
+    #[inline]
+    pub fn emitted<'a>(
+        &self,
+        scene: &Scene,
+        at: impl FnOnce() -> TexturePoint<'a>,
+        outside: bool,
+    ) -> Spectrum {
+        match self {
+            Material::Physical(m) if outside || m.shines_backwards() => {
+                m.constant_emission().unwrap_or_else(|| m.emitted(scene, &at()))
+            }
+            Material::Mix(m) => {
+                let (mut sum, at) = (Spectrum::BLACK, at());
+                m.each(scene, &at, outside, &mut |part| {
+                    if let Material::Physical(m) = part.material
+                        && part.is_there
+                        && m.is_emissive()
+                        && (outside || m.shines_backwards())
+                    {
+                        sum += m.emitted(scene, &at) * part.share as f32;
+                    }
+                });
+                sum
+            }
+            _ => Spectrum::BLACK,
+        }
+    }
+}
+
+impl super::Mix {
+    /// The parts that shine, with about the share of each.
+    fn emitting<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = (f64, &'a Material)> {
+        self.shares().filter_map(|(id, share)| {
+            let material = scene.materials.get(id.index())?;
+            (share > 0.0 && material.is_emissive(scene)).then_some((share, material))
+        })
+    }
+}
+
+/// A source as one number; textures count as 1.
+pub(super) fn estimate(source: ColorSource) -> f64 {
+    match source {
+        ColorSource::Constant(c) => f64::from((c.r + c.g + c.b) / 3.0).max(0.0),
+        ColorSource::Texture(_) => 1.0,
+    }
+}

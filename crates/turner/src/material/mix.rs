@@ -1,0 +1,183 @@
+//! Materials made of others.
+
+use super::{MaterialDesc, Mix};
+use crate::scene::error::{ErrorCode, SceneError, escape};
+use crate::scene::schema::{Range, params};
+use crate::scene::{ColorSource, MaterialId, Named};
+
+params! {
+    /// Several materials in one place, each with a share of the surface: rust on steel, dirt on paint, glass with a frosted pattern. What light
+    /// does is the weighted sum of what it does on each; so are emission and holes. Mixes may be made of mixes.
+    pub struct MixMaterial as "mix" {
+        /// The materials, by name or in place: two at least.
+        materials: Vec<MaterialId>;
+        /// Their shares, each a number or a texture: as many as there are materials, in proportion to one another; or one fewer, and the first material
+        /// has what they leave of 1. Without them all shares are equal.
+        weights: Vec<ColorSource> = Vec::new(), in Range::NON_NEGATIVE;
+    }
+    example r##"[material.steel]
+type = "metal"
+name = "iron"
+roughness = 0.2
+
+[material.rust]
+type = "matte"
+color = [0.3, 0.1, 0.04]
+
+[material.rusty]
+type = "mix"
+materials = ["steel", "rust"]
+weights = [{ type = "noise", low = 0, high = 1 }]
+
+[[object]]
+type = "sphere"
+material = "rusty"
+"##
+}
+
+/// How many mixes may stand in one another.
+const MAX_DEPTH: usize = 16;
+
+/// Materials that one mix may come to, those of its mixes counted each time.
+const MAX_PARTS: u64 = 64;
+
+/// What is known of a material.
+#[derive(Clone, Copy)]
+enum State {
+    New,
+    Open,
+    /// The materials it comes to, and how deep mixes nest in it.
+    Done(u64, usize),
+}
+
+/// Refuses mixes that contain themselves, name what is not there, have the wrong number of weights, or are too large. `descs` are a scene's
+/// materials; behind them stands the default one.
+pub(crate) fn check(descs: &[Named<MaterialDesc>]) -> Result<(), SceneError> {
+    let mut states = vec![State::New; descs.len()];
+    for start in 0..descs.len() {
+        // Depth-first with a stack of our own: a chain of names may be as long as the file.
+        let mut stack = vec![start];
+        while let Some(&node) = stack.last() {
+            let MaterialDesc::Mix(mix) = &descs[node].value else {
+                states[node] = State::Done(1, 0);
+                stack.pop();
+                continue;
+            };
+            let fail = |code, message: String| SceneError::new(code, message).or_at(descs[node].span);
+            if matches!(states[node], State::New) {
+                mix.check_alone(descs.len()).map_err(|e| e.or_at(descs[node].span))?;
+                states[node] = State::Open;
+            }
+            let (mut parts, mut depth, mut next) = (0u64, 0, None);
+            for child in mix.materials.iter().map(|m| m.index()) {
+                match states.get(child) {
+                    None => parts += 1,
+                    Some(State::Done(n, d)) => (parts, depth) = (parts.saturating_add(*n), depth.max(*d)),
+                    Some(State::New) => next = Some(child),
+                    Some(State::Open) => {
+                        let message = format!("the material {} contains itself", label(descs, child));
+                        return Err(fail(ErrorCode::Cycle, message));
+                    }
+                }
+            }
+            if let Some(child) = next {
+                stack.push(child);
+                continue;
+            }
+            if depth + 1 > MAX_DEPTH {
+                let message =
+                    format!("in the material {} mixes nest deeper than {MAX_DEPTH}", label(descs, node));
+                return Err(fail(ErrorCode::Cycle, message));
+            }
+            if parts > MAX_PARTS {
+                let message = format!(
+                    "the material {} comes to {parts} materials, more than {MAX_PARTS}",
+                    label(descs, node)
+                );
+                return Err(fail(ErrorCode::TooLarge, message));
+            }
+            states[node] = State::Done(parts, depth + 1);
+            stack.pop();
+        }
+    }
+    Ok(())
+}
+
+fn label(descs: &[Named<MaterialDesc>], node: usize) -> String {
+    match &descs[node].name {
+        Some(name) => format!("\"{}\"", escape(name)),
+        None => "\"mix\"".into(),
+    }
+}
+
+impl MixMaterial {
+    /// What shows without its materials. `known` is how many there are, beside the default one.
+    fn check_alone(&self, known: usize) -> Result<(), SceneError> {
+        let (n, weights) = (self.materials.len(), self.weights.len());
+        if n < 2 {
+            let message = format!("a mix needs two materials at least, found {n}");
+            return Err(SceneError::new(ErrorCode::OutOfRange, message));
+        }
+        if !(weights == 0 || weights == n || weights + 1 == n) {
+            let message = format!("expected {} or {n} weights for {n} materials, found {weights}", n - 1);
+            return Err(SceneError::new(ErrorCode::OutOfRange, message)
+                .help("give one share for each material, or leave out that of the first"));
+        }
+        if let Some(id) = self.materials.iter().find(|m| m.index() > known) {
+            let message = format!("a mix names material {}, but the scene has {known}", id.0);
+            return Err(SceneError::new(ErrorCode::UnknownName, message));
+        }
+        Ok(())
+    }
+
+    /// Makes it ready. `descs` are the scene's materials, checked.
+    pub(super) fn prepare(&self, physical: bool, descs: &[Named<MaterialDesc>]) -> Mix {
+        let shadows = |id: MaterialId| {
+            let default = MaterialDesc::default();
+            let desc = descs.get(id.index()).map_or(&default, |d| &d.value);
+            (desc.cutout(), desc.prepare(physical, descs).shadow())
+        };
+        Mix::new(self, shadows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+
+    fn named(list: Vec<MaterialDesc>) -> Vec<Named<MaterialDesc>> {
+        list.into_iter().map(|value| Named { name: None, span: None, value }).collect()
+    }
+
+    fn mix(materials: &[u32], weights: usize) -> MaterialDesc {
+        MaterialDesc::Mix(MixMaterial {
+            materials: materials.iter().map(|i| MaterialId(*i)).collect(),
+            weights: vec![ColorSource::Constant(Spectrum::WHITE); weights],
+        })
+    }
+
+    fn refused(list: Vec<MaterialDesc>) -> ErrorCode {
+        check(&named(list)).expect_err("refused").code
+    }
+
+    #[test]
+    fn mixes_are_checked() {
+        let plain = MaterialDesc::default;
+        assert!(check(&named(vec![mix(&[1, 2], 1), plain(), mix(&[1, 1, 3], 3)])).is_ok());
+        assert_eq!(refused(vec![mix(&[0, 1], 1), plain()]), ErrorCode::Cycle);
+        assert_eq!(refused(vec![mix(&[1, 2], 1), mix(&[0, 2], 1), plain()]), ErrorCode::Cycle);
+        assert_eq!(refused(vec![mix(&[1], 0), plain()]), ErrorCode::OutOfRange);
+        assert_eq!(refused(vec![mix(&[1, 1, 1], 1), plain()]), ErrorCode::OutOfRange);
+        assert_eq!(refused(vec![mix(&[1, 9], 1), plain()]), ErrorCode::UnknownName);
+    }
+
+    #[test]
+    fn mixes_are_bounded() {
+        // A chain of a hundred thousand, and doublings.
+        let chain: Vec<_> = (0..100_000).map(|i| mix(&[i + 1, 100_000], 1)).collect();
+        assert_eq!(refused(chain), ErrorCode::Cycle);
+        let doubled: Vec<_> = (0..16).map(|i| mix(&[i + 1, i + 1], 1)).collect();
+        assert_eq!(refused(doubled), ErrorCode::TooLarge);
+    }
+}

@@ -1,0 +1,241 @@
+//! A mix at a place: which of its materials is there, with what share.
+//!
+//! Integrators that follow light choose one material for each ray that arrives, with its share as the probability. The mean is
+//! the weighted sum of the BSDFs, emissions and holes, exactly, and keeps what each of them keeps: energy and reciprocity. (Mixing the materials'
+//! numbers instead would be cheaper by the noise of that choice, but something else: half a mirror and half a diffuse
+//! surface is not a surface of middling roughness.)
+
+use super::emission::estimate;
+use super::{
+    Classic, ClassicMaterial, Cutout, Fresnel, Material, MixMaterial, Physical, ShadowKind, color_at,
+};
+use crate::color::Spectrum;
+use crate::math::DVec3;
+use crate::scene::{ColorSource, MaterialId, Scene, SurfaceInteraction};
+use crate::texture::TexturePoint;
+
+/// A mix, prepared.
+#[derive(Clone, Debug)]
+pub struct Mix {
+    parts: Vec<Part>,
+    /// Whether the first part has what the weights of the others leave of 1.
+    first_has_the_rest: bool,
+    pub(super) shadow: ShadowKind,
+}
+
+#[derive(Clone, Debug)]
+struct Part {
+    material: MaterialId,
+    weight: ColorSource,
+    /// Where it is.
+    cutout: Option<Cutout>,
+}
+
+/// A material of a mix at a place.
+pub(super) struct Present<'a> {
+    pub(super) material: &'a Material,
+    /// Its share of the surface.
+    pub(super) share: f64,
+    /// Whether it has no hole there.
+    pub(super) is_there: bool,
+}
+
+impl Mix {
+    /// `shadows` gives where a material is and what shadow it casts.
+    pub(super) fn new(
+        desc: &MixMaterial,
+        shadows: impl Fn(MaterialId) -> (Option<Cutout>, ShadowKind),
+    ) -> Mix {
+        let even = ColorSource::Constant(Spectrum::WHITE);
+        let first_has_the_rest = desc.weights.len() + 1 == desc.materials.len();
+        let skipped = usize::from(first_has_the_rest);
+        let mut shadow = ShadowKind::Opaque;
+        let parts = desc.materials.iter().enumerate().map(|(i, &material)| {
+            let (cutout, own) = shadows(material);
+            if cutout.is_some() || own != ShadowKind::Opaque {
+                shadow = ShadowKind::Tinted;
+            }
+            let weight = i.checked_sub(skipped).and_then(|i| desc.weights.get(i));
+            Part { material, weight: weight.copied().unwrap_or(even), cutout }
+        });
+        let parts = parts.collect();
+        Mix { parts, first_has_the_rest, shadow }
+    }
+
+    /// The parts, with about the share of each: textures count as 1, and only leave a part out that has none for certain.
+    pub(crate) fn shares(&self) -> impl Iterator<Item = (MaterialId, f64)> + '_ {
+        let weights = || self.parts.iter().map(|p| estimate(p.weight));
+        let sum: f64 = weights().skip(usize::from(self.first_has_the_rest)).sum();
+        let varies = self.parts.iter().any(|p| matches!(p.weight, ColorSource::Texture(_)));
+        let first = match self.first_has_the_rest {
+            true if varies => 1.0,
+            true => (1.0 - sum).max(0.0),
+            false => estimate(self.parts[0].weight) + f64::from(sum <= 0.0),
+        };
+        let whole = sum.max(if self.first_has_the_rest { 1.0 } else { f64::MIN_POSITIVE });
+        let whole = if sum > 0.0 { whole } else { 1.0 };
+        self.parts
+            .iter()
+            .enumerate()
+            .map(move |(i, p)| (p.material, if i == 0 { first } else { estimate(p.weight) } / whole))
+    }
+
+    /// Visits the materials at a place that are no mixes, seen from outside or from inside; shares add up to 1. Nesting is bounded by
+    /// the check of the scene.
+    pub(super) fn each<'a>(
+        &self,
+        scene: &'a Scene,
+        at: &TexturePoint<'_>,
+        outside: bool,
+        visit: &mut impl FnMut(Present<'a>),
+    ) {
+        self.each_of(scene, at, outside, 1.0, visit);
+    }
+
+    fn each_of<'a, F: FnMut(Present<'a>)>(
+        &self,
+        scene: &'a Scene,
+        at: &TexturePoint<'_>,
+        outside: bool,
+        share: f64,
+        visit: &mut F,
+    ) {
+        let weight = |part: &Part| {
+            let c = scene.textures.color(part.weight, at);
+            let w = (f64::from(c.r) + f64::from(c.g) + f64::from(c.b)) / 3.0;
+            if w > 0.0 { w } else { 0.0 }
+        };
+        let weighed = if self.first_has_the_rest { &self.parts[1..] } else { &self.parts[..] };
+        let sum: f64 = weighed.iter().map(weight).sum();
+        // Shares of more than 1 in all leave nothing for the first; of shares that are all 0 the first has all.
+        let (whole, rest) = match self.first_has_the_rest {
+            true => (sum.max(1.0), (1.0 - sum).max(0.0)),
+            false => (if sum > 0.0 { sum } else { 1.0 }, f64::from(sum <= 0.0)),
+        };
+        for (i, part) in self.parts.iter().enumerate() {
+            let counted = i > 0 || !self.first_has_the_rest;
+            let own = if counted { weight(part) / whole } else { 0.0 } + if i == 0 { rest } else { 0.0 };
+            if own <= 0.0 {
+                continue;
+            }
+            let share = share * own;
+            match &scene.materials[part.material.index()] {
+                Material::Mix(inner) => inner.each_of(scene, at, outside, share, visit),
+                material => {
+                    let is_there = part.cutout.is_none_or(|c| c.is_there(scene, at, outside));
+                    visit(Present { material, share, is_there });
+                }
+            }
+        }
+    }
+
+    /// The material that a ray meets on the outer or inner side, chosen by `u` within 0..1; `None` where it passes.
+    pub fn choose<'a>(
+        &self,
+        scene: &'a Scene,
+        surface: &SurfaceInteraction,
+        outside: bool,
+        u: f64,
+    ) -> Option<&'a Physical> {
+        let at = scene.texture_point(surface);
+        let (mut below, mut chosen, mut last) = (0.0, None, None);
+        self.each(scene, &at, outside, &mut |part| {
+            let Material::Physical(m) = part.material else { return };
+            let share =
+                if part.is_there { part.share * f64::from(m.desc.coverage_at(scene, &at)) } else { 0.0 };
+            if share > 0.0 {
+                last = Some(&**m);
+                if chosen.is_none() && u < below + share {
+                    chosen = last;
+                }
+                below += share;
+            }
+        });
+        // Roundings open no holes.
+        if self.shadow == ShadowKind::Opaque { chosen.or(last) } else { chosen }
+    }
+
+    /// The share of light that passes a crossing in `direction`.
+    pub(super) fn shadow_tint(
+        &self,
+        scene: &Scene,
+        surface: &SurfaceInteraction,
+        direction: DVec3,
+    ) -> Spectrum {
+        let at = scene.texture_point(surface);
+        let outside = direction.dot(surface.ng) < 0.0;
+        let mut sum = Spectrum::BLACK;
+        self.each(scene, &at, outside, &mut |part| {
+            let through = match (part.is_there, part.material.shadow()) {
+                (true, ShadowKind::Opaque) => Spectrum::BLACK,
+                (true, ShadowKind::Tinted) => part.material.shadow_tint(scene, surface, direction),
+                (true, ShadowKind::None) | (false, _) => Spectrum::WHITE,
+            };
+            sum += through * part.share as f32;
+        });
+        sum
+    }
+
+    /// As a classic material, which has one colour, one highlight and one way through: the mean of its materials', the highlight and the refraction of
+    /// the one that has most of them. Turns the shading normal of `surface` as the heaviest one does.
+    pub fn as_classic(
+        &self,
+        scene: &Scene,
+        surface: &mut SurfaceInteraction,
+        direction: DVec3,
+    ) -> (Classic, Spectrum) {
+        let at = scene.texture_point(surface);
+        let outside = direction.dot(surface.ng) < 0.0;
+        let mut out = ClassicMaterial { ka: 0.0, kd: 0.0, ks: 0.0, ior: 1.0, ..Default::default() }.prepare();
+        out.shadow = self.shadow;
+        out.k_local = Some(1.0);
+        let (mut color, mut local, mut emitted) = (Spectrum::BLACK, 0.0, Spectrum::BLACK);
+        let (mut heaviest, mut shiniest, mut clearest) = (0.0, 0.0, 0.0);
+        let mut normal = surface.ns;
+        let original = *surface;
+        self.each(scene, &at, outside, &mut |part| {
+            if !part.is_there {
+                out.k_refract += part.share;
+                return;
+            }
+            let mut surface = original;
+            let own = match part.material {
+                Material::Classic(m) => *m,
+                Material::Principled(m, _) => {
+                    let (classic, light) = m.as_classic(scene, &mut surface, direction);
+                    emitted += light * part.share as f32;
+                    classic
+                }
+                Material::Physical(_) | Material::Mix(_) => return,
+            };
+            let left = (1.0 - own.k_reflect - own.k_refract).max(0.0);
+            let weight = part.share * own.k_local.unwrap_or(left);
+            color += color_at(own.color, scene, &surface) * (weight * own.kd.max(own.ka)) as f32;
+            local += weight * own.kd.max(own.ka);
+            out.kd += weight * own.kd;
+            out.ka += weight * own.ka;
+            out.ks += weight * own.ks;
+            if weight * own.ks > shiniest {
+                shiniest = weight * own.ks;
+                (out.exponent, out.dark) = (own.exponent, 0.0);
+            }
+            out.k_reflect += part.share * own.k_reflect;
+            out.k_refract += part.share * own.k_refract;
+            if part.share * own.k_refract > clearest {
+                clearest = part.share * own.k_refract;
+                (out.ior, out.fresnel) = (own.ior, own.fresnel);
+            }
+            if part.share > heaviest {
+                heaviest = part.share;
+                normal = surface.ns;
+            }
+        });
+        if clearest == 0.0 {
+            out.fresnel = Fresnel::Off;
+        }
+        let mean = if local > 0.0 { color * (1.0 / local) as f32 } else { Spectrum::BLACK };
+        out.color = ColorSource::Constant(mean);
+        surface.ns = normal;
+        (out, emitted)
+    }
+}

@@ -1,0 +1,345 @@
+//! Shapes with an emissive material, ready to be sampled.
+//!
+//! | shape | sampled |
+//! |---|---|
+//! | sphere, points of a cloud | by the cone they fill; under a transform, by that in their own space |
+//! | rectangle, faces of a box | by solid angle where near and right-angled, else by area |
+//! | disk, ring | by area |
+//! | cylinder, cone, torus | by area in their own space |
+//! | triangles of a mesh | chosen by area × mean emission; by solid angle where near, else by area |
+//! | plane | only hit by chance: it has no end |
+
+use super::desc::MaterialId;
+use super::emitters::{LightSample, NONE};
+use super::scene::{NO_TRANSFORM, Primitive, Scene, SurfaceInteraction};
+use crate::light::emission::{
+    Curved, CurvedEmitter, DiskEmitter, EllipsoidEmitter, EmitterSample, RectangleEmitter, SphereEmitter,
+    TriangleEmitter,
+};
+use crate::math::{DAffine3, DVec3};
+use crate::sampler::AliasTable;
+use crate::shape::{Points, ROUNDING, Shape, ShapeHit, Sphere, SurfacePoint, TriangleMesh};
+use crate::texture::TexturePoint;
+
+/// What of a primitive shines: all of it, or the face of a box.
+#[derive(Debug)]
+pub(super) struct ShapeEmitter {
+    primitive: u32,
+    /// The face of a box.
+    part: u32,
+    form: Form,
+    /// The largest coordinate around: roundings go with it.
+    reach: f64,
+}
+
+#[derive(Debug)]
+enum Form {
+    Sphere(SphereEmitter),
+    Ellipsoid(EllipsoidEmitter),
+    Curved(CurvedEmitter),
+    Rectangle(RectangleEmitter),
+    Disk(DiskEmitter),
+    /// The triangles' numbers and the choice among them, by position; where each triangle stands in it is `place`.
+    Mesh {
+        triangles: Vec<u32>,
+        place: Vec<u32>,
+        choice: AliasTable,
+    },
+    /// The choice among the points of a cloud, by number; and any of them where it stands.
+    Points {
+        choice: AliasTable,
+        one: EllipsoidEmitter,
+    },
+}
+
+/// What of a primitive shines, with its power (up to π).
+pub(super) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(ShapeEmitter, f64)> {
+    let to_world = scene.to_world(primitive);
+    // What moves is found by chance.
+    let moves = |i: u32| scene.transforms.get(i as usize).is_some_and(|t| t.motion.is_some());
+    if moves(primitive.transform) {
+        return Vec::new();
+    }
+    let Some(bounds) = primitive.shape.bounds() else { return Vec::new() };
+    if bounds.is_empty() {
+        return Vec::new();
+    }
+    let reach = bounds.transformed(&to_world);
+    let reach = reach.min.abs().max(reach.max.abs()).max_element() + to_world.translation.abs().max_element();
+    let point = |p: DVec3| to_world.transform_point3(p);
+    let vector = |v: DVec3| to_world.transform_vector3(v);
+    // A mirroring transform turns the order of a form's edges around, but not what is outside.
+    let mirrored = to_world.matrix3.determinant() < 0.0;
+    let material = scene.material_of(primitive, &ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 });
+    let brightness = mean_emission(scene, material);
+    let emitter = |part: u32, form: Form| ShapeEmitter { primitive: index, part, form, reach };
+    let rectangle = |part: u32, corner: DVec3, u: DVec3, v: DVec3| {
+        let side = if mirrored { -1.0 } else { 1.0 };
+        let form = RectangleEmitter::new(point(corner), vector(u), vector(v), side)?;
+        let power = form.area() * brightness;
+        Some((emitter(part, Form::Rectangle(form)), power))
+    };
+    if let Shape::Mesh(mesh) = &primitive.shape {
+        let form = mesh_form(scene, index, primitive, mesh);
+        return form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect();
+    }
+    let curved = |shape: Curved| {
+        let form = CurvedEmitter::new(shape, to_world);
+        form.map(|form| (emitter(0, Form::Curved(form)), form.area() * brightness)).into_iter().collect()
+    };
+    if brightness <= 0.0 {
+        return Vec::new();
+    }
+    match &primitive.shape {
+        Shape::Sphere(s) => {
+            if let Some(scale) = similarity(&to_world) {
+                let form = SphereEmitter { center: point(s.center), radius: s.radius * scale };
+                return vec![(emitter(0, Form::Sphere(form)), form.area() * brightness)];
+            }
+            let form = EllipsoidEmitter::new(SphereEmitter { center: s.center, radius: s.radius }, to_world);
+            let form = form.map(|form| (emitter(0, Form::Ellipsoid(form)), form.area() * brightness));
+            form.into_iter().collect()
+        }
+        Shape::Rectangle(r) => {
+            let (corner, u, v) = r.corner_and_edges();
+            rectangle(0, corner, u, v).into_iter().collect()
+        }
+        Shape::Disk(d) => {
+            let (center, x, y, hole) = d.center_and_radii();
+            let (x, y) = if mirrored { (y, x) } else { (x, y) };
+            let form = DiskEmitter::new(point(center), vector(x), vector(y), hole);
+            form.map(|form| (form.area() * brightness, form))
+                .map(|(power, form)| (emitter(0, Form::Disk(form)), power))
+                .into_iter()
+                .collect()
+        }
+        Shape::Box(b) => {
+            let size = b.max - b.min;
+            let (x, y, z) = (DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z);
+            // By part: −x, +x, −y, +y, −z, +z, each with u × v outwards.
+            let faces = [
+                (b.min, z, y),
+                (b.min + x, y, z),
+                (b.min, x, z),
+                (b.min + y, z, x),
+                (b.min, y, x),
+                (b.min + z, x, y),
+            ];
+            let faces: Option<Vec<_>> =
+                faces.into_iter().zip(0..).map(|((c, u, v), part)| rectangle(part, c, u, v)).collect();
+            // All six or none: a hit finds its face by its number.
+            faces.unwrap_or_default()
+        }
+        Shape::Cylinder(s) => curved(Curved::Cylinder(**s)),
+        Shape::Cone(s) => curved(Curved::Cone(**s)),
+        Shape::Torus(s) => curved(Curved::Torus(**s)),
+        Shape::Points(points) => {
+            let form = points_form(scene, &primitive.shape, points, material, &to_world);
+            form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect()
+        }
+        Shape::Plane(_) | Shape::Mesh(_) => Vec::new(),
+    }
+}
+
+/// The scale of a transform that keeps shapes similar.
+fn similarity(to_world: &DAffine3) -> Option<f64> {
+    let m = to_world.matrix3;
+    let l2 = m.x_axis.length_squared();
+    let even = |v: f64| (v - l2).abs() <= 1e-9 * l2;
+    let square = |v: f64| v.abs() <= 1e-9 * l2;
+    let similar = even(m.y_axis.length_squared())
+        && even(m.z_axis.length_squared())
+        && square(m.x_axis.dot(m.y_axis))
+        && square(m.y_axis.dot(m.z_axis))
+        && square(m.z_axis.dot(m.x_axis));
+    similar.then_some(l2.sqrt())
+}
+
+/// A material's mean emission, both sides counted; textures by what they are in the middle of nowhere count as 1.
+fn mean_emission(scene: &Scene, material: MaterialId) -> f64 {
+    scene.materials.get(material.index()).map_or(0.0, |m| m.emission_estimate(scene))
+}
+
+/// The points of a cloud, each by its area and how it shines.
+fn points_form(
+    scene: &Scene,
+    shape: &Shape,
+    points: &Points,
+    material: MaterialId,
+    to_world: &DAffine3,
+) -> Option<(Form, f64)> {
+    let material = scene.materials.get(material.index())?;
+    let estimate = material.emission_estimate(scene);
+    let emitter = |s: &Sphere| SphereEmitter { center: s.center, radius: s.radius };
+    let one = EllipsoidEmitter::new(emitter(&points.spheres().next()?.1), *to_world)?;
+    let mut weights = vec![0.0; points.spheres().map(|(i, _)| i as usize + 1).max()?];
+    for (part, sphere) in points.spheres() {
+        let mut brightness = estimate;
+        if material.has_emission_texture() {
+            // Two places; never 0, for what lies between them may be bright.
+            brightness *= 0.1;
+            let hit = ShapeHit { t: 0.0, part, u: 0.0, v: 0.0 };
+            for n in [DVec3::Y, DVec3::Z] {
+                let at = SurfacePoint { p: sphere.center + sphere.radius * n, error: 0.0, ng: n, ns: n };
+                for outside in [true, false] {
+                    let emitted = material.emitted(scene, || shape.texture_point(&hit, &at), outside);
+                    brightness += 0.5 * f64::from(emitted.luminance());
+                }
+            }
+        }
+        weights[part as usize] = brightness * one.with(emitter(&sphere)).area();
+    }
+    let power = weights.iter().sum();
+    Some((Form::Points { choice: AliasTable::new(&weights)?, one }, power))
+}
+
+/// The triangles of a mesh that shine.
+fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMesh) -> Option<(Form, f64)> {
+    if !scene.materials.iter().any(|m| m.is_emissive(scene)) {
+        return None;
+    }
+    let (mut triangles, mut weights, mut place) = (Vec::new(), Vec::new(), Vec::new());
+    for part in 0..mesh.data().triangles.len() as u32 {
+        let hit = |u, v| ShapeHit { t: 0.0, part, u, v };
+        let id = scene.material_of(primitive, &hit(0.3, 0.3));
+        let material = &scene.materials[id.index()];
+        if !material.is_emissive(scene) {
+            continue;
+        }
+        let Some(form) = triangle(scene, index, mesh, part) else { continue };
+        // Some places of the texture; never 0, for what lies between them may be bright.
+        let mut brightness = 0.1 * material.emission_estimate(scene);
+        if material.has_emission_texture() {
+            const PLACES: [(f64, f64); 4] = [(0.33, 0.33), (0.6, 0.2), (0.2, 0.6), (0.2, 0.2)];
+            for (u, v) in PLACES {
+                let hit = hit(u, v);
+                let at = primitive.shape.texture_point(&hit, &mesh.surface(&hit));
+                for outside in [true, false] {
+                    let emitted = material.emitted(scene, || at, outside);
+                    brightness += 0.25 * f64::from(emitted.luminance());
+                }
+            }
+        } else {
+            brightness = material.emission_estimate(scene);
+        }
+        triangles.push(part);
+        weights.push(brightness * form.area());
+    }
+    let choice = AliasTable::new(&weights)?;
+    if triangles.len() != mesh.data().triangles.len() {
+        place.resize(mesh.data().triangles.len(), NONE);
+        for (i, part) in triangles.iter().enumerate() {
+            place[*part as usize] = i as u32;
+        }
+    }
+    let power = weights.iter().sum();
+    Some((Form::Mesh { triangles, place, choice }, power))
+}
+
+/// A triangle of a mesh, in the scene.
+fn triangle(scene: &Scene, primitive: u32, mesh: &TriangleMesh, part: u32) -> Option<TriangleEmitter> {
+    let (corners, side) = scene.corners(primitive, mesh, part)?;
+    TriangleEmitter::new(corners, side)
+}
+
+/// Where textures are looked up at a sample.
+fn texture_point<'a>(
+    scene: &Scene,
+    primitive: &'a Primitive,
+    s: &EmitterSample,
+    hit: &ShapeHit,
+) -> TexturePoint<'a> {
+    let point = match &primitive.shape {
+        Shape::Mesh(mesh) => mesh.surface(hit),
+        _ => {
+            let (p, n) = match primitive.transform {
+                NO_TRANSFORM => (s.q, s.n),
+                i => {
+                    let t = &scene.transforms[i as usize];
+                    (t.to_object.transform_point3(s.q), (t.to_world.matrix3.transpose() * s.n).normalize())
+                }
+            };
+            SurfacePoint { p, error: 0.0, ng: n, ns: n }
+        }
+    };
+    primitive.shape.texture_point(hit, &point)
+}
+
+impl ShapeEmitter {
+    /// Light that arrives at `p` from a point that `u` chooses.
+    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3]) -> Option<LightSample> {
+        let uv = [u[0], u[1]];
+        let primitive = &scene.primitives[self.primitive as usize];
+        let (s, part): (EmitterSample, u32) = match &self.form {
+            Form::Sphere(f) => (f.sample(p, uv)?, 0),
+            Form::Ellipsoid(f) => (f.sample(p, uv)?, 0),
+            Form::Curved(f) => f.sample(p, uv)?,
+            Form::Points { choice, one } => {
+                let Shape::Points(points) = &primitive.shape else { return None };
+                let (part, probability, _) = choice.sample(u[2]);
+                let Sphere { center, radius } = points.sphere(part);
+                let s = one.with(SphereEmitter { center, radius }).sample(p, uv)?;
+                (EmitterSample { pdf: s.pdf * probability, ..s }, part)
+            }
+            Form::Rectangle(f) => (f.sample(p, uv)?, self.part),
+            Form::Disk(f) => (f.sample(p, uv)?, 0),
+            Form::Mesh { triangles, choice, .. } => {
+                let Shape::Mesh(mesh) = &primitive.shape else { return None };
+                let (i, probability, _) = choice.sample(u[2]);
+                let part = *triangles.get(i as usize)?;
+                let form = triangle(scene, self.primitive, mesh, part)?;
+                let s = form.sample(p, uv)?;
+                (EmitterSample { pdf: s.pdf * probability, ..s }, part)
+            }
+        };
+        let side = (p - s.q).dot(s.n);
+        let hit = ShapeHit { t: 0.0, part, u: s.u, v: s.v };
+        let material = &scene.materials[scene.material_of(primitive, &hit).index()];
+        let radiance = material.emitted(scene, || texture_point(scene, primitive, &s, &hit), side >= 0.0);
+        if radiance.is_black() {
+            return None;
+        }
+        // The shadow ray ends before the light.
+        let end = s.q + s.n * (4.0 * ROUNDING * (self.reach + s.q.abs().max_element())).copysign(side);
+        Some(LightSample { to_light: end - p, finite: true, radiance, pdf: s.pdf, is_delta: false })
+    }
+
+    /// The density with which that finds the direction from `p` to a hit of it.
+    pub(super) fn pdf(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
+        let q = surface.p;
+        match &self.form {
+            Form::Sphere(f) => f.pdf(p, q, surface.ng),
+            Form::Ellipsoid(f) => f.pdf(p, q, surface.ng),
+            Form::Curved(f) => f.pdf(p, q, surface.ng),
+            Form::Points { choice, one } => {
+                let part = surface.hit.shape.part;
+                let Shape::Points(points) = &scene.primitives[self.primitive as usize].shape else {
+                    return 0.0;
+                };
+                let Sphere { center, radius } = points.sphere(part);
+                let form = one.with(SphereEmitter { center, radius });
+                choice.probability(part) * form.pdf(p, q, surface.ng)
+            }
+            Form::Rectangle(f) => f.pdf(p, q),
+            Form::Disk(f) => f.pdf(p, q),
+            Form::Mesh { place, choice, .. } => {
+                let primitive = &scene.primitives[self.primitive as usize];
+                let Shape::Mesh(mesh) = &primitive.shape else { return 0.0 };
+                let part = surface.hit.shape.part;
+                let place =
+                    if place.is_empty() { part } else { place.get(part as usize).copied().unwrap_or(NONE) };
+                let form = triangle(scene, self.primitive, mesh, part);
+                form.map_or(0.0, |form| choice.probability(place) * form.pdf(p, q))
+            }
+        }
+    }
+}
+
+impl Scene {
+    fn to_world(&self, primitive: &Primitive) -> DAffine3 {
+        match primitive.transform {
+            NO_TRANSFORM => DAffine3::IDENTITY,
+            i => self.transforms[i as usize].to_world,
+        }
+    }
+}
