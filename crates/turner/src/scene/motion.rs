@@ -101,7 +101,7 @@ fn polar(m: &DMat3) -> Option<(DMat3, DMat3)> {
         let next = (r + r.inverse().transpose()) * 0.5;
         let change = (next - r).to_cols_array().iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         r = next;
-        if !(change > 1e-15) {
+        if change <= 1e-15 || change.is_nan() {
             break;
         }
     }
