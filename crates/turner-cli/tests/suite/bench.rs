@@ -125,8 +125,10 @@ done"#;
     assert_eq!(of_peer.len(), 3);
     assert_eq!(of_peer[1]["median_seconds"], 0.5);
     assert_eq!(of_peer[2]["start_seconds"], 2.5);
-    // A black picture's error does not fall.
-    assert!(of_peer[0]["relmse"].as_f64().unwrap() > 0.5 && of_peer[2]["reach"][0]["seconds"].is_null());
+    // A black picture's error is that of all the light, and does not fall.
+    let error = of_peer[0]["relmse"].as_f64().unwrap();
+    assert!(error > 0.05 && of_peer[1]["relmse"] == error, "{of_peer:?}");
+    assert!(of_peer[2]["reach"][0]["seconds"].is_null(), "{of_peer:?}");
     assert!(run(&black, &["--markdown"]).ok().stdout.contains("cycles 1.2 | 2.50 s"));
 
     // What goes wrong is said by whom.
