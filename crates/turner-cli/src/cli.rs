@@ -27,7 +27,7 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Render(render::RenderArgs),
+    Render(Box<render::RenderArgs>),
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),

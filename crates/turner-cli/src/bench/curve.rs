@@ -1,5 +1,7 @@
 //! Error over time: which time it takes to a given error.
 
+use turner::math::elementary::{exp, ln};
+
 /// One measured number of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
@@ -23,9 +25,9 @@ pub(super) struct Reach {
 pub(super) fn seconds_to(points: &[Point], target: f64) -> Option<Reach> {
     let usable = |p: &&Point| p.error > 0.0 && p.seconds > 0.0;
     let mut logs: Vec<(f64, f64)> =
-        points.iter().filter(usable).map(|p| (p.seconds.ln(), p.error.ln())).collect();
+        points.iter().filter(usable).map(|p| (ln(p.seconds), ln(p.error))).collect();
     logs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let target = target.ln();
+    let target = ln(target);
     // The last crossing: what comes after it is below.
     let crossing = logs.windows(2).rev().find_map(|pair| match pair {
         [a, b] if a.1 >= target && b.1 <= target && a.1 > b.1 => {
@@ -34,12 +36,12 @@ pub(super) fn seconds_to(points: &[Point], target: f64) -> Option<Reach> {
         _ => None,
     });
     if let Some(seconds) = crossing {
-        return Some(Reach { seconds: seconds.exp(), measured: true });
+        return Some(Reach { seconds: exp(seconds), measured: true });
     }
     let above = logs.iter().all(|p| p.1 > target);
     let near = if above { &logs[logs.len().saturating_sub(3)..] } else { &logs[..logs.len().min(3)] };
     let (slope, offset) = line(near)?;
-    (slope < 0.0).then(|| Reach { seconds: ((target - offset) / slope).exp(), measured: false })
+    (slope < 0.0).then(|| Reach { seconds: exp((target - offset) / slope), measured: false })
 }
 
 /// Slope and offset of the line nearest to points by least squares.
@@ -57,7 +59,8 @@ mod tests {
     use super::*;
 
     fn curve(count: i32) -> Vec<Point> {
-        (0..count).map(|k| Point { seconds: 0.1 * 2f64.powi(k), error: 0.08 * 0.5f64.powi(k) }).collect()
+        let times = (0..count).map(|k| f64::from(1 << k));
+        times.map(|t| Point { seconds: 0.1 * t, error: 0.08 / t }).collect()
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use turner::math::elementary::ln;
+
 use super::render::Series;
 
 /// A panel with its labels.
@@ -71,6 +73,10 @@ pub(super) fn svg(all: &[Series]) -> String {
     out
 }
 
+fn log10(value: f64) -> f64 {
+    ln(value) / std::f64::consts::LN_10
+}
+
 /// A logarithmic axis: decades from and to, and where they lie.
 struct Axis {
     low: f64,
@@ -82,8 +88,8 @@ struct Axis {
 impl Axis {
     /// Around all values; a decade at least.
     fn around(values: impl Iterator<Item = f64> + Clone, from: f64, to: f64) -> Axis {
-        let low = values.clone().fold(f64::INFINITY, f64::min).log10();
-        let high = values.fold(0.0, f64::max).log10();
+        let low = log10(values.clone().fold(f64::INFINITY, f64::min));
+        let high = log10(values.fold(0.0, f64::max));
         let (low, high) = if low.is_finite() && high.is_finite() { (low, high) } else { (-2.0, 0.0) };
         let room = (0.04 * (high - low)).max(0.02);
         let (low, high) = (low - room, high + room);
@@ -92,7 +98,7 @@ impl Axis {
     }
 
     fn at(&self, value: f64) -> f64 {
-        self.from + (self.to - self.from) * (value.log10() - self.low) / (self.high - self.low)
+        self.from + (self.to - self.from) * (log10(value) - self.low) / (self.high - self.low)
     }
 
     /// 1, 2 and 5 of each decade, whether they have a label.
@@ -100,10 +106,11 @@ impl Axis {
         let mut out = Vec::new();
         let dense = self.high - self.low < 2.2;
         for decade in self.low.floor() as i32..=self.high.ceil() as i32 {
-            for digit in [1.0, 2.0, 5.0] {
-                let value = digit * 10f64.powi(decade);
-                if (self.low..=self.high).contains(&value.log10()) {
-                    out.push((value, digit == 1.0 || dense));
+            for digit in [1, 2, 5] {
+                // The number nearest to it, which a product need not be.
+                let value = format!("{digit}e{decade}").parse().unwrap_or(f64::NAN);
+                if (self.low..=self.high).contains(&log10(value)) {
+                    out.push((value, digit == 1 || dense));
                 }
             }
         }
@@ -211,8 +218,11 @@ mod tests {
     #[test]
     fn axes_are_logarithmic() {
         let axis = Axis { low: -2.0, high: 0.0, from: 100.0, to: 300.0 };
-        assert_eq!((axis.at(0.01), axis.at(0.1), axis.at(1.0)), (100.0, 200.0, 300.0));
-        assert_eq!(axis.ticks().len(), 7);
+        for (value, place) in [(0.01, 100.0), (0.1, 200.0), (1.0, 300.0)] {
+            assert!((axis.at(value) - place).abs() < 1e-9, "{value}");
+        }
+        let wide = Axis { low: -2.1, high: 0.1, ..axis };
+        assert_eq!(wide.ticks().len(), 7);
         let one = Axis::around(std::iter::once(0.5), 0.0, 1.0);
         assert!((one.at(0.5) - 0.5).abs() < 1e-9 && one.high - one.low > 0.9);
     }

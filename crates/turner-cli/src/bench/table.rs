@@ -156,8 +156,8 @@ pub(super) mod tests {
     pub(in super::super) fn series(renderer: &str, at_a_second: f64) -> Series {
         let measured = |k: i32| Measured {
             samples: 1 << k,
-            seconds: vec![2f64.powi(k); 3],
-            errors: vec![Some(at_a_second / 2f64.powi(k)); 3],
+            seconds: vec![f64::from(1 << k); 3],
+            errors: vec![Some(at_a_second / f64::from(1 << k)); 3],
         };
         Series {
             scene: "s1".into(),
