@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
-"""Writes scenes/peers/s1.toml to s4.toml from the neutral descriptions that other renderers are measured with, and the small references
-beside them from converged pictures of 512 x 512.
+"""Writes scenes/peers/s1.toml to s4.toml from the neutral descriptions beside them, s1.json to s4.json, that other renderers are
+measured with (render.py).
 
-    python3 benches/peers/convert.py FOLDER            # FOLDER holds scenes/S1.json ... and ref/S1.exr ..., ref/refs.json
+    python3 benches/peers/convert.py
 
 Conventions of the descriptions: right-handed, y up; `max_depth` counts the camera ray (1 is directly seen light), so that Turner's
 `max_depth` is one less; quads shine on one side and both sides absorb; `alpha` is the width of the GGX lobe, the square of Turner's
-roughness; reflectances of mirrors and metals are constant. The pictures are converted by `cargo run -p turner-io --example reduce_reference`.
+roughness; reflectances of mirrors and metals are constant. The small references come from converged pictures of 512 x 512 by `cargo run -p turner-io --example reduce_reference`.
 """
 import json
-import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -110,9 +109,8 @@ def convert(s):
 
 
 def main():
-    folder = Path(sys.argv[1])
-    for name in ("S1", "S2", "S3", "S4"):
-        convert(json.loads((folder / "scenes" / f"{name}.json").read_text()))
+    for name in ("s1", "s2", "s3", "s4"):
+        convert(json.loads((OUT / f"{name}.json").read_text()))
 
 
 if __name__ == "__main__":

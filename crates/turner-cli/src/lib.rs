@@ -5,7 +5,7 @@
 //!                       ├─ info     what is in a scene         ├─ output     where the picture goes
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
-//!                       ├─ bench    ── povray, rays
+//!                       ├─ bench    ── povray, rays, render
 //!                       └─ verify   statistics
 //! ```
 //!

@@ -1,4 +1,12 @@
-//! `turner bench`: how fast scenes render, also beside POV-Ray.
+//! `turner bench`: how fast scenes render, also beside POV-Ray; `render` measures path tracing.
+
+mod curve;
+mod install;
+mod peer;
+mod plot;
+mod references;
+mod render;
+mod table;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -52,12 +60,15 @@ pub(crate) struct BenchArgs {
 #[derive(Debug, Subcommand)]
 enum OtherBench {
     Rays(rays::RaysArgs),
+    Render(render::RenderBenchArgs),
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &BenchArgs) -> u8 {
-    if let Some(OtherBench::Rays(args)) = &args.other {
-        return rays::run(args);
+    match &args.other {
+        Some(OtherBench::Rays(args)) => return rays::run(args),
+        Some(OtherBench::Render(args)) => return render::run(args),
+        None => {}
     }
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
     match bench(args) {
