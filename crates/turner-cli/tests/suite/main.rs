@@ -2,6 +2,7 @@
 
 mod common;
 mod docs;
+mod explain;
 mod interrupt;
 mod kernels;
 mod models;

@@ -58,19 +58,17 @@ impl<R: Record> Wave<'_, R> {
                     return;
                 }
                 let Some(band) = path.choose_band() else { return };
-                self.record.note(|r| r.at(|v| v.band = Some(band)));
+                self.record.note(|r| r.dispersed(band, path.beta));
                 let i = usize::from(band);
                 if let Some(s) = samples[i] {
                     self.follow(sample, &vertices[i], material, s, u3, stats);
                 }
                 return;
             }
-            if path.choose_band().is_none() {
-                return;
-            }
+            let Some(band) = path.choose_band() else { return };
+            self.record.note(|r| r.dispersed(band, path.beta));
         }
         let Some(band) = self.paths[sample as usize].band else { return };
-        self.record.note(|r| r.at(|v| v.band = Some(band)));
         let bsdf = bsdf(band);
         let vertex = prepare(scene, ray, material, surface, &bsdf, outside);
         self.scatter(sample, &vertex, material, bsdf.has_smooth(), sets, stats);

@@ -63,6 +63,7 @@ impl PathRecord {
             emission: None,
             ior_around: None,
             band: path.band,
+            dispersed: None,
             light: None,
             scatter: None,
         });
@@ -76,6 +77,11 @@ impl PathRecord {
                 v.chosen = scene.materials.iter().position(is).map(|i| MaterialId(i as u32));
             }
         });
+    }
+
+    /// Dispersion left one band, which carries `throughput`.
+    pub(super) fn dispersed(&mut self, band: u8, throughput: Spectrum) {
+        self.at(|v| (v.band, v.dispersed) = (Some(band), Some(throughput)));
     }
 
     /// The surface shone.

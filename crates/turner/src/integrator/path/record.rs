@@ -160,8 +160,10 @@ pub struct VertexRecord {
     pub emission: Option<EmissionRecord>,
     /// Index of refraction around the solid, where it has an inside.
     pub ior_around: Option<f64>,
-    /// The colour band (0 red, 1 green, 2 blue) that dispersion left of the path from here on, or before.
+    /// The colour band (0 red, 1 green, 2 blue) that is left of the path, once dispersion has parted them: from here on, or before.
     pub band: Option<u8>,
+    /// The throughput with that band alone, where it was chosen here: it stands for the others, too.
+    pub dispersed: Option<Spectrum>,
     /// The light that was sampled.
     pub light: Option<LightRecord>,
     /// The direction that was sampled and taken.
