@@ -75,7 +75,7 @@ fn scenes() -> Vec<(&'static str, String, Occurs)> {
                  object = [{FLOOR}, {LAMP},\n\
                  {{ type = \"sphere\", center = [-1, 1, 0], material = {{ type = \"mix\", materials = [{{ type = \"matte\" }}, \
                  {{ type = \"metal\" }}, {{ type = \"emissive\", strength = 2 }}], weights = [0.3, 0.3] }} }},\n\
-                 {{ type = \"rectangle\", center = [1, 1, 1], edge_u = [1, 0, 0.3], edge_v = [0, 2, 0], material = {{ type = \"principled\", \
+                 {{ type = \"rectangle\", center = [0, 1, 2], edge_u = [8, 0, 0.3], edge_v = [0, 4, 0], material = {{ type = \"principled\", \
                  alpha_mode = \"blend\", opacity = 0.4 }} }}]\n"
             ),
             |p| {
