@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use turner::color::Transfer;
 use turner::film::Picture;
+use turner::integrator::IntegratorDesc;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::{Scene, SceneDesc};
 use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, encode};
@@ -123,6 +124,10 @@ impl Output {
     ) -> Metadata {
         let film = &scene.film;
         let settings = format!("film {}; integrator {}", compact(film), compact(&scene.integrator));
+        let clamp = match &scene.integrator {
+            IntegratorDesc::Path(path) => Some(path.clamp_indirect).filter(|most| *most > 0.0),
+            _ => None,
+        };
         // PNG has a keyword of its own for it.
         let software = if self.format == ImageFormat::Png { "Software" } else { "turner:software" };
         [
@@ -137,6 +142,7 @@ impl Output {
             ("turner:exposure", format!("{exposure:.4}")),
         ]
         .into_iter()
+        .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
         .collect()
     }

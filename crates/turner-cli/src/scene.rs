@@ -74,6 +74,9 @@ pub(crate) struct FilmArgs {
     /// How often a ray may be reflected or refracted
     #[arg(long, value_name = "N")]
     max_depth: Option<u32>,
+    /// Most radiance that one path may bring by way of another surface, for "path": takes fireflies away, and light
+    #[arg(long, value_name = "RADIANCE")]
+    clamp_indirect: Option<f64>,
     /// Seed of the random numbers
     #[arg(long)]
     seed: Option<u32>,
@@ -126,6 +129,8 @@ impl FilmArgs {
         // The integrator first: it decides what `max_depth` means.
         set("integrator.type", quoted(&self.integrator), "--integrator", self.integrator.as_deref());
         set("integrator.max_depth", number(self.max_depth), "--max-depth", None);
+        let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
+        set("integrator.clamp_indirect", clamp, "--clamp-indirect", None);
         set("film.width", number(self.width), "--width", None);
         set("film.height", number(self.height), "--height", None);
         set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), "--crop", self.crop.as_deref());

@@ -112,3 +112,17 @@ fn the_exposure_that_was_chosen_is_in_the_picture() {
     ]);
     assert!((half - auto - 1.0).abs() < 0.01, "{half} {auto}");
 }
+
+#[test]
+fn a_clamp_is_recorded_in_the_picture_and_no_clamp_is_not() {
+    let f = folder();
+    let path = ["s.toml", "-o", "x.png", "--integrator", "path", "-D", "film.antialias=monte-carlo"];
+    let clamp = |args: &[&str]| {
+        f.turner(&[&path, args].concat()).ok();
+        let metadata = turner_io::image::read_metadata(&f.read("x.png"), "x.png").unwrap();
+        metadata.get("turner:clampIndirect").map(|v| v.to_string())
+    };
+    assert_eq!(clamp(&[]), None);
+    assert_eq!(clamp(&["--clamp-indirect", "2.5"]), Some("2.5".to_owned()));
+    f.turner(&["s.toml", "--integrator", "path", "--clamp-indirect=-1"]).fails(2, &["--clamp-indirect"]);
+}

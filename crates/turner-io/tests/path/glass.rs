@@ -49,6 +49,16 @@ fn glass_absorbs_with_the_way_inside() {
     through(&slab([-1.0, 1.0], &glass(1.5, tint))).is(expected, 0.01);
 }
 
+/// A texture counts as it is where light enters.
+#[test]
+fn glass_absorbs_by_its_texture() {
+    let board = "{ type = \"chessboard\", even = [0.25, 0.5, 1], odd = [0.25, 0.5, 1] }";
+    let tint = format!(", transmission_color = {board}, transmission_depth = 4");
+    let r = reflectance(1.0, 1.5);
+    let expected = [0.25f64, 0.5, 1.0].map(|c| passes(r, r, c.powf(2.0 / 4.0)));
+    through(&slab([-1.0, 1.0], &glass(1.5, &tint))).is(expected, 0.01);
+}
+
 #[test]
 fn solids_of_one_material_are_one_where_they_overlap() {
     let r = reflectance(1.0, 1.5);

@@ -6,10 +6,10 @@
 use crate::color::Spectrum;
 use crate::material::Physical;
 use crate::math::elementary::{exp, ln};
-use crate::scene::{ColorSource, MaterialId};
+use crate::scene::{ColorSource, MaterialId, Scene, SurfaceInteraction};
 
-/// Solids around a point; more than these are taken for nothing.
-const MAX_NESTED: usize = 6;
+/// Materials of solids around a point; more than these are taken for nothing.
+const MAX_NESTED: usize = 8;
 
 #[derive(Clone, Copy, Debug)]
 struct Medium {
@@ -21,10 +21,11 @@ struct Medium {
     count: u32,
 }
 
-/// The solids around a point of a path. Most paths meet none, and are small so.
-#[derive(Clone, Debug)]
+/// The solids around a point of a path, in place: nothing is allocated on the way.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Media {
-    list: Vec<Medium>,
+    list: [Medium; MAX_NESTED],
+    len: usize,
 }
 
 /// What a boundary between solids is to a ray.
@@ -37,23 +38,30 @@ pub(super) enum Boundary {
 
 impl Media {
     /// Around a point in the open.
-    pub(super) const NONE: Media = Media { list: Vec::new() };
+    pub(super) const NONE: Media = Media {
+        list: [Medium { material: MaterialId(0), ior: 1.0, absorption: [0.0; 3], count: 0 }; MAX_NESTED],
+        len: 0,
+    };
+
+    fn list(&self) -> &[Medium] {
+        &self.list[..self.len]
+    }
 
     /// The materials of the solids, in the order they were entered.
     pub(super) fn materials(&self) -> impl Iterator<Item = MaterialId> + '_ {
-        self.list.iter().map(|m| m.material)
+        self.list().iter().map(|m| m.material)
     }
 
     /// The solid that is there, other than one of a material.
     fn top_except(&self, except: Option<MaterialId>) -> Option<&Medium> {
-        let others = self.list.iter().filter(|m| Some(m.material) != except);
+        let others = self.list().iter().filter(|m| Some(m.material) != except);
         others.max_by(|a, b| a.ior.total_cmp(&b.ior).then(b.material.cmp(&a.material)))
     }
 
     /// The share of light that is left after a way of some length.
     #[inline]
     pub(super) fn transmittance(&self, length: f64) -> Option<Spectrum> {
-        if self.list.is_empty() {
+        if self.len == 0 {
             return None;
         }
         let absorption = self.top_except(None)?.absorption;
@@ -69,7 +77,7 @@ impl Media {
 
     /// What the boundary of a solid is, met from outside (`entering`) or inside.
     pub(super) fn boundary(&self, material: MaterialId, ior: f64, entering: bool) -> Boundary {
-        let inside = self.list.iter().find(|m| m.material == material).map_or(0, |m| m.count);
+        let inside = self.list().iter().find(|m| m.material == material).map_or(0, |m| m.count);
         // Of solids of one material in one another, only the outermost boundary shows.
         if if entering { inside > 0 } else { inside > 1 } {
             return Boundary::Hidden;
@@ -81,31 +89,48 @@ impl Media {
         }
     }
 
-    /// The path has crossed the boundary of a solid.
-    pub(super) fn cross(&mut self, id: MaterialId, material: &Physical, entering: bool) {
-        let found = self.list.iter().position(|m| m.material == id);
+    /// The path has crossed the boundary of a solid at `surface`.
+    pub(super) fn cross(
+        &mut self,
+        scene: &Scene,
+        surface: &SurfaceInteraction,
+        material: &Physical,
+        entering: bool,
+    ) {
+        let id = surface.material;
+        let found = self.list().iter().position(|m| m.material == id);
         match (found, entering) {
             (Some(i), true) => self.list[i].count += 1,
             (Some(i), false) if self.list[i].count > 1 => self.list[i].count -= 1,
-            (Some(i), false) => drop(self.list.remove(i)),
-            (None, true) if self.list.len() < MAX_NESTED => {
+            (Some(i), false) => {
+                self.list.copy_within(i + 1..self.len, i);
+                self.len -= 1;
+            }
+            (None, true) if self.len < MAX_NESTED => {
                 let ior = material.desc.specular_ior as f32;
-                self.list.push(Medium { material: id, ior, absorption: absorption(material), count: 1 });
+                let absorption = absorption(scene, surface, material);
+                self.list[self.len] = Medium { material: id, ior, absorption, count: 1 };
+                self.len += 1;
             }
             (None, _) => {}
         }
     }
 }
 
-/// Per unit of length, by the colour that is left after `transmission_depth` (Beer–Lambert). A texture has no place inside: white.
-fn absorption(material: &Physical) -> [f32; 3] {
+/// Per unit of length, by the colour that is left after `transmission_depth` (Beer–Lambert). A texture counts as it is where the path
+/// enters.
+fn absorption(scene: &Scene, surface: &SurfaceInteraction, material: &Physical) -> [f32; 3] {
     let depth = material.desc.transmission_depth;
-    match material.desc.transmission_color {
-        // A film a millionth of a millionth thick would be opaque anyway.
-        ColorSource::Constant(c) if depth > 0.0 => c.to_array().map(|v| {
-            let v = f64::from(v).clamp(1e-10, 1.0);
-            (-ln(v) / depth).min(1e30) as f32
-        }),
-        _ => [0.0; 3],
+    if depth <= 0.0 {
+        return [0.0; 3];
     }
+    let left = match material.desc.transmission_color {
+        ColorSource::Constant(c) => c,
+        source => scene.textures.color(source, &scene.texture_point(surface)),
+    };
+    // A film a millionth of a millionth thick would be opaque anyway.
+    left.to_array().map(|v| {
+        let v = f64::from(v).clamp(1e-10, 1.0);
+        (-ln(v) / depth).min(1e30) as f32
+    })
 }

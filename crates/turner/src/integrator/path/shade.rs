@@ -221,7 +221,7 @@ impl<R: Record> Wave<'_, R> {
                 }
                 Boundary::Hidden => {
                     self.record.note(|r| r.at(|v| v.passage = Passage::Hidden));
-                    path.media.cross(surface.material, material, outside);
+                    path.media.cross(scene, &surface, material, outside);
                     self.next.push(sample, &surface, ray.direction);
                     return;
                 }
@@ -311,8 +311,8 @@ impl<R: Record> Wave<'_, R> {
         let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;
         let length = if lit.finite { distance } else { f64::INFINITY };
         let left = if crosses && material.has_inside() {
-            let mut media = path.media.clone();
-            media.cross(v.surface.material, material, wi.dot(v.ng) < 0.0);
+            let mut media = path.media;
+            media.cross(scene, v.surface, material, wi.dot(v.ng) < 0.0);
             media.transmittance(length)
         } else {
             path.media.transmittance(length)
@@ -374,7 +374,7 @@ impl<R: Record> Wave<'_, R> {
         if crosses {
             path.eta2 *= (s.eta * s.eta) as f32;
             if material.has_inside() {
-                path.media.cross(v.surface.material, material, wi.dot(v.ng) < 0.0);
+                path.media.cross(self.scene, v.surface, material, wi.dot(v.ng) < 0.0);
             }
             stats.refracted += 1;
         } else {
