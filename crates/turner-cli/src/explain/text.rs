@@ -12,6 +12,8 @@ use super::Explained;
 
 /// Six digits.
 fn number(v: f64) -> String {
+    // Zero has no sign here.
+    let v = v + 0.0;
     let scientific = format!("{v:.5e}");
     let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
     if !(-4..7).contains(&exponent) {
@@ -66,7 +68,7 @@ pub(super) fn of(e: &Explained<'_>) -> String {
     let [column, row] = path.place.map(number);
     out += &format!("camera ray at ({column}, {row}) of the picture\n");
     out += &format!("  from {} towards {}\n", vector(path.origin), vector(path.direction));
-    if scene.film.shutter[0] != scene.film.shutter[1] {
+    if path.time != 0.0 {
         out += &format!("  time {}\n", number(f64::from(path.time)));
     }
     for (i, vertex) in path.vertices.iter().enumerate() {
