@@ -27,8 +27,8 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Render(render::RenderArgs),
-    Explain(explain::ExplainArgs),
+    Render(Box<render::RenderArgs>),
+    Explain(Box<explain::ExplainArgs>),
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),

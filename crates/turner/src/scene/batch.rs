@@ -7,26 +7,25 @@ use turner_bvh::lanes::{Block, Block32, LANES};
 use turner_bvh::{NearestBlock, RayBlock, Spheres};
 
 use super::faces::{Faces, NO_FACES};
-use super::merged::Merged;
 use super::planes::crossings;
 use super::rectangles::BatchRectangle;
 use super::scene::{Bits, Hit, NO_TRANSFORM, ObjectTransform, Primitive, Scene, SurfaceInteraction};
 use crate::color::Spectrum;
 use crate::material::{Material, ShadowKind};
 use crate::math::{DVec3, Ray};
-use crate::shape::{BlockRays, MeshRays, NO_TRIANGLE, Plane, Shape, ShapeHit, TriangleMesh};
+use crate::shape::{MeshRays, Plane, Shape, ShapeHit};
 
 /// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
 /// holds beside a `t_max` of NaN is of no account.
 #[derive(Default)]
 pub struct RayBatch {
-    blocks: Vec<RayBlock>,
+    pub(super) blocks: Vec<RayBlock>,
     /// Their moments, if anything moves; those beyond the end are 0.
     times: Vec<f32>,
     /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
-    len: usize,
+    pub(super) len: usize,
     /// The primitive and the part of it that each ray leaves: it does not meet a flat one again. Empty if no ray says so.
-    from: Vec<(u32, u32)>,
+    pub(super) from: Vec<(u32, u32)>,
     nearest: Vec<NearestBlock>,
     blocked: Vec<u8>,
     /// Those that something tinted is before.
@@ -34,10 +33,10 @@ pub struct RayBatch {
     /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
     pub coherent: bool,
     /// For meshes: how far each ray goes, and the rays in an object's space.
-    ends: Vec<Block>,
-    moved: Vec<RayBlock>,
-    room: MeshRays,
-    found: Vec<(u32, ShapeHit)>,
+    pub(super) ends: Vec<Block>,
+    pub(super) moved: Vec<RayBlock>,
+    pub(super) room: MeshRays,
+    pub(super) found: Vec<(u32, ShapeHit)>,
 }
 
 /// Eight colours, band by band.
@@ -158,24 +157,24 @@ impl RayBatch {
 
     /// The ray at a place, up to its end.
     #[inline]
-    fn get_to_end(&self, place: u32) -> Option<Ray> {
+    pub(super) fn get_to_end(&self, place: u32) -> Option<Ray> {
         let place = place as usize;
         let ray = self.get(place)?;
         Some(Ray { t_max: self.ends[place / LANES].0[place % LANES], ..ray })
     }
 
     #[inline]
-    fn end_ray(&mut self, place: u32, t: f64) {
+    pub(super) fn end_ray(&mut self, place: u32, t: f64) {
         self.ends[place as usize / LANES].0[place as usize % LANES] = t;
     }
 
-    fn note(&mut self, place: usize, blocked: bool, tinted: bool) {
+    pub(super) fn note(&mut self, place: usize, blocked: bool, tinted: bool) {
         self.blocked[place / LANES] |= u8::from(blocked) << (place % LANES);
         self.tinted[place / LANES] |= u8::from(tinted) << (place % LANES);
     }
 
     /// Lets rays end where they do, or nowhere where they are blocked.
-    fn end_unblocked(&mut self) {
+    pub(super) fn end_unblocked(&mut self) {
         self.ends.clear();
         self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
         for (end, blocked) in self.ends.iter_mut().zip(&self.blocked) {
@@ -186,7 +185,7 @@ impl RayBatch {
     }
 
     /// Lets rays end at their hits.
-    fn end_at(&mut self, hits: &[Option<Hit>]) {
+    pub(super) fn end_at(&mut self, hits: &[Option<Hit>]) {
         self.ends.clear();
         self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
         for (place, hit) in hits.iter().enumerate() {
@@ -197,7 +196,7 @@ impl RayBatch {
     }
 
     /// Moves all rays into an object's space.
-    fn move_into(&mut self, placed: &ObjectTransform) {
+    pub(super) fn move_into(&mut self, placed: &ObjectTransform) {
         self.moved.clear();
         self.moved.resize(self.len.div_ceil(LANES), RayBlock::NOTHING);
         for place in 0..self.len {
@@ -422,139 +421,6 @@ impl Scene {
                 self.intersect_bounded(&mut ray, hit);
             }
         }
-    }
-
-    /// Takes the hits of meshes that are nearer than those so far.
-    fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
-        rays.end_at(hits);
-        if let Some(merged) = &self.merged {
-            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
-            let found = std::mem::take(&mut rays.found);
-            for &(place, found) in &found {
-                let Some(mut ray) = rays.get_to_end(place) else { continue };
-                let mut hit = merged.owned(&found);
-                if merged.is_checked() && !self.is_merged_there(&ray, &hit) {
-                    match self.intersect_merged_behind(merged, &ray) {
-                        Some(behind) => hit = behind,
-                        None => continue,
-                    }
-                }
-                self.keep_nearer_hit(hit, &mut ray, &mut hits[place as usize]);
-                rays.end_ray(place, ray.t_max);
-            }
-            rays.found = found;
-        }
-        for &index in meshes {
-            let primitive = &self.primitives[index as usize];
-            let Shape::Mesh(mesh) = &primitive.shape else { continue };
-            let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
-            let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
-            let found = std::mem::take(&mut rays.found);
-            for &(place, mut found) in &found {
-                let Some(mut ray) = rays.get_to_end(place) else { continue };
-                if checked && !self.is_there(primitive, &self.to_object(primitive, &ray), &found) {
-                    // Something is behind the hole, perhaps.
-                    match self.intersect_faces(primitive, &ray) {
-                        Some(hit) => found = hit,
-                        None => continue,
-                    }
-                }
-                self.keep_nearer(index, found, &mut ray, &mut hits[place as usize]);
-                rays.end_ray(place, ray.t_max);
-            }
-            rays.found = found;
-        }
-    }
-
-    /// Finds the hits of a mesh that are not beyond the ends.
-    fn through_mesh(
-        &self,
-        mesh: &TriangleMesh,
-        primitive: Option<&Primitive>,
-        offset: DVec3,
-        own: impl Fn(u32, u32) -> u32,
-        rays: &mut RayBatch,
-    ) {
-        self.move_to(primitive, rays);
-        rays.found.clear();
-        let used = rays.len.div_ceil(LANES);
-        let RayBatch { blocks, moved, ends, from, room, found, coherent, .. } = rays;
-        let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
-        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
-        let asked = BlockRays { offset, blocks, ends, own };
-        mesh.intersect_blocks(&asked, *coherent, room, |place, hit| found.push((place as u32, hit)));
-    }
-
-    /// Finds the rays that hit anything of a mesh before their ends.
-    fn behind_mesh(
-        &self,
-        mesh: &TriangleMesh,
-        primitive: Option<&Primitive>,
-        offset: DVec3,
-        own: impl Fn(u32, u32) -> u32,
-        rays: &mut RayBatch,
-    ) {
-        self.move_to(primitive, rays);
-        rays.found.clear();
-        let used = rays.len.div_ceil(LANES);
-        let RayBatch { blocks, moved, ends, from, room, found, .. } = rays;
-        let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
-        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
-        let asked = BlockRays { offset, blocks, ends, own };
-        let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
-        mesh.occluded_blocks(&asked, room, |place| found.push((place as u32, hit)));
-    }
-
-    fn is_moved(&self, primitive: Option<&Primitive>) -> bool {
-        primitive.is_some_and(|p| p.transform != NO_TRANSFORM)
-    }
-
-    fn move_to(&self, primitive: Option<&Primitive>, rays: &mut RayBatch) {
-        if let Some(p) = primitive
-            && p.transform != NO_TRANSFORM
-        {
-            rays.move_into(&self.transforms[p.transform as usize]);
-        }
-    }
-
-    /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
-    fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
-        rays.end_unblocked();
-        if merged.is_opaque() {
-            self.behind_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
-        } else {
-            // The nearest triangle decides for most rays.
-            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
-        }
-        let found = std::mem::take(&mut rays.found);
-        for &(place, hit) in &found {
-            let tinted = Cell::new(false);
-            let blocked = merged.is_opaque()
-                || rays.get(place as usize).is_some_and(|ray| {
-                    self.merged_stops(&ray, &merged.owned(&hit), &tinted)
-                        || self.merged_blocks(merged, &ray, &tinted)
-                });
-            rays.note(place as usize, blocked, tinted.get());
-        }
-        rays.found = found;
-    }
-
-    /// The same for a mesh of its own, `opaque` or not.
-    fn behind_single(&self, index: u32, opaque: bool, rays: &mut RayBatch) {
-        let primitive = &self.primitives[index as usize];
-        let Shape::Mesh(mesh) = &primitive.shape else { return };
-        rays.end_unblocked();
-        let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-        self.behind_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
-        let found = std::mem::take(&mut rays.found);
-        for &(place, _) in &found {
-            let tinted = Cell::new(false);
-            let blocked = opaque
-                || rays.get(place as usize).is_some_and(|ray| self.primitive_blocks(index, &ray, &tinted));
-            rays.note(place as usize, blocked, tinted.get());
-        }
-        rays.found = found;
     }
 
     /// For each ray what [`Scene::transmittance`] comes to; anything at empty places. Replaces what was in `through`.

@@ -2,6 +2,7 @@
 
 pub mod background;
 mod batch;
+mod batch_meshes;
 pub mod desc;
 mod doubts;
 pub mod emitters;

@@ -18,7 +18,7 @@ pub(super) struct BatchRectangle {
 
 impl BatchRectangle {
     pub(super) fn new(shape: &Rectangle, index: u32, one_sided: bool) -> BatchRectangle {
-        BatchRectangle { shape: shape.clone(), index, one_sided }
+        BatchRectangle { shape: *shape, index, one_sided }
     }
 
     /// Calls `met` with the place and the hit of each ray that meets it before its end.

@@ -1,0 +1,147 @@
+//! Many rays through meshes: each mesh once for all of them.
+
+use std::cell::Cell;
+
+use turner_bvh::lanes::LANES;
+
+use super::batch::RayBatch;
+use super::faces::NO_FACES;
+use super::merged::Merged;
+use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
+use crate::math::DVec3;
+use crate::shape::{BlockRays, NO_TRIANGLE, Shape, ShapeHit, TriangleMesh};
+
+impl Scene {
+    /// Takes the hits of meshes that are nearer than those so far.
+    pub(super) fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
+        rays.end_at(hits);
+        if let Some(merged) = &self.merged {
+            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
+            let found = std::mem::take(&mut rays.found);
+            for &(place, found) in &found {
+                let Some(mut ray) = rays.get_to_end(place) else { continue };
+                let mut hit = merged.owned(&found);
+                if merged.is_checked() && !self.is_merged_there(&ray, &hit) {
+                    match self.intersect_merged_behind(merged, &ray) {
+                        Some(behind) => hit = behind,
+                        None => continue,
+                    }
+                }
+                self.keep_nearer_hit(hit, &mut ray, &mut hits[place as usize]);
+                rays.end_ray(place, ray.t_max);
+            }
+            rays.found = found;
+        }
+        for &index in meshes {
+            let primitive = &self.primitives[index as usize];
+            let Shape::Mesh(mesh) = &primitive.shape else { continue };
+            let own = |p, part| if p == index { part } else { NO_TRIANGLE };
+            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
+            let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
+            let found = std::mem::take(&mut rays.found);
+            for &(place, mut found) in &found {
+                let Some(mut ray) = rays.get_to_end(place) else { continue };
+                if checked && !self.is_there(primitive, &self.to_object(primitive, &ray), &found) {
+                    // Something is behind the hole, perhaps.
+                    match self.intersect_faces(primitive, &ray) {
+                        Some(hit) => found = hit,
+                        None => continue,
+                    }
+                }
+                self.keep_nearer(index, found, &mut ray, &mut hits[place as usize]);
+                rays.end_ray(place, ray.t_max);
+            }
+            rays.found = found;
+        }
+    }
+
+    /// Finds the hits of a mesh that are not beyond the ends.
+    fn through_mesh(
+        &self,
+        mesh: &TriangleMesh,
+        primitive: Option<&Primitive>,
+        offset: DVec3,
+        own: impl Fn(u32, u32) -> u32,
+        rays: &mut RayBatch,
+    ) {
+        self.move_to(primitive, rays);
+        rays.found.clear();
+        let used = rays.len.div_ceil(LANES);
+        let RayBatch { blocks, moved, ends, from, room, found, coherent, .. } = rays;
+        let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
+        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
+        let asked = BlockRays { offset, blocks, ends, own };
+        mesh.intersect_blocks(&asked, *coherent, room, |place, hit| found.push((place as u32, hit)));
+    }
+
+    /// Finds the rays that hit anything of a mesh before their ends.
+    fn behind_mesh(
+        &self,
+        mesh: &TriangleMesh,
+        primitive: Option<&Primitive>,
+        offset: DVec3,
+        own: impl Fn(u32, u32) -> u32,
+        rays: &mut RayBatch,
+    ) {
+        self.move_to(primitive, rays);
+        rays.found.clear();
+        let used = rays.len.div_ceil(LANES);
+        let RayBatch { blocks, moved, ends, from, room, found, .. } = rays;
+        let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
+        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
+        let asked = BlockRays { offset, blocks, ends, own };
+        let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
+        mesh.occluded_blocks(&asked, room, |place| found.push((place as u32, hit)));
+    }
+
+    fn is_moved(&self, primitive: Option<&Primitive>) -> bool {
+        primitive.is_some_and(|p| p.transform != NO_TRANSFORM)
+    }
+
+    fn move_to(&self, primitive: Option<&Primitive>, rays: &mut RayBatch) {
+        if let Some(p) = primitive
+            && p.transform != NO_TRANSFORM
+        {
+            rays.move_into(&self.transforms[p.transform as usize]);
+        }
+    }
+
+    /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
+    pub(super) fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
+        rays.end_unblocked();
+        if merged.is_opaque() {
+            self.behind_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
+        } else {
+            // The nearest triangle decides for most rays.
+            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
+        }
+        let found = std::mem::take(&mut rays.found);
+        for &(place, hit) in &found {
+            let tinted = Cell::new(false);
+            let blocked = merged.is_opaque()
+                || rays.get(place as usize).is_some_and(|ray| {
+                    self.merged_stops(&ray, &merged.owned(&hit), &tinted)
+                        || self.merged_blocks(merged, &ray, &tinted)
+                });
+            rays.note(place as usize, blocked, tinted.get());
+        }
+        rays.found = found;
+    }
+
+    /// The same for a mesh of its own, `opaque` or not.
+    pub(super) fn behind_single(&self, index: u32, opaque: bool, rays: &mut RayBatch) {
+        let primitive = &self.primitives[index as usize];
+        let Shape::Mesh(mesh) = &primitive.shape else { return };
+        rays.end_unblocked();
+        let own = |p, part| if p == index { part } else { NO_TRIANGLE };
+        self.behind_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
+        let found = std::mem::take(&mut rays.found);
+        for &(place, _) in &found {
+            let tinted = Cell::new(false);
+            let blocked = opaque
+                || rays.get(place as usize).is_some_and(|ray| self.primitive_blocks(index, &ray, &tinted));
+            rays.note(place as usize, blocked, tinted.get());
+        }
+        rays.found = found;
+    }
+}
