@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use turner::scene::error::{escape, nearest};
 
 use crate::control::Control;
-use crate::{bench, failure, help, info, list, render, verify};
+use crate::{bench, explain, failure, help, info, list, render, verify};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -28,6 +28,7 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<render::RenderArgs>),
+    Explain(Box<explain::ExplainArgs>),
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),
@@ -40,6 +41,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
     let parsed = with_command(args).and_then(|args| Cli::try_parse_from(args).map_err(Box::new));
     match parsed.map(|cli| cli.command) {
         Ok(Command::Render(args)) => render::run(&args, control),
+        Ok(Command::Explain(args)) => explain::run(&args),
         Ok(Command::Info(args)) => info::run(&args),
         Ok(Command::List(args)) => list::run(&args),
         Ok(Command::Bench(args)) => bench::run(&args),

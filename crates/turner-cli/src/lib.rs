@@ -6,7 +6,8 @@
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
 //!                       ├─ bench    ── povray, rays, render
-//!                       └─ verify   statistics
+//!                       ├─ verify   statistics
+//!                       └─ explain  one sample's path
 //! ```
 //!
 //! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
@@ -17,6 +18,7 @@ mod bench;
 mod cli;
 mod control;
 mod events;
+mod explain;
 mod failure;
 mod help;
 mod info;

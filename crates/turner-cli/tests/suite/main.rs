@@ -3,6 +3,7 @@
 mod bench;
 mod common;
 mod docs;
+mod explain;
 mod interrupt;
 mod kernels;
 mod models;

@@ -17,5 +17,6 @@ mod mix;
 mod motion;
 mod panes;
 mod pixels;
+mod replay;
 mod sameness;
 mod statistics;

@@ -3,7 +3,7 @@
 
 mod classic;
 mod normals;
-mod path;
+pub mod path;
 
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
 pub use normals::{NormalKind, NormalsDesc};

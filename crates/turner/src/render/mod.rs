@@ -1,16 +1,22 @@
 //! Rendering: tiles in parallel, each pixel and sample on its own.
 
 mod adaptive;
+mod order;
+mod single;
 mod tile;
+
+pub use single::sample;
+pub(crate) use single::{camera_sample, sample_id};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use crate::film::{BAND, Film, NonFinite, PixelRect};
 use crate::integrator::RayStats;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
+use order::TileOrder;
 use tile::TileBuffers;
 
 /// Edge of a tile in pixels; a row of tiles is a band of the film.
@@ -35,12 +41,15 @@ pub struct Renderer<'a> {
     /// Rays so far.
     pub stats: RayStats,
     next_sample: u32,
+    order: TileOrder,
 }
 
 impl<'a> Renderer<'a> {
     /// A renderer with an empty film.
     pub fn new(scene: &'a Scene) -> Result<Renderer<'a>, SceneError> {
-        Ok(Renderer { scene, film: Film::new(&scene.film)?, stats: RayStats::default(), next_sample: 0 })
+        let film = Film::new(&scene.film)?;
+        let order = TileOrder::new(tiles(&film.region).len());
+        Ok(Renderer { scene, film, stats: RayStats::default(), next_sample: 0, order })
     }
 
     /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
@@ -53,8 +62,14 @@ impl<'a> Renderer<'a> {
         self.next_sample >= self.samples_per_pixel()
     }
 
+    /// The rays that each tile took in the last pass it was part of, row by row; 0 before its first.
+    pub fn tile_costs(&self) -> &[u64] {
+        self.order.costs()
+    }
+
     /// Adds up to `count` samples to every pixel. Returns whether the pass came to its end. The film is the same
-    /// for any split into passes. A fault in a worker is an error; finished tiles stay in the film.
+    /// for any split into passes. The tiles that took most rays in the last pass come first, so that no thread is left with a
+    /// dear one at the end; in the first pass they come row by row. A fault in a worker is an error; finished tiles stay in the film.
     pub fn pass(&mut self, count: u32, options: &PassOptions<'_>) -> Result<bool, SceneError> {
         let samples = self.next_sample..self.samples_per_pixel().min(self.next_sample.saturating_add(count));
         let tiles = tiles(&self.film.region);
@@ -64,6 +79,8 @@ impl<'a> Renderer<'a> {
         }
         .min(tiles.len())
         .max(1);
+        let order = self.order.dearest_first();
+        let costs: Vec<AtomicU64> = self.order.costs().iter().map(|&c| AtomicU64::new(c)).collect();
         let next = AtomicUsize::new(0);
         let done = AtomicUsize::new(0);
         let failed = AtomicBool::new(false);
@@ -75,8 +92,10 @@ impl<'a> Renderer<'a> {
         let work = || {
             let mut buffers = TileBuffers::new(scene);
             while !(options.cancel.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed)) {
-                let Some(tile) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+                let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+                let (tile, before) = (&tiles[index], buffers.stats.total());
                 buffers.render(tile, samples.clone());
+                costs[index].store(buffers.stats.total() - before, Ordering::Relaxed);
                 let band = &bands[((tile.y - region.y) / BAND) as usize];
                 buffers.deposit(tile, &mut band.lock().unwrap_or_else(|e| e.into_inner()));
                 let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -117,6 +136,7 @@ impl<'a> Renderer<'a> {
             return Err(SceneError::new(ErrorCode::Internal, message)
                 .help("this is a bug in Turner: please report it"));
         }
+        self.order.set_costs(costs.into_iter().map(AtomicU64::into_inner));
         let complete = done.load(Ordering::Relaxed) == tiles.len();
         if complete {
             self.next_sample = samples.end;

@@ -32,8 +32,8 @@ pub(super) struct TileBuffers<'a> {
     sums: Vec<PixelSum>,
     pub(super) non_finite: NonFinite,
     pub(super) stats: RayStats,
-    samples: CameraSamples,
-    radiance: Vec<Radiance>,
+    pub(super) samples: CameraSamples,
+    pub(super) radiance: Vec<Radiance>,
 }
 
 impl<'a> TileBuffers<'a> {
@@ -71,7 +71,7 @@ impl<'a> TileBuffers<'a> {
                 .flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)))
                 .map(|(x, y)| {
                     let id = SampleId { x, y, index, seed: u64::from(film.seed) };
-                    (id, DVec2::new(f64::from(x), f64::from(y)) + within_pixel(self.scene, &self.filter, &id))
+                    (id, place(self.scene, &self.filter, &id))
                 });
             self.samples.clear();
             take_points(self.scene, &mut self.samples, points);
@@ -118,7 +118,7 @@ impl<'a> TileBuffers<'a> {
     }
 
     /// Traces the prepared samples.
-    fn trace(&mut self) {
+    pub(super) fn trace(&mut self) {
         self.tracer.radiance(&self.samples, &mut self.radiance, &mut self.stats);
         if self.scene.camera.leaves_out() {
             let alpha = if self.scene.background.transparent { 0.0 } else { 1.0 };
@@ -140,7 +140,7 @@ impl<'a> TileBuffers<'a> {
 }
 
 /// Adds the camera samples of points of the picture, in pixels from its top left corner.
-fn take_points(
+pub(super) fn take_points(
     scene: &Scene,
     samples: &mut CameraSamples,
     mut points: impl Iterator<Item = (SampleId, DVec2)>,
@@ -177,6 +177,12 @@ fn take_points(
             return;
         }
     }
+}
+
+/// Where in the picture a sample lies, in pixels from its top left corner.
+#[inline]
+pub(super) fn place(scene: &Scene, filter: &Filter, id: &SampleId) -> DVec2 {
+    DVec2::new(f64::from(id.x), f64::from(id.y)) + within_pixel(scene, filter, id)
 }
 
 /// Where in its pixel a sample lies: (0, 0) is the top left corner, (1, 1) the bottom right one. Filters may reach beyond.

@@ -427,6 +427,11 @@ impl Scene {
         &self.materials[self.material_of(primitive, &hit.shape).index()]
     }
 
+    /// The number of the primitive that was hit: its place in the description, instances in order.
+    pub fn primitive_id(&self, hit: &Hit) -> u32 {
+        self.primitives[hit.primitive as usize].id
+    }
+
     /// Where textures are looked up on a surface.
     pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
         let shape = &self.primitives[surface.hit.primitive as usize].shape;

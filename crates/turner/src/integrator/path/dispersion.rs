@@ -5,6 +5,7 @@
 //! surfaces, one band is chosen with its share of what the path carries, and carries all of it: for each band the mean is
 //! that of paths of that band alone.
 
+use super::record::Record;
 use super::shade::{FIRST_SET, MAX_VERTICES, coated, prepare};
 use super::wave::Wave;
 use crate::bsdf::BsdfSample;
@@ -28,7 +29,7 @@ pub(super) struct Prism<'a> {
     pub(super) outside: bool,
 }
 
-impl Wave<'_> {
+impl<R: Record> Wave<'_, R> {
     /// Direct light at dispersive glass, and the way on; `sets` are the vertex's random numbers.
     pub(super) fn disperse(
         &mut self,
@@ -57,15 +58,15 @@ impl Wave<'_> {
                     return;
                 }
                 let Some(band) = path.choose_band() else { return };
+                self.record.note(|r| r.dispersed(band, path.beta));
                 let i = usize::from(band);
                 if let Some(s) = samples[i] {
                     self.follow(sample, &vertices[i], material, s, u3, stats);
                 }
                 return;
             }
-            if path.choose_band().is_none() {
-                return;
-            }
+            let Some(band) = path.choose_band() else { return };
+            self.record.note(|r| r.dispersed(band, path.beta));
         }
         let Some(band) = self.paths[sample as usize].band else { return };
         let bsdf = bsdf(band);

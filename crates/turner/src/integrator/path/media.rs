@@ -47,6 +47,11 @@ impl Media {
         &self.list[..self.len]
     }
 
+    /// The materials of the solids, in the order they were entered.
+    pub(super) fn materials(&self) -> impl Iterator<Item = MaterialId> + '_ {
+        self.list().iter().map(|m| m.material)
+    }
+
     /// The solid that is there, other than one of a material.
     fn top_except(&self, except: Option<MaterialId>) -> Option<&Medium> {
         let others = self.list().iter().filter(|m| Some(m.material) != except);

@@ -6,10 +6,19 @@
 
 mod dispersion;
 mod media;
+mod notes;
 mod pane;
+mod record;
+mod replay;
 mod settings;
 mod shade;
 mod wave;
+
+pub use record::{
+    AroundRecord, EmissionRecord, End, EscapeRecord, LightRecord, Passage, PathRecord, Roulette,
+    ScatterRecord, VertexRecord,
+};
+pub use replay::replay;
 
 use crate::integrator::{Integrator, Tracer};
 use crate::scene::Scene;
@@ -100,12 +109,12 @@ impl Default for PathDesc {
 
 impl Integrator for PathDesc {
     fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
-        Box::new(wave::Wave::new(Settings::path(self), scene))
+        Box::new(wave::Wave::new(Settings::path(self), scene, record::Off))
     }
 }
 
 impl Integrator for DirectDesc {
     fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
-        Box::new(wave::Wave::new(Settings::direct(self), scene))
+        Box::new(wave::Wave::new(Settings::direct(self), scene, record::Off))
     }
 }

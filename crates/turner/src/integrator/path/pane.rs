@@ -4,6 +4,7 @@
 //! at stay those of the last real scattering, as where it passes a surface that is not wholly there. Both ways of finding a light then
 //! see the same light through the same panes.
 
+use super::record::{End, Passage, Record};
 use super::shade::prepare;
 use super::wave::Wave;
 use crate::bsdf::BsdfSample;
@@ -12,14 +13,20 @@ use crate::material::Physical;
 use crate::math::{DVec3, Ray};
 use crate::scene::{Scene, SurfaceInteraction};
 
-impl Wave<'_> {
+impl<R: Record> Wave<'_, R> {
     /// Goes straight on through a pane; the sample says with what weight.
     pub(super) fn pass(&mut self, sample: u32, surface: &SurfaceInteraction, wo: DVec3, s: &BsdfSample) {
         let path = &mut self.paths[sample as usize];
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
         path.from_camera = false;
         path.transparent += 1;
-        if path.transparent <= self.settings.max_transparent && !path.beta.is_black() {
+        self.record.note(|r| {
+            r.scattered(-wo, s, 1.0, path.beta);
+            r.at(|v| v.passage = Passage::Pane);
+        });
+        if path.transparent > self.settings.max_transparent {
+            self.record.note(|r| r.end = End::Transparency);
+        } else if !path.beta.is_black() {
             self.next.push(sample, surface, -wo);
         }
     }

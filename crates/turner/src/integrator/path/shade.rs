@@ -2,6 +2,7 @@
 
 use super::dispersion::Prism;
 use super::media::Boundary;
+use super::record::{AroundRecord, End, Passage, Record, Roulette};
 use super::wave::{Path, Wave};
 use super::{LightSampling, settings::Settings};
 use crate::bsdf::{Bsdf, BsdfSample, Towards};
@@ -88,10 +89,12 @@ impl Settings {
         }
     }
 
-    /// Adds light to a pixel.
+    /// Adds light to a pixel; gives what was added.
     #[inline]
-    fn add(&self, path: &Path, light: Spectrum, pixel: &mut Radiance) {
-        pixel.color += self.clamped(light, path.bounces.total > 1);
+    fn add(&self, path: &Path, light: Spectrum, pixel: &mut Radiance) -> Spectrum {
+        let light = self.clamped(light, path.bounces.total > 1);
+        pixel.color += light;
+        light
     }
 
     /// Light as far as the clamp lets it be; `indirect` if it came by way of another surface.
@@ -104,33 +107,44 @@ impl Settings {
     }
 }
 
-impl Wave<'_> {
+impl<R: Record> Wave<'_, R> {
     /// A ray that hits nothing.
-    pub(super) fn miss(&self, sample: u32, ray: &Ray, pixel: &mut Radiance) {
+    pub(super) fn miss(&mut self, sample: u32, ray: &Ray, pixel: &mut Radiance) {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
+        self.record.note(|r| r.end = End::Escaped);
         if path.from_camera && scene.background.transparent {
             pixel.alpha = 0.0;
             return;
         }
         let mut beta = path.beta;
-        if let Some(left) = path.media.transmittance(f64::INFINITY) {
+        let left = path.media.transmittance(f64::INFINITY);
+        if let Some(left) = left {
             beta = beta * left;
         }
+        self.record.note(|r| r.escaped(path, ray, left, beta));
         if path.from_camera && !scene.background.environment {
-            self.settings.add(path, beta * scene.background.color(ray.direction), pixel);
+            let background = scene.background.color(ray.direction);
+            let added = self.settings.add(path, beta * background, pixel);
+            self.record.note(|r| r.outside(|e| (e.background, e.contribution) = (background, added)));
             return;
         }
         let mut found = Spectrum::BLACK;
-        for (radiance, pdf) in scene.emitters.around(scene, ray.direction) {
-            found += radiance * self.settings.weight_found(path, pdf) as f32;
+        for (radiance, light_pdf) in scene.emitters.around(scene, ray.direction) {
+            let weight = self.settings.weight_found(path, light_pdf);
+            found += radiance * weight as f32;
+            self.record.note(|r| r.outside(|e| e.lights.push(AroundRecord { radiance, light_pdf, weight })));
         }
         if !scene.emitters.surrounded() {
-            found += scene.background.color(ray.direction);
+            let background = scene.background.color(ray.direction);
+            found += background;
+            self.record.note(|r| r.outside(|e| e.background = background));
         }
         if !path.from_camera {
             found += scene.ambient;
+            self.record.note(|r| r.outside(|e| e.ambient = scene.ambient));
         }
-        self.settings.add(path, beta * found, pixel);
+        let added = self.settings.add(path, beta * found, pixel);
+        self.record.note(|r| r.outside(|e| e.contribution = added));
     }
 
     /// A ray that hits a surface: emission, direct light, and the way on.
@@ -145,12 +159,15 @@ impl Wave<'_> {
         let scene = self.scene;
         let surface = scene.surface(ray, hit);
         let path = &mut self.paths[sample as usize];
-        if let Some(left) = path.media.transmittance(hit.shape.t) {
+        let left = path.media.transmittance(hit.shape.t);
+        if let Some(left) = left {
             path.beta = path.beta * left;
         }
+        self.record.note(|r| r.met(scene, path, ray, hit, &surface, left));
         let sets = FIRST_SET + 2 * path.vertex;
         path.vertex += 1;
         if path.vertex > MAX_VERTICES {
+            self.record.note(|r| r.end = End::Vertices);
             return;
         }
         let outside = ray.direction.dot(surface.ng) < 0.0;
@@ -165,33 +182,45 @@ impl Wave<'_> {
         };
         let Some(material) = met else {
             path.transparent += 1;
+            self.record.note(|r| r.at(|v| v.passage = Passage::Hole));
             if path.transparent <= self.settings.max_transparent {
                 self.next.push(sample, &surface, ray.direction);
+            } else {
+                self.record.note(|r| r.end = End::Transparency);
             }
             return;
         };
+        self.record.note(|r| r.chose(scene, material));
         if material.desc.unlit {
             let at = scene.texture_point(&surface);
             let color = scene.textures.color(material.desc.base_color, &at)
                 * scene.textures.color(material.desc.base_weight, &at);
-            self.settings.add(path, path.beta * color, pixel);
+            let added = self.settings.add(path, path.beta * color, pixel);
+            self.record.note(|r| {
+                r.shone(path, color, 0.0, 1.0, added);
+                r.end = End::Unlit;
+            });
             return;
         }
         if material.is_emissive() && (outside || material.shines_backwards()) {
-            let path = &self.paths[sample as usize];
-            self.found_light(scene, path, material, &surface, pixel);
+            self.found_light(sample, material, &surface, pixel);
         }
         let path = &mut self.paths[sample as usize];
         // Through panes light goes on, as shadow rays do.
         let spent = path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered;
         if spent && !material.pane {
+            self.record.note(|r| r.end = End::Depth);
             return;
         }
         let mut around = 1.0;
         if material.has_inside() {
             match path.media.boundary(surface.material, material.desc.specular_ior, outside) {
-                Boundary::Between(ior) => around = ior,
+                Boundary::Between(ior) => {
+                    around = ior;
+                    self.record.note(|r| r.at(|v| v.ior_around = Some(ior)));
+                }
                 Boundary::Hidden => {
+                    self.record.note(|r| r.at(|v| v.passage = Passage::Hidden));
                     path.media.cross(scene, &surface, material, outside);
                     self.next.push(sample, &surface, ray.direction);
                     return;
@@ -238,20 +267,21 @@ impl Wave<'_> {
 
     /// Adds the light of a shining surface that was hit.
     fn found_light(
-        &self,
-        scene: &Scene,
-        path: &Path,
+        &mut self,
+        sample: u32,
         material: &Physical,
         surface: &SurfaceInteraction,
         pixel: &mut Radiance,
     ) {
+        let (scene, path) = (self.scene, &self.paths[sample as usize]);
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
             None => material.desc.emitted_color(scene, &scene.texture_point(surface)),
         };
         let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
         let weight = self.settings.weight_found(path, pdf);
-        self.settings.add(path, path.beta * radiance * weight as f32, pixel);
+        let added = self.settings.add(path, path.beta * radiance * weight as f32, pixel);
+        self.record.note(|r| r.shone(path, radiance, pdf, weight, added));
     }
 
     /// Samples a light and sends a shadow ray to it.
@@ -270,6 +300,7 @@ impl Wave<'_> {
         if !crosses {
             f *= v.terminator(wi) as f32;
         }
+        self.record.note(|r| r.lit(&lit, wi, f, pdf, wi_local.z.abs()));
         if f.is_black() {
             return;
         }
@@ -292,13 +323,14 @@ impl Wave<'_> {
         if light.is_black() {
             return;
         }
+        let light = self.settings.clamped(light, path.bounces.total > 0);
+        self.record.note(|r| r.weighed(weight, left, light));
         let origin = v.surface.leave(wi);
         let ray = if lit.finite {
             Ray { t_max: 1.0, ..Ray::new(origin, v.surface.p + lit.to_light - origin) }
         } else {
             Ray::new(origin, wi)
         };
-        let light = self.settings.clamped(light, path.bounces.total > 0);
         self.shadows.push(&ray, v.surface, sample, light);
     }
 
@@ -319,13 +351,20 @@ impl Wave<'_> {
         }
         let path = &mut self.paths[sample as usize];
         if self.settings.direct && path.scattered {
+            self.record.note(|r| r.end = End::Depth);
             return;
         }
-        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
+        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else {
+            self.record.note(|r| r.end = End::Depth);
+            return;
+        };
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
+        let mut terminator = 1.0;
         if !crosses && !s.lobe.is_delta {
-            path.beta *= v.terminator(wi) as f32;
+            terminator = v.terminator(wi);
+            path.beta *= terminator as f32;
         }
+        self.record.note(|r| r.scattered(wi, &s, terminator, path.beta));
         path.bounces = bounces;
         path.from_camera = false;
         path.alone = s.lobe.is_delta;
@@ -344,10 +383,14 @@ impl Wave<'_> {
         if bounces.total >= self.settings.rr_start {
             let carried = path.beta.max_component() * path.eta2;
             let survives = carried.max(0.0).sqrt().clamp(0.05, 1.0);
-            if u >= f64::from(survives) {
+            let lives = u < f64::from(survives);
+            self.record.note(|r| r.gambled(Roulette { survival: f64::from(survives), number: u }));
+            if !lives {
+                self.record.note(|r| r.end = End::Roulette);
                 return;
             }
             path.beta *= 1.0 / survives;
+            self.record.note(|r| r.carries(path.beta));
         }
         if path.beta.is_black() {
             return;

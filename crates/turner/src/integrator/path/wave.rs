@@ -1,6 +1,7 @@
 //! Paths of many samples, a bounce at a time.
 
 use super::media::Media;
+use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
@@ -73,7 +74,7 @@ impl Shadows {
 }
 
 /// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
-pub(super) struct Wave<'a> {
+pub(super) struct Wave<'a, R = Off> {
     pub(super) settings: Settings,
     pub(super) scene: &'a Scene,
     pub(super) paths: Vec<Path>,
@@ -81,10 +82,12 @@ pub(super) struct Wave<'a> {
     pub(super) next: Front,
     pub(super) shadows: Shadows,
     hits: Vec<Option<Hit>>,
+    /// What takes notes of the path, if there is but one.
+    pub(super) record: R,
 }
 
-impl<'a> Wave<'a> {
-    pub(super) fn new(settings: Settings, scene: &'a Scene) -> Wave<'a> {
+impl<'a, R> Wave<'a, R> {
+    pub(super) fn new(settings: Settings, scene: &'a Scene, record: R) -> Wave<'a, R> {
         Wave {
             settings,
             scene,
@@ -93,11 +96,12 @@ impl<'a> Wave<'a> {
             next: Front::default(),
             shadows: Shadows::default(),
             hits: Vec::new(),
+            record,
         }
     }
 }
 
-impl Tracer for Wave<'_> {
+impl<R: Record> Tracer for Wave<'_, R> {
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
         let count = samples.ids.len();
         stats.camera += count as u64;
@@ -130,7 +134,7 @@ impl Tracer for Wave<'_> {
     }
 }
 
-impl Wave<'_> {
+impl<R: Record> Wave<'_, R> {
     /// Traces the front, shades what it hits, and collects the next one.
     fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let mut hits = std::mem::take(&mut self.hits);
@@ -173,7 +177,11 @@ impl Wave<'_> {
             let through = shadows.through[i / LANES].get(i % LANES);
             // Not even 0 · infinity of what does not arrive.
             if !through.is_black() {
-                out[*sample as usize].color += *light * through;
+                let arrives = *light * through;
+                out[*sample as usize].color += arrives;
+                self.record.note(|r| r.arrived(through, arrives));
+            } else {
+                self.record.note(|r| r.arrived(through, Spectrum::BLACK));
             }
         }
         shadows.rays.clear();

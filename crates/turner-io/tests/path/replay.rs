@@ -1,0 +1,285 @@
+//! A sample replayed is the sample rendered, and its parts are its sum.
+
+use turner::color::Spectrum;
+use turner::film::PixelSum;
+use turner::integrator::path::{End, Passage, PathRecord, replay};
+use turner::render::sample;
+use turner::scene::{PrepareOptions, Scene};
+
+use crate::common::{describe, render_with};
+
+const WIDTH: u32 = 24;
+const HEIGHT: u32 = 16;
+
+fn film(more: &str) -> String {
+    format!(
+        "film = {{ width = {WIDTH}, height = {HEIGHT}, antialias = \"monte-carlo\", samples = 4, {more} }}\n"
+    )
+}
+
+const CAMERA: &str = "camera = { position = [0, 1.5, 5], look_at = [0, 0.7, 0], fov = 45 }\n";
+const LAMP: &str = "{ type = \"box\", min = [-1, 3, -1], max = [1, 3.2, 1], material = { type = \"emissive\", strength = 5 } }";
+const FLOOR: &str =
+    "{ type = \"plane\", material = { type = \"matte\", color = { type = \"chessboard\" } } }";
+
+/// Scenes with all that paths may meet, each with what must occur in some path of it.
+fn scenes() -> Vec<(&'static str, String, Occurs)> {
+    let path = "integrator = { type = \"path\", rr_start = 1 }\n";
+    let base = format!("{}{CAMERA}", film(""));
+    vec![
+        (
+            "nested glass",
+            format!(
+                "{base}{path}object = [{FLOOR}, {LAMP},\n\
+                 {{ type = \"sphere\", center = [0, 1, 0], radius = 1, material = {{ type = \"dielectric\", ior = 1.5 }} }},\n\
+                 {{ type = \"sphere\", center = [0, 1, 0.3], radius = 0.8, material = {{ type = \"principled\", transmission_weight = 1, \
+                 specular_ior = 1.33, specular_roughness = 0, transmission_color = [0.3, 0.6, 0.9], transmission_depth = 0.5 }} }}]\n"
+            ),
+            |p| p.vertices.iter().any(|v| v.passage == Passage::Hidden || v.transmittance.is_some()),
+        ),
+        (
+            "hidden boundaries",
+            format!(
+                "{base}{path}object = [{FLOOR}, {LAMP},\n\
+                 {{ type = \"sphere\", center = [0, 1, 0], radius = 1, material = {{ type = \"dielectric\", ior = 1.5 }} }},\n\
+                 {{ type = \"sphere\", center = [0.5, 1, 0], radius = 0.8, material = {{ type = \"dielectric\", ior = 1.3, roughness = 0.2 }} }}]\n"
+            ),
+            |p| p.vertices.iter().any(|v| v.passage == Passage::Hidden),
+        ),
+        (
+            "environment",
+            format!(
+                "{base}{path}light = [{{ type = \"environment\" }}, {{ type = \"ambient\", intensity = 0.1 }}, \
+                 {{ type = \"directional\", direction = [-1, -2, -1], angle = 3 }}]\nobject = [{FLOOR},\n\
+                 {{ type = \"sphere\", center = [0, 1, 0], material = {{ type = \"metal\", roughness = 0.3 }} }}]\n"
+            ),
+            |p| {
+                let mixed = |w: f64| w > 0.0 && w < 1.0;
+                p.escape.as_ref().is_some_and(|e| e.pdf.is_some() && e.lights.iter().any(|l| mixed(l.weight)))
+            },
+        ),
+        (
+            "a mesh with textures",
+            format!(
+                "{base}{path}object = [{LAMP}, {{ type = \"mesh\", positions = [[-2, 0, -2], [2, 0, -2], [2, 0.5, 2], [-2, 0, 2]], \
+                 normals = [[0, 1, 0], [0.3, 1, 0], [0, 1, 0.3], [0, 1, 0]], uvs = [[0, 0], [1, 0], [1, 1], [0, 1]], \
+                 triangles = [[0, 2, 1], [0, 3, 2]], material = {{ type = \"principled\", base_color = {{ type = \"chessboard\" }}, \
+                 specular_roughness = {{ type = \"marble\" }}, coat_weight = 0.5 }} }}]\n"
+            ),
+            |p| p.vertices.iter().any(|v| v.ns != v.ng && v.scatter.is_some_and(|s| s.terminator < 1.0)),
+        ),
+        (
+            "mixes and holes",
+            format!(
+                "{base}{path}light = [{{ type = \"point\", position = [2, 3, 4], intensity = 20, attenuation = \"inverse-square\" }}]\n\
+                 object = [{FLOOR}, {LAMP},\n\
+                 {{ type = \"sphere\", center = [-1, 1, 0], material = {{ type = \"mix\", materials = [{{ type = \"matte\" }}, \
+                 {{ type = \"metal\" }}, {{ type = \"emissive\", strength = 2 }}], weights = [0.3, 0.3] }} }},\n\
+                 {{ type = \"rectangle\", center = [0, 1, 2], edge_u = [8, 0, 0.3], edge_v = [0, 4, 0], material = {{ type = \"principled\", \
+                 alpha_mode = \"blend\", opacity = 0.4 }} }}]\n"
+            ),
+            |p| {
+                p.vertices.iter().any(|v| v.chosen.is_some())
+                    && p.vertices.iter().any(|v| v.passage == Passage::Hole)
+            },
+        ),
+        (
+            "panes",
+            format!(
+                "{base}{path}object = [{FLOOR}, {LAMP},\n\
+                 {{ type = \"rectangle\", center = [0, 1.5, 2], edge_u = [9, 0, 0], edge_v = [0, 5, 0], material = {{ type = \"dielectric\", \
+                 thin = true, color = [0.9, 0.6, 0.3] }} }},\n\
+                 {{ type = \"rectangle\", center = [0, 2, 0], edge_u = [9, 0, 0], edge_v = [0, 0, 9], material = {{ type = \"dielectric\", thin = true }} }}]\n"
+            ),
+            |p| {
+                p.vertices.iter().any(|v| v.passage == Passage::Pane)
+                    && p.vertices.iter().any(|v| {
+                        let visible = v.light.and_then(|l| l.visible);
+                        visible.is_some_and(|s| !s.is_black() && s != Spectrum::WHITE)
+                    })
+            },
+        ),
+        (
+            "dispersion",
+            format!(
+                "{base}{path}background.color = [0.2, 0.4, 0.6]\nobject = [{FLOOR}, {LAMP}, {{ type = \"sphere\", center = [0, 1, 0], \
+                 material = {{ type = \"principled\", transmission_weight = 1, specular_roughness = 0, transmission_dispersion_scale = 2 }} }}]\n"
+            ),
+            |p| p.vertices.iter().any(|v| v.dispersed.is_some()),
+        ),
+        (
+            "clamp, lens, motion, a transparent background",
+            format!(
+                "{}camera = {{ type = \"thin-lens\", position = [0, 1.5, 5], look_at = [0, 0.7, 0], fov = 45, focus = 5, lens_radius = 0.1 }}\n\
+                 integrator = {{ type = \"path\", clamp_indirect = 0.05, max_depth = 4 }}\nbackground.transparent = true\n\
+                 object = [{LAMP}, {{ type = \"sphere\", center = [0, 1, 0], motion = {{ translate = [1, 0, 0] }}, material = {{ type = \"matte\" }} }},\n\
+                 {{ type = \"box\", min = [-2, -0.1, -2], max = [2, 0, 2], material = {{ type = \"matte\" }} }}]\n",
+                film("shutter = [0.2, 0.9], filter = \"gaussian\"")
+            ),
+            |p| p.end == End::Depth && p.time > 0.0,
+        ),
+        (
+            "direct",
+            format!(
+                "{base}integrator = {{ type = \"direct\" }}\nobject = [{FLOOR}, {LAMP},\n\
+                 {{ type = \"sphere\", center = [0, 1, 0], material = {{ type = \"metal\", roughness = 0 }} }},\n\
+                 {{ type = \"sphere\", center = [1.5, 1, 1], radius = 0.5, material = {{ type = \"principled\", unlit = true }} }}]\n"
+            ),
+            |p| p.end == End::Unlit && p.vertices.len() > 1,
+        ),
+        (
+            "lights by chance alone",
+            format!(
+                "{base}integrator = {{ type = \"path\", light_sampling = \"bsdf\" }}\nobject = [{FLOOR}, {LAMP}]\n"
+            ),
+            |p| {
+                p.vertices.len() > 1 && p.vertices.iter().any(|v| v.emission.is_some_and(|e| e.weight == 1.0))
+            },
+        ),
+        (
+            "a fisheye",
+            format!(
+                "{}camera = {{ type = \"fisheye\", position = [0, 1.5, 5], look_at = [0, 0.7, 0] }}\n{path}object = [{FLOOR}, {LAMP}]\n",
+                film("")
+            ),
+            |p| p.end == End::LeftOut,
+        ),
+    ]
+}
+
+type Occurs = fn(&PathRecord) -> bool;
+
+fn bits(s: Spectrum) -> [u32; 3] {
+    s.to_array().map(f32::to_bits)
+}
+
+fn prepared(text: &str) -> Scene {
+    describe(text).prepare(&PrepareOptions { threads: 1, ..Default::default() }).unwrap()
+}
+
+/// Pixels all over the picture, others for each scene.
+fn places(salt: u32) -> impl Iterator<Item = (u32, u32)> {
+    let mut state = salt.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    std::iter::repeat_with(move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        ((state >> 8) % WIDTH, (state >> 20) % HEIGHT)
+    })
+}
+
+#[test]
+fn samples_of_the_picture_are_sums_of_their_records() {
+    for (i, (name, text, occurs)) in scenes().into_iter().enumerate() {
+        let desc = describe(&text);
+        let scene = prepared(&text);
+        let picture = render_with(&desc, 2, u32::MAX).0;
+        let mut occurred = false;
+        for (x, y) in places(i as u32).take(150) {
+            // The pixel is made of its four samples.
+            let mut pixel = PixelSum::default();
+            for index in 0..4 {
+                let path = replay(&scene, x, y, index).unwrap();
+                let rendered = sample(&scene, x, y, index).unwrap();
+                let at = format!("{name}: {x},{y} sample {index}: {path:?}");
+                assert_eq!(bits(path.sum()), bits(rendered.color), "{at}");
+                assert_eq!(path.radiance, rendered, "{at}");
+                assert!(pixel.add_or_leave_out(rendered.color, rendered.alpha));
+                occurred |= occurs(&path);
+                check(&path, &at);
+            }
+            let [r, g, b, a] = pixel.mean().unwrap();
+            let shown = picture.linear[(y * WIDTH + x) as usize];
+            assert_eq!([r, g, b, a].map(f32::to_bits), shown.map(f32::to_bits), "{name}: {x},{y}");
+        }
+        assert!(occurred, "{name}: nothing of the kind was met");
+    }
+}
+
+/// Whether `found` is `expected` but for a few roundings.
+fn near(found: Spectrum, expected: Spectrum) -> bool {
+    let pairs = found.to_array().into_iter().zip(expected.to_array());
+    pairs.into_iter().all(|(f, e)| (f - e).abs() <= 2e-6 * f.abs().max(e.abs()) + 1e-30)
+}
+
+/// The power heuristic; a density that is infinitely small beside the other has no weight.
+fn heuristic(pdf: f64, other: f64) -> f64 {
+    let (a, b) = (pdf / pdf.max(other), other / pdf.max(other));
+    a * a / (a * a + b * b)
+}
+
+/// The numbers of a record belong together: each is what the others say.
+fn check(path: &PathRecord, at: &str) {
+    // Only the scene of that name has a clamp.
+    let clamped = at.starts_with("clamp");
+    let by_chance = at.starts_with("lights by chance");
+    let mut carried = Spectrum::WHITE;
+    for (i, v) in path.vertices.iter().enumerate() {
+        let reaches = carried * v.transmittance.unwrap_or(Spectrum::WHITE);
+        assert!(near(v.throughput, reaches), "throughput {i} {at}");
+        let way = v.p - v.origin;
+        assert!((way.length() - v.t).abs() < 1e-5 * (1.0 + v.t), "t {i} {at}");
+        if let Some(e) = &v.emission {
+            let expected = v.throughput * e.radiance * e.weight as f32;
+            assert!(clamped || near(e.contribution, expected), "emission {i} {at}");
+            match e.pdf {
+                Some(pdf) if e.light_pdf > 0.0 && !by_chance => {
+                    assert!(
+                        (e.weight - heuristic(pdf, e.light_pdf)).abs() < 1e-9,
+                        "emission's weight {i} {at}"
+                    );
+                }
+                _ => assert_eq!(e.weight, 1.0, "{at}"),
+            }
+        }
+        // From here on one band stands for all, if it was chosen here.
+        let onward = v.dispersed.unwrap_or(v.throughput);
+        if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
+            let through = l.transmittance.unwrap_or(Spectrum::WHITE);
+            let expected = l.bsdf * l.radiance * (l.weight * l.cosine / l.pdf) as f32 * through;
+            let is = near(l.unshadowed, onward * expected);
+            assert!(clamped || is, "light {i} {at}");
+            assert!(near(l.contribution, l.unshadowed * l.visible.unwrap()), "visible light {i} {at}");
+            let weight = if l.is_delta { 1.0 } else { heuristic(l.pdf, l.bsdf_pdf) };
+            assert!((l.weight - weight).abs() < 1e-9, "light's weight {i} {at}");
+        }
+        carried = onward;
+        if let Some(s) = &v.scatter {
+            let survival = s.roulette.map_or(1.0, |r| if r.number < r.survival { r.survival } else { 1.0 });
+            let expected = onward * s.weight * (1.0 / survival) as f32;
+            assert!(near(s.throughput, expected), "scattering {i} {at}");
+            carried = s.throughput;
+            if let Some(next) = path.vertices.get(i + 1) {
+                assert_eq!(next.direction, s.direction, "{at}");
+            }
+        }
+    }
+    let lost = path.vertices.last().and_then(|v| v.scatter?.roulette).is_some_and(|r| r.number >= r.survival);
+    assert_eq!(path.end == End::Roulette, lost, "{at}");
+    if let Some(e) = &path.escape {
+        assert_eq!(path.end, End::Escaped);
+        assert!(near(e.throughput, carried * e.transmittance.unwrap_or(Spectrum::WHITE)), "outside {at}");
+        let found = e.lights.iter().fold(e.background + e.ambient, |s, l| s + l.radiance * l.weight as f32);
+        assert!(clamped || near(e.contribution, e.throughput * found), "found outside {at}");
+    }
+}
+
+#[test]
+fn what_cannot_be_replayed_is_said() {
+    let text = format!("{}{CAMERA}", film(""));
+    let path = prepared(&format!("{text}integrator.type = \"path\"\n"));
+    let message = |scene: &Scene, x, y, i| {
+        let e = replay(scene, x, y, i).unwrap_err();
+        format!("{} {}; {}", e.code.as_str(), e.message, e.help.unwrap())
+    };
+    assert!(message(&path, WIDTH, 0, 0).contains("no pixel in column 24, row 0: the picture has 24x16"));
+    assert!(message(&path, 0, HEIGHT, 0).starts_with("E0105"));
+    assert!(message(&path, 0, 0, 4).contains("no sample 4: samples of a pixel are numbered 0 to 3"));
+    let adaptive = text.replace("monte-carlo", "adaptive") + "integrator.type = \"path\"\n";
+    assert!(message(&prepared(&adaptive), 0, 0, 0).contains("have no numbers"));
+    for other in ["classic", "normals"] {
+        let scene = prepared(&format!("{text}integrator.type = \"{other}\"\n"));
+        let said = message(&scene, 0, 0, 0);
+        assert!(said.starts_with("E0107") && said.contains(&format!("\"{other}\"")), "{said}");
+        // Its samples can be had alone nevertheless.
+        assert!(sample(&scene, 3, 2, 1).unwrap().alpha == 1.0);
+    }
+}

@@ -1,0 +1,211 @@
+//! What the code that renders has to say to a [`PathRecord`].
+
+use super::record::{
+    EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, Roulette, ScatterRecord, VertexRecord,
+};
+use super::wave::Path;
+use crate::bsdf::BsdfSample;
+use crate::color::Spectrum;
+use crate::material::{Material, Physical};
+use crate::math::{DVec3, Ray};
+use crate::scene::emitters::LightSample;
+use crate::scene::{Hit, MaterialId, Scene, SurfaceInteraction};
+
+impl Path {
+    /// Density of the ray's direction, where sampling a light could have found what it finds.
+    fn pdf_beside_lights(&self) -> Option<f64> {
+        (!self.alone).then_some(self.pdf)
+    }
+}
+
+impl PathRecord {
+    /// Something about the vertex the path is at.
+    pub(super) fn at(&mut self, f: impl FnOnce(&mut VertexRecord)) {
+        if let Some(vertex) = self.vertices.last_mut() {
+            f(vertex);
+        }
+    }
+
+    /// Something about what it found outside.
+    pub(super) fn outside(&mut self, f: impl FnOnce(&mut EscapeRecord)) {
+        if let Some(escape) = &mut self.escape {
+            f(escape);
+        }
+    }
+
+    /// It met a surface; `path` is as it arrives there.
+    pub(super) fn met(
+        &mut self,
+        scene: &Scene,
+        path: &Path,
+        ray: &Ray,
+        hit: &Hit,
+        surface: &SurfaceInteraction,
+        transmittance: Option<Spectrum>,
+    ) {
+        self.vertices.push(VertexRecord {
+            origin: ray.origin,
+            direction: ray.direction,
+            t: hit.shape.t,
+            p: surface.p,
+            ng: surface.ng,
+            ns: surface.ns,
+            primitive: scene.primitive_id(hit),
+            part: hit.shape.part,
+            uv: [hit.shape.u, hit.shape.v],
+            material: surface.material,
+            chosen: None,
+            outside: ray.direction.dot(surface.ng) < 0.0,
+            inside: path.media.materials().collect(),
+            transmittance,
+            throughput: path.beta,
+            passage: Passage::Surface,
+            emission: None,
+            ior_around: None,
+            band: path.band,
+            dispersed: None,
+            light: None,
+            scatter: None,
+        });
+    }
+
+    /// The surface has this material there: its own, or one of its mix.
+    pub(super) fn chose(&mut self, scene: &Scene, material: &Physical) {
+        let is = |m: &Material| matches!(m, Material::Physical(p) if std::ptr::eq(&**p, material));
+        self.at(|v| {
+            if !scene.materials.get(v.material.index()).is_some_and(is) {
+                v.chosen = scene.materials.iter().position(is).map(|i| MaterialId(i as u32));
+            }
+        });
+    }
+
+    /// Dispersion left one band, which carries `throughput`.
+    pub(super) fn dispersed(&mut self, band: u8, throughput: Spectrum) {
+        self.at(|v| (v.band, v.dispersed) = (Some(band), Some(throughput)));
+    }
+
+    /// The surface shone.
+    pub(super) fn shone(
+        &mut self,
+        path: &Path,
+        radiance: Spectrum,
+        light_pdf: f64,
+        weight: f64,
+        added: Spectrum,
+    ) {
+        let pdf = path.pdf_beside_lights();
+        self.at(|v| {
+            v.emission = Some(EmissionRecord { radiance, pdf, light_pdf, weight, contribution: added });
+        });
+    }
+
+    /// A light was sampled.
+    pub(super) fn lit(
+        &mut self,
+        lit: &LightSample,
+        direction: DVec3,
+        bsdf: Spectrum,
+        bsdf_pdf: f64,
+        cosine: f64,
+    ) {
+        self.at(|v| {
+            v.light = Some(LightRecord {
+                direction,
+                distance: if lit.finite { lit.to_light.length() } else { f64::INFINITY },
+                pdf: lit.pdf,
+                is_delta: lit.is_delta,
+                radiance: lit.radiance,
+                bsdf,
+                bsdf_pdf,
+                cosine,
+                weight: 1.0,
+                transmittance: None,
+                unshadowed: Spectrum::BLACK,
+                visible: None,
+                contribution: Spectrum::BLACK,
+            });
+        });
+    }
+
+    /// With which weight.
+    pub(super) fn weighed(&mut self, weight: f64, transmittance: Option<Spectrum>, unshadowed: Spectrum) {
+        self.at(|v| {
+            if let Some(light) = &mut v.light {
+                (light.weight, light.transmittance, light.unshadowed) = (weight, transmittance, unshadowed);
+            }
+        });
+    }
+
+    /// What of it arrived.
+    pub(super) fn arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
+        self.at(|v| {
+            if let Some(light) = &mut v.light {
+                (light.visible, light.contribution) = (Some(visible), contribution);
+            }
+        });
+    }
+
+    /// A direction was sampled and taken; the path carries `throughput` on.
+    pub(super) fn scattered(
+        &mut self,
+        direction: DVec3,
+        s: &BsdfSample,
+        terminator: f64,
+        throughput: Spectrum,
+    ) {
+        let cosine = s.wi.z.abs();
+        self.at(|v| {
+            v.scatter = Some(ScatterRecord {
+                direction,
+                lobe: s.lobe,
+                bsdf: s.f,
+                pdf: s.pdf,
+                cosine,
+                eta: s.eta,
+                terminator,
+                weight: s.f * (cosine / s.pdf) as f32 * terminator as f32,
+                roulette: None,
+                throughput,
+            });
+        });
+    }
+
+    /// Russian roulette was played.
+    pub(super) fn gambled(&mut self, roulette: Roulette) {
+        self.at(|v| {
+            if let Some(scatter) = &mut v.scatter {
+                scatter.roulette = Some(roulette);
+            }
+        });
+    }
+
+    /// What it carries on after that.
+    pub(super) fn carries(&mut self, throughput: Spectrum) {
+        self.at(|v| {
+            if let Some(scatter) = &mut v.scatter {
+                scatter.throughput = throughput;
+            }
+        });
+    }
+
+    /// It left the scene; `throughput` reaches the pixel of what it finds.
+    pub(super) fn escaped(
+        &mut self,
+        path: &Path,
+        ray: &Ray,
+        transmittance: Option<Spectrum>,
+        throughput: Spectrum,
+    ) {
+        self.escape = Some(EscapeRecord {
+            origin: ray.origin,
+            direction: ray.direction,
+            transmittance,
+            throughput,
+            pdf: path.pdf_beside_lights(),
+            lights: Vec::new(),
+            background: Spectrum::BLACK,
+            ambient: Spectrum::BLACK,
+            contribution: Spectrum::BLACK,
+        });
+    }
+}

@@ -1,0 +1,301 @@
+//! What happened to one sample: every vertex, density and weight of its path.
+//!
+//! The code that renders writes it down as it goes: a [`Wave`](super::wave::Wave) is generic over a [`Record`], and with
+//! [`Off`], which renders pictures, the notes are compiled away.
+
+use crate::bsdf::Lobe;
+use crate::color::Spectrum;
+use crate::integrator::Radiance;
+use crate::math::DVec3;
+use crate::sampler::SampleId;
+use crate::scene::MaterialId;
+
+/// Takes notes of a path, or none.
+pub(super) trait Record {
+    /// Writes something down; where nothing is, `f` is not called.
+    fn note(&mut self, f: impl FnOnce(&mut PathRecord));
+}
+
+/// Nothing is written down.
+pub(super) struct Off;
+
+impl Record for Off {
+    #[inline(always)]
+    fn note(&mut self, _: impl FnOnce(&mut PathRecord)) {}
+}
+
+/// Notes of one path; the wave must hold no other.
+impl Record for PathRecord {
+    #[inline(always)]
+    fn note(&mut self, f: impl FnOnce(&mut PathRecord)) {
+        f(self);
+    }
+}
+
+/// One sample of a picture by the integrators "path" and "direct". Lengths are in units of the scene, directions are unit vectors in
+/// world space, radiance and densities per solid angle (1/sr).
+///
+/// What each part contributes is what was added to the sample, in this order: [`PathRecord::contributions`] sums to
+/// [`PathRecord::radiance`] to the last bit.
+#[derive(Clone, Debug)]
+pub struct PathRecord {
+    /// The pixel, the sample's number and the seed.
+    pub id: SampleId,
+    /// Where in the picture the sample lies: columns from its left edge, rows from its top one. With filters it may be another pixel.
+    pub place: [f64; 2],
+    /// Where the camera ray begins.
+    pub origin: DVec3,
+    /// Its direction.
+    pub direction: DVec3,
+    /// Its moment: 0 is the begin of motions, 1 their end.
+    pub time: f32,
+    /// What the path met, in order, also what let it through.
+    pub vertices: Vec<VertexRecord>,
+    /// What it found where it left the scene.
+    pub escape: Option<EscapeRecord>,
+    /// Why it ended.
+    pub end: End,
+    /// What the sample gives to its pixel.
+    pub radiance: Radiance,
+}
+
+/// Why a path ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It left the scene.
+    Escaped,
+    /// Nothing is scattered in the direction that was sampled, or there was none.
+    Absorbed,
+    /// A limit on the number of scatterings.
+    Depth,
+    /// The limit on surfaces that it passes straight.
+    Transparency,
+    /// Russian roulette.
+    Roulette,
+    /// The surface shows its colour without light.
+    Unlit,
+    /// The limit on surfaces of all kinds.
+    Vertices,
+    /// The camera shows nothing there.
+    LeftOut,
+}
+
+impl End {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            End::Escaped => "escaped",
+            End::Absorbed => "absorbed",
+            End::Depth => "depth",
+            End::Transparency => "transparency",
+            End::Roulette => "roulette",
+            End::Unlit => "unlit",
+            End::Vertices => "vertices",
+            End::LeftOut => "left-out",
+        }
+    }
+}
+
+/// What a surface is to the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passage {
+    /// It scatters or absorbs it.
+    Surface,
+    /// By chance it is not there: opacity, or a mix with a hole.
+    Hole,
+    /// A boundary within a solid that stands above it.
+    Hidden,
+    /// A thin clear pane that it went straight through.
+    Pane,
+}
+
+impl Passage {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Passage::Surface => "surface",
+            Passage::Hole => "hole",
+            Passage::Hidden => "hidden",
+            Passage::Pane => "pane",
+        }
+    }
+}
+
+/// A surface that the path met.
+#[derive(Clone, Debug)]
+pub struct VertexRecord {
+    /// Where the ray came from.
+    pub origin: DVec3,
+    /// Its direction.
+    pub direction: DVec3,
+    /// How far it came.
+    pub t: f64,
+    /// The point.
+    pub p: DVec3,
+    /// Geometric normal, as it points out of the shape.
+    pub ng: DVec3,
+    /// Shading normal of the shape, on the same side, before normal maps.
+    pub ns: DVec3,
+    /// The primitive's number in the description, instances in order.
+    pub primitive: u32,
+    /// Which part of it: a face of a box, a triangle of a mesh.
+    pub part: u32,
+    /// The place within the part, as its shape tells it.
+    pub uv: [f64; 2],
+    /// The material.
+    pub material: MaterialId,
+    /// The material that a mix chose.
+    pub chosen: Option<MaterialId>,
+    /// Whether the ray met the outer side.
+    pub outside: bool,
+    /// Materials of the solids that the ray came through, nested ones in the order it entered them.
+    pub inside: Vec<MaterialId>,
+    /// The share of light that these left on the way; `None` where they absorb nothing.
+    pub transmittance: Option<Spectrum>,
+    /// The share of what leaves the surface towards the ray that reaches the pixel.
+    pub throughput: Spectrum,
+    /// What the surface is to the path.
+    pub passage: Passage,
+    /// What shone there.
+    pub emission: Option<EmissionRecord>,
+    /// Index of refraction around the solid, where it has an inside.
+    pub ior_around: Option<f64>,
+    /// The colour band (0 red, 1 green, 2 blue) that is left of the path, once dispersion has parted them: from here on, or before.
+    pub band: Option<u8>,
+    /// The throughput with that band alone, where it was chosen here: it stands for the others, too.
+    pub dispersed: Option<Spectrum>,
+    /// The light that was sampled.
+    pub light: Option<LightRecord>,
+    /// The direction that was sampled and taken.
+    pub scatter: Option<ScatterRecord>,
+}
+
+/// Light found by chance.
+#[derive(Clone, Copy, Debug)]
+pub struct EmissionRecord {
+    /// Radiance that the surface emits or shows.
+    pub radiance: Spectrum,
+    /// Density with which the ray's direction was sampled at the last scattering; `None` where sampling a light could not have found it.
+    pub pdf: Option<f64>,
+    /// Density with which sampling a light there gives this direction; 0 if it does not.
+    pub light_pdf: f64,
+    /// The weight of finding it by chance (multiple importance sampling).
+    pub weight: f64,
+    /// What was added to the sample.
+    pub contribution: Spectrum,
+}
+
+/// A light that was sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct LightRecord {
+    /// Towards it.
+    pub direction: DVec3,
+    /// How far it is; infinite where it has no place.
+    pub distance: f64,
+    /// Density of the direction, the choice of the light included; for a point or a direction the probability of its choice.
+    pub pdf: f64,
+    /// Whether rays cannot hit the light by chance.
+    pub is_delta: bool,
+    /// Its radiance; of a point or a direction, what arrives at a surface that faces it.
+    pub radiance: Spectrum,
+    /// The BSDF, without the cosine, softened at the terminator.
+    pub bsdf: Spectrum,
+    /// Density with which the BSDF gives this direction.
+    pub bsdf_pdf: f64,
+    /// Cosine to the shading normal, not negative.
+    pub cosine: f64,
+    /// The weight of sampling the light (multiple importance sampling).
+    pub weight: f64,
+    /// The share of light that solids leave on the way; `None` where they absorb nothing.
+    pub transmittance: Option<Spectrum>,
+    /// What reaches the pixel if nothing is in the way.
+    pub unshadowed: Spectrum,
+    /// The share that is not in shadow; `None` where no shadow ray was needed.
+    pub visible: Option<Spectrum>,
+    /// What was added to the sample.
+    pub contribution: Spectrum,
+}
+
+/// The way on from a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct ScatterRecord {
+    /// The sampled direction.
+    pub direction: DVec3,
+    /// What it went through.
+    pub lobe: Lobe,
+    /// The BSDF, without the cosine; for delta lobes only f·cos / pdf has a meaning.
+    pub bsdf: Spectrum,
+    /// Density of the direction; for delta lobes the probability of the lobe.
+    pub pdf: f64,
+    /// Cosine to the shading normal, not negative.
+    pub cosine: f64,
+    /// Index of refraction on the side it goes to over that on the side it comes from.
+    pub eta: f64,
+    /// The share that smooth normals over flat triangles leave at the terminator.
+    pub terminator: f64,
+    /// f·cos·terminator / pdf.
+    pub weight: Spectrum,
+    /// Russian roulette, where it was played.
+    pub roulette: Option<Roulette>,
+    /// What the path carries on: throughput before times weight, over the probability to survive.
+    pub throughput: Spectrum,
+}
+
+/// A chance to end the path; those that go on make up for the others.
+#[derive(Clone, Copy, Debug)]
+pub struct Roulette {
+    /// Probability to go on.
+    pub survival: f64,
+    /// The random number: the path goes on below `survival`.
+    pub number: f64,
+}
+
+/// What a path found that left the scene.
+#[derive(Clone, Debug)]
+pub struct EscapeRecord {
+    /// Where the ray came from.
+    pub origin: DVec3,
+    /// Its direction.
+    pub direction: DVec3,
+    /// The share of light that solids left on the way; `None` where they absorb nothing.
+    pub transmittance: Option<Spectrum>,
+    /// The share of what it found that reaches the pixel.
+    pub throughput: Spectrum,
+    /// Density with which the ray's direction was sampled; `None` where sampling a light could not have found what is there.
+    pub pdf: Option<f64>,
+    /// Environments and suns in this direction.
+    pub lights: Vec<AroundRecord>,
+    /// The background, where it was seen.
+    pub background: Spectrum,
+    /// Ambient light.
+    pub ambient: Spectrum,
+    /// What was added to the sample.
+    pub contribution: Spectrum,
+}
+
+/// A light around the scene, found by chance.
+#[derive(Clone, Copy, Debug)]
+pub struct AroundRecord {
+    /// Its radiance in the direction.
+    pub radiance: Spectrum,
+    /// Density with which sampling a light gives the direction.
+    pub light_pdf: f64,
+    /// The weight of finding it by chance (multiple importance sampling).
+    pub weight: f64,
+}
+
+impl PathRecord {
+    /// What was added to the sample, in the order in which it was: emission and sampled light of each vertex, and what was found outside.
+    pub fn contributions(&self) -> impl Iterator<Item = Spectrum> + '_ {
+        let vertices = self.vertices.iter().flat_map(|v| {
+            let emission = v.emission.map(|e| e.contribution);
+            emission.into_iter().chain(v.light.filter(|l| l.visible.is_some()).map(|l| l.contribution))
+        });
+        vertices.chain(self.escape.as_ref().map(|e| e.contribution))
+    }
+
+    /// Their sum: the colour of [`PathRecord::radiance`], to the last bit.
+    pub fn sum(&self) -> Spectrum {
+        self.contributions().fold(Spectrum::BLACK, |sum, light| sum + light)
+    }
+}

@@ -1,0 +1,61 @@
+//! One sample again, by pixel and number.
+
+use super::record::{End, PathRecord};
+use super::settings::Settings;
+use super::wave::Wave;
+use crate::color::Spectrum;
+use crate::integrator::{CameraSamples, IntegratorDesc, Radiance, RayStats, Tracer};
+use crate::math::DVec3;
+use crate::render::{camera_sample, sample_id};
+use crate::scene::Scene;
+use crate::scene::error::{ErrorCode, SceneError};
+
+/// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and writes down what happens.
+///
+/// The path is traced by the code that renders, with the numbers it has there: the record's radiance is the sample's, to the last bit
+/// ([`crate::render::sample`]).
+///
+/// Errors: a pixel outside the picture, a sample beyond `film.samples`, adaptive anti-aliasing, whose samples have no numbers
+/// ([`ErrorCode::OutOfRange`]), and an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
+pub fn replay(scene: &Scene, x: u32, y: u32, index: u32) -> Result<PathRecord, SceneError> {
+    let settings = match &scene.integrator {
+        IntegratorDesc::Path(desc) => Settings::path(desc),
+        IntegratorDesc::Direct(desc) => Settings::direct(desc),
+        other => {
+            let message = format!(
+                "the integrator is \"{}\", but only the paths of \"path\" and \"direct\" can be replayed for now",
+                other.type_name()
+            );
+            return Err(SceneError::new(ErrorCode::Conflict, message)
+                .help("choose one of them: `integrator.type = \"path\"` or `--integrator path`"));
+        }
+    };
+    let id = sample_id(scene, x, y, index)?;
+    let mut samples = CameraSamples::default();
+    let place = camera_sample(scene, id, &mut samples);
+    let ray = samples.rays.get(0);
+    let mut record = PathRecord {
+        id,
+        place,
+        origin: ray.map_or(DVec3::ZERO, |r| r.origin),
+        direction: ray.map_or(DVec3::ZERO, |r| r.direction),
+        time: samples.rays.time(0),
+        vertices: Vec::new(),
+        escape: None,
+        end: End::Absorbed,
+        radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
+    };
+    if ray.is_none_or(|ray| ray.t_max < 0.0) {
+        record.end = End::LeftOut;
+        record.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
+        return Ok(record);
+    }
+    let mut wave = Wave::new(settings, scene, record);
+    let mut out = Vec::new();
+    wave.radiance(&samples, &mut out, &mut RayStats::default());
+    let mut record = wave.record;
+    if let Some(radiance) = out.first() {
+        record.radiance = *radiance;
+    }
+    Ok(record)
+}

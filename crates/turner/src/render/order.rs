@@ -1,0 +1,145 @@
+//! In which order tiles are handed to threads.
+
+use std::cmp::Reverse;
+
+/// What tiles cost in the last pass. The picture does not depend on it: sums are exact.
+pub(super) struct TileOrder {
+    /// Rays, by the number of the tile.
+    costs: Vec<u64>,
+}
+
+impl TileOrder {
+    /// Of tiles of which nothing is known.
+    pub(super) fn new(tiles: usize) -> TileOrder {
+        TileOrder { costs: vec![0; tiles] }
+    }
+
+    pub(super) fn costs(&self) -> &[u64] {
+        &self.costs
+    }
+
+    /// What the last pass found.
+    pub(super) fn set_costs(&mut self, costs: impl Iterator<Item = u64>) {
+        self.costs.clear();
+        self.costs.extend(costs);
+    }
+
+    /// The numbers of the tiles, the dearest first; equally dear ones row by row.
+    pub(super) fn dearest_first(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.costs.len()).collect();
+        order.sort_by_key(|&tile| Reverse(self.costs[tile]));
+        order
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::film::Antialias;
+    use crate::image::Image;
+    use crate::integrator::{IntegratorDesc, PathDesc};
+    use crate::math::DVec3;
+    use crate::render::{PassOptions, Renderer};
+    use crate::scene::transform::Transform;
+    use crate::scene::value::{Data, FileId, Span, Table, Value};
+    use crate::scene::{
+        ModelDesc, ObjectContent, ObjectDesc, PrepareOptions, SceneAssets, SceneDesc, SceneError, read_scene,
+    };
+    use crate::shape::mesh::MeshData;
+    use crate::shape::{ShapeDesc, SphereDesc};
+
+    struct NoFiles;
+
+    impl SceneAssets for NoFiles {
+        fn image(&mut self, _: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
+            unreachable!()
+        }
+        fn mesh(&mut self, _: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
+            unreachable!()
+        }
+        fn model(&mut self, _: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+            unreachable!()
+        }
+    }
+
+    /// A ball to the right in a white world: there light bounces, elsewhere it does not.
+    fn ball() -> SceneDesc {
+        let span = Span { file: FileId(0), start: 0, end: 0 };
+        let nothing = Value { data: Data::Table(Table::default()), span };
+        let mut desc = read_scene(&nothing, &mut NoFiles).unwrap();
+        (desc.film.width, desc.film.height) = (150, 100);
+        (desc.film.antialias, desc.film.samples) = (Antialias::MonteCarlo, 6);
+        desc.integrator = IntegratorDesc::Path(PathDesc::default());
+        desc.background.color = Spectrum::WHITE;
+        desc.objects.push(ObjectDesc {
+            name: None,
+            span: None,
+            content: ObjectContent::Shape(ShapeDesc::Sphere(SphereDesc {
+                center: DVec3::new(1.0, 0.0, 0.0),
+                radius: 0.5,
+            })),
+            material: None,
+            transform: Transform::IDENTITY,
+            motion: None,
+        });
+        desc
+    }
+
+    #[test]
+    fn equally_dear_tiles_come_row_by_row() {
+        let mut order = TileOrder::new(4);
+        assert_eq!(order.dearest_first(), [0, 1, 2, 3]);
+        order.set_costs([5, 9, 5, 7].into_iter());
+        assert_eq!(order.dearest_first(), [1, 3, 0, 2]);
+    }
+
+    #[test]
+    fn the_second_pass_begins_with_the_dearest_tile() {
+        let scene = ball().prepare(&PrepareOptions::default()).unwrap();
+        let mut renderer = Renderer::new(&scene).unwrap();
+        let cancel = AtomicBool::new(false);
+        let options = PassOptions { threads: 1, cancel: &cancel, progress: None };
+        assert!(renderer.pass(1, &options).unwrap());
+        let first = renderer.tile_costs().to_vec();
+        assert_eq!(first.iter().sum::<u64>(), renderer.stats.total(), "every ray belongs to a tile");
+        let dearest = *first.iter().max().unwrap();
+        assert!(first[0] < dearest, "{first:?}");
+        // A pass of more samples, stopped after two tiles: theirs are the only costs that grow.
+        let stop = |done: usize, _: usize| cancel.store(done == 2, Ordering::Relaxed);
+        let options = PassOptions { progress: Some(&stop), ..options };
+        assert!(!renderer.pass(4, &options).unwrap());
+        let changed: Vec<usize> =
+            (0..first.len()).filter(|&i| renderer.tile_costs()[i] > 2 * first[i]).collect();
+        let mut expected = TileOrder { costs: first }.dearest_first()[..2].to_vec();
+        expected.sort_unstable();
+        assert_eq!(changed, expected);
+    }
+
+    #[test]
+    fn the_picture_is_the_same_in_any_order() {
+        let scene = ball().prepare(&PrepareOptions::default()).unwrap();
+        let picture = |costs: fn(usize) -> u64, threads| {
+            let mut renderer = Renderer::new(&scene).unwrap();
+            let cancel = AtomicBool::new(false);
+            let tiles = renderer.order.costs.len();
+            while !renderer.is_complete() {
+                renderer.order.set_costs((0..tiles).map(costs));
+                renderer.pass(2, &PassOptions { threads, cancel: &cancel, progress: None }).unwrap();
+            }
+            let picture = renderer.film.develop(&scene.film).linear;
+            picture.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>()
+        };
+        let in_rows = picture(|_| 0, 1);
+        assert!(in_rows.iter().any(|p| *p != in_rows[0]), "the ball is seen");
+        let orders: [fn(usize) -> u64; 3] = [|i| i as u64, |i| (i as u64 * 7919) % 31, |i| i as u64 % 2];
+        for costs in orders {
+            for threads in [1, 3] {
+                assert!(picture(costs, threads) == in_rows);
+            }
+        }
+    }
+}
