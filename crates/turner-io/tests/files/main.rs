@@ -1,0 +1,19 @@
+//! Files of all formats: one program for all of these tests, which is linked once.
+
+mod environment;
+mod gltf_files;
+mod gltf_hostile;
+mod image_assets;
+mod image_exr_writers;
+mod image_hostile;
+mod image_kinds;
+mod image_output;
+mod image_round_trip;
+mod image_suite;
+mod load_bench;
+mod mesh_hostile;
+mod mesh_import;
+mod mesh_read;
+mod mesh_scene;
+mod scene_errors;
+mod scene_hostile;
