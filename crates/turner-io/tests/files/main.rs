@@ -17,3 +17,4 @@ mod mesh_read;
 mod mesh_scene;
 mod scene_errors;
 mod scene_hostile;
+mod stl_import;

@@ -10,7 +10,7 @@ use super::faces::{Faces, NO_FACES};
 use super::planes::crossings;
 use super::rectangles::BatchRectangle;
 use super::scene::{Bits, Hit, NO_TRANSFORM, ObjectTransform, Primitive, Scene, SurfaceInteraction};
-use crate::color::Spectrum;
+use super::spectrum_block::SpectrumBlock;
 use crate::material::{Material, ShadowKind};
 use crate::math::{DVec3, Ray};
 use crate::shape::{MeshRays, Plane, Shape, ShapeHit};
@@ -37,27 +37,6 @@ pub struct RayBatch {
     pub(super) moved: Vec<RayBlock>,
     pub(super) room: MeshRays,
     pub(super) found: Vec<(u32, ShapeHit)>,
-}
-
-/// Eight colours, band by band.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SpectrumBlock(pub [Block32; 3]);
-
-impl SpectrumBlock {
-    /// Puts a colour into a lane.
-    #[inline]
-    pub fn set(&mut self, lane: usize, color: Spectrum) {
-        for (block, v) in self.0.iter_mut().zip(color.to_array()) {
-            block.0[lane] = v;
-        }
-    }
-
-    /// The colour of a lane.
-    #[inline]
-    pub fn get(&self, lane: usize) -> Spectrum {
-        let [r, g, b] = &self.0;
-        Spectrum::new(r.0[lane], g.0[lane], b.0[lane])
-    }
 }
 
 impl RayBatch {

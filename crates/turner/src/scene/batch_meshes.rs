@@ -11,12 +11,22 @@ use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
 use crate::math::DVec3;
 use crate::shape::{BlockRays, NO_TRIANGLE, Shape, ShapeHit, TriangleMesh};
 
+/// What is asked about rays and a mesh.
+#[derive(Clone, Copy)]
+enum Asked {
+    /// The nearest hit of each.
+    Nearest,
+    /// Whether there is one.
+    Any,
+}
+
 impl Scene {
     /// Takes the hits of meshes that are nearer than those so far.
     pub(super) fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
         rays.end_at(hits);
         if let Some(merged) = &self.merged {
-            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
+            let own = |p, part| merged.triangle(p, part);
+            self.through_mesh(merged.mesh(), None, merged.offset(), own, Asked::Nearest, rays);
             let found = std::mem::take(&mut rays.found);
             for &(place, found) in &found {
                 let Some(mut ray) = rays.get_to_end(place) else { continue };
@@ -36,7 +46,7 @@ impl Scene {
             let primitive = &self.primitives[index as usize];
             let Shape::Mesh(mesh) = &primitive.shape else { continue };
             let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
+            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, Asked::Nearest, rays);
             let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
             let found = std::mem::take(&mut rays.found);
             for &(place, mut found) in &found {
@@ -55,13 +65,14 @@ impl Scene {
         }
     }
 
-    /// Finds the hits of a mesh that are not beyond the ends.
+    /// Finds the hits of a mesh that are not beyond the ends; with `Asked::Any` only which rays have one.
     fn through_mesh(
         &self,
         mesh: &TriangleMesh,
         primitive: Option<&Primitive>,
         offset: DVec3,
         own: impl Fn(u32, u32) -> u32,
+        asked: Asked,
         rays: &mut RayBatch,
     ) {
         self.move_to(primitive, rays);
@@ -70,28 +81,15 @@ impl Scene {
         let RayBatch { blocks, moved, ends, from, room, found, coherent, .. } = rays;
         let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
         let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
-        let asked = BlockRays { offset, blocks, ends, own };
-        mesh.intersect_blocks(&asked, *coherent, room, |place, hit| found.push((place as u32, hit)));
-    }
-
-    /// Finds the rays that hit anything of a mesh before their ends.
-    fn behind_mesh(
-        &self,
-        mesh: &TriangleMesh,
-        primitive: Option<&Primitive>,
-        offset: DVec3,
-        own: impl Fn(u32, u32) -> u32,
-        rays: &mut RayBatch,
-    ) {
-        self.move_to(primitive, rays);
-        rays.found.clear();
-        let used = rays.len.div_ceil(LANES);
-        let RayBatch { blocks, moved, ends, from, room, found, .. } = rays;
-        let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
-        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
-        let asked = BlockRays { offset, blocks, ends, own };
-        let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
-        mesh.occluded_blocks(&asked, room, |place| found.push((place as u32, hit)));
+        let searched = BlockRays { offset, blocks, ends, own };
+        match asked {
+            Asked::Nearest => mesh
+                .intersect_blocks(&searched, *coherent, room, |place, hit| found.push((place as u32, hit))),
+            Asked::Any => {
+                let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
+                mesh.occluded_blocks(&searched, room, |place| found.push((place as u32, hit)));
+            }
+        }
     }
 
     fn is_moved(&self, primitive: Option<&Primitive>) -> bool {
@@ -109,12 +107,9 @@ impl Scene {
     /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
     pub(super) fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
         rays.end_unblocked();
-        if merged.is_opaque() {
-            self.behind_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
-        } else {
-            // The nearest triangle decides for most rays.
-            self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), rays);
-        }
+        // Where not all are opaque, the nearest triangle decides for most rays.
+        let asked = if merged.is_opaque() { Asked::Any } else { Asked::Nearest };
+        self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), asked, rays);
         let found = std::mem::take(&mut rays.found);
         for &(place, hit) in &found {
             let tinted = Cell::new(false);
@@ -134,7 +129,7 @@ impl Scene {
         let Shape::Mesh(mesh) = &primitive.shape else { return };
         rays.end_unblocked();
         let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-        self.behind_mesh(mesh, Some(primitive), DVec3::ZERO, own, rays);
+        self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, Asked::Any, rays);
         let found = std::mem::take(&mut rays.found);
         for &(place, _) in &found {
             let tinted = Cell::new(false);
