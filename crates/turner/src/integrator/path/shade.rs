@@ -164,7 +164,6 @@ impl<R: Record> Wave<'_, R> {
             path.beta = path.beta * left;
         }
         self.record.note(|r| r.met(scene, path, ray, hit, &surface, left));
-        let sets = FIRST_SET + 2 * path.vertex;
         path.vertex += 1;
         if path.vertex > MAX_VERTICES {
             self.record.note(|r| r.end = End::Vertices);
@@ -175,9 +174,9 @@ impl<R: Record> Wave<'_, R> {
             Material::Physical(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
             Material::Physical(m) => {
                 let opacity = f64::from(m.desc.coverage(scene, &surface));
-                (opacity >= 1.0 || path.sampler.four(sets)[3] < opacity).then_some(&**m)
+                (opacity >= 1.0 || path.numbers.first()[3] < opacity).then_some(&**m)
             }
-            Material::Mix(m) => m.choose(scene, &surface, outside, path.sampler.four(sets)[3]),
+            Material::Mix(m) => m.choose(scene, &surface, outside, path.numbers.first()[3]),
             Material::Classic(_) | Material::Principled(..) => return,
         };
         let Some(material) = met else {
@@ -229,7 +228,7 @@ impl<R: Record> Wave<'_, R> {
         }
         if let Some(indices) = material.dispersion {
             let prism = Prism { material, indices, surface: &surface, around, outside };
-            self.disperse(sample, ray, &prism, sets, stats);
+            self.disperse(sample, ray, &prism, stats);
             return;
         }
         let made;
@@ -243,7 +242,7 @@ impl<R: Record> Wave<'_, R> {
         let coated = coated(scene, ray, material, &surface, bsdf, outside);
         let bsdf = coated.as_ref().unwrap_or(bsdf);
         let vertex = prepare(scene, ray, material, &surface, bsdf, outside);
-        self.scatter(sample, &vertex, material, bsdf.has_smooth() && !spent, sets, stats);
+        self.scatter(sample, &vertex, material, bsdf.has_smooth() && !spent, stats);
     }
 
     /// Direct light, where lights can be connected to (`smooth`), and the way on.
@@ -253,13 +252,12 @@ impl<R: Record> Wave<'_, R> {
         vertex: &Vertex<'_>,
         material: &Physical,
         smooth: bool,
-        sets: u32,
         stats: &mut RayStats,
     ) {
         if smooth && self.settings.light_sampling != LightSampling::Bsdf {
-            self.sample_light(sample, vertex, material, sets);
+            self.sample_light(sample, vertex, material);
         }
-        let [u0, u1, u2, u3] = self.paths[sample as usize].sampler.four(sets + 1);
+        let [u0, u1, u2, u3] = self.paths[sample as usize].numbers.second();
         if let Some(s) = vertex.bsdf.sample([u2, u0, u1]) {
             self.follow(sample, vertex, material, s, u3, stats);
         }
@@ -285,12 +283,12 @@ impl<R: Record> Wave<'_, R> {
     }
 
     /// Samples a light and sends a shadow ray to it.
-    fn sample_light(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, set: u32) {
+    fn sample_light(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical) {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         if scene.emitters.is_empty() {
             return;
         }
-        let [u0, u1, u2, _] = path.sampler.four(set);
+        let [u0, u1, u2, _] = path.numbers.first();
         let Some(lit) = scene.emitters.sample(scene, v.surface.p, [u0, u1, u2]) else { return };
         let distance = lit.to_light.length();
         let wi = lit.to_light / distance;

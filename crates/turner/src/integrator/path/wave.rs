@@ -3,10 +3,11 @@
 use super::media::Media;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
+use super::shade::FIRST_SET;
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::{DVec3, Ray};
-use crate::sampler::OwenSobol;
+use crate::sampler::{OwenSobol, VertexNumbers};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use turner_bvh::lanes::LANES;
 
@@ -14,6 +15,8 @@ use turner_bvh::lanes::LANES;
 #[derive(Clone)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
+    /// The random numbers of the surface that is met.
+    pub(super) numbers: VertexNumbers,
     /// Its moment, for things that move.
     time: f32,
     /// The share of what the next ray finds that reaches the pixel.
@@ -82,6 +85,8 @@ pub(super) struct Wave<'a, R = Off> {
     pub(super) next: Front,
     pub(super) shadows: Shadows,
     hits: Vec<Option<Hit>>,
+    wanted: Vec<(OwenSobol, u32)>,
+    numbers: Vec<VertexNumbers>,
     /// What takes notes of the path, if there is but one.
     pub(super) record: R,
 }
@@ -96,6 +101,8 @@ impl<'a, R> Wave<'a, R> {
             next: Front::default(),
             shadows: Shadows::default(),
             hits: Vec::new(),
+            wanted: Vec::new(),
+            numbers: Vec::new(),
             record,
         }
     }
@@ -110,6 +117,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
         self.paths.clear();
         self.paths.extend(samples.ids.iter().enumerate().map(|(i, id)| Path {
             sampler: OwenSobol::new(id),
+            numbers: VertexNumbers::default(),
             time: samples.rays.time(i),
             beta: Spectrum::WHITE,
             vertex: 0,
@@ -145,6 +153,7 @@ impl<R: Record> Wave<'_, R> {
             }
         }
         self.scene.intersect_batch(&mut front.rays, &mut hits);
+        self.draw(&front.samples, &hits);
         for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
             let Some(ray) = front.rays.get(i) else { continue };
             let pixel = &mut out[sample as usize];
@@ -158,6 +167,18 @@ impl<R: Record> Wave<'_, R> {
         front.clear();
         self.front = std::mem::replace(&mut self.next, front);
         self.next.rays.coherent = false;
+    }
+
+    /// Draws the numbers of the vertices at the hits.
+    fn draw(&mut self, samples: &[u32], hits: &[Option<Hit>]) {
+        let hit =
+            || samples.iter().zip(hits).filter(|(_, hit)| hit.is_some()).map(|(&sample, _)| sample as usize);
+        self.wanted.clear();
+        self.wanted.extend(hit().map(|i| (self.paths[i].sampler, FIRST_SET + 2 * self.paths[i].vertex)));
+        OwenSobol::vertex_numbers(&self.wanted, &mut self.numbers);
+        for (i, numbers) in hit().zip(&self.numbers) {
+            self.paths[i].numbers = *numbers;
+        }
     }
 
     /// Adds the light of the shadow rays that arrive.
