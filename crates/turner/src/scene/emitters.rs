@@ -43,11 +43,25 @@ pub struct Emitters {
     surrounded: bool,
 }
 
+/// One of them.
 #[derive(Debug)]
-enum Emitter {
+pub(super) enum Emitter {
     /// One of the scene's lights.
     Light(u32),
+    /// A shape that shines.
     Shape(ShapeEmitter),
+}
+
+impl Emitter {
+    /// Light from it at `p`, where it was chosen with the probability `choice`.
+    #[inline]
+    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3], choice: f64) -> Option<LightSample> {
+        let lit = match self {
+            Emitter::Light(i) => scene.lights[*i as usize].sample(p, [u[0], u[1]])?,
+            Emitter::Shape(emitter) => emitter.sample(scene, p, u)?,
+        };
+        Some(LightSample { pdf: lit.pdf * choice, ..lit })
+    }
 }
 
 impl Emitters {
@@ -110,17 +124,15 @@ impl Emitters {
         if self.lights.is_empty() {
             return None;
         }
-        let (chosen, choice, left) = self.choice.sample(u[2]);
-        match &self.lights[chosen as usize] {
-            Emitter::Light(i) => {
-                let lit = scene.lights[*i as usize].sample(p, [u[0], u[1]])?;
-                Some(LightSample { pdf: lit.pdf * choice, ..lit })
-            }
-            Emitter::Shape(emitter) => {
-                let lit = emitter.sample(scene, p, [u[0], u[1], left])?;
-                Some(LightSample { pdf: lit.pdf * choice, ..lit })
-            }
-        }
+        let (emitter, choice, left) = self.choose(u[2]);
+        emitter.sample(scene, p, [u[0], u[1], left], choice)
+    }
+
+    /// The emitter that `u` chooses, the probability of that, and what is left of `u`.
+    #[inline]
+    pub(super) fn choose(&self, u: f64) -> (&Emitter, f64, f64) {
+        let (chosen, choice, left) = self.choice.sample(u);
+        (&self.lights[chosen as usize], choice, left)
     }
 
     /// The density with which `sample` at `p` gives the direction to a hit of a shape that shines; 0 if it never does.

@@ -162,7 +162,7 @@ pub struct SurfaceInteraction {
     pub material: MaterialId,
     /// The surface in the object's space, for textures.
     object: SurfacePoint,
-    pub(super) hit: Hit,
+    pub(crate) hit: Hit,
     /// The moment, as in the ray.
     pub(super) time: f32,
 }

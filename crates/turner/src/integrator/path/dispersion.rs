@@ -7,12 +7,11 @@
 
 use super::record::Record;
 use super::shade::{FIRST_SET, MAX_VERTICES, coated, prepare};
-use super::wave::Wave;
+use super::wave::{Arrival, Wave};
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
 use crate::integrator::RayStats;
 use crate::material::Physical;
-use crate::math::Ray;
 use crate::scene::SurfaceInteraction;
 
 /// The set of random numbers for the choice of a band, which a path makes once.
@@ -31,8 +30,9 @@ pub(super) struct Prism<'a> {
 
 impl<R: Record> Wave<'_, R> {
     /// Direct light at dispersive glass, and the way on.
-    pub(super) fn disperse(&mut self, sample: u32, ray: &Ray, prism: &Prism<'_>, stats: &mut RayStats) {
+    pub(super) fn disperse(&mut self, at: &Arrival<'_>, prism: &Prism<'_>, stats: &mut RayStats) {
         let scene = self.scene;
+        let &Arrival { sample, ref ray, .. } = at;
         let Prism { material, indices, surface, around, outside } = *prism;
         let bsdf = |band: u8| {
             let index = indices[usize::from(band.min(2))];
@@ -64,7 +64,7 @@ impl<R: Record> Wave<'_, R> {
         let Some(band) = self.paths[sample as usize].band else { return };
         let bsdf = bsdf(band);
         let vertex = prepare(scene, ray, material, surface, &bsdf, outside);
-        self.scatter(sample, &vertex, material, bsdf.has_smooth(), stats);
+        self.scatter(at, &vertex, material, bsdf.has_smooth(), stats);
     }
 }
 

@@ -8,7 +8,8 @@ use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::{DVec3, Ray};
 use crate::sampler::{OwenSobol, VertexNumbers};
-use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::scene::emitters::LightSample;
+use crate::scene::{Hit, LightBatch, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
@@ -39,6 +40,14 @@ pub(super) struct Path {
     /// The one colour band that is left, once dispersion has parted them.
     pub(super) band: Option<u8>,
     pub(super) media: Media,
+}
+
+/// A ray where it ends, with the light that was sampled there.
+pub(super) struct Arrival<'a> {
+    pub(super) sample: u32,
+    pub(super) ray: Ray,
+    pub(super) surface: &'a SurfaceInteraction,
+    pub(super) lit: Option<&'a LightSample>,
 }
 
 /// The rays of one bounce, and whose they are.
@@ -85,6 +94,8 @@ pub(super) struct Wave<'a, R = Off> {
     pub(super) next: Front,
     pub(super) shadows: Shadows,
     hits: Vec<Option<Hit>>,
+    surfaces: Vec<(SurfaceInteraction, u32)>,
+    lights: LightBatch,
     wanted: Vec<(OwenSobol, u32)>,
     numbers: Vec<VertexNumbers>,
     /// What takes notes of the path, if there is but one.
@@ -101,6 +112,8 @@ impl<'a, R> Wave<'a, R> {
             next: Front::default(),
             shadows: Shadows::default(),
             hits: Vec::new(),
+            surfaces: Vec::new(),
+            lights: LightBatch::default(),
             wanted: Vec::new(),
             numbers: Vec::new(),
             record,
@@ -154,14 +167,21 @@ impl<R: Record> Wave<'_, R> {
         }
         self.scene.intersect_batch(&mut front.rays, &mut hits);
         self.draw(&front.samples, &hits);
+        let mut surfaces = std::mem::take(&mut self.surfaces);
+        let mut lights = std::mem::take(&mut self.lights);
+        self.prepare(&front, &hits, &mut surfaces, &mut lights);
+        let mut met = surfaces.iter();
         for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
             let Some(ray) = front.rays.get(i) else { continue };
             let pixel = &mut out[sample as usize];
-            match hit {
-                None => self.miss(sample, &ray, pixel),
-                Some(hit) => self.shade(sample, &ray, hit, pixel, stats),
+            if hit.is_none() {
+                self.miss(sample, &ray, pixel);
+            } else if let Some((surface, light)) = met.next() {
+                let lit = lights.get(*light as usize);
+                self.shade(&Arrival { sample, ray, surface, lit }, pixel, stats);
             }
         }
+        (self.surfaces, self.lights) = (surfaces, lights);
         self.hits = hits;
         self.light(out, stats);
         front.clear();
@@ -179,6 +199,31 @@ impl<R: Record> Wave<'_, R> {
         for (i, numbers) in hit().zip(&self.numbers) {
             self.paths[i].numbers = *numbers;
         }
+    }
+
+    /// The surfaces that were hit, with the number under which each asks for light; and that light.
+    fn prepare(
+        &self,
+        front: &Front,
+        hits: &[Option<Hit>],
+        surfaces: &mut Vec<(SurfaceInteraction, u32)>,
+        lights: &mut LightBatch,
+    ) {
+        surfaces.clear();
+        lights.clear();
+        for (i, (&sample, hit)) in front.samples.iter().zip(hits).enumerate() {
+            let (Some(hit), Some(ray)) = (hit, front.rays.get(i)) else { continue };
+            let surface = self.scene.surface(&ray, hit);
+            let path = &self.paths[sample as usize];
+            let mut number = u32::MAX;
+            if self.may_connect(path, &ray, hit, &surface) {
+                number = lights.len() as u32;
+                let [u0, u1, u2, _] = path.numbers.first();
+                lights.ask(surface.p, [u0, u1, u2]);
+            }
+            surfaces.push((surface, number));
+        }
+        self.scene.emitters.sample_batch(self.scene, lights);
     }
 
     /// Adds the light of the shadow rays that arrive.
