@@ -7,7 +7,7 @@
 use super::scene::{Hit, Scene, SurfaceInteraction};
 use super::shape_emitters::{ShapeEmitter, shape_emitters};
 use crate::color::Spectrum;
-use crate::light::Light;
+use crate::light::{EnvironmentSample, Light};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
 use crate::shape::Shape;
@@ -28,6 +28,20 @@ pub struct LightSample {
     pub pdf: f64,
     /// Whether rays cannot hit the light by chance.
     pub is_delta: bool,
+}
+
+impl LightSample {
+    /// Of an environment that was chosen.
+    #[inline]
+    pub(super) fn of_environment(s: EnvironmentSample) -> LightSample {
+        LightSample {
+            to_light: s.direction,
+            finite: false,
+            radiance: s.radiance,
+            pdf: s.pdf,
+            is_delta: false,
+        }
+    }
 }
 
 /// The lights of a scene.
@@ -154,24 +168,25 @@ impl Emitters {
         self.surrounded
     }
 
-    /// What a ray finds that leaves the scene in a unit direction: for each light that is there its radiance and the density with which
+    /// The numbers of the lights that rays find which leave the scene.
+    pub(super) fn around_ids(&self) -> &[u32] {
+        &self.around
+    }
+
+    /// The probability with which a light is chosen; those of the scene have its numbers.
+    pub(super) fn choice_of(&self, light: u32) -> f64 {
+        self.choice.probability(light)
+    }
+
+    /// What a ray finds of one of them that leaves the scene in a unit direction: its radiance and the density with which
     /// `sample` gives the direction.
-    pub fn around<'a>(
-        &'a self,
-        scene: &'a Scene,
-        direction: DVec3,
-    ) -> impl Iterator<Item = (Spectrum, f64)> + 'a {
-        self.around.iter().filter_map(move |&i| match scene.lights.get(i as usize) {
-            // Lights stand before shapes: their numbers are those of the choice.
-            Some(Light::Environment(l)) => {
-                let (radiance, pdf) = l.found(direction);
-                Some((radiance, self.choice.probability(i) * pdf))
-            }
-            Some(Light::Directional(l)) => {
-                l.found(direction).map(|(radiance, pdf)| (radiance, self.choice.probability(i) * pdf))
-            }
-            _ => None,
-        })
+    pub(super) fn around_one(&self, scene: &Scene, light: u32, direction: DVec3) -> Option<(Spectrum, f64)> {
+        let (radiance, pdf) = match scene.lights.get(light as usize)? {
+            Light::Environment(l) => l.found(direction),
+            Light::Directional(l) => l.found(direction)?,
+            _ => return None,
+        };
+        Some((radiance, self.choice_of(light) * pdf))
     }
 }
 
@@ -179,14 +194,7 @@ impl Light {
     /// Light that arrives at `p`; the place on it by `u`. The density is 1 for lights that rays cannot hit.
     fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
         if let Light::Environment(l) = self {
-            let s = l.sample(u)?;
-            return Some(LightSample {
-                to_light: s.direction,
-                finite: false,
-                radiance: s.radiance,
-                pdf: s.pdf,
-                is_delta: false,
-            });
+            return l.sample(u).map(LightSample::of_environment);
         }
         if let Light::Directional(l) = self
             && let Some((to_light, radiance, pdf)) = l.sample(u)

@@ -30,7 +30,7 @@ pub mod value;
 
 pub use batch::RayBatch;
 pub use desc::*;
-pub use emitter_batch::LightBatch;
+pub use emitter_batch::{AroundBatch, LightBatch};
 pub use error::{ErrorCode, SceneError};
 pub use model::ModelDesc;
 pub use param::ColorSource;

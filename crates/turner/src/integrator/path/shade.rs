@@ -110,7 +110,13 @@ impl Settings {
 
 impl<R: Record> Wave<'_, R> {
     /// A ray that hits nothing.
-    pub(super) fn miss(&mut self, sample: u32, ray: &Ray, pixel: &mut Radiance) {
+    pub(super) fn miss(
+        &mut self,
+        sample: u32,
+        ray: &Ray,
+        around: impl Iterator<Item = (Spectrum, f64)>,
+        pixel: &mut Radiance,
+    ) {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         self.record.note(|r| r.end = End::Escaped);
         if path.from_camera && scene.background.transparent {
@@ -130,7 +136,7 @@ impl<R: Record> Wave<'_, R> {
             return;
         }
         let mut found = Spectrum::BLACK;
-        for (radiance, light_pdf) in scene.emitters.around(scene, ray.direction) {
+        for (radiance, light_pdf) in around {
             let weight = self.settings.weight_found(path, light_pdf);
             found += radiance * weight as f32;
             self.record.note(|r| r.outside(|e| e.lights.push(AroundRecord { radiance, light_pdf, weight })));

@@ -9,7 +9,7 @@ use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::{DVec3, Ray};
 use crate::sampler::{OwenSobol, VertexNumbers};
 use crate::scene::emitters::LightSample;
-use crate::scene::{Hit, LightBatch, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::scene::{AroundBatch, Hit, LightBatch, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
@@ -96,6 +96,7 @@ pub(super) struct Wave<'a, R = Off> {
     hits: Vec<Option<Hit>>,
     surfaces: Vec<(SurfaceInteraction, u32)>,
     lights: LightBatch,
+    around: AroundBatch,
     wanted: Vec<(OwenSobol, u32)>,
     numbers: Vec<VertexNumbers>,
     /// What takes notes of the path, if there is but one.
@@ -114,6 +115,7 @@ impl<'a, R> Wave<'a, R> {
             hits: Vec::new(),
             surfaces: Vec::new(),
             lights: LightBatch::default(),
+            around: AroundBatch::default(),
             wanted: Vec::new(),
             numbers: Vec::new(),
             record,
@@ -170,18 +172,27 @@ impl<R: Record> Wave<'_, R> {
         let mut surfaces = std::mem::take(&mut self.surfaces);
         let mut lights = std::mem::take(&mut self.lights);
         self.prepare(&front, &hits, &mut surfaces, &mut lights);
+        let mut around = std::mem::take(&mut self.around);
+        around.clear();
+        let missing = (0..front.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
+        for ray in missing.filter_map(|(i, _)| front.rays.get(i)) {
+            around.push(ray.direction);
+        }
+        self.scene.emitters.around_batch(self.scene, &mut around);
         let mut met = surfaces.iter();
+        let mut missed = 0;
         for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
             let Some(ray) = front.rays.get(i) else { continue };
             let pixel = &mut out[sample as usize];
             if hit.is_none() {
-                self.miss(sample, &ray, pixel);
+                self.miss(sample, &ray, around.get(missed), pixel);
+                missed += 1;
             } else if let Some((surface, light)) = met.next() {
                 let lit = lights.get(*light as usize);
                 self.shade(&Arrival { sample, ray, surface, lit }, pixel, stats);
             }
         }
-        (self.surfaces, self.lights) = (surfaces, lights);
+        (self.surfaces, self.lights, self.around) = (surfaces, lights, around);
         self.hits = hits;
         self.light(out, stats);
         front.clear();
