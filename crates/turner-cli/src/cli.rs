@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use turner::scene::error::{escape, nearest};
 
 use crate::control::Control;
-use crate::{bench, explain, failure, help, info, list, render, verify};
+use crate::{bench, explain, failure, help, info, list, new, render, shell, verify, watch};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -28,12 +28,16 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<render::RenderArgs>),
+    Watch(Box<watch::WatchArgs>),
+    New(new::NewArgs),
     Explain(Box<explain::ExplainArgs>),
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),
     Verify(verify::VerifyArgs),
     Help(help::HelpArgs),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 /// Runs the command and returns the exit code.
@@ -41,12 +45,16 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
     let parsed = with_command(args).and_then(|args| Cli::try_parse_from(args).map_err(Box::new));
     match parsed.map(|cli| cli.command) {
         Ok(Command::Render(args)) => render::run(&args, control),
+        Ok(Command::Watch(args)) => watch::run(&args, control),
+        Ok(Command::New(args)) => new::run(&args),
         Ok(Command::Explain(args)) => explain::run(&args),
         Ok(Command::Info(args)) => info::run(&args),
         Ok(Command::List(args)) => list::run(&args),
         Ok(Command::Bench(args)) => bench::run(&args),
         Ok(Command::Verify(args)) => verify::run(&args),
         Ok(Command::Help(args)) => help::run(&args),
+        Ok(Command::Completions(args)) => shell::completions(&args),
+        Ok(Command::Man(args)) => shell::man(&args),
         Err(error) => {
             // A closed pipe is no reason to complain.
             let _ = error.print();
