@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use turner::scene::error::{escape, nearest};
 
 use crate::control::Control;
-use crate::{bench, explain, failure, help, info, list, render, verify};
+use crate::{bench, compare, explain, failure, help, info, list, render, verify};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -29,6 +29,7 @@ pub(crate) struct Cli {
 enum Command {
     Render(Box<render::RenderArgs>),
     Explain(Box<explain::ExplainArgs>),
+    Compare(compare::CompareArgs),
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),
@@ -42,6 +43,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
     match parsed.map(|cli| cli.command) {
         Ok(Command::Render(args)) => render::run(&args, control),
         Ok(Command::Explain(args)) => explain::run(&args),
+        Ok(Command::Compare(args)) => compare::run(&args),
         Ok(Command::Info(args)) => info::run(&args),
         Ok(Command::List(args)) => list::run(&args),
         Ok(Command::Bench(args)) => bench::run(&args),

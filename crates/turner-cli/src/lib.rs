@@ -7,7 +7,8 @@
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
 //!                       ├─ bench    ── povray, rays, render
 //!                       ├─ verify   statistics
-//!                       └─ explain  one sample's path
+//!                       ├─ explain  one sample's path
+//!                       └─ compare  two pictures
 //! ```
 //!
 //! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
@@ -16,6 +17,7 @@
 
 mod bench;
 mod cli;
+mod compare;
 mod control;
 mod events;
 mod explain;
