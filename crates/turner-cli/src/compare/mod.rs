@@ -22,9 +22,9 @@ use crate::report::Reporter;
 /// Compare two pictures: differences, noise, and what an observer notices
 #[derive(Debug, Args)]
 #[command(
-    after_help = "PNG, EXR, HDR, JPEG, WebP, TGA and BMP; both must hold the same kind of values: linear light (EXR, HDR) or display\n\
-                  values (the others). max, mean, rmse and relmse are of the numbers in the files; psnr, ssim and flip of what is shown.\n\
-                  A tolerance is the most that is accepted; of psnr and ssim, where more is better, the least.\n\
+    after_help = "Both must hold the same kind of values: linear light (EXR, HDR) or display values (PNG, JPEG, …).\n\
+                  max, mean, rmse and relmse are of the numbers in the files; psnr, ssim and flip of what is\n\
+                  shown. A tolerance is the most that is accepted; of psnr and ssim the least.\n\
                   Exit codes: 0 within the tolerance or none given, 1 past it or bad input, 2 bad usage."
 )]
 pub(crate) struct CompareArgs {
