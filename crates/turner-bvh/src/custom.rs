@@ -36,11 +36,11 @@ use crate::{Aabb, BuildError, BuildOptions, BuildStats, Hit, Ray, RefitError, se
 /// ```
 #[derive(Clone, Debug)]
 pub struct BoxBvh {
-    nodes: Vec<WideNode>,
+    pub(crate) nodes: Vec<WideNode>,
     order: Vec<u32>,
     dropped: Vec<u32>,
     bounds: Aabb,
-    space: Space,
+    pub(crate) space: Space,
     stats: BuildStats,
     count: usize,
 }

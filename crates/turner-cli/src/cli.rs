@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use turner::scene::error::{escape, nearest};
 
 use crate::control::Control;
-use crate::{bench, explain, failure, help, info, list, new, render, shell, verify, watch};
+use crate::{bench, compare, explain, failure, help, info, list, new, render, shell, verify, watch};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -31,6 +31,7 @@ enum Command {
     Watch(Box<watch::WatchArgs>),
     New(new::NewArgs),
     Explain(Box<explain::ExplainArgs>),
+    Compare(compare::CompareArgs),
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),
@@ -48,6 +49,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Watch(args)) => watch::run(&args, control),
         Ok(Command::New(args)) => new::run(&args),
         Ok(Command::Explain(args)) => explain::run(&args),
+        Ok(Command::Compare(args)) => compare::run(&args),
         Ok(Command::Info(args)) => info::run(&args),
         Ok(Command::List(args)) => list::run(&args),
         Ok(Command::Bench(args)) => bench::run(&args),

@@ -8,6 +8,7 @@
 //!                       ├─ bench    ── povray, rays, render
 //!                       ├─ verify   statistics
 //!                       ├─ explain  one sample's path
+//!                       ├─ compare  two pictures
 //!                       ├─ watch    render, again and again
 //!                       ├─ new      ── templates
 //!                       └─ completions, man ── shell
@@ -19,6 +20,7 @@
 
 mod bench;
 mod cli;
+mod compare;
 mod control;
 mod events;
 mod explain;

@@ -227,7 +227,7 @@ fn render(
     let start = Instant::now();
     let written = traced.finished > 0.0;
     if written {
-        let picture = traced.renderer.film.develop(&scene.film);
+        let picture = traced.renderer.develop();
         let metadata = output.metadata(scene, hash, samples_per_pixel, picture.exposure);
         output.write(&picture, scene, &metadata, args.threads)?;
     }

@@ -4,7 +4,7 @@ use turner::camera::Handedness;
 use turner::color::{Tonemap, Transfer};
 use turner::film::{Antialias, PixelSample};
 use turner::filter::FilterKind;
-use turner::integrator::{AtDepth, Combine, Facing, Highlight, Miss, NormalKind};
+use turner::integrator::{AtDepth, Combine, DepthMeasure, Facing, Highlight, Miss, NormalKind};
 use turner::light::{AttenuationKind, ProfileUnits};
 use turner::material::{AlphaMode, Fresnel, ShadowKind};
 use turner::scene::model::UpAxis;
@@ -33,6 +33,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (Facing::kind, Facing::DOCS),
     (Highlight::kind, Highlight::DOCS),
     (NormalKind::kind, NormalKind::DOCS),
+    (DepthMeasure::kind, DepthMeasure::DOCS),
     (Handedness::kind, Handedness::DOCS),
     (Mapping::kind, Mapping::DOCS),
     (Axis::kind, Axis::DOCS),

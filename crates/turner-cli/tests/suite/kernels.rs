@@ -71,9 +71,13 @@ material = { color = "steelblue", ks = 1, shininess = 0 }
 fn pictures_are_the_same_with_every_instruction_set() {
     let f = folder();
     f.write("k.toml", SCENE);
-    for (extra, name) in
-        [(&[][..], "a"), (&["-D", "integrator.epsilon=0.001", "--antialias", "adaptive"], "b")]
-    {
+    for (extra, name) in [
+        (&[][..], "a"),
+        (&["-D", "integrator.epsilon=0.001", "--antialias", "adaptive"], "b"),
+        (&["--integrator", "cost"], "c"),
+        (&["--integrator", "wireframe"], "d"),
+        (&["--integrator", "ambient-occlusion"], "e"),
+    ] {
         let picture = |kernel: &str, threads: &str| {
             let out = format!("{name}-{kernel}.exr");
             let mut command = f.command(&["k.toml", "-o", &out, "--threads", threads, "--quiet"]);

@@ -29,7 +29,7 @@ pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Pictu
         assert!(renderer.pass(pass, &PassOptions { threads, cancel: &cancel, progress: None }).unwrap());
     }
     assert_eq!(renderer.film.non_finite.count, 0);
-    (renderer.film.develop(&desc.film), renderer.stats)
+    (renderer.develop(), renderer.stats)
 }
 
 pub(crate) fn pixel(picture: &Picture, x: u32, y: u32) -> [f32; 3] {

@@ -8,4 +8,5 @@ mod batches;
 mod closed_forms;
 mod common;
 mod documents;
+mod looking;
 mod oracle;

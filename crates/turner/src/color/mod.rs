@@ -1,10 +1,12 @@
-//! Colours: the working spectrum, tone mapping, transfer curves, names.
+//! Colours: the working spectrum, tone mapping, transfer curves, names, a map from values to colours.
 
+mod heat;
 mod names;
 mod spectrum;
 mod tonemap;
 mod transfer;
 
+pub use heat::heat;
 pub(crate) use names::from_rgb24;
 pub use names::{NAMES, named};
 pub use spectrum::Spectrum;

@@ -2,11 +2,15 @@
 //! names in a scene.
 
 mod classic;
-mod normals;
+mod looking;
 pub mod path;
 
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
-pub use normals::{NormalKind, NormalsDesc};
+pub use looking::shown::show;
+pub use looking::{
+    AlbedoDesc, AmbientOcclusionDesc, CostDesc, DepthDesc, DepthMeasure, IdsDesc, NormalKind, NormalsDesc,
+    PositionDesc, UvDesc, WireframeDesc,
+};
 pub use path::{DirectDesc, LightSampling, PathDesc};
 
 use turner_bvh::lanes::Block;
@@ -20,9 +24,17 @@ family! {
     /// Integrators: `[integrator]`. The `type` is "classic" unless given.
     pub enum IntegratorDesc as "integrator", "integrators" {
         Classic(ClassicDesc),
-        Normals(NormalsDesc),
         Path(PathDesc),
         Direct(DirectDesc),
+        Normals(NormalsDesc),
+        Depth(DepthDesc),
+        Position(PositionDesc),
+        Uv(UvDesc),
+        Albedo(AlbedoDesc),
+        Ids(IdsDesc),
+        Wireframe(WireframeDesc),
+        AmbientOcclusion(AmbientOcclusionDesc),
+        Cost(CostDesc),
     }
 }
 
@@ -104,9 +116,17 @@ impl IntegratorDesc {
     pub fn integrator(&self) -> &dyn Integrator {
         match self {
             IntegratorDesc::Classic(i) => i,
-            IntegratorDesc::Normals(i) => i,
             IntegratorDesc::Path(i) => i,
             IntegratorDesc::Direct(i) => i,
+            IntegratorDesc::Normals(i) => i,
+            IntegratorDesc::Depth(i) => i,
+            IntegratorDesc::Position(i) => i,
+            IntegratorDesc::Uv(i) => i,
+            IntegratorDesc::Albedo(i) => i,
+            IntegratorDesc::Ids(i) => i,
+            IntegratorDesc::Wireframe(i) => i,
+            IntegratorDesc::AmbientOcclusion(i) => i,
+            IntegratorDesc::Cost(i) => i,
         }
     }
 
@@ -117,6 +137,11 @@ impl IntegratorDesc {
             IntegratorDesc::Direct(i) => i.light_sampling == LightSampling::Both,
             _ => false,
         }
+    }
+
+    /// Whether it shows things rather than light: lights are then not missed.
+    pub fn is_for_looking(&self) -> bool {
+        !matches!(self, IntegratorDesc::Classic(_) | IntegratorDesc::Path(_) | IntegratorDesc::Direct(_))
     }
 
     /// Whether it follows light: such integrators take all materials as physical ones and choose among all that shines, and their

@@ -1,5 +1,6 @@
 //! Materials: how a surface answers light. One file each; [`MaterialDesc`] is the table of their names in a scene.
 
+mod base_color;
 mod classic;
 mod conversion;
 mod dielectric;

@@ -12,8 +12,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
-use crate::film::{BAND, Film, NonFinite, PixelRect};
-use crate::integrator::RayStats;
+use crate::film::{BAND, Film, NonFinite, Picture, PixelRect};
+use crate::integrator::{RayStats, show};
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
 use order::TileOrder;
@@ -55,6 +55,13 @@ impl<'a> Renderer<'a> {
     /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
     pub fn samples_per_pixel(&self) -> u32 {
         self.scene.film.samples_per_pixel()
+    }
+
+    /// The picture as far as it is known, with what the integrator's numbers look like.
+    pub fn develop(&self) -> Picture {
+        let mut picture = self.film.develop(&self.scene.film);
+        show(&self.scene.integrator, &mut picture);
+        picture
     }
 
     /// Whether all samples are in.

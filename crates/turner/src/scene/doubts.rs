@@ -4,6 +4,7 @@ use super::desc::{Named, SceneDesc, Warning, WarningKind};
 use super::param::ColorSource;
 use super::scene::Scene;
 use crate::color::Spectrum;
+use crate::film::Antialias;
 use crate::integrator::IntegratorDesc;
 use crate::light::{Light, LightDesc};
 use crate::material::{Material, MaterialDesc, PrincipledMaterial};
@@ -83,7 +84,13 @@ pub(super) fn of_scene(scene: &Scene, lights: &[Named<LightDesc>]) -> Vec<Warnin
     if dark > 0 {
         out.push(doubt("the environment is black: no light comes from it".into()));
     }
-    if matches!(scene.integrator, IntegratorDesc::Normals(_)) || scene.primitives.is_empty() {
+    if matches!(scene.integrator, IntegratorDesc::Ids(_)) && scene.film.antialias != Antialias::None {
+        let word = scene.film.antialias.word();
+        out.push(doubt(format!(
+            "antialias = \"{word}\" takes means of numbers of objects, which mean nothing: use \"none\""
+        )));
+    }
+    if scene.integrator.is_for_looking() || scene.primitives.is_empty() {
         return out;
     }
     let off = lights.iter().filter(|l| is_off(&l.value)).count();

@@ -20,6 +20,7 @@ mod rectangles;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;
+mod search_cost;
 mod shape_emitters;
 mod sieve;
 mod spectrum_block;
@@ -37,6 +38,7 @@ pub use param::ColorSource;
 pub use prepare::PrepareOptions;
 pub use read::{SceneAssets, read_scene};
 pub use scene::{Hit, Scene, SceneStats, SurfaceInteraction};
+pub use search_cost::SearchCost;
 pub use spectrum_block::SpectrumBlock;
 pub use stage::StageDesc;
 pub use turner_bvh::Quality;

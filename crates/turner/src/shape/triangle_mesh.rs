@@ -189,6 +189,11 @@ impl TriangleMesh {
         size_of_val(self) + self.tree_bytes() + size_of_val(&self.made_normals[..]) + self.data.memory()
     }
 
+    /// What lies on the way of a ray through its tree.
+    pub fn search_steps(&self, ray: &Ray) -> turner_bvh::Steps {
+        self.space.ray(ray).map_or_else(Default::default, |search| self.tree().steps(&search.ray))
+    }
+
     /// The nearest triangle, of several at the same t the one with the lowest number.
     pub fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let search = self.space.ray(ray)?;

@@ -163,14 +163,6 @@ fn pool(pixels: &mut [Moments], width: u32, height: u32) {
     }
 }
 
-/// mean((x − r)² / (r² + 0.01)) over pixels and bands, x the picture and r the reference, which have the same number of pixels. A
-/// reference's own noise adds to it.
-pub fn relative_mse(picture: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
-    let pairs = picture.iter().flatten().zip(reference.iter().flatten());
-    let sum: f64 = pairs.map(|(x, r)| (x - r) * (x - r) / (r * r + 0.01)).sum();
-    sum / (3 * picture.len().min(reference.len())).max(1) as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{Random, Reference, Runs};
@@ -231,11 +223,5 @@ mod tests {
         let small = Reference::with_noise(32, 24, exact.mean, 0.04).reduced(2);
         assert_eq!((small.width, small.height, small.mean.len()), (16, 12, 192));
         assert!((small.mean[0][0] - 2.03125).abs() < 1e-12 && small.variance[0][0] < 0.0103 * 4.2);
-    }
-
-    #[test]
-    fn relative_errors() {
-        assert_eq!(relative_mse(&[[1.0, 0.0, 0.0]], &[[1.0, 0.0, 0.0]]), 0.0);
-        assert!((relative_mse(&[[0.1, 0.0, 0.0]], &[[0.0; 3]]) - 1.0 / 3.0).abs() < 1e-12);
     }
 }

@@ -31,8 +31,9 @@ mod runs;
 mod scattering;
 mod tails;
 
+pub use crate::compare::relative_mse;
 pub use chi_square::{ChiSquare, ChiSquareOptions, chi_square_of_directions, chi_square_on_square};
-pub use compare::{CompareOptions, Comparison, Worst, compare, relative_mse};
+pub use compare::{CompareOptions, Comparison, Worst, compare};
 pub use materials::materials;
 pub use moments::{Moments, difference};
 pub use random::{Random, direction, spread};

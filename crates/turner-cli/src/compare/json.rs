@@ -1,0 +1,55 @@
+//! What was found, for programs. docs/compare.md explains it: keys may be added, none changes its meaning.
+
+use serde_json::{Map, Value, json};
+use turner::compare::{Metric, NonFinite};
+
+use super::Compared;
+
+/// One object.
+pub(super) fn of(c: &Compared) -> Value {
+    let pair = &c.pair;
+    let metrics: Map<String, Value> = c
+        .measured
+        .iter()
+        .map(|(metric, found)| {
+            let w = found.worst;
+            let worst = json!({ "x": w.x, "y": w.y, "value": of_map(*metric, w.value) });
+            // Infinite: no difference. JSON has no number for it.
+            (metric.word().to_owned(), json!({ "value": finite(found.value), "worst": worst }))
+        })
+        .collect();
+    json!({
+        "reference": c.names[0],
+        "picture": c.names[1],
+        "width": pair.width,
+        "height": pair.height,
+        "values": if pair.is_linear { "linear" } else { "display" },
+        "alpha": pair.has_alpha,
+        "metrics": metrics,
+        "non_finite": {
+            "reference": non_finite(&pair.non_finite[0]),
+            "picture": non_finite(&pair.non_finite[1]),
+            "unlike": non_finite(&pair.unlike),
+        },
+        "verdict": c.verdict.as_ref().map(|v| json!({
+            "metric": v.metric.word(),
+            "value": finite(v.value),
+            "tolerance": v.tolerance,
+            "within": v.within,
+        })),
+        "diff": c.diff.as_ref().map(|d| json!({ "file": d.path, "metric": d.metric.word(), "white": d.white })),
+    })
+}
+
+/// SSIM's map holds its distance from 1.
+fn of_map(metric: Metric, v: f32) -> f64 {
+    if metric == Metric::Ssim { 1.0 - f64::from(v) } else { f64::from(v) }
+}
+
+fn finite(v: f64) -> Option<f64> {
+    Some(v).filter(|v| v.is_finite())
+}
+
+fn non_finite(n: &NonFinite) -> Value {
+    json!({ "count": n.count, "first": n.first.map(|(x, y)| json!({ "x": x, "y": y })) })
+}

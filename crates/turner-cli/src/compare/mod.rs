@@ -1,0 +1,179 @@
+//! `turner compare`: how far two pictures are from each other.
+//!
+//! ```text
+//! files ── read ──> turner::compare::Pair ── Metric::measure ──> text or JSON, picture of the difference, exit code
+//! ```
+
+mod json;
+mod picture;
+mod read;
+mod text;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use turner::compare::{Measured, Metric, Mismatch, Pair};
+use turner::scene::error::{ErrorCode, SceneError, escape};
+
+use crate::events::Events;
+use crate::failure::{FAILED, Failure, USAGE};
+use crate::report::Reporter;
+
+/// Compare two pictures: differences, noise, and what an observer notices
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Both must hold the same kind of values: linear light (EXR, HDR) or display values (PNG, JPEG, …).\n\
+                  max, mean, rmse and relmse are of the numbers in the files; psnr, ssim and flip of what is\n\
+                  shown. A tolerance is the most that is accepted; of psnr and ssim the least.\n\
+                  Exit codes: 0 within the tolerance or none given, 1 past it or bad input, 2 bad usage."
+)]
+pub(crate) struct CompareArgs {
+    /// The reference: what is expected
+    reference: PathBuf,
+    /// The picture that is compared with it
+    picture: PathBuf,
+    /// Measure this alone; it is what --tolerance and --diff are about [default: all; judged by flip]
+    #[arg(long, value_name = "NAME")]
+    metric: Option<MetricArg>,
+    /// Exit with 1 unless the metric is this good
+    #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
+    tolerance: Option<f64>,
+    /// Write the difference of each pixel as a PNG, from black (none) to pale yellow
+    #[arg(long, value_name = "OUT.png")]
+    diff: Option<PathBuf>,
+    /// As JSON: docs/compare.md explains it
+    #[arg(long)]
+    json: bool,
+    /// Threads [default: all there are]; the result is the same for any number
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+}
+
+/// Metrics by their option.
+#[derive(Clone, Copy, Debug)]
+struct MetricArg(Metric);
+
+impl ValueEnum for MetricArg {
+    fn value_variants<'a>() -> &'a [MetricArg] {
+        const ALL: [MetricArg; Metric::ALL.len()] = {
+            let mut all = [MetricArg(Metric::Max); Metric::ALL.len()];
+            let mut i = 0;
+            while i < all.len() {
+                all[i] = MetricArg(Metric::ALL[i]);
+                i += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        Some(clap::builder::PossibleValue::new(self.0.word()))
+    }
+}
+
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() && v >= 0.0 => Ok(v),
+        _ => Err("expected a number of 0 or more".to_owned()),
+    }
+}
+
+/// What a tolerance says of a metric.
+struct Verdict {
+    metric: Metric,
+    value: f64,
+    tolerance: f64,
+    within: bool,
+}
+
+/// What was found.
+struct Compared {
+    /// The pictures' names, fit to be shown.
+    names: [String; 2],
+    pair: Pair,
+    measured: Vec<(Metric, Measured)>,
+    verdict: Option<Verdict>,
+    /// The picture of the difference.
+    diff: Option<Diff>,
+}
+
+/// The picture of the difference that was written.
+struct Diff {
+    path: String,
+    metric: Metric,
+    /// What pale yellow stands for.
+    white: f32,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &CompareArgs) -> u8 {
+    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    compare(args).unwrap_or_else(|failure| {
+        reporter.failure(&failure);
+        failure.exit
+    })
+}
+
+fn compare(args: &CompareArgs) -> Result<u8, Failure> {
+    // Before anything is read: a path that cannot be written is found out at once.
+    let output = args.diff.as_deref().map(|path| picture::place(path, [&args.reference, &args.picture]));
+    let output = output.transpose()?;
+    let canvases = [read::canvas(&args.reference)?, read::canvas(&args.picture)?];
+    let names = [&args.reference, &args.picture].map(|p| escape(&p.to_string_lossy()));
+    let [a, b] = canvases;
+    let pair = Pair::new(a, b).map_err(|e| mismatch(&names, e))?;
+    let threads = crate::render::threads(args.threads);
+    let metrics = match args.metric {
+        Some(MetricArg(metric)) => vec![metric],
+        None => Metric::ALL.to_vec(),
+    };
+    let mut measured: Vec<(Metric, Measured)> =
+        metrics.into_iter().map(|metric| (metric, metric.measure(&pair, threads))).collect();
+    let judged = args.metric.map_or(Metric::Flip, |m| m.0);
+    let found = measured.iter().find(|(metric, _)| *metric == judged).map(|(_, m)| m);
+    let verdict = args.tolerance.zip(found).map(|(tolerance, found)| {
+        let within = judged.is_within(found.value, tolerance) && pair.unlike.count == 0;
+        Verdict { metric: judged, value: found.value, tolerance, within }
+    });
+    let diff = match (output, found) {
+        (Some(output), Some(found)) => Some(output.write(&pair, judged, found, threads)?),
+        _ => None,
+    };
+    // They are large, and not wanted any more.
+    measured.iter_mut().for_each(|(_, m)| m.map = Vec::new());
+    let compared = Compared { names, pair, measured, verdict, diff };
+    if args.json {
+        crate::text::print(&format!("{}\n", json::of(&compared)));
+    } else {
+        crate::text::print(&text::of(&compared));
+    }
+    let past = compared.verdict.is_some_and(|v| !v.within);
+    Ok(if past { FAILED } else { 0 })
+}
+
+/// Why two pictures cannot be compared, with a remedy.
+fn mismatch([a, b]: &[String; 2], error: Mismatch) -> Failure {
+    let name = |first: bool| if first { a } else { b };
+    let (message, help) = match error {
+        Mismatch::Size((w, h), (v, u)) => (
+            format!("{b}: {v}x{u} pixels, expected {w}x{h} as in {a}"),
+            "render both with the same --width, --height and --crop",
+        ),
+        Mismatch::Alpha { first } => (
+            format!("{}: transparent in places, {} is nowhere", name(first), name(!first)),
+            "render both on the same background, or both without one",
+        ),
+        Mismatch::Encoding { first } => (
+            format!("{}: linear light, but {} holds display values", name(first), name(!first)),
+            "compare two EXR or HDR files, or two PNG files: exposure and tone mapping lie between them",
+        ),
+    };
+    Failure::new(SceneError::new(ErrorCode::Image, message).help(help))
+}
+
+/// A usage error about the picture of the difference.
+fn refused(path: &Path, what: &str, help: &str) -> Failure {
+    let message = format!("{}: {what}", escape(&path.to_string_lossy()));
+    Failure { exit: USAGE, ..Failure::new(SceneError::new(ErrorCode::Output, message).help(help)) }
+}

@@ -1,0 +1,206 @@
+//! Two pictures made ready to be compared, or why they cannot be.
+
+use crate::color::srgb_encode;
+use crate::image::Image;
+
+/// A picture as it is compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Canvas {
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Colour times alpha, and alpha; row by row from the top.
+    pub pixels: Vec<[f32; 4]>,
+    /// Whether a pixel's alpha is other than 1.
+    pub has_alpha: bool,
+    /// Whether colours are linear light rather than display values.
+    pub is_linear: bool,
+}
+
+impl Canvas {
+    /// Of a picture; grey is taken as equal red, green and blue. `associated` says that its colours are already multiplied by alpha.
+    pub fn new(image: &Image, associated: bool) -> Canvas {
+        let places = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+        let pixels: Vec<[f32; 4]> = places
+            .map(|(x, y)| {
+                let (rgb, a) = (image.rgb(x, y), image.alpha(x, y));
+                let [r, g, b] = if associated || a == 1.0 { rgb } else { rgb.map(|v| v * a) };
+                [r, g, b, a]
+            })
+            .collect();
+        let has_alpha = pixels.iter().any(|p| p[3] != 1.0);
+        let is_linear = !image.is_display_encoded();
+        Canvas { width: image.width, height: image.height, pixels, has_alpha, is_linear }
+    }
+}
+
+/// Why two pictures cannot be compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Mismatch {
+    /// They have not the same size.
+    #[error("{}x{} pixels against {}x{}", .0.0, .0.1, .1.0, .1.1)]
+    Size((u32, u32), (u32, u32)),
+    /// One is transparent somewhere, the other has no such pixels.
+    #[error("{} is transparent in places, {} nowhere", ["the first", "the second"][usize::from(!.first)], ["the first", "the second"][usize::from(*.first)])]
+    Alpha {
+        /// Whether it is the first that is transparent.
+        first: bool,
+    },
+    /// One holds linear light, the other display values.
+    #[error("{} holds linear light, {} display values", ["the first", "the second"][usize::from(!.first)], ["the first", "the second"][usize::from(*.first)])]
+    Encoding {
+        /// Whether it is the first that is linear.
+        first: bool,
+    },
+}
+
+/// Pixels that are infinite or no numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NonFinite {
+    /// How many.
+    pub count: u64,
+    /// Column and row of the first.
+    pub first: Option<(u32, u32)>,
+}
+
+impl NonFinite {
+    fn add(&mut self, x: u32, y: u32) {
+        self.count += 1;
+        self.first.get_or_insert((x, y));
+    }
+}
+
+/// Two pictures of one size and kind.
+///
+/// A pixel that is not finite in either is black in both for all metrics, and is counted: such a pixel has no difference that
+/// could be added to others. Those that are not the same in both pictures are counted apart, in `unlike`: whoever judges should take any
+/// of them for a failure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pair {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Whether there are transparent pixels.
+    pub has_alpha: bool,
+    /// Whether colours are linear light rather than display values.
+    pub is_linear: bool,
+    /// Pixels that are not finite, in the first and in the second picture.
+    pub non_finite: [NonFinite; 2],
+    /// Pixels that are not finite in one, and not the same (a NaN, or an infinity of one sign, in the same channels) in the other.
+    pub unlike: NonFinite,
+    /// The reference, and what is compared with it.
+    pub(super) pixels: [Vec<[f32; 4]>; 2],
+}
+
+impl Pair {
+    /// The first is the reference.
+    pub fn new(mut a: Canvas, mut b: Canvas) -> Result<Pair, Mismatch> {
+        let (width, height) = (a.width, a.height);
+        let pixels = width as usize * height as usize;
+        if (width, height) != (b.width, b.height) || a.pixels.len() != pixels || b.pixels.len() != pixels {
+            return Err(Mismatch::Size((width, height), (b.width, b.height)));
+        }
+        if a.is_linear != b.is_linear {
+            return Err(Mismatch::Encoding { first: a.is_linear });
+        }
+        if a.has_alpha != b.has_alpha {
+            return Err(Mismatch::Alpha { first: a.has_alpha });
+        }
+        let (mut non_finite, mut unlike) = ([NonFinite::default(); 2], NonFinite::default());
+        for (i, (p, q)) in a.pixels.iter_mut().zip(&mut b.pixels).enumerate() {
+            let bad = [&*p, &*q].map(|p| !p.iter().all(|v| v.is_finite()));
+            if bad == [false; 2] {
+                continue;
+            }
+            let (x, y) = ((i % width as usize) as u32, (i / width as usize) as u32);
+            bad.iter().zip(&mut non_finite).filter(|(bad, _)| **bad).for_each(|(_, n)| n.add(x, y));
+            if !p.iter().zip(q.iter()).all(|(v, w)| same(*v, *w)) {
+                unlike.add(x, y);
+            }
+            (*p, *q) = ([0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]);
+        }
+        let (has_alpha, is_linear) = (a.has_alpha, a.is_linear);
+        let pixels = [a.pixels, b.pixels];
+        Ok(Pair { width, height, has_alpha, is_linear, non_finite, unlike, pixels })
+    }
+
+    /// The channels of each pixel: colours, and alpha if there is any.
+    pub(super) fn channels(&self) -> usize {
+        if self.has_alpha { 4 } else { 3 }
+    }
+
+    /// Both pictures, pixel by pixel: the reference first.
+    pub(super) fn both(&self) -> impl Iterator<Item = (&[f32; 4], &[f32; 4])> {
+        self.pixels[0].iter().zip(&self.pixels[1])
+    }
+
+    /// The greys that transparent pictures are seen on.
+    pub(super) fn backgrounds(&self) -> &'static [f32] {
+        if self.has_alpha { &[0.0, 1.0] } else { &[0.0] }
+    }
+
+    /// A pixel of one of the pictures on a background, in the picture's own values.
+    pub(super) fn on(&self, picture: usize, index: usize, background: f32) -> [f32; 3] {
+        let [r, g, b, a] = self.pixels[picture].get(index).copied().unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        [r, g, b].map(|v| if a == 1.0 { v } else { v + background * (1.0 - a) })
+    }
+
+    /// As [`on`](Self::on), in display values from 0 to 1: linear light is clamped and given the sRGB curve.
+    pub(super) fn shown(&self, picture: usize, index: usize, background: f32) -> [f32; 3] {
+        let clamped = self.on(picture, index, background).map(|v| v.clamp(0.0, 1.0));
+        if self.is_linear { clamped.map(srgb_encode) } else { clamped }
+    }
+}
+
+/// Equal, or the same kind of no number.
+fn same(v: f32, w: f32) -> bool {
+    v == w || (v.is_nan() && w.is_nan()) || (v.is_finite() && w.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{canvas, pair};
+    use super::*;
+    use crate::image::Pixels;
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let a = canvas(2, 1, |_, _| [0.5; 3]);
+        let small = canvas(1, 2, |_, _| [0.5; 3]);
+        let error = Pair::new(a.clone(), small).unwrap_err();
+        assert_eq!(error.to_string(), "2x1 pixels against 1x2");
+        let linear = Canvas { is_linear: true, ..a.clone() };
+        let error = Pair::new(a.clone(), linear).unwrap_err();
+        assert_eq!(error.to_string(), "the second holds linear light, the first display values");
+        let see_through = Canvas { has_alpha: true, ..a.clone() };
+        let error = Pair::new(see_through, a).unwrap_err();
+        assert_eq!(error.to_string(), "the first is transparent in places, the second nowhere");
+    }
+
+    #[test]
+    fn pixels_that_are_no_numbers_are_counted_and_black() {
+        let (nan, inf) = (f32::NAN, f32::INFINITY);
+        let a = [[nan, 0.0, 0.0], [inf, 1.0, 1.0], [1.0; 3], [0.0; 3], [0.0, inf, 0.0]];
+        let b = [[nan, 0.5, 0.0], [-inf, 1.0, 1.0], [1.0; 3], [nan; 3], [0.0, inf, 0.0]];
+        let pair = pair(5, 1, true, |x, _| a[x as usize], |x, _| b[x as usize]);
+        assert_eq!(pair.non_finite.map(|n| n.count), [3, 4]);
+        assert_eq!(pair.non_finite[0].first, Some((0, 0)));
+        assert_eq!(pair.unlike, NonFinite { count: 2, first: Some((1, 0)) });
+        assert!(pair.both().all(|(p, q)| p == q && p.iter().all(|v| v.is_finite())));
+    }
+
+    #[test]
+    fn alpha_is_multiplied_once() {
+        let image = |pixels| Image { width: 1, height: 1, channels: 4, pixels };
+        let straight = Canvas::new(&image(Pixels::F32(vec![0.5, 1.0, 0.0, 0.5])), false);
+        assert_eq!(straight.pixels, [[0.25, 0.5, 0.0, 0.5]]);
+        let stored = Canvas::new(&image(Pixels::F32(vec![0.5, 1.0, 0.0, 0.5])), true);
+        assert_eq!(stored.pixels, [[0.5, 1.0, 0.0, 0.5]]);
+        let opaque = Canvas::new(&image(Pixels::U8(vec![255, 0, 51, 255])), false);
+        assert_eq!((opaque.pixels[0], opaque.has_alpha), ([1.0, 0.0, 0.2, 1.0], false));
+        let pair = Pair::new(straight.clone(), straight).unwrap();
+        assert_eq!(pair.on(0, 0, 1.0), [0.75, 1.0, 0.5]);
+    }
+}

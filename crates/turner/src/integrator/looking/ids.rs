@@ -1,0 +1,25 @@
+//! Which thing is where.
+
+use super::{Look, Sight, numbers};
+use crate::integrator::{Radiance, RayStats};
+use crate::scene::schema::params;
+
+params! {
+    /// Shows which object, which material and which part of it is seen. EXR files hold, from 0, the number of the object in red (in the order of the
+    /// description, instances in order), of the material in green and of the part in blue (a triangle, a side of a box), exact up to
+    /// 2^24, with alpha 0 where nothing is hit. PNG gives each object a colour. Numbers have no means: `antialias = "none"` is the one that
+    /// keeps them.
+    pub struct IdsDesc as "ids" {
+    }
+    example r#"[integrator]
+type = "ids"
+"#
+}
+
+impl Look for IdsDesc {
+    fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
+        let object = sight.scene.primitive_id(&sight.hit);
+        let material = sight.surface.material.index();
+        numbers([f64::from(object), material as f64, f64::from(sight.hit.shape.part)])
+    }
+}

@@ -1,0 +1,104 @@
+//! Integrators for looking at things: what is at the first hit of each camera ray, instead of light. One file each.
+//!
+//! The film holds numbers: EXR files have them as they are, with what was hit as alpha where a ray that hits nothing has no number
+//! to give. [`shown`] makes a picture of those that are no colours.
+
+mod albedo;
+mod ambient_occlusion;
+mod cost;
+mod depth;
+mod ids;
+mod normals;
+mod position;
+pub(super) mod shown;
+mod uv;
+mod wireframe;
+
+pub use albedo::AlbedoDesc;
+pub use ambient_occlusion::AmbientOcclusionDesc;
+pub use cost::CostDesc;
+pub use depth::{DepthDesc, DepthMeasure};
+pub use ids::IdsDesc;
+pub use normals::{NormalKind, NormalsDesc};
+pub use position::PositionDesc;
+pub use uv::UvDesc;
+pub use wireframe::WireframeDesc;
+
+use crate::color::Spectrum;
+use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer};
+use crate::math::Ray;
+use crate::sampler::SampleId;
+use crate::scene::{Hit, Scene, SurfaceInteraction};
+
+/// A camera ray and what it met.
+pub(super) struct Sight<'a> {
+    scene: &'a Scene,
+    id: SampleId,
+    ray: Ray,
+    hit: Hit,
+    surface: SurfaceInteraction,
+}
+
+impl Sight<'_> {
+    /// The shading normal on the viewer's side.
+    fn normal(&self) -> crate::math::DVec3 {
+        if self.surface.ng.dot(self.ray.direction) > 0.0 { -self.surface.ns } else { self.surface.ns }
+    }
+}
+
+/// What is shown of a hit, and where there is none.
+pub(super) trait Look: Sync {
+    /// At a hit; counts the rays that it takes.
+    fn at(&self, sight: &Sight<'_>, stats: &mut RayStats) -> Radiance;
+
+    /// Where a ray leaves the scene: without a word, nothing, which is transparent.
+    fn beyond(&self, scene: &Scene, ray: &Ray) -> Radiance {
+        let _ = (scene, ray);
+        NOTHING
+    }
+}
+
+/// No number.
+const NOTHING: Radiance = Radiance { color: Spectrum::BLACK, alpha: 0.0 };
+
+/// A colour that covers.
+fn opaque(color: Spectrum) -> Radiance {
+    Radiance { color, alpha: 1.0 }
+}
+
+/// Three numbers, in single precision.
+fn numbers(values: [f64; 3]) -> Radiance {
+    opaque(Spectrum::from(values.map(|v| v as f32)))
+}
+
+/// What a picture of light has there.
+fn surroundings(scene: &Scene, ray: &Ray) -> Radiance {
+    if scene.background.transparent { NOTHING } else { opaque(scene.surroundings(ray.direction)) }
+}
+
+impl<L: Look> Integrator for L {
+    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
+        Box::new(FirstHits { look: self, scene })
+    }
+}
+
+struct FirstHits<'a, L> {
+    look: &'a L,
+    scene: &'a Scene,
+}
+
+impl<L: Look> Tracer for FirstHits<'_, L> {
+    fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
+        let scene = self.scene;
+        stats.camera += samples.ids.len() as u64;
+        out.clear();
+        let rays = samples.ids.iter().enumerate().filter_map(|(i, id)| Some((*id, samples.rays.get(i)?)));
+        out.extend(rays.map(|(id, ray)| match scene.intersect(&ray) {
+            None => self.look.beyond(scene, &ray),
+            Some(hit) => {
+                let surface = scene.surface(&ray, &hit);
+                self.look.at(&Sight { scene, id, ray, hit, surface }, stats)
+            }
+        }));
+    }
+}

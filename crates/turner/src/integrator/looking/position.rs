@@ -1,0 +1,21 @@
+//! Where things are.
+
+use super::{Look, Sight, numbers};
+use crate::integrator::{Radiance, RayStats};
+use crate::scene::schema::params;
+
+params! {
+    /// Shows the first hit's place in the world: x, y and z as red, green and blue. EXR files hold the numbers, with alpha 0 where
+    /// nothing is hit. PNG shows each axis from the least to the largest value in the picture.
+    pub struct PositionDesc as "position" {
+    }
+    example r#"[integrator]
+type = "position"
+"#
+}
+
+impl Look for PositionDesc {
+    fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
+        numbers(sight.surface.p.to_array())
+    }
+}

@@ -1,0 +1,91 @@
+//! Numbers that are no colours, made visible: what PNG and JPEG files hold of them. EXR and HDR files keep the numbers.
+
+use crate::color::heat;
+use crate::film::Picture;
+use crate::integrator::IntegratorDesc;
+
+/// Replaces the display values of a picture whose numbers are no colours; others stay as the film has made them.
+pub fn show(integrator: &IntegratorDesc, picture: &mut Picture) {
+    match integrator {
+        IntegratorDesc::Depth(_) => depth(picture),
+        IntegratorDesc::Position(_) => position(picture),
+        IntegratorDesc::Uv(_) => uv(picture),
+        IntegratorDesc::Ids(_) => ids(picture),
+        IntegratorDesc::Cost(_) => cost(picture),
+        _ => {}
+    }
+}
+
+/// The numbers of a pixel that hit something, without alpha.
+fn straight([r, g, b, a]: [f32; 4]) -> Option<[f32; 3]> {
+    let numbers = [r, g, b].map(|v| v / a);
+    (a > 0.0 && numbers.iter().all(|v| v.is_finite())).then_some(numbers)
+}
+
+fn byte(v: f32) -> u8 {
+    // Saturates; NaN is 0.
+    (v * 255.0 + 0.5) as u8
+}
+
+fn heat_bytes(v: f32) -> [u8; 3] {
+    heat(v).to_array().map(byte)
+}
+
+/// Each pixel that hit something, by a function of its numbers; others stay.
+fn each(picture: &mut Picture, f: impl Fn([f32; 3]) -> [u8; 3]) {
+    for (shown, linear) in picture.display.iter_mut().zip(&picture.linear) {
+        if let Some(numbers) = straight(*linear) {
+            let [r, g, b] = f(numbers);
+            *shown = [r, g, b, byte(linear[3].min(1.0))];
+        }
+    }
+}
+
+/// The least and the largest value of a channel.
+fn range(picture: &Picture, channel: usize) -> (f32, f32) {
+    let values = picture.linear.iter().filter_map(|p| straight(*p)).map(|p| p[channel]);
+    values.fold((f32::INFINITY, f32::NEG_INFINITY), |(least, most), v| (least.min(v), most.max(v)))
+}
+
+/// Where a value lies between two, 0 to 1; a half where they are equal.
+fn between(v: f32, (least, most): (f32, f32)) -> f32 {
+    if most > least { (v - least) / (most - least) } else { 0.5 }
+}
+
+fn depth(picture: &mut Picture) {
+    let (near, far) = range(picture, 0);
+    let near = near.max(far * 1e-6);
+    let reciprocals = (1.0 / far, 1.0 / near);
+    each(picture, |p| heat_bytes(between(1.0 / p[0], reciprocals)));
+}
+
+fn position(picture: &mut Picture) {
+    let ranges = [0, 1, 2].map(|c| range(picture, c));
+    each(picture, |p| [0, 1, 2].map(|c| byte(between(p[c], ranges[c]))));
+}
+
+fn uv(picture: &mut Picture) {
+    let fraction = |v: f32| byte(v - v.floor());
+    // The end of the range, where a picture ends that does not repeat, is not its beginning.
+    let shown = |v: f32| if v == 1.0 { 255 } else { fraction(v) };
+    each(picture, |p| [shown(p[0]), shown(p[1]), 0]);
+}
+
+fn ids(picture: &mut Picture) {
+    each(picture, |p| {
+        // Golden steps around the circle of hues: neighbours differ, and numbers close by as well.
+        let turns = f64::from(p[0]) * 0.618_033_988_749_895;
+        let hue = ((turns - turns.floor()) * 6.0) as f32;
+        let light = [0.95, 0.7, 0.85][(p[0] as u32 % 3) as usize];
+        let band = |offset: f32| {
+            let at = (hue + offset) % 6.0;
+            light * (0.3 + 0.7 * ((at - 3.0).abs() - 1.0).clamp(0.0, 1.0))
+        };
+        [band(0.0), band(4.0), band(2.0)].map(byte)
+    });
+}
+
+fn cost(picture: &mut Picture) {
+    let (_, most) = range(picture, 0);
+    each(picture, |p| heat_bytes(between(p[0], (0.0, most))));
+}

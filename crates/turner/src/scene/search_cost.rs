@@ -1,0 +1,70 @@
+//! What the search for a ray's first hit goes through, counted.
+
+use super::scene::{Bits, Hit, NO_TRANSFORM, Scene};
+use crate::math::{DVec3, Ray};
+use crate::shape::Shape;
+
+/// What lies on a ray's way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SearchCost {
+    /// Nodes of trees that it enters.
+    pub boxes: u64,
+    /// Shapes, and blocks of eight triangles, that have to be tested.
+    pub tests: u64,
+}
+
+impl Scene {
+    /// What lies on the way of a ray up to its `t_max`: the least that a search has to look at which finds nearer things first. It
+    /// depends on the trees, which are the same for any number of threads, and not on how they are searched.
+    pub fn search_cost(&self, ray: &Ray) -> SearchCost {
+        let mut cost = SearchCost::default();
+        if let Some(merged) = &self.merged {
+            cost.add(merged.mesh().search_steps(&merged.ray(ray)));
+        }
+        for i in self.bounded..self.gathered {
+            self.add_primitive(i as u32, ray, &mut cost);
+        }
+        let Some(search) = self.frame.ray(ray) else { return cost };
+        if let Some(sieve) = &self.sieve {
+            Bits(sieve.candidates(&search.ray)).for_each(|i| self.add_primitive(i, ray, &mut cost));
+        } else {
+            let nodes = self.bvh.steps(&search.ray, |leaf| {
+                leaf.into_iter().for_each(|i| self.add_primitive(i, ray, &mut cost));
+            });
+            cost.boxes += nodes;
+        }
+        cost
+    }
+
+    fn add_primitive(&self, index: u32, ray: &Ray, cost: &mut SearchCost) {
+        let Some(primitive) = self.primitives.get(index as usize) else { return };
+        match &primitive.shape {
+            Shape::Mesh(mesh) if primitive.transform == NO_TRANSFORM => cost.add(mesh.search_steps(ray)),
+            Shape::Mesh(mesh) => {
+                cost.add(
+                    mesh.search_steps(&self.transforms[primitive.transform as usize].ray_to_object(ray)),
+                );
+            }
+            _ => cost.tests += 1,
+        }
+    }
+
+    /// The corners, in the world, of the triangle that was hit; `None` where it was another shape.
+    pub fn triangle_at(&self, hit: &Hit) -> Option<[DVec3; 3]> {
+        let primitive = self.primitives.get(hit.primitive as usize)?;
+        let Shape::Mesh(mesh) = &primitive.shape else { return None };
+        Some(self.corners(hit.primitive, mesh, hit.shape.part)?.0)
+    }
+
+    /// Whether what was hit has no end, as a plane.
+    pub fn is_unbounded(&self, hit: &Hit) -> bool {
+        matches!(self.primitives.get(hit.primitive as usize).map(|p| &p.shape), Some(Shape::Plane(_)))
+    }
+}
+
+impl SearchCost {
+    fn add(&mut self, steps: turner_bvh::Steps) {
+        self.boxes += steps.nodes;
+        self.tests += steps.blocks;
+    }
+}
