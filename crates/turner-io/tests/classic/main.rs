@@ -9,3 +9,4 @@ mod closed_forms;
 mod common;
 mod documents;
 mod oracle;
+mod replay;
