@@ -7,7 +7,7 @@
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
 //!                       ├─ bench    ── povray, rays, render
 //!                       ├─ verify   statistics
-//!                       └─ explain  one sample's path
+//!                       └─ explain  a pixel's rays
 //! ```
 //!
 //! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second

@@ -7,7 +7,7 @@ mod single;
 mod tile;
 
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
-pub use single::sample;
+pub use single::{camera_ray, sample};
 pub(crate) use single::{camera_point, place_of, sample_id};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

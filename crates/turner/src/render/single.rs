@@ -3,6 +3,7 @@
 use super::tile::{TileBuffers, place, take_points};
 use crate::film::Antialias;
 use crate::integrator::{CameraSamples, Radiance};
+use crate::math::Ray;
 use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
@@ -64,4 +65,11 @@ pub(crate) fn place_of(scene: &Scene, id: &SampleId) -> [f64; 2] {
 pub(crate) fn camera_point(scene: &Scene, id: SampleId, place: [f64; 2], samples: &mut CameraSamples) {
     samples.clear();
     take_points(scene, samples, std::iter::once((id, place.into())));
+}
+
+/// The camera's ray through a sample's place, of unit direction; `None` where the camera shows nothing.
+pub fn camera_ray(scene: &Scene, id: SampleId, place: [f64; 2]) -> Option<Ray> {
+    let mut samples = CameraSamples::default();
+    camera_point(scene, id, place, &mut samples);
+    samples.rays.get(0).filter(|ray| ray.t_max >= 0.0)
 }
