@@ -111,7 +111,7 @@ impl Builder<'_> {
                     }
                     .to_owned();
                     node.contribution = cut.contribution;
-                    self.out.parts.push((self.out.nodes.len(), "instead of a ray", cut.contribution));
+                    self.out.parts.push((self.out.nodes.len(), "in place of a ray", cut.contribution));
                     self.out.nodes.push(node);
                 }
             }

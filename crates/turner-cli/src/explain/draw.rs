@@ -35,11 +35,6 @@ pub(super) fn xml(text: &str) -> String {
     out
 }
 
-/// The number of a ray, counted without shadow rays.
-pub(super) fn badge(tree: &SampleTree, node: usize) -> usize {
-    tree.nodes.iter().take(node + 1).filter(|n| n.kind != Kind::Shadow).count()
-}
-
 impl Views {
     pub(super) fn new(names: &Names<'_>, trees: &[SampleTree]) -> Views {
         let mut ids = touched(trees);
@@ -147,7 +142,7 @@ impl Views {
             ray(out, view, i, node, None);
         }
         for (i, node) in visible().filter(|(_, n)| n.kind != Kind::Shadow && n.traced) {
-            ray(out, view, i, node, Some(badge(tree, i)));
+            ray(out, view, i, node, Some(node.badge));
         }
         let lights = visible().filter(|(_, n)| n.kind == Kind::Shadow && n.open);
         let mut places: Vec<Point> = Vec::new();

@@ -2,9 +2,9 @@
 
 use turner::color::Spectrum;
 
-use super::draw::{Views, badge, xml};
+use super::draw::{Views, xml};
 use super::model::{Explanation, Node, SampleTree};
-use super::number::{color, exact, number, rays, short};
+use super::number::{color, exact, number, percent, rays, short, short_color};
 use super::prune::{Shown, shown};
 use super::rows::{Row, light_remark, rows};
 use super::shade::Display;
@@ -141,16 +141,19 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
             let word = node.kind.word();
             *out += &format!("<details class=\"row\" data-ray=\"{i}\"{object} {style}>\n<summary>");
             *out += "<button type=\"button\" class=\"fold\" title=\"fold\">▾</button>";
-            *out += &swatch(display, node.total);
+            *out += &swatch(display, tree.found(node));
             *out += &format!(
                 "<span class=\"kind {word}\">{} {word}</span> <b>{}</b>{material}{remark}",
-                badge(tree, *i),
+                node.badge,
                 xml(&node.target)
             );
             *out += &format!(
-                "<span class=\"sum\"><span title=\"weight\">×{}</span> {}</span></summary>\n",
-                color(node.weight),
-                color(node.total)
+                "<span class=\"sum\"><span title=\"weight\">× {}</span><span class=\"rail\" title=\"brings {}\"><span class=\"bar {word}\" \
+                 style=\"width:{:.1}%\"></span></span><span class=\"share\">{}</span></span></summary>\n",
+                short_color(node.weight),
+                color(node.total),
+                100.0 * tree.share(node.total),
+                percent(tree.share(node.total))
             );
             details(out, node);
             *out += "</details>\n";
@@ -168,7 +171,7 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
                 if open { "on" } else { "off" }
             );
             *out += &format!("<span>{}: {}</span>", xml(&first.target), xml(&light_remark(tree, nodes)));
-            *out += &format!("<span class=\"sum\">{}</span></summary>\n", color(*added));
+            *out += &format!("<span class=\"sum\">{}</span></summary>\n", short_color(*added));
             details(out, first);
             *out += "</details>\n";
         }
@@ -191,11 +194,12 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, display: &Display<'_
             continue;
         }
         count += 1;
-        let target = tree.nodes.get(*node).map_or(String::new(), |n| xml(&n.target));
+        let met = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
+        let target = met.map_or(String::new(), |n| format!("of {}", xml(&n.target)));
         *out += &format!(
             "<tr data-ray=\"{node}\"><td>{}</td><td>{}</td><td>{} {target}</td><td>{}</td></tr>\n",
             swatch(display, *part),
-            badge(tree, *node),
+            tree.nodes.get(*node).map_or(0, |n| n.badge),
             xml(what),
             exact(*part)
         );

@@ -61,10 +61,24 @@ impl SampleTree {
         bits(self.sum) == bits(self.sample.radiance.color) || !self.sample.radiance.color.is_finite()
     }
 
-    /// Fills in what each node's descendants bring together with it.
+    /// The colour that a node's ray found: what it brought, over its weight.
+    pub(super) fn found(&self, node: &Node) -> Spectrum {
+        over(node.total, node.weight)
+    }
+
+    /// The share of the sample that a part of it is, 0 to 1, by luminance.
+    pub(super) fn share(&self, part: Spectrum) -> f64 {
+        let share = f64::from(part.luminance()) / f64::from(self.sum.luminance());
+        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Numbers the rays, and fills in what each node's descendants bring together with it.
     pub(super) fn add_up(&mut self) {
+        let mut rays = 0;
         for node in &mut self.nodes {
             node.total = node.contribution;
+            rays += usize::from(node.kind != Kind::Shadow);
+            node.badge = rays;
         }
         for i in (0..self.nodes.len()).rev() {
             let Some((parent, total)) = self.nodes.get(i).map(|n| (n.parent, n.total)) else { continue };
@@ -73,6 +87,12 @@ impl SampleTree {
             }
         }
     }
+}
+
+/// A colour divided by another; black where that is.
+pub(super) fn over(color: Spectrum, by: Spectrum) -> Spectrum {
+    let divide = |v: f32, by: f32| if by == 0.0 { 0.0 } else { v / by };
+    Spectrum::new(divide(color.r, by.r), divide(color.g, by.g), divide(color.b, by.b))
 }
 
 /// What a ray is.
@@ -110,6 +130,8 @@ impl Kind {
 pub(super) struct Node {
     pub(super) parent: Option<usize>,
     pub(super) kind: Kind,
+    /// Its number among the sample's rays, from 1, without shadow rays; that of its surface for these.
+    pub(super) badge: usize,
     pub(super) from: DVec3,
     pub(super) direction: DVec3,
     /// Where it ends; `None` where it leaves the scene.
@@ -147,6 +169,7 @@ impl Node {
         Node {
             parent,
             kind,
+            badge: 0,
             from,
             direction,
             to: None,

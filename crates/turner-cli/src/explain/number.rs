@@ -38,6 +38,22 @@ pub(super) fn color(s: Spectrum) -> String {
     if r == g && g == b { r } else { format!("[{r}, {g}, {b}]") }
 }
 
+/// `[r, g, b]` with three digits.
+pub(super) fn short_color(s: Spectrum) -> String {
+    let [r, g, b] = s.to_array().map(|v| short(f64::from(v)));
+    if r == g && g == b { r } else { format!("[{r}, {g}, {b}]") }
+}
+
+/// A share as `12 %`, `0.3 %`, `< 0.01 %`.
+pub(super) fn percent(share: f64) -> String {
+    match share * 100.0 {
+        p if p >= 9.95 => format!("{p:.0} %"),
+        p if p >= 0.01 => format!("{} %", digits(p, 2)),
+        p if p > 0.0 => "< 0.01 %".to_owned(),
+        _ => "0 %".to_owned(),
+    }
+}
+
 /// With all digits that count.
 pub(super) fn exact(s: Spectrum) -> String {
     format!("[{}, {}, {}]", s.r, s.g, s.b)

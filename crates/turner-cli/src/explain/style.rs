@@ -32,7 +32,7 @@ fn rays() -> String {
         let c = format!("var(--{color})");
         format!(
             ".ray.{class} .line,.ray.{class} .eye{{stroke:{c}}}.ray.{class} .head,.ray.{class} .dot,.ray.{class} .number{{fill:{c}}}\
-             .kind.{class}{{fill:{c};color:{c}}}\n"
+             .kind.{class}{{fill:{c};color:{c}}}.bar.{class}{{fill:{c};background:{c}}}\n"
         )
     })
     .collect()

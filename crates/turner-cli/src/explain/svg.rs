@@ -2,9 +2,9 @@
 
 use turner::color::Spectrum;
 
-use super::draw::{Views, badge, xml};
-use super::model::{Explanation, SampleTree};
-use super::number::{color, rays, short};
+use super::draw::{Views, xml};
+use super::model::{Explanation, SampleTree, over};
+use super::number::{percent, rays, short, short_color as color};
 use super::prune::shown;
 use super::rows::{Row, light_remark, rows};
 use super::shade::Display;
@@ -17,6 +17,8 @@ const STEP: f64 = 20.0;
 const RAY_ROW: f64 = 44.0;
 const LIGHT_ROW: f64 = 24.0;
 const TOP: f64 = 92.0;
+/// The bar for a ray's share of the sample.
+const BAR: f64 = 84.0;
 
 /// At most `budget` rays of each sample are drawn.
 pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: usize) -> String {
@@ -43,7 +45,7 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
             body += &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{}\">{}</text>\n", y + 12.0, xml(&note));
             y += 20.0;
         }
-        y = sums(&mut body, e, tree, display, y + 14.0);
+        y = sums(&mut body, tree, display, y + 14.0);
         let views_height = views.svg(&mut body, tree, &shown, LEFT + TREE + 24.0, top);
         y = (top + views_height).max(y) + 28.0;
     }
@@ -88,7 +90,7 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 x - 1.0
             );
         }
-        let room = (LEFT + TREE - x - 34.0) / 6.6;
+        let room = (LEFT + TREE - BAR - x - 40.0) / 6.4;
         match row {
             Row::Ray { node: i, .. } => {
                 above.push(middle + 12.0);
@@ -96,9 +98,29 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                 *out += &format!(
                     "<rect class=\"swatch\" x=\"{x}\" y=\"{:.1}\" width=\"18\" height=\"24\" rx=\"5\" fill=\"{}\"/>\n",
                     middle - 12.0,
-                    display.hex(node.total)
+                    display.hex(tree.found(node))
                 );
-                let badge = badge(tree, *i);
+                let share = tree.share(node.total);
+                let right = LEFT + TREE;
+                *out += &format!(
+                    "<rect class=\"rail\" x=\"{:.1}\" y=\"{:.1}\" width=\"{BAR}\" height=\"6\" rx=\"3\"/>\n",
+                    right - BAR,
+                    middle - 9.0
+                );
+                if share > 0.0 {
+                    *out += &format!(
+                        "<rect class=\"bar {}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"6\" rx=\"3\"/>\n",
+                        node.kind.word(),
+                        right - BAR,
+                        middle - 9.0,
+                        (share * BAR).max(1.5)
+                    );
+                }
+                *out += &format!(
+                    "<text class=\"dim\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n",
+                    middle + 14.0,
+                    percent(share)
+                );
                 let material = node.material.as_deref().map_or(String::new(), |m| format!(" ({m})"));
                 let head = format!("{}{material}", node.target);
                 *out += &format!(
@@ -106,13 +128,14 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
                     x + 26.0,
                     middle - 1.0,
                     node.kind.word(),
-                    badge,
+                    node.badge,
                     node.kind.word(),
-                    xml(&cut(&head, room - 14.0))
+                    xml(&cut(&head, room - 12.0))
                 );
                 let remark =
                     if node.remark.is_empty() { String::new() } else { format!("{} · ", node.remark) };
-                let line = format!("{remark}weight {} · brings {}", color(node.weight), color(node.total));
+                let line =
+                    format!("{remark}weight {} · found {}", color(node.weight), color(tree.found(node)));
                 *out += &format!(
                     "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
                     x + 26.0,
@@ -152,9 +175,8 @@ fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Displa
     }
 }
 
-/// The sum, as swatches in a line: what each ray brought by itself.
-fn sums(out: &mut String, e: &Explanation, tree: &SampleTree, display: &Display<'_>, y: f64) -> f64 {
-    const MOST: usize = 14;
+/// The sum as a bar: what each ray brought by itself, as wide as its share, in the colour that it found.
+fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f64 {
     let mut parts: Vec<(usize, Spectrum)> = Vec::new();
     for (node, _, part) in tree.parts.iter().filter(|(_, _, part)| !part.is_black()) {
         match parts.last_mut() {
@@ -162,39 +184,32 @@ fn sums(out: &mut String, e: &Explanation, tree: &SampleTree, display: &Display<
             _ => parts.push((*node, *part)),
         }
     }
+    let total: f64 = parts.iter().map(|(_, part)| tree.share(*part)).sum();
+    if parts.is_empty() || total <= 0.0 {
+        return y;
+    }
     let mut x = LEFT;
-    let drawn = parts.len().min(MOST);
-    for (i, (node, part)) in parts.iter().take(drawn).enumerate() {
-        if i > 0 {
-            *out += &format!("<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">+</text>\n", x, y + 16.0);
-            x += 12.0;
+    for (node, part) in parts {
+        let width = TREE * tree.share(part) / total;
+        // What is thinner than a line cannot be seen.
+        if width >= 0.3 {
+            let weight = tree.nodes.get(node).map_or(Spectrum::WHITE, |n| n.weight);
+            *out += &format!(
+                "<rect class=\"swatch\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"22\" fill=\"{}\"/>\n",
+                display.hex(over(part, weight))
+            );
         }
-        *out += &format!(
-            "<rect class=\"swatch\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"22\" height=\"22\" rx=\"5\" fill=\"{}\"/>\n",
-            display.hex(*part)
-        );
-        *out += &format!(
-            "<text class=\"tiny\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n",
-            x + 11.0,
-            y + 33.0,
-            badge(tree, *node)
-        );
-        x += 27.0;
+        if width >= 14.0 {
+            *out += &format!(
+                "<text class=\"tiny\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n",
+                x + 0.5 * width,
+                y + 34.0,
+                tree.nodes.get(node).map_or(0, |n| n.badge)
+            );
+        }
+        x += width;
     }
-    if parts.len() > drawn {
-        let more = format!("+ {} more", parts.len() - drawn);
-        *out += &format!("<text class=\"dim\" x=\"{x:.1}\" y=\"{:.1}\">{more}</text>\n", y + 16.0);
-        x += 64.0;
-    }
-    *out += &format!("<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">=</text>\n", x + 2.0, y + 16.0);
-    *out += &format!(
-        "<rect class=\"swatch\" x=\"{:.1}\" y=\"{y:.1}\" width=\"22\" height=\"22\" rx=\"5\" fill=\"{}\"/>\n",
-        x + 16.0,
-        display.hex(tree.sum)
-    );
-    let what = if e.pixel.count == 1 { "the pixel" } else { "the sample" };
-    *out += &format!("<text class=\"small\" x=\"{:.1}\" y=\"{:.1}\">{what}</text>\n", x + 44.0, y + 16.0);
-    y + 40.0
+    y + 42.0
 }
 
 /// A line that ends in … where it is too long.

@@ -137,8 +137,9 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
         }
         count += 1;
         last = last.max(*node);
-        let target = tree.nodes.get(*node).map_or(String::new(), |n| escape(&n.target));
-        let of = if target == *what { String::new() } else { format!(" of {target}") };
+        // Rays that were not traced met nothing to be named.
+        let met = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
+        let of = met.map_or(String::new(), |n| format!(" of {}", escape(&n.target)));
         *out += &format!("  {}{:<32} {}\n", style.swatch(*part), format!("{what}{of}"), exact(*part));
     }
     let rest = tree.parts.len() - count;
@@ -174,13 +175,13 @@ impl Branches<'_, '_> {
             }
         }
         // (node, depth, whether it is its parent's last), with a stack of our own: trees may be a hundred thousand deep.
-        let mut stack = vec![(0, 0, true)];
+        let mut stack: Vec<(usize, usize, bool)> = vec![(0, 0, true)];
         let mut open: Vec<bool> = Vec::new();
         while let Some((i, depth, last)) = stack.pop() {
             if !self.shown.nodes.get(i).copied().unwrap_or(false) {
                 continue;
             }
-            open.truncate(depth);
+            open.truncate(depth.saturating_sub(1));
             let (shadows, others): (Vec<usize>, Vec<usize>) =
                 children[i].iter().copied().partition(|&c| nodes[c].kind == Kind::Shadow);
             let hidden = self.shown.hidden[i];

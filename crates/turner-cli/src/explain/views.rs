@@ -126,7 +126,7 @@ pub(super) fn views(scene: &Scene, trees: &[SampleTree], outlines: &[Outline]) -
     let lights = trees.iter().flat_map(|t| &t.nodes).filter(|n| n.kind == Kind::Shadow);
     let reach = frame.size();
     for p in lights.filter_map(|n| n.to).map(local) {
-        if frame.distance(p) <= 0.8 * reach {
+        if frame.distance(p) <= 0.45 * reach {
             frame.add(p);
         }
     }

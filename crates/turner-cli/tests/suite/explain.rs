@@ -152,7 +152,7 @@ fn a_classic_tree_sums_to_the_pixel_of_the_picture() {
 fn the_keys_of_the_json_are_these() {
     let f = folder();
     f.write("c.toml", CLASSIC);
-    let all = explain(&f, "c.toml", "12,7", &[]);
+    let all = explain(&f, "c.toml", "12,13", &[]);
     assert_eq!((&all["format"], &all["version"]), (&"turner-explanation".into(), &1.into()));
     let top = "alpha antialias color exact explained format integrator path_of pixel sample_count samples scene scene_hash seed size \
                squares turner version";
@@ -254,7 +254,15 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
 #[test]
 fn large_trees_are_collapsed_by_weight() {
     let f = folder();
-    let deep = CLASSIC.replace("max_depth = 4", "max_depth = 12");
+    // Shells of glass in a room of mirrors.
+    let mut deep = CLASSIC.replace("max_depth = 4", "max_depth = 10");
+    for radius in [0.9, 0.8, 0.7, 0.6] {
+        deep += &format!(
+            "[[object]]\ntype = \"sphere\"\ncenter = [0, 1, 0]\nradius = {radius}\nmaterial = \"glass\"\n"
+        );
+    }
+    deep +=
+        "[[object]]\ntype = \"box\"\nmin = [-7, -1, -7]\nmax = [7, 7, 7]\nmaterial = { k_reflect = 0.6 }\n";
     f.write("c.toml", &deep);
     let args = ["explain", "c.toml", "--pixel", "12,7"];
     let text = f.turner(&args).ok().stdout;
@@ -266,7 +274,7 @@ fn large_trees_are_collapsed_by_weight() {
     };
     let left_out: u64 = text.lines().filter_map(hidden).sum();
     let traced = explain(&f, "c.toml", "12,7", &[])["explained"][0]["rays"].as_array().unwrap().len();
-    assert!(traced > 200 && rays(&text) <= 40 && text.lines().count() < 400, "{traced}: {text}");
+    assert!(traced > 400 && rays(&text) <= 40 && text.lines().count() < 400, "{traced}: {text}");
     assert!(all.lines().filter_map(hidden).next().is_none() && rays(&all) >= traced);
     assert!(left_out > 0 && left_out as usize + rays(&text) >= traced, "{left_out} {traced}");
 }
