@@ -44,12 +44,12 @@ pub(super) fn short_color(s: Spectrum) -> String {
     if r == g && g == b { r } else { format!("[{r}, {g}, {b}]") }
 }
 
-/// A share as `12 %`, `0.3 %`, `< 0.01 %`.
+/// A share as `12 %`, `0.3 %`, `≈ 0 %`.
 pub(super) fn percent(share: f64) -> String {
     match share * 100.0 {
         p if p >= 9.95 => format!("{p:.0} %"),
         p if p >= 0.01 => format!("{} %", digits(p, 2)),
-        p if p > 0.0 => "< 0.01 %".to_owned(),
+        p if p > 0.0 => "≈ 0 %".to_owned(),
         _ => "0 %".to_owned(),
     }
 }

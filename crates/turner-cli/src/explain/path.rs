@@ -199,6 +199,11 @@ fn light(names: &Names<'_>, parent: usize, v: &VertexRecord, l: &LightRecord, wa
     let from = l.shadow_origin.unwrap_or(v.p);
     let mut node = Node::new(Kind::Shadow, Some(parent), from, l.direction);
     node.to = l.distance.is_finite().then_some(v.p + l.direction * l.distance);
+    if let (Some(first), Some(true)) = (l.casters.first(), l.visible.map(|v| v.is_black())) {
+        // Along rays to lights that have a place t is 1 there.
+        let way = node.to.map_or(l.direction, |to| to - from);
+        node.to = Some(from + first.t * way);
+    }
     node.target = "sampled light".to_owned();
     node.light = Some((0, l.contribution));
     node.traced = l.visible.is_some();

@@ -45,7 +45,7 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
             body += &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{}\">{}</text>\n", y + 12.0, xml(&note));
             y += 20.0;
         }
-        y = sums(&mut body, tree, display, y + 14.0);
+        y = sums(&mut body, tree, display, y + 20.0);
         let views_height = views.svg(&mut body, tree, &shown, LEFT + TREE + 24.0, top);
         y = (top + views_height).max(y) + 28.0;
     }
@@ -188,7 +188,9 @@ fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f
     if parts.is_empty() || total <= 0.0 {
         return y;
     }
-    let mut x = LEFT;
+    *out +=
+        &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">what each ray brought by itself</text>\n");
+    let (mut x, y) = (LEFT, y + 8.0);
     for (node, part) in parts {
         let width = TREE * tree.share(part) / total;
         // What is thinner than a line cannot be seen.

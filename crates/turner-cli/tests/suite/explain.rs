@@ -337,6 +337,7 @@ fn drawings_and_pages_are_well_formed_and_need_nothing_else() {
     f.write("g.toml", GLASS);
     let runs = [
         ("c.toml", "12,7", &[][..]),
+        ("c.toml", "12,7", &["--max-depth", "20"]),
         ("c.toml", "0,0", &["--antialias", "adaptive"]),
         ("c.toml", "8,9", &["--antialias", "mean", "--path-of", "floor"]),
         ("g.toml", "12,7", &["--samples", "9", "--antialias", "monte-carlo"]),
