@@ -7,7 +7,7 @@
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
 //!                       ├─ bench    ── povray, rays, render
 //!                       ├─ verify   statistics
-//!                       ├─ explain  one sample's path
+//!                       ├─ explain  a pixel's rays
 //!                       ├─ compare  two pictures
 //!                       ├─ watch    render, again and again
 //!                       ├─ new      ── templates

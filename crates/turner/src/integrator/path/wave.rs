@@ -252,6 +252,7 @@ impl<R: Record> Wave<'_, R> {
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
             let through = shadows.through[i / LANES].get(i % LANES);
+            self.record.note(|r| r.in_the_way(self.scene, shadows.rays.get(i), through));
             // Not even 0 · infinity of what does not arrive.
             if !through.is_black() {
                 let arrives = *light * through;
