@@ -2,6 +2,7 @@
 //! names in a scene.
 
 mod classic;
+mod footprint;
 mod normals;
 pub mod path;
 

@@ -12,7 +12,7 @@ use super::faces::{Faces, NO_FACES};
 use super::merged::Merged;
 use super::motion::Motion;
 use super::sieve::Sieve;
-use crate::camera::{Camera, CameraDesc};
+use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
@@ -21,7 +21,7 @@ use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, ShapeHit, Sphere, SurfacePoint};
-use crate::texture::{TexturePoint, Textures};
+use crate::texture::{Footprint, TexturePoint, Textures};
 
 /// A scene ready to be rendered.
 #[derive(Debug)]
@@ -30,6 +30,8 @@ pub struct Scene {
     pub camera: Camera,
     /// What it was made from, also where the scene did not name one.
     pub camera_desc: CameraDesc,
+    /// The cones of camera rays, where textures are filtered by them.
+    pub pixel_cone: Option<PixelCone>,
     /// Size and sampling of the picture.
     pub film: FilmDesc,
     /// How light is computed.
@@ -165,12 +167,33 @@ pub struct SurfaceInteraction {
     pub(super) hit: Hit,
     /// The moment, as in the ray.
     pub(super) time: f32,
+    /// The ray's unit direction and the width of its cone here, for textures; a width of 0 stands for the point alone.
+    pub(super) seen: ([f32; 3], f32),
 }
+
+/// Of a surface that is looked at in a point alone.
+const NOT_SEEN: ([f32; 3], f32) = ([0.0; 3], 0.0);
 
 impl SurfaceInteraction {
     /// The shading normal in the object's space.
     pub(super) fn object_normal(&self) -> DVec3 {
         self.object.ns
+    }
+
+    /// The same surface with another shading normal.
+    pub(crate) fn with_normal(&self, ns: DVec3) -> SurfaceInteraction {
+        SurfaceInteraction { ns, ..*self }
+    }
+
+    /// Says what the ray's cone covers of the surface: `direction` of the ray, unit, and the cone's diameter here.
+    #[inline]
+    pub fn see(&mut self, direction: DVec3, width: f32) {
+        self.seen = (direction.to_array().map(|v| v as f32), width);
+    }
+
+    /// The same surface looked at in a point alone.
+    pub(crate) fn sharp(&self) -> SurfaceInteraction {
+        SurfaceInteraction { seen: NOT_SEEN, ..*self }
     }
 
     /// The point moved off the surface by more than its error, to the side `direction` leads to: a ray from there
@@ -380,7 +403,17 @@ impl Scene {
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
             if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-                return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
+                return SurfaceInteraction {
+                    p,
+                    error,
+                    ng,
+                    ns,
+                    material,
+                    object: s,
+                    hit: *hit,
+                    time,
+                    seen: NOT_SEEN,
+                };
             }
             return SurfaceInteraction {
                 p: s.p,
@@ -391,6 +424,7 @@ impl Scene {
                 object: s,
                 hit: *hit,
                 time,
+                seen: NOT_SEEN,
             };
         }
         let placed = &self.transforms[primitive.transform as usize];
@@ -401,14 +435,24 @@ impl Scene {
             shape => shape.surface(&ray.transformed(&transform.to_object), &hit.shape),
         };
         if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-            return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
+            return SurfaceInteraction {
+                p,
+                error,
+                ng,
+                ns,
+                material,
+                object: s,
+                hit: *hit,
+                time,
+                seen: NOT_SEEN,
+            };
         }
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
-        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time }
+        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time, seen: NOT_SEEN }
     }
 
     /// The sphere that was hit, if it is one without a transform.
@@ -432,10 +476,42 @@ impl Scene {
         self.primitives[hit.primitive as usize].id
     }
 
-    /// Where textures are looked up on a surface.
+    /// Where textures are looked up on a surface, and over what footprint.
     pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
         let shape = &self.primitives[surface.hit.primitive as usize].shape;
-        shape.texture_point(&surface.hit.shape, &surface.object)
+        let mut at = shape.texture_point(&surface.hit.shape, &surface.object);
+        let (direction, width) = surface.seen;
+        if width > 0.0 {
+            let direction = DVec3::from(direction.map(f64::from));
+            let axes = Footprint::of_cone(direction, surface.ng, f64::from(width));
+            at.footprint = Some(self.footprint(surface, axes));
+        }
+        at
+    }
+
+    /// How much the surface's normal turns per unit of length, about; above 0 where it bulges outwards.
+    pub fn curvature(&self, surface: &SurfaceInteraction) -> f64 {
+        let primitive = &self.primitives[surface.hit.primitive as usize];
+        let own = primitive.shape.curvature(&surface.hit.shape);
+        match self.transforms.get(primitive.transform as usize) {
+            // The root of the mean square of the factors that lengths grow by.
+            Some(placed) => own * 3f64.sqrt() / placed.stretch,
+            None => own,
+        }
+    }
+
+    /// Two axes in the world, tangent to the surface, as a footprint of textures.
+    pub(super) fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint {
+        let primitive = &self.primitives[surface.hit.primitive as usize];
+        let p = match self.transforms.get(primitive.transform as usize) {
+            None => axes,
+            Some(ObjectTransform { motion: Some(motion), .. }) => {
+                let inverse = motion.at(f64::from(surface.time)).matrix3.inverse();
+                axes.map(|d| inverse * d)
+            }
+            Some(placed) => axes.map(|d| placed.to_object.matrix3 * d),
+        };
+        Footprint { p, uv: primitive.shape.uv_change(&surface.hit.shape, &surface.object, p) }
     }
 }
 

@@ -63,6 +63,11 @@ impl CylinderDesc {
 }
 
 impl Cylinder {
+    /// Its radius.
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let to = self.from + self.height * self.frame.z;

@@ -59,6 +59,11 @@ impl TorusDesc {
 }
 
 impl Torus {
+    /// The radius of its tube.
+    pub(super) fn tube_radius(&self) -> f64 {
+        self.tube
+    }
+
     /// The box around it: that of its middle circle, grown by the tube.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;

@@ -9,12 +9,12 @@ use super::points::{PointBlock, Surfaces, get, jitter_dimension, set};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
 use super::{AtDepth, ClassicDesc, Combine, Miss};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer};
+use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer, footprint};
 use crate::light::Light;
 use crate::material::{Classic, Fresnel, Material, color_at};
 use crate::math::elementary::Exponent;
-use crate::math::{DVec2, DVec3, Ray, refract};
-use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock};
+use crate::math::{DVec2, DVec3, Ray, RayCone, refract};
+use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 
 /// A ray of a tree: whose it is, and its share of the pixel.
 #[derive(Clone, Copy)]
@@ -22,6 +22,18 @@ struct Task {
     sample: u32,
     depth: u32,
     weight: f64,
+    /// What the ray stands for, where textures are filtered, from its end on once it has arrived; and how much the surface there turns away from it.
+    cone: RayCone,
+    curvature: f32,
+}
+
+impl Task {
+    /// The ray arrives at a surface, which learns of its cone.
+    fn arrive(&mut self, scene: &Scene, surface: &mut SurfaceInteraction, direction: DVec3, t: f64) {
+        footprint::arrive(&mut self.cone, surface, direction, t);
+        let side = if direction.dot(surface.ng) <= 0.0 { 1.0 } else { -1.0 };
+        self.curvature = (side * scene.curvature(surface)) as f32;
+    }
 }
 
 /// A ray that waits until those before it, and all that these spawn, have been traced.
@@ -142,7 +154,10 @@ impl Tracer for Wave<'_> {
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
         self.front.tasks.clear();
-        self.front.tasks.extend((0..count as u32).map(|sample| Task { sample, depth: 0, weight: 1.0 }));
+        self.front.tasks.extend((0..count as u32).map(|sample| {
+            let cone = footprint::of_camera(self.scene, samples, sample as usize);
+            Task { sample, depth: 0, weight: 1.0, cone, curvature: 0.0 }
+        }));
         while !self.front.tasks.is_empty() {
             self.round(samples, out, stats);
         }
@@ -175,7 +190,7 @@ impl Wave<'_> {
         self.struck.clear();
         self.converted.clear();
         for (i, hit) in self.hits.iter().enumerate() {
-            let task = self.front.tasks[i];
+            let mut task = self.front.tasks[i];
             let Some(hit) = hit else {
                 let tree = &mut self.trees[task.sample as usize];
                 let direction = || get(&self.front.rays.blocks()[i / LANES].direction, i % LANES);
@@ -193,13 +208,21 @@ impl Wave<'_> {
                 self.points[self.blocks - 1].clear();
             }
             let b = &mut self.points[self.blocks - 1];
+            let filtered = self.scene.pixel_cone.is_some();
+            let surface_of = |ray: &Ray, task: &mut Task| {
+                let mut surface = self.scene.surface(ray, hit);
+                if filtered {
+                    task.arrive(self.scene, &mut surface, ray.direction, hit.shape.t);
+                }
+                surface
+            };
             let (material, seen) = match self.scene.material_at(hit) {
                 Material::Classic(material) => (Ok(material), None),
                 // Never prepared for this integrator.
                 Material::Physical(_) => continue,
                 Material::Principled(physical, _) => {
                     let Some(ray) = self.front.rays.get(i) else { continue };
-                    let mut surface = self.scene.surface(&ray, hit);
+                    let mut surface = surface_of(&ray, &mut task);
                     let (converted, emitted) = physical.as_classic(self.scene, &mut surface, ray.direction);
                     out[task.sample as usize].color += emitted * task.weight as f32;
                     self.converted.push(converted);
@@ -207,7 +230,7 @@ impl Wave<'_> {
                 }
                 Material::Mix(mix) => {
                     let Some(ray) = self.front.rays.get(i) else { continue };
-                    let mut surface = self.scene.surface(&ray, hit);
+                    let mut surface = surface_of(&ray, &mut task);
                     let (converted, emitted) = mix.as_classic(self.scene, &mut surface, ray.direction);
                     out[task.sample as usize].color += emitted * task.weight as f32;
                     self.converted.push(converted);
@@ -230,10 +253,15 @@ impl Wave<'_> {
             let mut color = None;
             if let ColorSource::Constant(c) = classic.color
                 && sphere.is_some()
+                && !filtered
+                && classic.bump.is_none()
             {
                 color = Some(c);
             } else if let Some(ray) = self.front.rays.get(i) {
-                let surface = seen.unwrap_or_else(|| self.scene.surface(&ray, hit));
+                let mut surface = seen.unwrap_or_else(|| surface_of(&ray, &mut task));
+                if let Some(bump) = classic.bump {
+                    self.scene.apply_bump_map(&mut surface, bump);
+                }
                 b.on_sphere &= !(1 << lane);
                 set(&mut b.p, lane, surface.p);
                 set(&mut b.ng, lane, surface.ng);
@@ -343,9 +371,13 @@ impl Wave<'_> {
             {
                 let task = &struck.task;
                 let weight = struck.weights.refract;
-                if let Some(task) = self.integrator.spawn(self.scene, task, weight, || direction, tree, pixel)
+                if let Some(mut task) =
+                    self.integrator.spawn(self.scene, task, weight, || direction, tree, pixel)
                 {
                     stats.refracted += 1;
+                    let ior = struck.material(&self.converted).ior;
+                    let eta = if b.entering >> lane & 1 == 1 { ior } else { ior.recip() };
+                    task.cone = struck.task.cone.refracted(eta, f64::from(struck.task.curvature));
                     let origin = if self.integrator.epsilon > 0.0 {
                         get(&b.p, lane)
                     } else {
@@ -357,10 +389,11 @@ impl Wave<'_> {
             if struck.weights.reflect > 0.0 {
                 let direction = || get(&leaving.direction, lane);
                 let weight = struck.weights.reflect;
-                if let Some(task) =
+                if let Some(mut task) =
                     self.integrator.spawn(self.scene, &struck.task, weight, direction, tree, pixel)
                 {
                     stats.reflected += 1;
+                    task.cone = struck.task.cone.reflected(f64::from(struck.task.curvature));
                     if let Some((ray, task)) = spawned {
                         let behind = tree.waiting.replace(self.waiting.len() as u32);
                         self.waiting.push(Waiting { ray, task, next: behind });
@@ -466,7 +499,13 @@ impl ClassicDesc {
             return None;
         }
         tree.spawned = tree.spawned.saturating_add(1);
-        (tree.spawned <= self.max_rays).then_some(Task { sample: from.sample, depth, weight })
+        (tree.spawned <= self.max_rays).then_some(Task {
+            sample: from.sample,
+            depth,
+            weight,
+            cone: from.cone,
+            curvature: 0.0,
+        })
     }
 
     /// A ray that leaves a surface; `length` is that of the camera ray, as the documents form it, which reflection and

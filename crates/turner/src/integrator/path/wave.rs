@@ -4,8 +4,8 @@ use super::media::Media;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
-use crate::math::{DVec3, Ray};
+use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
+use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::OwenSobol;
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use turner_bvh::lanes::LANES;
@@ -36,6 +36,8 @@ pub(super) struct Path {
     /// The one colour band that is left, once dispersion has parted them.
     pub(super) band: Option<u8>,
     pub(super) media: Media,
+    /// What the ray stands for, from where it begins or, once it has arrived, from its end on.
+    pub(super) cone: RayCone,
 }
 
 /// The rays of one bounce, and whose they are.
@@ -123,6 +125,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
             eta2: 1.0,
             band: None,
             media: Media::NONE,
+            cone: footprint::of_camera(self.scene, samples, i),
         }));
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
