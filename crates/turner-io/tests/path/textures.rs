@@ -106,9 +106,15 @@ fn a_picture_of_a_board_has_none_either() {
 
 #[test]
 fn noise_and_stripes_become_even_far_away() {
-    for texture in ["{ type = \"stripes\", density = 9, axis = \"y\" }", "{ type = \"noise\", density = 30, contrast = 4 }"] {
+    for texture in [
+        "{ type = \"stripes\", density = 9, axis = \"y\" }",
+        "{ type = \"noise\", density = 30, contrast = 4 }",
+    ] {
         let far = show(&horizon("antialias = \"none\"", texture), &[]);
-        let values: Vec<f64> = (9..13).flat_map(|y| (0..160).map(move |x| (x, y))).map(|(x, y)| f64::from(pixel(&far, x, y)[0])).collect();
+        let values: Vec<f64> = (9..13)
+            .flat_map(|y| (0..160).map(move |x| (x, y)))
+            .map(|(x, y)| f64::from(pixel(&far, x, y)[0]))
+            .collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let spread = values.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
         assert!((mean - 0.5).abs() < 0.05 && spread < 0.1, "{texture}: {mean} ± {spread}");
@@ -127,7 +133,10 @@ fn many_samples_keep_pictures_as_sharp_as_they_were() {
 #[test]
 fn the_classic_integrator_filters_when_asked() {
     let classic = |filter: &str| {
-        let text = horizon(&format!("antialias = \"none\", texture_filter = \"{filter}\""), "{ type = \"chessboard\", density = 4 }");
+        let text = horizon(
+            &format!("antialias = \"none\", texture_filter = \"{filter}\""),
+            "{ type = \"chessboard\", density = 4 }",
+        );
         show(&text.replace("type = \"path\"", "type = \"classic\""), &[])
     };
     let (auto, off, on) = (classic("auto"), classic("off"), classic("on"));
