@@ -8,6 +8,7 @@ mod doubts;
 pub mod emitters;
 pub mod error;
 mod faces;
+mod footprint;
 mod merged;
 pub mod model;
 mod motion;

@@ -9,6 +9,7 @@ use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
 use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
+use super::footprint::NOT_SEEN;
 use super::merged::Merged;
 use super::motion::Motion;
 use super::sieve::Sieve;
@@ -21,7 +22,7 @@ use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, ShapeHit, Sphere, SurfacePoint};
-use crate::texture::{Footprint, TexturePoint, Textures};
+use crate::texture::Textures;
 
 /// A scene ready to be rendered.
 #[derive(Debug)]
@@ -163,7 +164,7 @@ pub struct SurfaceInteraction {
     /// The material.
     pub material: MaterialId,
     /// The surface in the object's space, for textures.
-    object: SurfacePoint,
+    pub(super) object: SurfacePoint,
     pub(super) hit: Hit,
     /// The moment, as in the ray.
     pub(super) time: f32,
@@ -171,29 +172,10 @@ pub struct SurfaceInteraction {
     pub(super) seen: ([f32; 3], f32),
 }
 
-/// Of a surface that is looked at in a point alone.
-const NOT_SEEN: ([f32; 3], f32) = ([0.0; 3], 0.0);
-
 impl SurfaceInteraction {
     /// The shading normal in the object's space.
     pub(super) fn object_normal(&self) -> DVec3 {
         self.object.ns
-    }
-
-    /// The same surface with another shading normal.
-    pub(crate) fn with_normal(&self, ns: DVec3) -> SurfaceInteraction {
-        SurfaceInteraction { ns, ..*self }
-    }
-
-    /// Says what the ray's cone covers of the surface: `direction` of the ray, unit, and the cone's diameter here.
-    #[inline]
-    pub fn see(&mut self, direction: DVec3, width: f32) {
-        self.seen = (direction.to_array().map(|v| v as f32), width);
-    }
-
-    /// The same surface looked at in a point alone.
-    pub(crate) fn sharp(&self) -> SurfaceInteraction {
-        SurfaceInteraction { seen: NOT_SEEN, ..*self }
     }
 
     /// The point moved off the surface by more than its error, to the side `direction` leads to: a ray from there
@@ -476,43 +458,6 @@ impl Scene {
         self.primitives[hit.primitive as usize].id
     }
 
-    /// Where textures are looked up on a surface, and over what footprint.
-    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
-        let shape = &self.primitives[surface.hit.primitive as usize].shape;
-        let mut at = shape.texture_point(&surface.hit.shape, &surface.object);
-        let (direction, width) = surface.seen;
-        if width > 0.0 {
-            let direction = DVec3::from(direction.map(f64::from));
-            let axes = Footprint::of_cone(direction, surface.ng, f64::from(width));
-            at.footprint = Some(self.footprint(surface, axes));
-        }
-        at
-    }
-
-    /// How much the surface's normal turns per unit of length, about; above 0 where it bulges outwards.
-    pub fn curvature(&self, surface: &SurfaceInteraction) -> f64 {
-        let primitive = &self.primitives[surface.hit.primitive as usize];
-        let own = primitive.shape.curvature(&surface.hit.shape);
-        match self.transforms.get(primitive.transform as usize) {
-            // The root of the mean square of the factors that lengths grow by.
-            Some(placed) => own * 3f64.sqrt() / placed.stretch,
-            None => own,
-        }
-    }
-
-    /// Two axes in the world, tangent to the surface, as a footprint of textures.
-    pub(super) fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint {
-        let primitive = &self.primitives[surface.hit.primitive as usize];
-        let p = match self.transforms.get(primitive.transform as usize) {
-            None => axes,
-            Some(ObjectTransform { motion: Some(motion), .. }) => {
-                let inverse = motion.at(f64::from(surface.time)).matrix3.inverse();
-                axes.map(|d| inverse * d)
-            }
-            Some(placed) => axes.map(|d| placed.to_object.matrix3 * d),
-        };
-        Footprint { p, uv: primitive.shape.uv_change(&surface.hit.shape, &surface.object, p) }
-    }
 }
 
 /// The set bits of a word, from the lowest.
