@@ -5,6 +5,7 @@ mod batch;
 mod batch_meshes;
 pub mod desc;
 mod doubts;
+mod emitter_batch;
 pub mod emitters;
 pub mod error;
 mod faces;
@@ -30,6 +31,7 @@ pub mod value;
 
 pub use batch::RayBatch;
 pub use desc::*;
+pub use emitter_batch::{AroundBatch, LightBatch};
 pub use error::{ErrorCode, SceneError};
 pub use model::ModelDesc;
 pub use param::ColorSource;

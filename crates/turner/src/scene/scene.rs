@@ -165,7 +165,7 @@ pub struct SurfaceInteraction {
     pub material: MaterialId,
     /// The surface in the object's space, for textures.
     pub(super) object: SurfacePoint,
-    pub(super) hit: Hit,
+    pub(crate) hit: Hit,
     /// The moment, as in the ray.
     pub(super) time: f32,
     /// The ray's unit direction and the width of its cone here, for textures; a width of 0 stands for the point alone.
@@ -457,7 +457,6 @@ impl Scene {
     pub fn primitive_id(&self, hit: &Hit) -> u32 {
         self.primitives[hit.primitive as usize].id
     }
-
 }
 
 /// The set bits of a word, from the lowest.
