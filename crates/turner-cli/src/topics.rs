@@ -2,11 +2,11 @@
 
 use turner::camera::Handedness;
 use turner::color::{Tonemap, Transfer};
-use turner::film::{Antialias, PixelSample};
+use turner::film::{Antialias, PixelSample, TextureFilter};
 use turner::filter::FilterKind;
 use turner::integrator::{AtDepth, Combine, DepthMeasure, Facing, Highlight, Miss, NormalKind};
 use turner::light::{AttenuationKind, ProfileUnits};
-use turner::material::{AlphaMode, Fresnel, ShadowKind};
+use turner::material::{AlphaMode, BumpUnit, Fresnel, ShadowKind};
 use turner::scene::model::UpAxis;
 use turner::scene::read::SECTIONS;
 use turner::scene::schema::ParamType;
@@ -25,6 +25,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (Antialias::kind, Antialias::DOCS),
     (FilterKind::kind, FilterKind::DOCS),
     (PixelSample::kind, PixelSample::DOCS),
+    (TextureFilter::kind, TextureFilter::DOCS),
     (Transfer::kind, Transfer::DOCS),
     (Tonemap::kind, Tonemap::DOCS),
     (AtDepth::kind, AtDepth::DOCS),
@@ -44,6 +45,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (AttenuationKind::kind, AttenuationKind::DOCS),
     (ProfileUnits::kind, ProfileUnits::DOCS),
     (Fresnel::kind, Fresnel::DOCS),
+    (BumpUnit::kind, BumpUnit::DOCS),
     (ShadowKind::kind, ShadowKind::DOCS),
     (AlphaMode::kind, AlphaMode::DOCS),
     (ImageChannel::kind, ImageChannel::DOCS),

@@ -356,7 +356,7 @@ fn pictures_are_shared_and_looked_up_as_samplers_say() {
     };
     use turner::texture::{Encoding, ImageChannel, ImageFilter, Wrap};
     let base = image(m.base_color);
-    assert_eq!((base.filter, base.encoding, base.uv_set), (ImageFilter::Nearest, Encoding::Srgb, 0));
+    assert_eq!((base.filter, base.encoding, base.uv_set), (ImageFilter::NearestMipmap, Encoding::Srgb, 0));
     assert_eq!((base.wrap_u, base.wrap_v), (Some(Wrap::Clamp), Some(Wrap::Mirror)));
     assert_eq!(image(m.opacity).channel, ImageChannel::A);
     let (metal, rough) = (image(m.base_metalness), image(m.specular_roughness));
@@ -364,7 +364,7 @@ fn pictures_are_shared_and_looked_up_as_samplers_say() {
         (metal.channel, rough.channel, rough.encoding),
         (ImageChannel::B, ImageChannel::G, Encoding::Linear)
     );
-    assert_eq!((metal.uv_set, metal.wrap_u, metal.filter), (1, Some(Wrap::Repeat), ImageFilter::Bilinear));
+    assert_eq!((metal.uv_set, metal.wrap_u, metal.filter), (1, Some(Wrap::Repeat), ImageFilter::Mipmap));
     assert_eq!((m.normal_scale, m.occlusion_strength), (0.5, 0.25));
     assert_eq!(image(m.occlusion_map.unwrap()).channel, ImageChannel::R);
     assert!(said(&scene, WarningKind::Doubtful, "texture coordinates"));

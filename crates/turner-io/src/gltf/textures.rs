@@ -13,6 +13,7 @@ use turner::texture::{
 
 /// OpenGL's numbers.
 const NEAREST: u32 = 9728;
+const LINEAR: u32 = 9729;
 const CLAMP_TO_EDGE: u32 = 33071;
 const MIRRORED_REPEAT: u32 = 33648;
 
@@ -81,6 +82,19 @@ pub(super) struct Textures {
     known: BTreeMap<String, TextureId>,
 }
 
+/// By a sampler's `magFilter` and `minFilter`. Without a word about what is far away it is averaged, as viewers do.
+fn filter(mag: Option<Index>, min: Option<Index>) -> ImageFilter {
+    let nearest = mag == Some(Index(NEAREST));
+    // The other four take smaller pictures for what is far away.
+    let at_points = matches!(min, Some(Index(NEAREST | LINEAR)));
+    match (nearest, at_points) {
+        (true, true) => ImageFilter::Nearest,
+        (true, false) => ImageFilter::NearestMipmap,
+        (false, true) => ImageFilter::Bilinear,
+        (false, false) => ImageFilter::Mipmap,
+    }
+}
+
 impl Textures {
     /// A texture with these contents, the same one for the same contents.
     fn add(&mut self, desc: TextureDesc) -> ColorSource {
@@ -108,16 +122,17 @@ impl Textures {
             Some(MIRRORED_REPEAT) => Wrap::Mirror,
             _ => Wrap::Repeat,
         };
-        let nearest = sampler.and_then(|s| s.mag_filter) == Some(Index(NEAREST));
+        let filter = filter(sampler.and_then(|s| s.mag_filter), sampler.and_then(|s| s.min_filter));
         Some(self.add(TextureDesc::Image(ImageDesc {
             file,
-            filter: if nearest { ImageFilter::Nearest } else { ImageFilter::Bilinear },
+            filter,
             wrap: Wrap::Repeat,
             wrap_u: Some(wrap(sampler.and_then(|s| s.wrap_s))),
             wrap_v: Some(wrap(sampler.and_then(|s| s.wrap_t))),
             gain: 1.0,
             density: 1.0,
             mapping: Mapping::Uv,
+            blend: 4.0,
             transform: Transform::IDENTITY,
             uv_matrix: uv_matrix(info),
             channel: as_what.channel,

@@ -137,13 +137,14 @@ fn display_color(rgb: [u8; 3]) -> ColorSource {
 fn color_picture(file: turner::scene::ImageId) -> ImageDesc {
     ImageDesc {
         file,
-        filter: ImageFilter::Bilinear,
+        filter: ImageFilter::Mipmap,
         wrap: Wrap::Repeat,
         wrap_u: None,
         wrap_v: None,
         gain: 1.0,
         density: 1.0,
         mapping: Mapping::Uv,
+        blend: 4.0,
         transform: Transform::IDENTITY,
         uv_matrix: None,
         channel: ImageChannel::Rgb,

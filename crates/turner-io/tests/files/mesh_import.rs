@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use turner::color::Spectrum;
-use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
+use turner::material::{AlphaMode, BumpUnit, MaterialDesc, PrincipledMaterial};
 use turner::math::{DVec3, Ray};
 use turner::scene::error::SceneError;
 use turner::scene::{ColorSource, ObjectContent, PrepareOptions, SceneDesc, WarningKind};
@@ -234,7 +234,10 @@ fn pictures_of_materials_with_their_options() {
     assert_eq!((a.alpha_mode, b.alpha_mode), (AlphaMode::Mask, AlphaMode::Blend));
     let other = texture(b.base_color);
     assert_eq!((other.file, other.tint, other.uv_matrix), (red.file, Spectrum::new(0.5, 1.0, 1.0), None));
-    // Each file once: red, data, normals, mask, soft; the map of heights was looked at, too.
+    assert_eq!((a.bump_map, b.bump_unit, b.bump_scale), (None, BumpUnit::Tile, 0.02));
+    assert_eq!(texture(b.bump_map.unwrap()).encoding, Encoding::Linear);
+    assert_eq!(said(&scene, WarningKind::Approximated, "heights"), 1);
+    // Each file once: red, data, normals, mask, soft, heights.
     assert_eq!(scene.images.len(), 6);
     assert_eq!(said(&scene, WarningKind::Approximated, "beside the file"), 1);
     assert_eq!(said(&scene, WarningKind::Approximated, "normal maps"), 1);

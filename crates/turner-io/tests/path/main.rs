@@ -20,3 +20,4 @@ mod pixels;
 mod replay;
 mod sameness;
 mod statistics;
+mod textures;

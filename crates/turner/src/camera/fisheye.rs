@@ -56,6 +56,11 @@ impl FisheyeDesc {
 }
 
 impl Fisheye {
+    /// Half the angles of the picture's sides, radians.
+    pub(super) fn half_angles(&self) -> DVec2 {
+        self.half * self.rim
+    }
+
     /// The ray through a point of the screen, of unit direction; one that ends before it begins beyond the circle.
     #[inline]
     pub(super) fn ray(&self, at: DVec2) -> Ray {

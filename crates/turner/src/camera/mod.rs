@@ -6,6 +6,7 @@ mod fisheye;
 mod frame;
 mod orthographic;
 mod pinhole;
+mod pixel_cone;
 mod rays;
 mod thin_lens;
 
@@ -14,6 +15,7 @@ pub use fisheye::FisheyeDesc;
 pub use frame::{CameraFrame, Handedness};
 pub use orthographic::OrthographicDesc;
 pub use pinhole::{PinholeDesc, Viewport};
+pub use pixel_cone::PixelCone;
 pub use rays::camera_rays;
 pub use thin_lens::ThinLensDesc;
 

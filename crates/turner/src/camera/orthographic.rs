@@ -45,6 +45,11 @@ impl OrthographicDesc {
 }
 
 impl Orthographic {
+    /// Half the size of the screen.
+    pub(super) fn half_screen(&self) -> DVec2 {
+        self.half
+    }
+
     /// The ray from a point of the screen.
     #[inline]
     pub(super) fn ray(&self, at: DVec2) -> Ray {

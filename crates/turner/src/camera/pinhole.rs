@@ -129,6 +129,11 @@ impl PinholeDesc {
 }
 
 impl Pinhole {
+    /// Half the size of the screen, which directions lead to.
+    pub(super) fn half_screen(&self) -> DVec2 {
+        self.screen.half
+    }
+
     /// The eye.
     #[inline]
     pub(super) fn position(&self) -> DVec3 {

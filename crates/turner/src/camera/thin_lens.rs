@@ -73,6 +73,11 @@ impl ThinLensDesc {
 }
 
 impl ThinLens {
+    /// Half the size of what is seen of the plane in focus, which directions lead to.
+    pub(super) fn half_focus(&self) -> DVec2 {
+        self.screen.half * (self.focus / self.screen.distance)
+    }
+
     /// The ray through a point of the screen and a point `lens` of the unit square, mapped onto the lens.
     pub(super) fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         let f = &self.frame;

@@ -41,6 +41,18 @@ choice! {
     }
 }
 
+choice! {
+    /// Whether textures are averaged over what a ray's cone covers of them.
+    pub enum TextureFilter {
+        /// Where light is followed ("path", "direct"); not by the other integrators, which show textures as the classic documents do.
+        Auto = "auto",
+        /// With every integrator that shows colours.
+        On = "on",
+        /// Never: textures are looked up at points.
+        Off = "off",
+    }
+}
+
 params! {
     /// Size, sampling, exposure and transfer curve of the picture.
     pub struct FilmDesc as "film" {
@@ -62,6 +74,8 @@ params! {
         filter: FilterKind = FilterKind::Box;
         /// How far from the pixel's middle the filter reaches, in pixels; without it 0.5 for "box", 1 for "tent", 1.5 for the others.
         filter_radius: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 16.0, open_max: false };
+        /// Whether textures are averaged over the part of the surface that a sample stands for, so that distant patterns do not shimmer: "auto" does it with the integrators "path" and "direct".
+        texture_filter: TextureFilter = TextureFilter::Auto;
         /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. Physical
         /// integrators show it; the others show the moment at which it opens.
         shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;

@@ -2,6 +2,7 @@
 //! names in a scene.
 
 pub mod classic;
+mod footprint;
 mod looking;
 pub mod path;
 

@@ -1,5 +1,6 @@
 //! The material of the classic documents: one shading rule for all five.
 
+use super::{Bump, BumpUnit};
 use crate::color::Spectrum;
 use crate::math::elementary::{Exponent, exp, ln, pow};
 use crate::scene::ColorSource;
@@ -65,6 +66,10 @@ params! {
         opacity: ColorSource = ColorSource::Constant(Spectrum::WHITE);
         /// Least opacity that counts.
         alpha_cutoff: f64 = 0.5, in Range::closed(0.0, 1.0);
+        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        bump_map: Option<ColorSource> = None;
+        /// How high white stands above black, scene units.
+        bump_scale: f64 = 0.1;
     }
     example r#"[material.glass]
 color = "white"
@@ -101,6 +106,8 @@ impl Default for ClassicMaterial {
             shadow: ShadowKind::Opaque,
             opacity: ColorSource::Constant(Spectrum::WHITE),
             alpha_cutoff: 0.5,
+            bump_map: None,
+            bump_scale: 0.1,
         }
     }
 }
@@ -132,6 +139,8 @@ pub struct Classic {
     pub fresnel: Fresnel,
     /// What shadow it casts.
     pub shadow: ShadowKind,
+    /// Heights that its normal follows.
+    pub bump: Option<Bump>,
 }
 
 impl ClassicMaterial {
@@ -151,6 +160,7 @@ impl ClassicMaterial {
             ior: self.ior,
             fresnel: self.fresnel,
             shadow: self.shadow,
+            bump: Bump::new(self.bump_map, self.bump_scale, BumpUnit::Scene),
         }
     }
 

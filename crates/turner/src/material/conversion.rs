@@ -8,7 +8,7 @@
 //! | transmission | refracted ray (straight through thin walls), exact Fresnel; tinted shadow |
 //! | opacity in mode "blend" | a ray straight on, of weight 1 − opacity |
 //! | emission, unlit | added as it is |
-//! | normal map | shading normal |
+//! | bump map, normal map | shading normal |
 //! | coat | highlight of the coat |
 //! | fuzz, film, anisotropy, subsurface, dispersion, absorption | left out |
 
@@ -70,6 +70,9 @@ impl PrincipledMaterial {
         surface: &mut SurfaceInteraction,
         direction: DVec3,
     ) -> (Classic, Spectrum) {
+        if let Some(bump) = self.bump() {
+            scene.apply_bump_map(surface, bump);
+        }
         scene.apply_normal_map(surface, self.normal_map, self.normal_scale);
         let at = |source| color_at(source, scene, surface);
         let base = at(self.base_color) * at(self.base_weight);

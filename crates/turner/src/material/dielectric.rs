@@ -18,6 +18,14 @@ params! {
         depth: f64 = 0.0, in Range::NON_NEGATIVE;
         /// A pane or bubble without inside: light passes without being bent.
         thin: bool = false;
+        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        normal_map: Option<ColorSource> = None;
+        /// Factor of its red and green parts.
+        normal_scale: f64 = 1.0;
+        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        bump_map: Option<ColorSource> = None;
+        /// How high white stands above black, scene units; below 0, how deep.
+        bump_scale: f64 = 0.1;
     }
     example r##"[material.bottle]
 type = "dielectric"
@@ -40,6 +48,10 @@ impl DielectricMaterial {
             transmission_color: self.color,
             transmission_depth: self.depth,
             thin_walled: self.thin,
+            normal_map: self.normal_map,
+            normal_scale: self.normal_scale,
+            bump_map: self.bump_map,
+            bump_scale: self.bump_scale,
             ..PrincipledMaterial::default()
         }
     }

@@ -87,12 +87,15 @@ impl Physical {
         Bsdf::new(&point)
     }
 
-    /// The shading frame: normal as the normal map says, x along the direction of anisotropy.
+    /// The shading frame: normal as the bump map and the normal map say, x along the direction of anisotropy.
     pub fn frame(&self, scene: &Scene, surface: &SurfaceInteraction) -> Frame {
         let d = &self.desc;
         let mut n = surface.ns;
+        if let Some(bump) = d.bump() {
+            n = scene.bumped_normal(surface, bump);
+        }
         if let Some(map) = d.normal_map
-            && let Some(mapped) = scene.mapped_normal(surface, map, d.normal_scale)
+            && let Some(mapped) = scene.mapped_normal(&surface.with_normal(n), map, d.normal_scale)
         {
             n = mapped;
         }
@@ -109,13 +112,15 @@ impl Physical {
         if d.coat_weight == ColorSource::Constant(Spectrum::BLACK) {
             return None;
         }
-        match (d.coat_normal_map, d.normal_map) {
-            (None, None) => None,
-            (None, Some(_)) => Some(surface.ns),
-            (Some(map), _) => {
-                Some(scene.mapped_normal(surface, map, d.coat_normal_scale).unwrap_or(surface.ns))
-            }
+        if d.coat_normal_map.is_none() && d.normal_map.is_none() {
+            return None;
         }
+        // Heights are the surface's own, under the coat and above it.
+        let n = d.bump().map_or(surface.ns, |bump| scene.bumped_normal(surface, bump));
+        let mapped = d
+            .coat_normal_map
+            .and_then(|map| scene.mapped_normal(&surface.with_normal(n), map, d.coat_normal_scale));
+        Some(mapped.unwrap_or(n))
     }
 
     fn anisotropy_direction(&self, scene: &Scene, surface: &SurfaceInteraction, n: DVec3) -> Option<DVec3> {

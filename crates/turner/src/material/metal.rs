@@ -21,6 +21,14 @@ params! {
         roughness: ColorSource = ColorSource::Constant(Spectrum::grey(0.2)), in Range::UNIT;
         /// How much longer highlights are along the tangent than across.
         anisotropy: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
+        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        normal_map: Option<ColorSource> = None;
+        /// Factor of its red and green parts.
+        normal_scale: f64 = 1.0;
+        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        bump_map: Option<ColorSource> = None;
+        /// How high white stands above black, scene units; below 0, how deep.
+        bump_scale: f64 = 0.1;
     }
     example r##"[material.ring]
 type = "metal"
@@ -53,6 +61,10 @@ impl MetalMaterial {
             specular_color: ColorSource::Constant(tint),
             specular_roughness: self.roughness,
             specular_roughness_anisotropy: self.anisotropy,
+            normal_map: self.normal_map,
+            normal_scale: self.normal_scale,
+            bump_map: self.bump_map,
+            bump_scale: self.bump_scale,
             ..PrincipledMaterial::default()
         }
     }

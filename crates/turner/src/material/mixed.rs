@@ -201,7 +201,13 @@ impl Mix {
             }
             let mut surface = original;
             let own = match part.material {
-                Material::Classic(m) => *m,
+                Material::Classic(m) => {
+                    if let Some(bump) = m.bump {
+                        scene.apply_bump_map(&mut surface, bump);
+                    }
+                    // Done: what comes of the mix bends no normal.
+                    Classic { bump: None, ..*m }
+                }
                 Material::Principled(m, _) => {
                     let (classic, light) = m.as_classic(scene, &mut surface, direction);
                     emitted += light * part.share as f32;

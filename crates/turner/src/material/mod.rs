@@ -26,7 +26,7 @@ pub use mix::MixMaterial;
 pub use mixed::Mix;
 pub use physical::Physical;
 pub use plastic::PlasticMaterial;
-pub use principled::{AlphaMode, PrincipledMaterial};
+pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial};
 
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -77,12 +77,13 @@ pub struct Cutout {
 }
 
 impl Cutout {
-    /// Whether there is anything for a ray that meets the surface on its outer or inner side.
+    /// Whether there is anything for a ray that meets the surface on its outer or inner side. Edges are those of the texture looked up at points: a mean would be
+    /// cut off elsewhere than its parts.
     pub(crate) fn is_there(&self, scene: &Scene, at: &TexturePoint<'_>, outside: bool) -> bool {
         if self.one_sided && !outside {
             return false;
         }
-        self.mask.is_none_or(|(opacity, cutoff)| scene.textures.opacity(opacity, at) >= cutoff)
+        self.mask.is_none_or(|(opacity, cutoff)| scene.textures.opacity(opacity, &at.sharp()) >= cutoff)
     }
 }
 

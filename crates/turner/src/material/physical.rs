@@ -9,6 +9,7 @@
 //! | `k_reflect` | smooth specular with that reflectance seen head-on; from 0.9 on, a metal mirror of that grey; with `fresnel`, of the material's `ior` |
 //! | `k_refract` | glass with the material's `ior`, in proportion to the local colour |
 //! | `opacity`, `alpha_cutoff` | the same |
+//! | `bump_map`, `bump_scale` | the same |
 //! | `ka` | nothing: light from all around is traced |
 
 use super::{AlphaMode, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
@@ -50,6 +51,8 @@ impl PrincipledMaterial {
             specular_weight: grey(0.0),
             opacity: m.opacity,
             alpha_cutoff: m.alpha_cutoff,
+            bump_map: m.bump_map,
+            bump_scale: m.bump_scale,
             ..PrincipledMaterial::default()
         };
         if ks > 0.0 {

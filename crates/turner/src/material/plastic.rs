@@ -18,6 +18,14 @@ params! {
         coat: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
         /// Roughness of that layer.
         coat_roughness: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
+        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        normal_map: Option<ColorSource> = None;
+        /// Factor of its red and green parts.
+        normal_scale: f64 = 1.0;
+        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        bump_map: Option<ColorSource> = None;
+        /// How high white stands above black, scene units; below 0, how deep.
+        bump_scale: f64 = 0.1;
     }
     example r##"[material.toy]
 type = "plastic"
@@ -39,6 +47,10 @@ impl PlasticMaterial {
             specular_ior: self.ior,
             coat_weight: self.coat,
             coat_roughness: self.coat_roughness,
+            normal_map: self.normal_map,
+            normal_scale: self.normal_scale,
+            bump_map: self.bump_map,
+            bump_scale: self.bump_scale,
             ..PrincipledMaterial::default()
         }
     }

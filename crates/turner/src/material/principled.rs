@@ -17,6 +17,37 @@ choice! {
     }
 }
 
+choice! {
+    /// What heights of a bump map are measured in.
+    pub enum BumpUnit {
+        /// Scene units.
+        Scene = "scene",
+        /// Sides of the texture: the length on the surface over which u or v grows by 1, whatever the scene's scale.
+        Tile = "tile",
+    }
+}
+
+/// A texture of heights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bump {
+    /// The heights: the mean of its colour, 0 to 1.
+    pub map: ColorSource,
+    /// How high 1 stands above 0.
+    pub scale: f64,
+    /// In what unit.
+    pub unit: BumpUnit,
+}
+
+impl Bump {
+    /// Heights that matter; `None` of others.
+    pub fn new(map: Option<ColorSource>, scale: f64, unit: BumpUnit) -> Option<Bump> {
+        match map {
+            Some(map @ ColorSource::Texture(_)) if scale != 0.0 => Some(Bump { map, scale, unit }),
+            _ => None,
+        }
+    }
+}
+
 /// A source that is the same grey everywhere.
 const fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
@@ -112,6 +143,12 @@ params! {
         coat_normal_map: Option<ColorSource> = None;
         /// Factor of its red and green parts.
         coat_normal_scale: f64 = 1.0;
+        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest. With `normal_map`, both count.
+        bump_map: Option<ColorSource> = None;
+        /// How high white stands above black, in `bump_unit`; below 0, how deep.
+        bump_scale: f64 = 0.1;
+        /// The unit of `bump_scale`.
+        bump_unit: BumpUnit = BumpUnit::Scene;
         /// Share of light from all around that arrives, for the classic integrator; light transport itself finds it out.
         occlusion_map: Option<ColorSource> = None;
         /// How much of `occlusion_map` counts.
@@ -132,6 +169,12 @@ material = "gold"
 }
 
 impl PrincipledMaterial {
+    /// The heights that its normal follows.
+    #[inline]
+    pub fn bump(&self) -> Option<Bump> {
+        Bump::new(self.bump_map, self.bump_scale, self.bump_unit)
+    }
+
     /// A diffuse surface without reflection.
     pub fn matte() -> PrincipledMaterial {
         PrincipledMaterial { specular_weight: grey(0.0), ..PrincipledMaterial::default() }
@@ -183,6 +226,9 @@ impl Default for PrincipledMaterial {
             normal_scale: 1.0,
             coat_normal_map: None,
             coat_normal_scale: 1.0,
+            bump_map: None,
+            bump_scale: 0.1,
+            bump_unit: BumpUnit::Scene,
             occlusion_map: None,
             occlusion_strength: 1.0,
             thickness: grey(0.0),

@@ -8,11 +8,13 @@ pub mod elementary;
 pub mod elementary_x8;
 mod frame;
 mod ray;
+mod ray_cone;
 
 pub use bounds::Bounds;
 pub use frame::Frame;
 pub use glam::{DAffine3, DMat3, DVec2, DVec3};
 pub use ray::Ray;
+pub use ray_cone::RayCone;
 
 /// The point on the sphere's or lobe's far side: `d` mirrored at the plane with unit normal `n`.
 ///

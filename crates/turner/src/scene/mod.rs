@@ -9,6 +9,7 @@ mod emitter_batch;
 pub mod emitters;
 pub mod error;
 mod faces;
+mod footprint;
 mod merged;
 pub mod model;
 mod motion;

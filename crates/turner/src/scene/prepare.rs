@@ -16,9 +16,9 @@ use super::names::NameCollector;
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
-use crate::camera::CameraDesc;
+use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
-use crate::film::Film;
+use crate::film::{Film, TextureFilter};
 use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
@@ -56,7 +56,13 @@ impl SceneDesc {
             let message = "`filter` and `filter_radius` have no effect without antialias = \"monte-carlo\"";
             warnings.push(Warning::new(WarningKind::Ignored, message));
         }
-        let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer)?;
+        let filtered = match self.film.texture_filter {
+            TextureFilter::Auto => self.integrator.is_physical(),
+            TextureFilter::On => true,
+            TextureFilter::Off => false,
+        };
+        let filtered = filtered && !self.textures.is_empty();
+        let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer, filtered)?;
         let physical = self.integrator.is_physical();
         crate::material::mix::check(&self.materials)?;
         warnings.extend(doubts::of_description(self, physical));
@@ -177,10 +183,11 @@ impl SceneDesc {
                 + batch.bytes()) as u64,
             mesh_bytes: shapes.meshes.iter().map(|m| m.memory() as u64).sum::<u64>()
                 + merged.as_ref().map_or(0, |m| m.bytes() as u64),
-            texture_bytes: self.images.iter().map(|i| i.data.memory() as u64).sum(),
+            texture_bytes: textures.picture_memory() as u64,
             film_bytes,
         };
         let mut scene = Scene {
+            pixel_cone: filtered.then(|| PixelCone::new(&camera, &self.film)),
             camera,
             camera_desc,
             film: self.film.clone(),

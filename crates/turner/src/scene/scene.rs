@@ -9,11 +9,12 @@ use super::batch::BatchShapes;
 use super::desc::{MaterialId, Warning};
 use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
+use super::footprint::NOT_SEEN;
 use super::merged::Merged;
 use super::motion::Motion;
 use super::names::ObjectNames;
 use super::sieve::Sieve;
-use crate::camera::{Camera, CameraDesc};
+use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
@@ -22,7 +23,7 @@ use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, ShapeHit, Sphere, SurfacePoint};
-use crate::texture::{TexturePoint, Textures};
+use crate::texture::Textures;
 
 /// A scene ready to be rendered.
 #[derive(Debug)]
@@ -31,6 +32,8 @@ pub struct Scene {
     pub camera: Camera,
     /// What it was made from, also where the scene did not name one.
     pub camera_desc: CameraDesc,
+    /// The cones of camera rays, where textures are filtered by them.
+    pub pixel_cone: Option<PixelCone>,
     /// Size and sampling of the picture.
     pub film: FilmDesc,
     /// How light is computed.
@@ -166,10 +169,12 @@ pub struct SurfaceInteraction {
     /// The material.
     pub material: MaterialId,
     /// The surface in the object's space, for textures.
-    object: SurfacePoint,
+    pub(super) object: SurfacePoint,
     pub(crate) hit: Hit,
     /// The moment, as in the ray.
     pub(super) time: f32,
+    /// The ray's unit direction and the width of its cone here, for textures; a width of 0 stands for the point alone.
+    pub(super) seen: ([f32; 3], f32),
 }
 
 impl SurfaceInteraction {
@@ -389,7 +394,17 @@ impl Scene {
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
             if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-                return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
+                return SurfaceInteraction {
+                    p,
+                    error,
+                    ng,
+                    ns,
+                    material,
+                    object: s,
+                    hit: *hit,
+                    time,
+                    seen: NOT_SEEN,
+                };
             }
             return SurfaceInteraction {
                 p: s.p,
@@ -400,6 +415,7 @@ impl Scene {
                 object: s,
                 hit: *hit,
                 time,
+                seen: NOT_SEEN,
             };
         }
         let placed = &self.transforms[primitive.transform as usize];
@@ -410,14 +426,24 @@ impl Scene {
             shape => shape.surface(&ray.transformed(&transform.to_object), &hit.shape),
         };
         if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-            return SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time };
+            return SurfaceInteraction {
+                p,
+                error,
+                ng,
+                ns,
+                material,
+                object: s,
+                hit: *hit,
+                time,
+                seen: NOT_SEEN,
+            };
         }
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
-        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time }
+        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time, seen: NOT_SEEN }
     }
 
     /// The sphere that was hit, if it is one without a transform.
@@ -439,12 +465,6 @@ impl Scene {
     /// The number of the primitive that was hit: its place in the description, instances in order.
     pub fn primitive_id(&self, hit: &Hit) -> u32 {
         self.primitives[hit.primitive as usize].id
-    }
-
-    /// Where textures are looked up on a surface.
-    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
-        let shape = &self.primitives[surface.hit.primitive as usize].shape;
-        shape.texture_point(&surface.hit.shape, &surface.object)
     }
 }
 

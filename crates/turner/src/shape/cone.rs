@@ -87,6 +87,11 @@ impl Cone {
         [rim(0.0, self.narrow_radius), rim(self.height, self.wide_radius)]
     }
 
+    /// Half the sum of the radii of its ends.
+    pub(super) fn mean_radius(&self) -> f64 {
+        0.5 * (self.narrow_radius + self.wide_radius)
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;

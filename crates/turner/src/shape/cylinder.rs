@@ -70,6 +70,11 @@ impl Cylinder {
         [rim(0.0), rim(self.height)]
     }
 
+    /// Its radius.
+    pub(super) fn radius(&self) -> f64 {
+        self.radius
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let to = self.from + self.height * self.frame.z;

@@ -19,6 +19,7 @@ mod plane;
 pub mod points;
 mod rectangle;
 mod sphere;
+mod surface_change;
 #[cfg(test)]
 pub(crate) mod testing;
 mod torus;
@@ -226,7 +227,7 @@ impl Shape {
             Shape::Points(points) => points.color(hit),
             _ => None,
         };
-        TexturePoint { uv: self.uv(hit, point), p: point.p, mesh, point_color }
+        TexturePoint::on_surface(self.uv(hit, point), point.p, point.ng, mesh, point_color)
     }
 
     /// Bytes it takes beside its place in the scene's list. A mesh counts in full for each object that shows it.

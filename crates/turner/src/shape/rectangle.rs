@@ -90,6 +90,11 @@ impl Rectangle {
         flat_point(ray.at(hit.t), self.center, self.normal)
     }
 
+    /// How (u, v) change along a vector in its plane.
+    pub(super) fn uv_along(&self, d: DVec3) -> DVec2 {
+        DVec2::new(d.dot(self.to_u), d.dot(self.to_v))
+    }
+
     /// (u, v) of a hit.
     pub fn uv(&self, hit: &ShapeHit) -> DVec2 {
         DVec2::new(hit.u, hit.v)

@@ -64,6 +64,11 @@ impl Torus {
         (self.center, [self.frame.x, self.frame.y, self.frame.z], self.radius, self.tube)
     }
 
+    /// The radius of its tube.
+    pub(super) fn tube_radius(&self) -> f64 {
+        self.tube
+    }
+
     /// The box around it: that of its middle circle, grown by the tube.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;

@@ -237,6 +237,28 @@ impl TriangleMesh {
         self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
     }
 
+    /// The corners of a triangle.
+    pub(super) fn corner_points(&self, part: u32) -> [DVec3; 3] {
+        self.corners(part).map(wide)
+    }
+
+    /// The corners' (u, v) of a set, or of the first one if there are not so many; without any, the weights of the second and third corner.
+    pub(super) fn corner_uvs(&self, part: u32, set: usize) -> [DVec2; 3] {
+        let other = set.checked_sub(1).and_then(|i| self.data.more_uvs.get(i));
+        let uvs = other.unwrap_or(&self.data.uvs);
+        if uvs.is_empty() {
+            return [DVec2::ZERO, DVec2::X, DVec2::Y];
+        }
+        self.data.triangles[part as usize].map(|i| DVec2::from(uvs[i as usize].map(f64::from)))
+    }
+
+    /// The corners' normals, if it is smooth.
+    pub(super) fn corner_normals(&self, part: u32) -> Option<[DVec3; 3]> {
+        let normals = self.normals();
+        let corners = self.data.triangles[part as usize];
+        (!normals.is_empty()).then(|| corners.map(|i| wide(normals[i as usize])))
+    }
+
     /// Whether a hit counts that may lie before `t_min`.
     pub(super) fn is_exact(&self, ray: &Ray, hit: &Hit) -> bool {
         self.space.ray(ray).is_some_and(|search| self.exact(&search, hit).is_some())

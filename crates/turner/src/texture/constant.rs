@@ -46,6 +46,11 @@ impl Constant {
         self.0
     }
 
+    /// It has no measure of its own.
+    pub(super) fn spacing(&self, _: &Textures, _: &TexturePoint<'_>) -> Option<f64> {
+        None
+    }
+
     pub(super) fn memory(&self) -> usize {
         0
     }

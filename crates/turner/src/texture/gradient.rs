@@ -69,8 +69,10 @@ params! {
         axis: Axis = Axis::X;
         /// Number of times it fits into −1..1.
         density: f64 = 1.0;
-        /// Whether the gradient lies on the surface or goes through the solid.
+        /// How the gradient lies on the surface or goes through the solid.
         mapping: Mapping = Mapping::Uv;
+        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        blend: f64 = 4.0, in Range::closed(1.0, 64.0);
         /// Moves and turns the gradient.
         transform: Transform = Transform::IDENTITY;
     }
@@ -111,6 +113,10 @@ impl Kind for GradientDesc {
         self.mapping
     }
 
+    fn triplanar(&self) -> Option<(f64, Transform)> {
+        (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
+    }
+
     fn prepare(&self, _: &mut Preparing<'_>) -> Result<Gradient, SceneError> {
         let mut stops = vec![Stop { at: 0.0, color: self.from }];
         stops.extend_from_slice(&self.stops);
@@ -147,6 +153,11 @@ impl Gradient {
         let a = self.stops[after - 1];
         let Some(b) = self.stops.get(after) else { return textures.color(a.color, at) };
         textures.mix(a.color, b.color, (place - a.at) / (b.at - a.at), at)
+    }
+
+    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        self.placement.spacing(at)
     }
 
     pub(super) fn memory(&self) -> usize {
@@ -199,7 +210,7 @@ mod tests {
         assert_eq!(with(vec![stop(1.5, "red")]).unwrap_err().code, ErrorCode::OutOfRange);
         assert_eq!(with(vec![value(text("red"))]).unwrap_err().code, ErrorCode::WrongType);
         let scene = with(vec![stop(0.5, "red"), stop(0.2, "red")]).unwrap();
-        let error = Textures::prepare(&scene.textures, &[], Transfer::None).unwrap_err();
+        let error = Textures::prepare(&scene.textures, &[], Transfer::None, false).unwrap_err();
         assert_eq!(error.code, ErrorCode::Conflict);
         assert!(error.span.is_some());
     }

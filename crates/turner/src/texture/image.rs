@@ -6,36 +6,28 @@
 
 use std::sync::Arc;
 
-use super::placement::{floor, fract};
+use super::footprint::Ellipse;
+use super::mipmap::{Pyramid, Taps};
 use super::prepare::{Kind, Preparing};
-use super::{Mapping, Placement, TexturePoint, Textures};
+use super::{Mapping, Placement, TexturePoint, Textures, Wrap};
 use crate::color::{Spectrum, Transfer};
 use crate::image::Image;
+use crate::math::DVec2;
 use crate::scene::schema::{Range, choice, params};
 use crate::scene::transform::Transform;
 use crate::scene::{ColorSource, ImageId, SceneError};
 
 choice! {
-    /// What stands between the centres of texels.
+    /// What stands between the centres of texels, and what a ray that covers many of them sees.
     pub enum ImageFilter {
-        /// The four texels around the point, weighted by nearness.
+        /// Near, the four texels around the point, weighted by nearness; far away, the mean of what the ray's cone covers.
+        Mipmap = "mipmap",
+        /// The four texels around the point at any distance.
         Bilinear = "bilinear",
-        /// The texel that the point lies in: sharp squares.
+        /// The texel that the point lies in at any distance: sharp squares.
         Nearest = "nearest",
-    }
-}
-
-choice! {
-    /// What stands outside the picture.
-    pub enum Wrap {
-        /// The picture again.
-        Repeat = "repeat",
-        /// Its mirror image: no seam, whatever the picture.
-        Mirror = "mirror",
-        /// Its border, drawn out.
-        Clamp = "clamp",
-        /// Nothing: black.
-        Black = "black",
+        /// Near, the texel that the point lies in; far away, as "mipmap".
+        NearestMipmap = "nearest-mipmap",
     }
 }
 
@@ -88,8 +80,8 @@ params! {
     pub struct ImageDesc as "image" {
         /// The picture, relative to the scene file.
         file: ImageId;
-        /// What stands between the centres of texels.
-        filter: ImageFilter = ImageFilter::Bilinear;
+        /// What stands between the centres of texels, and what is seen from afar. Without `texture_filter` in `[film]` the mip-mapped ones are as their near part.
+        filter: ImageFilter = ImageFilter::Mipmap;
         /// What stands outside the picture: the picture again, its mirror image, its border drawn out, or black.
         wrap: Wrap = Wrap::Repeat;
         /// The same for left and right alone; `wrap` unless given.
@@ -100,8 +92,10 @@ params! {
         gain: f64 = 1.0, in Range::NON_NEGATIVE;
         /// How often the picture covers the surface coordinates, per axis; below 1, the part of it that is seen.
         density: f64 = 1.0;
-        /// Whether the picture lies on the surface or goes through the solid along z.
+        /// How the picture lies on the surface or goes through the solid.
         mapping: Mapping = Mapping::Uv;
+        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        blend: f64 = 4.0, in Range::closed(1.0, 64.0);
         /// Moves the picture.
         transform: Transform = Transform::IDENTITY;
         /// Changes surface coordinates before the look-up, by rows [a, b, c, d, e, f]: u becomes a·u + b·v + c, v becomes d·u + e·v + f.
@@ -133,6 +127,8 @@ material = { color = "earth" }
 pub(super) struct ImageTexture {
     image: Arc<Image>,
     filter: ImageFilter,
+    /// Its smaller sizes, where they are looked at.
+    pyramid: Option<Arc<Pyramid>>,
     wrap_u: Wrap,
     wrap_v: Wrap,
     /// Gain and tint.
@@ -155,10 +151,20 @@ impl Kind for ImageDesc {
         self.mapping
     }
 
+    fn triplanar(&self) -> Option<(f64, Transform)> {
+        (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
+    }
+
     fn prepare(&self, cx: &mut Preparing<'_>) -> Result<ImageTexture, SceneError> {
+        let image = cx.image(self.file, self.encoding)?;
+        let pyramid = match self.filter {
+            ImageFilter::Mipmap | ImageFilter::NearestMipmap => cx.pyramid(self.file, &image, self.encoding),
+            ImageFilter::Bilinear | ImageFilter::Nearest => None,
+        };
         Ok(ImageTexture {
-            image: cx.image(self.file, self.encoding)?,
+            image,
             filter: self.filter,
+            pyramid,
             wrap_u: self.wrap_u.unwrap_or(self.wrap),
             wrap_v: self.wrap_v.unwrap_or(self.wrap),
             factor: self.tint * self.gain as f32,
@@ -177,9 +183,9 @@ impl ImageTexture {
         if self.channel == ImageChannel::A {
             return Spectrum::grey(self.alpha_channel(at)) * self.factor + self.offset;
         }
-        let (decoder, image) = (&textures.decoders[self.encoding as usize], &*self.image);
-        let texel = |x, y| decoder.texel(image, x, y);
-        let color = self.look_up(at, texel, Spectrum::lerp).unwrap_or(Spectrum::BLACK);
+        let decoder = &textures.decoders[self.encoding as usize];
+        let texel = |image: &Image, x, y| decoder.texel(image, x, y);
+        let color = self.look_up(at, texel, Spectrum::lerp, Spectrum::BLACK);
         let color = match self.channel {
             ImageChannel::Rgb | ImageChannel::A => color,
             ImageChannel::R => Spectrum::grey(color.r),
@@ -201,83 +207,111 @@ impl ImageTexture {
     }
 
     fn alpha_channel(&self, at: &TexturePoint<'_>) -> f32 {
-        let texel = |x, y| self.image.alpha(x, y);
-        self.look_up(at, texel, |a: f32, b, t| a + (b - a) * t).unwrap_or(0.0)
+        let texel = |image: &Image, x, y| image.alpha(x, y);
+        self.look_up(at, texel, |a: f32, b, t| a + (b - a) * t, 0.0)
     }
 
-    /// What lies at a point; `None` outside.
+    /// Where a point lies in the picture, (0, 0) its upper left and (1, 1) its lower right corner, and the axes of its footprint.
     #[inline(always)]
-    fn look_up<T>(
-        &self,
-        at: &TexturePoint<'_>,
-        texel: impl Fn(u32, u32) -> T,
-        lerp: impl Fn(T, T, f32) -> T,
-    ) -> Option<T> {
+    fn place(&self, at: &TexturePoint<'_>, with_axes: bool) -> (DVec2, Option<[DVec2; 2]>) {
         let mut at = at.with_uv_set(self.uv_set);
         if let Some([a, b, c, d, e, f]) = self.uv_matrix {
-            let (u, v) = (at.uv.x, at.uv.y);
-            (at.uv.x, at.uv.y) = (a * u + b * v + c, d * u + e * v + f);
+            let linear = |v: DVec2| DVec2::new(a * v.x + b * v.y, d * v.x + e * v.y);
+            at.uv = linear(at.uv) + DVec2::new(c, f);
+            if let Some(footprint) = &mut at.footprint {
+                footprint.uv = footprint.uv.map(linear);
+            }
         }
         let c = self.placement.coordinates(&at);
-        let (u, v) = (0.5 + 0.5 * c.x, 0.5 - 0.5 * c.y);
-        let outside = |wrap, x: f64| wrap == Wrap::Black && !(0.0..=1.0).contains(&x);
-        if outside(self.wrap_u, u) || outside(self.wrap_v, v) {
-            return None;
-        }
-        let (w, h) = (self.image.width, self.image.height);
-        Some(match self.filter {
-            ImageFilter::Nearest => texel(self.wrap_u.nearest(u, w), self.wrap_v.nearest(v, h)),
-            ImageFilter::Bilinear => {
-                let (x0, x1, fx) = self.wrap_u.around(u, w);
-                let (y0, y1, fy) = self.wrap_v.around(v, h);
-                let row = |y| lerp(texel(x0, y), texel(x1, y), fx);
-                lerp(row(y0), row(y1), fy)
+        let axes = if with_axes { self.placement.axes(&at) } else { None };
+        let axes = axes.map(|axes| axes.map(|d| DVec2::new(0.5 * d.x, -0.5 * d.y)));
+        (DVec2::new(0.5 + 0.5 * c.x, 0.5 - 0.5 * c.y), axes)
+    }
+
+    /// How far one comes in the picture along the axes of the footprint, upwards.
+    pub(super) fn axes(&self, at: &TexturePoint<'_>) -> Option<[DVec2; 2]> {
+        let (_, axes) = self.place(at, true);
+        axes.map(|axes| axes.map(|d| DVec2::new(d.x, -d.y)))
+    }
+
+    /// Whether it lies on the surface by (u, v), without being turned or stretched.
+    pub(super) fn lies_on_uv(&self) -> bool {
+        self.placement.is_plain_uv() && self.uv_matrix.is_none()
+    }
+
+    /// How long a step on the surface is that leads from texel to texel, for axes of unit length in the footprint of `at`; `None` if it is not known.
+    pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        let (_, axes) = self.place(at, true);
+        let size = DVec2::new(f64::from(self.image.width), f64::from(self.image.height));
+        let texels = Ellipse::new(axes?.map(|d| d * size)).length;
+        (texels > 0.0).then(|| 1.0 / texels)
+    }
+
+    /// What lies at a point, or over its footprint; `outside` where there is nothing.
+    #[inline(always)]
+    fn look_up<T: Copy>(
+        &self,
+        at: &TexturePoint<'_>,
+        texel: impl Fn(&Image, u32, u32) -> T,
+        lerp: impl Fn(T, T, f32) -> T,
+        outside: T,
+    ) -> T {
+        let (uv, axes) = self.place(at, self.pyramid.is_some());
+        let is_near = matches!(self.filter, ImageFilter::Nearest | ImageFilter::NearestMipmap);
+        if let (Some(pyramid), Some(axes)) = (&self.pyramid, axes) {
+            let size = DVec2::new(f64::from(self.image.width), f64::from(self.image.height));
+            let ellipse = Ellipse::new(axes.map(|d| d * size));
+            if ellipse.length > 1.0 {
+                let taps = Taps::new(&ellipse, pyramid.count());
+                let level = |level: usize, uv: DVec2| {
+                    self.bilinear(pyramid.level(&self.image, level), uv, &texel, &lerp, outside)
+                };
+                let (mut mean, mut count) = (outside, 0.0);
+                for offset in taps.offsets() {
+                    let uv = uv + offset / size;
+                    let mut v = level(taps.level, uv);
+                    if taps.coarser > 0.0 {
+                        v = lerp(v, level(taps.level + 1, uv), taps.coarser);
+                    }
+                    count += 1.0;
+                    mean = if count == 1.0 { v } else { lerp(mean, v, 1.0 / count) };
+                }
+                return mean;
             }
-        })
+        }
+        if !is_near {
+            return self.bilinear(&self.image, uv, &texel, &lerp, outside);
+        }
+        if self.wrap_u.is_outside(uv.x) || self.wrap_v.is_outside(uv.y) {
+            return outside;
+        }
+        let (x, y) =
+            (self.wrap_u.nearest(uv.x, self.image.width), self.wrap_v.nearest(uv.y, self.image.height));
+        texel(&self.image, x, y)
+    }
+
+    /// The four texels of a level around a point.
+    #[inline(always)]
+    fn bilinear<T>(
+        &self,
+        image: &Image,
+        uv: DVec2,
+        texel: &impl Fn(&Image, u32, u32) -> T,
+        lerp: &impl Fn(T, T, f32) -> T,
+        outside: T,
+    ) -> T {
+        if self.wrap_u.is_outside(uv.x) || self.wrap_v.is_outside(uv.y) {
+            return outside;
+        }
+        let (x0, x1, fx) = self.wrap_u.around(uv.x, image.width);
+        let (y0, y1, fy) = self.wrap_v.around(uv.y, image.height);
+        let row = |y| lerp(texel(image, x0, y), texel(image, x1, y), fx);
+        lerp(row(y0), row(y1), fy)
     }
 
     /// The picture is counted by [`Textures::memory`], which knows what is shared.
     pub(super) fn memory(&self) -> usize {
         0
-    }
-}
-
-impl Wrap {
-    /// A coordinate brought into one picture, 0..=1. Black lies inside already.
-    #[inline]
-    fn fold(self, v: f64) -> f64 {
-        match self {
-            Wrap::Repeat => fract(v),
-            Wrap::Mirror => {
-                let v = 2.0 * fract(0.5 * v);
-                if v > 1.0 { 2.0 - v } else { v }
-            }
-            Wrap::Clamp | Wrap::Black => v.clamp(0.0, 1.0),
-        }
-    }
-
-    /// The texel that a coordinate lies in, of `n`.
-    #[inline]
-    fn nearest(self, v: f64, n: u32) -> u32 {
-        ((self.fold(v) * f64::from(n)) as u32).min(n - 1)
-    }
-
-    /// The texels whose centres lie before and after a coordinate, and its way from the one to the other.
-    #[inline]
-    fn around(self, v: f64, n: u32) -> (u32, u32, f32) {
-        let x = self.fold(v) * f64::from(n) - 0.5;
-        let first = floor(x);
-        let weight = (x - first as f64) as f32;
-        let texel = |i: i64| {
-            if i < 0 {
-                if self == Wrap::Repeat { n - 1 } else { 0 }
-            } else if i >= i64::from(n) {
-                if self == Wrap::Repeat { 0 } else { n - 1 }
-            } else {
-                i as u32
-            }
-        };
-        (texel(first), texel(first + 1), weight)
     }
 }
 
@@ -289,7 +323,7 @@ mod tests {
     use crate::image::Pixels;
     use crate::math::{DVec2, DVec3};
     use crate::scene::{Asset, Named, TextureId};
-    use crate::texture::TextureDesc;
+    use crate::texture::{TextureDesc, Wrap};
 
     /// The picture of [`picture`] with some keys.
     fn with(keys: &[(&str, &str)]) -> Textures {
@@ -375,7 +409,8 @@ mod tests {
         let TextureDesc::Image(desc) = &scene.textures[0].value else { panic!("asked for a picture") };
         let value = TextureDesc::Image(ImageDesc { gain, ..desc.clone() });
         let descs = [Named { name: None, span: None, value }];
-        Textures::prepare(&descs, &[Asset { uri: "p".into(), data: Arc::new(image) }], transfer).unwrap()
+        Textures::prepare(&descs, &[Asset { uri: "p".into(), data: Arc::new(image) }], transfer, false)
+            .unwrap()
     }
 
     #[test]

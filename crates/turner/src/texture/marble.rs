@@ -33,8 +33,10 @@ params! {
         seed: u32 = 0;
         /// Scales the whole pattern: twice as much, half as large.
         density: f64 = 1.0;
-        /// Whether the pattern lies on the surface or goes through the solid.
+        /// How the pattern lies on the surface or goes through the solid.
         mapping: Mapping = Mapping::Solid;
+        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        blend: f64 = 4.0, in Range::closed(1.0, 64.0);
         /// Moves and turns the stone.
         transform: Transform = Transform::IDENTITY;
     }
@@ -60,6 +62,8 @@ pub(super) struct Marble {
     fine: Fractal,
     clouds: Fractal,
     placement: Placement,
+    /// The mean over all phases.
+    mean: Vein,
 }
 
 /// What the veins follow one another along: (4, 5, −2)/√45.
@@ -69,6 +73,7 @@ const ACROSS: DVec3 = DVec3::new(0.596_284_793_999_944, 0.745_355_992_499_93, -0
 const ALONG: DVec3 = DVec3::new(0.447_213_595_499_958, 0.0, 0.894_427_190_999_916);
 
 /// One sort of vein at a point.
+#[derive(Clone, Copy, Debug)]
 struct Vein {
     /// 1 in its middle, 0 beside it.
     core: f64,
@@ -90,9 +95,13 @@ impl Kind for MarbleDesc {
         self.mapping
     }
 
+    fn triplanar(&self) -> Option<(f64, Transform)> {
+        (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
+    }
+
     fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Marble, SceneError> {
         let seed = u64::from(self.seed) << 8;
-        Ok(Marble {
+        let mut marble = Marble {
             base: self.base.resolve(cx.transfer),
             cloud: self.cloud.resolve(cx.transfer),
             vein: self.vein.resolve(cx.transfer),
@@ -103,18 +112,29 @@ impl Kind for MarbleDesc {
             fine: Fractal::new(seed + 3, 4, 2.1, 0.48),
             clouds: Fractal::new(seed + 2, 4, 2.0, 0.5),
             placement: Placement::new(self.mapping, self.density, self.transform),
-        })
+            mean: Vein { core: 0.0, halo: 0.0 },
+        };
+        const PHASES: i32 = 256;
+        for i in 0..PHASES {
+            let vein = marble.vein_at(f64::from(i) / f64::from(PHASES));
+            marble.mean.core += vein.core / f64::from(PHASES);
+            marble.mean.halo += vein.halo / f64::from(PHASES);
+        }
+        Ok(marble)
     }
 }
 
 impl Marble {
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
-        let p = self.placement.coordinates(at);
-        let shift = self.displacement.fbm(1.1 * p);
-        let drift = self.fine.fbm(2.3 * p);
-        let main = self.vein(self.veins * ACROSS.dot(p) + self.distortion * shift);
-        let fine = self.vein(1.7 * self.veins * ALONG.dot(p) + self.distortion * (0.5 * shift + drift));
-        let clouds = self.clouds.fbm(0.9 * p + DVec3::splat(0.6 * shift));
+        let (p, width) = (self.placement.coordinates(at), self.placement.width(at));
+        let shift = self.displacement.fbm(1.1 * p, 1.1 * width);
+        let drift = self.fine.fbm(2.3 * p, 2.3 * width);
+        // Noise changes by about as much as it is wide.
+        let phases = width * (self.veins + self.distortion);
+        let main = self.vein(self.veins * ACROSS.dot(p) + self.distortion * shift, phases);
+        let fine = self
+            .vein(1.7 * self.veins * ALONG.dot(p) + self.distortion * (0.5 * shift + drift), 1.7 * phases);
+        let clouds = self.clouds.fbm(0.9 * p + DVec3::splat(0.6 * shift), 1.5 * width);
         // Veins are darkest where the clouds are; elsewhere they are hairs or lost, the fine ones first.
         let strength = smoothstep(-0.3, 0.25, clouds);
         let cloudy = smoothstep(-0.2, 0.4, clouds) + 0.5 * main.halo * strength;
@@ -127,11 +147,23 @@ impl Marble {
         if veined > 0.0 { stone.lerp(textures.color(self.vein, at), veined as f32) } else { stone }
     }
 
-    /// How dark a vein is at a phase, which is whole in its middle.
-    fn vein(&self, phase: f64) -> Vein {
+    /// How dark a vein is at a phase, which is whole in its middle; the mean of all phases where a footprint covers one or more.
+    fn vein(&self, phase: f64, covered: f64) -> Vein {
+        let lost = if covered > 0.0 { smoothstep(0.25, 1.0, covered) } else { 0.0 };
+        let own = if lost < 1.0 { self.vein_at(phase) } else { Vein { core: 0.0, halo: 0.0 } };
+        let to_mean = |v: f64, mean: f64| v + lost * (mean - v);
+        Vein { core: to_mean(own.core, self.mean.core), halo: to_mean(own.halo, self.mean.halo) }
+    }
+
+    fn vein_at(&self, phase: f64) -> Vein {
         let away = sin(std::f64::consts::PI * phase).abs();
         let width = 1.0 - 0.9 * self.sharp;
         Vein { core: 1.0 - smoothstep(0.0, width, away), halo: (1.0 - away) * (1.0 - away) }
+    }
+
+    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        self.placement.spacing(at)
     }
 
     pub(super) fn memory(&self) -> usize {

@@ -11,9 +11,12 @@
 mod chessboard;
 mod constant;
 mod decoder;
+mod footprint;
 mod gradient;
 mod image;
+mod mapping;
 mod marble;
+mod mipmap;
 mod noise;
 mod perlin;
 mod placement;
@@ -21,8 +24,10 @@ mod prepare;
 mod product;
 mod stripes;
 mod tint;
+mod triplanar;
 mod vertex_color;
 mod wood;
+mod wrap;
 
 #[cfg(test)]
 mod swatches;
@@ -31,23 +36,28 @@ mod tests;
 
 pub use chessboard::ChessboardDesc;
 pub use constant::ConstantDesc;
+pub use footprint::Footprint;
 pub use gradient::{GradientDesc, GradientKind, Stop};
-pub use image::{Encoding, ImageChannel, ImageDesc, ImageFilter, Wrap};
+pub use image::{Encoding, ImageChannel, ImageDesc, ImageFilter};
+pub use mapping::Mapping;
 pub use marble::MarbleDesc;
 pub use noise::{NoiseDesc, NoiseKind};
 pub use perlin::{Fractal, Perlin};
-pub use placement::{Axis, Mapping, Placement};
+pub use placement::{Axis, Placement};
 pub use product::ProductDesc;
 pub use stripes::StripesDesc;
 pub use tint::Tint;
 pub use vertex_color::VertexColorDesc;
 pub use wood::WoodDesc;
+pub use wrap::Wrap;
 
 use self::decoder::Decoder;
+use self::mapping::Side;
 use self::prepare::{Kind, Preparing};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3};
 use crate::scene::schema::family;
+use crate::scene::transform::Transform;
 use crate::scene::{ColorSource, SceneError, TextureId};
 use crate::shape::{ShapeHit, TriangleMesh};
 
@@ -61,7 +71,11 @@ macro_rules! textures {
 
         /// One texture ready to be evaluated.
         #[derive(Clone, Debug)]
-        enum Texture { $($variant($ready),)* }
+        enum Texture {
+            $($variant($ready),)*
+            /// Any of them, looked up along three axes.
+            Triplanar(Box<triplanar::Triplanar>),
+        }
 
         impl TextureDesc {
             fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
@@ -73,18 +87,40 @@ macro_rules! textures {
             fn uses_uv(&self) -> bool {
                 match self { $(TextureDesc::$variant(d) => d.mapping() == Mapping::Uv,)* }
             }
+            fn triplanar(&self) -> Option<(f64, Transform)> {
+                match self { $(TextureDesc::$variant(d) => d.triplanar(),)* }
+            }
             fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Texture, SceneError> {
-                match self { $(TextureDesc::$variant(d) => d.prepare(cx).map(Texture::$variant),)* }
+                let texture = match self { $(TextureDesc::$variant(d) => d.prepare(cx).map(Texture::$variant)?,)* };
+                Ok(match self.triplanar() {
+                    Some((blend, transform)) => {
+                        Texture::Triplanar(Box::new(triplanar::Triplanar::new(texture, blend, transform)))
+                    }
+                    None => texture,
+                })
             }
         }
 
         impl Texture {
             #[inline]
             fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
-                match self { $(Texture::$variant(t) => t.eval(textures, at),)* }
+                match self {
+                    $(Texture::$variant(t) => t.eval(textures, at),)*
+                    Texture::Triplanar(t) => t.eval(textures, at),
+                }
+            }
+            /// A step on the surface over which it changes little, for axes of unit length in the footprint of `at`.
+            fn spacing(&self, textures: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+                match self {
+                    $(Texture::$variant(t) => t.spacing(textures, at),)*
+                    Texture::Triplanar(t) => t.spacing(textures, at),
+                }
             }
             fn memory(&self) -> usize {
-                match self { $(Texture::$variant(t) => t.memory(),)* }
+                match self {
+                    $(Texture::$variant(t) => t.memory(),)*
+                    Texture::Triplanar(t) => t.memory(),
+                }
             }
         }
     };
@@ -114,18 +150,57 @@ pub struct TexturePoint<'a> {
     pub mesh: Option<(&'a TriangleMesh, ShapeHit)>,
     /// The colour of the point of a cloud, linear RGB and opacity.
     pub point_color: Option<[f32; 4]>,
+    /// Geometric normal in the space of the object, unit, for mappings that ask which way the surface faces.
+    pub n: DVec3,
+    /// What the look-up stands for; `None` for the point alone.
+    pub footprint: Option<Footprint>,
+    /// The side that a triplanar mapping is looked at from.
+    side: Side,
+    /// How far it was moved from the hit, in the space of the object.
+    moved: DVec3,
+}
+
+/// The side that stands where none is chosen.
+const FRONT: Side = Side { axis: 2, sign: 1.0 };
+
+impl<'a> TexturePoint<'a> {
+    /// A point of a surface with the normal `n`, without a footprint.
+    pub(crate) fn on_surface(
+        uv: DVec2,
+        p: DVec3,
+        n: DVec3,
+        mesh: Option<(&'a TriangleMesh, ShapeHit)>,
+        point_color: Option<[f32; 4]>,
+    ) -> TexturePoint<'a> {
+        TexturePoint { uv, p, mesh, point_color, n, footprint: None, side: FRONT, moved: DVec3::ZERO }
+    }
 }
 
 impl TexturePoint<'_> {
     /// A point of a shape that is no mesh.
     pub fn new(uv: DVec2, p: DVec3) -> TexturePoint<'static> {
-        TexturePoint { uv, p, mesh: None, point_color: None }
+        TexturePoint::on_surface(uv, p, DVec3::Z, None, None)
+    }
+
+    /// A point beside it: moved by so much in the space of the object and in the first set of (u, v).
+    pub(crate) fn beside(&self, p: DVec3, uv: DVec2) -> Self {
+        TexturePoint { p: self.p + p, uv: self.uv + uv, moved: self.moved + p, ..*self }
+    }
+
+    /// The same point without a footprint.
+    pub fn sharp(&self) -> Self {
+        TexturePoint { footprint: None, ..*self }
     }
 
     /// The same point with (u, v) of another set, if the shape has one.
     fn with_uv_set(&self, set: u32) -> Self {
         match self.mesh {
-            Some((mesh, hit)) if set > 0 => TexturePoint { uv: mesh.uv_set(&hit, set as usize), ..*self },
+            Some((mesh, hit)) if set > 0 => {
+                let footprint =
+                    self.footprint.map(|f| Footprint { uv: mesh.uv_change(&hit, set as usize, f.p), ..f });
+                let [moved, _] = mesh.uv_change(&hit, set as usize, [self.moved, DVec3::ZERO]);
+                TexturePoint { uv: mesh.uv_set(&hit, set as usize) + moved, footprint, ..*self }
+            }
             _ => *self,
         }
     }
@@ -167,12 +242,7 @@ impl Textures {
     /// its colour if not.
     pub fn opacity(&self, source: ColorSource, at: &TexturePoint<'_>) -> f32 {
         let alpha = match source {
-            ColorSource::Texture(id) => match &self.list[id.index()] {
-                Texture::Image(image) => image.alpha(at),
-                Texture::VertexColor(_) => at.color().map(|c| c[3]),
-                Texture::Product(product) => Some(self.opacity(product.a, at) * self.opacity(product.b, at)),
-                _ => None,
-            },
+            ColorSource::Texture(id) => self.list[id.index()].opacity(self, at),
             ColorSource::Constant(_) => None,
         };
         alpha.unwrap_or_else(|| {
@@ -187,6 +257,36 @@ impl Textures {
             Texture::Image(image) => image.uv_set(),
             _ => 0,
         }
+    }
+
+    /// How long a step on the surface is over which a source changes little, for axes of unit length in the footprint of `at`; `None` where that is not known.
+    pub(crate) fn spacing(&self, source: ColorSource, at: &TexturePoint<'_>) -> Option<f64> {
+        match source {
+            ColorSource::Constant(_) => None,
+            ColorSource::Texture(id) => self.list[id.index()].spacing(self, at),
+        }
+    }
+
+    /// From where a picture is looked at and how it lies there, for axes of the footprint of `at`; none of other textures.
+    pub(crate) fn projections(&self, id: TextureId, at: &TexturePoint<'_>) -> [Option<Projection>; 3] {
+        match &self.list[id.index()] {
+            Texture::Triplanar(t) => t.projections(at),
+            other => [other.projection(at), None, None],
+        }
+    }
+
+    /// The colour of a picture from one of its [`Textures::projections`].
+    pub(crate) fn look(&self, id: TextureId, from: &Projection, at: &TexturePoint<'_>) -> Spectrum {
+        let at = TexturePoint { side: from.side, ..*at };
+        match &self.list[id.index()] {
+            Texture::Triplanar(t) => t.inner.eval(self, &at),
+            other => other.eval(self, &at),
+        }
+    }
+
+    /// Whether a texture is a picture that lies on the surface by its own (u, v).
+    pub(crate) fn lies_on_uv(&self, id: TextureId) -> bool {
+        matches!(&self.list[id.index()], Texture::Image(image) if image.lies_on_uv())
     }
 
     /// Whether a source looks at (u, v). Where it does not, [`TexturePoint::uv`] may be anything.
@@ -206,15 +306,49 @@ impl Textures {
             + self.image_memory
     }
 
+    /// Bytes of the pictures that are looked at, each counted once, with their smaller sizes.
+    pub fn picture_memory(&self) -> usize {
+        self.image_memory
+    }
+
     /// (1 − t)·a + t·b; what has no share is not evaluated.
     #[inline]
     fn mix(&self, a: ColorSource, b: ColorSource, t: f64, at: &TexturePoint<'_>) -> Spectrum {
-        if t <= 0.0 || t.is_nan() {
+        if t <= 0.0 || t.is_nan() || a == b {
             self.color(a, at)
         } else if t >= 1.0 {
             self.color(b, at)
         } else {
             self.color(a, at).lerp(self.color(b, at), t as f32)
+        }
+    }
+}
+
+/// A look at a picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Projection {
+    /// The share of this look.
+    pub(crate) weight: f64,
+    side: Side,
+    /// How far one comes in the picture along each axis of the footprint, (1, 1) being its width and its height, upwards.
+    pub(crate) axes: [DVec2; 2],
+}
+
+impl Texture {
+    /// How a picture lies on the surface; `None` of others.
+    fn projection(&self, at: &TexturePoint<'_>) -> Option<Projection> {
+        let Texture::Image(image) = self else { return None };
+        Some(Projection { weight: 1.0, side: at.side, axes: image.axes(at)? })
+    }
+
+    /// Its own opacity, if it has one.
+    fn opacity(&self, textures: &Textures, at: &TexturePoint<'_>) -> Option<f32> {
+        match self {
+            Texture::Image(image) => image.alpha(at),
+            Texture::VertexColor(_) => at.color().map(|c| c[3]),
+            Texture::Product(p) => Some(textures.opacity(p.a, at) * textures.opacity(p.b, at)),
+            Texture::Triplanar(t) => t.opacity(textures, at),
+            _ => None,
         }
     }
 }

@@ -40,8 +40,10 @@ params! {
         seed: u32 = 0;
         /// Number of the largest features per unit of texture coordinates.
         density: f64 = 2.0;
-        /// Whether the noise lies on the surface or goes through the solid.
+        /// How the noise lies on the surface or goes through the solid.
         mapping: Mapping = Mapping::Solid;
+        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        blend: f64 = 4.0, in Range::closed(1.0, 64.0);
         /// Moves, turns or stretches the noise.
         transform: Transform = Transform::IDENTITY;
     }
@@ -80,6 +82,10 @@ impl Kind for NoiseDesc {
         self.mapping
     }
 
+    fn triplanar(&self) -> Option<(f64, Transform)> {
+        (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
+    }
+
     fn prepare(&self, _: &mut Preparing<'_>) -> Result<Noise, SceneError> {
         let octaves = if self.kind == NoiseKind::Plain { 1 } else { self.octaves.min(16) };
         Ok(Noise {
@@ -95,12 +101,17 @@ impl Kind for NoiseDesc {
 
 impl Noise {
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
-        let c = self.placement.coordinates(at);
+        let (c, width) = (self.placement.coordinates(at), self.placement.width(at));
         let share = match self.kind {
-            NoiseKind::Turbulence => self.contrast * self.fractal.turbulence(c),
-            NoiseKind::Fbm | NoiseKind::Plain => 0.5 + 0.5 * self.contrast * self.fractal.fbm(c),
+            NoiseKind::Turbulence => self.contrast * self.fractal.turbulence(c, width),
+            NoiseKind::Fbm | NoiseKind::Plain => 0.5 + 0.5 * self.contrast * self.fractal.fbm(c, width),
         };
         textures.mix(self.low, self.high, share, at)
+    }
+
+    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        self.placement.spacing(at)
     }
 
     pub(super) fn memory(&self) -> usize {

@@ -4,7 +4,7 @@
 //! that nothing repeats, and the gradients are 48 unit vectors (the corners of a truncated cuboctahedron), so
 //! that no axis stands out. The same bits everywhere: only additions, multiplications and comparisons.
 
-use super::placement::floor;
+use super::placement::{floor, smoothstep};
 use crate::math::DVec3;
 
 /// Coordinates of the 48 directions (±a, ±b, ±c) and their permutations: 1, 1 + √2, 1 + 2√2, to unit length.
@@ -32,6 +32,9 @@ const GRADIENTS: [DVec3; 48] = {
 /// Unit gradients reach √3/2 at most: the weights w of the corners at distances d give
 /// |Σ w g·d| ≤ √(Σ w d²), and Σ w d² ≤ 1/4 per axis.
 const TO_UNIT: f64 = 1.154_700_538_379_251_7;
+
+/// The mean size of the noise, measured.
+const MEAN_SIZE: f64 = 0.219;
 
 /// Gradient noise: values in −1..1 with mean 0, two continuous derivatives, 0 at all whole coordinates, features
 /// about one unit across.
@@ -130,23 +133,31 @@ impl Fractal {
         }
     }
 
-    /// The sum of the octaves, in −1..1, mean 0.
-    pub fn fbm(&self, p: DVec3) -> f64 {
-        self.sum(p, |n| n)
+    /// The sum of the octaves, in −1..1, mean 0. Octaves too fine for a footprint of this `width` give way to their mean (clamping, Norton et al. 1982); 0 is a point.
+    pub fn fbm(&self, p: DVec3, width: f64) -> f64 {
+        self.sum(p, width, 0.0, |n| n)
     }
 
-    /// The sum of the octaves' sizes, in 0..1: creased where one passes through 0.
-    pub fn turbulence(&self, p: DVec3) -> f64 {
-        self.sum(p, f64::abs)
+    /// The sum of the octaves' sizes, in 0..1: creased where one passes through 0. `width` as in [`Fractal::fbm`].
+    pub fn turbulence(&self, p: DVec3, width: f64) -> f64 {
+        self.sum(p, width, MEAN_SIZE, f64::abs)
     }
 
     #[inline]
-    fn sum(&self, mut p: DVec3, f: impl Fn(f64) -> f64) -> f64 {
+    fn sum(&self, mut p: DVec3, mut width: f64, mean: f64, f: impl Fn(f64) -> f64) -> f64 {
         let (mut sum, mut amplitude) = (0.0, self.scale);
         for octave in 0..self.octaves {
             p = turn(p);
-            sum += amplitude * f(Perlin::new(self.seed.wrapping_add(u64::from(octave))).at(p));
+            // Features are about a unit across: a footprint of half of one begins to miss them.
+            let lost = if width > 0.0 { smoothstep(0.3, 1.0, width) } else { 0.0 };
+            if lost < 1.0 {
+                let value = f(Perlin::new(self.seed.wrapping_add(u64::from(octave))).at(p));
+                sum += amplitude * (value + lost * (mean - value));
+            } else {
+                sum += amplitude * mean;
+            }
             p *= self.lacunarity;
+            width *= self.lacunarity;
             amplitude *= self.gain;
         }
         sum.clamp(-1.0, 1.0)
@@ -235,7 +246,7 @@ mod tests {
         });
         assert!((ab / aa).abs() < 0.03, "correlation {}", ab / aa);
         let f = Fractal::new(1, 1, 2.0, 0.5);
-        assert!(points(100).any(|p| f.fbm(p) != Fractal::new(2, 1, 2.0, 0.5).fbm(p)));
+        assert!(points(100).any(|p| f.fbm(p, 0.0) != Fractal::new(2, 1, 2.0, 0.5).fbm(p, 0.0)));
     }
 
     #[test]
@@ -243,8 +254,8 @@ mod tests {
         for (octaves, lacunarity, gain) in [(1, 2.0, 0.5), (6, 2.0, 0.5), (16, 16.0, 1.0), (3, 1.0, 0.0)] {
             let f = Fractal::new(3, octaves, lacunarity, gain);
             for p in points(500) {
-                assert!((-1.0..=1.0).contains(&f.fbm(p)) && (0.0..=1.0).contains(&f.turbulence(p)));
-                assert!(f.fbm(1e17 * p).is_finite());
+                assert!((-1.0..=1.0).contains(&f.fbm(p, 0.0)) && (0.0..=1.0).contains(&f.turbulence(p, 0.0)));
+                assert!(f.fbm(1e17 * p, 0.0).is_finite());
             }
         }
     }
@@ -254,7 +265,7 @@ mod tests {
         // On the plane z = 0, plain noise is 0 at all whole points; a sum, even of one octave, is not.
         let f = Fractal::new(0, 1, 2.0, 0.5);
         let square = |i: u32| {
-            let v = f.fbm(DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0));
+            let v = f.fbm(DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0), 0.0);
             v * v
         };
         let deviation = ((0..1600).map(square).sum::<f64>() / 1600.0).sqrt();
@@ -269,8 +280,8 @@ mod tests {
             Perlin::new(0).at(p),
             Perlin::new(7).at(-1000.1 * p),
             Perlin::new(0).at(1e12 * DVec3::splat(1.000_000_000_000_3)),
-            f.fbm(p),
-            f.turbulence(p),
+            f.fbm(p, 0.0),
+            f.turbulence(p, 0.0),
         ]
         .map(f64::to_bits);
         assert_eq!(bits.map(|b| format!("{b:016x}")), GOLDEN);

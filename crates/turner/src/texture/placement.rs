@@ -1,19 +1,11 @@
 //! How a texture lies on a surface or in space, and the ramps that patterns are drawn with.
 
 use super::TexturePoint;
+use super::footprint::sound;
+use super::mapping::Mapping;
 use crate::math::{DAffine3, DVec3};
 use crate::scene::schema::choice;
 use crate::scene::transform::Transform;
-
-choice! {
-    /// Which coordinates a texture is looked up at.
-    pub enum Mapping {
-        /// The surface's (u, v), scaled to (−1..1).
-        Uv = "uv",
-        /// The position in the space of the object: the pattern goes through the solid.
-        Solid = "solid",
-    }
-}
 
 choice! {
     /// One of the three texture coordinates.
@@ -60,16 +52,63 @@ impl Placement {
     /// Texture coordinates (s, t, r) at a point: finite, at most 2^50 in size; NaN becomes 0.
     #[inline]
     pub fn coordinates(&self, at: &TexturePoint<'_>) -> DVec3 {
+        let c = self.mapping.project(self.place(at), at.side) * self.density;
+        DVec3::new(bounded(c.x), bounded(c.y), bounded(c.z))
+    }
+
+    /// The axes of the footprint in texture coordinates, where there is one: finite.
+    #[inline]
+    pub fn axes(&self, at: &TexturePoint<'_>) -> Option<[DVec3; 2]> {
+        let footprint = at.footprint.as_ref()?;
+        let axes = match self.mapping {
+            Mapping::Uv => footprint.uv.map(|d| DVec3::new(2.0 * d.x, 2.0 * d.y, 0.0)),
+            _ => footprint.p,
+        };
+        let place = if self.mapping == Mapping::Uv { DVec3::ZERO } else { self.place(at) };
+        Some(axes.map(|d| {
+            let d = match &self.inverse {
+                None => d,
+                Some(inverse) => inverse.transform_vector3(d),
+            };
+            sound(self.mapping.change(place, d, at.side) * self.density)
+        }))
+    }
+
+    /// How far the footprint reaches along each texture coordinate: the sides of the box that spreads as far.
+    #[inline]
+    pub fn extent(&self, at: &TexturePoint<'_>) -> DVec3 {
+        let spread = |[a, b]: [DVec3; 2]| DVec3::from((a * a + b * b).to_array().map(f64::sqrt));
+        self.axes(at).map_or(DVec3::ZERO, spread)
+    }
+
+    /// The length of the longer axis of the footprint in texture coordinates; 0 where there is none.
+    #[inline]
+    pub fn width(&self, at: &TexturePoint<'_>) -> f64 {
+        self.axes(at).map_or(0.0, |[a, b]| a.length_squared().max(b.length_squared()).sqrt())
+    }
+
+    /// How long a step on the surface is that changes texture coordinates by a hundredth, for axes of unit length in the footprint of `at`; `None` if it is not known.
+    pub(super) fn spacing(&self, at: &TexturePoint<'_>) -> Option<f64> {
+        let width = self.width(at);
+        (width > 0.0).then(|| 0.01 / width)
+    }
+
+    /// Whether coordinates are those of the surface, not moved by a transform.
+    pub(super) fn is_plain_uv(&self) -> bool {
+        self.mapping == Mapping::Uv && self.inverse.is_none()
+    }
+
+    /// The place in the space of the mapping.
+    #[inline]
+    fn place(&self, at: &TexturePoint<'_>) -> DVec3 {
         let c = match self.mapping {
             Mapping::Uv => DVec3::new(2.0 * at.uv.x - 1.0, 2.0 * at.uv.y - 1.0, 0.0),
-            Mapping::Solid => at.p,
+            _ => at.p,
         };
-        let c = match &self.inverse {
+        match &self.inverse {
             None => c,
             Some(inverse) => inverse.transform_point3(c),
-        };
-        let c = c * self.density;
-        DVec3::new(bounded(c.x), bounded(c.y), bounded(c.z))
+        }
     }
 }
 
@@ -109,6 +148,7 @@ pub(super) fn smoothstep(from: f64, to: f64, v: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::math::DVec2;
+    use crate::texture::Footprint;
 
     #[test]
     fn uv_covers_minus_one_to_one() {
@@ -125,6 +165,27 @@ mod tests {
         let place = Placement::new(Mapping::Solid, 3.0, shift);
         let c = place.coordinates(&TexturePoint::new(DVec2::ZERO, DVec3::new(2.0, 1.0, 0.0)));
         assert_eq!(c, DVec3::new(3.0, 3.0, 0.0));
+    }
+
+    #[test]
+    fn footprints_go_with_the_coordinates() {
+        let turned =
+            Transform(DAffine3::from_rotation_z(0.3) * DAffine3::from_scale(DVec3::new(2.0, 0.5, 3.0)));
+        for mapping in
+            [Mapping::Uv, Mapping::Solid, Mapping::Planar, Mapping::Spherical, Mapping::Cylindrical]
+        {
+            let place = Placement::new(mapping, 3.0, turned);
+            let (p, uv) = (DVec3::new(0.4, 0.3, 0.7), DVec2::new(0.2, 0.6));
+            let step = 1e-6;
+            let (dp, duv) = (DVec3::new(0.2, -0.7, 0.4) * step, DVec2::new(1.0, -0.5) * step);
+            let mut at = TexturePoint::new(uv, p);
+            at.footprint = Some(Footprint { p: [dp, DVec3::ZERO], uv: [duv, DVec2::ZERO] });
+            let [along, none] = place.axes(&at).unwrap();
+            let moved = place.coordinates(&TexturePoint::new(uv + duv, p + dp)) - place.coordinates(&at);
+            assert!((along - moved).length() < 1e-5 * moved.length(), "{mapping:?}: {along} {moved}");
+            assert_eq!(none, DVec3::ZERO);
+            assert!((place.extent(&at) - along.abs()).length() < 1e-12);
+        }
     }
 
     #[test]

@@ -1,13 +1,16 @@
 //! From descriptions to textures that can be evaluated without end or surprise: every reference exists, none
 //! leads back to itself, none nests too deep or costs too much.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::decoder::Decoder;
+use super::mipmap::Pyramid;
 use super::{Encoding, Mapping, TextureDesc, Textures};
 use crate::color::Transfer;
 use crate::image::Image;
 use crate::scene::error::escape;
+use crate::scene::transform::Transform;
 use crate::scene::{Asset, ColorSource, ErrorCode, ImageId, Named, SceneError, TextureId};
 
 /// How many textures may stand one inside the other; bounds the recursion of evaluation.
@@ -27,6 +30,10 @@ pub(super) trait Kind {
     fn sources(&self, visit: &mut dyn FnMut(ColorSource));
     /// Where it looks itself up.
     fn mapping(&self) -> Mapping;
+    /// The exponent of mixing and the transform of one that is looked up along three axes.
+    fn triplanar(&self) -> Option<(f64, Transform)> {
+        None
+    }
     /// Makes it ready.
     fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Self::Ready, SceneError>;
 }
@@ -38,6 +45,10 @@ pub(super) struct Preparing<'a> {
     images: &'a [Asset<Image>],
     used: Vec<bool>,
     decoders: [Decoder; 3],
+    /// Whether look-ups have footprints.
+    filtered: bool,
+    /// By picture and by whether it is decoded by a curve.
+    pyramids: BTreeMap<(u32, bool), Arc<Pyramid>>,
 }
 
 impl Preparing<'_> {
@@ -52,6 +63,14 @@ impl Preparing<'_> {
         self.decoders[encoding as usize].include(&asset.data, encoding.transfer(self.transfer));
         Ok(asset.data.clone())
     }
+
+    /// The smaller sizes of a picture, made once, if anything will look at them.
+    pub(super) fn pyramid(&mut self, id: ImageId, image: &Image, encoding: Encoding) -> Option<Arc<Pyramid>> {
+        let transfer = encoding.transfer(self.transfer);
+        let made = || Arc::new(Pyramid::new(image, transfer));
+        let key = (id.0, transfer != Transfer::None);
+        self.filtered.then(|| self.pyramids.entry(key).or_insert_with(made).clone())
+    }
 }
 
 fn dangling(what: &str) -> SceneError {
@@ -59,7 +78,8 @@ fn dangling(what: &str) -> SceneError {
 }
 
 impl Textures {
-    /// Makes the textures of a scene ready. `images` are the scene's, by [`ImageId`]; `transfer` is the film's.
+    /// Makes the textures of a scene ready. `images` are the scene's, by [`ImageId`]; `transfer` is the film's. Where look-ups
+    /// will have footprints (`filtered`) pictures get pyramids of smaller sizes.
     ///
     /// Refuses textures that contain themselves or nest deeper than 64 ([`ErrorCode::Cycle`]) and textures that
     /// mix so many others that one lookup would take more than 4096 ([`ErrorCode::TooLarge`]).
@@ -67,17 +87,21 @@ impl Textures {
         descs: &[Named<TextureDesc>],
         images: &[Asset<Image>],
         transfer: Transfer,
+        filtered: bool,
     ) -> Result<Textures, SceneError> {
         let uv = check_references(descs)?;
         let decoders =
             [Encoding::Auto, Encoding::Srgb, Encoding::Linear].map(|e| Decoder::new(e.transfer(transfer)));
-        let mut cx = Preparing { transfer, images, used: vec![false; images.len()], decoders };
+        let used = vec![false; images.len()];
+        let mut cx = Preparing { transfer, images, used, decoders, filtered, pyramids: BTreeMap::new() };
         let mut list = Vec::with_capacity(descs.len());
         for desc in descs {
             list.push(desc.value.prepare(&mut cx).map_err(|e| e.or_at(desc.span))?);
         }
         let used = images.iter().zip(&cx.used).filter(|(_, used)| **used);
-        let image_memory = used.map(|(image, _)| image.data.memory()).sum();
+        let pictures: usize = used.map(|(image, _)| image.data.memory()).sum();
+        let pyramids: usize = cx.pyramids.values().map(|p| p.memory()).sum();
+        let image_memory = pictures + pyramids;
         Ok(Textures { list, uv, decoders: cx.decoders, image_memory })
     }
 }
@@ -147,9 +171,14 @@ fn summarise(
     known: &[Option<Known>],
 ) -> Result<Known, SceneError> {
     let desc = &descs[node];
-    let inner: Vec<Known> = children(descs, node)?.into_iter().filter_map(|c| known[c]).collect();
+    let mut named = children(descs, node)?;
+    named.sort_unstable();
+    // A texture that is mixed with itself is looked up once.
+    named.dedup();
+    let inner: Vec<Known> = named.into_iter().filter_map(|c| known[c]).collect();
     let dearest = inner.iter().map(|k| k.lookups).max().unwrap_or(0);
-    let at_once = desc.value.at_once().min(inner.len() as u64);
+    let sides = if desc.value.triplanar().is_some() { 3 } else { 1 };
+    let at_once = sides * desc.value.at_once().min(inner.len() as u64);
     let depth = 1 + inner.iter().map(|k| k.depth).max().unwrap_or(0);
     let lookups = dearest.saturating_mul(at_once).saturating_add(1);
     if depth > MAX_DEPTH {

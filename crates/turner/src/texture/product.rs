@@ -56,6 +56,12 @@ impl Product {
         textures.color(self.a, at) * textures.color(self.b, at)
     }
 
+    /// The shorter of theirs.
+    pub(super) fn spacing(&self, textures: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        let own = [self.a, self.b].map(|source| textures.spacing(source, at));
+        own.into_iter().flatten().reduce(f64::min)
+    }
+
     pub(super) fn memory(&self) -> usize {
         0
     }

@@ -1,6 +1,6 @@
 //! Stripes of two colours.
 
-use super::placement::{fract, smoothstep};
+use super::placement::{floor, fract, smoothstep};
 use super::prepare::{Kind, Preparing};
 use super::{Axis, Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
@@ -24,8 +24,10 @@ params! {
         axis: Axis = Axis::X;
         /// Number of stripes per unit of texture coordinates.
         density: f64 = 1.0;
-        /// Whether the pattern lies on the surface or goes through the solid.
+        /// How the pattern lies on the surface or goes through the solid.
         mapping: Mapping = Mapping::Uv;
+        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        blend: f64 = 4.0, in Range::closed(1.0, 64.0);
         /// Moves and turns the pattern.
         transform: Transform = Transform::IDENTITY;
     }
@@ -65,6 +67,10 @@ impl Kind for StripesDesc {
         self.mapping
     }
 
+    fn triplanar(&self) -> Option<(f64, Transform)> {
+        (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
+    }
+
     fn prepare(&self, _: &mut Preparing<'_>) -> Result<Stripes, SceneError> {
         Ok(Stripes {
             even: self.even,
@@ -79,8 +85,26 @@ impl Kind for StripesDesc {
 
 impl Stripes {
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
-        let place = fract(0.5 * self.axis.of(self.placement.coordinates(at)));
-        textures.mix(self.even, self.odd, self.odd_share(place), at)
+        let place = 0.5 * self.axis.of(self.placement.coordinates(at));
+        let width = 0.5 * self.axis.of(self.placement.extent(at));
+        // Narrower ones lose their digits in the difference.
+        let share = if width < 1e-6 {
+            self.odd_share(fract(place))
+        } else {
+            let change = self.odd_before(place + 0.5 * width) - self.odd_before(place - 0.5 * width);
+            let pairs = (floor(place + 0.5 * width) - floor(place - 0.5 * width)) as f64;
+            (change + pairs * (1.0 - self.width)) / width
+        };
+        textures.mix(self.even, self.odd, share, at)
+    }
+
+    /// The integral of [`Stripes::odd_share`] from the beginning of a pair of stripes to a place in it. The share is R(x − w) + 1 − R(x) − R(x − 1), R an edge
+    /// around 0 and w the width of the even stripe.
+    fn odd_before(&self, place: f64) -> f64 {
+        let x = fract(place);
+        let soft = 0.5 * self.smooth * self.width.min(1.0 - self.width);
+        let edge = |x: f64| edge_integral(x, soft);
+        edge(x - self.width) + x - (edge(x) - edge(0.0)) - edge(x - 1.0)
     }
 
     /// The share of the odd colour at a place in 0..1 within a pair of stripes.
@@ -95,8 +119,25 @@ impl Stripes {
         smoothstep(0.5 * self.width - soft, 0.5 * self.width + soft, d)
     }
 
+    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        self.placement.spacing(at)
+    }
+
     pub(super) fn memory(&self) -> usize {
         0
+    }
+}
+
+/// The integral from afar to `x` of an edge from 0 to 1 between −soft and soft.
+fn edge_integral(x: f64, soft: f64) -> f64 {
+    if x <= -soft {
+        0.0
+    } else if x >= soft {
+        x
+    } else {
+        let t = (x + soft) / (2.0 * soft);
+        2.0 * soft * t * t * t * (1.0 - 0.5 * t)
     }
 }
 
@@ -145,5 +186,33 @@ mod tests {
         assert!((sum / 8000.0 - 0.5).abs() < 1e-4);
         assert_eq!(at(&s, 0.5, 0.0), Spectrum::WHITE);
         assert_eq!(at(&s, 0.0, 0.0), Spectrum::grey(0.5));
+    }
+
+    #[test]
+    fn footprints_see_the_mean_of_the_stripes_they_cover() {
+        use crate::math::{DVec2, DVec3};
+        use crate::scene::TextureId;
+        use crate::texture::{Footprint, TexturePoint};
+        // `at` gives (s, t, 0) in space, too.
+        for (width, smooth) in [(0.5, 0.0), (0.3, 0.0), (0.3, 0.7), (0.8, 1.0), (0.0, 0.5), (1.0, 0.0)] {
+            let keys = [
+                ("width", Data::Number(width)),
+                ("smooth", Data::Number(smooth)),
+                ("mapping", text("solid")),
+            ];
+            let s = ready("stripes", &keys);
+            for (x, size) in [(0.3, 0.2), (-7.7, 1.3), (2.0, 0.01), (5.1, 17.0), (0.0, 2.0)] {
+                let mut point = TexturePoint::new(DVec2::ZERO, DVec3::X * x);
+                point.footprint = Some(Footprint { p: [DVec3::X * size, DVec3::Y], uv: [DVec2::ZERO; 2] });
+                let found = f64::from(s.eval(TextureId(0), &point).r);
+                let counted = (0..20_000)
+                    .map(|i| f64::from(at(&s, x + size * ((f64::from(i) + 0.5) / 20_000.0 - 0.5), 0.0).r));
+                let expected = counted.sum::<f64>() / 20_000.0;
+                assert!(
+                    (found - expected).abs() < 1e-3,
+                    "{width} {smooth} at {x} over {size}: {found} {expected}"
+                );
+            }
+        }
     }
 }

@@ -54,7 +54,8 @@ fn swatches() {
         ("plain", "noise", [noise("plain"), vec![("density", Data::Integer(8))]].concat()),
     ] {
         let scene = read(name, &keys).expect("the keys are right");
-        let textures = Textures::prepare(&scene.textures, &scene.images, Transfer::None).expect("prepared");
+        let textures =
+            Textures::prepare(&scene.textures, &scene.images, Transfer::None, false).expect("prepared");
         let path = std::env::temp_dir().join(format!("turner-{file}.ppm"));
         let image = draw(&textures);
         let Pixels::U8(samples) = &image.pixels else { unreachable!() };

@@ -72,7 +72,7 @@ pub(super) fn ready(kind: &str, keys: &[(&str, Data)]) -> Textures {
 }
 
 pub(super) fn prepared(scene: &SceneDesc) -> Textures {
-    Textures::prepare(&scene.textures, &scene.images, Transfer::None).unwrap()
+    Textures::prepare(&scene.textures, &scene.images, Transfer::None, false).unwrap()
 }
 
 /// At texture coordinates (s, t), and at (s, t, 0) in space.
@@ -87,7 +87,7 @@ fn board(even: &str, odd: &str) -> Data {
 }
 
 fn refused(scene: &SceneDesc) -> SceneError {
-    Textures::prepare(&scene.textures, &scene.images, Transfer::None).unwrap_err()
+    Textures::prepare(&scene.textures, &scene.images, Transfer::None, false).unwrap_err()
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn chessboard_squares_alternate_across_zero() {
 fn hex_defaults_follow_the_transfer_curve() {
     let scene = read("wood", &[("grain", Data::Integer(0)), ("rings", Data::Integer(0))]).unwrap();
     let shown = |transfer: Transfer| {
-        let c = at(&Textures::prepare(&scene.textures, &[], transfer).unwrap(), 0.1, 0.2);
+        let c = at(&Textures::prepare(&scene.textures, &[], transfer, false).unwrap(), 0.1, 0.2);
         c.map(|v| transfer.encode(v))
     };
     let (a, b) = (shown(Transfer::None), shown(Transfer::Srgb));
@@ -212,7 +212,7 @@ fn chained(n: u32, odd: impl Fn(u32) -> String) -> SceneDesc {
 #[test]
 fn nesting_has_a_limit() {
     let at_limit = chained(MAX_DEPTH, |i| format!("t{i}"));
-    assert!(Textures::prepare(&at_limit.textures, &[], Transfer::None).is_ok());
+    assert!(Textures::prepare(&at_limit.textures, &[], Transfer::None, false).is_ok());
     let error = refused(&chained(MAX_DEPTH + 1, |_| "red".into()));
     assert_eq!(error.code, ErrorCode::Cycle);
     assert!(error.message.starts_with("textures nest deeper than 64: t0 -> t1 -> "), "{}", error.message);
@@ -227,8 +227,9 @@ fn textures_that_would_take_forever_are_refused() {
     let names: Vec<String> = (0..40).map(|i| format!("t{i}")).collect();
     let list: Vec<(&str, Data)> = (0..40)
         .map(|i| {
-            let inner = names.get(i + 1).map_or("red", String::as_str);
-            let keys = [("type", text("noise")), ("low", text(inner)), ("high", text(inner))];
+            // Mixed with itself a texture is looked up once; with the next but one, ever more often.
+            let inner = |i: usize| names.get(i).map_or("red", String::as_str);
+            let keys = [("type", text("noise")), ("low", text(inner(i + 1))), ("high", text(inner(i + 2)))];
             (names[i].as_str(), table(&keys))
         })
         .collect();
@@ -247,7 +248,7 @@ fn dangling_references_are_errors_not_panics() {
     let mut descs: Vec<Named<TextureDesc>> = read("chessboard", &[]).unwrap().textures;
     let TextureDesc::Chessboard(board) = &mut descs[0].value else { panic!("asked for a chessboard") };
     (board.even, board.odd) = (missing, constant);
-    assert_eq!(Textures::prepare(&descs, &[], Transfer::None).unwrap_err().code, ErrorCode::Internal);
+    assert_eq!(Textures::prepare(&descs, &[], Transfer::None, false).unwrap_err().code, ErrorCode::Internal);
 }
 
 #[test]

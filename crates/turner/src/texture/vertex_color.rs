@@ -46,6 +46,11 @@ impl VertexColor {
         at.color().map_or(self.0, |[r, g, b, _]| Spectrum::new(r, g, b))
     }
 
+    /// It has no measure of its own.
+    pub(super) fn spacing(&self, _: &Textures, _: &TexturePoint<'_>) -> Option<f64> {
+        None
+    }
+
     pub(super) fn memory(&self) -> usize {
         0
     }

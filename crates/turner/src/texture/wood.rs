@@ -36,8 +36,10 @@ params! {
         seed: u32 = 0;
         /// Scales the whole pattern: twice as much, half as large.
         density: f64 = 1.0;
-        /// Whether the pattern lies on the surface or goes through the solid.
+        /// How the pattern lies on the surface or goes through the solid.
         mapping: Mapping = Mapping::Solid;
+        /// For `mapping = "triplanar"`: how sharply one direction follows another where the surface turns.
+        blend: f64 = 4.0, in Range::closed(1.0, 64.0);
         /// Moves and turns the trunk.
         transform: Transform = Transform::IDENTITY;
     }
@@ -79,6 +81,10 @@ impl Kind for WoodDesc {
         self.mapping
     }
 
+    fn triplanar(&self) -> Option<(f64, Transform)> {
+        (self.mapping == Mapping::Triplanar).then_some((self.blend, self.transform))
+    }
+
     fn prepare(&self, cx: &mut Preparing<'_>) -> Result<Wood, SceneError> {
         let axis = self.axis.try_normalize().ok_or_else(|| {
             SceneError::new(ErrorCode::OutOfRange, "the `axis` of wood must have a length other than 0")
@@ -100,20 +106,33 @@ impl Kind for WoodDesc {
     }
 }
 
+/// The mean of the late wood's share over a year: a rise from 0.15 to 0.92 and a fall from 0.94 to 1, each half of its length, and what is between.
+const MEAN_LATE: f64 = 0.5 * 0.77 + 0.02 + 0.5 * 0.06;
+
 impl Wood {
     pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
+        let width = self.placement.width(at);
         let q = self.trunk.to_local(self.placement.coordinates(at) - self.pith);
         let radius = (q.x * q.x + q.y * q.y).sqrt();
-        let bend = self.bend.fbm(DVec3::new(0.9 * q.x, 0.9 * q.y, 0.35 * q.z));
+        let bend = self.bend.fbm(DVec3::new(0.9 * q.x, 0.9 * q.y, 0.35 * q.z), 0.9 * width);
         let ring = self.rings * (radius + self.distortion * bend);
         let ring = ring + 0.8 * self.years.at(DVec3::new(0.35 * ring, 0.5, 0.5));
         let year = floor(ring) as f64;
         let season = ring - year;
         let late = smoothstep(0.15, 0.92, season) * (1.0 - smoothstep(0.94, 1.0, season));
-        let strength = 0.62 + 0.5 * self.years.at(DVec3::new(0.5, 0.37 * year, 7.5));
-        let fibre = self.fibres.fbm(DVec3::new(56.0 * q.x, 56.0 * q.y, 2.4 * q.z));
+        // Over one ring or more: the mean of a year.
+        let rings = self.rings * (1.0 + self.distortion) * width;
+        let lost = if rings > 0.0 { smoothstep(0.3, 1.2, rings) } else { 0.0 };
+        let late = late + lost * (MEAN_LATE - late);
+        let strength = 0.62 + 0.5 * (1.0 - lost) * self.years.at(DVec3::new(0.5, 0.37 * year, 7.5));
+        let fibre = self.fibres.fbm(DVec3::new(56.0 * q.x, 56.0 * q.y, 2.4 * q.z), 56.0 * width);
         let share = 0.08 + strength * late + self.grain * (0.55 * fibre + 0.25 * fibre.abs());
         textures.mix(self.light, self.dark, share, at)
+    }
+
+    /// A step on the surface over which it changes little, as [`Placement::spacing`].
+    pub(super) fn spacing(&self, _: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        self.placement.spacing(at)
     }
 
     pub(super) fn memory(&self) -> usize {
@@ -148,7 +167,7 @@ mod tests {
     #[test]
     fn a_trunk_needs_a_direction() {
         let scene = read("wood", &[("axis", list(&[0.0, 0.0, 0.0]))]).unwrap();
-        let error = Textures::prepare(&scene.textures, &[], Transfer::None).unwrap_err();
+        let error = Textures::prepare(&scene.textures, &[], Transfer::None, false).unwrap_err();
         assert_eq!(error.code, ErrorCode::OutOfRange);
         assert!(error.span.is_some());
     }

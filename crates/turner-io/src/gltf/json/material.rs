@@ -241,6 +241,7 @@ pub(crate) struct OtherSource {
 #[serde(rename_all = "camelCase", default)]
 pub(crate) struct Sampler {
     pub(crate) mag_filter: Option<Index>,
+    pub(crate) min_filter: Option<Index>,
     pub(crate) wrap_s: Option<Index>,
     pub(crate) wrap_t: Option<Index>,
 }

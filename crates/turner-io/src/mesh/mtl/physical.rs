@@ -11,7 +11,7 @@
 //! | `Ns` | `specular_roughness` = (2 / (Ns + 2))^¼: the GGX lobe as wide as the Phong lobe (Walter et al. 2007, "Microfacet models for refraction", sec. 5.3: alpha² = 2 / (Ns + 2), and alpha is the square of the roughness) |
 //! | `Ke`, `map_Ke` | `emission_color`; without it `Ka` where it is above 1, the way in which some files mark lights |
 //! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor`, `norm` | roughness, metalness, fuzz, coat, its roughness, anisotropy, its rotation (1 is a whole turn), normal map. They win over the keys above |
-//! | `map_Bump`, `bump` | the normal map if its mean colour is that of one; a map of heights is ignored |
+//! | `map_Bump`, `bump` | the normal map if its mean colour is that of one, else heights (`bump_map`), whose unit is a guess |
 //! | `disp`, `decal`, `refl`, `map_Ns`, `map_Ka` | ignored |
 //!
 //! `Kd`, `Ks`, … are taken as linear numbers, pictures of colours as sRGB, others as they are. Options: `-s` and `-o` become
@@ -24,7 +24,7 @@ use crate::mesh::pictures::{PictureName, Pictures};
 use std::collections::BTreeMap;
 use turner::color::Spectrum;
 use turner::image::Image;
-use turner::material::{AlphaMode, PrincipledMaterial};
+use turner::material::{AlphaMode, BumpUnit, PrincipledMaterial};
 use turner::math::elementary::pow;
 use turner::scene::transform::Transform;
 use turner::scene::{ColorSource, WarningKind};
@@ -257,14 +257,20 @@ impl Converter<'_> {
                 "pictures after `map_bump` with the colours of normals are taken for normal maps",
             );
             (out.normal_map, out.normal_scale) = (self.picture("map_bump", Spectrum::WHITE), scales[1]);
-        } else if self.image("map_bump").is_some() {
+        }
+        if self.image("map_bump").is_some_and(|image| !is_normal_map(image)) {
             self.remark(
-                WarningKind::Ignored,
-                "maps of heights (`map_bump`) are ignored: give a normal map after `norm`",
+                WarningKind::Approximated,
+                "maps of heights (`map_bump`) have no unit: white stands a fiftieth of the picture's side above black, times `-bm`",
             );
+            out.bump_map = self.picture("map_bump", Spectrum::WHITE);
+            (out.bump_scale, out.bump_unit) = (RELIEF * scales[1], BumpUnit::Tile);
         }
     }
 }
+
+/// How high white stands in maps of heights, in sides of the picture.
+const RELIEF: f64 = 0.02;
 
 fn image_desc(
     file: turner::scene::ImageId,
@@ -277,13 +283,14 @@ fn image_desc(
     let is_plain = map.scale == [1.0; 2] && map.offset == [0.0; 2];
     ImageDesc {
         file,
-        filter: ImageFilter::Bilinear,
+        filter: ImageFilter::Mipmap,
         wrap: if map.clamp { Wrap::Clamp } else { Wrap::Repeat },
         wrap_u: None,
         wrap_v: None,
         gain: 1.0,
         density: 1.0,
         mapping: Mapping::Uv,
+        blend: 4.0,
         transform: Transform::IDENTITY,
         uv_matrix: (!is_plain).then_some([su, 0.0, ou, 0.0, sv, ov]),
         channel,

@@ -14,10 +14,10 @@ use super::record::{Off, RayKind, Record};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
 use super::spawn::{Share, Spawn};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer};
+use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer, footprint};
 use crate::material::{Classic, Material, color_at};
-use crate::math::{DVec2, DVec3, Ray};
-use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock};
+use crate::math::{DVec2, DVec3, Ray, RayCone};
+use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 
 /// A ray of a tree: whose it is, and its share of the pixel.
 #[derive(Clone, Copy)]
@@ -25,6 +25,18 @@ pub(super) struct Task {
     pub(super) sample: u32,
     pub(super) depth: u32,
     pub(super) weight: f64,
+    /// What the ray stands for, where textures are filtered, from its end on once it has arrived; and how much the surface there turns away from it.
+    pub(super) cone: RayCone,
+    pub(super) curvature: f32,
+}
+
+impl Task {
+    /// The ray arrives at a surface, which learns of its cone.
+    fn arrive(&mut self, scene: &Scene, surface: &mut SurfaceInteraction, direction: DVec3, t: f64) {
+        footprint::arrive(&mut self.cone, surface, direction, t);
+        let side = if direction.dot(surface.ng) <= 0.0 { 1.0 } else { -1.0 };
+        self.curvature = (side * scene.curvature(surface)) as f32;
+    }
 }
 
 /// A ray that waits until those before it, and all that these spawn, have been traced.
@@ -157,7 +169,10 @@ impl<R: Record> Tracer for Wave<'_, R> {
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
         self.front.tasks.clear();
-        self.front.tasks.extend((0..count as u32).map(|sample| Task { sample, depth: 0, weight: 1.0 }));
+        self.front.tasks.extend((0..count as u32).map(|sample| {
+            let cone = footprint::of_camera(self.scene, samples, sample as usize);
+            Task { sample, depth: 0, weight: 1.0, cone, curvature: 0.0 }
+        }));
         while !self.front.tasks.is_empty() {
             self.round(samples, out, stats);
         }
@@ -192,9 +207,10 @@ impl<R: Record> Wave<'_, R> {
         self.struck.clear();
         self.converted.clear();
         for (i, hit) in self.hits.iter().enumerate() {
-            let task = self.front.tasks[i];
+            let mut task = self.front.tasks[i];
+            let (depth, weight) = (task.depth, task.weight);
             let ray = || self.front.rays.get(i);
-            self.record.note(|n| ray().iter().for_each(|ray| n.traced(ray, task.depth, task.weight)));
+            self.record.note(|n| ray().iter().for_each(|ray| n.traced(ray, depth, weight)));
             let Some(hit) = hit else {
                 let tree = &mut self.trees[task.sample as usize];
                 let direction = || get(&self.front.rays.blocks()[i / LANES].direction, i % LANES);
@@ -213,13 +229,21 @@ impl<R: Record> Wave<'_, R> {
                 self.points[self.blocks - 1].clear();
             }
             let b = &mut self.points[self.blocks - 1];
+            let filtered = self.scene.pixel_cone.is_some();
+            let surface_of = |ray: &Ray, task: &mut Task| {
+                let mut surface = self.scene.surface(ray, hit);
+                if filtered {
+                    task.arrive(self.scene, &mut surface, ray.direction, hit.shape.t);
+                }
+                surface
+            };
             let (material, seen) = match self.scene.material_at(hit) {
                 Material::Classic(material) => (Ok(material), None),
                 // Never prepared for this integrator.
                 Material::Physical(_) => continue,
                 Material::Principled(physical, _) => {
                     let Some(ray) = self.front.rays.get(i) else { continue };
-                    let mut surface = self.scene.surface(&ray, hit);
+                    let mut surface = surface_of(&ray, &mut task);
                     let (converted, emitted) = physical.as_classic(self.scene, &mut surface, ray.direction);
                     let emitted = emitted * task.weight as f32;
                     out[task.sample as usize].color += emitted;
@@ -229,7 +253,7 @@ impl<R: Record> Wave<'_, R> {
                 }
                 Material::Mix(mix) => {
                     let Some(ray) = self.front.rays.get(i) else { continue };
-                    let mut surface = self.scene.surface(&ray, hit);
+                    let mut surface = surface_of(&ray, &mut task);
                     let (converted, emitted) = mix.as_classic(self.scene, &mut surface, ray.direction);
                     let emitted = emitted * task.weight as f32;
                     out[task.sample as usize].color += emitted;
@@ -254,10 +278,15 @@ impl<R: Record> Wave<'_, R> {
             let mut color = None;
             if let ColorSource::Constant(c) = classic.color
                 && sphere.is_some()
+                && !filtered
+                && classic.bump.is_none()
             {
                 color = Some(c);
             } else if let Some(ray) = self.front.rays.get(i) {
-                let surface = seen.unwrap_or_else(|| self.scene.surface(&ray, hit));
+                let mut surface = seen.unwrap_or_else(|| surface_of(&ray, &mut task));
+                if let Some(bump) = classic.bump {
+                    self.scene.apply_bump_map(&mut surface, bump);
+                }
                 b.on_sphere &= !(1 << lane);
                 set(&mut b.p, lane, surface.p);
                 set(&mut b.ng, lane, surface.ng);
@@ -392,8 +421,11 @@ impl<R: Record> Wave<'_, R> {
             {
                 let share = Share { kind: RayKind::Refracted, weight: struck.weights.refract };
                 let spawn = Spawn { from: &struck.task, tree, pixel, record: &mut self.record };
-                if let Some(task) = self.integrator.spawn(self.scene, share, || direction, spawn) {
+                if let Some(mut task) = self.integrator.spawn(self.scene, share, || direction, spawn) {
                     stats.refracted += 1;
+                    let ior = struck.material(&self.converted).ior;
+                    let eta = if b.entering >> lane & 1 == 1 { ior } else { ior.recip() };
+                    task.cone = struck.task.cone.refracted(eta, f64::from(struck.task.curvature));
                     let origin = if self.integrator.epsilon > 0.0 {
                         get(&b.p, lane)
                     } else {
@@ -406,8 +438,9 @@ impl<R: Record> Wave<'_, R> {
                 let direction = || get(&leaving.direction, lane);
                 let share = Share { kind: RayKind::Reflected, weight: struck.weights.reflect };
                 let spawn = Spawn { from: &struck.task, tree, pixel, record: &mut self.record };
-                if let Some(task) = self.integrator.spawn(self.scene, share, direction, spawn) {
+                if let Some(mut task) = self.integrator.spawn(self.scene, share, direction, spawn) {
                     stats.reflected += 1;
+                    task.cone = struck.task.cone.reflected(f64::from(struck.task.curvature));
                     if let Some((ray, task)) = spawned {
                         let behind = tree.waiting.replace(self.waiting.len() as u32);
                         self.waiting.push(Waiting { ray, task, next: behind });

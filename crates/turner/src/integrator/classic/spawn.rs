@@ -123,7 +123,7 @@ impl ClassicDesc {
             return None;
         }
         record.note(|n| n.spawned(kind));
-        Some(Task { sample: from.sample, depth, weight })
+        Some(Task { sample: from.sample, depth, weight, cone: from.cone, curvature: 0.0 })
     }
 
     /// A ray that leaves a surface; `length` is that of the camera ray, as the documents form it, which reflection and

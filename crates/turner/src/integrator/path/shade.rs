@@ -7,7 +7,7 @@ use super::wave::{Arrival, Path, Wave};
 use super::{LightSampling, settings::Settings};
 use crate::bsdf::{Bsdf, BsdfSample, Towards};
 use crate::color::Spectrum;
-use crate::integrator::{Radiance, RayStats};
+use crate::integrator::{Radiance, RayStats, footprint};
 use crate::material::{AlphaMode, Material, Physical};
 use crate::math::{DVec3, Frame, Ray, reflect};
 use crate::scene::emitters::LightSample;
@@ -305,7 +305,9 @@ impl<R: Record> Wave<'_, R> {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
-            None => material.desc.emitted_color(scene, &scene.texture_point(surface)),
+            // Beside sampling of lights, which looks at points, as that does.
+            None if path.alone => material.desc.emitted_color(scene, &scene.texture_point(surface)),
+            None => material.desc.emitted_color(scene, &scene.texture_point(&surface.sharp())),
         };
         let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
         let weight = self.settings.weight_found(path, pdf);
@@ -395,6 +397,9 @@ impl<R: Record> Wave<'_, R> {
         path.scattered |= !s.lobe.is_delta;
         path.pdf = s.pdf;
         path.origin = v.surface.p;
+        if let Some(pixel) = &self.scene.pixel_cone {
+            path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
+        }
         if crosses {
             path.eta2 *= (s.eta * s.eta) as f32;
             if material.has_inside() {

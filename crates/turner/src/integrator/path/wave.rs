@@ -5,8 +5,8 @@ use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
-use crate::math::{DVec3, Ray};
+use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
+use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, VertexNumbers};
 use crate::scene::emitters::LightSample;
 use crate::scene::{AroundBatch, Hit, LightBatch, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
@@ -40,6 +40,8 @@ pub(super) struct Path {
     /// The one colour band that is left, once dispersion has parted them.
     pub(super) band: Option<u8>,
     pub(super) media: Media,
+    /// What the ray stands for, from where it begins or, once it has arrived, from its end on.
+    pub(super) cone: RayCone,
 }
 
 /// A ray where it ends, with the light that was sampled there.
@@ -146,6 +148,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
             eta2: 1.0,
             band: None,
             media: Media::NONE,
+            cone: footprint::of_camera(self.scene, samples, i),
         }));
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
@@ -214,7 +217,7 @@ impl<R: Record> Wave<'_, R> {
 
     /// The surfaces that were hit, with the number under which each asks for light; and that light.
     fn prepare(
-        &self,
+        &mut self,
         front: &Front,
         hits: &[Option<Hit>],
         surfaces: &mut Vec<(SurfaceInteraction, u32)>,
@@ -224,7 +227,11 @@ impl<R: Record> Wave<'_, R> {
         lights.clear();
         for (i, (&sample, hit)) in front.samples.iter().zip(hits).enumerate() {
             let (Some(hit), Some(ray)) = (hit, front.rays.get(i)) else { continue };
-            let surface = self.scene.surface(&ray, hit);
+            let mut surface = self.scene.surface(&ray, hit);
+            if self.scene.pixel_cone.is_some() {
+                let cone = &mut self.paths[sample as usize].cone;
+                footprint::arrive(cone, &mut surface, ray.direction, hit.shape.t);
+            }
             let path = &self.paths[sample as usize];
             let mut number = u32::MAX;
             if self.may_connect(path, &ray, hit, &surface) {

@@ -1,0 +1,127 @@
+//! The cone of a camera ray: as wide as the part of a pixel that one sample stands for.
+
+use super::Camera;
+use crate::film::FilmDesc;
+use crate::math::{DVec2, RayCone};
+
+/// The cones of a picture's camera rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelCone {
+    /// Diameter where the ray begins.
+    width: f64,
+    /// Growth per unit of length; of a flat screen, per length of the vector from eye to screen.
+    spread: f64,
+    /// Whether the screen is flat: its corners are farther from the eye than its middle.
+    flat: bool,
+    /// What samples beside it in the pixel leave of a cone, 1/8 to 1.
+    pub share: f32,
+}
+
+/// Cones are at least so many pixels wide, however many samples a pixel has: textures keep a minimum of filtering.
+const LEAST_SHARE: f64 = 0.125;
+
+impl PixelCone {
+    /// The cones of a camera and a film: a pixel wide with one sample per pixel, narrower by the square root of their number with more, down to an eighth.
+    pub fn new(camera: &Camera, film: &FilmDesc) -> PixelCone {
+        let share = (1.0 / f64::from(film.samples_per_pixel().max(1)).sqrt()).max(LEAST_SHARE);
+        let size = DVec2::new(f64::from(film.width.max(1)), f64::from(film.height.max(1)));
+        let (width, spread, flat) = camera.pixel(size);
+        PixelCone { width: share * width, spread: share * spread, flat, share: share as f32 }
+    }
+
+    /// The cone of a ray whose direction had a length as the camera formed it.
+    #[inline]
+    pub fn cone(&self, length: f64) -> RayCone {
+        let spread = if self.flat { self.spread / length } else { self.spread };
+        RayCone { width: self.width as f32, spread: spread as f32 }
+    }
+}
+
+impl Camera {
+    /// The size of a pixel of a picture of `size` pixels: where its rays begin, on the way (see [`PixelCone`]), and whether that is on a flat screen.
+    fn pixel(&self, size: DVec2) -> (f64, f64, bool) {
+        use std::f64::consts::{PI, TAU};
+        match self {
+            Camera::Pinhole(c) => (0.0, (2.0 * c.half_screen() / size).max_element(), true),
+            Camera::ThinLens(c) => (0.0, (2.0 * c.half_focus() / size).max_element(), true),
+            Camera::Orthographic(c) => ((2.0 * c.half_screen() / size).max_element(), 0.0, false),
+            Camera::Equirectangular(_) => (0.0, (TAU / size.x).max(PI / size.y), false),
+            Camera::Fisheye(c) => (0.0, (2.0 * c.half_angles() / size).max_element(), false),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::CameraDesc;
+    use crate::film::Antialias;
+    use crate::scene::read_scene;
+    use crate::scene::value::{Data, Entry, FileId, Span, Table, Value};
+    use crate::scene::{ErrorCode, ModelDesc, SceneAssets, SceneDesc, SceneError};
+
+    struct NoFiles;
+
+    impl SceneAssets for NoFiles {
+        fn image(&mut self, uri: &str, _: FileId) -> Result<std::sync::Arc<crate::image::Image>, SceneError> {
+            Err(SceneError::new(ErrorCode::File, uri))
+        }
+        fn mesh(
+            &mut self,
+            uri: &str,
+            _: FileId,
+        ) -> Result<std::sync::Arc<crate::shape::mesh::MeshData>, SceneError> {
+            Err(SceneError::new(ErrorCode::File, uri))
+        }
+        fn model(&mut self, model: &ModelDesc, _: FileId) -> Result<std::sync::Arc<SceneDesc>, SceneError> {
+            Err(SceneError::new(ErrorCode::File, model.file.as_str()))
+        }
+    }
+
+    /// A camera of some type and a film, as a scene without more has them.
+    fn described(camera: &str) -> (CameraDesc, FilmDesc) {
+        const NOWHERE: Span = Span { file: FileId(0), start: 0, end: 0 };
+        let value = |data| Value { data, span: NOWHERE };
+        let table = |key: &str, data| {
+            let entry = Entry { key: key.into(), key_span: NOWHERE, value: value(data) };
+            Data::Table(Table { entries: vec![entry] })
+        };
+        let camera = table("camera", table("type", Data::String(camera.into())));
+        let scene = read_scene(&value(camera), &mut NoFiles).unwrap();
+        (scene.camera.unwrap().value, scene.film)
+    }
+
+    #[test]
+    fn cones_are_as_wide_as_pixels_are_apart() {
+        for name in ["pinhole", "thin-lens", "orthographic", "equirectangular", "fisheye"] {
+            let (desc, film) = described(name);
+            let film = FilmDesc { width: 200, height: 100, ..film };
+            let camera = desc.prepare(2.0).unwrap();
+            let cones = PixelCone::new(&camera, &film);
+            let ray = |x: f64, y: f64| {
+                let screen = DVec2::new(2.0 * x / 200.0 - 1.0, 1.0 - 2.0 * y / 100.0);
+                camera.ray(screen, DVec2::splat(0.5))
+            };
+            // Near the middle of the picture.
+            let (a, b) = (ray(100.0, 50.0), ray(101.0, 50.0));
+            let cone = cones.cone(a.direction.length());
+            for t in [0.0, 1.0, 17.0] {
+                let end = |r: &crate::math::Ray| r.origin + r.direction.normalize() * t;
+                let apart = (end(&a) - end(&b)).length();
+                let width = f64::from(cone.width_at(t));
+                assert!((apart - width).abs() <= 1e-2 * width + 1e-12, "{name} at {t}: {apart} {width}");
+            }
+        }
+    }
+
+    #[test]
+    fn many_samples_make_narrow_cones() {
+        let (desc, film) = described("pinhole");
+        let camera = desc.prepare(1.0).unwrap();
+        let share = |samples| {
+            let film = FilmDesc { samples, antialias: Antialias::MonteCarlo, ..film.clone() };
+            PixelCone::new(&camera, &film).share
+        };
+        assert_eq!([1, 16, 64, 1000].map(share), [1.0, 0.25, 0.125, 0.125]);
+    }
+}

@@ -1,0 +1,66 @@
+//! What a ray's cone covers of a surface: where textures are looked up, and over how much.
+
+use super::scene::{ObjectTransform, Scene, SurfaceInteraction};
+use crate::math::DVec3;
+use crate::texture::{Footprint, TexturePoint};
+
+/// Of a surface that is looked at in a point alone.
+pub(super) const NOT_SEEN: ([f32; 3], f32) = ([0.0; 3], 0.0);
+
+impl SurfaceInteraction {
+    /// The same surface with another shading normal.
+    pub(crate) fn with_normal(&self, ns: DVec3) -> SurfaceInteraction {
+        SurfaceInteraction { ns, ..*self }
+    }
+
+    /// Says what the ray's cone covers of the surface: `direction` of the ray, unit, and the cone's diameter here.
+    #[inline]
+    pub fn see(&mut self, direction: DVec3, width: f32) {
+        self.seen = (direction.to_array().map(|v| v as f32), width);
+    }
+
+    /// The same surface looked at in a point alone.
+    pub(crate) fn sharp(&self) -> SurfaceInteraction {
+        SurfaceInteraction { seen: NOT_SEEN, ..*self }
+    }
+}
+
+impl Scene {
+    /// Where textures are looked up on a surface, and over what footprint.
+    pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
+        let shape = &self.primitives[surface.hit.primitive as usize].shape;
+        let mut at = shape.texture_point(&surface.hit.shape, &surface.object);
+        let (direction, width) = surface.seen;
+        if width > 0.0 {
+            let direction = DVec3::from(direction.map(f64::from));
+            let axes = Footprint::of_cone(direction, surface.ng, f64::from(width));
+            at.footprint = Some(self.footprint(surface, axes));
+        }
+        at
+    }
+
+    /// How much the surface's normal turns per unit of length, about; above 0 where it bulges outwards.
+    pub fn curvature(&self, surface: &SurfaceInteraction) -> f64 {
+        let primitive = &self.primitives[surface.hit.primitive as usize];
+        let own = primitive.shape.curvature(&surface.hit.shape);
+        match self.transforms.get(primitive.transform as usize) {
+            // The root of the mean square of the factors that lengths grow by.
+            Some(placed) => own * 3f64.sqrt() / placed.stretch,
+            None => own,
+        }
+    }
+
+    /// Two axes in the world, tangent to the surface, as a footprint of textures.
+    pub(super) fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint {
+        let primitive = &self.primitives[surface.hit.primitive as usize];
+        let p = match self.transforms.get(primitive.transform as usize) {
+            None => axes,
+            Some(ObjectTransform { motion: Some(motion), .. }) => {
+                let inverse = motion.at(f64::from(surface.time)).matrix3.inverse();
+                axes.map(|d| inverse * d)
+            }
+            Some(placed) => axes.map(|d| placed.to_object.matrix3 * d),
+        };
+        Footprint { p, uv: primitive.shape.uv_change(&surface.hit.shape, &surface.object, p) }
+    }
+}

@@ -1,0 +1,149 @@
+//! From places on and in objects to texture coordinates, and their derivatives.
+
+use super::footprint::sound;
+use crate::math::elementary::{acos, atan2};
+use crate::math::{DVec2, DVec3};
+use crate::scene::schema::choice;
+
+choice! {
+    /// Which coordinates a texture is looked up at.
+    pub enum Mapping {
+        /// The surface's (u, v), scaled to (−1..1).
+        Uv = "uv",
+        /// The position in the space of the object: the pattern goes through the solid.
+        Solid = "solid",
+        /// The position seen along −z: x and y, the same at every z, like a slide projector far away.
+        Planar = "planar",
+        /// The direction from the origin: once around y from left to right, from pole to pole upwards, as on a sphere.
+        Spherical = "spherical",
+        /// Once around y from left to right; upwards y, from −1 to 1: as on the side of a cylinder.
+        Cylindrical = "cylindrical",
+        /// Along x, y and z at once, mixed by which way the surface faces (`blend`): no seams and no stretching on any shape.
+        Triplanar = "triplanar",
+    }
+}
+
+/// One of the three directions of projection of a triplanar mapping, and the side it comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Side {
+    /// 0 along x, 1 along y, 2 along z.
+    pub(super) axis: usize,
+    /// 1 for surfaces that face along the axis, −1 for those that face the other way: texts read from left to right on both.
+    pub(super) sign: f64,
+}
+
+impl Side {
+    /// The texture's s and t directions, as on the faces of a box.
+    pub(super) fn directions(self) -> [DVec3; 2] {
+        match self.axis {
+            0 => [DVec3::new(0.0, 0.0, -self.sign), DVec3::Y],
+            1 => [DVec3::X, DVec3::new(0.0, 0.0, -self.sign)],
+            _ => [DVec3::new(self.sign, 0.0, 0.0), DVec3::Y],
+        }
+    }
+
+    #[inline]
+    fn project(self, q: DVec3) -> DVec3 {
+        let [s, t] = self.directions();
+        DVec3::new(s.dot(q), t.dot(q), 0.0)
+    }
+}
+
+impl Mapping {
+    /// Texture coordinates of a place in the mapping's space; `side` is the side a triplanar mapping is looked at from.
+    #[inline]
+    pub(super) fn project(self, q: DVec3, side: Side) -> DVec3 {
+        use std::f64::consts::PI;
+        match self {
+            Mapping::Uv | Mapping::Solid => q,
+            Mapping::Planar => DVec3::new(q.x, q.y, 0.0),
+            Mapping::Spherical => {
+                let length = q.length();
+                let height = if length > 0.0 { q.y / length } else { 0.0 };
+                DVec3::new(atan2(q.x, q.z) / PI, 1.0 - 2.0 * acos(height.clamp(-1.0, 1.0)) / PI, 0.0)
+            }
+            Mapping::Cylindrical => DVec3::new(atan2(q.x, q.z) / PI, q.y, 0.0),
+            Mapping::Triplanar => side.project(q),
+        }
+    }
+
+    /// How texture coordinates change as the place `q` moves by `d`: the derivative, so that there is no seam where the coordinates jump.
+    #[inline]
+    pub(super) fn change(self, q: DVec3, d: DVec3, side: Side) -> DVec3 {
+        use std::f64::consts::PI;
+        let around = || (q.z * d.x - q.x * d.z) / ((q.x * q.x + q.z * q.z) * PI);
+        sound(match self {
+            Mapping::Uv | Mapping::Solid => d,
+            Mapping::Planar => DVec3::new(d.x, d.y, 0.0),
+            Mapping::Spherical => {
+                let out = DVec2::new(q.x, q.z).length();
+                let rises = (d.y * out * out - q.y * (q.x * d.x + q.z * d.z)) / (out * q.length_squared());
+                DVec3::new(around(), 2.0 * rises / PI, 0.0)
+            }
+            Mapping::Cylindrical => DVec3::new(around(), d.y, 0.0),
+            Mapping::Triplanar => side.project(d),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRONT: Side = Side { axis: 2, sign: 1.0 };
+
+    #[test]
+    fn known_places() {
+        let close = |mapping: Mapping, q: [f64; 3], expected: [f64; 2]| {
+            let c = mapping.project(DVec3::from(q), FRONT);
+            assert!(
+                (c - DVec3::new(expected[0], expected[1], 0.0)).length() < 1e-12,
+                "{mapping:?} {q:?}: {c}"
+            );
+        };
+        close(Mapping::Planar, [0.3, -0.7, 9.0], [0.3, -0.7]);
+        // In front the middle, to the right a quarter turn, up the upper edge.
+        for r in [1.0, 7.0] {
+            close(Mapping::Spherical, [0.0, 0.0, r], [0.0, 0.0]);
+            close(Mapping::Spherical, [r, 0.0, 0.0], [0.5, 0.0]);
+            close(Mapping::Spherical, [-r, 0.0, 0.0], [-0.5, 0.0]);
+            close(Mapping::Spherical, [0.0, r, r], [0.0, 0.5]);
+            close(Mapping::Cylindrical, [r, 0.25, 0.0], [0.5, 0.25]);
+        }
+        assert_eq!(Mapping::Spherical.project(DVec3::Y, FRONT).y, 1.0);
+        assert_eq!(Mapping::Spherical.project(DVec3::NEG_Y, FRONT).y, -1.0);
+        assert!(Mapping::Spherical.project(DVec3::ZERO, FRONT).is_finite());
+        for (axis, sign, n) in [
+            (0, 1.0, DVec3::X),
+            (0, -1.0, DVec3::NEG_X),
+            (1, 1.0, DVec3::Y),
+            (1, -1.0, DVec3::NEG_Y),
+            (2, 1.0, DVec3::Z),
+            (2, -1.0, DVec3::NEG_Z),
+        ] {
+            // Seen from outside, s leads to the right of t.
+            let [s, t] = (Side { axis, sign }).directions();
+            assert_eq!(s.cross(t), n);
+        }
+    }
+
+    #[test]
+    fn changes_are_derivatives() {
+        let h = 1e-6;
+        for mapping in [Mapping::Planar, Mapping::Spherical, Mapping::Cylindrical, Mapping::Triplanar] {
+            for q in [DVec3::new(0.3, 0.4, 0.8), DVec3::new(-1.0, -0.2, 0.1), DVec3::new(2.0, 1.0, -3.0)] {
+                for d in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, -2.0, 0.5)] {
+                    let side = Side { axis: 0, sign: -1.0 };
+                    let found = mapping.change(q, d, side);
+                    let by_differences =
+                        (mapping.project(q + h * d, side) - mapping.project(q - h * d, side)) / (2.0 * h);
+                    assert!((found - by_differences).length() < 1e-6, "{mapping:?} {q} {d}");
+                }
+            }
+            assert!(mapping.change(DVec3::ZERO, DVec3::X, FRONT).is_finite());
+        }
+        // Also where the coordinates jump.
+        let seam = Mapping::Spherical.change(DVec3::new(0.0, 0.0, -1.0), DVec3::X, FRONT);
+        assert!((seam.x + 1.0 / std::f64::consts::PI).abs() < 1e-12);
+    }
+}
