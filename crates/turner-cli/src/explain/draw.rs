@@ -139,10 +139,17 @@ impl Views {
         let visible = || tree.nodes.iter().enumerate().filter(|(i, _)| shown.nodes[*i]);
         // Shadow rays lie beneath the others.
         for (i, node) in visible().filter(|(_, n)| n.kind == Kind::Shadow && n.traced) {
-            ray(out, view, i, node, None);
+            let light = node.light.map(|(light, _)| light);
+            let beside = |j: usize| {
+                let other = tree.nodes.get(j);
+                other.is_some_and(|n| n.parent == node.parent && n.light.map(|(l, _)| l) == light)
+            };
+            // Rays to one of many points of a light come after one another.
+            let many = beside(i + 4) || i >= 4 && beside(i - 4);
+            ray(out, view, i, node, if many { Mark::Faint } else { Mark::None });
         }
         for (i, node) in visible().filter(|(_, n)| n.kind != Kind::Shadow && n.traced) {
-            ray(out, view, i, node, Some(node.badge));
+            ray(out, view, i, node, Mark::Number(node.badge));
         }
         let lights = visible().filter(|(_, n)| n.kind == Kind::Shadow && n.open);
         let mut places: Vec<Point> = Vec::new();
@@ -156,18 +163,28 @@ impl Views {
     }
 }
 
+/// What marks a ray.
+#[derive(Clone, Copy, PartialEq)]
+enum Mark {
+    None,
+    /// One of many, drawn faintly.
+    Faint,
+    Number(usize),
+}
+
 /// A ray as a line with an arrow in its middle, and its number.
-fn ray(out: &mut String, view: &View, i: usize, node: &Node, badge: Option<usize>) {
+fn ray(out: &mut String, view: &View, i: usize, node: &Node, mark: Mark) {
     let Some(([x0, y0], [x1, y1])) = view.segment(node.from, node.direction, node.to) else { return };
     let blocked = if node.open { "" } else { " blocked" };
+    let faint = if mark == Mark::Faint { " faint" } else { "" };
     let (dx, dy) = (x1 - x0, y1 - y0);
-    let length = dx.hypot(dy);
-    *out += &format!("<g class=\"ray {}{blocked}\" data-ray=\"{i}\">", node.kind.word());
+    let length = (dx * dx + dy * dy).sqrt();
+    *out += &format!("<g class=\"ray {}{blocked}{faint}\" data-ray=\"{i}\">", node.kind.word());
     *out += &format!("<title>{} → {}</title>", node.kind.word(), xml(&node.target));
     // A wide line that cannot be seen is easier to point at.
     *out += &format!("<path class=\"reach\" d=\"M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}\"/>");
     *out += &format!("<path class=\"line\" d=\"M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}\"/>");
-    if length > 16.0 {
+    if length > 16.0 && mark != Mark::Faint {
         let (ux, uy) = (dx / length, dy / length);
         let (mx, my) = (x0 + 0.55 * dx, y0 + 0.55 * dy);
         let corner = |back: f64, side: f64| {
@@ -180,7 +197,7 @@ fn ray(out: &mut String, view: &View, i: usize, node: &Node, badge: Option<usize
             corner(size, size),
             corner(size, -size)
         );
-        if let Some(number) = badge
+        if let Mark::Number(number) = mark
             && length > 40.0
         {
             let (nx, ny) = (mx + 10.0 * uy.abs() + 2.0, my - 9.0 * ux.abs() + 2.0);

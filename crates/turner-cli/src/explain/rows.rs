@@ -77,6 +77,10 @@ pub(super) fn light_remark(tree: &SampleTree, group: &[usize]) -> String {
             others.push(&nodes[i].remark);
         }
     }
-    let others = if others.is_empty() { String::new() } else { format!(", others {}", others.join(", ")) };
-    format!("{open} of {} points lit{others}", group.len())
+    let of = group.len();
+    match (open, &others[..]) {
+        (0, [only]) => format!("{only} ({of} points)"),
+        (_, []) => format!("lit ({of} points)"),
+        _ => format!("{open} of {of} points lit, others {}", others.join(", ")),
+    }
 }

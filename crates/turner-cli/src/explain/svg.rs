@@ -16,7 +16,7 @@ const TREE: f64 = 600.0;
 const STEP: f64 = 20.0;
 const RAY_ROW: f64 = 44.0;
 const LIGHT_ROW: f64 = 24.0;
-const TOP: f64 = 92.0;
+const TOP: f64 = 108.0;
 /// The bar for a ray's share of the sample.
 const BAR: f64 = 84.0;
 
@@ -57,14 +57,15 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
         style::of_drawing()
     );
     out += &format!(
-        "<rect class=\"swatch\" x=\"{LEFT}\" y=\"22\" width=\"46\" height=\"46\" rx=\"8\" fill=\"{}\"/>\n",
+        "<rect class=\"swatch\" x=\"{LEFT}\" y=\"26\" width=\"54\" height=\"54\" rx=\"8\" fill=\"{}\"/>\n",
         display.hex(e.color())
     );
-    let x = LEFT + 60.0;
+    let x = LEFT + 68.0;
     out += &format!("<text class=\"title\" x=\"{x}\" y=\"42\">{}</text>\n", xml(&title(e)));
     let equal = if e.is_exact() { "the rays sum to it to the last bit" } else { "NOT EQUAL" };
-    let line = format!("{}: {}; {equal}", color(e.color()), e.averaging);
-    out += &format!("<text class=\"sub\" x=\"{x}\" y=\"62\">{}</text>\n", xml(&line));
+    let line = format!("{}, {}", color(e.color()), e.averaging);
+    out += &format!("<text class=\"sub\" x=\"{x}\" y=\"62\">{}</text>\n", xml(&cut(&line, 170.0)));
+    out += &format!("<text class=\"sub\" x=\"{x}\" y=\"80\">{equal}</text>\n");
     out + &body + "</svg>\n"
 }
 

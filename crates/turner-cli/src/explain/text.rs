@@ -6,6 +6,7 @@ use turner::scene::error::escape;
 use super::model::{Explanation, Kind, Node, SampleTree};
 use super::number::{color, exact, number, rays};
 use super::prune::{Hidden, Shown, shown};
+use super::rows::light_remark;
 use super::shade::Display;
 
 /// How text is written.
@@ -265,18 +266,8 @@ impl Branches<'_, '_> {
                 }
                 continue;
             }
-            let lit = group.iter().filter(|&&i| nodes[i].open).count();
-            let mut by: Vec<String> = Vec::new();
-            for &i in group.iter().filter(|&&i| !nodes[i].open) {
-                let remark = escape_line(&nodes[i].remark);
-                if !by.contains(&remark) && by.len() < 3 {
-                    by.push(remark);
-                }
-            }
-            let others = if by.is_empty() { String::new() } else { format!(", others {}", by.join(", ")) };
-            let of = group.len();
-            *self.out +=
-                &format!("{margin}☀ {name}: {lit} of {of} points lit{others}  {swatch}{}\n", color(added));
+            let what = escape_line(&light_remark(self.tree, &group));
+            *self.out += &format!("{margin}☀ {name}: {what}  {swatch}{}\n", color(added));
         }
     }
 }

@@ -202,7 +202,7 @@ impl View {
             Outline::Plane { point, normal } => {
                 let [nx, ny] = self.direction(*normal);
                 // Seen at an angle it has no edge.
-                if nx.hypot(ny) < 0.98 {
+                if nx * nx + ny * ny < 0.96 {
                     return None;
                 }
                 // The foot of the middle on the plane is near what is drawn.
