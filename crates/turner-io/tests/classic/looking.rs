@@ -167,7 +167,8 @@ fn lines_have_their_width() {
     }
     for y in [76, 84] {
         let light = row(y).iter().filter(|p| p[0] > 0.5).count();
-        assert!((50..=66).contains(&light), "{y}: meridians alone, {light}");
+        // The next meridians, 45 degrees away, lie outside of these columns.
+        assert_eq!(light, 68, "{y}: all but the two columns of the meridian in the middle");
     }
 }
 
