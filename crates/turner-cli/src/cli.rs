@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use turner::scene::error::{escape, nearest};
 
 use crate::control::Control;
-use crate::{bench, compare, explain, failure, help, info, list, render, verify};
+use crate::{bench, compare, explain, failure, help, info, list, new, render, shell, verify, watch};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -28,6 +28,8 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(Box<render::RenderArgs>),
+    Watch(Box<watch::WatchArgs>),
+    New(new::NewArgs),
     Explain(Box<explain::ExplainArgs>),
     Compare(compare::CompareArgs),
     Info(info::InfoArgs),
@@ -35,6 +37,8 @@ enum Command {
     Bench(bench::BenchArgs),
     Verify(verify::VerifyArgs),
     Help(help::HelpArgs),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 /// Runs the command and returns the exit code.
@@ -42,6 +46,8 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
     let parsed = with_command(args).and_then(|args| Cli::try_parse_from(args).map_err(Box::new));
     match parsed.map(|cli| cli.command) {
         Ok(Command::Render(args)) => render::run(&args, control),
+        Ok(Command::Watch(args)) => watch::run(&args, control),
+        Ok(Command::New(args)) => new::run(&args),
         Ok(Command::Explain(args)) => explain::run(&args),
         Ok(Command::Compare(args)) => compare::run(&args),
         Ok(Command::Info(args)) => info::run(&args),
@@ -49,6 +55,8 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Bench(args)) => bench::run(&args),
         Ok(Command::Verify(args)) => verify::run(&args),
         Ok(Command::Help(args)) => help::run(&args),
+        Ok(Command::Completions(args)) => shell::completions(&args),
+        Ok(Command::Man(args)) => shell::man(&args),
         Err(error) => {
             // A closed pipe is no reason to complain.
             let _ = error.print();

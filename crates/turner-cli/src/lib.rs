@@ -7,8 +7,11 @@
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
 //!                       ├─ bench    ── povray, rays, render
 //!                       ├─ verify   statistics
-//!                       ├─ explain  one sample's path
-//!                       └─ compare  two pictures
+//!                       ├─ explain  a pixel's rays
+//!                       ├─ compare  two pictures
+//!                       ├─ watch    render, again and again
+//!                       ├─ new      ── templates
+//!                       └─ completions, man ── shell
 //! ```
 //!
 //! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
@@ -25,6 +28,7 @@ mod failure;
 mod help;
 mod info;
 mod list;
+mod new;
 mod output;
 mod povray;
 mod progress;
@@ -34,10 +38,12 @@ mod render;
 mod report;
 mod scene;
 mod sequence;
+mod shell;
 mod stage;
 mod text;
 mod topics;
 mod verify;
+mod watch;
 
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::process::ExitCode;

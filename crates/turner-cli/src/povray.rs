@@ -21,8 +21,20 @@ impl PovRay {
         Some(PovRay { program: program.to_owned(), scene })
     }
 
-    /// Seconds it says it traced for, in a temporary folder that is removed.
+    /// Seconds it says it traced for, without anti-aliasing.
     pub(crate) fn trace(&self, width: u32, height: u32, threads: usize) -> Result<f64, Failure> {
+        self.render(width, height, threads, &["-A"]).map(|(seconds, _)| seconds)
+    }
+
+    /// Seconds it says it traced for, with these arguments for anti-aliasing, and its picture as PNG, made in a temporary folder that
+    /// is removed.
+    pub(crate) fn render(
+        &self,
+        width: u32,
+        height: u32,
+        threads: usize,
+        antialias: &[&str],
+    ) -> Result<(f64, Vec<u8>), Failure> {
         let failed = |message: String, help: &str| {
             Failure::new(SceneError::new(ErrorCode::File, message).help(help.to_owned()))
         };
@@ -41,7 +53,8 @@ impl PovRay {
             .arg(format!("+O{}", folder.path().join("picture.png").display()))
             .arg(format!("+L{}", library.display()))
             .args([format!("+W{width}"), format!("+H{height}"), format!("+WT{threads}")])
-            .args(["-A", "-D", "File_Gamma=1.0"])
+            .args(antialias)
+            .args(["-D", "File_Gamma=1.0"])
             .stdin(Stdio::null())
             .output()
             .map_err(|e| {
@@ -56,9 +69,12 @@ impl PovRay {
             let scene = self.scene.display();
             return Err(failed(format!("{program} failed on {scene}: {last}"), "run it by hand to see more"));
         }
-        trace_time(&report).ok_or_else(|| {
-            failed(format!("{program} printed no `Trace Time`"), "this is known to work with POV-Ray 3.7")
-        })
+        let works = "this is known to work with POV-Ray 3.7";
+        let seconds =
+            trace_time(&report).ok_or_else(|| failed(format!("{program} printed no `Trace Time`"), works))?;
+        let picture = std::fs::read(folder.path().join("picture.png"))
+            .map_err(|e| failed(format!("{program} wrote no picture: {e}"), works))?;
+        Ok((seconds, picture))
     }
 }
 

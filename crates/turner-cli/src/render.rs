@@ -1,6 +1,7 @@
 //! `turner render`: a scene to a picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use clap::Args;
@@ -21,6 +22,7 @@ use crate::report::{Reporter, strict};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
 use crate::sequence::{SequenceArgs, Step};
 use crate::text;
+use crate::watch::{Changes, Watched};
 
 /// Render a scene into a picture (the command may be left out)
 #[derive(Debug, Args)]
@@ -61,20 +63,61 @@ fn pass_samples(done: u32) -> u32 {
     (done / 8).clamp(16, 256)
 }
 
+impl RenderArgs {
+    /// Where the picture goes, and who hears of it.
+    pub(crate) fn begin(&self) -> Result<(Output, Reporter), (Failure, Reporter)> {
+        let mut reporter = Reporter { quiet: self.quiet, events: self.json.then_some(Events::Stdout) };
+        match Output::new(self.output.as_deref(), self.format, &self.scene.scene) {
+            Ok(output) => {
+                if self.json && output.is_stdout() {
+                    reporter.events = Some(Events::Stderr);
+                }
+                Ok((output, reporter))
+            }
+            Err(failure) => Err((failure, reporter)),
+        }
+    }
+
+    /// The scene's file.
+    pub(crate) fn scene_path(&self) -> &Path {
+        &self.scene.scene
+    }
+
+    /// Whether more than one picture is asked for.
+    pub(crate) fn is_sequence(&self) -> bool {
+        self.sequence.steps().len() > 1
+    }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
-    let mut reporter = Reporter { quiet: args.quiet, events: args.json.then_some(Events::Stdout) };
-    let result = Output::new(args.output.as_deref(), args.format, &args.scene.scene).and_then(|output| {
-        if args.json && output.is_stdout() {
-            reporter.events = Some(Events::Stderr);
-        }
-        render_all(args, &output, &reporter, control)
-    });
+    let (result, reporter) = match args.begin() {
+        Ok((output, reporter)) => (render_all(args, &output, &reporter, control), reporter),
+        Err((failure, reporter)) => (Err(failure), reporter),
+    };
     control.end();
     result.unwrap_or_else(|failure| {
         reporter.failure(&failure);
         failure.exit
     })
+}
+
+/// Renders one picture and adds to `watched` what files it is made of; leaves off, and keeps the picture that is there, where one of
+/// them changes.
+pub(crate) fn again(
+    args: &RenderArgs,
+    output: &Output,
+    reporter: &Reporter,
+    control: &Control,
+    watched: &mut Watched,
+) -> Result<Option<u8>, Failure> {
+    let stage = &args.scene.stage;
+    let ready = load(args, stage.models(), output, reporter, true);
+    match &ready {
+        Ok(ready) => watched.add(&args.scene.scene, &ready.sources, Some(&ready.desc)),
+        Err(failure) => watched.add(&args.scene.scene, &failure.sources, None),
+    }
+    render(args, &ready?, output, reporter, control, Some(&Changes::new(watched)))
 }
 
 /// Renders one picture, or several in order.
@@ -106,7 +149,7 @@ fn render_all(
         step.turn(&mut ready.scene, stage.orbit(), fov)
             .map_err(|e| Failure::in_scene(e, &ready.sources, &ready.labels))?;
         let output = output.numbered(step)?;
-        let code = render(args, ready, &output, reporter, control)?;
+        let Some(code) = render(args, ready, &output, reporter, control, None)? else { continue };
         if code != 0 || i + 1 == steps.len() {
             if reporter.events.is_none() && !ready.desc.imports.is_empty() {
                 reporter.imports(&ready.desc.imports);
@@ -151,13 +194,15 @@ fn load(
     Ok(ready)
 }
 
+/// Renders and writes a picture; gives the exit code, or `None` if it left off because a file has changed.
 fn render(
     args: &RenderArgs,
     ready: &Ready,
     output: &Output,
     reporter: &Reporter,
     control: &Control,
-) -> Result<u8, Failure> {
+    changes: Option<&Changes<'_>>,
+) -> Result<Option<u8>, Failure> {
     let Ready { scene, sources, labels, hash, seconds: load_seconds, .. } = ready;
     let renderer = Renderer::new(scene).map_err(|e| Failure::in_scene(e, sources, labels))?;
     let samples_per_pixel = renderer.samples_per_pixel();
@@ -172,7 +217,11 @@ fn render(
             "threads": threads(args.threads),
         }));
     }
-    let traced = trace(renderer, args.threads, reporter, control);
+    let traced = trace(renderer, args.threads, reporter, control, changes);
+    if traced.interrupted && !control.is_interrupted() {
+        reporter.line("a file of the scene has changed: once more");
+        return Ok(None);
+    }
 
     control.begin_saving();
     let start = Instant::now();
@@ -191,9 +240,9 @@ fn render(
     report.send(output, reporter);
     match traced.fault {
         Some(fault) => Err(Failure::new(fault)),
-        None if traced.interrupted => Ok(INTERRUPTED),
+        None if traced.interrupted => Ok(Some(INTERRUPTED)),
         None if args.strict && !late.is_empty() => Err(strict(&late, sources, labels)),
-        None => Ok(0),
+        None => Ok(Some(0)),
     }
 }
 
@@ -218,6 +267,7 @@ fn trace<'a>(
     threads: usize,
     reporter: &Reporter,
     control: &Control,
+    changes: Option<&Changes<'_>>,
 ) -> Traced<'a> {
     let total = renderer.samples_per_pixel();
     let progress = Progress::new(reporter, total);
@@ -225,18 +275,29 @@ fn trace<'a>(
     control.begin_rendering();
     let mut fault = None;
     let mut left = total;
-    while !renderer.is_complete() && !control.is_interrupted() && fault.is_none() {
+    let changed = AtomicBool::new(false);
+    let cancel = if changes.is_some() { &changed } else { &control.cancel };
+    while !renderer.is_complete() && !control.is_interrupted() && !is_set(&changed) && fault.is_none() {
         let samples = left.min(pass_samples(total - left));
         left -= samples;
         progress.begin_pass(samples);
-        let tile = |done, tiles| progress.tile(done, tiles);
-        let options = PassOptions { threads, cancel: &control.cancel, progress: Some(&tile) };
+        let tile = |done, tiles| {
+            progress.tile(done, tiles);
+            if changes.is_some_and(|c| control.is_interrupted() || c.any()) {
+                changed.store(true, Ordering::SeqCst);
+            }
+        };
+        let options = PassOptions { threads, cancel, progress: Some(&tile) };
         fault = renderer.pass(samples, &options).err();
     }
     let seconds = start.elapsed().as_secs_f64();
     let finished = progress.finish();
     let interrupted = !renderer.is_complete() && fault.is_none();
     Traced { renderer, seconds, finished, interrupted, fault }
+}
+
+fn is_set(flag: &AtomicBool) -> bool {
+    flag.load(Ordering::SeqCst)
 }
 
 /// What was doubtful while rendering.

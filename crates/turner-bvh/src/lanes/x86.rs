@@ -4,7 +4,7 @@ use std::arch::x86_64::*;
 
 use super::{Block, Block32, Simd, Work};
 
-/// AVX-512 F and VL: one register for eight numbers, masks of their own.
+/// AVX-512 F, VL, BW and DQ: one register for eight numbers, masks of their own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx512(());
 
@@ -19,13 +19,15 @@ impl Avx512 {
         // The macro remembers: a load and a test.
         (is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512dq")
             && Avx2::detect().is_some())
         .then_some(Avx512(()))
     }
 
     #[inline]
     pub(super) fn run<W: Work>(self, work: W) -> W::Output {
-        #[target_feature(enable = "avx512f,avx512vl,avx2")]
+        #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2")]
         fn inner<W: Work>(simd: Avx512, work: W) -> W::Output {
             work.run(simd)
         }

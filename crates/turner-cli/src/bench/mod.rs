@@ -1,5 +1,6 @@
-//! `turner bench`: how fast scenes render, also beside POV-Ray; `render` measures path tracing.
+//! `turner bench`: how fast scenes render, also beside POV-Ray; `render` measures path tracing, `antialias` its modes.
 
+mod antialias;
 mod curve;
 mod install;
 mod peer;
@@ -61,6 +62,7 @@ pub(crate) struct BenchArgs {
 enum OtherBench {
     Rays(rays::RaysArgs),
     Render(render::RenderBenchArgs),
+    Antialias(antialias::AntialiasBenchArgs),
 }
 
 /// Runs the command.
@@ -68,6 +70,7 @@ pub(crate) fn run(args: &BenchArgs) -> u8 {
     match &args.other {
         Some(OtherBench::Rays(args)) => return rays::run(args),
         Some(OtherBench::Render(args)) => return render::run(args),
+        Some(OtherBench::Antialias(args)) => return antialias::run(args),
         None => {}
     }
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };

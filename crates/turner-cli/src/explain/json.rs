@@ -1,140 +1,120 @@
-//! A path as JSON: numbers in full, infinite ones as null.
+//! An explanation as JSON, documented in docs/explain.md: numbers in full, what is infinite or not there as null.
 
 use serde_json::{Value, json};
-use turner::bsdf::Lobe;
 use turner::color::Spectrum;
-use turner::integrator::path::{
-    AroundRecord, EmissionRecord, EscapeRecord, LightRecord, ScatterRecord, VertexRecord,
-};
 use turner::math::DVec3;
 use turner::scene::MaterialId;
 
-use super::Explained;
+use super::names::Names;
+use super::samples::{Explained, Record};
+use super::{classic_json, path_json};
 
-fn color(s: Spectrum) -> [f32; 3] {
+/// Changes when a key changes its meaning or goes away; new keys may come at any time.
+const VERSION: u32 = 1;
+
+pub(super) fn color(s: Spectrum) -> [f32; 3] {
     s.to_array()
 }
 
-fn vector(v: DVec3) -> [f64; 3] {
+pub(super) fn vector(v: DVec3) -> [f64; 3] {
     v.to_array()
 }
 
-pub(super) fn of(e: &Explained<'_>) -> Value {
-    let (path, scene) = (&e.path, &e.ready.scene);
-    let vertices: Vec<Value> = path.vertices.iter().map(|v| vertex(e, v)).collect();
+/// A material: its number and name.
+pub(super) fn material(names: &Names<'_>, id: MaterialId) -> Value {
+    json!({ "id": id.0, "name": names.material_name(id) })
+}
+
+/// An object: the number of its primitive, its shape and its name, and the instance that placed it.
+pub(super) fn object(names: &Names<'_>, primitive: u32, shape: &str) -> Value {
+    let name = names.scene.object_name(primitive);
+    json!({ "primitive": primitive, "shape": shape, "name": name.own, "instance": name.instance })
+}
+
+pub(super) fn of(explained: &Explained<'_>, hash: &str) -> Value {
+    let Explained { names, explanation: e, records } = explained;
+    let samples: Vec<Value> = e
+        .pixel
+        .samples
+        .iter()
+        .map(|s| {
+            let radiance = s.radiance;
+            json!({
+                "place": s.place,
+                "share": s.weight,
+                "color": color(radiance.color),
+                "alpha": radiance.alpha,
+            })
+        })
+        .collect();
+    let squares: Vec<Value> = e
+        .pixel
+        .squares
+        .iter()
+        .map(|s| json!({ "corner": s.corner, "size": s.size, "spread": s.spread }))
+        .collect();
+    let each: Vec<Value> = e
+        .trees
+        .iter()
+        .zip(records)
+        .map(|(tree, record)| {
+            let mut out = match record {
+                Record::Tree(record) => classic_json::of(names, record),
+                Record::Path(record) => path_json::of(names, record),
+                Record::Other => first_hit(names, tree),
+            };
+            if let Some(map) = out.as_object_mut() {
+                map.insert("sample".into(), json!(tree.number));
+                map.insert("place".into(), json!(tree.sample.place));
+                map.insert("sum".into(), json!(color(tree.sum)));
+                map.insert("rendered".into(), json!(color(tree.sample.radiance.color)));
+                map.insert("alpha".into(), json!(tree.sample.radiance.alpha));
+                map.insert("exact".into(), json!(tree.is_exact()));
+                if e.path_of.is_some() {
+                    map.insert("touches".into(), json!(tree.nodes.iter().any(|n| n.touches)));
+                }
+            }
+            out
+        })
+        .collect();
     json!({
+        "format": "turner-explanation",
+        "version": VERSION,
+        "turner": env!("CARGO_PKG_VERSION"),
         "scene": e.scene,
-        "integrator": scene.integrator.type_name(),
-        "pixel": [path.id.x, path.id.y],
-        "sample": path.id.index,
-        "samples_per_pixel": scene.film.samples_per_pixel(),
-        "seed": path.id.seed,
-        "camera": {
-            "place": path.place,
-            "origin": vector(path.origin),
-            "direction": vector(path.direction),
-            "time": path.time,
-        },
-        "vertices": vertices,
-        "escape": path.escape.as_ref().map(escape),
-        "end": path.end.word(),
-        "sum": color(path.sum()),
-        "radiance": color(e.rendered),
-        "alpha": path.radiance.alpha,
+        "scene_hash": hash,
+        "integrator": e.integrator,
+        "seed": e.seed,
+        "size": e.size,
+        "pixel": [e.pixel.x, e.pixel.y],
+        "color": color(e.color()),
+        "alpha": e.pixel.color[3],
+        "antialias": names.scene.film.antialias.word(),
+        "sample_count": e.pixel.count,
+        "samples": samples,
+        "squares": squares,
+        "path_of": e.path_of,
+        "explained": each,
         "exact": e.is_exact(),
-        "scene_hash": e.ready.hash,
-        "version": env!("CARGO_PKG_VERSION"),
     })
 }
 
-fn material(e: &Explained<'_>, id: MaterialId) -> Value {
-    json!({ "id": id.0, "name": e.name(id) })
-}
-
-fn vertex(e: &Explained<'_>, v: &VertexRecord) -> Value {
-    let inside: Vec<Value> = v.inside.iter().map(|&id| material(e, id)).collect();
-    json!({
-        "origin": vector(v.origin),
-        "direction": vector(v.direction),
-        "t": v.t,
-        "position": vector(v.p),
-        "geometric_normal": vector(v.ng),
-        "shading_normal": vector(v.ns),
-        "primitive": v.primitive,
-        "part": v.part,
-        "uv": v.uv,
-        "material": material(e, v.material),
-        "chosen": v.chosen.map(|id| material(e, id)),
-        "outside": v.outside,
-        "inside": inside,
-        "transmittance": v.transmittance.map(color),
-        "throughput": color(v.throughput),
-        "passage": v.passage.word(),
-        "emission": v.emission.as_ref().map(emission),
-        "ior_around": v.ior_around,
-        "band": v.band,
-        "dispersed": v.dispersed.map(color),
-        "light": v.light.as_ref().map(light),
-        "scatter": v.scatter.as_ref().map(scatter),
-    })
-}
-
-fn emission(e: &EmissionRecord) -> Value {
-    json!({
-        "radiance": color(e.radiance),
-        "pdf": e.pdf,
-        "light_pdf": e.light_pdf,
-        "mis_weight": e.weight,
-        "contribution": color(e.contribution),
-    })
-}
-
-fn light(l: &LightRecord) -> Value {
-    json!({
-        "direction": vector(l.direction),
-        "distance": l.distance,
-        "pdf": l.pdf,
-        "delta": l.is_delta,
-        "radiance": color(l.radiance),
-        "bsdf": color(l.bsdf),
-        "bsdf_pdf": l.bsdf_pdf,
-        "cosine": l.cosine,
-        "mis_weight": l.weight,
-        "transmittance": l.transmittance.map(color),
-        "unshadowed": color(l.unshadowed),
-        "visible": l.visible.map(color),
-        "contribution": color(l.contribution),
-    })
-}
-
-fn scatter(s: &ScatterRecord) -> Value {
-    let Lobe { is_delta, is_transmission, is_diffuse } = s.lobe;
-    json!({
-        "direction": vector(s.direction),
-        "lobe": { "delta": is_delta, "transmission": is_transmission, "diffuse": is_diffuse },
-        "bsdf": color(s.bsdf),
-        "pdf": s.pdf,
-        "cosine": s.cosine,
-        "eta": s.eta,
-        "terminator": s.terminator,
-        "weight": color(s.weight),
-        "roulette": s.roulette.map(|r| json!({ "survival": r.survival, "number": r.number })),
-        "throughput": color(s.throughput),
-    })
-}
-
-fn escape(e: &EscapeRecord) -> Value {
-    let around = |l: &AroundRecord| json!({ "radiance": color(l.radiance), "light_pdf": l.light_pdf, "mis_weight": l.weight });
-    let lights: Vec<Value> = e.lights.iter().map(around).collect();
-    json!({
-        "origin": vector(e.origin),
-        "direction": vector(e.direction),
-        "transmittance": e.transmittance.map(color),
-        "throughput": color(e.throughput),
-        "pdf": e.pdf,
-        "lights": lights,
-        "background": color(e.background),
-        "ambient": color(e.ambient),
-        "contribution": color(e.contribution),
-    })
+/// What integrators for looking at things show: the first hit.
+fn first_hit(names: &Names<'_>, tree: &super::model::SampleTree) -> Value {
+    let camera =
+        tree.nodes.first().map(|n| json!({ "origin": vector(n.from), "direction": vector(n.direction) }));
+    let hit = tree.nodes.first().and_then(|n| {
+        let ray = turner::render::camera_ray(names.scene, tree.sample.id, tree.sample.place)?;
+        let hit = names.scene.intersect(&ray)?;
+        let surface = names.scene.surface(&ray, &hit);
+        Some(json!({
+            "t": hit.shape.t,
+            "position": n.to.map(vector),
+            "geometric_normal": vector(surface.ng),
+            "shading_normal": vector(surface.ns),
+            "object": object(names, names.scene.primitive_id(&hit), names.scene.shape_word(&hit)),
+            "material": material(names, surface.material),
+        }))
+    });
+    json!({ "kind": "first-hit", "camera": camera, "hit": hit })
 }

@@ -1,26 +1,52 @@
-//! `turner explain`: one sample of a pixel, with every vertex of its path.
+//! `turner explain`: why a pixel has its colour, ray by ray.
+//!
+//! ```text
+//! run ── render::pixel ── samples ─┬─ classic ── model ── prune ─┬─ text
+//!        (the pixel as rendered)   ├─ path                       ├─ svg ── views (the rays in the scene)
+//!                                  └─ other                      └─ html
+//!                                  └────────────── records ───────── json
+//! ```
 
+mod classic;
+mod classic_json;
+mod draw;
+mod html;
 mod json;
+mod model;
+mod names;
+mod number;
+mod other;
+mod path;
+mod path_json;
+mod prune;
+mod rows;
+mod samples;
+mod shade;
+mod style;
+mod svg;
 mod text;
+mod views;
 
-use clap::Args;
-use turner::color::Spectrum;
-use turner::integrator::path::{PathRecord, replay};
-use turner::render::sample;
-use turner::scene::MaterialId;
-use turner::scene::error::{ErrorCode, SceneError, escape};
+use std::ffi::OsStr;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use turner::render::pixel;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner_io::image::OutputFile;
 
 use crate::events::Events;
-use crate::failure::{FAILED, Failure, USAGE};
+use crate::failure::{FAILED, Failure, two_lines};
 use crate::report::Reporter;
-use crate::scene::{FilmArgs, Ready, SceneArgs};
+use crate::scene::{FilmArgs, SceneArgs};
 use crate::text::print;
 
-/// Show the path of one sample: every surface it met, light sampled and found, densities and weights
+/// Show why a pixel has its colour: every ray, what it met, and what it brought
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The integrators \"path\" and \"direct\" are explained. Give the options that the picture was rendered with: \
-                  the sample depends on them."
+    after_help = "Give the options that the picture was rendered with: samples depend on them. With --samples N and \"path\" the sample \
+                  that carries most of the N is shown."
 )]
 pub(crate) struct ExplainArgs {
     #[command(flatten)]
@@ -28,14 +54,39 @@ pub(crate) struct ExplainArgs {
     /// Column and row of the pixel, from 0 at the top left
     #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
     pixel: (u32, u32),
-    /// Which of the pixel's samples, from 0
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    sample: u32,
+    /// Which of the pixel's samples, from 0; without it the one that carries most
+    #[arg(long, value_name = "N")]
+    sample: Option<usize>,
     #[command(flatten)]
     film: FilmArgs,
-    /// As JSON
+    /// Show only rays whose path touches the object or material of this name
+    #[arg(long, value_name = "NAME")]
+    path_of: Option<String>,
+    /// How; without it by the extension of the output file, or else as text
     #[arg(long)]
+    format: Option<Format>,
+    /// Short for --format json
+    #[arg(long, conflicts_with = "format")]
     json: bool,
+    /// Where to; `-` is standard output
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// All rays and samples, not only those that bring most
+    #[arg(long)]
+    all: bool,
+}
+
+/// How an explanation is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// A tree, for terminals
+    Text,
+    /// All numbers, for programs
+    Json,
+    /// A drawing of the tree and of the rays in the scene
+    Svg,
+    /// The same as a page to explore
+    Html,
 }
 
 fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
@@ -44,33 +95,37 @@ fn parse_pixel(text: &str) -> Result<(u32, u32), String> {
     numbers.ok_or_else(|| "expected two whole numbers X,Y".to_owned())
 }
 
-/// A path and what is said of it.
-struct Explained<'a> {
-    ready: &'a Ready,
-    /// The scene file, as it was given.
-    scene: String,
-    path: PathRecord,
-    /// What the sample gives to the picture.
-    rendered: Spectrum,
-}
-
-impl Explained<'_> {
-    /// The name of a material in the scene file, if it has one.
-    fn name(&self, id: MaterialId) -> Option<String> {
-        let material = self.ready.desc.materials.get(id.index())?;
-        material.name.as_deref().map(escape)
-    }
-
-    /// Whether the parts sum to the sample to the last bit.
-    fn is_exact(&self) -> bool {
-        let bits = |s: Spectrum| s.to_array().map(f32::to_bits);
-        bits(self.path.sum()) == bits(self.rendered)
+impl ExplainArgs {
+    /// The format, and the file if there is one.
+    fn target(&self) -> Result<(Format, Option<PathBuf>), Failure> {
+        let path = self.output.clone().filter(|path| path.as_os_str() != "-");
+        let extension = path.as_ref().and_then(|p| p.extension()).and_then(OsStr::to_str);
+        let by_name = match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("json") => Some(Format::Json),
+            Some("svg") => Some(Format::Svg),
+            Some("html" | "htm") => Some(Format::Html),
+            Some("txt" | "text") => Some(Format::Text),
+            _ => None,
+        };
+        let asked = if self.json { Some(Format::Json) } else { self.format };
+        match (asked.or(by_name), &path) {
+            (Some(format), _) => Ok((format, path)),
+            (None, None) => Ok((Format::Text, None)),
+            (None, Some(shown)) => {
+                let shown = turner::scene::error::escape(&shown.to_string_lossy());
+                let message = format!("{shown}: the extension names no format of explanations");
+                let help = "use .txt, .json, .svg or .html, or add `--format`";
+                Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)))
+            }
+        }
     }
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &ExplainArgs) -> u8 {
-    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    let json = args.json || args.format == Some(Format::Json);
+    let events = (json && args.output.is_none()).then_some(Events::Stdout);
+    let reporter = Reporter { quiet: false, events };
     explain(args, &reporter).unwrap_or_else(|failure| {
         reporter.failure(&failure);
         failure.exit
@@ -78,24 +133,72 @@ pub(crate) fn run(args: &ExplainArgs) -> u8 {
 }
 
 fn explain(args: &ExplainArgs, reporter: &Reporter) -> Result<u8, Failure> {
+    let (format, path) = args.target()?;
+    let output =
+        |e: turner_io::image::OutputError| Failure::new(two_lines(ErrorCode::Output, &e.to_string()));
+    // Before any work is done: whether it can be written.
+    let file = path.map(OutputFile::create).transpose().map_err(output)?;
     let ready = args.scene.ready(&args.film, args.scene.stage.models(), 0)?;
-    let (scene, (x, y)) = (&ready.scene, args.pixel);
-    let usage = |e| Failure { exit: USAGE, ..Failure::in_scene(e, &ready.sources, &ready.labels) };
-    let path = replay(scene, x, y, args.sample).map_err(usage)?;
-    let rendered = sample(scene, x, y, args.sample).map_err(usage)?.color;
-    let name = escape(&args.scene.scene.to_string_lossy());
-    let explained = Explained { ready: &ready, scene: name, path, rendered };
-    if args.json {
-        print(&format!("{}\n", json::of(&explained)));
-    } else {
-        print(&text::of(&explained));
+    let scene = &ready.scene;
+    let bad = |e| Failure::in_scene(e, &ready.sources, &ready.labels);
+    let names = names::Names { scene, desc: &ready.desc };
+    if let Some(wanted) = &args.path_of {
+        names.check(wanted).map_err(bad)?;
+    }
+    let (x, y) = args.pixel;
+    let pixel = pixel(scene, x, y).map_err(bad)?;
+    let wanted = samples::Wanted {
+        sample: args.sample,
+        path_of: args.path_of.as_deref(),
+        all: args.all,
+        many: matches!(format, Format::Json | Format::Html),
+    };
+    let name = args.scene.scene.to_string_lossy().into_owned();
+    let explained = samples::explain(&names, name, pixel, &wanted).map_err(bad)?;
+    let explanation = &explained.explanation;
+    let text = match format {
+        Format::Json => format!("{}\n", json::of(&explained, &ready.hash)),
+        Format::Text => text::of(explanation, &style(scene, args.all, file.is_some())),
+        Format::Svg | Format::Html => {
+            let views = draw::Views::new(&names, &explanation.trees);
+            let display = shade::Display::new(&scene.film);
+            // Drawings share their rays among the samples.
+            let most = match (args.all, format) {
+                (true, _) => usize::MAX,
+                (false, Format::Svg) => 24,
+                (false, _) => 1200 / explanation.trees.len().max(1),
+            };
+            match format {
+                Format::Svg => svg::of(explanation, &views, &display, most),
+                _ => html::of(explanation, &views, &display, most),
+            }
+        }
+    };
+    match file {
+        Some(file) => file.commit(text.as_bytes()).map_err(output)?,
+        None => print(&text),
+    }
+    if format != Format::Json || args.output.is_some() {
         reporter.warnings(&scene.warnings, &ready.sources, &ready.labels);
     }
-    // What is not finite has no sum to speak of.
-    if explained.is_exact() || !explained.rendered.is_finite() {
+    if explanation.is_exact() {
         return Ok(0);
     }
     let error = SceneError::new(ErrorCode::Internal, "the contributions do not sum to the sample");
     reporter.failure(&Failure::new(error.help("this is a bug in Turner: please report it")));
     Ok(FAILED)
+}
+
+/// Colours where standard output is a terminal that shows all of them, and nobody objects.
+fn style(scene: &turner::scene::Scene, all: bool, to_file: bool) -> text::Style<'_> {
+    let has = |name: &str, words: &[&str]| {
+        std::env::var(name).is_ok_and(|value| words.iter().any(|word| value.contains(word)))
+    };
+    let refused = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+    let able = has("COLORTERM", &["truecolor", "24bit"])
+        || has("TERM", &["direct", "kitty", "alacritty", "wezterm", "ghostty"])
+        || std::env::var_os("WT_SESSION").is_some();
+    let colors = !to_file && !refused && able && std::io::stdout().is_terminal();
+    let budget = if all { usize::MAX } else { 40 };
+    text::Style { colors, display: shade::Display::new(&scene.film), budget }
 }

@@ -1,259 +1,312 @@
-//! A path as text: a paragraph for each surface, and the sum.
+//! An explanation as text: trees of rays, and the sums.
 
-use turner::bsdf::Lobe;
 use turner::color::Spectrum;
-use turner::integrator::path::{
-    EmissionRecord, End, EscapeRecord, LightRecord, Passage, ScatterRecord, VertexRecord,
-};
-use turner::math::DVec3;
-use turner::scene::MaterialId;
+use turner::scene::error::escape;
 
-use super::Explained;
+use super::model::{Explanation, Kind, Node, SampleTree};
+use super::number::{color, exact, number, rays};
+use super::prune::{Hidden, Shown, shown};
+use super::shade::Display;
 
-/// Six digits.
-fn number(v: f64) -> String {
-    // Zero has no sign here.
-    let v = v + 0.0;
-    let scientific = format!("{v:.5e}");
-    let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
-    if !(-4..7).contains(&exponent) {
-        return scientific;
+/// How text is written.
+pub(super) struct Style<'a> {
+    /// Whether the terminal shows colours.
+    pub(super) colors: bool,
+    pub(super) display: Display<'a>,
+    /// The most rays of a tree.
+    pub(super) budget: usize,
+}
+
+/// Samples that are listed one by one.
+const LISTED: usize = 16;
+/// Terms of the sum that are listed one by one.
+const TERMS: usize = 12;
+
+impl Style<'_> {
+    /// A patch of a colour, and a space; nothing without colours.
+    fn swatch(&self, c: Spectrum) -> String {
+        if !self.colors {
+            return String::new();
+        }
+        let [r, g, b] = self.display.rgb(c);
+        format!("\x1b[48;2;{r};{g};{b}m  \x1b[0m ")
     }
-    let text = format!("{v:.*}", (5 - exponent).max(0) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
 
-fn vector(v: DVec3) -> String {
-    let [x, y, z] = v.to_array().map(number);
-    format!("({x}, {y}, {z})")
-}
+    fn paint(&self, code: &str, text: &str) -> String {
+        if self.colors { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
+    }
 
-fn color(s: Spectrum) -> String {
-    let [r, g, b] = s.to_array().map(|v| number(f64::from(v)));
-    format!("[{r}, {g}, {b}]")
-}
+    fn dim(&self, text: &str) -> String {
+        self.paint("2", text)
+    }
 
-/// With all digits that count.
-fn exact(s: Spectrum) -> String {
-    format!("[{}, {}, {}]", s.r, s.g, s.b)
-}
-
-fn lobe(lobe: &Lobe) -> &'static str {
-    match (lobe.is_delta, lobe.is_transmission, lobe.is_diffuse) {
-        (true, false, _) => "mirror reflection",
-        (true, true, _) => "clear transmission",
-        (false, false, true) => "diffuse reflection",
-        (false, true, true) => "diffuse transmission",
-        (false, false, false) => "glossy reflection",
-        (false, true, false) => "glossy transmission",
+    fn bold(&self, text: &str) -> String {
+        self.paint("1", text)
     }
 }
 
-fn pdf_beside_lights(pdf: Option<f64>) -> String {
-    pdf.map_or("no light sampling beside it".to_owned(), |pdf| format!("pdf {}", number(pdf)))
-}
-
-pub(super) fn of(e: &Explained<'_>) -> String {
-    let (path, scene) = (&e.path, &e.ready.scene);
+pub(super) fn of(e: &Explanation, style: &Style<'_>) -> String {
+    let [width, height] = e.size;
     let mut out = format!(
-        "{}: pixel {},{}, sample {} of {}, integrator \"{}\", seed {}\n",
-        e.scene,
-        path.id.x,
-        path.id.y,
-        path.id.index,
-        scene.film.samples_per_pixel(),
-        scene.integrator.type_name(),
-        path.id.seed
+        "{}: pixel {},{} of {width}x{height}, integrator \"{}\", seed {}\n",
+        escape(&e.scene),
+        e.pixel.x,
+        e.pixel.y,
+        e.integrator,
+        e.seed
     );
-    let [column, row] = path.place.map(number);
-    out += &format!("camera ray at ({column}, {row}) of the picture\n");
-    out += &format!("  from {} towards {}\n", vector(path.origin), vector(path.direction));
-    if path.time != 0.0 {
-        out += &format!("  time {}\n", number(f64::from(path.time)));
+    out += &format!("pixel {}{}", style.swatch(e.color()), exact(e.color()));
+    let alpha = e.pixel.color[3];
+    out += &if alpha == 1.0 { "\n".to_owned() } else { format!(", alpha {alpha}\n") };
+    out += &format!("  {}\n", e.averaging);
+    if e.pixel.samples.len() > 1 {
+        samples(&mut out, e, style);
     }
-    for (i, vertex) in path.vertices.iter().enumerate() {
-        e.vertex(&mut out, i + 1, vertex);
+    if let Some(choice) = &e.choice {
+        out += &format!("  {}\n", escape_line(choice));
     }
-    if let Some(escape) = &path.escape {
-        escaped(&mut out, escape);
+    for tree in &e.trees {
+        sample(&mut out, e, tree, style);
     }
-    out += &format!("end: {}\n\n", end(path.end));
-    for (what, part) in e.parts() {
-        out += &format!("  {what:<20} {}\n", exact(part));
-    }
-    out += &format!("  {:<20} {}\n", "sum", exact(path.sum()));
-    let equal = match (e.is_exact(), e.rendered.is_finite()) {
-        (true, true) => "equal to the last bit",
-        (_, false) => "no finite number: left out of the picture",
-        (false, true) => "NOT EQUAL",
-    };
-    out += &format!("  {:<20} {}  {equal}\n", "sample as rendered", exact(e.rendered));
     out
 }
 
-fn end(end: End) -> &'static str {
-    match end {
-        End::Escaped => "it left the scene",
-        End::Absorbed => "nothing is scattered further",
-        End::Depth => "as many scatterings as the integrator allows",
-        End::Transparency => "as many surfaces passed straight as the integrator allows",
-        End::Roulette => "Russian roulette",
-        End::Unlit => "the surface shows its colour without light",
-        End::Vertices => "more surfaces than one path may meet",
-        End::LeftOut => "the camera shows nothing there",
-    }
+fn escape_line(text: &str) -> String {
+    text.chars()
+        .flat_map(|c| if c.is_control() { c.escape_default().collect::<Vec<_>>() } else { vec![c] })
+        .collect()
 }
 
-impl Explained<'_> {
-    /// What was added, in order, with what it was.
-    fn parts(&self) -> Vec<(String, Spectrum)> {
-        let mut parts = Vec::new();
-        for (i, v) in self.path.vertices.iter().enumerate() {
-            if let Some(e) = &v.emission {
-                parts.push((format!("{} shines", i + 1), e.contribution));
-            }
-            if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
-                parts.push((format!("{} lit", i + 1), l.contribution));
-            }
+fn samples(out: &mut String, e: &Explanation, style: &Style<'_>) {
+    let is_shown = |i: usize| e.trees.iter().any(|t| t.number == i);
+    let mut left = 0;
+    for (i, s) in e.pixel.samples.iter().enumerate() {
+        if i >= LISTED && !is_shown(i) {
+            left += 1;
+            continue;
         }
-        parts.extend(self.path.escape.as_ref().map(|e| ("outside".to_owned(), e.contribution)));
-        parts
-    }
-
-    fn material(&self, id: MaterialId) -> String {
-        match self.name(id) {
-            Some(name) => format!("\"{name}\""),
-            None => format!("material {}", id.0),
-        }
-    }
-
-    fn vertex(&self, out: &mut String, number_of: usize, v: &VertexRecord) {
-        let side = if v.outside { "outside" } else { "inside" };
-        let mut material = self.material(v.material);
-        if let Some(chosen) = v.chosen {
-            material += &format!(", of which {}", self.material(chosen));
-        }
+        let mark = if is_shown(i) { "*" } else { " " };
+        let [x, y] = s.place.map(number);
+        let c = s.radiance.color;
         *out += &format!(
-            "{number_of}  t {}  {material}, {side}, primitive {} part {}\n",
-            number(v.t),
-            v.primitive,
-            v.part
+            " {mark} sample {i:<4} {}{}  at ({x}, {y}), share {}\n",
+            style.swatch(c),
+            exact(c),
+            number(s.weight)
         );
-        *out += &format!("   at {}, normal {}", vector(v.p), vector(v.ng));
-        *out += &match v.ns == v.ng {
-            true => "\n".to_owned(),
-            false => format!(", shading normal {}\n", vector(v.ns)),
-        };
-        if !v.inside.is_empty() {
-            let names: Vec<String> = v.inside.iter().map(|&id| self.material(id)).collect();
-            let left = v.transmittance.map_or(String::new(), |left| format!(", which left {}", color(left)));
-            *out += &format!("   through {}{left}\n", names.join(" and "));
-        }
-        *out += &format!("   throughput {}\n", color(v.throughput));
-        match v.passage {
-            Passage::Surface => {}
-            Passage::Hole => *out += "   not there by chance: passed\n",
-            Passage::Hidden => *out += "   within a solid that stands above it: passed\n",
-            Passage::Pane => *out += "   a clear pane: passed straight\n",
-        }
-        if let Some(ior) = v.ior_around.filter(|&ior| ior != 1.0) {
-            *out += &format!("   index of refraction around it {}\n", number(ior));
-        }
-        if let Some(band) = v.band {
-            let carries = v.dispersed.map_or(String::new(), |t| format!(", now throughput {}", color(t)));
-            *out += &format!("   band {}{carries}\n", ["red", "green", "blue"][usize::from(band.min(2))]);
-        }
-        if let Some(e) = &v.emission {
-            shines(out, e);
-        }
-        if let Some(l) = &v.light {
-            lit(out, l);
-        }
-        if let Some(s) = &v.scatter {
-            scattered(out, s);
-        }
+    }
+    let unlisted = e.pixel.count - e.pixel.samples.len() as u64 + left;
+    if unlisted > 0 {
+        *out += &style.dim(&format!("   … and {unlisted} more samples\n"));
     }
 }
 
-fn shines(out: &mut String, e: &EmissionRecord) {
-    *out += &format!(
-        "   shines {}; {}, light pdf {}, MIS weight {}\n     contributes {}\n",
-        color(e.radiance),
-        pdf_beside_lights(e.pdf),
-        number(e.light_pdf),
-        number(e.weight),
-        color(e.contribution)
-    );
+fn sample(out: &mut String, e: &Explanation, tree: &SampleTree, style: &Style<'_>) {
+    let [x, y] = tree.sample.place.map(number);
+    let title = format!("sample {} of {}", tree.number, e.pixel.count);
+    *out += &format!("\n{} at ({x}, {y}) of the picture\n", style.bold(&title));
+    let shown = shown(&tree.nodes, style.budget, e.path_of.is_some());
+    Branches { tree, style, shown: &shown, out }.write();
+    if shown.elsewhere.rays > 0 {
+        let name = escape(e.path_of.as_deref().unwrap_or_default());
+        let (what, brings) = (rays(shown.elsewhere.rays), short_sum(shown.elsewhere));
+        *out += &style.dim(&format!("… {what} of together {brings} do not touch \"{name}\"\n"));
+    }
+    if tree.unwritten > 0 {
+        let what = rays(tree.unwritten);
+        *out += &style.dim(&format!("… {what} more are part of the sum, but too many to be kept\n"));
+    }
+    for remark in &tree.remarks {
+        *out += &format!("{remark}\n");
+    }
+    sums(out, tree, &shown, style);
 }
 
-fn lit(out: &mut String, l: &LightRecord) {
-    let distance = if l.distance.is_finite() { number(l.distance) } else { "infinity".to_owned() };
-    let kind = if l.is_delta { ", a point or direction" } else { "" };
-    *out += &format!(
-        "   light towards {}, distance {distance}, pdf {}{kind}\n     radiance {}\n",
-        vector(l.direction),
-        number(l.pdf),
-        color(l.radiance)
-    );
-    *out += &format!(
-        "     BSDF {}, pdf {}, cosine {}, MIS weight {}\n",
-        color(l.bsdf),
-        number(l.bsdf_pdf),
-        number(l.cosine),
-        number(l.weight)
-    );
-    if let Some(left) = l.transmittance {
-        *out += &format!("     solids on the way leave {}\n", color(left));
-    }
-    *out += &match l.visible {
-        None => "     contributes nothing\n".to_owned(),
-        Some(visible) if visible.is_black() => format!("     in shadow; else {}\n", color(l.unshadowed)),
-        Some(visible) => {
-            let share = match visible == Spectrum::WHITE {
-                true => "visible".to_owned(),
-                false => format!("visible share {}", color(visible)),
-            };
-            format!("     {share}, contributes {}\n", color(l.contribution))
+/// What rays bring together, in one number: their mean over the colours.
+fn short_sum(hidden: Hidden) -> String {
+    color(hidden.brings)
+}
+
+fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
+    out.push('\n');
+    let listed = |(node, ..): &&(usize, &str, Spectrum)| tree.parts.len() <= TERMS || shown.nodes[*node];
+    let (mut count, mut last) = (0, 0);
+    for (node, what, part) in tree.parts.iter().filter(listed) {
+        if tree.parts.len() > TERMS && (part.is_black() || count >= 4 * TERMS) {
+            continue;
         }
+        count += 1;
+        last = last.max(*node);
+        // Rays that were not traced met nothing to be named.
+        let met = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
+        let of = met.map_or(String::new(), |n| format!(" of {}", escape(&n.target)));
+        *out += &format!("  {}{:<32} {}\n", style.swatch(*part), format!("{what}{of}"), exact(*part));
+    }
+    let rest = tree.parts.len() - count;
+    if rest > 0 {
+        *out += &style.dim(&format!("  … and {rest} more terms, each in its turn\n"));
+    }
+    *out += &format!("  {}{:<32} {}\n", style.swatch(tree.sum), "sum", exact(tree.sum));
+    let equal = match (tree.is_exact(), tree.sample.radiance.color.is_finite()) {
+        (_, false) => "no finite number: left out of the picture",
+        (true, true) => "equal to the last bit",
+        (false, true) => "NOT EQUAL",
     };
+    let rendered = tree.sample.radiance.color;
+    let line = format!("{:<32} {}  {equal}", "sample as rendered", exact(rendered));
+    *out += &format!("  {}{line}\n", style.swatch(rendered));
 }
 
-fn scattered(out: &mut String, s: &ScatterRecord) {
-    let eta = if s.eta == 1.0 { String::new() } else { format!(", eta {}", number(s.eta)) };
-    *out += &format!("   goes on by {} towards {}\n", lobe(&s.lobe), vector(s.direction));
-    *out += &format!(
-        "     BSDF {}, pdf {}, cosine {}{eta}, weight {}\n",
-        color(s.bsdf),
-        number(s.pdf),
-        number(s.cosine),
-        color(s.weight)
-    );
-    if let Some(r) = s.roulette {
-        let lives = if r.number < r.survival { "survived" } else { "lost" };
-        *out +=
-            &format!("     Russian roulette {lives}: {} against {}\n", number(r.number), number(r.survival));
-    }
+/// Writes a tree with branches of lines.
+struct Branches<'a, 'o> {
+    tree: &'a SampleTree,
+    style: &'a Style<'a>,
+    shown: &'a Shown,
+    out: &'o mut String,
 }
 
-fn escaped(out: &mut String, e: &EscapeRecord) {
-    *out += &format!("outside, towards {}\n", vector(e.direction));
-    if let Some(left) = e.transmittance {
-        *out += &format!("   solids on the way leave {}\n", color(left));
-    }
-    *out += &format!("   throughput {}\n", color(e.throughput));
-    for light in &e.lights {
-        *out += &format!(
-            "   light {}; {}, light pdf {}, MIS weight {}\n",
-            color(light.radiance),
-            pdf_beside_lights(e.pdf),
-            number(light.light_pdf),
-            number(light.weight)
-        );
-    }
-    for (what, light) in [("background", e.background), ("ambient", e.ambient)] {
-        if !light.is_black() {
-            *out += &format!("   {what} {}\n", color(light));
+impl Branches<'_, '_> {
+    fn write(&mut self) {
+        let nodes = &self.tree.nodes;
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+        for (i, node) in nodes.iter().enumerate().filter(|(i, _)| self.shown.nodes[*i]) {
+            if let Some(list) = node.parent.and_then(|p| children.get_mut(p)) {
+                list.push(i);
+            }
+        }
+        // (node, depth, whether it is its parent's last), with a stack of our own: trees may be a hundred thousand deep.
+        let mut stack: Vec<(usize, usize, bool)> = vec![(0, 0, true)];
+        let mut open: Vec<bool> = Vec::new();
+        while let Some((i, depth, last)) = stack.pop() {
+            if !self.shown.nodes.get(i).copied().unwrap_or(false) {
+                continue;
+            }
+            open.truncate(depth.saturating_sub(1));
+            let (shadows, others): (Vec<usize>, Vec<usize>) =
+                children[i].iter().copied().partition(|&c| nodes[c].kind == Kind::Shadow);
+            let hidden = self.shown.hidden[i];
+            let has_more = !others.is_empty() || hidden.rays > 0;
+            self.node(i, &open, depth, last, has_more, &shadows);
+            if depth > 0 {
+                open.push(!last);
+            }
+            if hidden.rays > 0 {
+                let line = format!(
+                    "… {} of together {} not shown; --all shows them",
+                    rays(hidden.rays),
+                    short_sum(hidden)
+                );
+                let end = if others.is_empty() { "└─ " } else { "├─ " };
+                let line = format!("{}{end}{line}", indent(&open));
+                *self.out += &format!("{}\n", self.style.dim(&line));
+            }
+            let count = others.len();
+            stack.extend(others.into_iter().enumerate().rev().map(|(n, c)| (c, depth + 1, n + 1 == count)));
         }
     }
-    *out += &format!("   contributes {}\n", color(e.contribution));
+
+    fn node(&mut self, i: usize, open: &[bool], depth: usize, last: bool, has_more: bool, shadows: &[usize]) {
+        let node = &self.tree.nodes[i];
+        let style = self.style;
+        let fork = if depth == 0 {
+            ""
+        } else if last {
+            "└─ "
+        } else {
+            "├─ "
+        };
+        let head = indent(open) + fork;
+        let mut line = format!("{} → {}", style.bold(node.kind.word()), style.bold(&escape(&node.target)));
+        if let Some(material) = &node.material {
+            line += &format!(" ({})", escape(material));
+        }
+        if !node.remark.is_empty() {
+            line += &format!(", {}", escape_line(&node.remark));
+        }
+        line += &format!("  × {}", color(node.weight));
+        line += &format!("  {}= {}", style.swatch(node.total), color(node.total));
+        *self.out += &format!("{head}{line}\n");
+        let mut inner = open.to_vec();
+        if depth > 0 {
+            inner.push(!last);
+        }
+        let margin = indent(&inner) + if has_more { "│    " } else { "     " };
+        for row in rows(node) {
+            *self.out += &style.dim(&format!("{margin}{row}\n"));
+        }
+        self.lights(&margin, shadows);
+    }
+
+    /// Shadow rays: a light in a line, or in two where it has one ray.
+    fn lights(&mut self, margin: &str, shadows: &[usize]) {
+        let nodes = &self.tree.nodes;
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for &i in shadows {
+            let light = nodes[i].light.map(|(light, _)| light);
+            match groups.last_mut() {
+                Some(group) if nodes[group[0]].light.map(|(l, _)| l) == light => group.push(i),
+                _ => groups.push(vec![i]),
+            }
+        }
+        for group in groups {
+            let first = &nodes[group[0]];
+            let added =
+                group.iter().filter_map(|&i| nodes[i].light).fold(Spectrum::BLACK, |sum, (_, c)| sum + c);
+            let name = escape(&first.target);
+            let swatch = self.style.swatch(added);
+            if let [only] = group[..] {
+                let node = &nodes[only];
+                let what = escape_line(&node.remark);
+                *self.out += &format!("{margin}☀ {name}: {what}  {swatch}{}\n", color(added));
+                if !added.is_black() || node.open {
+                    for row in rows(node) {
+                        *self.out += &self.style.dim(&format!("{margin}  {row}\n"));
+                    }
+                }
+                continue;
+            }
+            let lit = group.iter().filter(|&&i| nodes[i].open).count();
+            let mut by: Vec<String> = Vec::new();
+            for &i in group.iter().filter(|&&i| !nodes[i].open) {
+                let remark = escape_line(&nodes[i].remark);
+                if !by.contains(&remark) && by.len() < 3 {
+                    by.push(remark);
+                }
+            }
+            let others = if by.is_empty() { String::new() } else { format!(", others {}", by.join(", ")) };
+            let of = group.len();
+            *self.out +=
+                &format!("{margin}☀ {name}: {lit} of {of} points lit{others}  {swatch}{}\n", color(added));
+        }
+    }
+}
+
+fn indent(open: &[bool]) -> String {
+    // Deep trees keep their end in sight.
+    const MOST: usize = 24;
+    let skipped = open.len().saturating_sub(MOST);
+    let mut out = if skipped > 0 { format!("({skipped}) ") } else { String::new() };
+    out.extend(open.iter().skip(skipped).map(|&open| if open { "│  " } else { "   " }));
+    out
+}
+
+/// Details in lines of some width, `name value` after `name value`.
+fn rows(node: &Node) -> Vec<String> {
+    const WIDTH: usize = 92;
+    let mut lines = Vec::new();
+    let mut line = String::new();
+    for (name, value) in &node.rows {
+        let cell = format!("{name} {}", escape_line(value));
+        if !line.is_empty() && line.chars().count() + cell.chars().count() + 3 > WIDTH {
+            lines.push(std::mem::take(&mut line));
+        }
+        if !line.is_empty() {
+            line += " · ";
+        }
+        line += &cell;
+    }
+    if !line.is_empty() {
+        lines.push(line);
+    }
+    lines
 }

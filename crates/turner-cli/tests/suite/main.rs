@@ -11,4 +11,5 @@ mod models;
 mod names;
 mod render;
 mod scene_options;
+mod start;
 mod verify;

@@ -10,3 +10,4 @@ mod common;
 mod documents;
 mod looking;
 mod oracle;
+mod replay;

@@ -94,7 +94,7 @@ fn scenes() -> Vec<(&'static str, String, Occurs)> {
             |p| {
                 p.vertices.iter().any(|v| v.passage == Passage::Pane)
                     && p.vertices.iter().any(|v| {
-                        let visible = v.light.and_then(|l| l.visible);
+                        let visible = v.light.as_ref().and_then(|l| l.visible);
                         visible.is_some_and(|s| !s.is_black() && s != Spectrum::WHITE)
                     })
             },

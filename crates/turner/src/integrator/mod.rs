@@ -1,7 +1,7 @@
 //! Integrators: how much light comes along a camera ray. One file each; [`IntegratorDesc`] is the table of their
 //! names in a scene.
 
-mod classic;
+pub mod classic;
 mod looking;
 pub mod path;
 

@@ -13,7 +13,7 @@ mod spot;
 pub use ambient::AmbientDesc;
 pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
 pub use directional::DirectionalDesc;
-pub use environment::{EnvironmentDesc, EnvironmentLight, EnvironmentSample};
+pub use environment::{EnvironmentBatch, EnvironmentDesc, EnvironmentLight, EnvironmentSample};
 pub use point::PointDesc;
 pub use profile::{LightProfile, ProfileFile, ProfileUnits};
 pub use sky::SkyDesc;

@@ -41,42 +41,57 @@ pub fn atan2(y: f64, x: f64) -> f64 {
     libm::atan2(y, x)
 }
 
+/// Of Taylor's series in x²: of sin(x) / x, and of (cos(x) − 1) / x².
+pub(super) const SINE: [f64; 8] = [
+    1.0,
+    -1.0 / 6.0,
+    1.0 / 120.0,
+    -1.0 / 5040.0,
+    1.0 / 362_880.0,
+    -1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+    -1.0 / 1_307_674_368_000.0,
+];
+pub(super) const COSINE: [f64; 8] = [
+    -0.5,
+    1.0 / 24.0,
+    -1.0 / 720.0,
+    1.0 / 40_320.0,
+    -1.0 / 3_628_800.0,
+    1.0 / 479_001_600.0,
+    -1.0 / 87_178_291_200.0,
+    1.0 / 20_922_789_888_000.0,
+];
+
+/// Adding this to a number of ordinary size rounds it to a whole one, whose lowest bits are then the lowest of the sum.
+pub(super) const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// Interpolates atan(√z) / √z at ten Chebyshev nodes over 0..=tan²(π/8): within 4e-16.
+pub(super) const ARC_LOW: [f64; 8] = [
+    0.999_999_999_999_999,
+    -0.333_333_333_332_214_3,
+    0.199_999_999_783_926_63,
+    -0.142_857_126_616_847_93,
+    0.111_110_488_537_512_96,
+    -0.090_895_299_565_623_02,
+    0.076_735_354_281_832_23,
+    -0.065_059_829_671_704_51,
+];
+pub(super) const ARC_HIGH: [f64; 2] = [0.050_247_621_189_388_49, -0.025_316_479_573_758_974];
+pub(super) const TAN_EIGHTH: f64 = SQRT_2 - 1.0;
+
 /// Sine and cosine of 2π times `turns`, a number of ordinary size: within 1e-15, and several times as fast as [`sin_cos`].
 #[inline]
 pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
     let quarters = 4.0 * turns;
-    let nearest = (quarters + 0.5f64.copysign(quarters)) as i64;
-    let x = FRAC_PI_2 * (quarters - nearest as f64);
+    let shifted = quarters + ROUND;
+    let nearest = shifted.to_bits();
+    let x = FRAC_PI_2 * (quarters - (shifted - ROUND));
     let z = x * x;
     // Taylor's series: within an eighth of a turn what follows is below 1e-16.
-    let sin = x * eight(
-        z,
-        [
-            1.0,
-            -1.0 / 6.0,
-            1.0 / 120.0,
-            -1.0 / 5040.0,
-            1.0 / 362_880.0,
-            -1.0 / 39_916_800.0,
-            1.0 / 6_227_020_800.0,
-            -1.0 / 1_307_674_368_000.0,
-        ],
-    );
+    let sin = x * eight(z, SINE);
     // From the second term on: the first is added last, for precision.
-    let cos = 1.0
-        + z * eight(
-            z,
-            [
-                -0.5,
-                1.0 / 24.0,
-                -1.0 / 720.0,
-                1.0 / 40_320.0,
-                -1.0 / 3_628_800.0,
-                1.0 / 479_001_600.0,
-                -1.0 / 87_178_291_200.0,
-                1.0 / 20_922_789_888_000.0,
-            ],
-        );
+    let cos = 1.0 + z * eight(z, COSINE);
     let (sin, cos) = if nearest & 1 == 0 { (sin, cos) } else { (cos, -sin) };
     if nearest & 2 == 0 { (sin, cos) } else { (-sin, -cos) }
 }
@@ -84,19 +99,6 @@ pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
 /// As [`atan2`], within 2e-15, and several times as fast; 0 for (0, 0), and NaN only for what is no finite point.
 #[inline]
 pub fn angle(y: f64, x: f64) -> f64 {
-    /// Interpolates atan(√z) / √z at ten Chebyshev nodes over 0..=tan²(π/8): within 4e-16.
-    const LOW: [f64; 8] = [
-        0.999_999_999_999_999,
-        -0.333_333_333_332_214_3,
-        0.199_999_999_783_926_63,
-        -0.142_857_126_616_847_93,
-        0.111_110_488_537_512_96,
-        -0.090_895_299_565_623_02,
-        0.076_735_354_281_832_23,
-        -0.065_059_829_671_704_51,
-    ];
-    const HIGH: [f64; 2] = [0.050_247_621_189_388_49, -0.025_316_479_573_758_974];
-    const TAN_EIGHTH: f64 = SQRT_2 - 1.0;
     let (ax, ay) = (x.abs(), y.abs());
     let (low, high) = if ay > ax { (ax, ay) } else { (ay, ax) };
     // atan(low / high) = π/4 + atan((low − high) / (low + high)).
@@ -105,7 +107,7 @@ pub fn angle(y: f64, x: f64) -> f64 {
     let t = over / under.max(f64::MIN_POSITIVE);
     let z = t * t;
     let z8 = (z * z) * (z * z) * ((z * z) * (z * z));
-    let a = base + t * (eight(z, LOW) + (HIGH[0] + HIGH[1] * z) * z8);
+    let a = base + t * (eight(z, ARC_LOW) + (ARC_HIGH[0] + ARC_HIGH[1] * z) * z8);
     let a = if ay > ax { FRAC_PI_2 - a } else { a };
     let a = if x < 0.0 { PI - a } else { a };
     a.copysign(y)

@@ -5,6 +5,7 @@
 
 mod bounds;
 pub mod elementary;
+pub mod elementary_x8;
 mod frame;
 mod ray;
 

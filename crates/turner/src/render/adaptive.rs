@@ -67,6 +67,10 @@ impl TileBuffers<'_> {
         let corners = [at(cx, cy), at(cx + size, cy), at(cx, cy + size), at(cx + size, cy + size)];
         let values = corners.map(|i| grid.values[i].unwrap_or_default());
         if size == 1 || spread(&values) <= threshold {
+            if let Some(log) = &mut self.log {
+                let corner = [grid.x + cx as u32, grid.y + cy as u32];
+                log.squares.push((corner, size as u32, spread(&values)));
+            }
             return mean(&values);
         }
         let half = size / 2;

@@ -2,11 +2,13 @@
 
 mod adaptive;
 mod order;
+mod pixel;
 mod single;
 mod tile;
 
-pub use single::sample;
-pub(crate) use single::{camera_sample, sample_id};
+pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
+pub(crate) use single::{camera_point, place_of, sample_id};
+pub use single::{camera_ray, sample};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;

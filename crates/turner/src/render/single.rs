@@ -3,6 +3,7 @@
 use super::tile::{TileBuffers, place, take_points};
 use crate::film::Antialias;
 use crate::integrator::{CameraSamples, Radiance};
+use crate::math::Ray;
 use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
@@ -14,25 +15,29 @@ use crate::scene::error::{ErrorCode, SceneError};
 pub fn sample(scene: &Scene, x: u32, y: u32, index: u32) -> Result<Radiance, SceneError> {
     let id = sample_id(scene, x, y, index)?;
     let mut buffers = TileBuffers::new(scene);
-    camera_sample(scene, id, &mut buffers.samples);
+    camera_point(scene, id, place_of(scene, &id), &mut buffers.samples);
     buffers.trace();
     let first = buffers.radiance.first().copied();
     first.ok_or_else(|| SceneError::new(ErrorCode::Internal, "a sample gave no radiance"))
+}
+
+/// Whether the picture has such a pixel.
+pub(super) fn check_pixel(scene: &Scene, x: u32, y: u32) -> Result<(), SceneError> {
+    let film = &scene.film;
+    if x < film.width && y < film.height {
+        return Ok(());
+    }
+    let message =
+        format!("there is no pixel in column {x}, row {y}: the picture has {}x{}", film.width, film.height);
+    let help = "columns and rows are counted from 0 at the top left";
+    Err(SceneError::new(ErrorCode::OutOfRange, message).help(help))
 }
 
 /// What a sample's numbers depend on, if the picture has it.
 pub(crate) fn sample_id(scene: &Scene, x: u32, y: u32, index: u32) -> Result<SampleId, SceneError> {
     let film = &scene.film;
     let error = |message: String, help: String| SceneError::new(ErrorCode::OutOfRange, message).help(help);
-    if x >= film.width || y >= film.height {
-        return Err(error(
-            format!(
-                "there is no pixel in column {x}, row {y}: the picture has {}x{}",
-                film.width, film.height
-            ),
-            "columns and rows are counted from 0 at the top left".to_owned(),
-        ));
-    }
+    check_pixel(scene, x, y)?;
     if film.antialias == Antialias::Adaptive {
         return Err(error(
             "with antialias = \"adaptive\" pixels share their samples, which have no numbers".to_owned(),
@@ -51,10 +56,20 @@ pub(crate) fn sample_id(scene: &Scene, x: u32, y: u32, index: u32) -> Result<Sam
     Ok(SampleId { x, y, index, seed: u64::from(film.seed) })
 }
 
-/// Puts one camera sample in; gives its place in the picture, in pixels from the top left corner.
-pub(crate) fn camera_sample(scene: &Scene, id: SampleId, samples: &mut CameraSamples) -> [f64; 2] {
-    let at = place(scene, &scene.film.filter(), &id);
+/// Where in the picture a sample lies, in pixels from its top left corner; not for adaptive anti-aliasing.
+pub(crate) fn place_of(scene: &Scene, id: &SampleId) -> [f64; 2] {
+    place(scene, &scene.film.filter(), id).into()
+}
+
+/// Puts in the camera sample of one place of the picture.
+pub(crate) fn camera_point(scene: &Scene, id: SampleId, place: [f64; 2], samples: &mut CameraSamples) {
     samples.clear();
-    take_points(scene, samples, std::iter::once((id, at)));
-    at.into()
+    take_points(scene, samples, std::iter::once((id, place.into())));
+}
+
+/// The camera's ray through a sample's place, of unit direction; `None` where the camera shows nothing.
+pub fn camera_ray(scene: &Scene, id: SampleId, place: [f64; 2]) -> Option<Ray> {
+    let mut samples = CameraSamples::default();
+    camera_point(scene, id, place, &mut samples);
+    samples.rays.get(0).filter(|ray| ray.t_max >= 0.0)
 }

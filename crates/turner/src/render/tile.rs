@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use turner_bvh::lanes::{Block, LANES};
 
+use super::pixel::Log;
 use crate::camera::camera_rays;
 use crate::color::Spectrum;
 use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};
@@ -34,6 +35,8 @@ pub(super) struct TileBuffers<'a> {
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
     pub(super) radiance: Vec<Radiance>,
+    /// Samples by themselves, for one pixel; `None` where a picture is rendered.
+    pub(super) log: Option<Box<Log>>,
 }
 
 impl<'a> TileBuffers<'a> {
@@ -48,6 +51,7 @@ impl<'a> TileBuffers<'a> {
             stats: RayStats::default(),
             samples: CameraSamples::default(),
             radiance: Vec::new(),
+            log: None,
         }
     }
 
@@ -127,6 +131,9 @@ impl<'a> TileBuffers<'a> {
                     *radiance = Radiance { color: Spectrum::BLACK, alpha };
                 }
             }
+        }
+        if let Some(log) = &mut self.log {
+            log.traced(&self.samples.ids, &self.radiance);
         }
     }
 

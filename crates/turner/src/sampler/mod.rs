@@ -3,9 +3,11 @@
 
 mod alias;
 mod owen_sobol;
+mod vertex_numbers;
 
 pub use alias::AliasTable;
 pub use owen_sobol::OwenSobol;
+pub use vertex_numbers::VertexNumbers;
 
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3};
@@ -24,7 +26,7 @@ pub struct SampleId {
 }
 
 /// Well-mixed bits (the finaliser of SplitMix64, Steele et al. 2014).
-#[inline]
+#[inline(always)]
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

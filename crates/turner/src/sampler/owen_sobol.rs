@@ -13,8 +13,8 @@ use super::{SampleId, mix};
 #[derive(Clone, Copy, Debug)]
 pub struct OwenSobol {
     /// Hash of seed and pixel.
-    pixel: u64,
-    index: u32,
+    pub(super) pixel: u64,
+    pub(super) index: u32,
 }
 
 impl OwenSobol {
@@ -31,10 +31,10 @@ impl OwenSobol {
         let (a, b, c) = self.seeds(set);
         let index = self.shuffled(a as u32);
         [
-            unit(permute(index, (a >> 32) as u32)),
-            unit(permute(column_bits(&TABLES[0], index), b as u32)),
-            unit(permute(column_bits(&TABLES[1], index), (b >> 32) as u32)),
-            unit(permute(column_bits(&TABLES[2], index), c as u32)),
+            unit(permute(index, (a >> 32) as u32).reverse_bits()),
+            unit(permute(column_bits(&TABLES[0], index), b as u32).reverse_bits()),
+            unit(permute(column_bits(&TABLES[1], index), (b >> 32) as u32).reverse_bits()),
+            unit(permute(column_bits(&TABLES[2], index), c as u32).reverse_bits()),
         ]
     }
 
@@ -43,7 +43,10 @@ impl OwenSobol {
     pub fn two(&self, set: u32) -> [f64; 2] {
         let (a, b, _) = self.seeds(set);
         let index = self.shuffled(a as u32);
-        [unit(permute(index, (a >> 32) as u32)), unit(permute(column_bits(&TABLES[0], index), b as u32))]
+        [
+            unit(permute(index, (a >> 32) as u32).reverse_bits()),
+            unit(permute(column_bits(&TABLES[0], index), b as u32).reverse_bits()),
+        ]
     }
 
     #[inline]
@@ -62,8 +65,8 @@ impl OwenSobol {
 
 /// A permutation of 32 bits in which each bit depends on the ones below it alone: Owen scrambling for numbers whose
 /// bits are reversed (Laine & Karras 2011; the constants are those Burley gives).
-#[inline]
-fn permute(mut x: u32, seed: u32) -> u32 {
+#[inline(always)]
+pub(super) fn permute(mut x: u32, seed: u32) -> u32 {
     x = x.wrapping_add(seed);
     x ^= x.wrapping_mul(0x6c50_b47c);
     x ^= x.wrapping_mul(0xb82f_1e52);
@@ -72,10 +75,10 @@ fn permute(mut x: u32, seed: u32) -> u32 {
     x
 }
 
-/// The number whose binary digits are the bits from the lowest.
-#[inline]
-fn unit(reversed: u32) -> f64 {
-    f64::from(reversed.reverse_bits()) * (1.0 / 4_294_967_296.0)
+/// The number in 0..1 with these binary digits.
+#[inline(always)]
+pub(super) fn unit(digits: u32) -> f64 {
+    f64::from(digits) * (1.0 / 4_294_967_296.0)
 }
 
 /// The xor of a matrix's columns for the bits of an index, a byte at a time.
@@ -85,17 +88,20 @@ fn column_bits(table: &[[u32; 256]; 4], index: u32) -> u32 {
     table[0][a as usize] ^ table[1][b as usize] ^ table[2][c as usize] ^ table[3][d as usize]
 }
 
-/// Of the Sobol sequence's second, third and fourth number; the first one's is the identity. The results have the bit of
-/// 1/2 lowest.
-static TABLES: [[[u32; 256]; 4]; 3] = [
+/// Of the Sobol sequence's second, third and fourth number what each bit of an index adds; the first one's is the identity. The
+/// lowest bit stands for 1/2.
+pub(super) const COLUMNS: [[u32; 32]; 3] = [
     // x + 1, x² + x + 1, x³ + x + 1 with the initial numbers of Joe & Kuo 2008.
-    table(1, 0, [1, 0, 0]),
-    table(2, 1, [1, 3, 0]),
-    table(3, 1, [1, 3, 1]),
+    columns(1, 0, [1, 0, 0]),
+    columns(2, 1, [1, 3, 0]),
+    columns(3, 1, [1, 3, 1]),
 ];
 
+/// The same for the bytes of an index.
+static TABLES: [[[u32; 256]; 4]; 3] = [table(&COLUMNS[0]), table(&COLUMNS[1]), table(&COLUMNS[2])];
+
 /// For a primitive polynomial of a degree, its inner coefficients and the first direction numbers.
-const fn table(degree: usize, coefficients: u32, first: [u32; 3]) -> [[u32; 256]; 4] {
+const fn columns(degree: usize, coefficients: u32, first: [u32; 3]) -> [u32; 32] {
     let mut m = [0u32; 32];
     let mut k = 0;
     while k < 32 {
@@ -114,6 +120,15 @@ const fn table(degree: usize, coefficients: u32, first: [u32; 3]) -> [[u32; 256]
         }
         k += 1;
     }
+    k = 0;
+    while k < 32 {
+        m[k] = m[k].reverse_bits();
+        k += 1;
+    }
+    m
+}
+
+const fn table(columns: &[u32; 32]) -> [[u32; 256]; 4] {
     let mut out = [[0u32; 256]; 4];
     let mut byte = 0;
     while byte < 4 {
@@ -123,11 +138,11 @@ const fn table(degree: usize, coefficients: u32, first: [u32; 3]) -> [[u32; 256]
             let mut bit = 0;
             while bit < 8 {
                 if value >> bit & 1 == 1 {
-                    bits ^= m[8 * byte + bit];
+                    bits ^= columns[8 * byte + bit];
                 }
                 bit += 1;
             }
-            out[byte][value] = bits.reverse_bits();
+            out[byte][value] = bits;
             value += 1;
         }
         byte += 1;

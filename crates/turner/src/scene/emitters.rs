@@ -7,7 +7,7 @@
 use super::scene::{Hit, Scene, SurfaceInteraction};
 use super::shape_emitters::{ShapeEmitter, shape_emitters};
 use crate::color::Spectrum;
-use crate::light::Light;
+use crate::light::{EnvironmentSample, Light};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
 use crate::shape::Shape;
@@ -30,6 +30,20 @@ pub struct LightSample {
     pub is_delta: bool,
 }
 
+impl LightSample {
+    /// Of an environment that was chosen.
+    #[inline]
+    pub(super) fn of_environment(s: EnvironmentSample) -> LightSample {
+        LightSample {
+            to_light: s.direction,
+            finite: false,
+            radiance: s.radiance,
+            pdf: s.pdf,
+            is_delta: false,
+        }
+    }
+}
+
 /// The lights of a scene.
 #[derive(Debug, Default)]
 pub struct Emitters {
@@ -43,11 +57,25 @@ pub struct Emitters {
     surrounded: bool,
 }
 
+/// One of them.
 #[derive(Debug)]
-enum Emitter {
+pub(super) enum Emitter {
     /// One of the scene's lights.
     Light(u32),
+    /// A shape that shines.
     Shape(ShapeEmitter),
+}
+
+impl Emitter {
+    /// Light from it at `p`, where it was chosen with the probability `choice`.
+    #[inline]
+    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3], choice: f64) -> Option<LightSample> {
+        let lit = match self {
+            Emitter::Light(i) => scene.lights[*i as usize].sample(p, [u[0], u[1]])?,
+            Emitter::Shape(emitter) => emitter.sample(scene, p, u)?,
+        };
+        Some(LightSample { pdf: lit.pdf * choice, ..lit })
+    }
 }
 
 impl Emitters {
@@ -110,17 +138,15 @@ impl Emitters {
         if self.lights.is_empty() {
             return None;
         }
-        let (chosen, choice, left) = self.choice.sample(u[2]);
-        match &self.lights[chosen as usize] {
-            Emitter::Light(i) => {
-                let lit = scene.lights[*i as usize].sample(p, [u[0], u[1]])?;
-                Some(LightSample { pdf: lit.pdf * choice, ..lit })
-            }
-            Emitter::Shape(emitter) => {
-                let lit = emitter.sample(scene, p, [u[0], u[1], left])?;
-                Some(LightSample { pdf: lit.pdf * choice, ..lit })
-            }
-        }
+        let (emitter, choice, left) = self.choose(u[2]);
+        emitter.sample(scene, p, [u[0], u[1], left], choice)
+    }
+
+    /// The emitter that `u` chooses, the probability of that, and what is left of `u`.
+    #[inline]
+    pub(super) fn choose(&self, u: f64) -> (&Emitter, f64, f64) {
+        let (chosen, choice, left) = self.choice.sample(u);
+        (&self.lights[chosen as usize], choice, left)
     }
 
     /// The density with which `sample` at `p` gives the direction to a hit of a shape that shines; 0 if it never does.
@@ -142,24 +168,25 @@ impl Emitters {
         self.surrounded
     }
 
-    /// What a ray finds that leaves the scene in a unit direction: for each light that is there its radiance and the density with which
+    /// The numbers of the lights that rays find which leave the scene.
+    pub(super) fn around_ids(&self) -> &[u32] {
+        &self.around
+    }
+
+    /// The probability with which a light is chosen; those of the scene have its numbers.
+    pub(super) fn choice_of(&self, light: u32) -> f64 {
+        self.choice.probability(light)
+    }
+
+    /// What a ray finds of one of them that leaves the scene in a unit direction: its radiance and the density with which
     /// `sample` gives the direction.
-    pub fn around<'a>(
-        &'a self,
-        scene: &'a Scene,
-        direction: DVec3,
-    ) -> impl Iterator<Item = (Spectrum, f64)> + 'a {
-        self.around.iter().filter_map(move |&i| match scene.lights.get(i as usize) {
-            // Lights stand before shapes: their numbers are those of the choice.
-            Some(Light::Environment(l)) => {
-                let (radiance, pdf) = l.found(direction);
-                Some((radiance, self.choice.probability(i) * pdf))
-            }
-            Some(Light::Directional(l)) => {
-                l.found(direction).map(|(radiance, pdf)| (radiance, self.choice.probability(i) * pdf))
-            }
-            _ => None,
-        })
+    pub(super) fn around_one(&self, scene: &Scene, light: u32, direction: DVec3) -> Option<(Spectrum, f64)> {
+        let (radiance, pdf) = match scene.lights.get(light as usize)? {
+            Light::Environment(l) => l.found(direction),
+            Light::Directional(l) => l.found(direction)?,
+            _ => return None,
+        };
+        Some((radiance, self.choice_of(light) * pdf))
     }
 }
 
@@ -167,14 +194,7 @@ impl Light {
     /// Light that arrives at `p`; the place on it by `u`. The density is 1 for lights that rays cannot hit.
     fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
         if let Light::Environment(l) = self {
-            let s = l.sample(u)?;
-            return Some(LightSample {
-                to_light: s.direction,
-                finite: false,
-                radiance: s.radiance,
-                pdf: s.pdf,
-                is_delta: false,
-            });
+            return l.sample(u).map(LightSample::of_environment);
         }
         if let Light::Directional(l) = self
             && let Some((to_light, radiance, pdf)) = l.sample(u)

@@ -12,6 +12,7 @@ use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::merged::{self, Merged};
 use super::motion::Motion;
+use super::names::NameCollector;
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
@@ -74,6 +75,7 @@ impl SceneDesc {
             faces: Vec::new(),
             materials: &self.materials,
             default_material,
+            names: NameCollector::default(),
             shutter: [open, if physical { close } else { open }],
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
@@ -82,7 +84,7 @@ impl SceneDesc {
         }
         flat.flatten(self)?;
         let aspect = f64::from(self.film.width) / f64::from(self.film.height);
-        let (mut lights, ambient) = self.prepare_lights()?;
+        let (mut lights, mut light_sources, ambient) = self.prepare_lights()?;
         let invalid: u64 = lights.iter().map(|l| l.invalid_pixels()).sum();
         if invalid > 0 {
             let message = format!(
@@ -91,12 +93,14 @@ impl SceneDesc {
             warnings.push(Warning::new(WarningKind::Doubtful, message));
         }
         let staging = self.set_stage(&mut flat, &mut lights, aspect)?;
+        light_sources.resize(lights.len(), None);
         if let Some((plane, material)) = staging.ground {
             materials.push(ready(&MaterialDesc::Principled(material)));
+            flat.names.add_own(flat.primitives.len() as u32, "floor");
             flat.add_unbounded(Shape::Plane(plane), MaterialId(materials.len() as u32 - 1));
         }
         warnings.extend(staging.notes);
-        let Flattener { primitives, bounds, transforms, faces, .. } = flat;
+        let Flattener { primitives, bounds, transforms, faces, names, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
         let moving: Vec<bool> = primitives
             .iter()
@@ -198,6 +202,8 @@ impl SceneDesc {
             faces,
             moves: moving.contains(&true),
             emitters: Emitters::default(),
+            object_names: names.finish(),
+            light_sources,
             warnings,
             stats,
         };
@@ -221,14 +227,16 @@ impl SceneDesc {
         stage.complete(self, &bounds, aspect, lights)
     }
 
-    fn prepare_lights(&self) -> Result<(Vec<Light>, Spectrum), SceneError> {
-        let (mut lights, mut ambient) = (Vec::new(), Spectrum::BLACK);
+    /// Lights, for each its number in the description, and ambient light.
+    fn prepare_lights(&self) -> Result<(Vec<Light>, Vec<Option<u32>>, Spectrum), SceneError> {
+        let (mut lights, mut sources, mut ambient) = (Vec::new(), Vec::new(), Spectrum::BLACK);
         let (compensated, physical) = (self.integrator.compensates(), self.integrator.is_physical());
-        for light in &self.lights {
+        for (number, light) in self.lights.iter().enumerate() {
             let prepared = light.value.prepare(&self.images, compensated, physical, &mut lights);
             ambient += prepared.map_err(|e| e.or_at(light.span))?;
+            sources.resize(lights.len(), Some(number as u32));
         }
-        Ok((lights, ambient))
+        Ok((lights, sources, ambient))
     }
 
     /// Shapes of the scene with instances flattened, counted without flattening them; refuses groups that
@@ -312,6 +320,7 @@ struct Flattener<'a> {
     faces: Vec<Faces>,
     materials: &'a [Named<MaterialDesc>],
     default_material: MaterialId,
+    names: NameCollector,
     /// Opens and closes; at the same moment where nothing is blurred.
     shutter: [f64; 2],
 }
@@ -332,6 +341,8 @@ impl Flattener<'_> {
             /// At the moments 0 and 1.
             to_world: [DAffine3; 2],
             material: Option<MaterialId>,
+            /// The name of the scene's object that this is part of.
+            name: Option<u32>,
         }
         let shapes = self.shapes;
         let mut stack = vec![Level {
@@ -340,6 +351,7 @@ impl Flattener<'_> {
             next: 0,
             to_world: [DAffine3::IDENTITY; 2],
             material: None,
+            name: None,
         }];
         while let Some(level) = stack.last_mut() {
             let Some(object) = level.objects.get(level.next) else {
@@ -351,9 +363,11 @@ impl Flattener<'_> {
             let to_world = [begin * object.transform.0, end * motion.0];
             let material = object.material.or(level.material);
             let shape = &level.shapes[level.next];
+            let (outer, own) = (level.name, self.names.number(object));
             level.next += 1;
             match (&object.content, shape) {
                 (ObjectContent::Shape(_), Some(shape)) => {
+                    self.names.add(self.primitives.len() as u32, outer, own);
                     self.place(shape, to_world, material, object).map_err(|e| e.or_at(object.span))?;
                 }
                 (ObjectContent::Instance(g), _) => stack.push(Level {
@@ -362,6 +376,7 @@ impl Flattener<'_> {
                     next: 0,
                     to_world,
                     material,
+                    name: outer.or(own),
                 }),
                 (ObjectContent::Shape(_), None) => {}
             }

@@ -11,6 +11,7 @@ use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
 use super::merged::Merged;
 use super::motion::Motion;
+use super::names::ObjectNames;
 use super::sieve::Sieve;
 use crate::camera::{Camera, CameraDesc};
 use crate::color::Spectrum;
@@ -65,6 +66,10 @@ pub struct Scene {
     pub(crate) moves: bool,
     /// What shines, for the integrators that follow light; empty for others.
     pub emitters: Emitters,
+    /// What objects are called.
+    pub(super) object_names: ObjectNames,
+    /// For each light its number in the description; `None` for those of the stage.
+    pub light_sources: Vec<Option<u32>>,
     /// What was dropped or doubtful while preparing.
     pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
@@ -162,7 +167,7 @@ pub struct SurfaceInteraction {
     pub material: MaterialId,
     /// The surface in the object's space, for textures.
     object: SurfacePoint,
-    pub(super) hit: Hit,
+    pub(crate) hit: Hit,
     /// The moment, as in the ray.
     pub(super) time: f32,
 }
@@ -363,10 +368,14 @@ impl Scene {
             if through.is_black() {
                 return through;
             }
-            // On from the other side of the surface; t keeps its meaning but for the offset.
-            ray.t_min = next_after(hit.shape.t.max(ray.t_min), surface.error * 8.0 / ray.direction.length());
+            ray.t_min = self.beyond(&ray, &hit, &surface);
         }
         Spectrum::BLACK
+    }
+
+    /// Where a ray goes on at the other side of a surface; t keeps its meaning but for the offset.
+    pub(super) fn beyond(&self, ray: &Ray, hit: &Hit, surface: &SurfaceInteraction) -> f64 {
+        next_after(hit.shape.t.max(ray.t_min), surface.error * 8.0 / ray.direction.length())
     }
 
     /// The surface at a hit of `ray`.

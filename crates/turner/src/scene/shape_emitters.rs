@@ -32,6 +32,12 @@ pub(super) struct ShapeEmitter {
     reach: f64,
 }
 
+/// A form that many points sample at a time.
+pub(super) enum Blocked<'a> {
+    Rectangle(&'a RectangleEmitter),
+    Sphere(&'a SphereEmitter),
+}
+
 #[derive(Debug)]
 enum Form {
     Sphere(SphereEmitter),
@@ -295,6 +301,13 @@ impl ShapeEmitter {
                 (EmitterSample { pdf: s.pdf * probability, ..s }, part)
             }
         };
+        self.shine(scene, p, s, part)
+    }
+
+    /// What comes to `p` from a point of it.
+    #[inline]
+    pub(super) fn shine(&self, scene: &Scene, p: DVec3, s: EmitterSample, part: u32) -> Option<LightSample> {
+        let primitive = &scene.primitives[self.primitive as usize];
         let side = (p - s.q).dot(s.n);
         let hit = ShapeHit { t: 0.0, part, u: s.u, v: s.v };
         let material = &scene.materials[scene.material_of(primitive, &hit).index()];
@@ -305,6 +318,22 @@ impl ShapeEmitter {
         // The shadow ray ends before the light.
         let end = s.q + s.n * (4.0 * ROUNDING * (self.reach + s.q.abs().max_element())).copysign(side);
         Some(LightSample { to_light: end - p, finite: true, radiance, pdf: s.pdf, is_delta: false })
+    }
+
+    /// If many are sampled at a time.
+    #[inline]
+    pub(super) fn blocked(&self) -> Option<Blocked<'_>> {
+        match &self.form {
+            Form::Rectangle(f) => Some(Blocked::Rectangle(f)),
+            Form::Sphere(f) => Some(Blocked::Sphere(f)),
+            _ => None,
+        }
+    }
+
+    /// The face of a box; else 0.
+    #[inline]
+    pub(super) fn part(&self) -> u32 {
+        self.part
     }
 
     /// The density with which that finds the direction from `p` to a hit of it.

@@ -81,6 +81,12 @@ impl ConeDesc {
 }
 
 impl Cone {
+    /// The circles at its ends: middle, two radii at right angles.
+    pub(super) fn rims(&self) -> [[DVec3; 3]; 2] {
+        let rim = |z: f64, r: f64| [self.narrow + z * self.frame.z, r * self.frame.x, r * self.frame.y];
+        [rim(0.0, self.narrow_radius), rim(self.height, self.wide_radius)]
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;

@@ -63,6 +63,13 @@ impl CylinderDesc {
 }
 
 impl Cylinder {
+    /// The circles at its ends: middle, two radii at right angles.
+    pub(super) fn rims(&self) -> [[DVec3; 3]; 2] {
+        let rim =
+            |z: f64| [self.from + z * self.frame.z, self.radius * self.frame.x, self.radius * self.frame.y];
+        [rim(0.0), rim(self.height)]
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let to = self.from + self.height * self.frame.z;

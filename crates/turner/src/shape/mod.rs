@@ -14,6 +14,7 @@ mod disk;
 pub mod mesh;
 mod mesh_rays;
 mod mesh_search;
+mod outline;
 mod plane;
 pub mod points;
 mod rectangle;
@@ -121,6 +122,22 @@ pub enum Shape {
 const _: () = assert!(size_of::<Shape>() <= 56);
 
 impl Shape {
+    /// Its name in a scene.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Shape::Sphere(_) => SphereDesc::DOC.name,
+            Shape::Plane(_) => PlaneDesc::DOC.name,
+            Shape::Box(_) => BoxDesc::DOC.name,
+            Shape::Disk(_) => DiskDesc::DOC.name,
+            Shape::Rectangle(_) => RectangleDesc::DOC.name,
+            Shape::Cylinder(_) => CylinderDesc::DOC.name,
+            Shape::Cone(_) => ConeDesc::DOC.name,
+            Shape::Torus(_) => TorusDesc::DOC.name,
+            Shape::Mesh(_) => MeshDesc::DOC.name,
+            Shape::Points(_) => PointsDesc::DOC.name,
+        }
+    }
+
     /// The box around it; `None` if it is unbounded. Empty for a mesh without triangles, or a cloud without points.
     pub fn bounds(&self) -> Option<Bounds> {
         match self {

@@ -59,6 +59,11 @@ impl TorusDesc {
 }
 
 impl Torus {
+    /// Middle, unit axes with the last along the axis, radius of the ring and of the tube.
+    pub(super) fn ring(&self) -> (DVec3, [DVec3; 3], f64, f64) {
+        (self.center, [self.frame.x, self.frame.y, self.frame.z], self.radius, self.tube)
+    }
+
     /// The box around it: that of its middle circle, grown by the tube.
     pub fn bounds(&self) -> Bounds {
         let n = self.frame.z;

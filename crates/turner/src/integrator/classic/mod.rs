@@ -3,9 +3,19 @@
 //! Whitted 1980, "An improved illumination model for shaded display"; docs/classic.md says which settings make
 //! which document.
 
+mod notes;
 mod points;
 mod radiance;
+mod record;
+mod replay;
 mod shade;
+mod spawn;
+
+pub use record::{
+    Caster, CutReason, CutRecord, HitRecord, LightTerm, MAX_WRITTEN, MissRecord, RayEnd, RayKind, RayRecord,
+    Seen, ShadowRecord, TreeRecord,
+};
+pub use replay::{replay, replay_at};
 
 use crate::scene::schema::{Range, choice, params};
 

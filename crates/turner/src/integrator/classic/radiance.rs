@@ -3,25 +3,28 @@
 //! A sample's rays are traced in the order of the recursion, whatever the other samples do, so its sum does not
 //! depend on them. Batches of closest hits and of shadow rays come of it, which the scene answers eight at a time.
 
+use std::marker::PhantomData;
+
 use turner_bvh::lanes::{LANES, dispatch};
 
+use super::ClassicDesc;
+use super::notes::TermNotes;
 use super::points::{PointBlock, Surfaces, get, jitter_dimension, set};
+use super::record::{Off, RayKind, Record};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
-use super::{AtDepth, ClassicDesc, Combine, Miss};
+use super::spawn::{Share, Spawn};
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer};
-use crate::light::Light;
-use crate::material::{Classic, Fresnel, Material, color_at};
-use crate::math::elementary::Exponent;
-use crate::math::{DVec2, DVec3, Ray, refract};
+use crate::material::{Classic, Material, color_at};
+use crate::math::{DVec2, DVec3, Ray};
 use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock};
 
 /// A ray of a tree: whose it is, and its share of the pixel.
 #[derive(Clone, Copy)]
-struct Task {
-    sample: u32,
-    depth: u32,
-    weight: f64,
+pub(super) struct Task {
+    pub(super) sample: u32,
+    pub(super) depth: u32,
+    pub(super) weight: f64,
 }
 
 /// A ray that waits until those before it, and all that these spawn, have been traced.
@@ -34,9 +37,9 @@ struct Waiting {
 
 /// How far the tree of one sample has come.
 #[derive(Clone)]
-struct Tree {
+pub(super) struct Tree {
     /// Rays spawned.
-    spawned: u32,
+    pub(super) spawned: u32,
     /// Rays numbered for the jitter of area lights.
     shaded: u64,
     /// The ray to be traced when those under way are done, in the list of all that wait.
@@ -64,7 +67,7 @@ impl Front {
 }
 
 /// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
-struct Wave<'a> {
+pub(super) struct Wave<'a, R = Off> {
     integrator: &'a ClassicDesc,
     scene: &'a Scene,
     trees: Vec<Tree>,
@@ -82,6 +85,10 @@ struct Wave<'a> {
     shadow_rays: RayBatch,
     through: Vec<SpectrumBlock>,
     leaving: Vec<LeavingBlock>,
+    /// What takes notes of the sample, if there is but one.
+    pub(super) record: R,
+    /// For these notes; empty where none are taken.
+    term_notes: Vec<TermNotes>,
 }
 
 /// What a hit needs beside its place in a block.
@@ -102,16 +109,22 @@ impl<'a> Struck<'a> {
 
 /// Weights of the three terms at a hit.
 #[derive(Clone, Copy)]
-struct Weights {
-    local: f64,
-    reflect: f64,
-    refract: f64,
+pub(super) struct Weights {
+    pub(super) local: f64,
+    pub(super) reflect: f64,
+    pub(super) refract: f64,
 }
 
 impl Integrator for ClassicDesc {
     fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
-        Box::new(Wave {
-            integrator: self,
+        Box::new(Wave::new(self, scene, Off))
+    }
+}
+
+impl<'a, R> Wave<'a, R> {
+    pub(super) fn new(integrator: &'a ClassicDesc, scene: &'a Scene, record: R) -> Wave<'a, R> {
+        Wave {
+            integrator,
             scene,
             trees: Vec::new(),
             waiting: Vec::new(),
@@ -126,11 +139,13 @@ impl Integrator for ClassicDesc {
             shadow_rays: RayBatch::default(),
             through: Vec::new(),
             leaving: Vec::new(),
-        })
+            record,
+            term_notes: Vec::new(),
+        }
     }
 }
 
-impl Tracer for Wave<'_> {
+impl<R: Record> Tracer for Wave<'_, R> {
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
         let count = samples.ids.len();
         stats.camera += count as u64;
@@ -152,7 +167,7 @@ impl Tracer for Wave<'_> {
     }
 }
 
-impl Wave<'_> {
+impl<R: Record> Wave<'_, R> {
     /// Traces the front and finds the next one.
     fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.scene.intersect_batch(&mut self.front.rays, &mut self.hits);
@@ -164,6 +179,8 @@ impl Wave<'_> {
         self.weigh();
         let ambient = self.integrator.ambient.then_some(self.scene.ambient);
         dispatch(Ambient { points: &mut self.points[..self.blocks], ambient });
+        let shaded = self.points[..self.blocks].first();
+        self.record.note(|n| shaded.into_iter().for_each(|b| n.ambient(b)));
         self.lights(samples, stats);
         self.leave(samples, out, stats);
         std::mem::swap(&mut self.front, &mut self.next);
@@ -176,14 +193,17 @@ impl Wave<'_> {
         self.converted.clear();
         for (i, hit) in self.hits.iter().enumerate() {
             let task = self.front.tasks[i];
+            let ray = || self.front.rays.get(i);
+            self.record.note(|n| ray().iter().for_each(|ray| n.traced(ray, task.depth, task.weight)));
             let Some(hit) = hit else {
                 let tree = &mut self.trees[task.sample as usize];
                 let direction = || get(&self.front.rays.blocks()[i / LANES].direction, i % LANES);
                 let pixel = &mut out[task.sample as usize];
-                self.integrator.miss(self.scene, &task, direction, pixel);
+                self.integrator.miss(self.scene, &task, direction, pixel, &mut self.record);
                 resume(tree, &mut self.waiting, &mut self.next);
                 continue;
             };
+            self.record.note(|n| ray().iter().for_each(|ray| n.met(self.scene, ray, hit)));
             let lane = self.struck.len() % LANES;
             if lane == 0 {
                 self.blocks += 1;
@@ -201,7 +221,9 @@ impl Wave<'_> {
                     let Some(ray) = self.front.rays.get(i) else { continue };
                     let mut surface = self.scene.surface(&ray, hit);
                     let (converted, emitted) = physical.as_classic(self.scene, &mut surface, ray.direction);
-                    out[task.sample as usize].color += emitted * task.weight as f32;
+                    let emitted = emitted * task.weight as f32;
+                    out[task.sample as usize].color += emitted;
+                    self.record.note(|n| n.shone(emitted));
                     self.converted.push(converted);
                     (Err(self.converted.len() - 1), Some(surface))
                 }
@@ -209,7 +231,9 @@ impl Wave<'_> {
                     let Some(ray) = self.front.rays.get(i) else { continue };
                     let mut surface = self.scene.surface(&ray, hit);
                     let (converted, emitted) = mix.as_classic(self.scene, &mut surface, ray.direction);
-                    out[task.sample as usize].color += emitted * task.weight as f32;
+                    let emitted = emitted * task.weight as f32;
+                    out[task.sample as usize].color += emitted;
+                    self.record.note(|n| n.shone(emitted));
                     self.converted.push(converted);
                     (Err(self.converted.len() - 1), Some(surface))
                 }
@@ -265,6 +289,14 @@ impl Wave<'_> {
             if struck.weights.reflect > 0.0 {
                 b.mirrors |= 1 << lane;
             }
+            self.record.note(|n| {
+                let (m, w) = (struck.material(&self.converted), struck.weights);
+                let total = w.reflect > 0.0
+                    && self.integrator.refraction
+                    && m.k_refract > 0.0
+                    && struck.refracted.is_none();
+                n.weighed(b, m, [w.local, w.reflect, w.refract], total);
+            });
         }
     }
 
@@ -289,14 +321,22 @@ impl Wave<'_> {
                     ask(light, i, &self.points[..self.blocks], &mut self.terms, jitter);
                 }
                 self.shadow_rays.clear();
-                let reached = dispatch(Illuminate {
+                if R::NOTES {
+                    self.term_notes.clear();
+                    self.term_notes.resize(self.blocks, TermNotes::default());
+                }
+                let reached = dispatch(Illuminate::<'_, R> {
                     integrator: self.integrator,
                     points: &self.points[..self.blocks],
                     terms: &mut self.terms,
                     uniform,
                     finite: light.is_finite(),
                     shadow_rays: &mut self.shadow_rays,
+                    notes: &mut self.term_notes,
+                    recorder: PhantomData,
                 });
+                let notes = &mut self.term_notes;
+                self.record.note(|n| notes.iter().for_each(|t| n.lit(number, i, light.is_finite(), t)));
                 if reached == 0 {
                     continue;
                 }
@@ -307,12 +347,20 @@ impl Wave<'_> {
                 } else {
                     None
                 };
-                dispatch(Accumulate {
+                dispatch(Accumulate::<'_, R> {
                     points: &mut self.points[..self.blocks],
                     terms: &self.terms,
                     intensity: uniform.map(|u| u.intensity()),
                     through,
                     shadow_factor: self.integrator.shadow_factor as f32,
+                    notes,
+                    recorder: PhantomData,
+                });
+                self.record.note(|n| {
+                    let points = &self.points[..self.blocks];
+                    for (b, terms) in points.iter().zip(&self.term_notes) {
+                        n.arrived(self.scene, b, terms, &self.shadow_rays, through);
+                    }
                 });
             }
         }
@@ -334,6 +382,7 @@ impl Wave<'_> {
             let (tree, pixel) = (&mut self.trees[sample], &mut out[sample]);
             if struck.weights.local > 0.0 {
                 pixel.color += leaving.color.get(lane);
+                self.record.note(|n| n.added(leaving.color.get(lane)));
             }
             let length = samples.lengths[sample / LANES].0[sample % LANES];
             // The refracted ray comes first, but the reflected one is traced first: the documents' order.
@@ -341,10 +390,9 @@ impl Wave<'_> {
             if let Some(direction) = struck.refracted
                 && struck.weights.refract > 0.0
             {
-                let task = &struck.task;
-                let weight = struck.weights.refract;
-                if let Some(task) = self.integrator.spawn(self.scene, task, weight, || direction, tree, pixel)
-                {
+                let share = Share { kind: RayKind::Refracted, weight: struck.weights.refract };
+                let spawn = Spawn { from: &struck.task, tree, pixel, record: &mut self.record };
+                if let Some(task) = self.integrator.spawn(self.scene, share, || direction, spawn) {
                     stats.refracted += 1;
                     let origin = if self.integrator.epsilon > 0.0 {
                         get(&b.p, lane)
@@ -356,10 +404,9 @@ impl Wave<'_> {
             }
             if struck.weights.reflect > 0.0 {
                 let direction = || get(&leaving.direction, lane);
-                let weight = struck.weights.reflect;
-                if let Some(task) =
-                    self.integrator.spawn(self.scene, &struck.task, weight, direction, tree, pixel)
-                {
+                let share = Share { kind: RayKind::Reflected, weight: struck.weights.reflect };
+                let spawn = Spawn { from: &struck.task, tree, pixel, record: &mut self.record };
+                if let Some(task) = self.integrator.spawn(self.scene, share, direction, spawn) {
                     stats.reflected += 1;
                     if let Some((ray, task)) = spawned {
                         let behind = tree.waiting.replace(self.waiting.len() as u32);
@@ -384,125 +431,5 @@ fn resume(tree: &mut Tree, waiting: &mut [Waiting], next: &mut Front) {
         let Waiting { ray, task, next: behind } = &waiting[i as usize];
         tree.waiting = *behind;
         next.push(ray, *task);
-    }
-}
-
-impl ClassicDesc {
-    /// The coefficients of a material as far as their terms count.
-    #[inline]
-    fn coefficients(&self, material: &Classic, b: &mut PointBlock, lane: usize) {
-        b.ka.0[lane] = material.ka as f32;
-        b.kd.0[lane] = if self.diffuse { material.kd } else { 0.0 };
-        let ks = if self.highlights { material.ks } else { 0.0 };
-        b.ks.0[lane] = ks;
-        if ks > 0.0 {
-            b.glossy |= 1 << lane;
-            b.dark.0[lane] = material.dark;
-            match material.exponent {
-                Exponent::Whole(n) => {
-                    b.exponent.0[lane] = f64::from_bits(u64::from(n));
-                    b.exponent_bits |= n;
-                }
-                Exponent::Real(y) => {
-                    b.exponent.0[lane] = y;
-                    b.real_exponent |= 1 << lane;
-                }
-            }
-        }
-    }
-
-    /// The weights of local, reflected and refracted colour, and the refracted direction if there is one.
-    #[inline]
-    fn weights(&self, m: &Classic, depth: u32, b: &PointBlock, lane: usize) -> (Weights, Option<DVec3>) {
-        let k_reflect = if self.reflection { m.k_reflect } else { 0.0 };
-        let k_refract = if self.refraction { m.k_refract } else { 0.0 };
-        if k_reflect == 0.0 && k_refract == 0.0 {
-            return (Weights { local: m.k_local.unwrap_or(1.0), reflect: 0.0, refract: 0.0 }, None);
-        }
-        if self.at_depth == AtDepth::Local && depth >= self.max_depth {
-            return (Weights { local: 1.0, reflect: 0.0, refract: 0.0 }, None);
-        }
-        let d = get(&b.d, lane);
-        let n = b.facing(&b.ns, lane);
-        let eta = if b.entering >> lane & 1 == 1 { 1.0 / m.ior } else { m.ior };
-        let direction = if k_refract > 0.0 { refract(d, n, eta) } else { None };
-        let (reflect, refracted) = match (m.fresnel, k_refract > 0.0 && direction.is_none()) {
-            // Total internal reflection: the refracted share goes along the mirror direction.
-            (Fresnel::Off, true) => (k_reflect + k_refract, 0.0),
-            (_, true) => (k_reflect.max(k_refract), 0.0),
-            (Fresnel::Off, false) => (k_reflect, k_refract),
-            (fresnel, false) => {
-                let f = fresnel.reflectance((-d.dot(n)).clamp(0.0, 1.0), eta);
-                (k_reflect * f, k_refract * (1.0 - f))
-            }
-        };
-        let local = m.k_local.unwrap_or(match self.combine {
-            Combine::Add => 1.0,
-            Combine::Blend => (1.0 - reflect - refracted).max(0.0),
-        });
-        (Weights { local, reflect, refract: refracted }, direction)
-    }
-
-    /// A reflected or refracted ray to be traced; beyond the depth limit adds what stands for it instead.
-    #[inline]
-    fn spawn(
-        &self,
-        scene: &Scene,
-        from: &Task,
-        weight: f64,
-        direction: impl Fn() -> DVec3,
-        tree: &mut Tree,
-        pixel: &mut Radiance,
-    ) -> Option<Task> {
-        let weight = from.weight * weight;
-        let depth = from.depth + 1;
-        if depth > self.max_depth {
-            let color = match self.at_depth {
-                AtDepth::Background => scene.surroundings(direction()),
-                AtDepth::Ambient => scene.ambient,
-                AtDepth::Black | AtDepth::Local => return None,
-            };
-            pixel.color += color * weight as f32;
-            return None;
-        }
-        tree.spawned = tree.spawned.saturating_add(1);
-        (tree.spawned <= self.max_rays).then_some(Task { sample: from.sample, depth, weight })
-    }
-
-    /// A ray that leaves a surface; `length` is that of the camera ray, as the documents form it, which reflection and
-    /// refraction keep: `epsilon` is a t.
-    #[inline]
-    fn leaving_ray(&self, origin: DVec3, direction: DVec3, length: f64) -> Ray {
-        let mut ray = Ray::new(origin, direction);
-        if self.epsilon > 0.0 {
-            ray.t_min = self.epsilon * length;
-        }
-        ray
-    }
-
-    fn miss(&self, scene: &Scene, task: &Task, direction: impl Fn() -> DVec3, pixel: &mut Radiance) {
-        if self.light_seen {
-            let mut seen = Spectrum::BLACK;
-            let mut any = false;
-            for light in &scene.lights {
-                if let Light::Directional(light) = light
-                    && light.is_seen(direction())
-                {
-                    seen += light.intensity;
-                    any = true;
-                }
-            }
-            if any {
-                pixel.color += seen * task.weight as f32;
-                return;
-            }
-        }
-        if task.depth == 0 && scene.background.transparent {
-            pixel.alpha = 0.0;
-            return;
-        }
-        if self.miss == Miss::Background {
-            pixel.color += scene.surroundings(direction()) * task.weight as f32;
-        }
     }
 }

@@ -3,9 +3,13 @@
 // Bands of several colours go by one index.
 #![allow(clippy::needless_range_loop)]
 
+use std::marker::PhantomData;
+
 use turner_bvh::lanes::{Block, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8, Work};
 
+use super::notes::TermNotes;
 use super::points::{PointBlock, set};
+use super::record::Record;
 use super::{ClassicDesc, Highlight};
 use crate::color::Spectrum;
 use crate::light::{Light, Uniform};
@@ -76,7 +80,7 @@ impl Work for Ambient<'_> {
 }
 
 /// What surfaces return of one light (or one sample of it), and the rays that find out whether it arrives.
-pub(super) struct Illuminate<'a> {
+pub(super) struct Illuminate<'a, R> {
     pub(super) integrator: &'a ClassicDesc,
     pub(super) points: &'a [PointBlock],
     pub(super) terms: &'a mut [TermBlock],
@@ -85,9 +89,12 @@ pub(super) struct Illuminate<'a> {
     /// Whether the light has a place: then only what is nearer than it casts a shadow.
     pub(super) finite: bool,
     pub(super) shadow_rays: &'a mut RayBatch,
+    /// Filled in where the recorder takes notes.
+    pub(super) notes: &'a mut [TermNotes],
+    pub(super) recorder: PhantomData<R>,
 }
 
-impl Work for Illuminate<'_> {
+impl<R: Record> Work for Illuminate<'_, R> {
     /// How many lanes the light may reach.
     type Output = u64;
 
@@ -98,7 +105,7 @@ impl Work for Illuminate<'_> {
         let zero32 = F32x8::splat(simd, 0.0);
         let integrator = self.integrator;
         let mut reached = 0;
-        for (b, out) in self.points.iter().zip(self.terms) {
+        for (block, (b, out)) in self.points.iter().zip(self.terms).enumerate() {
             let p = Vec3x8::load(simd, &b.p);
             let (to_light, intensity, arrives) = match &self.uniform {
                 Some(Uniform::Point { position, intensity }) => {
@@ -116,6 +123,13 @@ impl Work for Illuminate<'_> {
                 }
             };
             let arrives = arrives.and_not(is_black(simd, intensity));
+            if R::NOTES
+                && let Some(notes) = self.notes.get_mut(block)
+            {
+                notes.reaches = arrives.bits();
+                to_light.store(&mut notes.to_light);
+                (0..3).for_each(|i| intensity[i].store(&mut notes.intensity.0[i]));
+            }
             out.active = 0;
             let rays = self.shadow_rays.add_block(LANES);
             if !arrives.any() {
@@ -131,6 +145,12 @@ impl Work for Illuminate<'_> {
             let mut term = [zero32; 3];
             for i in 0..3 {
                 term[i] = diffuse.select32(zero32 + color[i] * k, zero32);
+            }
+            if R::NOTES
+                && let Some(notes) = self.notes.get_mut(block)
+            {
+                n_dot_l.store(&mut notes.n_dot_l);
+                (0..3).for_each(|i| term[i].store(&mut notes.diffuse.0[i]));
             }
             if b.glossy != 0 {
                 // R is L mirrored about N; V is −d.
@@ -150,6 +170,12 @@ impl Work for Illuminate<'_> {
                             Highlight::Light => F32x8::splat(simd, 1.0),
                             Highlight::Material => color[i],
                         };
+                        if R::NOTES
+                            && let Some(notes) = self.notes.get_mut(block)
+                        {
+                            r_dot_v.store(&mut notes.r_dot_v);
+                            seen.select32(highlight * k, zero32).store(&mut notes.highlight.0[i]);
+                        }
                         term[i] = seen.select32(term[i] + highlight * k, term[i]);
                     }
                 }
@@ -209,7 +235,7 @@ fn power<S: Simd>(simd: S, b: &PointBlock, cosine: F64x8<S>, seen: Mask8<S>) -> 
 }
 
 /// Adds a light's terms to the local colours, as far as it arrives.
-pub(super) struct Accumulate<'a> {
+pub(super) struct Accumulate<'a, R> {
     pub(super) points: &'a mut [PointBlock],
     pub(super) terms: &'a [TermBlock],
     /// The light's intensity where it is the same everywhere.
@@ -218,9 +244,12 @@ pub(super) struct Accumulate<'a> {
     pub(super) through: Option<&'a [SpectrumBlock]>,
     /// The share that reaches points in shadow.
     pub(super) shadow_factor: f32,
+    /// Filled in where the recorder takes notes.
+    pub(super) notes: &'a mut [TermNotes],
+    pub(super) recorder: PhantomData<R>,
 }
 
-impl Work for Accumulate<'_> {
+impl<R: Record> Work for Accumulate<'_, R> {
     type Output = ();
 
     #[inline(always)]
@@ -247,6 +276,11 @@ impl Work for Accumulate<'_> {
                 } else {
                     seen[i]
                 };
+                if R::NOTES
+                    && let Some(notes) = self.notes.get_mut(block)
+                {
+                    (color[i] * intensity[i] * seen).store(&mut notes.added.0[i]);
+                }
                 let sum = local[i] + color[i] * intensity[i] * seen;
                 active.select32(sum, local[i]).store(&mut b.local.0[i]);
             }

@@ -7,12 +7,11 @@
 
 use super::record::Record;
 use super::shade::{FIRST_SET, MAX_VERTICES, coated, prepare};
-use super::wave::Wave;
+use super::wave::{Arrival, Wave};
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
 use crate::integrator::RayStats;
 use crate::material::Physical;
-use crate::math::Ray;
 use crate::scene::SurfaceInteraction;
 
 /// The set of random numbers for the choice of a band, which a path makes once.
@@ -30,16 +29,10 @@ pub(super) struct Prism<'a> {
 }
 
 impl<R: Record> Wave<'_, R> {
-    /// Direct light at dispersive glass, and the way on; `sets` are the vertex's random numbers.
-    pub(super) fn disperse(
-        &mut self,
-        sample: u32,
-        ray: &Ray,
-        prism: &Prism<'_>,
-        sets: u32,
-        stats: &mut RayStats,
-    ) {
+    /// Direct light at dispersive glass, and the way on.
+    pub(super) fn disperse(&mut self, at: &Arrival<'_>, prism: &Prism<'_>, stats: &mut RayStats) {
         let scene = self.scene;
+        let &Arrival { sample, ref ray, .. } = at;
         let Prism { material, indices, surface, around, outside } = *prism;
         let bsdf = |band: u8| {
             let index = indices[usize::from(band.min(2))];
@@ -51,7 +44,7 @@ impl<R: Record> Wave<'_, R> {
             let bsdfs = [bsdf(0), bsdf(1), bsdf(2)];
             if !bsdfs[0].has_smooth() {
                 let vertices = bsdfs.each_ref().map(|b| prepare(scene, ray, material, surface, b, outside));
-                let [u0, u1, u2, u3] = path.sampler.four(sets + 1);
+                let [u0, u1, u2, u3] = path.numbers.second();
                 let samples = vertices.each_ref().map(|v| v.bsdf.sample([u2, u0, u1]));
                 if let Some(s) = together(&samples) {
                     self.follow(sample, &vertices[0], material, s, u3, stats);
@@ -71,7 +64,7 @@ impl<R: Record> Wave<'_, R> {
         let Some(band) = self.paths[sample as usize].band else { return };
         let bsdf = bsdf(band);
         let vertex = prepare(scene, ray, material, surface, &bsdf, outside);
-        self.scatter(sample, &vertex, material, bsdf.has_smooth(), sets, stats);
+        self.scatter(at, &vertex, material, bsdf.has_smooth(), stats);
     }
 }
 

@@ -18,7 +18,7 @@ pub use record::{
     AroundRecord, EmissionRecord, End, EscapeRecord, LightRecord, Passage, PathRecord, Roulette,
     ScatterRecord, VertexRecord,
 };
-pub use replay::replay;
+pub use replay::{replay, replay_at};
 
 use crate::integrator::{Integrator, Tracer};
 use crate::scene::Scene;

@@ -51,6 +51,7 @@ impl PathRecord {
             ng: surface.ng,
             ns: surface.ns,
             primitive: scene.primitive_id(hit),
+            shape: scene.shape_word(hit),
             part: hit.shape.part,
             uv: [hit.shape.u, hit.shape.v],
             material: surface.material,
@@ -122,6 +123,8 @@ impl PathRecord {
                 transmittance: None,
                 unshadowed: Spectrum::BLACK,
                 visible: None,
+                shadow_origin: None,
+                casters: Vec::new(),
                 contribution: Spectrum::BLACK,
             });
         });
@@ -132,6 +135,19 @@ impl PathRecord {
         self.at(|v| {
             if let Some(light) = &mut v.light {
                 (light.weight, light.transmittance, light.unshadowed) = (weight, transmittance, unshadowed);
+            }
+        });
+    }
+
+    /// The shadow ray, and how much comes through.
+    pub(super) fn in_the_way(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
+        let Some(ray) = ray else { return };
+        self.at(|v| {
+            if let Some(light) = &mut v.light {
+                light.shadow_origin = Some(ray.origin);
+                if through != Spectrum::WHITE {
+                    light.casters = scene.shadow_casters(&ray);
+                }
             }
         });
     }

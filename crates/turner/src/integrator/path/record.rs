@@ -6,6 +6,7 @@
 use crate::bsdf::Lobe;
 use crate::color::Spectrum;
 use crate::integrator::Radiance;
+use crate::integrator::classic::Caster;
 use crate::math::DVec3;
 use crate::sampler::SampleId;
 use crate::scene::MaterialId;
@@ -138,6 +139,8 @@ pub struct VertexRecord {
     pub ns: DVec3,
     /// The primitive's number in the description, instances in order.
     pub primitive: u32,
+    /// Its shape, in a word.
+    pub shape: &'static str,
     /// Which part of it: a face of a box, a triangle of a mesh.
     pub part: u32,
     /// The place within the part, as its shape tells it.
@@ -186,7 +189,7 @@ pub struct EmissionRecord {
 }
 
 /// A light that was sampled.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct LightRecord {
     /// Towards it.
     pub direction: DVec3,
@@ -212,6 +215,10 @@ pub struct LightRecord {
     pub unshadowed: Spectrum,
     /// The share that is not in shadow; `None` where no shadow ray was needed.
     pub visible: Option<Spectrum>,
+    /// Where the shadow ray begins, if there was one.
+    pub shadow_origin: Option<DVec3>,
+    /// What is in its way.
+    pub casters: Vec<Caster>,
     /// What was added to the sample.
     pub contribution: Spectrum,
 }
@@ -289,7 +296,9 @@ impl PathRecord {
     pub fn contributions(&self) -> impl Iterator<Item = Spectrum> + '_ {
         let vertices = self.vertices.iter().flat_map(|v| {
             let emission = v.emission.map(|e| e.contribution);
-            emission.into_iter().chain(v.light.filter(|l| l.visible.is_some()).map(|l| l.contribution))
+            emission
+                .into_iter()
+                .chain(v.light.as_ref().filter(|l| l.visible.is_some()).map(|l| l.contribution))
         });
         vertices.chain(self.escape.as_ref().map(|e| e.contribution))
     }

@@ -6,7 +6,8 @@ use super::wave::Wave;
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, IntegratorDesc, Radiance, RayStats, Tracer};
 use crate::math::DVec3;
-use crate::render::{camera_sample, sample_id};
+use crate::render::{camera_point, place_of, sample_id};
+use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
 
@@ -18,7 +19,14 @@ use crate::scene::error::{ErrorCode, SceneError};
 /// Errors: a pixel outside the picture, a sample beyond `film.samples`, adaptive anti-aliasing, whose samples have no numbers
 /// ([`ErrorCode::OutOfRange`]), and an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
 pub fn replay(scene: &Scene, x: u32, y: u32, index: u32) -> Result<PathRecord, SceneError> {
-    let settings = match &scene.integrator {
+    settings(scene)?;
+    let id = sample_id(scene, x, y, index)?;
+    replay_at(scene, id, place_of(scene, &id))
+}
+
+/// The settings of the scene's integrator, if it makes paths.
+fn settings(scene: &Scene) -> Result<Settings, SceneError> {
+    Ok(match &scene.integrator {
         IntegratorDesc::Path(desc) => Settings::path(desc),
         IntegratorDesc::Direct(desc) => Settings::direct(desc),
         other => {
@@ -29,10 +37,17 @@ pub fn replay(scene: &Scene, x: u32, y: u32, index: u32) -> Result<PathRecord, S
             return Err(SceneError::new(ErrorCode::Conflict, message)
                 .help("choose one of them: `integrator.type = \"path\"` or `--integrator path`"));
         }
-    };
-    let id = sample_id(scene, x, y, index)?;
+    })
+}
+
+/// The same for a sample by what its numbers depend on and its place in the picture, in pixels from its top left corner: those of
+/// [`crate::render::pixel`] can be had whatever the anti-aliasing.
+///
+/// Errors: an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
+pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRecord, SceneError> {
+    let settings = settings(scene)?;
     let mut samples = CameraSamples::default();
-    let place = camera_sample(scene, id, &mut samples);
+    camera_point(scene, id, place, &mut samples);
     let ray = samples.rays.get(0);
     let mut record = PathRecord {
         id,

@@ -3,13 +3,14 @@
 use super::dispersion::Prism;
 use super::media::Boundary;
 use super::record::{AroundRecord, End, Passage, Record, Roulette};
-use super::wave::{Path, Wave};
+use super::wave::{Arrival, Path, Wave};
 use super::{LightSampling, settings::Settings};
 use crate::bsdf::{Bsdf, BsdfSample, Towards};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
 use crate::material::{AlphaMode, Material, Physical};
 use crate::math::{DVec3, Frame, Ray, reflect};
+use crate::scene::emitters::LightSample;
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
 /// Sets of random numbers: one for the place in the pixel, one for the lens, then two for each surface met.
@@ -109,7 +110,13 @@ impl Settings {
 
 impl<R: Record> Wave<'_, R> {
     /// A ray that hits nothing.
-    pub(super) fn miss(&mut self, sample: u32, ray: &Ray, pixel: &mut Radiance) {
+    pub(super) fn miss(
+        &mut self,
+        sample: u32,
+        ray: &Ray,
+        around: impl Iterator<Item = (Spectrum, f64)>,
+        pixel: &mut Radiance,
+    ) {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         self.record.note(|r| r.end = End::Escaped);
         if path.from_camera && scene.background.transparent {
@@ -129,7 +136,7 @@ impl<R: Record> Wave<'_, R> {
             return;
         }
         let mut found = Spectrum::BLACK;
-        for (radiance, light_pdf) in scene.emitters.around(scene, ray.direction) {
+        for (radiance, light_pdf) in around {
             let weight = self.settings.weight_found(path, light_pdf);
             found += radiance * weight as f32;
             self.record.note(|r| r.outside(|e| e.lights.push(AroundRecord { radiance, light_pdf, weight })));
@@ -147,24 +154,45 @@ impl<R: Record> Wave<'_, R> {
         self.record.note(|r| r.outside(|e| e.contribution = added));
     }
 
-    /// A ray that hits a surface: emission, direct light, and the way on.
-    pub(super) fn shade(
-        &mut self,
-        sample: u32,
+    /// Whether light may be asked for where a ray ends; where that is known only later, it is.
+    #[inline]
+    pub(super) fn may_connect(
+        &self,
+        path: &Path,
         ray: &Ray,
         hit: &Hit,
-        pixel: &mut Radiance,
-        stats: &mut RayStats,
-    ) {
+        surface: &SurfaceInteraction,
+    ) -> bool {
+        if self.settings.light_sampling == LightSampling::Bsdf || self.is_spent(path) {
+            return false;
+        }
+        match self.scene.material_at(hit) {
+            Material::Physical(m) => {
+                let bsdf = m.constant_bsdf(ray.direction.dot(surface.ng) < 0.0);
+                !m.desc.unlit && bsdf.is_none_or(Bsdf::has_smooth)
+            }
+            Material::Mix(_) => true,
+            Material::Classic(_) | Material::Principled(..) => false,
+        }
+    }
+
+    /// Whether the path ends at the next surface.
+    #[inline]
+    fn is_spent(&self, path: &Path) -> bool {
+        path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered
+    }
+
+    /// A ray that hits a surface: emission, direct light, and the way on.
+    pub(super) fn shade(&mut self, at: &Arrival<'_>, pixel: &mut Radiance, stats: &mut RayStats) {
         let scene = self.scene;
-        let surface = scene.surface(ray, hit);
+        let &Arrival { sample, ref ray, surface, .. } = at;
+        let hit = &surface.hit;
         let path = &mut self.paths[sample as usize];
         let left = path.media.transmittance(hit.shape.t);
         if let Some(left) = left {
             path.beta = path.beta * left;
         }
-        self.record.note(|r| r.met(scene, path, ray, hit, &surface, left));
-        let sets = FIRST_SET + 2 * path.vertex;
+        self.record.note(|r| r.met(scene, path, ray, hit, surface, left));
         path.vertex += 1;
         if path.vertex > MAX_VERTICES {
             self.record.note(|r| r.end = End::Vertices);
@@ -174,17 +202,17 @@ impl<R: Record> Wave<'_, R> {
         let met = match scene.material_at(hit) {
             Material::Physical(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
             Material::Physical(m) => {
-                let opacity = f64::from(m.desc.coverage(scene, &surface));
-                (opacity >= 1.0 || path.sampler.four(sets)[3] < opacity).then_some(&**m)
+                let opacity = f64::from(m.desc.coverage(scene, surface));
+                (opacity >= 1.0 || path.numbers.first()[3] < opacity).then_some(&**m)
             }
-            Material::Mix(m) => m.choose(scene, &surface, outside, path.sampler.four(sets)[3]),
+            Material::Mix(m) => m.choose(scene, surface, outside, path.numbers.first()[3]),
             Material::Classic(_) | Material::Principled(..) => return,
         };
         let Some(material) = met else {
             path.transparent += 1;
             self.record.note(|r| r.at(|v| v.passage = Passage::Hole));
             if path.transparent <= self.settings.max_transparent {
-                self.next.push(sample, &surface, ray.direction);
+                self.next.push(sample, surface, ray.direction);
             } else {
                 self.record.note(|r| r.end = End::Transparency);
             }
@@ -192,7 +220,7 @@ impl<R: Record> Wave<'_, R> {
         };
         self.record.note(|r| r.chose(scene, material));
         if material.desc.unlit {
-            let at = scene.texture_point(&surface);
+            let at = scene.texture_point(surface);
             let color = scene.textures.color(material.desc.base_color, &at)
                 * scene.textures.color(material.desc.base_weight, &at);
             let added = self.settings.add(path, path.beta * color, pixel);
@@ -203,17 +231,19 @@ impl<R: Record> Wave<'_, R> {
             return;
         }
         if material.is_emissive() && (outside || material.shines_backwards()) {
-            self.found_light(sample, material, &surface, pixel);
+            self.found_light(sample, material, surface, pixel);
         }
-        let path = &mut self.paths[sample as usize];
+        let path = &self.paths[sample as usize];
         // Through panes light goes on, as shadow rays do.
-        let spent = path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered;
+        let spent = self.is_spent(path);
+
         if spent && !material.pane {
             self.record.note(|r| r.end = End::Depth);
             return;
         }
         let mut around = 1.0;
         if material.has_inside() {
+            let path = &mut self.paths[sample as usize];
             match path.media.boundary(surface.material, material.desc.specular_ior, outside) {
                 Boundary::Between(ior) => {
                     around = ior;
@@ -221,47 +251,46 @@ impl<R: Record> Wave<'_, R> {
                 }
                 Boundary::Hidden => {
                     self.record.note(|r| r.at(|v| v.passage = Passage::Hidden));
-                    path.media.cross(scene, &surface, material, outside);
-                    self.next.push(sample, &surface, ray.direction);
+                    path.media.cross(scene, surface, material, outside);
+                    self.next.push(sample, surface, ray.direction);
                     return;
                 }
             }
         }
         if let Some(indices) = material.dispersion {
-            let prism = Prism { material, indices, surface: &surface, around, outside };
-            self.disperse(sample, ray, &prism, sets, stats);
+            let prism = Prism { material, indices, surface, around, outside };
+            self.disperse(at, &prism, stats);
             return;
         }
         let made;
         let bsdf = match material.constant_bsdf(outside) {
             Some(bsdf) if around == 1.0 => bsdf,
             _ => {
-                made = material.bsdf(scene, &surface, around, outside);
+                made = material.bsdf(scene, surface, around, outside);
                 &made
             }
         };
-        let coated = coated(scene, ray, material, &surface, bsdf, outside);
+        let coated = coated(scene, ray, material, surface, bsdf, outside);
         let bsdf = coated.as_ref().unwrap_or(bsdf);
-        let vertex = prepare(scene, ray, material, &surface, bsdf, outside);
-        self.scatter(sample, &vertex, material, bsdf.has_smooth() && !spent, sets, stats);
+        let vertex = prepare(scene, ray, material, surface, bsdf, outside);
+        self.scatter(at, &vertex, material, bsdf.has_smooth() && !spent, stats);
     }
 
     /// Direct light, where lights can be connected to (`smooth`), and the way on.
     pub(super) fn scatter(
         &mut self,
-        sample: u32,
+        at: &Arrival<'_>,
         vertex: &Vertex<'_>,
         material: &Physical,
         smooth: bool,
-        sets: u32,
         stats: &mut RayStats,
     ) {
-        if smooth && self.settings.light_sampling != LightSampling::Bsdf {
-            self.sample_light(sample, vertex, material, sets);
+        if smooth && let Some(lit) = at.lit {
+            self.connect(at.sample, vertex, material, lit);
         }
-        let [u0, u1, u2, u3] = self.paths[sample as usize].sampler.four(sets + 1);
+        let [u0, u1, u2, u3] = self.paths[at.sample as usize].numbers.second();
         if let Some(s) = vertex.bsdf.sample([u2, u0, u1]) {
-            self.follow(sample, vertex, material, s, u3, stats);
+            self.follow(at.sample, vertex, material, s, u3, stats);
         }
     }
 
@@ -284,14 +313,9 @@ impl<R: Record> Wave<'_, R> {
         self.record.note(|r| r.shone(path, radiance, pdf, weight, added));
     }
 
-    /// Samples a light and sends a shadow ray to it.
-    fn sample_light(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, set: u32) {
-        let (scene, path) = (self.scene, &self.paths[sample as usize]);
-        if scene.emitters.is_empty() {
-            return;
-        }
-        let [u0, u1, u2, _] = path.sampler.four(set);
-        let Some(lit) = scene.emitters.sample(scene, v.surface.p, [u0, u1, u2]) else { return };
+    /// Sends a shadow ray to the light that was sampled.
+    fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, lit: &LightSample) {
+        let path = &self.paths[sample as usize];
         let distance = lit.to_light.length();
         let wi = lit.to_light / distance;
         let wi_local = v.frame.to_local(wi);
@@ -300,7 +324,7 @@ impl<R: Record> Wave<'_, R> {
         if !crosses {
             f *= v.terminator(wi) as f32;
         }
-        self.record.note(|r| r.lit(&lit, wi, f, pdf, wi_local.z.abs()));
+        self.record.note(|r| r.lit(lit, wi, f, pdf, wi_local.z.abs()));
         if f.is_black() {
             return;
         }
@@ -312,7 +336,7 @@ impl<R: Record> Wave<'_, R> {
         let length = if lit.finite { distance } else { f64::INFINITY };
         let left = if crosses && material.has_inside() {
             let mut media = path.media;
-            media.cross(scene, v.surface, material, wi.dot(v.ng) < 0.0);
+            media.cross(self.scene, v.surface, material, wi.dot(v.ng) < 0.0);
             media.transmittance(length)
         } else {
             path.media.transmittance(length)

@@ -3,17 +3,21 @@
 use super::media::Media;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
+use super::shade::FIRST_SET;
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
 use crate::math::{DVec3, Ray};
-use crate::sampler::OwenSobol;
-use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::sampler::{OwenSobol, VertexNumbers};
+use crate::scene::emitters::LightSample;
+use crate::scene::{AroundBatch, Hit, LightBatch, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
 #[derive(Clone)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
+    /// The random numbers of the surface that is met.
+    pub(super) numbers: VertexNumbers,
     /// Its moment, for things that move.
     time: f32,
     /// The share of what the next ray finds that reaches the pixel.
@@ -36,6 +40,14 @@ pub(super) struct Path {
     /// The one colour band that is left, once dispersion has parted them.
     pub(super) band: Option<u8>,
     pub(super) media: Media,
+}
+
+/// A ray where it ends, with the light that was sampled there.
+pub(super) struct Arrival<'a> {
+    pub(super) sample: u32,
+    pub(super) ray: Ray,
+    pub(super) surface: &'a SurfaceInteraction,
+    pub(super) lit: Option<&'a LightSample>,
 }
 
 /// The rays of one bounce, and whose they are.
@@ -82,6 +94,11 @@ pub(super) struct Wave<'a, R = Off> {
     pub(super) next: Front,
     pub(super) shadows: Shadows,
     hits: Vec<Option<Hit>>,
+    surfaces: Vec<(SurfaceInteraction, u32)>,
+    lights: LightBatch,
+    around: AroundBatch,
+    wanted: Vec<(OwenSobol, u32)>,
+    numbers: Vec<VertexNumbers>,
     /// What takes notes of the path, if there is but one.
     pub(super) record: R,
 }
@@ -96,6 +113,11 @@ impl<'a, R> Wave<'a, R> {
             next: Front::default(),
             shadows: Shadows::default(),
             hits: Vec::new(),
+            surfaces: Vec::new(),
+            lights: LightBatch::default(),
+            around: AroundBatch::default(),
+            wanted: Vec::new(),
+            numbers: Vec::new(),
             record,
         }
     }
@@ -110,6 +132,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
         self.paths.clear();
         self.paths.extend(samples.ids.iter().enumerate().map(|(i, id)| Path {
             sampler: OwenSobol::new(id),
+            numbers: VertexNumbers::default(),
             time: samples.rays.time(i),
             beta: Spectrum::WHITE,
             vertex: 0,
@@ -145,19 +168,73 @@ impl<R: Record> Wave<'_, R> {
             }
         }
         self.scene.intersect_batch(&mut front.rays, &mut hits);
+        self.draw(&front.samples, &hits);
+        let mut surfaces = std::mem::take(&mut self.surfaces);
+        let mut lights = std::mem::take(&mut self.lights);
+        self.prepare(&front, &hits, &mut surfaces, &mut lights);
+        let mut around = std::mem::take(&mut self.around);
+        around.clear();
+        let missing = (0..front.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
+        for ray in missing.filter_map(|(i, _)| front.rays.get(i)) {
+            around.push(ray.direction);
+        }
+        self.scene.emitters.around_batch(self.scene, &mut around);
+        let mut met = surfaces.iter();
+        let mut missed = 0;
         for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
             let Some(ray) = front.rays.get(i) else { continue };
             let pixel = &mut out[sample as usize];
-            match hit {
-                None => self.miss(sample, &ray, pixel),
-                Some(hit) => self.shade(sample, &ray, hit, pixel, stats),
+            if hit.is_none() {
+                self.miss(sample, &ray, around.get(missed), pixel);
+                missed += 1;
+            } else if let Some((surface, light)) = met.next() {
+                let lit = lights.get(*light as usize);
+                self.shade(&Arrival { sample, ray, surface, lit }, pixel, stats);
             }
         }
+        (self.surfaces, self.lights, self.around) = (surfaces, lights, around);
         self.hits = hits;
         self.light(out, stats);
         front.clear();
         self.front = std::mem::replace(&mut self.next, front);
         self.next.rays.coherent = false;
+    }
+
+    /// Draws the numbers of the vertices at the hits.
+    fn draw(&mut self, samples: &[u32], hits: &[Option<Hit>]) {
+        let hit =
+            || samples.iter().zip(hits).filter(|(_, hit)| hit.is_some()).map(|(&sample, _)| sample as usize);
+        self.wanted.clear();
+        self.wanted.extend(hit().map(|i| (self.paths[i].sampler, FIRST_SET + 2 * self.paths[i].vertex)));
+        OwenSobol::vertex_numbers(&self.wanted, &mut self.numbers);
+        for (i, numbers) in hit().zip(&self.numbers) {
+            self.paths[i].numbers = *numbers;
+        }
+    }
+
+    /// The surfaces that were hit, with the number under which each asks for light; and that light.
+    fn prepare(
+        &self,
+        front: &Front,
+        hits: &[Option<Hit>],
+        surfaces: &mut Vec<(SurfaceInteraction, u32)>,
+        lights: &mut LightBatch,
+    ) {
+        surfaces.clear();
+        lights.clear();
+        for (i, (&sample, hit)) in front.samples.iter().zip(hits).enumerate() {
+            let (Some(hit), Some(ray)) = (hit, front.rays.get(i)) else { continue };
+            let surface = self.scene.surface(&ray, hit);
+            let path = &self.paths[sample as usize];
+            let mut number = u32::MAX;
+            if self.may_connect(path, &ray, hit, &surface) {
+                number = lights.len() as u32;
+                let [u0, u1, u2, _] = path.numbers.first();
+                lights.ask(surface.p, [u0, u1, u2]);
+            }
+            surfaces.push((surface, number));
+        }
+        self.scene.emitters.sample_batch(self.scene, lights);
     }
 
     /// Adds the light of the shadow rays that arrive.
@@ -175,6 +252,7 @@ impl<R: Record> Wave<'_, R> {
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
             let through = shadows.through[i / LANES].get(i % LANES);
+            self.record.note(|r| r.in_the_way(self.scene, shadows.rays.get(i), through));
             // Not even 0 · infinity of what does not arrive.
             if !through.is_black() {
                 let arrives = *light * through;

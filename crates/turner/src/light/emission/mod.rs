@@ -2,12 +2,14 @@
 //!
 //! Every form has `sample` and `pdf`, which agree: densities are per solid angle, seen from the point that is lit.
 
+mod block;
 mod disk;
 mod placed;
 mod rectangle;
 mod sphere;
 mod triangle;
 
+pub use block::EmitterBlock;
 pub use disk::DiskEmitter;
 pub use placed::{Curved, CurvedEmitter, EllipsoidEmitter};
 pub use rectangle::RectangleEmitter;

@@ -2,9 +2,12 @@
 
 use std::f64::consts::PI;
 
+use turner_bvh::lanes::{F64x8, LANES, Simd, Vec3x8, Work, dispatch};
+
+use super::block::{self, Eight, EmitterBlock};
 use super::{EmitterSample, NEAR, per_solid_angle};
-use crate::math::DVec3;
 use crate::math::elementary::{arc_cosine, sin_cos_turns};
+use crate::math::{DVec3, elementary_x8 as x8};
 
 /// A parallelogram; near ones with right angles are sampled by solid angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +54,17 @@ impl RectangleEmitter {
             per_area,
             right_angled,
         })
+    }
+
+    /// Lengths of the edges; 0, which is never near, where they are not at right angles.
+    #[inline(always)]
+    fn lengths(&self) -> [f64; 2] {
+        self.right_angled.map_or([0.0; 2], |(lengths, _)| lengths)
+    }
+
+    #[inline(always)]
+    fn axes(&self) -> [DVec3; 2] {
+        self.right_angled.map_or([DVec3::ZERO; 2], |(_, axes)| axes)
     }
 
     fn spherical(&self, p: DVec3) -> Option<Spherical> {
@@ -120,6 +134,12 @@ impl RectangleEmitter {
         Some(EmitterSample { q, n: self.normal, u, v, pdf: 1.0 / s.solid_angle })
     }
 
+    /// The same of eight rectangles, which may be one, as a block asks.
+    #[inline]
+    pub fn sample_block(emitters: [&RectangleEmitter; LANES], block: &mut EmitterBlock) {
+        dispatch(SampleBlock { emitters: Eight::new(emitters), block });
+    }
+
     /// The density of the direction from `p` to `q` on it.
     pub fn pdf(&self, p: DVec3, q: DVec3) -> f64 {
         match self.spherical(p) {
@@ -131,5 +151,93 @@ impl RectangleEmitter {
     /// Its area.
     pub fn area(&self) -> f64 {
         1.0 / self.per_area
+    }
+}
+
+/// One coordinate of the normal of the plane through an edge.
+#[inline(always)]
+fn side<S: Simd>(a: F64x8<S>, z0: F64x8<S>) -> F64x8<S> {
+    a / (a * a + z0 * z0).sqrt()
+}
+
+/// The angle at a corner.
+#[inline(always)]
+fn between<S: Simd>(simd: S, a: F64x8<S>, b: F64x8<S>) -> F64x8<S> {
+    let one = F64x8::splat(simd, 1.0);
+    x8::arc_cosine(simd, x8::clamp(-a * b, -one, one))
+}
+
+struct SampleBlock<'a> {
+    emitters: Eight<'a, RectangleEmitter>,
+    block: &'a mut EmitterBlock,
+}
+
+impl Work for SampleBlock<'_> {
+    type Output = ();
+
+    /// As [`RectangleEmitter::sample`], operation by operation.
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let SampleBlock { emitters: e, block } = self;
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        let (p, [u0, u1]) = block.asked(simd);
+        let (corner, u, v, n) = (
+            e.vector(simd, |e| e.corner),
+            e.vector(simd, |e| e.u),
+            e.vector(simd, |e| e.v),
+            e.vector(simd, |e| e.normal),
+        );
+        let (lu, lv) = (e.number(simd, |e| e.lengths()[0]), e.number(simd, |e| e.lengths()[1]));
+        let (x, y) = (e.vector(simd, |e| e.axes()[0]), e.vector(simd, |e| e.axes()[1]));
+        // By solid angle.
+        let to_middle = p - (corner + (u + v) * splat(0.5));
+        let near = (lu * lu + lv * lv).ge(splat(NEAR) * to_middle.dot(to_middle)) & lu.gt(zero);
+        let d = corner - p;
+        let z0 = d.dot(n);
+        let behind = z0.gt(zero);
+        let z = Vec3x8::select(behind, -n, n);
+        let z0 = behind.select(-z0, z0);
+        let (x0, y0) = (d.dot(x), d.dot(y));
+        let (x1, y1) = (x0 + lu, y0 + lv);
+        let (n0, n1, n2, n3) = (-side(y0, z0), side(x1, z0), side(y1, z0), -side(x0, z0));
+        let (g0, g1) = (between(simd, n0, n1), between(simd, n1, n2));
+        let (g2, g3) = (between(simd, n2, n3), between(simd, n3, n0));
+        let k = splat(2.0 * PI) - g2 - g3;
+        let solid_angle = g0 + g1 - k;
+        let spherical = near & solid_angle.gt(splat(1e-4)) & solid_angle.lt(splat(f64::INFINITY));
+        let (sin, cos) = x8::sin_cos_turns(simd, (u0 * solid_angle + k) * splat(0.5 / PI));
+        let fu = (cos * n0 - n2) / sin;
+        let cu = x8::clamp(one.copysign(fu) / (fu * fu + n0 * n0).sqrt(), -one, one);
+        let xu = -(cu * z0) / (one - cu * cu).or_larger(splat(1e-300)).sqrt();
+        let xu = x8::clamp(xu, x0, x1);
+        let d2 = xu * xu + z0 * z0;
+        let h0 = y0 / (d2 + y0 * y0).sqrt();
+        let h1 = y1 / (d2 + y1 * y1).sqrt();
+        let hv = h0 + u1 * (h1 - h0);
+        let within = (hv * hv).lt(splat(1.0 - 1e-12));
+        let yv = within.select(hv * (d2 / (one - hv * hv)).sqrt(), y1);
+        let yv = x8::clamp(yv, y0, y1);
+        let q = p + x * xu + y * yv + z * z0;
+        let counts =
+            spherical & x8::is_finite(simd, q.x) & x8::is_finite(simd, q.y) & x8::is_finite(simd, q.z);
+        let mut found = counts.bits();
+        let (s, t) = ((xu - x0) / (x1 - x0), (yv - y0) / (y1 - y0));
+        let pdf = one / solid_angle;
+        if spherical.bits() == u8::MAX {
+            block.answer(found, q, n, [s, t], pdf);
+            return;
+        }
+        // By area.
+        let on = corner + u * u0 + v * u1;
+        let (seen, flat) = block::per_solid_angle(simd, e.number(simd, |e| e.per_area), p, on, n);
+        found |= seen.and_not(spherical).bits();
+        block.answer(
+            found,
+            Vec3x8::select(spherical, q, on),
+            n,
+            [spherical.select(s, u0), spherical.select(t, u1)],
+            spherical.select(pdf, flat),
+        );
     }
 }

@@ -141,6 +141,15 @@ impl Distribution {
     /// A direction for two uniform numbers in 0..1, its place in the picture and its density per solid angle; `None` if all is
     /// black.
     pub(super) fn sample(&self, u: [f64; 2]) -> Option<(DVec3, DVec2, f64)> {
+        let (u, cos_theta, pdf) = self.find(u)?;
+        let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
+        let uv = DVec2::new(u, height(sin_theta, cos_theta));
+        (pdf > 0.0).then(|| (around(u, sin_theta, cos_theta), uv, pdf))
+    }
+
+    /// The same as u in the picture and the cosine of the angle from the zenith, with a density that may be 0.
+    #[inline]
+    pub(super) fn find(&self, u: [f64; 2]) -> Option<(f64, f64, f64)> {
         let [u, v] = u.map(|u| if u > 0.0 { u.min(1.0 - f64::EPSILON) } else { 0.0 });
         let parts = self.row_guide.len().checked_sub(1)?;
         let y = between(&self.row_guide, (v * parts as f64) as usize, &self.rows, |begin| *begin <= v)?;
@@ -156,10 +165,7 @@ impl Distribution {
         let (first, units) = column(row, x);
         let across = ((unit - f64::from(first)) / f64::from(units)).clamp(0.0, 1.0);
         let cos_theta = self.edges[y] + (self.edges[y + 1] - self.edges[y]) * down;
-        let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
-        let pdf = self.density(x, y);
-        let uv = DVec2::new((x as f64 + across) / f64::from(self.width), height(sin_theta, cos_theta));
-        (pdf > 0.0).then(|| (around(uv.x, sin_theta, cos_theta), uv, pdf))
+        Some(((x as f64 + across) / f64::from(self.width), cos_theta, self.density(x, y)))
     }
 
     /// The density of a direction of any length, per solid angle.

@@ -3,6 +3,7 @@
 //! [`map`] says which pixel lies in which direction, [`distribution`] chooses directions by how much light comes
 //! from them, [`studio`] is the picture where no file is given.
 
+mod batch;
 mod distribution;
 mod map;
 mod studio;
@@ -15,6 +16,7 @@ use crate::math::{DVec3, radians};
 use crate::scene::error::{ErrorCode, SceneError, escape};
 use crate::scene::schema::{Range, params};
 use crate::scene::{Asset, ImageId};
+pub use batch::EnvironmentBatch;
 use distribution::Distribution;
 use map::EnvironmentMap;
 

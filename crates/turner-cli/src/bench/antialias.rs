@@ -1,0 +1,311 @@
+//! `turner bench antialias`: a scene by every mode of anti-aliasing, with its time and its error, also beside POV-Ray.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::json;
+use turner::compare::{Canvas, Metric, Pair};
+use turner::film::Antialias;
+use turner::image::{Image, Pixels};
+use turner::render::{PassOptions, Renderer};
+use turner::scene::PrepareOptions;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner_io::image::{
+    DecodeLimits, Display, ImageFormat, OutputFile, OutputImage, Transfer, decode, encode,
+};
+use turner_io::scene::{LoadOptions, Override, load};
+
+use super::median;
+use crate::events::Events;
+use crate::failure::{Failure, Labels, two_lines};
+use crate::povray::PovRay;
+use crate::report::Reporter;
+use crate::text;
+
+/// Measure every mode of anti-aliasing on a scene: rays, seconds, error
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The error is the root of the mean square difference of display values (0 to 1) from the same scene with many\n\
+                        samples at random places of other seeds. Seconds are the median of tracing alone."
+)]
+pub(crate) struct AntialiasBenchArgs {
+    /// The scene
+    #[arg(default_value = "scenes/tutorial/step-7.toml")]
+    scene: PathBuf,
+    /// Columns of pixels
+    #[arg(long)]
+    width: Option<u32>,
+    /// Rows of pixels
+    #[arg(long)]
+    height: Option<u32>,
+    /// Samples per pixel of grid and monte-carlo
+    #[arg(long, default_value_t = 16)]
+    samples: u32,
+    /// Samples per pixel of the reference
+    #[arg(long, value_name = "SAMPLES", default_value_t = 1024)]
+    reference: u32,
+    /// How often each is rendered
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    repeat: u32,
+    /// Threads [default: all there are]
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Write each picture into a folder
+    #[arg(long, value_name = "FOLDER")]
+    pictures: Option<PathBuf>,
+    /// As a Markdown table
+    #[arg(long)]
+    markdown: bool,
+    /// One JSON object per line
+    #[arg(long)]
+    json: bool,
+    /// Run POV-Ray on the .pov file beside the scene: without anti-aliasing, with +A0.3, and with 16 samples in every pixel
+    #[arg(long, value_name = "PROGRAM", num_args = 0..=1, default_missing_value = "povray", require_equals = true)]
+    povray: Option<PathBuf>,
+}
+
+/// POV-Ray's modes: what to call them, their arguments.
+const POVRAY: [(&str, &[&str]); 3] = [
+    ("POV-Ray", &["-A"]),
+    ("POV-Ray +A0.3", &["+A0.3"]),
+    ("POV-Ray 16 samples", &["+AM1", "+A0.0", "+R4", "-J"]),
+];
+
+/// Runs the command.
+pub(super) fn run(args: &AntialiasBenchArgs) -> u8 {
+    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    match bench(args) {
+        Ok(()) => 0,
+        Err(failure) => {
+            reporter.failure(&failure);
+            failure.exit
+        }
+    }
+}
+
+/// What one mode took.
+struct Row {
+    mode: String,
+    samples_per_pixel: Option<f64>,
+    rays: Option<u64>,
+    seconds: f64,
+    rmse: f64,
+}
+
+/// A picture as it was rendered.
+struct Rendered {
+    width: u32,
+    height: u32,
+    display: Vec<[u8; 4]>,
+    /// Display values before they were rounded to 8 bits.
+    values: Image,
+    rays: u64,
+    samples: f64,
+    seconds: f64,
+}
+
+fn bench(args: &AntialiasBenchArgs) -> Result<(), Failure> {
+    if let Some(folder) = &args.pictures {
+        std::fs::create_dir_all(folder).map_err(|e| {
+            let message = format!("{}: the folder cannot be made: {e}", folder.display());
+            Failure::new(SceneError::new(ErrorCode::Output, message).help("name one that can be written"))
+        })?;
+    }
+    let reference = render(args, Antialias::MonteCarlo, args.reference, 1)?;
+    save(args, "reference", &reference)?;
+    let mut rows = Vec::new();
+    for mode in
+        [Antialias::None, Antialias::Mean, Antialias::Grid, Antialias::Adaptive, Antialias::MonteCarlo]
+    {
+        let mut seconds = Vec::new();
+        let mut last = None;
+        for _ in 0..args.repeat {
+            let rendered = render(args, mode, args.samples, 0)?;
+            seconds.push(rendered.seconds);
+            last = Some(rendered);
+        }
+        let Some(rendered) = last else { continue };
+        save(args, mode.word(), &rendered)?;
+        rows.push(Row {
+            mode: mode.word().to_owned(),
+            samples_per_pixel: Some(rendered.samples),
+            rays: Some(rendered.rays),
+            seconds: median(&seconds).unwrap_or(f64::NAN),
+            rmse: rmse(&reference.values, &rendered.values)?,
+        });
+    }
+    if let Some(program) = &args.povray {
+        let Some(povray) = PovRay::beside(program, &args.scene) else {
+            let message = format!("{}: there is no .pov file beside it", args.scene.display());
+            let help = "scenes/bench has scenes with one: thirty-spheres.toml, from-scratch.toml";
+            return Err(Failure::new(SceneError::new(ErrorCode::File, message).help(help)));
+        };
+        for (name, flags) in POVRAY {
+            rows.push(povray_row(args, &povray, name, flags, &reference)?);
+        }
+    }
+    text::print(&if args.json { json_lines(args, &rows) } else { table(args, &reference, &rows) });
+    Ok(())
+}
+
+fn povray_row(
+    args: &AntialiasBenchArgs,
+    povray: &PovRay,
+    name: &str,
+    flags: &[&str],
+    reference: &Rendered,
+) -> Result<Row, Failure> {
+    let mut seconds = Vec::new();
+    let mut picture = Vec::new();
+    for _ in 0..args.repeat {
+        let threads = crate::render::threads(args.threads);
+        let (time, png) = povray.render(reference.width, reference.height, threads, flags)?;
+        seconds.push(time);
+        picture = png;
+    }
+    let picture = decode(&picture, "POV-Ray's picture", &DecodeLimits::default())
+        .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
+    let rmse = rmse(&reference.values, &unit_values(&picture))?;
+    let seconds = median(&seconds).unwrap_or(f64::NAN);
+    Ok(Row { mode: name.to_owned(), samples_per_pixel: None, rays: None, seconds, rmse })
+}
+
+/// An 8-bit picture as numbers 0 to 1, without alpha.
+fn unit_values(image: &Image) -> Image {
+    let n = usize::from(image.channels);
+    let colors = if n < 3 { 1 } else { 3 };
+    let at = |i: usize| match &image.pixels {
+        Pixels::U8(v) => f32::from(v[i]) / 255.0,
+        Pixels::U16(v) => f32::from(v[i]) / 65535.0,
+        Pixels::F32(v) => v[i].clamp(0.0, 1.0),
+    };
+    let pixels = image.width as usize * image.height as usize;
+    let samples = (0..pixels)
+        .flat_map(|p| (0..3).map(move |c| p * n + if colors == 3 { c } else { 0 }))
+        .map(at)
+        .collect();
+    Image { width: image.width, height: image.height, channels: 3, pixels: Pixels::F32(samples) }
+}
+
+fn rmse(reference: &Image, picture: &Image) -> Result<f64, Failure> {
+    let pair = Pair::new(Canvas::new(reference, false), Canvas::new(picture, false))
+        .map_err(|e| Failure::new(SceneError::new(ErrorCode::Image, e.to_string())))?;
+    Ok(Metric::Rmse.measure(&pair, 1).value)
+}
+
+fn render(
+    args: &AntialiasBenchArgs,
+    mode: Antialias,
+    samples: u32,
+    more_seed: u32,
+) -> Result<Rendered, Failure> {
+    let mut overrides =
+        vec![set("film.antialias", format!("\"{}\"", mode.word())), set("film.samples", samples.to_string())];
+    overrides.extend(args.width.map(|n| set("film.width", n.to_string())));
+    overrides.extend(args.height.map(|n| set("film.height", n.to_string())));
+    let loaded = load(&args.scene, &LoadOptions { overrides, ..LoadOptions::default() })
+        .map_err(|e| Failure::load(e, &Labels::new()))?;
+    let (mut desc, sources) = (loaded.desc, loaded.sources);
+    desc.film.seed = desc.film.seed.wrapping_add(more_seed);
+    let scene = desc
+        .prepare(&PrepareOptions::default())
+        .map_err(|e| Failure::in_scene(e, &sources, &Labels::new()))?;
+    let mut renderer = Renderer::new(&scene).map_err(Failure::new)?;
+    let never = AtomicBool::new(false);
+    let threads = crate::render::threads(args.threads);
+    let options = PassOptions { threads, cancel: &never, progress: None };
+    let start = Instant::now();
+    renderer.pass(u32::MAX, &options).map_err(Failure::new)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let picture = renderer.film.develop(&scene.film);
+    let values = picture
+        .linear
+        .iter()
+        .zip(&picture.display)
+        .flat_map(|(linear, display)| match scene.film.transfer {
+            // What is shown are the numbers themselves: not rounded, errors below 1/255 are seen too.
+            turner::color::Transfer::None => [linear[0], linear[1], linear[2]].map(|v| v.clamp(0.0, 1.0)),
+            _ => [display[0], display[1], display[2]].map(|v| f32::from(v) / 255.0),
+        })
+        .collect();
+    Ok(Rendered {
+        width: picture.width,
+        height: picture.height,
+        values: Image {
+            width: picture.width,
+            height: picture.height,
+            channels: 3,
+            pixels: Pixels::F32(values),
+        },
+        display: picture.display,
+        rays: renderer.stats.total(),
+        samples: renderer.stats.camera as f64 / (f64::from(picture.width) * f64::from(picture.height)),
+        seconds,
+    })
+}
+
+fn set(path: &str, value: String) -> Override {
+    Override { path: path.to_owned(), value }
+}
+
+fn save(args: &AntialiasBenchArgs, name: &str, picture: &Rendered) -> Result<(), Failure> {
+    let Some(folder) = &args.pictures else { return Ok(()) };
+    let failed = |text: String| Failure::new(two_lines(ErrorCode::Output, &text));
+    let image = OutputImage {
+        width: picture.width,
+        height: picture.height,
+        alpha: false,
+        linear: None,
+        display: Some(Display::U8(&picture.display)),
+        transfer: Transfer::Unstated,
+        metadata: &Default::default(),
+        threads: 1,
+    };
+    let bytes = encode(&image, ImageFormat::Png).map_err(|e| failed(e.to_string()))?;
+    let path: &Path = &folder.join(format!("{name}.png"));
+    OutputFile::create(path).and_then(|file| file.commit(&bytes)).map_err(|e| failed(e.to_string()))
+}
+
+fn json_lines(args: &AntialiasBenchArgs, rows: &[Row]) -> String {
+    let line = |row: &Row| {
+        json!({
+            "scene": args.scene.to_string_lossy(),
+            "mode": row.mode,
+            "samples_per_pixel": row.samples_per_pixel,
+            "rays": row.rays,
+            "median_seconds": row.seconds,
+            "rmse": row.rmse,
+            "reference_samples": args.reference,
+        })
+        .to_string()
+    };
+    rows.iter().map(|row| line(row) + "\n").collect()
+}
+
+fn table(args: &AntialiasBenchArgs, reference: &Rendered, rows: &[Row]) -> String {
+    let count = |n: Option<u64>| n.map_or(String::new(), |n| text::count(n as f64));
+    let samples = |n: Option<f64>| n.map_or(String::new(), |n| format!("{n:.2}"));
+    let mut out = format!(
+        "{} {}x{}, reference: {} samples per pixel\n\n",
+        args.scene.display(),
+        reference.width,
+        reference.height,
+        args.reference
+    );
+    if args.markdown {
+        out += "| mode | samples per pixel | rays | seconds | RMSE |\n|---|--:|--:|--:|--:|\n";
+    } else {
+        out += &format!("{:18}  {:>8}  {:>9}  {:>9}  {:>8}\n", "mode", "samples", "rays", "seconds", "RMSE");
+    }
+    for row in rows {
+        let (s, r, t) = (samples(row.samples_per_pixel), count(row.rays), text::seconds(row.seconds));
+        out += &if args.markdown {
+            format!("| {} | {s} | {r} | {t} | {:.5} |\n", row.mode, row.rmse)
+        } else {
+            format!("{:18}  {s:>8}  {r:>9}  {t:>9}  {:>8.5}\n", row.mode, row.rmse)
+        };
+    }
+    out
+}

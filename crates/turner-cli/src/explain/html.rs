@@ -1,0 +1,225 @@
+//! An explanation as a page of its own: the tree opens and closes, and rays light up in tree and views together. It asks for no other file.
+
+use turner::color::Spectrum;
+
+use super::draw::{Views, xml};
+use super::model::{Explanation, Node, SampleTree};
+use super::number::{color, exact, number, percent, rays, short, short_color};
+use super::prune::{Shown, shown};
+use super::rows::{Row, light_remark, rows};
+use super::shade::Display;
+use super::style;
+use super::svg::title;
+use super::views::WIDTH;
+
+const SCRIPT: &str = include_str!("page.js");
+
+/// Indentation ends here: what is deeper says how deep it is.
+const DEEPEST: usize = 24;
+
+/// At most `budget` rays of each sample are on the page.
+pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: usize) -> String {
+    let name = xml(&title(e));
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>{name}</title>\n\
+         <style>{}</style>\n</head>\n<body>\n<header>\n",
+        style::of_page()
+    );
+    out += &format!("<span class=\"big\" style=\"background:{}\"></span>\n<div>\n", display.hex(e.color()));
+    out += &format!("<h1>{name}</h1>\n<p><b>{}</b> · {}</p>\n", exact(e.color()), xml(&e.averaging));
+    let equal = if e.is_exact() {
+        "The rays of each sample sum to it to the last bit."
+    } else {
+        "THE RAYS DO NOT SUM TO THE SAMPLE: please report it."
+    };
+    let choice = e.choice.as_deref().map_or(String::new(), |c| format!(" · {}", xml(c)));
+    out += &format!("<p class=\"dim\">{equal}{choice}</p>\n</div>\n</header>\n");
+    if e.trees.len() > 1 {
+        samples(&mut out, e, display);
+    }
+    let most = e.trees.iter().max_by(|a, b| brings(a).total_cmp(&brings(b)).then(b.number.cmp(&a.number)));
+    let first = most.map(|t| t.number);
+    for tree in &e.trees {
+        sample(&mut out, e, tree, views, display, budget, Some(tree.number) == first);
+    }
+    out += "<footer class=\"dim\">Click a ray to open it; the triangle folds what comes of it. Point at rays or objects: what belongs together lights up.</footer>\n";
+    out + &format!("<script>//<![CDATA[\n{SCRIPT}//]]>\n</script>\n</body>\n</html>\n")
+}
+
+fn brings(tree: &SampleTree) -> f64 {
+    tree.sample.weight * f64::from(tree.sum.map(f32::abs).max_component())
+}
+
+/// A square of the pixel with a button for each sample at its place.
+fn samples(out: &mut String, e: &Explanation, display: &Display<'_>) {
+    *out += "<nav>\n";
+    for tree in &e.trees {
+        let [x, y] = tree.sample.place.map(short);
+        *out += &format!(
+            "<button type=\"button\" data-sample=\"{0}\" title=\"sample {0} at ({x}, {y}), share {1}\"><i style=\"background:{2}\"></i>{0}</button>\n",
+            tree.number,
+            number(tree.sample.weight),
+            display.hex(tree.sum)
+        );
+    }
+    *out += "</nav>\n";
+}
+
+fn sample(
+    out: &mut String,
+    e: &Explanation,
+    tree: &SampleTree,
+    views: &Views,
+    display: &Display<'_>,
+    budget: usize,
+    is_first: bool,
+) {
+    let shown = shown(&tree.nodes, budget, e.path_of.is_some());
+    let hidden = if is_first { "" } else { " hidden=\"hidden\"" };
+    *out += &format!("<section data-sample=\"{}\"{hidden}>\n<div class=\"tree\">\n", tree.number);
+    let [x, y] = tree.sample.place.map(number);
+    *out += &format!(
+        "<h2>Sample {} of {} <span class=\"dim\">at ({x}, {y}), share {}</span></h2>\n",
+        tree.number,
+        e.pixel.count,
+        number(tree.sample.weight)
+    );
+    for row in rows(tree, &shown) {
+        write_row(out, tree, &row, display);
+    }
+    if shown.elsewhere.rays > 0 {
+        let name = xml(e.path_of.as_deref().unwrap_or_default());
+        *out += &format!(
+            "<p class=\"dim\">{} of together {} do not touch “{name}”</p>\n",
+            rays(shown.elsewhere.rays),
+            color(shown.elsewhere.brings)
+        );
+    }
+    if tree.unwritten > 0 {
+        *out += &format!("<p class=\"dim\">{} more are too many to be kept</p>\n", rays(tree.unwritten));
+    }
+    for remark in &tree.remarks {
+        *out += &format!("<p class=\"dim\">{}</p>\n", xml(remark));
+    }
+    sums(out, tree, &shown, display);
+    *out += "</div>\n<div class=\"views\">\n";
+    *out += &format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {:.0}\" font-family=\"system-ui, sans-serif\">\n",
+        views.height()
+    );
+    views.svg(out, tree, &shown, 0.0, 0.0);
+    *out += "</svg>\n</div>\n</section>\n";
+}
+
+fn swatch(display: &Display<'_>, c: Spectrum) -> String {
+    format!("<i style=\"background:{}\"></i>", display.hex(c))
+}
+
+fn details(out: &mut String, node: &Node) {
+    *out += "<dl>";
+    for (name, value) in &node.rows {
+        *out += &format!("<dt>{}</dt><dd>{}</dd>", xml(name), xml(value));
+    }
+    *out += "</dl>\n";
+}
+
+fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'_>) {
+    let depth = row.depth();
+    let style = format!("data-depth=\"{depth}\" style=\"--d:{}\"", depth.min(DEEPEST));
+    match row {
+        Row::Ray { node: i, .. } => {
+            let node = &tree.nodes[*i];
+            let material =
+                node.material.as_deref().map_or(String::new(), |m| format!(" <em>{}</em>", xml(m)));
+            let object = node.primitive.map_or(String::new(), |p| format!(" data-object=\"{p}\""));
+            let remark = if node.remark.is_empty() {
+                String::new()
+            } else {
+                format!(" <span class=\"tag\">{}</span>", xml(&node.remark))
+            };
+            let word = node.kind.word();
+            *out += &format!("<details class=\"row\" data-ray=\"{i}\"{object} {style}>\n<summary>");
+            *out += "<button type=\"button\" class=\"fold\" title=\"fold\">▾</button>";
+            *out += &swatch(display, tree.found(node));
+            *out += &format!(
+                "<span class=\"kind {word}\">{} {word}</span> <b>{}</b>{material}{remark}",
+                node.badge,
+                xml(&node.target)
+            );
+            *out += &format!(
+                "<span class=\"sum\"><span title=\"weight\">× {}</span><span class=\"rail\" title=\"brings {}\"><span class=\"bar {word}\" \
+                 style=\"width:{:.1}%\"></span></span><span class=\"share\">{}</span></span></summary>\n",
+                short_color(node.weight),
+                color(node.total),
+                100.0 * tree.share(node.total),
+                percent(tree.share(node.total))
+            );
+            details(out, node);
+            *out += "</details>\n";
+        }
+        Row::Light { nodes, added, .. } => {
+            let (first, open) = (&tree.nodes[nodes[0]], nodes.iter().any(|&n| tree.nodes[n].open));
+            let numbers: Vec<String> = nodes.iter().map(usize::to_string).collect();
+            let object = match (&nodes[..], first.primitive) {
+                ([_], Some(p)) => format!(" data-object=\"{p}\""),
+                _ => String::new(),
+            };
+            *out += &format!(
+                "<details class=\"row light\" data-ray=\"{}\"{object} {style}>\n<summary><span class=\"lamp {}\"></span>",
+                numbers.join(" "),
+                if open { "on" } else { "off" }
+            );
+            *out += &format!("<span>{}: {}</span>", xml(&first.target), xml(&light_remark(tree, nodes)));
+            *out += &format!("<span class=\"sum\">{}</span></summary>\n", short_color(*added));
+            details(out, first);
+            *out += "</details>\n";
+        }
+        Row::Hidden { hidden, .. } => {
+            *out += &format!(
+                "<div class=\"row dim\" {style}>… {} of together {} not shown; --all shows them</div>\n",
+                rays(hidden.rays),
+                color(hidden.brings)
+            );
+        }
+    }
+}
+
+fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, display: &Display<'_>) {
+    const MOST: usize = 60;
+    *out += "<table>\n";
+    let mut count = 0;
+    for (node, what, part) in &tree.parts {
+        if part.is_black() || !shown.nodes[*node] || count >= MOST {
+            continue;
+        }
+        count += 1;
+        let met = tree.nodes.get(*node).filter(|n| n.traced && n.target != *what);
+        let target = met.map_or(String::new(), |n| format!("of {}", xml(&n.target)));
+        *out += &format!(
+            "<tr data-ray=\"{node}\"><td>{}</td><td>{}</td><td>{} {target}</td><td>{}</td></tr>\n",
+            swatch(display, *part),
+            tree.nodes.get(*node).map_or(0, |n| n.badge),
+            xml(what),
+            exact(*part)
+        );
+    }
+    let rest = tree.parts.len() - count;
+    if rest > 0 {
+        *out += &format!(
+            "<tr class=\"dim\"><td></td><td></td><td>{rest} more terms, or black ones</td><td></td></tr>\n"
+        );
+    }
+    *out += &format!(
+        "<tr class=\"total\"><td>{}</td><td></td><td>sum</td><td>{}</td></tr>\n",
+        swatch(display, tree.sum),
+        exact(tree.sum)
+    );
+    let rendered = tree.sample.radiance.color;
+    let equal = if tree.is_exact() { "equal to the last bit" } else { "NOT EQUAL" };
+    *out += &format!(
+        "<tr class=\"total\"><td>{}</td><td></td><td>sample as rendered</td><td>{}<br/><span class=\"dim\">{equal}</span></td></tr>\n</table>\n",
+        swatch(display, rendered),
+        exact(rendered)
+    );
+}

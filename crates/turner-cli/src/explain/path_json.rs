@@ -1,0 +1,116 @@
+//! A path as JSON.
+
+use serde_json::{Value, json};
+use turner::bsdf::Lobe;
+use turner::integrator::path::{
+    AroundRecord, EmissionRecord, EscapeRecord, LightRecord, PathRecord, ScatterRecord, VertexRecord,
+};
+
+use super::classic_json::caster;
+use super::json::{color, material, object, vector};
+use super::names::Names;
+
+pub(super) fn of(names: &Names<'_>, path: &PathRecord) -> Value {
+    let vertices: Vec<Value> = path.vertices.iter().map(|v| vertex(names, v)).collect();
+    json!({
+        "kind": "path",
+        "camera": {
+            "origin": vector(path.origin),
+            "direction": vector(path.direction),
+            "time": path.time,
+        },
+        "vertices": vertices,
+        "escape": path.escape.as_ref().map(escape),
+        "end": path.end.word(),
+    })
+}
+
+fn vertex(names: &Names<'_>, v: &VertexRecord) -> Value {
+    let inside: Vec<Value> = v.inside.iter().map(|&id| material(names, id)).collect();
+    json!({
+        "origin": vector(v.origin),
+        "direction": vector(v.direction),
+        "t": v.t,
+        "position": vector(v.p),
+        "geometric_normal": vector(v.ng),
+        "shading_normal": vector(v.ns),
+        "object": object(names, v.primitive, v.shape),
+        "part": v.part,
+        "uv": v.uv,
+        "material": material(names, v.material),
+        "chosen": v.chosen.map(|id| material(names, id)),
+        "outside": v.outside,
+        "inside": inside,
+        "transmittance": v.transmittance.map(color),
+        "throughput": color(v.throughput),
+        "passage": v.passage.word(),
+        "emission": v.emission.as_ref().map(emission),
+        "ior_around": v.ior_around,
+        "band": v.band,
+        "dispersed": v.dispersed.map(color),
+        "light": v.light.as_ref().map(|l| light(names, l)),
+        "scatter": v.scatter.as_ref().map(scatter),
+    })
+}
+
+fn emission(e: &EmissionRecord) -> Value {
+    json!({
+        "radiance": color(e.radiance),
+        "pdf": e.pdf,
+        "light_pdf": e.light_pdf,
+        "mis_weight": e.weight,
+        "contribution": color(e.contribution),
+    })
+}
+
+fn light(names: &Names<'_>, l: &LightRecord) -> Value {
+    let by: Vec<Value> = l.casters.iter().map(|c| caster(names, c)).collect();
+    json!({
+        "direction": vector(l.direction),
+        "distance": l.distance,
+        "pdf": l.pdf,
+        "delta": l.is_delta,
+        "radiance": color(l.radiance),
+        "bsdf": color(l.bsdf),
+        "bsdf_pdf": l.bsdf_pdf,
+        "cosine": l.cosine,
+        "mis_weight": l.weight,
+        "transmittance": l.transmittance.map(color),
+        "unshadowed": color(l.unshadowed),
+        "visible": l.visible.map(color),
+        "by": by,
+        "contribution": color(l.contribution),
+    })
+}
+
+fn scatter(s: &ScatterRecord) -> Value {
+    let Lobe { is_delta, is_transmission, is_diffuse } = s.lobe;
+    json!({
+        "direction": vector(s.direction),
+        "lobe": { "delta": is_delta, "transmission": is_transmission, "diffuse": is_diffuse },
+        "bsdf": color(s.bsdf),
+        "pdf": s.pdf,
+        "cosine": s.cosine,
+        "eta": s.eta,
+        "terminator": s.terminator,
+        "weight": color(s.weight),
+        "roulette": s.roulette.map(|r| json!({ "survival": r.survival, "number": r.number })),
+        "throughput": color(s.throughput),
+    })
+}
+
+fn escape(e: &EscapeRecord) -> Value {
+    let around = |l: &AroundRecord| json!({ "radiance": color(l.radiance), "light_pdf": l.light_pdf, "mis_weight": l.weight });
+    let lights: Vec<Value> = e.lights.iter().map(around).collect();
+    json!({
+        "origin": vector(e.origin),
+        "direction": vector(e.direction),
+        "transmittance": e.transmittance.map(color),
+        "throughput": color(e.throughput),
+        "pdf": e.pdf,
+        "lights": lights,
+        "background": color(e.background),
+        "ambient": color(e.ambient),
+        "contribution": color(e.contribution),
+    })
+}

@@ -1,0 +1,176 @@
+//! Which rays of a tree are shown: those that bring most.
+
+use std::collections::BinaryHeap;
+
+use turner::color::Spectrum;
+
+use super::model::{Kind, Node};
+
+/// What is shown of a tree.
+pub(super) struct Shown {
+    /// For each node whether it is.
+    pub(super) nodes: Vec<bool>,
+    /// For each node the rays beneath it that are not shown: how many, and what they bring together.
+    pub(super) hidden: Vec<Hidden>,
+    /// Rays left out by `--path-of`.
+    pub(super) elsewhere: Hidden,
+}
+
+/// Rays that are not shown.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Hidden {
+    pub(super) rays: u64,
+    pub(super) brings: Spectrum,
+}
+
+/// A ray that waits to be shown, the one that brings most first, of equal ones that which comes first.
+#[derive(PartialEq)]
+struct Candidate {
+    brings: f32,
+    node: usize,
+}
+
+impl Eq for Candidate {}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Candidate) -> std::cmp::Ordering {
+        self.brings.total_cmp(&other.brings).then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Candidate) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// At most `budget` rays (shadow rays come with their surfaces), and with `filtered` those alone whose path touches what was asked for.
+pub(super) fn shown(nodes: &[Node], budget: usize, filtered: bool) -> Shown {
+    let kept = kept(nodes, filtered);
+    let mut out = Shown {
+        nodes: vec![false; nodes.len()],
+        hidden: vec![Hidden::default(); nodes.len()],
+        elsewhere: Hidden::default(),
+    };
+    let mut children = vec![Vec::new(); nodes.len()];
+    for (i, node) in nodes.iter().enumerate() {
+        if let Some(list) = node.parent.and_then(|p| children.get_mut(p)) {
+            list.push(i);
+        }
+    }
+    let candidate = |node: usize| {
+        let total = nodes.get(node).map_or(Spectrum::BLACK, |n| n.total);
+        Candidate { brings: total.map(f32::abs).max_component(), node }
+    };
+    let mut waiting: BinaryHeap<Candidate> =
+        (0..nodes.len().min(1)).filter(|&i| kept[i]).map(candidate).collect();
+    let mut left = budget;
+    while left > 0
+        && let Some(Candidate { node, .. }) = waiting.pop()
+    {
+        out.nodes[node] = true;
+        left -= 1;
+        for &child in &children[node] {
+            match nodes[child].kind {
+                Kind::Shadow => out.nodes[child] = true,
+                _ if kept[child] => waiting.push(candidate(child)),
+                _ => {}
+            }
+        }
+    }
+    // Sums of what is hidden, upwards from the leaves.
+    let mut beneath: Vec<Hidden> = vec![Hidden::default(); nodes.len()];
+    for (i, node) in nodes.iter().enumerate().rev() {
+        if node.kind == Kind::Shadow || out.nodes[i] {
+            continue;
+        }
+        let own = Hidden {
+            rays: beneath[i].rays + u64::from(node.traced),
+            brings: beneath[i].brings + node.contribution,
+        };
+        let Some(parent) = node.parent else {
+            out.elsewhere = own;
+            continue;
+        };
+        let to = match (out.nodes[parent], kept[i]) {
+            (false, _) => &mut beneath[parent],
+            (true, true) => &mut out.hidden[parent],
+            (true, false) => &mut out.elsewhere,
+        };
+        to.rays += own.rays;
+        to.brings += own.brings;
+    }
+    out
+}
+
+/// Rays whose way to the camera, or from there on, touches what was asked for; all without a filter.
+fn kept(nodes: &[Node], filtered: bool) -> Vec<bool> {
+    if !filtered {
+        return vec![true; nodes.len()];
+    }
+    let mut above: Vec<bool> = vec![false; nodes.len()];
+    let mut below: Vec<bool> = nodes.iter().map(|n| n.touches).collect();
+    for (i, node) in nodes.iter().enumerate() {
+        above[i] = node.touches || node.parent.is_some_and(|p| above[p]);
+    }
+    for (i, node) in nodes.iter().enumerate().rev() {
+        if let Some(parent) = node.parent {
+            below[parent] |= below[i];
+        }
+    }
+    above.into_iter().zip(below).map(|(a, b)| a || b).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use turner::math::DVec3;
+
+    /// A full tree of two rays to a surface; each leaf brings its number.
+    fn tree(depth: u32) -> Vec<Node> {
+        let count = (1usize << (depth + 1)) - 1;
+        let mut nodes: Vec<Node> = (0..count)
+            .map(|i| {
+                let mut node =
+                    Node::new(Kind::Reflected, i.checked_sub(1).map(|i| i / 2), DVec3::ZERO, DVec3::X);
+                node.contribution = Spectrum::grey(if 2 * i + 1 >= count { i as f32 } else { 0.0 });
+                node
+            })
+            .collect();
+        for i in (0..count).rev() {
+            let own = nodes[i].contribution;
+            nodes[i].total += own;
+            let total = nodes[i].total;
+            if let Some(p) = nodes[i].parent {
+                nodes[p].total += total;
+            }
+        }
+        nodes
+    }
+
+    #[test]
+    fn what_brings_most_is_shown_and_nothing_is_lost() {
+        let mut nodes = tree(9);
+        let all: f32 = nodes.iter().map(|n| n.contribution.r).sum();
+        for filtered in [false, true] {
+            nodes[700].touches = filtered;
+            for budget in [1, 7, 100, 5000] {
+                let shown = shown(&nodes, budget, filtered);
+                let count = shown.nodes.iter().filter(|s| **s).count();
+                let hidden: u64 = shown.hidden.iter().map(|h| h.rays).sum::<u64>() + shown.elsewhere.rays;
+                assert_eq!(count as u64 + hidden, 1023);
+                assert_eq!(count, if filtered { budget.min(10) } else { budget.min(1023) });
+                let brought = |i: usize| if shown.nodes[i] { nodes[i].contribution.r } else { 0.0 };
+                let sum: f32 = (0..nodes.len()).map(brought).sum::<f32>()
+                    + shown.hidden.iter().map(|h| h.brings.r).sum::<f32>()
+                    + shown.elsewhere.brings.r;
+                assert!((sum - all).abs() < 0.5, "{sum} {all}");
+                // A shown ray's parent is shown.
+                assert!((1..1023).all(|i| !shown.nodes[i] || shown.nodes[(i - 1) / 2]));
+            }
+        }
+        // The last leaf brings most.
+        let seven = shown(&tree(9), 10, false);
+        assert!(seven.nodes[1022]);
+    }
+}

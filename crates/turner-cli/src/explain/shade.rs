@@ -1,0 +1,32 @@
+//! Colours as the picture shows them.
+
+use turner::color::Spectrum;
+use turner::film::FilmDesc;
+
+/// From scene values to the 8 bits of a display.
+pub(super) struct Display<'a> {
+    film: &'a FilmDesc,
+    factor: f32,
+}
+
+impl Display<'_> {
+    pub(super) fn new(film: &FilmDesc) -> Display<'_> {
+        let stops = film.exposure.clamp(-64.0, 64.0);
+        Display { film, factor: turner::math::elementary::pow(2.0, stops) as f32 }
+    }
+
+    /// Red, green and blue; magenta for what is no number.
+    pub(super) fn rgb(&self, color: Spectrum) -> [u8; 3] {
+        if color.to_array().iter().any(|v| v.is_nan()) {
+            return [255, 0, 255];
+        }
+        let shown = self.film.tonemap.map(color * self.factor).to_array();
+        shown.map(|v| (f64::from(self.film.transfer.encode(v)) * 255.0 + 0.5) as u8)
+    }
+
+    /// `#rrggbb`
+    pub(super) fn hex(&self, color: Spectrum) -> String {
+        let [r, g, b] = self.rgb(color);
+        format!("#{r:02x}{g:02x}{b:02x}")
+    }
+}

@@ -1,0 +1,226 @@
+//! An explanation as a drawing: the tree, and the rays in two views of the scene.
+
+use turner::color::Spectrum;
+
+use super::draw::{Views, xml};
+use super::model::{Explanation, SampleTree, over};
+use super::number::{percent, rays, short, short_color as color};
+use super::prune::shown;
+use super::rows::{Row, light_remark, rows};
+use super::shade::Display;
+use super::style;
+use super::views::WIDTH;
+
+const LEFT: f64 = 24.0;
+const TREE: f64 = 600.0;
+const STEP: f64 = 20.0;
+const RAY_ROW: f64 = 44.0;
+const LIGHT_ROW: f64 = 24.0;
+const TOP: f64 = 92.0;
+/// The bar for a ray's share of the sample.
+const BAR: f64 = 84.0;
+
+/// At most `budget` rays of each sample are drawn.
+pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: usize) -> String {
+    let mut body = String::new();
+    let mut y = TOP;
+    for tree in &e.trees {
+        let shown = shown(&tree.nodes, budget, e.path_of.is_some());
+        let rows = rows(tree, &shown);
+        let top = y;
+        if e.trees.len() > 1 || e.pixel.count > 1 {
+            let [px, py] = tree.sample.place;
+            let at =
+                format!("sample {} of {}, at ({}, {})", tree.number, e.pixel.count, short(px), short(py));
+            body += &format!("<text class=\"sub\" x=\"{LEFT}\" y=\"{}\">{at}</text>\n", y + 8.0);
+            y += 24.0;
+        }
+        tree_rows(&mut body, tree, &rows, display, &mut y);
+        let mut notes = tree.remarks.clone();
+        if shown.elsewhere.rays > 0 {
+            let name = e.path_of.as_deref().unwrap_or_default();
+            notes.push(format!("{} do not touch \"{name}\"", rays(shown.elsewhere.rays)));
+        }
+        for note in notes {
+            body += &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{}\">{}</text>\n", y + 12.0, xml(&note));
+            y += 20.0;
+        }
+        y = sums(&mut body, tree, display, y + 20.0);
+        let views_height = views.svg(&mut body, tree, &shown, LEFT + TREE + 24.0, top);
+        y = (top + views_height).max(y) + 28.0;
+    }
+    let width = LEFT + TREE + 24.0 + WIDTH + LEFT;
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {y:.0}\" width=\"{width}\" height=\"{y:.0}\" \
+         font-family=\"system-ui, sans-serif\">\n<title>{}</title>\n<style>{}</style>\n<rect class=\"page\" width=\"100%\" height=\"100%\"/>\n",
+        xml(&title(e)),
+        style::of_drawing()
+    );
+    out += &format!(
+        "<rect class=\"swatch\" x=\"{LEFT}\" y=\"22\" width=\"46\" height=\"46\" rx=\"8\" fill=\"{}\"/>\n",
+        display.hex(e.color())
+    );
+    let x = LEFT + 60.0;
+    out += &format!("<text class=\"title\" x=\"{x}\" y=\"42\">{}</text>\n", xml(&title(e)));
+    let equal = if e.is_exact() { "the rays sum to it to the last bit" } else { "NOT EQUAL" };
+    let line = format!("{}: {}; {equal}", color(e.color()), e.averaging);
+    out += &format!("<text class=\"sub\" x=\"{x}\" y=\"62\">{}</text>\n", xml(&line));
+    out + &body + "</svg>\n"
+}
+
+/// `pixel 12,7 of scene.toml`
+pub(super) fn title(e: &Explanation) -> String {
+    format!("Pixel {},{} of {} ({})", e.pixel.x, e.pixel.y, e.scene, e.integrator)
+}
+
+fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Display<'_>, y: &mut f64) {
+    // Where the swatches of the rows above are, by depth: branches begin there.
+    let mut above: Vec<f64> = Vec::new();
+    for row in rows {
+        let depth = row.depth();
+        let x = LEFT + STEP * depth.min(14) as f64;
+        let height = if matches!(row, Row::Ray { .. }) { RAY_ROW } else { LIGHT_ROW };
+        let middle = *y + if height == RAY_ROW { 16.0 } else { 10.0 };
+        above.truncate(depth);
+        if let Some(from) = above.last() {
+            let bend = x - STEP + 8.0;
+            *out += &format!(
+                "<path class=\"branch\" d=\"M{bend:.1} {from:.1}V{:.1}q0 6 6 6H{:.1}\"/>\n",
+                middle - 6.0,
+                x - 1.0
+            );
+        }
+        let room = (LEFT + TREE - BAR - x - 40.0) / 6.4;
+        match row {
+            Row::Ray { node: i, .. } => {
+                above.push(middle + 12.0);
+                let node = &tree.nodes[*i];
+                *out += &format!(
+                    "<rect class=\"swatch\" x=\"{x}\" y=\"{:.1}\" width=\"18\" height=\"24\" rx=\"5\" fill=\"{}\"/>\n",
+                    middle - 12.0,
+                    display.hex(tree.found(node))
+                );
+                let share = tree.share(node.total);
+                let right = LEFT + TREE;
+                *out += &format!(
+                    "<rect class=\"rail\" x=\"{:.1}\" y=\"{:.1}\" width=\"{BAR}\" height=\"6\" rx=\"3\"/>\n",
+                    right - BAR,
+                    middle - 9.0
+                );
+                if share > 0.0 {
+                    *out += &format!(
+                        "<rect class=\"bar {}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"6\" rx=\"3\"/>\n",
+                        node.kind.word(),
+                        right - BAR,
+                        middle - 9.0,
+                        (share * BAR).max(1.5)
+                    );
+                }
+                *out += &format!(
+                    "<text class=\"dim\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n",
+                    middle + 14.0,
+                    percent(share)
+                );
+                let material = node.material.as_deref().map_or(String::new(), |m| format!(" ({m})"));
+                let head = format!("{}{material}", node.target);
+                *out += &format!(
+                    "<text x=\"{:.1}\" y=\"{:.1}\"><tspan class=\"kind {}\">{} {}</tspan> <tspan class=\"name\">{}</tspan></text>\n",
+                    x + 26.0,
+                    middle - 1.0,
+                    node.kind.word(),
+                    node.badge,
+                    node.kind.word(),
+                    xml(&cut(&head, room - 12.0))
+                );
+                let remark =
+                    if node.remark.is_empty() { String::new() } else { format!("{} · ", node.remark) };
+                let line =
+                    format!("{remark}weight {} · found {}", color(node.weight), color(tree.found(node)));
+                *out += &format!(
+                    "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+                    x + 26.0,
+                    middle + 14.0,
+                    xml(&cut(&line, room + 6.0))
+                );
+            }
+            Row::Light { nodes, added, .. } => {
+                let first = &tree.nodes[nodes[0]];
+                let open = nodes.iter().any(|&n| tree.nodes[n].open);
+                let class = if open { "lit" } else { "unlit" };
+                *out += &format!(
+                    "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{middle:.1}\" r=\"5\"/>\n",
+                    x + 8.0
+                );
+                let sum =
+                    if added.is_black() { String::new() } else { format!(" · adds {}", color(*added)) };
+                let line = format!("{}: {}{sum}", first.target, light_remark(tree, nodes));
+                *out += &format!(
+                    "<text class=\"small\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+                    x + 20.0,
+                    middle + 4.0,
+                    xml(&cut(&line, room))
+                );
+            }
+            Row::Hidden { hidden, .. } => {
+                let line = format!("… {} of together {} not shown", rays(hidden.rays), color(hidden.brings));
+                *out += &format!(
+                    "<text class=\"dim\" x=\"{:.1}\" y=\"{:.1}\">{}</text>\n",
+                    x + 4.0,
+                    middle + 4.0,
+                    xml(&line)
+                );
+            }
+        }
+        *y += height;
+    }
+}
+
+/// The sum as a bar: what each ray brought by itself, as wide as its share, in the colour that it found.
+fn sums(out: &mut String, tree: &SampleTree, display: &Display<'_>, y: f64) -> f64 {
+    let mut parts: Vec<(usize, Spectrum)> = Vec::new();
+    for (node, _, part) in tree.parts.iter().filter(|(_, _, part)| !part.is_black()) {
+        match parts.last_mut() {
+            Some((last, sum)) if last == node => *sum += *part,
+            _ => parts.push((*node, *part)),
+        }
+    }
+    let total: f64 = parts.iter().map(|(_, part)| tree.share(*part)).sum();
+    if parts.is_empty() || total <= 0.0 {
+        return y;
+    }
+    *out +=
+        &format!("<text class=\"dim\" x=\"{LEFT}\" y=\"{y:.1}\">what each ray brought by itself</text>\n");
+    let (mut x, y) = (LEFT, y + 8.0);
+    for (node, part) in parts {
+        let width = TREE * tree.share(part) / total;
+        // What is thinner than a line cannot be seen.
+        if width >= 0.3 {
+            let weight = tree.nodes.get(node).map_or(Spectrum::WHITE, |n| n.weight);
+            *out += &format!(
+                "<rect class=\"swatch\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"22\" fill=\"{}\"/>\n",
+                display.hex(over(part, weight))
+            );
+        }
+        if width >= 14.0 {
+            *out += &format!(
+                "<text class=\"tiny\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n",
+                x + 0.5 * width,
+                y + 34.0,
+                tree.nodes.get(node).map_or(0, |n| n.badge)
+            );
+        }
+        x += width;
+    }
+    y + 42.0
+}
+
+/// A line that ends in … where it is too long.
+fn cut(text: &str, room: f64) -> String {
+    let room = room.max(8.0) as usize;
+    if text.chars().count() <= room {
+        return text.to_owned();
+    }
+    let mut out: String = text.chars().take(room.saturating_sub(1)).collect();
+    out.push('…');
+    out
+}

@@ -1,0 +1,83 @@
+//! `turner new`: a scene to start from.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use turner::scene::error::{ErrorCode, SceneError};
+use turner_io::image::OutputFile;
+
+use crate::failure::{Failure, two_lines};
+use crate::{report, text};
+
+/// Write a commented scene to start from
+#[derive(Debug, Args)]
+pub(crate) struct NewArgs {
+    /// The scene's name; `.toml` is added
+    name: PathBuf,
+    /// What is in it
+    #[arg(long, value_name = "NAME", default_value = "physical")]
+    template: Template,
+}
+
+/// Scenes to start from.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Template {
+    /// Glass, metal and paint in a studio, by path tracing
+    Physical,
+    /// Mirrors and glass of 1980, by recursive ray tracing
+    Classic,
+}
+
+impl Template {
+    fn text(self) -> &'static str {
+        match self {
+            Template::Physical => include_str!("../templates/physical.toml"),
+            Template::Classic => include_str!("../templates/classic.toml"),
+        }
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &NewArgs) -> u8 {
+    match write(args) {
+        Ok(path) => {
+            let name = path.display();
+            text::print(&format!(
+                "{name} written\n\n  turner {name}          renders it\n  turner watch {name}    renders it again whenever it is saved\n"
+            ));
+            0
+        }
+        Err(failure) => {
+            report::print_error(&failure);
+            failure.exit
+        }
+    }
+}
+
+fn write(args: &NewArgs) -> Result<PathBuf, Failure> {
+    let path = with_extension(&args.name);
+    let refuse = |message: String, help: &str| {
+        Err(Failure::new(SceneError::new(ErrorCode::Output, message).help(help)))
+    };
+    if path.symlink_metadata().is_ok() {
+        return refuse(
+            format!("{}: there is such a file already", path.display()),
+            "choose another name, or remove it",
+        );
+    }
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    let scene = args.template.text().replace("NAME.toml", &name);
+    OutputFile::create(&path)
+        .and_then(|file| file.commit(scene.as_bytes()))
+        .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
+    Ok(path)
+}
+
+fn with_extension(name: &Path) -> PathBuf {
+    if name.extension().is_some_and(|e| e == "toml") {
+        return name.to_owned();
+    }
+    let mut name = name.as_os_str().to_owned();
+    name.push(".toml");
+    name.into()
+}

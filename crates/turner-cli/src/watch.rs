@@ -1,0 +1,189 @@
+//! `turner watch`: renders again whenever a file of the scene is saved.
+//!
+//! Files are looked at a few times a second, by time and length: no service of the system is needed, and network folders and
+//! editors that replace files are all the same to it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant, SystemTime};
+
+use clap::Args;
+use turner::scene::SceneDesc;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner_io::scene::Sources;
+
+use crate::control::Control;
+use crate::failure::{Failure, INTERRUPTED};
+use crate::render::{self, RenderArgs};
+use crate::report::Reporter;
+
+/// Render a scene, and again whenever it or a file that it is made of is saved; Ctrl-C ends it
+#[derive(Debug, Args)]
+pub(crate) struct WatchArgs {
+    #[command(flatten)]
+    render: RenderArgs,
+    /// End after so many pictures and errors
+    #[arg(long, value_name = "N")]
+    count: Option<u32>,
+}
+
+/// How often files are looked at.
+const INTERVAL: Duration = Duration::from_millis(150);
+
+/// What tells two states of a file apart; `None` if there is none.
+type Stamp = Option<(SystemTime, u64)>;
+
+fn stamp(path: &Path) -> Stamp {
+    let meta = std::fs::metadata(path).ok()?;
+    Some((meta.modified().ok()?, meta.len()))
+}
+
+/// The files of a scene as they were when it was read.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Watched {
+    files: Vec<(PathBuf, Stamp)>,
+}
+
+impl Watched {
+    /// The scene's file alone.
+    fn scene(path: &Path) -> Watched {
+        Watched { files: vec![(path.to_owned(), stamp(path))] }
+    }
+
+    /// Adds the files that a scene turned out to be made of, as they are now.
+    pub(crate) fn add(&mut self, scene: &Path, sources: &Sources, desc: Option<&SceneDesc>) {
+        let folder = scene.parent().unwrap_or(Path::new(""));
+        let texts = sources.files().iter().filter(|f| !f.is_argument).map(|f| folder.join(&f.uri));
+        let pictures = desc.iter().flat_map(|d| &d.images).map(|i| folder.join(&i.uri));
+        let meshes = desc.iter().flat_map(|d| &d.meshes).map(|m| folder.join(&m.uri));
+        let imports = desc.iter().flat_map(|d| &d.imports).map(|i| folder.join(&i.file));
+        self.add_all(texts.chain(pictures).chain(meshes).chain(imports));
+    }
+
+    fn add_all(&mut self, paths: impl Iterator<Item = PathBuf>) {
+        for path in paths {
+            // Parts of a model have names that are no files.
+            if path.is_file() && !self.files.iter().any(|(known, _)| *known == path) {
+                let now = stamp(&path);
+                self.files.push((path, now));
+            }
+        }
+    }
+
+    /// Whether a file is not what it was.
+    fn has_changed(&self) -> bool {
+        self.files.iter().any(|(path, then)| stamp(path) != *then)
+    }
+
+    /// Waits until a file has changed and none has for a moment, the scene's file is there, and says whether that came about
+    /// before an interrupt.
+    fn wait(&self, control: &Control, reporter: &Reporter) -> bool {
+        let mut said = false;
+        loop {
+            if control.is_interrupted() {
+                return false;
+            }
+            std::thread::sleep(INTERVAL);
+            if !self.has_changed() {
+                continue;
+            }
+            let Some((scene, _)) = self.files.first() else { return false };
+            let before: Vec<Stamp> = self.files.iter().map(|(path, _)| stamp(path)).collect();
+            if before[0].is_none_or(|(_, length)| length == 0) {
+                if !said && before[0].is_none() {
+                    reporter.line(&format!("{} is gone: waiting for it", scene.display()));
+                    said = true;
+                }
+                continue;
+            }
+            std::thread::sleep(INTERVAL);
+            if self.files.iter().zip(&before).all(|((path, _), before)| stamp(path) == *before) {
+                return true;
+            }
+        }
+    }
+}
+
+/// Asks a few times a second whether files have changed; an answer is kept, and shared by threads.
+pub(crate) struct Changes<'a> {
+    watched: &'a Watched,
+    last: Mutex<(Instant, bool)>,
+}
+
+impl<'a> Changes<'a> {
+    pub(crate) fn new(watched: &'a Watched) -> Changes<'a> {
+        Changes { watched, last: Mutex::new((Instant::now(), false)) }
+    }
+
+    pub(crate) fn any(&self) -> bool {
+        let mut last = self.last.lock().unwrap_or_else(|e| e.into_inner());
+        if !last.1 && last.0.elapsed() >= INTERVAL {
+            *last = (Instant::now(), self.watched.has_changed());
+        }
+        last.1
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &WatchArgs, control: &Control) -> u8 {
+    let scene = args.render.scene_path();
+    let (output, reporter) = match args.render.begin() {
+        Ok(begun) => begun,
+        Err((failure, reporter)) => {
+            reporter.failure(&failure);
+            return failure.exit;
+        }
+    };
+    if let Some(failure) = refusal(scene, &output, &args.render) {
+        reporter.failure(&failure);
+        return failure.exit;
+    }
+    let mut watched = Watched::scene(scene);
+    let mut rounds = 0;
+    loop {
+        let mut now = Watched::scene(scene);
+        let result = render::again(&args.render, &output, &reporter, control, &mut now);
+        control.end();
+        if control.is_interrupted() {
+            return INTERRUPTED;
+        }
+        if result.is_err() {
+            // What cannot be read is likely to be made of the same files as before.
+            now.add_all(watched.files.drain(..).map(|(path, _)| path));
+        }
+        watched = now;
+        let code = result.unwrap_or_else(|failure| {
+            reporter.failure(&failure);
+            Some(failure.exit)
+        });
+        if let Some(code) = code {
+            rounds += 1;
+            if args.count.is_some_and(|count| rounds >= count) {
+                return code;
+            }
+        }
+        if !watched.wait(control, &reporter) {
+            return INTERRUPTED;
+        }
+    }
+}
+
+/// What cannot be watched.
+fn refusal(scene: &Path, output: &crate::output::Output, args: &RenderArgs) -> Option<Failure> {
+    let usage = |message: &str, help: &str| {
+        Some(Failure::usage(SceneError::new(ErrorCode::Output, message.to_owned()).help(help)))
+    };
+    if scene == Path::new("-") {
+        return usage("standard input cannot be watched", "name a scene file");
+    }
+    if output.is_stdout() {
+        return usage("watching writes a file again and again", "name it with `-o FILE`");
+    }
+    if args.is_sequence() {
+        return usage(
+            "sequences of pictures cannot be watched",
+            "render one picture, or use `turner render`",
+        );
+    }
+    None
+}

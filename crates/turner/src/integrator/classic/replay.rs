@@ -1,0 +1,59 @@
+//! One sample again, with notes.
+
+use super::notes::Notes;
+use super::radiance::Wave;
+use super::record::TreeRecord;
+use crate::color::Spectrum;
+use crate::integrator::{CameraSamples, IntegratorDesc, Radiance, RayStats, Tracer};
+use crate::render::{camera_point, place_of, sample_id};
+use crate::sampler::SampleId;
+use crate::scene::Scene;
+use crate::scene::error::{ErrorCode, SceneError};
+
+/// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and writes down what happens.
+///
+/// The rays are traced by the code that renders: the record's radiance is the sample's, to the last bit ([`crate::render::sample`]).
+///
+/// Errors: a pixel outside the picture, a sample beyond those of a pixel, adaptive anti-aliasing, whose samples have no numbers
+/// ([`ErrorCode::OutOfRange`]), and an integrator other than "classic" ([`ErrorCode::Conflict`]).
+pub fn replay(scene: &Scene, x: u32, y: u32, index: u32) -> Result<TreeRecord, SceneError> {
+    let id = sample_id(scene, x, y, index)?;
+    replay_at(scene, id, place_of(scene, &id))
+}
+
+/// The same for a sample by what its numbers depend on and its place in the picture, in pixels from its top left corner: those of
+/// [`crate::render::pixel`] can be had whatever the anti-aliasing.
+///
+/// Errors: an integrator other than "classic" ([`ErrorCode::Conflict`]).
+pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<TreeRecord, SceneError> {
+    let IntegratorDesc::Classic(integrator) = &scene.integrator else {
+        let message = format!(
+            "the integrator is \"{}\": only \"classic\" has a tree of rays",
+            scene.integrator.type_name()
+        );
+        return Err(SceneError::new(ErrorCode::Conflict, message));
+    };
+    let mut samples = CameraSamples::default();
+    camera_point(scene, id, place, &mut samples);
+    let mut tree = TreeRecord {
+        id,
+        place,
+        rays: Vec::new(),
+        unwritten: 0,
+        dropped: 0,
+        radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
+        total: None,
+    };
+    if samples.rays.get(0).is_none_or(|ray| ray.t_max < 0.0) {
+        tree.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
+        return Ok(tree);
+    }
+    let mut wave = Wave::new(integrator, scene, Notes::new(tree));
+    let mut out = Vec::new();
+    wave.radiance(&samples, &mut out, &mut RayStats::default());
+    let mut tree = wave.record.tree;
+    if let Some(radiance) = out.first() {
+        tree.radiance = *radiance;
+    }
+    Ok(tree)
+}

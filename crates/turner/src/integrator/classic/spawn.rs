@@ -1,0 +1,177 @@
+//! How a ray's weight is divided at a surface, and what stands for rays that are not traced.
+
+use super::points::{PointBlock, get};
+use super::radiance::{Task, Tree, Weights};
+use super::record::{CutReason, RayKind, Record, Seen};
+use super::{AtDepth, ClassicDesc, Combine, Miss};
+use crate::color::Spectrum;
+use crate::integrator::Radiance;
+use crate::light::Light;
+use crate::material::{Classic, Fresnel};
+use crate::math::elementary::Exponent;
+use crate::math::{DVec3, Ray, refract};
+use crate::scene::Scene;
+
+/// A ray that might leave a surface.
+pub(super) struct Share {
+    pub(super) kind: RayKind,
+    /// The share of what it finds that the surface passes on.
+    pub(super) weight: f64,
+}
+
+/// Where it would begin.
+pub(super) struct Spawn<'a, R> {
+    pub(super) from: &'a Task,
+    pub(super) tree: &'a mut Tree,
+    pub(super) pixel: &'a mut Radiance,
+    pub(super) record: &'a mut R,
+}
+
+impl ClassicDesc {
+    /// The coefficients of a material as far as their terms count.
+    #[inline]
+    pub(super) fn coefficients(&self, material: &Classic, b: &mut PointBlock, lane: usize) {
+        b.ka.0[lane] = material.ka as f32;
+        b.kd.0[lane] = if self.diffuse { material.kd } else { 0.0 };
+        let ks = if self.highlights { material.ks } else { 0.0 };
+        b.ks.0[lane] = ks;
+        if ks > 0.0 {
+            b.glossy |= 1 << lane;
+            b.dark.0[lane] = material.dark;
+            match material.exponent {
+                Exponent::Whole(n) => {
+                    b.exponent.0[lane] = f64::from_bits(u64::from(n));
+                    b.exponent_bits |= n;
+                }
+                Exponent::Real(y) => {
+                    b.exponent.0[lane] = y;
+                    b.real_exponent |= 1 << lane;
+                }
+            }
+        }
+    }
+
+    /// The weights of local, reflected and refracted colour, and the refracted direction if there is one.
+    #[inline]
+    pub(super) fn weights(
+        &self,
+        m: &Classic,
+        depth: u32,
+        b: &PointBlock,
+        lane: usize,
+    ) -> (Weights, Option<DVec3>) {
+        let k_reflect = if self.reflection { m.k_reflect } else { 0.0 };
+        let k_refract = if self.refraction { m.k_refract } else { 0.0 };
+        if k_reflect == 0.0 && k_refract == 0.0 {
+            return (Weights { local: m.k_local.unwrap_or(1.0), reflect: 0.0, refract: 0.0 }, None);
+        }
+        if self.at_depth == AtDepth::Local && depth >= self.max_depth {
+            return (Weights { local: 1.0, reflect: 0.0, refract: 0.0 }, None);
+        }
+        let d = get(&b.d, lane);
+        let n = b.facing(&b.ns, lane);
+        let eta = if b.entering >> lane & 1 == 1 { 1.0 / m.ior } else { m.ior };
+        let direction = if k_refract > 0.0 { refract(d, n, eta) } else { None };
+        let (reflect, refracted) = match (m.fresnel, k_refract > 0.0 && direction.is_none()) {
+            // Total internal reflection: the refracted share goes along the mirror direction.
+            (Fresnel::Off, true) => (k_reflect + k_refract, 0.0),
+            (_, true) => (k_reflect.max(k_refract), 0.0),
+            (Fresnel::Off, false) => (k_reflect, k_refract),
+            (fresnel, false) => {
+                let f = fresnel.reflectance((-d.dot(n)).clamp(0.0, 1.0), eta);
+                (k_reflect * f, k_refract * (1.0 - f))
+            }
+        };
+        let local = m.k_local.unwrap_or(match self.combine {
+            Combine::Add => 1.0,
+            Combine::Blend => (1.0 - reflect - refracted).max(0.0),
+        });
+        (Weights { local, reflect, refract: refracted }, direction)
+    }
+
+    /// A reflected or refracted ray to be traced; beyond the depth limit adds what stands for it instead.
+    #[inline]
+    pub(super) fn spawn<R: Record>(
+        &self,
+        scene: &Scene,
+        share: Share,
+        direction: impl Fn() -> DVec3,
+        at: Spawn<'_, R>,
+    ) -> Option<Task> {
+        let Spawn { from, tree, pixel, record } = at;
+        let (kind, weight) = (share.kind, from.weight * share.weight);
+        let depth = from.depth + 1;
+        if depth > self.max_depth {
+            let (seen, color) = match self.at_depth {
+                AtDepth::Background => (Seen::Surroundings, scene.surroundings(direction())),
+                AtDepth::Ambient => (Seen::Ambient, scene.ambient),
+                AtDepth::Black | AtDepth::Local => {
+                    record.note(|n| {
+                        n.cut(kind, direction(), weight, CutReason::Depth, Seen::Nothing, None);
+                    });
+                    return None;
+                }
+            };
+            let added = color * weight as f32;
+            pixel.color += added;
+            record.note(|n| n.cut(kind, direction(), weight, CutReason::Depth, seen, Some(added)));
+            return None;
+        }
+        tree.spawned = tree.spawned.saturating_add(1);
+        if tree.spawned > self.max_rays {
+            record.note(|n| n.cut(kind, direction(), weight, CutReason::Count, Seen::Nothing, None));
+            return None;
+        }
+        record.note(|n| n.spawned(kind));
+        Some(Task { sample: from.sample, depth, weight })
+    }
+
+    /// A ray that leaves a surface; `length` is that of the camera ray, as the documents form it, which reflection and
+    /// refraction keep: `epsilon` is a t.
+    #[inline]
+    pub(super) fn leaving_ray(&self, origin: DVec3, direction: DVec3, length: f64) -> Ray {
+        let mut ray = Ray::new(origin, direction);
+        if self.epsilon > 0.0 {
+            ray.t_min = self.epsilon * length;
+        }
+        ray
+    }
+
+    pub(super) fn miss<R: Record>(
+        &self,
+        scene: &Scene,
+        task: &Task,
+        direction: impl Fn() -> DVec3,
+        pixel: &mut Radiance,
+        record: &mut R,
+    ) {
+        if self.light_seen {
+            let mut seen = Spectrum::BLACK;
+            let mut any = false;
+            for light in &scene.lights {
+                if let Light::Directional(light) = light
+                    && light.is_seen(direction())
+                {
+                    seen += light.intensity;
+                    any = true;
+                }
+            }
+            if any {
+                let seen = seen * task.weight as f32;
+                pixel.color += seen;
+                record.note(|n| n.missed(Seen::Lights, Some(seen)));
+                return;
+            }
+        }
+        if task.depth == 0 && scene.background.transparent {
+            pixel.alpha = 0.0;
+            record.note(|n| n.missed(Seen::Transparent, None));
+            return;
+        }
+        if self.miss == Miss::Background {
+            let seen = scene.surroundings(direction()) * task.weight as f32;
+            pixel.color += seen;
+            record.note(|n| n.missed(Seen::Surroundings, Some(seen)));
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Many directions at once.
+//!
+//! What comes out is that of [`EnvironmentLight::sample`] and [`EnvironmentLight::found`], one by one, to the last bit. The picture and the
+//! tables do not fit into caches; in loops that do nothing but read them, several reads are under way together.
+
+use std::f64::consts::{PI, TAU};
+
+use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Work, dispatch};
+
+use super::{EnvironmentLight, EnvironmentSample};
+use crate::color::Spectrum;
+use crate::math::{DVec2, DVec3, elementary_x8 as x8};
+
+/// Room to work on many directions; kept from one time to the next.
+#[derive(Default)]
+pub struct EnvironmentBatch {
+    blocks: Vec<Directions>,
+}
+
+/// Eight directions and their places in the picture.
+#[derive(Clone, Default)]
+struct Directions {
+    direction: [Block; 3],
+    /// Cosine of the angle from the zenith.
+    cos_theta: Block,
+    u: Block,
+    v: Block,
+    pdf: Block,
+}
+
+impl Directions {
+    fn uv(&self, lane: usize) -> DVec2 {
+        DVec2::new(self.u.0[lane], self.v.0[lane])
+    }
+
+    fn direction(&self, lane: usize) -> DVec3 {
+        let [x, y, z] = &self.direction;
+        DVec3::new(x.0[lane], y.0[lane], z.0[lane])
+    }
+}
+
+impl EnvironmentBatch {
+    fn reset(&mut self, count: usize) {
+        // What the last block holds beyond the count is computed and not used.
+        self.blocks.resize_with(count.div_ceil(LANES).max(self.blocks.len()), Directions::default);
+    }
+}
+
+impl EnvironmentLight {
+    /// For each pair of numbers [`EnvironmentLight::sample`], handed over with its place among them.
+    pub fn sample_batch(
+        &self,
+        u: &[[f64; 2]],
+        room: &mut EnvironmentBatch,
+        mut take: impl FnMut(usize, Option<EnvironmentSample>),
+    ) {
+        room.reset(u.len());
+        for (u, block) in u.chunks(LANES).zip(&mut room.blocks) {
+            for (lane, u) in u.iter().enumerate() {
+                let found = self.prepared.distribution.find(*u);
+                let (across, cos_theta, pdf) = found.unwrap_or((0.0, 0.0, 0.0));
+                (block.u.0[lane], block.cos_theta.0[lane], block.pdf.0[lane]) = (across, cos_theta, pdf);
+            }
+        }
+        let blocks = &mut room.blocks[..u.len().div_ceil(LANES)];
+        dispatch(Towards { blocks, turn: self.turn });
+        for i in 0..u.len() {
+            let (block, lane) = (&blocks[i / LANES], i % LANES);
+            let pdf = block.pdf.0[lane];
+            let sample = (pdf > 0.0).then(|| EnvironmentSample {
+                direction: block.direction(lane),
+                radiance: self.scaled(self.prepared.map.at(block.uv(lane))),
+                pdf,
+            });
+            take(i, sample);
+        }
+    }
+
+    /// For each direction [`EnvironmentLight::found`], handed over with its place among them.
+    pub fn found_batch(
+        &self,
+        directions: &[DVec3],
+        room: &mut EnvironmentBatch,
+        mut take: impl FnMut(usize, (Spectrum, f64)),
+    ) {
+        room.reset(directions.len());
+        for (directions, block) in directions.chunks(LANES).zip(&mut room.blocks) {
+            for (lane, d) in directions.iter().enumerate() {
+                for (block, v) in block.direction.iter_mut().zip(d.to_array()) {
+                    block.0[lane] = v;
+                }
+            }
+        }
+        let blocks = &mut room.blocks[..directions.len().div_ceil(LANES)];
+        dispatch(Places { blocks, turn: self.turn });
+        for i in 0..directions.len() {
+            let uv = blocks[i / LANES].uv(i % LANES);
+            take(i, (self.scaled(self.prepared.map.at(uv)), self.prepared.distribution.pdf_at(uv)));
+        }
+    }
+}
+
+/// The directions that were chosen, in the scene, and how far down in the picture they lie.
+struct Towards<'a> {
+    blocks: &'a mut [Directions],
+    turn: (f64, f64),
+}
+
+impl Work for Towards<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (sin, cos) = (F64x8::splat(simd, self.turn.0), F64x8::splat(simd, self.turn.1));
+        let (zero, one) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, 1.0));
+        for block in self.blocks {
+            let cos_theta = F64x8::load(simd, &block.cos_theta);
+            let sin_theta = (one - cos_theta * cos_theta).or_larger(zero).sqrt();
+            (x8::angle(simd, sin_theta, cos_theta) * F64x8::splat(simd, 1.0 / PI)).store(&mut block.v);
+            let u = F64x8::load(simd, &block.u);
+            let (sin_phi, cos_phi) = x8::sin_cos_turns(simd, u - F64x8::splat(simd, 0.5));
+            let (x, y, z) = (sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+            let [to_x, to_y, to_z] = &mut block.direction;
+            (cos * x + sin * z).store(to_x);
+            y.store(to_y);
+            (cos * z - sin * x).store(to_z);
+        }
+    }
+}
+
+/// Where in the picture directions of the scene lie.
+struct Places<'a> {
+    blocks: &'a mut [Directions],
+    turn: (f64, f64),
+}
+
+impl Work for Places<'_> {
+    type Output = ();
+
+    /// As `coordinates_fast`, operation by operation.
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (sin, cos) = (F64x8::splat(simd, self.turn.0), F64x8::splat(simd, self.turn.1));
+        let zero = F64x8::splat(simd, 0.0);
+        for block in self.blocks {
+            let [x, y, z] = &block.direction;
+            let (x, y, z) = (F64x8::load(simd, x), F64x8::load(simd, y), F64x8::load(simd, z));
+            let (x, z) = (cos * x - sin * z, sin * x + cos * z);
+            let flat = (x * x + z * z).sqrt();
+            let phi = flat.gt(zero).select(x8::angle(simd, x, -z), zero);
+            (F64x8::splat(simd, 0.5) + phi * F64x8::splat(simd, 1.0 / TAU)).store(&mut block.u);
+            (x8::angle(simd, flat, y) * F64x8::splat(simd, 1.0 / PI)).store(&mut block.v);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::image::{Image, Pixels};
+    use crate::sampler::uniform_sphere;
+    use crate::testing::Random;
+
+    #[test]
+    fn many_are_as_one_by_one() {
+        let mut random = Random::new(2);
+        let samples = (0..37 * 19 * 3).map(|_| random.units::<1>()[0].powi(4) as f32).collect();
+        let image = Image { width: 37, height: 19, channels: 3, pixels: Pixels::F32(samples) };
+        let turn = crate::math::elementary::sin_cos(0.7);
+        let mut room = EnvironmentBatch::default();
+        for compensated in [false, true] {
+            let light =
+                EnvironmentLight::of_picture(Arc::new(image.clone()), Spectrum::WHITE, turn, compensated)
+                    .unwrap();
+            for count in [0, 3, 8, 700, 12] {
+                let u: Vec<[f64; 2]> = (0..count).map(|_| random.units::<2>()).collect();
+                let mut seen = 0;
+                light.sample_batch(&u, &mut room, |i, sample| {
+                    assert_eq!(sample, light.sample(u[i]));
+                    seen += 1;
+                });
+                let mut directions: Vec<DVec3> = u.iter().map(|u| uniform_sphere((*u).into())).collect();
+                if let Some(d) = directions.first_mut() {
+                    *d = DVec3::Y;
+                }
+                light.found_batch(&directions, &mut room, |i, found| {
+                    assert_eq!(found, light.found(directions[i]));
+                    seen += 1;
+                });
+                assert_eq!(seen, 2 * count);
+            }
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Elementary functions of eight numbers at a time: the same bits as those of [`elementary`](super::elementary).
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+use turner_bvh::lanes::{F64x8, Mask8, Simd};
+
+use super::elementary::{ARC_HIGH, ARC_LOW, COSINE, ROUND, SINE, TAN_EIGHTH};
+
+/// At least `low` and at most `high`; what is not a number stays so.
+#[inline(always)]
+pub fn clamp<S: Simd>(x: F64x8<S>, low: F64x8<S>, high: F64x8<S>) -> F64x8<S> {
+    let x = x.lt(low).select(low, x);
+    x.gt(high).select(high, x)
+}
+
+/// Whether it is neither infinite nor no number.
+#[inline(always)]
+pub fn is_finite<S: Simd>(simd: S, x: F64x8<S>) -> Mask8<S> {
+    x.abs().lt(F64x8::splat(simd, f64::INFINITY))
+}
+
+/// As [`sin_cos_turns`](super::elementary::sin_cos_turns).
+#[inline(always)]
+pub fn sin_cos_turns<S: Simd>(simd: S, turns: F64x8<S>) -> (F64x8<S>, F64x8<S>) {
+    let splat = |v: f64| F64x8::splat(simd, v);
+    let quarters = splat(4.0) * turns;
+    let nearest = quarters + splat(ROUND);
+    let x = splat(FRAC_PI_2) * (quarters - (nearest - splat(ROUND)));
+    let z = x * x;
+    let sin = x * eight(simd, z, &SINE);
+    let cos = splat(1.0) + z * eight(simd, z, &COSINE);
+    let odd = nearest.has_bit(0);
+    let (sin, cos) = (odd.select(cos, sin), odd.select(-sin, cos));
+    let back = nearest.has_bit(1);
+    (back.select(-sin, sin), back.select(-cos, cos))
+}
+
+/// As [`arc_cosine`](super::elementary::arc_cosine).
+#[inline(always)]
+pub fn arc_cosine<S: Simd>(simd: S, x: F64x8<S>) -> F64x8<S> {
+    let one = F64x8::splat(simd, 1.0);
+    let x = clamp(x, -one, one);
+    angle(simd, ((one - x) * (one + x)).sqrt(), x)
+}
+
+/// As [`angle`](super::elementary::angle).
+#[inline(always)]
+pub fn angle<S: Simd>(simd: S, y: F64x8<S>, x: F64x8<S>) -> F64x8<S> {
+    let splat = |v: f64| F64x8::splat(simd, v);
+    let (ax, ay) = (x.abs(), y.abs());
+    let steep = ay.gt(ax);
+    let (low, high) = (steep.select(ax, ay), steep.select(ay, ax));
+    let wide = low.gt(splat(TAN_EIGHTH) * high);
+    let over = wide.select(low - high, low);
+    let under = wide.select(low + high, high);
+    let base = wide.select(splat(FRAC_PI_4), splat(0.0));
+    let t = over / under.or_larger(splat(f64::MIN_POSITIVE));
+    let z = t * t;
+    let z8 = (z * z) * (z * z) * ((z * z) * (z * z));
+    let more = splat(ARC_HIGH[0]) + splat(ARC_HIGH[1]) * z;
+    let a = base + t * (eight(simd, z, &ARC_LOW) + more * z8);
+    let a = steep.select(splat(FRAC_PI_2) - a, a);
+    let a = x.lt(splat(0.0)).select(splat(PI) - a, a);
+    a.copysign(y)
+}
+
+#[inline(always)]
+fn eight<S: Simd>(simd: S, x: F64x8<S>, c: &[f64; 8]) -> F64x8<S> {
+    let c = |i: usize| F64x8::splat(simd, c[i]);
+    let (x2, x4) = (x * x, (x * x) * (x * x));
+    let (a, b) = (c(0) + c(1) * x, c(2) + c(3) * x);
+    let (d, e) = (c(4) + c(5) * x, c(6) + c(7) * x);
+    (a + b * x2) + (d + e * x2) * x4
+}
+
+#[cfg(test)]
+mod tests {
+    use turner_bvh::lanes::{Block, Work, dispatch};
+
+    use super::*;
+    use crate::math::elementary;
+    use crate::testing::Random;
+
+    struct All<'a>(&'a Block, &'a Block, &'a mut [Block; 4]);
+
+    impl Work for All<'_> {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) {
+            let (x, y) = (F64x8::load(simd, self.0), F64x8::load(simd, self.1));
+            let (s, c) = sin_cos_turns(simd, x);
+            s.store(&mut self.2[0]);
+            c.store(&mut self.2[1]);
+            arc_cosine(simd, x).store(&mut self.2[2]);
+            angle(simd, y, x).store(&mut self.2[3]);
+        }
+    }
+
+    #[test]
+    fn the_same_bits_as_one_by_one() {
+        let special = [0.0, -0.0, 1.0, -1.0, 0.25, 0.125, -0.375, 0.5, 1e-300, 1e9, f64::INFINITY, f64::NAN];
+        let mut random = Random::new(8);
+        for i in 0..4000 {
+            let mut number = |_: usize| match i % 3 {
+                0 => special[(random.units::<1>()[0] * 12.0) as usize],
+                1 => 2.0 * random.units::<1>()[0] - 1.0,
+                _ => 100.0 * (random.units::<1>()[0] - 0.5),
+            };
+            let (x, y) = (Block(std::array::from_fn(&mut number)), Block(std::array::from_fn(&mut number)));
+            let mut out = [Block::default(); 4];
+            dispatch(All(&x, &y, &mut out));
+            for lane in 0..8 {
+                let (x, y) = (x.0[lane], y.0[lane]);
+                let (s, c) = elementary::sin_cos_turns(x);
+                let one = [s, c, elementary::arc_cosine(x), elementary::angle(y, x)];
+                for (one, eight) in one.iter().zip(&out) {
+                    let eight = eight.0[lane];
+                    assert!(
+                        one.to_bits() == eight.to_bits() || one.is_nan() && eight.is_nan(),
+                        "{x} {y}: {one} {eight}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! One pixel by itself: the samples it is made of, and how they become its colour.
+
+use super::place_of;
+use super::single::check_pixel;
+use super::tile::TileBuffers;
+use crate::film::{Antialias, Film, FilmDesc};
+use crate::integrator::Radiance;
+use crate::sampler::SampleId;
+use crate::scene::Scene;
+use crate::scene::error::SceneError;
+
+/// The most samples of a pixel that are listed.
+pub const MAX_LISTED: usize = 1 << 16;
+
+/// A pixel of the picture and what it is made of.
+#[derive(Clone, Debug)]
+pub struct PixelRecord {
+    /// Column, from 0 at the left.
+    pub x: u32,
+    /// Row, from 0 at the top.
+    pub y: u32,
+    /// Its samples, at most [`MAX_LISTED`]: of "mean" those of the pixel and its neighbours, row by row; of "adaptive" the corners, in the order in
+    /// which they were asked for; of the others by number.
+    pub samples: Vec<SampleRecord>,
+    /// How many there are.
+    pub count: u64,
+    /// Squares of "adaptive" that were not divided further.
+    pub squares: Vec<Square>,
+    /// The pixel as rendered: scene values times coverage, and coverage. NaN where no sample was finite.
+    pub color: [f32; 4],
+}
+
+/// A sample of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleRecord {
+    /// What its random numbers depend on.
+    pub id: SampleId,
+    /// Where in the picture it lies: columns from its left edge, rows from its top one.
+    pub place: [f64; 2],
+    /// Its share of the pixel. Shares add to 1 where all samples are finite.
+    pub weight: f64,
+    /// What it gives.
+    pub radiance: Radiance,
+}
+
+/// A square of adaptive anti-aliasing, which counts as the mean of its corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Square {
+    /// Its corner at the top left, columns and rows of the picture.
+    pub corner: [f64; 2],
+    /// Its edge, in pixels.
+    pub size: f64,
+    /// The largest difference among its corners in any channel.
+    pub spread: f64,
+}
+
+/// What a [`TileBuffers`] notes of the samples it traces.
+#[derive(Default)]
+pub(super) struct Log {
+    pub(super) samples: Vec<(SampleId, Radiance)>,
+    pub(super) count: u64,
+    /// On the finest grid: corner, edge, spread.
+    pub(super) squares: Vec<([u32; 2], u32, f64)>,
+}
+
+impl Log {
+    pub(super) fn traced(&mut self, ids: &[SampleId], radiance: &[Radiance]) {
+        self.count += ids.len() as u64;
+        let room = MAX_LISTED.saturating_sub(self.samples.len());
+        self.samples.extend(ids.iter().copied().zip(radiance.iter().copied()).take(room));
+    }
+}
+
+/// Renders the pixel in column `x`, row `y` (from 0, top left) alone: as in the picture, to the last bit.
+///
+/// Errors: a pixel outside the picture ([`crate::scene::ErrorCode::OutOfRange`]).
+pub fn pixel(scene: &Scene, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
+    check_pixel(scene, x, y)?;
+    let desc = FilmDesc { crop: Some([x, y, 1, 1]), auto_exposure: false, ..scene.film.clone() };
+    let mut film = Film::new(&desc)?;
+    let mut buffers = TileBuffers::new(scene);
+    buffers.log = Some(Box::default());
+    let region = film.region;
+    buffers.render(&region, 0..desc.samples_per_pixel());
+    // The region has three rows at most: one band.
+    film.bands_mut().iter_mut().take(1).for_each(|band| buffers.deposit(&region, band));
+    let color = film.develop(&desc).linear.first().copied().unwrap_or([f32::NAN; 4]);
+    let log = buffers.log.take().unwrap_or_default();
+    let adaptive = desc.antialias == Antialias::Adaptive;
+    let cells = f64::from(1u32 << desc.max_subdivisions);
+    let finite = |r: &Radiance| r.color.is_finite() && r.alpha.is_finite();
+    let counted = log.samples.iter().filter(|(_, r)| finite(r)).count() as f64;
+    let counted = counted + (log.count - log.samples.len() as u64) as f64;
+    let samples = log.samples.iter().map(|&(id, radiance)| {
+        let (place, weight) = if adaptive {
+            let touching = |[left, top]: [u32; 2], size: u32| {
+                (id.x == left || id.x == left + size) && (id.y == top || id.y == top + size)
+            };
+            let squares = log.squares.iter().filter(|(corner, size, _)| touching(*corner, *size));
+            let weight = squares.map(|(_, size, _)| (f64::from(*size) / cells).powi(2) / 4.0).sum();
+            ([f64::from(id.x) / cells, f64::from(id.y) / cells], weight)
+        } else {
+            (place_of(scene, &id), if finite(&radiance) { 1.0 / counted } else { 0.0 })
+        };
+        SampleRecord { id, place, weight, radiance }
+    });
+    let squares = log.squares.iter().map(|&(corner, size, spread)| Square {
+        corner: corner.map(|c| f64::from(c) / cells),
+        size: f64::from(size) / cells,
+        spread,
+    });
+    Ok(PixelRecord { x, y, samples: samples.collect(), count: log.count, squares: squares.collect(), color })
+}

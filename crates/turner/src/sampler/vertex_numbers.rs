@@ -1,0 +1,145 @@
+//! The numbers of many samples at once: those of two neighbouring sets, as the vertices of paths take them.
+//!
+//! The same bits as [`OwenSobol::four`], eight samples at a time. The loops are over arrays of sixteen, which compilers turn into
+//! whole registers; the matrices of the third and fourth number go by columns, as tables would have to be read lane by lane.
+
+use turner_bvh::lanes::{LANES, Simd, Work, dispatch};
+
+use super::mix;
+use super::owen_sobol::{COLUMNS, OwenSobol, permute, unit};
+
+/// Two sets of each of eight samples.
+const WIDTH: usize = 2 * LANES;
+
+type Bits = [u32; WIDTH];
+
+/// The eight numbers of a vertex, four of each set.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VertexNumbers([u32; 8]);
+
+impl VertexNumbers {
+    /// Those of the first set, in 0..1.
+    #[inline]
+    pub fn first(&self) -> [f64; 4] {
+        let [a, b, c, d, ..] = self.0;
+        [a, b, c, d].map(unit)
+    }
+
+    /// Those of the next set, in 0..1.
+    #[inline]
+    pub fn second(&self) -> [f64; 4] {
+        let [.., a, b, c, d] = self.0;
+        [a, b, c, d].map(unit)
+    }
+}
+
+impl OwenSobol {
+    /// For each sample and the first of its two sets the numbers, into the places of `out`, as many as samples.
+    pub fn vertex_numbers(samples: &[(OwenSobol, u32)], out: &mut Vec<VertexNumbers>) {
+        out.clear();
+        out.resize(samples.len(), VertexNumbers::default());
+        dispatch(Fill { samples, out });
+    }
+}
+
+struct Fill<'a> {
+    samples: &'a [(OwenSobol, u32)],
+    out: &'a mut [VertexNumbers],
+}
+
+impl Work for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        for (samples, out) in self.samples.chunks(LANES).zip(self.out.chunks_mut(LANES)) {
+            let mut pixels = [0u64; WIDTH];
+            let mut order = [0u32; WIDTH];
+            for (i, (sample, set)) in samples.iter().enumerate() {
+                for next in 0..2 {
+                    let lane = i + next * LANES;
+                    let set = u64::from(*set) + next as u64;
+                    pixels[lane] = sample.pixel.wrapping_add(set.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+                    order[lane] = sample.index;
+                }
+            }
+            let numbers = numbers(pixels, order);
+            for (i, out) in out.iter_mut().enumerate() {
+                for (n, numbers) in numbers.iter().enumerate() {
+                    (out.0[n], out.0[n + 4]) = (numbers[i], numbers[i + LANES]);
+                }
+            }
+        }
+    }
+}
+
+/// As [`OwenSobol::four`], with the bits in the order of the numbers. Loops, for the closures of array methods are not compiled for the
+/// caller's instructions.
+#[inline(always)]
+fn numbers(pixels: [u64; WIDTH], order: Bits) -> [Bits; 4] {
+    let mut seeds = [[0u64; WIDTH]; 3];
+    let [a, b, c] = &mut seeds;
+    for lane in 0..WIDTH {
+        a[lane] = mix(pixels[lane]);
+        b[lane] = mix(a[lane] ^ 0xbf58_476d_1ce4_e5b9);
+        c[lane] = mix(b[lane] ^ 0x94d0_49bb_1331_11eb);
+    }
+    let mut index = [0; WIDTH];
+    for lane in 0..WIDTH {
+        index[lane] = permute(order[lane].reverse_bits(), a[lane] as u32).reverse_bits();
+    }
+    let mut out = [index, [0; WIDTH], by_columns(&index, &COLUMNS[1]), by_columns(&index, &COLUMNS[2])];
+    for lane in 0..WIDTH {
+        out[0][lane] = permute(index[lane], (a[lane] >> 32) as u32).reverse_bits();
+        out[1][lane] = permute(pascal(index[lane]), b[lane] as u32).reverse_bits();
+        out[2][lane] = permute(out[2][lane], (b[lane] >> 32) as u32).reverse_bits();
+        out[3][lane] = permute(out[3][lane], c[lane] as u32).reverse_bits();
+    }
+    out
+}
+
+/// The matrix of x + 1: Pascal's triangle, modulo 2, which is a product of five sparse ones.
+#[inline(always)]
+fn pascal(x: u32) -> u32 {
+    let x = x ^ (x >> 1 & 0x5555_5555);
+    let x = x ^ (x >> 2 & 0x3333_3333);
+    let x = x ^ (x >> 4 & 0x0f0f_0f0f);
+    let x = x ^ (x >> 8 & 0x00ff_00ff);
+    x ^ x >> 16
+}
+
+#[inline(always)]
+fn by_columns(index: &Bits, columns: &[u32; 32]) -> Bits {
+    let mut sum = [0; WIDTH];
+    for (bit, column) in columns.iter().enumerate() {
+        for lane in 0..WIDTH {
+            sum[lane] ^= column & 0u32.wrapping_sub(index[lane] >> bit & 1);
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::SampleId;
+
+    #[test]
+    fn they_are_those_of_one_sample() {
+        let samples: Vec<(OwenSobol, u32)> = (0..100u32)
+            .map(|i| {
+                let id = SampleId { x: i % 7, y: i, index: i.wrapping_mul(0x9e37_79b1), seed: 5 };
+                (OwenSobol::new(&id), 2 + 2 * (i % 9))
+            })
+            .collect();
+        let mut out = Vec::new();
+        for count in [0, 1, 8, 100] {
+            OwenSobol::vertex_numbers(&samples[..count], &mut out);
+            assert_eq!(out.len(), count);
+            for ((sample, set), numbers) in samples.iter().zip(&out) {
+                assert_eq!(numbers.first(), sample.four(*set));
+                assert_eq!(numbers.second(), sample.four(set + 1));
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! `cargo xtask docs`: makes the pictures of the documentation from scenes in the repository.
+//!
+//! ```text
+//! cargo xtask docs              all of them
+//! cargo xtask docs tutorial     those whose name begins like that
+//! cargo xtask list              their names and commands
+//! ```
+#![forbid(unsafe_code)]
+
+mod pictures;
+mod sheet;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use pictures::{PICTURES, Picture};
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = args.iter().map(String::as_str).collect();
+    let result = match words.as_slice() {
+        ["docs", names @ ..] => docs(names),
+        ["list"] => {
+            for picture in PICTURES {
+                println!("{}: {}", picture.file, picture.about());
+            }
+            Ok(())
+        }
+        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list".to_owned()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The root of the sources.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+fn docs(names: &[&str]) -> Result<(), String> {
+    let chosen: Vec<&Picture> =
+        PICTURES.iter().filter(|p| names.is_empty() || names.iter().any(|n| p.file.starts_with(n))).collect();
+    if chosen.is_empty() {
+        return Err(format!("no picture's name begins with {}: see cargo xtask list", names.join(" or ")));
+    }
+    run(Command::new(env!("CARGO")).current_dir(root()).args([
+        "build",
+        "--release",
+        "--quiet",
+        "--locked",
+        "-p",
+        "turner-cli",
+    ]))?;
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
+    let turner = target.join("release").join(format!("turner{}", std::env::consts::EXE_SUFFIX));
+    for picture in chosen {
+        println!("{}", picture.file);
+        picture.make(&turner, &root().join("docs/images").join(picture.file))?;
+    }
+    Ok(())
+}
+
+/// Runs a program to its end.
+fn run(command: &mut Command) -> Result<(), String> {
+    let status = command.status().map_err(|e| format!("{:?} cannot be run: {e}", command.get_program()))?;
+    status.success().then_some(()).ok_or_else(|| format!("{command:?} failed: {status}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is not made by this program: it takes other renderers, or models that are not stored here.
+    const BY_OTHERS: [&str; 3] = ["error-over-time.svg", "gltf-test-models.jpg", "bunny.jpg"];
+
+    fn images() -> Vec<(String, u64)> {
+        let entries = std::fs::read_dir(root().join("docs/images")).unwrap();
+        let of = |e: std::fs::DirEntry| (e.file_name().into_string().unwrap(), e.metadata().unwrap().len());
+        entries.map(|e| of(e.unwrap())).collect()
+    }
+
+    #[test]
+    fn every_picture_has_its_command_and_every_command_its_picture() {
+        let images = images();
+        for (name, _) in &images {
+            let made = PICTURES.iter().any(|p| p.file == name);
+            assert!(made != BY_OTHERS.contains(&name.as_str()), "{name}");
+        }
+        for picture in PICTURES {
+            assert!(
+                images.iter().any(|(name, _)| name == picture.file),
+                "{}: cargo xtask docs",
+                picture.file
+            );
+        }
+    }
+
+    #[test]
+    fn the_documents_show_pictures_that_are_there() {
+        let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
+        let mut shown = String::new();
+        for path in docs.chain([root().join("README.md")]) {
+            if path.extension().is_some_and(|e| e == "md") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+                    let file = link.split('#').next().unwrap();
+                    if file.is_empty() || file.contains("://") {
+                        continue;
+                    }
+                    let found = path.parent().unwrap().join(file);
+                    assert!(found.exists(), "{}: {link}", path.display());
+                }
+                shown += &text;
+            }
+        }
+        for (name, _) in images() {
+            assert!(shown.contains(&format!("images/{name}")), "{name} is shown nowhere");
+        }
+    }
+
+    #[test]
+    fn pictures_are_small() {
+        let images = images();
+        let total: u64 = images.iter().map(|(_, size)| size).sum();
+        assert!(total < 6_000_000, "{total} bytes in all");
+    }
+}

@@ -1,0 +1,212 @@
+//! The pictures of the documentation, and how each is made. A newcomer adds a line.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::{root, run, sheet};
+
+/// A picture in `docs/images`.
+pub(crate) struct Picture {
+    /// Its file.
+    pub(crate) file: &'static str,
+    how: How,
+}
+
+enum How {
+    /// `turner` with these arguments, to which `-o FILE` is added.
+    Turner(&'static str),
+    /// The same for each part of a sheet: the columns, arguments of all, and those of each.
+    Sheet(u32, &'static str, &'static [&'static str]),
+    /// Several commands of `turner`, `{tmp}` a folder between them and `{file}` the picture.
+    Steps(&'static [&'static str]),
+}
+
+use How::{Sheet, Steps, Turner};
+
+const fn picture(file: &'static str, how: How) -> Picture {
+    Picture { file, how }
+}
+
+/// All of them.
+pub(crate) const PICTURES: &[Picture] = &[
+    // README
+    picture("hello.jpg", Turner("scenes/hello.toml")),
+    picture("still-life.jpg", Turner("scenes/still-life.toml --width 720 --height 480")),
+    picture("temple.jpg", Turner("scenes/temple.toml --width 720 --height 405")),
+    picture("sphereflake.jpg", Turner("scenes/sphereflake.toml --width 720 --height 480")),
+    // Tutorial
+    picture("tutorial-1.jpg", Turner("scenes/tutorial/step-1.toml")),
+    picture("tutorial-2.jpg", Turner("scenes/tutorial/step-2.toml")),
+    picture("tutorial-3.jpg", Turner("scenes/tutorial/step-3.toml")),
+    picture("tutorial-4.jpg", Turner("scenes/tutorial/step-4.toml")),
+    picture("tutorial-5.jpg", Turner("scenes/tutorial/step-5.toml")),
+    picture("tutorial-6.jpg", Turner("scenes/tutorial/step-6.toml")),
+    picture("tutorial-7.jpg", Turner("scenes/tutorial/step-7.toml")),
+    picture(
+        "tutorial-8.jpg",
+        Sheet(
+            4,
+            "scenes/tutorial/step-8.toml --width 320 --height 240",
+            &["--max-depth 1", "--max-depth 2", "--max-depth 4", "--max-depth 12"],
+        ),
+    ),
+    // The classic documents
+    picture(
+        "classic.jpg",
+        Sheet(
+            5,
+            "--width 240 --height 240",
+            &[
+                "scenes/classic/000-program-sketch.toml",
+                "scenes/classic/001-eight-steps.toml",
+                "scenes/classic/002-13-thirty-spheres.toml",
+                "scenes/classic/003-simplistic.toml",
+                "scenes/classic/004-from-scratch.toml",
+            ],
+        ),
+    ),
+    picture("002-07.jpg", Turner("scenes/classic/002-07-two-shadows.toml --width 240 --height 240")),
+    picture("002-09.jpg", Turner("scenes/classic/002-09-reflection-texture.toml --width 240 --height 240")),
+    picture("002-11.jpg", Turner("scenes/classic/002-11-plane.toml --width 240 --height 240")),
+    picture("002-12.jpg", Turner("scenes/classic/002-12-cube.toml --width 240 --height 240")),
+    // Anti-aliasing: a part of the picture.
+    picture(
+        "antialiasing.png",
+        Sheet(
+            5,
+            "scenes/tutorial/step-7.toml --crop 190,90,150,110",
+            &[
+                "--antialias none",
+                "--antialias mean",
+                "--antialias grid --samples 16",
+                "--antialias adaptive",
+                "--antialias monte-carlo --samples 16",
+            ],
+        ),
+    ),
+    // Compare
+    picture(
+        "compare-reference.png",
+        Turner(
+            "scenes/still-life.toml --integrator path --antialias monte-carlo --samples 256 --seed 1 --width 240 --height 160",
+        ),
+    ),
+    picture(
+        "compare-noisy.png",
+        Turner(
+            "scenes/still-life.toml --integrator path --antialias monte-carlo --samples 4 --seed 2 --width 240 --height 160",
+        ),
+    ),
+    picture(
+        "compare-flip.png",
+        Steps(&[
+            "compare docs/images/compare-reference.png docs/images/compare-noisy.png --metric flip --diff {file}",
+        ]),
+    ),
+    picture(
+        "compare-ssim.png",
+        Steps(&[
+            "compare docs/images/compare-reference.png docs/images/compare-noisy.png --metric ssim --diff {file}",
+        ]),
+    ),
+    // Looking at things
+    picture(
+        "looking.jpg",
+        Sheet(
+            3,
+            "scenes/showcase/glass-still-life.toml --antialias none --width 320 --height 213",
+            &[
+                "--integrator normals",
+                "--integrator depth",
+                "--integrator position",
+                "--integrator uv",
+                "--integrator albedo",
+                "--integrator ids",
+                "--integrator wireframe",
+                "--integrator ambient-occlusion",
+                "--integrator cost",
+            ],
+        ),
+    ),
+    // Textures
+    picture("horizon-points.png", Turner("scenes/textures/horizon.toml -D film.texture_filter=\"off\"")),
+    picture("horizon-filtered.png", Turner("scenes/textures/horizon.toml")),
+    picture("texture-mappings.jpg", Turner("scenes/textures/mappings.toml")),
+    picture("texture-relief.jpg", Turner("scenes/textures/relief.toml")),
+    // Explain
+    picture("explain-classic.svg", Steps(&["explain scenes/explain.toml --pixel 451,273 -o {file}"])),
+    picture(
+        "explain-path.svg",
+        Steps(&["explain scenes/showcase/cornell-box.toml --pixel 150,400 -o {file}"]),
+    ),
+    // Showcase
+    picture(
+        "show-interior.jpg",
+        Turner("scenes/showcase/interior.toml --width 480 --height 300 --samples 80 --clamp-indirect 1"),
+    ),
+    picture(
+        "show-product.jpg",
+        Turner("scenes/showcase/product.toml --width 360 --height 450 --samples 400 --clamp-indirect 10"),
+    ),
+    picture(
+        "show-glass-still-life.jpg",
+        Turner(
+            "scenes/showcase/glass-still-life.toml --width 560 --height 420 --samples 400 --clamp-indirect 10",
+        ),
+    ),
+    picture(
+        "show-material-balls.jpg",
+        Turner(
+            "scenes/showcase/material-balls.toml --width 560 --height 374 --samples 200 --clamp-indirect 10",
+        ),
+    ),
+    picture(
+        "show-cornell-box.jpg",
+        Turner("scenes/showcase/cornell-box.toml --width 360 --height 360 --samples 400 --clamp-indirect 10"),
+    ),
+    picture(
+        "show-evening.jpg",
+        Turner("scenes/showcase/evening.toml --width 560 --height 315 --samples 200 --clamp-indirect 10"),
+    ),
+];
+
+impl Picture {
+    /// What is run.
+    pub(crate) fn about(&self) -> String {
+        match &self.how {
+            Turner(args) => format!("turner {args}"),
+            Sheet(_, args, parts) => {
+                parts.iter().map(|p| format!("turner {args} {p}")).collect::<Vec<_>>().join("; ")
+            }
+            Steps(commands) => commands.iter().map(|c| format!("turner {c}")).collect::<Vec<_>>().join("; "),
+        }
+    }
+
+    /// Makes it.
+    pub(crate) fn make(&self, turner: &Path, to: &Path) -> Result<(), String> {
+        let tmp = tempfile::tempdir().map_err(|e| format!("no temporary folder can be made: {e}"))?;
+        let call = |line: &str, output: Option<&Path>| {
+            let words = line.split_whitespace().map(|word| {
+                let word = word.replace("{file}", &to.display().to_string());
+                word.replace("{tmp}", &tmp.path().display().to_string())
+            });
+            let mut command = Command::new(turner);
+            command.current_dir(root()).args(words);
+            if let Some(output) = output {
+                command.arg("--quiet").arg("-o").arg(output);
+            }
+            run(&mut command)
+        };
+        match &self.how {
+            Turner(args) => call(args, Some(to)),
+            Steps(commands) => commands.iter().try_for_each(|line| call(line, None)),
+            Sheet(columns, args, parts) => {
+                let files: Vec<_> = (0..parts.len()).map(|i| tmp.path().join(format!("{i}.png"))).collect();
+                for (part, file) in parts.iter().zip(&files) {
+                    call(&format!("{part} {args}"), Some(file))?;
+                }
+                sheet::write(&files, *columns, to)
+            }
+        }
+    }
+}
