@@ -106,7 +106,7 @@ fn ids_are_places_in_the_description() {
 #[test]
 fn holes_are_not_there() {
     // The front of two walls has holes in a chessboard.
-    let walls = "[texture.board]\ntype = \"chessboard\"\ncolor1 = 0\ncolor2 = 1\nscale = 1\n\
+    let walls = "[texture.board]\ntype = \"chessboard\"\neven = 0\nodd = 1\n\
         [[object]]\ntype = \"plane\"\nnormal = [0, 0, 1]\npoint = [0, 0, 1]\nmaterial = { color = 1, opacity = \"board\" }\n\
         [[object]]\ntype = \"plane\"\nnormal = [0, 0, 1]\n";
     let picture = look("type = \"depth\", measure = \"axis\"", walls);
@@ -158,10 +158,18 @@ fn lines_have_their_width() {
         assert!((dark - expected).abs() < 0.6 + shade, "{dark} {expected}");
         assert!(picture.linear[150 * 240 + 120][0] > 0.9, "no line where none is");
     }
-    // A sphere has lines of its coordinates, and places without.
-    let ball = look("type = \"wireframe\"", &format!("film = {{ width = 240, height = 160 }}\n{BALL}"));
-    let dark = ball.linear.iter().filter(|p| p[0] < 0.2).count();
-    assert!(dark > 300 && dark < 6000, "{dark}");
+    // A sphere has lines of its coordinates: the equator covers the two rows in the middle, and the next line is 20 rows away.
+    let film = "film = { width = 240, height = 160 }\n";
+    let ball = look("type = \"wireframe\", width = 2", &format!("{film}{BALL}"));
+    let row = |y: usize| &ball.linear[y * 240 + 85..y * 240 + 155];
+    for y in [79, 80] {
+        assert!(row(y).iter().all(|p| p[0] < 0.01), "{y}: {:?}", row(y));
+    }
+    for y in [76, 84] {
+        let light = row(y).iter().filter(|p| p[0] > 0.5).count();
+        // The next meridians, 45 degrees away, lie outside of these columns.
+        assert_eq!(light, 68, "{y}: all but the two columns of the meridian in the middle");
+    }
 }
 
 #[test]
