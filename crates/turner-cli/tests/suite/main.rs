@@ -1,6 +1,7 @@
 //! Tests of the program as a user runs it.
 
 mod bench;
+mod commands;
 mod common;
 mod compare;
 mod docs;

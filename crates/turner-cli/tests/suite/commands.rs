@@ -1,0 +1,100 @@
+//! Every command of the documents runs: pictures are made small; what takes minutes or does not end is asked whether it knows its arguments.
+#![cfg(unix)]
+
+use std::path::Path;
+
+use crate::common::{Folder, SCENE, folder};
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+/// The lines of the ```sh and ```console blocks, with their numbers.
+fn lines(text: &str) -> Vec<(usize, String)> {
+    let mut out = Vec::new();
+    let mut block: Option<bool> = None;
+    for (i, line) in text.lines().enumerate() {
+        let line = line.trim();
+        match (line.strip_prefix("```"), block) {
+            (Some(language), None) => block = Some(["sh", "console"].contains(&language)),
+            (Some(_), Some(_)) => block = None,
+            (None, Some(true)) => out.push((i + 1, line.trim_start_matches("$ ").to_owned())),
+            (None, _) => {}
+        }
+    }
+    out
+}
+
+/// The arguments of a command of Turner; `None` for others.
+fn arguments(line: &str) -> Option<Vec<String>> {
+    let line = line.split(" #").next().unwrap_or(line).trim();
+    let line = line.split(" > ").next().unwrap_or(line);
+    let rest = line.strip_prefix("turner ").or_else(|| line.strip_prefix("cargo run --release -- "))?;
+    let name = |word: &str| match word {
+        "SCENE" => "scene.toml".to_owned(),
+        word => word.trim_matches('"').to_owned(),
+    };
+    Some(rest.split_whitespace().map(name).collect())
+}
+
+/// What is run in place of the command.
+fn small(mut args: Vec<String>) -> Vec<String> {
+    const OTHERS: [&str; 10] =
+        ["new", "explain", "compare", "info", "list", "help", "completions", "man", "bench", "verify"];
+    let command = args.first().cloned().unwrap_or_default();
+    if ["bench", "verify", "watch"].contains(&&*command) {
+        args.push("--help".to_owned());
+        return args;
+    }
+    if OTHERS.contains(&&*command) || args.iter().any(|a| a.starts_with("--help")) {
+        return args;
+    }
+    for (option, value) in [("--width", "24"), ("--height", "16"), ("--samples", "1")] {
+        match args.iter().position(|a| a == option) {
+            Some(i) => args[i + 1] = value.to_owned(),
+            None => args.extend([option.to_owned(), value.to_owned()]),
+        }
+    }
+    args
+}
+
+/// A folder with all files that the documents' commands name.
+fn desk() -> Folder {
+    let f = folder();
+    for name in ["scenes", "docs"] {
+        std::os::unix::fs::symlink(root().join(name), f.path().join(name)).unwrap();
+    }
+    let model = root().join("crates/turner-io/tests/assets/gltf/Fox.glb");
+    std::fs::copy(model, f.path().join("model.glb")).unwrap();
+    f.write("scene.toml", SCENE);
+    for picture in
+        ["expected.png", "found.png", "expected.exr", "found.exr", "old.png", "new.png", "studio.hdr"]
+    {
+        f.turner(&["s.toml", "-o", picture]).ok();
+    }
+    f
+}
+
+#[test]
+fn every_command_of_the_documents_runs() {
+    let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
+    let more = ["README.md", "scenes/peers/README.md", "scenes/showcase/README.md"].map(|f| root().join(f));
+    let mut files: Vec<_> = docs.filter(|p| p.extension().is_some_and(|e| e == "md")).collect();
+    files.sort();
+    let (mut wrong, mut count) = (Vec::new(), 0);
+    for file in files.iter().chain(&more) {
+        // What one command makes the next may use.
+        let f = desk();
+        for (number, line) in lines(&std::fs::read_to_string(file).unwrap()) {
+            let Some(args) = arguments(&line).map(small) else { continue };
+            count += 1;
+            let words: Vec<&str> = args.iter().map(String::as_str).collect();
+            let run = f.turner(&words);
+            if run.code != Some(0) {
+                wrong.push(format!("{}:{number}: {line}\n{:?} {}", file.display(), run.code, run.stderr));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(count > 60, "{count} commands");
+}
