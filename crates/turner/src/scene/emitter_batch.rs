@@ -190,7 +190,7 @@ impl Emitters {
         }
     }
 
-    /// Looks up what is around the scene in all directions: as [`Emitters::around`].
+    /// Looks up what is around the scene in all directions: as for one direction.
     pub fn around_batch(&self, scene: &Scene, batch: &mut AroundBatch) {
         let AroundBatch { directions, found, lights, room } = batch;
         *lights = self.around_ids().len();
