@@ -7,8 +7,8 @@ mod single;
 mod tile;
 
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
-pub use single::{camera_ray, sample};
 pub(crate) use single::{camera_point, place_of, sample_id};
+pub use single::{camera_ray, sample};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
