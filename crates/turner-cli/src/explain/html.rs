@@ -29,7 +29,7 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
     out += &format!("<span class=\"big\" style=\"background:{}\"></span>\n<div>\n", display.hex(e.color()));
     out += &format!("<h1>{name}</h1>\n<p><b>{}</b> · {}</p>\n", exact(e.color()), xml(&e.averaging));
     let equal = if e.is_exact() {
-        "The rays of each sample sum to it to the last bit."
+        "The rays of each sample that is shown sum to it to the last bit."
     } else {
         "THE RAYS DO NOT SUM TO THE SAMPLE: please report it."
     };

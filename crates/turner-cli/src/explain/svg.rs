@@ -62,7 +62,11 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
     );
     let x = LEFT + 68.0;
     out += &format!("<text class=\"title\" x=\"{x}\" y=\"42\">{}</text>\n", xml(&title(e)));
-    let equal = if e.is_exact() { "the rays sum to it to the last bit" } else { "NOT EQUAL" };
+    let equal = match (e.is_exact(), e.pixel.count) {
+        (false, _) => "THE RAYS DO NOT SUM TO IT",
+        (true, 1) => "the rays sum to it to the last bit",
+        (true, _) => "the rays of the sample that is shown sum to it to the last bit",
+    };
     let line = format!("{}, {}", color(e.color()), e.averaging);
     out += &format!("<text class=\"sub\" x=\"{x}\" y=\"62\">{}</text>\n", xml(&cut(&line, 170.0)));
     out += &format!("<text class=\"sub\" x=\"{x}\" y=\"80\">{equal}</text>\n");

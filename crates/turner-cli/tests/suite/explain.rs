@@ -318,7 +318,7 @@ fn elements(text: &str) -> Vec<String> {
             continue;
         }
         let name = tag.split([' ', '/', '\n']).next().unwrap().to_owned();
-        assert!(tag.matches('"').count() % 2 == 0, "{tag}");
+        assert!(tag.matches('"').count().is_multiple_of(2), "{tag}");
         names.push(name.clone());
         if name == "script" {
             rest = &rest[rest.find("</script>").unwrap() + 9..];

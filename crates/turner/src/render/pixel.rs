@@ -97,7 +97,12 @@ pub fn pixel(scene: &Scene, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
                 (id.x == left || id.x == left + size) && (id.y == top || id.y == top + size)
             };
             let squares = log.squares.iter().filter(|(corner, size, _)| touching(*corner, *size));
-            let weight = squares.map(|(_, size, _)| (f64::from(*size) / cells).powi(2) / 4.0).sum();
+            let weight = squares
+                .map(|(_, size, _)| {
+                    let edge = f64::from(*size) / cells;
+                    edge * edge / 4.0
+                })
+                .sum();
             ([f64::from(id.x) / cells, f64::from(id.y) / cells], weight)
         } else {
             (place_of(scene, &id), if finite(&radiance) { 1.0 / counted } else { 0.0 })

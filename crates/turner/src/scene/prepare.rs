@@ -90,7 +90,7 @@ impl SceneDesc {
         }
         flat.flatten(self)?;
         let aspect = f64::from(self.film.width) / f64::from(self.film.height);
-        let (mut lights, mut light_sources, ambient) = self.prepare_lights()?;
+        let PreparedLights { mut lights, sources: mut light_sources, ambient } = self.prepare_lights()?;
         let invalid: u64 = lights.iter().map(|l| l.invalid_pixels()).sum();
         if invalid > 0 {
             let message = format!(
@@ -234,8 +234,7 @@ impl SceneDesc {
         stage.complete(self, &bounds, aspect, lights)
     }
 
-    /// Lights, for each its number in the description, and ambient light.
-    fn prepare_lights(&self) -> Result<(Vec<Light>, Vec<Option<u32>>, Spectrum), SceneError> {
+    fn prepare_lights(&self) -> Result<PreparedLights, SceneError> {
         let (mut lights, mut sources, mut ambient) = (Vec::new(), Vec::new(), Spectrum::BLACK);
         let (compensated, physical) = (self.integrator.compensates(), self.integrator.is_physical());
         for (number, light) in self.lights.iter().enumerate() {
@@ -243,7 +242,7 @@ impl SceneDesc {
             ambient += prepared.map_err(|e| e.or_at(light.span))?;
             sources.resize(lights.len(), Some(number as u32));
         }
-        Ok((lights, sources, ambient))
+        Ok(PreparedLights { lights, sources, ambient })
     }
 
     /// Shapes of the scene with instances flattened, counted without flattening them; refuses groups that
@@ -309,6 +308,13 @@ impl SceneDesc {
         }
         Ok(total)
     }
+}
+
+/// Lights with a place or a direction, for each its number in the description, and the sum of the ambient ones.
+struct PreparedLights {
+    lights: Vec<Light>,
+    sources: Vec<Option<u32>>,
+    ambient: Spectrum,
 }
 
 /// Shapes made ready once, however often their groups are placed.
