@@ -10,7 +10,7 @@ use turner::scene::error::SceneError;
 use turner::scene::{ColorSource, ObjectContent, PrepareOptions, SceneDesc, WarningKind};
 use turner::shape::ShapeDesc;
 use turner::shape::mesh::MeshData;
-use turner::texture::{ImageChannel, TextureDesc, Wrap};
+use turner::texture::{Encoding, ImageChannel, TextureDesc, Wrap};
 use turner_io::assets::{FolderAssets, MemoryAssets};
 use turner_io::image::{Display, ImageFormat, Metadata, OutputImage, Transfer, encode};
 use turner_io::import::{ImportOptions, import};

@@ -185,8 +185,8 @@ mod tests {
                 block.ask(lane, p, random.units::<2>());
             }
             eight(chosen, &mut block);
-            for lane in 0..LANES {
-                let alone = one(chosen[lane], block.lit(lane), block.choice(lane));
+            for (lane, emitter) in chosen.iter().enumerate() {
+                let alone = one(emitter, block.lit(lane), block.choice(lane));
                 assert_eq!(alone, block.get(lane), "round {round}, lane {lane}");
                 answers += usize::from(alone.is_some());
             }

@@ -166,7 +166,9 @@ mod tests {
     #[test]
     fn many_are_as_one_by_one() {
         let mut random = Random::new(2);
-        let samples = (0..37 * 19 * 3).map(|_| random.units::<1>()[0].powi(4) as f32).collect();
+        let samples = (0..37 * 19 * 3)
+            .map(|_| crate::math::elementary::pow(random.units::<1>()[0], 4.0) as f32)
+            .collect();
         let image = Image { width: 37, height: 19, channels: 3, pixels: Pixels::F32(samples) };
         let turn = crate::math::elementary::sin_cos(0.7);
         let mut room = EnvironmentBatch::default();
