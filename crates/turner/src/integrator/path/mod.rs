@@ -4,6 +4,7 @@
 //! weighs them (Veach & Guibas 1995). Numbers come from scrambled Sobol points. The paths of a tile advance together, a
 //! bounce at a time, so that their rays can be searched for in batches; a path's result does not depend on the others.
 
+mod bent_normal;
 mod dispersion;
 mod media;
 mod notes;
