@@ -65,7 +65,10 @@ fn hall(shapes: u32, lights: u32, integrator: &str) -> String {
         let p = show(DVec3::new(12.0, 2.0, 8.0) * random.in_cube() + DVec3::new(0.0, 3.5, 0.0));
         let rest = match i % 4 {
             0 => "type = \"point\"\nintensity = 0.05".to_owned(),
-            1 => format!("type = \"spot\"\nlook_at = {}\nangle = 50\npenumbra = 20\nintensity = 0.2", show(3.0 * random.in_cube())),
+            1 => format!(
+                "type = \"spot\"\nlook_at = {}\nangle = 50\npenumbra = 20\nintensity = 0.2",
+                show(3.0 * random.in_cube())
+            ),
             2 => "type = \"sphere\"\nradius = 0.2\nintensity = 0.05\nsamples = 1".to_owned(),
             _ => "type = \"point\"\nintensity = 0.0005".to_owned(),
         };
@@ -110,7 +113,8 @@ fn a_thousand_lights_give_by_the_tree_what_they_give_by_the_table() {
 
 #[test]
 fn light_sampled_by_the_tree_is_what_is_found_by_chance() {
-    let (both, chance, sampled) = ("light_sampling = \"both\"", "light_sampling = \"bsdf\"", "light_sampling = \"light\"");
+    let (both, chance, sampled) =
+        ("light_sampling = \"both\"", "light_sampling = \"bsdf\"", "light_sampling = \"light\"");
     let chance = runs(&hall(200, 0, chance), LightChoice::Auto, 1024);
     agree(&runs(&hall(200, 0, both), LightChoice::Auto, 64), &chance, 0.03);
     agree(&runs(&hall(200, 0, sampled), LightChoice::Auto, 128), &chance, 0.04);
@@ -128,13 +132,15 @@ fn few_lights_keep_the_table() {
 /// The density at a hit is that with which it was sampled; triangles, points and faces of boxes included.
 #[test]
 fn hits_know_the_density_of_samples() {
-    let text = hall(300, 0, "") + "[[object]]\ntype = \"box\"\nmin = [-3, 2, 1]\nmax = [-2.6, 2.2, 1.5]\nmaterial = \"lamp\"\n";
+    let text = hall(300, 0, "")
+        + "[[object]]\ntype = \"box\"\nmin = [-3, 2, 1]\nmax = [-2.6, 2.2, 1.5]\nmaterial = \"lamp\"\n";
     let scene = prepare(&text, LightChoice::Auto);
     let mut random = Random::new(3);
     let mut seen = 0;
     for _ in 0..20_000 {
         let p = DVec3::new(6.0, 3.0, 6.0) * random.in_cube() + DVec3::new(0.0, 3.0, 0.0);
-        let at = if random.unit() < 0.5 { Receiver::from(p) } else { Receiver::facing(p, random.direction()) };
+        let at =
+            if random.unit() < 0.5 { Receiver::from(p) } else { Receiver::facing(p, random.direction()) };
         let Some(s) = scene.emitters.sample(&scene, at, random.units()) else { continue };
         let ray = Ray::new(p, s.to_light.normalize());
         let Some(hit) = scene.intersect(&ray) else { continue };

@@ -5,7 +5,7 @@ use super::node::{LEAF, Node, WIDTH};
 use crate::light::LightBound;
 use crate::math::{Bounds, DVec3};
 
-/// Where a split may be, along each axis: between so many parts.
+/// Where a split may be, along the widest axis: between so many parts.
 const BINS: usize = 12;
 
 /// From this level on splits are by number, so that no arrangement of lights makes a tree deeper than its paths are long.
@@ -186,59 +186,56 @@ fn split(items: &mut [Item], evenly: bool) -> usize {
     let mut centers = Around::NOTHING;
     items.iter().for_each(|item| centers.add(item.center, 0.0));
     let size = centers.size();
-    let mut best: Option<(f32, usize, usize)> = None;
-    if !evenly {
-        for axis in 0..3 {
-            let bin = |item: &Item| bin_of(item.center[axis], centers.min[axis], size[axis]);
-            let mut bins = [Side::NONE; BINS];
-            if size[axis] <= 0.0 {
+    // Trying the other axes as well gave no better trees and took longer.
+    let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+    let bin = |item: &Item| {
+        (((item.center[axis] - centers.min[axis]) / size[axis] * BINS as f32) as usize).min(BINS - 1)
+    };
+    if !evenly && size[axis] > 0.0 {
+        let mut bins = [Side::NONE; BINS];
+        items.iter().for_each(|item| bins[bin(item)].add(item));
+        let mut above = [Side::NONE; BINS];
+        let mut sum = Side::NONE;
+        for k in (1..BINS).rev() {
+            sum.join(&bins[k]);
+            above[k] = sum;
+        }
+        let mut below = Side::NONE;
+        let mut best: Option<(f32, usize)> = None;
+        for k in 1..BINS {
+            below.join(&bins[k - 1]);
+            if below.count == 0 || above[k].count == 0 {
                 continue;
             }
-            items.iter().for_each(|item| bins[bin(item)].add(item));
-            let mut above = [Side::NONE; BINS];
-            let mut sum = Side::NONE;
-            for k in (1..BINS).rev() {
-                sum.join(&bins[k]);
-                above[k] = sum;
+            let cost = below.cost() + above[k].cost();
+            if cost.is_finite() && best.is_none_or(|(least, _)| cost < least) {
+                best = Some((cost, k));
             }
-            let mut below = Side::NONE;
-            for k in 1..BINS {
-                below.join(&bins[k - 1]);
-                if below.count == 0 || above[k].count == 0 {
-                    continue;
+        }
+        if let Some((_, k)) = best {
+            let mut first = 0;
+            for i in 0..items.len() {
+                if bin(&items[i]) < k {
+                    items.swap(first, i);
+                    first += 1;
                 }
-                let cost = below.cost() + above[k].cost();
-                if cost.is_finite() && best.is_none_or(|(least, ..)| cost < least) {
-                    best = Some((cost, axis, k));
-                }
+            }
+            if first > 0 && first < items.len() {
+                return first;
             }
         }
     }
-    if let Some((_, axis, k)) = best {
-        let mut first = 0;
-        for i in 0..items.len() {
-            if bin_of(items[i].center[axis], centers.min[axis], size[axis]) < k {
-                items.swap(first, i);
-                first += 1;
-            }
-        }
-        if first > 0 && first < items.len() {
-            return first;
-        }
-    }
-    let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
     items.select_nth_unstable_by(half, |a, b| {
         a.center[axis].total_cmp(&b.center[axis]).then(a.light.cmp(&b.light))
     });
     half
 }
 
-fn bin_of(at: f32, min: f32, size: f32) -> usize {
-    (((at - min) / size * BINS as f32) as usize).min(BINS - 1)
-}
-
 /// Parts items in up to four, with the ends of the parts.
 fn split_in_four(items: &mut [Item], evenly: bool) -> [usize; WIDTH + 1] {
+    if items.len() <= WIDTH {
+        return std::array::from_fn(|i| i.min(items.len()));
+    }
     // Where parts begin, and how much is gained by parting them.
     let mut ends = vec![0, items.len()];
     let worth = |items: &[Item]| match items.len() {
