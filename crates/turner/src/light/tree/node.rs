@@ -48,7 +48,8 @@ impl Node {
     /// power · cos θ' · cos θi' / d² (Conty Estevez and Kulla 2018, eq. 3). 0 only where nothing arrives.
     ///
     /// Of many lights in a sphere the nearest bring more than their share, so that its middle counts as nearer than it is where the point is in it or close
-    /// by: d² − r²/4, at least r²/4. For lights on a ceiling, in a slab and along a street that left a tenth of the variance that d², at least r², had.
+    /// by: d² − r²/4, at least r²/4. For lights on a ceiling, in a slab and along a street that left a third to a
+    /// thirteenth of the variance that d², at least r², had.
     #[inline]
     pub(super) fn importance(&self, p: [f32; 3], n: [f32; 3]) -> [f32; WIDTH] {
         let mut out = [0.0; WIDTH];

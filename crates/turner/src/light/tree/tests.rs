@@ -148,12 +148,29 @@ fn no_light_that_arrives_is_left_out() {
 
 #[test]
 fn what_brings_more_is_chosen_more_often() {
-    let row: Vec<_> = (0..1000).map(|i| LightBound::everywhere(DVec3::X * f64::from(i), 0.0, 1.0)).collect();
-    let tree = tree(&row);
-    let at = Receiver::from(DVec3::new(500.0, 2.0, 0.0));
-    let near: f64 = (490..=510).map(|i| tree.probability(&at, i)).sum();
-    // By 1/d² 93 % come from there.
-    assert!(near > 0.7, "{near}");
+    // Lamps over a floor: the variance of one sample of their light, over the square of its mean, is next to none.
+    let mut random = Random::new(8);
+    let mut lamp =
+        || LightBound::everywhere(DVec3::new(10.0, 1.0, 10.0) * random.in_cube() + 3.0 * DVec3::Y, 0.02, 1.0);
+    let lamps: Vec<_> = (0..2000).map(|_| lamp()).collect();
+    let tree = tree(&lamps);
+    let (mut by_tree, mut by_table) = (0.0, 0.0);
+    for _ in 0..20 {
+        let p = DVec3::new(8.0, 0.0, 8.0) * random.in_cube();
+        let at = Receiver::facing(p, DVec3::Y);
+        let brings = |b: &LightBound| {
+            let d = b.center - p;
+            d.y / (d.length() * d.length_squared())
+        };
+        let sum: f64 = lamps.iter().map(brings).sum();
+        let second = |probability: &dyn Fn(u32) -> f64| {
+            let squares = lamps.iter().zip(0..).map(|(b, i)| brings(b) * brings(b) / probability(i));
+            squares.sum::<f64>() / (sum * sum) - 1.0
+        };
+        by_tree += second(&|i| tree.probability(&at, i)) / 20.0;
+        by_table += second(&|_| 1.0 / 2000.0) / 20.0;
+    }
+    assert!(by_tree < 0.05 && by_table > 1.0, "{by_tree} and {by_table}");
     // What shines away, or is behind the surface, is not chosen at all.
     let mut pair = vec![
         LightBound::flat(DVec3::Y, 0.1, DVec3::Y, false, 1.0),
@@ -162,7 +179,7 @@ fn what_brings_more_is_chosen_more_often() {
     ];
     let at = Receiver::facing(DVec3::ZERO, DVec3::Y);
     let probabilities = |lights: &[LightBound]| {
-        let tree = super::tests::tree(lights);
+        let tree = LightTree::new(3, |i| lights[i as usize]).unwrap();
         [0, 1, 2].map(|i| tree.probability(&at, i))
     };
     assert_eq!(probabilities(&pair), [0.0, 1.0, 0.0]);
