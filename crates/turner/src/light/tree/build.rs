@@ -54,9 +54,9 @@ impl Around {
     const NOTHING: Around = Around { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
     fn add(&mut self, center: [f32; 3], radius: f32) {
-        for k in 0..3 {
-            self.min[k] = self.min[k].min(center[k] - radius);
-            self.max[k] = self.max[k].max(center[k] + radius);
+        for (k, at) in center.into_iter().enumerate() {
+            self.min[k] = self.min[k].min(at - radius);
+            self.max[k] = self.max[k].max(at + radius);
         }
     }
 
@@ -152,8 +152,8 @@ fn bound(items: &[Item]) -> Item {
         // Of two sides the one that is nearer the others'.
         let along: f64 = (0..3).map(|k| axis[k] * f64::from(item.axis[k])).sum();
         let sign = if two_sided && along < 0.0 { -1.0 } else { 1.0 };
-        for k in 0..3 {
-            axis[k] += sign * f64::from(item.power) * f64::from(item.axis[k]);
+        for (sum, along) in axis.iter_mut().zip(item.axis) {
+            *sum += sign * f64::from(item.power) * f64::from(along);
         }
     }
     let center = [0, 1, 2].map(|k| 0.5 * around.min[k] + 0.5 * around.max[k]);

@@ -1,3 +1,8 @@
+#![allow(
+    clippy::disallowed_methods,
+    reason = "expected values are independent of the renderer's own functions"
+)]
+
 use super::{LightTree, Receiver};
 use crate::light::LightBound;
 use crate::math::DVec3;
