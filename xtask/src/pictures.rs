@@ -76,7 +76,7 @@ pub(crate) const PICTURES: &[Picture] = &[
         "antialiasing.png",
         Enlarged(
             5,
-            "scenes/tutorial/step-7.toml --crop 296,84,48,44",
+            "scenes/tutorial/step-7.toml --crop 318,106,48,44",
             &[
                 "--antialias none",
                 "--antialias mean",
