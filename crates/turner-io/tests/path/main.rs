@@ -13,6 +13,7 @@ mod distant;
 mod emitters;
 mod estimators;
 mod glass;
+mod light_tree;
 mod mix;
 mod motion;
 mod panes;

@@ -1,7 +1,7 @@
 //! Lights with an extent: rectangle, disk and sphere, for the classic soft shadow. Several points of the light
 //! are asked, one in each stratum, and what arrives is averaged.
 
-use super::{Attenuation, Illumination, point::from_point};
+use super::{Attenuation, Illumination, LightBound, point::from_point};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3, Frame};
 use crate::sampler::{concentric_disk, stratified, uniform_sphere};
@@ -157,6 +157,17 @@ impl SphereLightDesc {
 }
 
 impl AreaLight {
+    /// Its points shine in all directions.
+    pub(super) fn bound(&self) -> Option<LightBound> {
+        let radius = match &self.form {
+            Form::Rectangle(a, b) => 0.5 * (*a + *b).length().max((*a - *b).length()),
+            Form::Disk(_, radius) | Form::Sphere(radius) => *radius,
+        };
+        let power =
+            f64::from(self.intensity.luminance()) * f64::from(self.samples) * self.attenuation.far()?;
+        Some(LightBound::everywhere(self.center, radius, power))
+    }
+
     pub(super) fn illuminate(&self, p: DVec3, i: u32, jitter: DVec2) -> Option<Illumination> {
         let u = stratified(i, self.samples, if self.jitter { jitter } else { DVec2::splat(0.5) });
         from_point(self.point(u), self.intensity, &self.attenuation, p)

@@ -2,6 +2,7 @@
 
 mod ambient;
 mod area;
+mod bound;
 mod directional;
 pub mod emission;
 mod environment;
@@ -9,15 +10,18 @@ mod point;
 mod profile;
 mod sky;
 mod spot;
+mod tree;
 
 pub use ambient::AmbientDesc;
 pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
+pub use bound::LightBound;
 pub use directional::DirectionalDesc;
 pub use environment::{EnvironmentBatch, EnvironmentDesc, EnvironmentLight, EnvironmentSample};
 pub use point::PointDesc;
 pub use profile::{LightProfile, ProfileFile, ProfileUnits};
 pub use sky::SkyDesc;
 pub use spot::SpotDesc;
+pub use tree::{LightTree, Receiver};
 
 use crate::color::Spectrum;
 use crate::image::Image;

@@ -1,7 +1,7 @@
 //! Light from one point.
 
 use super::profile::Lamp;
-use super::{Attenuation, Illumination, ProfileFile, ProfileUnits, Uniform};
+use super::{Attenuation, Illumination, LightBound, ProfileFile, ProfileUnits, Uniform};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::scene::error::SceneError;
@@ -56,6 +56,17 @@ impl Point {
     pub(super) fn uniform(&self) -> Option<Uniform> {
         (self.attenuation == Attenuation::NONE && self.lamp.is_none())
             .then_some(Uniform::Point { position: self.position, intensity: self.intensity })
+    }
+
+    pub(super) fn bound(&self) -> Option<LightBound> {
+        let power = f64::from(self.intensity.luminance()) * self.attenuation.far()?;
+        Some(match &self.lamp {
+            Some(lamp) => {
+                let (axis, cos) = lamp.cone();
+                LightBound::cone(self.position, axis, cos, cos, power * lamp.peak())
+            }
+            None => LightBound::everywhere(self.position, 0.0, power),
+        })
     }
 
     #[inline]

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::math::DVec3;
-use crate::math::elementary::angle;
+use crate::math::elementary::{angle, cos};
 use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, choice, wrong_type};
@@ -157,6 +157,18 @@ impl Lamp {
         };
         let turn = -rotation.rem_euclid(360.0);
         Ok(Lamp { profile: file.data.clone(), axis, zero, quarter: zero.cross(axis), turn, scale })
+    }
+
+    /// Where the light goes, and the cosine of the angle beyond which there is none.
+    pub(super) fn cone(&self) -> (DVec3, f64) {
+        // A little more: rounding must not put out a direction on the rim.
+        let last = self.profile.vertical.last().map_or(180.0, |v| v + 1e-6);
+        (self.axis, if last >= 180.0 { -1.0 } else { cos(last * PI / 180.0) })
+    }
+
+    /// The largest factor.
+    pub(super) fn peak(&self) -> f64 {
+        f64::from(self.profile.peak * self.scale)
     }
 
     /// The factor for light that goes in a direction of any length.

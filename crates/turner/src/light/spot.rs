@@ -2,7 +2,7 @@
 
 use super::point::from_point;
 use super::profile::Lamp;
-use super::{Attenuation, Illumination, ProfileFile, ProfileUnits};
+use super::{Attenuation, Illumination, LightBound, ProfileFile, ProfileUnits};
 use crate::color::Spectrum;
 use crate::math::{DVec3, elementary::cos, radians};
 use crate::scene::error::{ErrorCode, SceneError};
@@ -77,6 +77,12 @@ impl SpotDesc {
 }
 
 impl Spot {
+    pub(super) fn bound(&self) -> Option<LightBound> {
+        let peak = self.lamp.as_ref().map_or(1.0, Lamp::peak);
+        let power = f64::from(self.intensity.luminance()) * peak * self.attenuation.far()?;
+        Some(LightBound::cone(self.position, self.axis, self.cos_full, self.cos_rim, power))
+    }
+
     #[inline]
     pub(super) fn illuminate(&self, p: DVec3) -> Option<Illumination> {
         let mut light = from_point(self.position, self.intensity, &self.attenuation, p)?;

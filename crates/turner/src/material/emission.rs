@@ -24,6 +24,14 @@ impl Material {
         }
     }
 
+    /// Whether it may shine on both sides.
+    pub fn may_shine_backwards(&self) -> bool {
+        match self {
+            Material::Physical(m) => m.shines_backwards(),
+            Material::Mix(_) | Material::Classic(_) | Material::Principled(..) => true,
+        }
+    }
+
     /// Whether its light differs from place to place.
     pub fn has_emission_texture(&self) -> bool {
         match self {

@@ -136,6 +136,12 @@ impl Physical {
         !self.desc.thin_walled && self.desc.is_transmissive()
     }
 
+    /// Whether it only reflects: light that arrives on the other side does not count.
+    #[inline]
+    pub fn is_one_sided(&self) -> bool {
+        !self.desc.thin_walled && !self.desc.is_transmissive()
+    }
+
     /// Whether it shines and lights other things.
     #[inline]
     pub fn is_emissive(&self) -> bool {

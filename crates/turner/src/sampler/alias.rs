@@ -73,6 +73,16 @@ impl AliasTable {
         self.slots.get(i as usize).map_or(0.0, |s| f64::from(s.probability))
     }
 
+    /// Among how many things.
+    pub fn len(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// Whether there is nothing to choose.
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty()
+    }
+
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.slots[..])

@@ -8,13 +8,13 @@ use super::scene::Scene;
 use super::shape_emitters::{Blocked, ShapeEmitter};
 use crate::color::Spectrum;
 use crate::light::emission::{EmitterBlock, RectangleEmitter, SphereEmitter};
-use crate::light::{EnvironmentBatch, Light};
+use crate::light::{EnvironmentBatch, Light, Receiver};
 use crate::math::DVec3;
 
 /// Points that ask for light, and what they get.
 #[derive(Default)]
 pub struct LightBatch {
-    asked: Vec<(DVec3, [f64; 3])>,
+    asked: Vec<(Receiver, [f64; 3])>,
     lit: Vec<Option<LightSample>>,
     /// Of one environment: who asked, and by which numbers.
     around: Vec<(u32, f64)>,
@@ -60,10 +60,10 @@ impl LightBatch {
         self.lit.clear();
     }
 
-    /// Asks for light at `p`, by `u` as [`Emitters::sample`] takes it. The first to ask has number 0.
+    /// Asks for light at a point, by `u` as [`Emitters::sample`] takes it. The first to ask has number 0.
     #[inline]
-    pub fn ask(&mut self, p: DVec3, u: [f64; 3]) {
-        self.asked.push((p, u));
+    pub fn ask(&mut self, at: impl Into<Receiver>, u: [f64; 3]) {
+        self.asked.push((at.into(), u));
     }
 
     /// How many have asked.
@@ -149,8 +149,9 @@ impl Emitters {
         let mut environment = None;
         around.clear();
         places.clear();
-        for (number, &(p, u)) in asked.iter().enumerate() {
-            let (emitter, choice, left) = self.choose(u[2]);
+        for (number, (at, u)) in asked.iter().enumerate() {
+            let Some(chosen) = self.choose(at, u[2]) else { continue };
+            let (p, emitter, choice) = (at.p, chosen.emitter, chosen.choice);
             if let Emitter::Light(i) = emitter
                 && matches!(scene.lights.get(*i as usize), Some(Light::Environment(_)))
                 && *environment.get_or_insert(*i) == *i
@@ -174,7 +175,7 @@ impl Emitters {
                     }
                 }
             } else {
-                lit[number] = emitter.sample(scene, p, [u[0], u[1], left], choice);
+                lit[number] = chosen.sample(scene, p, [u[0], u[1]]);
             }
         }
         rectangles.flush(scene, RectangleEmitter::sample_block, lit);

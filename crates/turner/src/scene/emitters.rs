@@ -2,12 +2,15 @@
 //!
 //! How shapes are sampled stands in `shape_emitters`; those that are not are only hit by chance, which
 //! is right all the same, but noisier. A light is chosen with a probability half in proportion to
-//! what it brings to the scene, half the same for all.
+//! what it brings to the scene, half the same for all. Where there are many with a place, a tree chooses among these by what they bring to
+//! the point that asks (`placed_emitters`).
 
+use super::placed_emitters::{LightChoice, PlacedEmitters};
 use super::scene::{Hit, Scene, SurfaceInteraction};
 use super::shape_emitters::{ShapeEmitter, shape_emitters};
 use crate::color::Spectrum;
-use crate::light::{EnvironmentSample, Light};
+use crate::light::{EnvironmentSample, Light, Receiver};
+use crate::material::Material;
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
 use crate::shape::Shape;
@@ -48,7 +51,11 @@ impl LightSample {
 #[derive(Debug, Default)]
 pub struct Emitters {
     lights: Vec<Emitter>,
+    /// Among all of them; or, with a tree, among those that are not in it, and behind these the tree.
     choice: AliasTable,
+    placed: Option<PlacedEmitters>,
+    /// With a tree the numbers of those that are not in it, rising.
+    beside: Vec<u32>,
     /// For each primitive its first emitter; empty if no shape shines.
     of_primitive: Vec<u32>,
     /// The numbers of the scene's lights that rays find which leave it: environments, and directional lights with an extent.
@@ -66,29 +73,41 @@ pub(super) enum Emitter {
     Shape(ShapeEmitter),
 }
 
-impl Emitter {
-    /// Light from it at `p`, where it was chosen with the probability `choice`.
+/// An emitter that was chosen.
+pub(super) struct Chosen<'a> {
+    pub(super) emitter: &'a Emitter,
+    /// Its triangle or point, if that was chosen with it; else [`NONE`].
+    part: u32,
+    /// The probability of the choice.
+    pub(super) choice: f64,
+    /// What is left of the number that chose it, in 0..1.
+    left: f64,
+}
+
+impl Chosen<'_> {
+    /// Light from it at `p`, from the place that `u` chooses.
     #[inline]
-    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3], choice: f64) -> Option<LightSample> {
-        let lit = match self {
-            Emitter::Light(i) => scene.lights[*i as usize].sample(p, [u[0], u[1]])?,
-            Emitter::Shape(emitter) => emitter.sample(scene, p, u)?,
+    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
+        let lit = match self.emitter {
+            Emitter::Light(i) => scene.lights[*i as usize].sample(p, u)?,
+            Emitter::Shape(emitter) => emitter.sample(scene, p, [u[0], u[1], self.left], self.part)?,
         };
-        Some(LightSample { pdf: lit.pdf * choice, ..lit })
+        Some(LightSample { pdf: lit.pdf * self.choice, ..lit })
     }
 }
 
 impl Emitters {
     /// Those of a scene that is otherwise ready.
-    pub(super) fn new(scene: &Scene) -> Emitters {
+    pub(super) fn new(scene: &Scene, how: LightChoice) -> Emitters {
         let mut emitters = Emitters::default();
-        let mut weights = Vec::new();
+        let (mut weights, mut powers) = (Vec::new(), Vec::new());
         let bounds = scene.stats.bounds;
         let center = bounds.map_or(DVec3::ZERO, |b| b.center());
         let radius = bounds.map_or(1.0, |b| 0.5 * b.size().length()).max(1e-30);
         for (i, light) in scene.lights.iter().enumerate() {
             emitters.lights.push(Emitter::Light(i as u32));
             weights.push(light.reach(center, radius));
+            powers.push(0.0);
             let surrounds = matches!(light, Light::Environment(_));
             emitters.surrounded |= surrounds;
             if surrounds || matches!(light, Light::Directional(l) if l.is_disc()) {
@@ -107,7 +126,16 @@ impl Emitters {
                 emitters.lights.push(Emitter::Shape(emitter));
                 // Per π of intensity, as that of the lights.
                 weights.push(0.25 * power);
+                powers.push(power);
             }
+        }
+        if let Some(placed) = PlacedEmitters::new(scene, &mut emitters.lights, &powers, how) {
+            emitters.beside = (0..weights.len() as u32).filter(|i| !placed.holds(*i)).collect();
+            let held = (0..).zip(&weights).filter(|(i, w)| placed.holds(*i) && w.is_finite());
+            let held: f64 = held.map(|(_, w)| w).sum();
+            weights = emitters.beside.iter().map(|i| weights[*i as usize]).collect();
+            weights.push(held);
+            emitters.placed = Some(placed);
         }
         let sum: f64 = weights.iter().filter(|w| w.is_finite()).sum();
         let even = 1.0 / weights.len().max(1) as f64;
@@ -119,8 +147,14 @@ impl Emitters {
         } else {
             emitters.lights.clear();
             emitters.of_primitive.clear();
+            emitters.placed = None;
         }
         emitters
+    }
+
+    /// Bytes of memory of the tree over those with a place, if there is one.
+    pub fn tree_bytes(&self) -> usize {
+        self.placed.as_ref().map_or(0, PlacedEmitters::bytes)
     }
 
     /// How many there are.
@@ -133,24 +167,37 @@ impl Emitters {
         self.lights.is_empty()
     }
 
-    /// Light that arrives at `p`, by `u`: two numbers for the place on the light and one for the choice of the light.
-    pub fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3]) -> Option<LightSample> {
+    /// Whether what a surface faces has a say in the choice: if not, any [`Receiver`] at the point does.
+    pub fn heed_normals(&self) -> bool {
+        self.placed.is_some()
+    }
+
+    /// Light that arrives at a point, by `u`: two numbers for the place on the light and one for the choice of the light.
+    pub fn sample(&self, scene: &Scene, at: impl Into<Receiver>, u: [f64; 3]) -> Option<LightSample> {
         if self.lights.is_empty() {
             return None;
         }
-        let (emitter, choice, left) = self.choose(u[2]);
-        emitter.sample(scene, p, [u[0], u[1], left], choice)
+        let at = at.into();
+        self.choose(&at, u[2])?.sample(scene, at.p, [u[0], u[1]])
     }
 
-    /// The emitter that `u` chooses, the probability of that, and what is left of `u`.
+    /// The emitter that `u` chooses for a point; `None` if none with a place brings light there.
     #[inline]
-    pub(super) fn choose(&self, u: f64) -> (&Emitter, f64, f64) {
+    pub(super) fn choose(&self, at: &Receiver, u: f64) -> Option<Chosen<'_>> {
         let (chosen, choice, left) = self.choice.sample(u);
-        (&self.lights[chosen as usize], choice, left)
+        let Some(placed) = &self.placed else {
+            return Some(Chosen { emitter: &self.lights[chosen as usize], part: NONE, choice, left });
+        };
+        if let Some(light) = self.beside.get(chosen as usize) {
+            return Some(Chosen { emitter: &self.lights[*light as usize], part: NONE, choice, left });
+        }
+        let (light, part, probability, left) = placed.choose(at, left)?;
+        let emitter = self.lights.get(light as usize)?;
+        Some(Chosen { emitter, part, choice: choice * probability, left })
     }
 
-    /// The density with which `sample` at `p` gives the direction to a hit of a shape that shines; 0 if it never does.
-    pub fn pdf_hit(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
+    /// The density with which `sample` at a point gives the direction to a hit of a shape that shines; 0 if it never does.
+    pub fn pdf_hit(&self, scene: &Scene, at: impl Into<Receiver>, surface: &SurfaceInteraction) -> f64 {
         let Hit { shape, primitive } = &surface.hit;
         let first = self.of_primitive.get(*primitive as usize).copied().unwrap_or(NONE);
         if first == NONE {
@@ -160,7 +207,20 @@ impl Emitters {
             if matches!(scene.primitives[*primitive as usize].shape, Shape::Box(_)) { shape.part } else { 0 };
         let index = first + face;
         let Some(Emitter::Shape(emitter)) = self.lights.get(index as usize) else { return 0.0 };
-        self.choice.probability(index) * emitter.pdf(scene, p, surface)
+        let at = at.into();
+        let Some(placed) = &self.placed else {
+            return self.choice.probability(index) * emitter.pdf(scene, at.p, surface);
+        };
+        let (probability, of_part) = placed.probability(&at, index, emitter.place(surface));
+        if probability <= 0.0 {
+            return 0.0;
+        }
+        let pdf = if of_part {
+            emitter.pdf_of_part(scene, at.p, surface)
+        } else {
+            emitter.pdf(scene, at.p, surface)
+        };
+        self.choice.probability(self.beside.len() as u32) * probability * pdf
     }
 
     /// Whether an environment stands in the background's place.
@@ -175,7 +235,10 @@ impl Emitters {
 
     /// The probability with which a light is chosen; those of the scene have its numbers.
     pub(super) fn choice_of(&self, light: u32) -> f64 {
-        self.choice.probability(light)
+        if self.placed.is_none() {
+            return self.choice.probability(light);
+        }
+        self.beside.binary_search(&light).map_or(0.0, |place| self.choice.probability(place as u32))
     }
 
     /// What a ray finds of one of them that leaves the scene in a unit direction: its radiance and the density with which
@@ -187,6 +250,28 @@ impl Emitters {
             _ => return None,
         };
         Some((radiance, self.choice_of(light) * pdf))
+    }
+}
+
+impl Scene {
+    /// Chooses lights in another way from now on, for integrators that follow light: to compare.
+    pub fn choose_lights(&mut self, how: LightChoice) {
+        if self.integrator.is_physical() {
+            self.emitters = Emitters::new(self, how);
+        }
+    }
+
+    /// A point of a surface that a ray of this direction meets, for the choice of a light: where light counts on one side alone, with
+    /// the normal there.
+    #[inline]
+    pub(crate) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
+        if self.emitters.heed_normals()
+            && let Material::Physical(m) = self.material_at(&surface.hit)
+            && m.is_one_sided()
+        {
+            return Receiver::facing(surface.p, -surface.ng * surface.ng.dot(direction).signum());
+        }
+        Receiver::from(surface.p)
     }
 }
 

@@ -13,6 +13,7 @@ use super::faces::{Faces, NO_FACES};
 use super::merged::{self, Merged};
 use super::motion::Motion;
 use super::names::NameCollector;
+use super::placed_emitters::LightChoice;
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
@@ -215,7 +216,7 @@ impl SceneDesc {
             stats,
         };
         if physical {
-            scene.emitters = Emitters::new(&scene);
+            scene.choose_lights(LightChoice::Auto);
         }
         let doubts = doubts::of_scene(&scene, &self.lights);
         scene.warnings.extend(doubts);

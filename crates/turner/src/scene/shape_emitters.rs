@@ -12,6 +12,7 @@
 use super::desc::MaterialId;
 use super::emitters::{LightSample, NONE};
 use super::scene::{NO_TRANSFORM, Primitive, Scene, SurfaceInteraction};
+use crate::light::LightBound;
 use crate::light::emission::{
     Curved, CurvedEmitter, DiskEmitter, EllipsoidEmitter, EmitterSample, RectangleEmitter, SphereEmitter,
     TriangleEmitter,
@@ -275,8 +276,8 @@ fn texture_point<'a>(
 }
 
 impl ShapeEmitter {
-    /// Light that arrives at `p` from a point that `u` chooses.
-    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3]) -> Option<LightSample> {
+    /// Light that arrives at `p` from a point that `u` chooses: of all of it where `part` is [`NONE`], else of that triangle or point.
+    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3], part: u32) -> Option<LightSample> {
         let uv = [u[0], u[1]];
         let primitive = &scene.primitives[self.primitive as usize];
         let (s, part): (EmitterSample, u32) = match &self.form {
@@ -285,7 +286,10 @@ impl ShapeEmitter {
             Form::Curved(f) => f.sample(p, uv)?,
             Form::Points { choice, one } => {
                 let Shape::Points(points) = &primitive.shape else { return None };
-                let (part, probability, _) = choice.sample(u[2]);
+                let (part, probability) = match part {
+                    NONE => choose(choice, u[2])?,
+                    part => (part, 1.0),
+                };
                 let Sphere { center, radius } = points.sphere(part);
                 let s = one.with(SphereEmitter { center, radius }).sample(p, uv)?;
                 (EmitterSample { pdf: s.pdf * probability, ..s }, part)
@@ -294,8 +298,13 @@ impl ShapeEmitter {
             Form::Disk(f) => (f.sample(p, uv)?, 0),
             Form::Mesh { triangles, choice, .. } => {
                 let Shape::Mesh(mesh) = &primitive.shape else { return None };
-                let (i, probability, _) = choice.sample(u[2]);
-                let part = *triangles.get(i as usize)?;
+                let (part, probability) = match part {
+                    NONE => {
+                        let (i, probability) = choose(choice, u[2])?;
+                        (*triangles.get(i as usize)?, probability)
+                    }
+                    part => (part, 1.0),
+                };
                 let form = triangle(scene, self.primitive, mesh, part)?;
                 let s = form.sample(p, uv)?;
                 (EmitterSample { pdf: s.pdf * probability, ..s }, part)
@@ -336,35 +345,132 @@ impl ShapeEmitter {
         self.part
     }
 
-    /// The density with which that finds the direction from `p` to a hit of it.
+    /// The density with which that finds the direction from `p` to a hit of it, all of it considered.
     pub(super) fn pdf(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
+        let chosen = match &self.form {
+            Form::Points { choice, .. } | Form::Mesh { choice, .. } => {
+                choice.probability(self.place(surface))
+            }
+            _ => 1.0,
+        };
+        if chosen > 0.0 { chosen * self.pdf_of_part(scene, p, surface) } else { 0.0 }
+    }
+
+    /// The density with which the part that was hit finds the direction from `p`, once it is chosen.
+    pub(super) fn pdf_of_part(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
         let q = surface.p;
         match &self.form {
             Form::Sphere(f) => f.pdf(p, q, surface.ng),
             Form::Ellipsoid(f) => f.pdf(p, q, surface.ng),
             Form::Curved(f) => f.pdf(p, q, surface.ng),
-            Form::Points { choice, one } => {
-                let part = surface.hit.shape.part;
+            Form::Points { one, .. } => {
                 let Shape::Points(points) = &scene.primitives[self.primitive as usize].shape else {
                     return 0.0;
                 };
-                let Sphere { center, radius } = points.sphere(part);
-                let form = one.with(SphereEmitter { center, radius });
-                choice.probability(part) * form.pdf(p, q, surface.ng)
+                let Sphere { center, radius } = points.sphere(surface.hit.shape.part);
+                one.with(SphereEmitter { center, radius }).pdf(p, q, surface.ng)
             }
             Form::Rectangle(f) => f.pdf(p, q),
             Form::Disk(f) => f.pdf(p, q),
-            Form::Mesh { place, choice, .. } => {
+            Form::Mesh { .. } => {
                 let primitive = &scene.primitives[self.primitive as usize];
                 let Shape::Mesh(mesh) = &primitive.shape else { return 0.0 };
-                let part = surface.hit.shape.part;
-                let place =
-                    if place.is_empty() { part } else { place.get(part as usize).copied().unwrap_or(NONE) };
-                let form = triangle(scene, self.primitive, mesh, part);
-                form.map_or(0.0, |form| choice.probability(place) * form.pdf(p, q))
+                let form = triangle(scene, self.primitive, mesh, surface.hit.shape.part);
+                form.map_or(0.0, |form| form.pdf(p, q))
             }
         }
     }
+}
+
+/// As lights of a tree.
+impl ShapeEmitter {
+    /// Whether it is of parts, any of which may be chosen: triangles or points.
+    pub(super) fn has_parts(&self) -> bool {
+        matches!(self.form, Form::Mesh { .. } | Form::Points { .. })
+    }
+
+    /// How many; 1 without.
+    pub(super) fn parts(&self) -> u32 {
+        match &self.form {
+            Form::Mesh { choice, .. } | Form::Points { choice, .. } => choice.len() as u32,
+            _ => 1,
+        }
+    }
+
+    /// The number of the triangle or point at a place among those that shine.
+    pub(super) fn part_at(&self, place: u32) -> u32 {
+        match &self.form {
+            Form::Mesh { triangles, .. } => triangles.get(place as usize).copied().unwrap_or(NONE),
+            _ => place,
+        }
+    }
+
+    /// The place of the part that was hit; [`NONE`] if that does not shine.
+    #[inline]
+    pub(super) fn place(&self, surface: &SurfaceInteraction) -> u32 {
+        let part = surface.hit.shape.part;
+        match &self.form {
+            Form::Mesh { place, .. } if !place.is_empty() => {
+                place.get(part as usize).copied().unwrap_or(NONE)
+            }
+            Form::Mesh { .. } | Form::Points { .. } => part,
+            _ => 0,
+        }
+    }
+
+    /// Frees what chooses among parts, where something else does.
+    pub(super) fn forget_choice(&mut self) {
+        if let Form::Mesh { choice, .. } | Form::Points { choice, .. } = &mut self.form {
+            *choice = AliasTable::default();
+        }
+    }
+
+    /// The bounds of a part, which stands at `place`, or of all of it if that is [`NONE`]. `power` is its area times its radiance, both sides counted.
+    pub(super) fn bound(&self, scene: &Scene, power: f64, part: u32, place: u32) -> Option<LightBound> {
+        let primitive = scene.primitives.get(self.primitive as usize)?;
+        let hit = ShapeHit { t: 0.0, part: if part == NONE { self.part } else { part }, u: 0.3, v: 0.3 };
+        let material = scene.materials.get(scene.material_of(primitive, &hit).index());
+        let both = material.is_none_or(|m| m.may_shine_backwards());
+        let flat = if both { 0.5 * power } else { power };
+        // On average over all directions a quarter of the area faces one.
+        let round = 0.25 * flat;
+        match &self.form {
+            Form::Rectangle(f) => Some(f.bound(both, flat)),
+            Form::Disk(f) => Some(f.bound(both, flat)),
+            Form::Sphere(f) => Some(LightBound::everywhere(f.center, f.radius, round)),
+            Form::Mesh { choice, .. } if part != NONE => {
+                let Shape::Mesh(mesh) = &primitive.shape else { return None };
+                let form = triangle(scene, self.primitive, mesh, part)?;
+                Some(form.bound(both, flat * choice.probability(place)))
+            }
+            Form::Points { choice, .. } if part != NONE => {
+                let Shape::Points(points) = &primitive.shape else { return None };
+                let Sphere { center, radius } = points.sphere(part);
+                let to_world = scene.to_world(primitive);
+                let m = to_world.matrix3;
+                // No vector grows by more.
+                let growth = similarity(&to_world).unwrap_or_else(|| {
+                    let squares = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.length_squared());
+                    squares.iter().sum::<f64>().sqrt()
+                });
+                let center = to_world.transform_point3(center);
+                Some(LightBound::everywhere(center, radius * growth, round * choice.probability(place)))
+            }
+            _ => {
+                let bounds = primitive.shape.bounds()?.transformed(&scene.to_world(primitive));
+                Some(LightBound::everywhere(bounds.center(), 0.5 * bounds.size().length(), round))
+            }
+        }
+    }
+}
+
+/// What `u` chooses, and how probably.
+fn choose(choice: &AliasTable, u: f64) -> Option<(u32, f64)> {
+    if choice.is_empty() {
+        return None;
+    }
+    let (i, probability, _) = choice.sample(u);
+    Some((i, probability))
 }
 
 impl Scene {

@@ -397,7 +397,7 @@ impl<R: Record> Wave<'_, R> {
         path.alone = s.lobe.is_delta;
         path.scattered |= !s.lobe.is_delta;
         path.pdf = s.pdf;
-        path.origin = v.surface.p;
+        path.origin = self.scene.receiver(v.surface, -v.wo);
         if let Some(pixel) = &self.scene.pixel_cone {
             path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
         }

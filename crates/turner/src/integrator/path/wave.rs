@@ -6,6 +6,7 @@ use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
+use crate::light::Receiver;
 use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, VertexNumbers};
 use crate::scene::emitters::LightSample;
@@ -34,7 +35,7 @@ pub(super) struct Path {
     pub(super) scattered: bool,
     /// Density of the ray's direction, and where it was chosen.
     pub(super) pdf: f64,
-    pub(super) origin: DVec3,
+    pub(super) origin: Receiver,
     /// The square of the index of refraction of the medium it is in: radiance is larger by it there.
     pub(super) eta2: f32,
     /// The one colour band that is left, once dispersion has parted them.
@@ -144,7 +145,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
             alone: true,
             scattered: false,
             pdf: 1.0,
-            origin: DVec3::ZERO,
+            origin: Receiver::from(DVec3::ZERO),
             eta2: 1.0,
             band: None,
             media: Media::NONE,
@@ -237,7 +238,7 @@ impl<R: Record> Wave<'_, R> {
             if self.may_connect(path, &ray, hit, &surface) {
                 number = lights.len() as u32;
                 let [u0, u1, u2, _] = path.numbers.first();
-                lights.ask(surface.p, [u0, u1, u2]);
+                lights.ask(self.scene.receiver(&surface, ray.direction), [u0, u1, u2]);
             }
             surfaces.push((surface, number));
         }

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::{EmitterSample, per_solid_angle};
+use crate::light::LightBound;
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
 
@@ -34,6 +35,13 @@ impl DiskEmitter {
             normal,
             per_area,
         })
+    }
+
+    /// Its bounds, for a power per steradian along the normal.
+    pub fn bound(&self, two_sided: bool, power: f64) -> LightBound {
+        // No point of an ellipse is farther away than the root of the sum of the squares of two such radii.
+        let radius = (self.x.length_squared() + self.y.length_squared()).sqrt();
+        LightBound::flat(self.center, radius, self.normal, two_sided, power)
     }
 
     /// The point that `u` chooses, seen from `p`.

@@ -6,6 +6,7 @@ use turner_bvh::lanes::{F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 
 use super::block::{self, Eight, EmitterBlock};
 use super::{EmitterSample, NEAR, per_solid_angle};
+use crate::light::LightBound;
 use crate::math::elementary::{arc_cosine, sin_cos_turns};
 use crate::math::{DVec3, elementary_x8 as x8};
 
@@ -54,6 +55,12 @@ impl RectangleEmitter {
             per_area,
             right_angled,
         })
+    }
+
+    /// Its bounds, for a power per steradian along the normal.
+    pub fn bound(&self, two_sided: bool, power: f64) -> LightBound {
+        let radius = 0.5 * (self.u + self.v).length().max((self.u - self.v).length());
+        LightBound::flat(self.corner + 0.5 * (self.u + self.v), radius, self.normal, two_sided, power)
     }
 
     /// Lengths of the edges; 0, which is never near, where they are not at right angles.

@@ -1,6 +1,7 @@
 //! Triangles that shine.
 
 use super::{EmitterSample, NEAR, per_solid_angle};
+use crate::light::LightBound;
 use crate::math::DVec3;
 use crate::math::elementary::{atan2, sin_cos};
 
@@ -42,6 +43,14 @@ impl TriangleEmitter {
     /// Its area.
     pub fn area(&self) -> f64 {
         1.0 / self.per_area
+    }
+
+    /// Its bounds, for a power per steradian along the normal.
+    pub fn bound(&self, two_sided: bool, power: f64) -> LightBound {
+        let [a, b, c] = self.corners;
+        let center = 0.5 * (a.min(b).min(c) + a.max(b).max(c));
+        let radius = [a, b, c].map(|p| p.distance(center)).into_iter().fold(0.0, f64::max);
+        LightBound::flat(center, radius, self.normal, two_sided, power)
     }
 
     fn spherical(&self, p: DVec3) -> Option<Spherical> {
