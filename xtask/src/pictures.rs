@@ -17,11 +17,13 @@ enum How {
     Turner(&'static str),
     /// The same for each part of a sheet: the columns, arguments of all, and those of each.
     Sheet(u32, &'static str, &'static [&'static str]),
+    /// The same with each pixel as five by five.
+    Enlarged(u32, &'static str, &'static [&'static str]),
     /// Several commands of `turner`, `{tmp}` a folder between them and `{file}` the picture.
     Steps(&'static [&'static str]),
 }
 
-use How::{Sheet, Steps, Turner};
+use How::{Enlarged, Sheet, Steps, Turner};
 
 const fn picture(file: &'static str, how: How) -> Picture {
     Picture { file, how }
@@ -69,12 +71,12 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("002-09.jpg", Turner("scenes/classic/002-09-reflection-texture.toml --width 240 --height 240")),
     picture("002-11.jpg", Turner("scenes/classic/002-11-plane.toml --width 240 --height 240")),
     picture("002-12.jpg", Turner("scenes/classic/002-12-cube.toml --width 240 --height 240")),
-    // Anti-aliasing: a part of the picture.
+    // Anti-aliasing: a part of the picture, each pixel as 5 x 5.
     picture(
         "antialiasing.png",
-        Sheet(
+        Enlarged(
             5,
-            "scenes/tutorial/step-7.toml --crop 190,90,150,110",
+            "scenes/tutorial/step-7.toml --crop 318,106,48,44",
             &[
                 "--antialias none",
                 "--antialias mean",
@@ -137,7 +139,9 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("explain-classic.svg", Steps(&["explain scenes/explain.toml --pixel 451,273 -o {file}"])),
     picture(
         "explain-path.svg",
-        Steps(&["explain scenes/showcase/cornell-box.toml --pixel 150,400 -o {file}"]),
+        Steps(&[
+            "explain scenes/explain.toml --pixel 250,400 --integrator path --samples 16 --antialias monte-carlo --sample 1 -o {file}",
+        ]),
     ),
     // Showcase
     picture(
@@ -175,7 +179,7 @@ impl Picture {
     pub(crate) fn about(&self) -> String {
         match &self.how {
             Turner(args) => format!("turner {args}"),
-            Sheet(_, args, parts) => {
+            Sheet(_, args, parts) | Enlarged(_, args, parts) => {
                 parts.iter().map(|p| format!("turner {args} {p}")).collect::<Vec<_>>().join("; ")
             }
             Steps(commands) => commands.iter().map(|c| format!("turner {c}")).collect::<Vec<_>>().join("; "),
@@ -200,12 +204,13 @@ impl Picture {
         match &self.how {
             Turner(args) => call(args, Some(to)),
             Steps(commands) => commands.iter().try_for_each(|line| call(line, None)),
-            Sheet(columns, args, parts) => {
+            Sheet(columns, args, parts) | Enlarged(columns, args, parts) => {
+                let zoom = if matches!(self.how, Enlarged(..)) { 5 } else { 1 };
                 let files: Vec<_> = (0..parts.len()).map(|i| tmp.path().join(format!("{i}.png"))).collect();
                 for (part, file) in parts.iter().zip(&files) {
                     call(&format!("{part} {args}"), Some(file))?;
                 }
-                sheet::write(&files, *columns, to)
+                sheet::write(&files, *columns, zoom, to)
             }
         }
     }

@@ -11,13 +11,15 @@ use turner_io::image::{
 const GAP: u32 = 6;
 const PAPER: [u8; 4] = [255, 255, 255, 255];
 
-/// Puts pictures of the same size into rows of `columns` and writes them to one file.
-pub(crate) fn write(parts: &[impl AsRef<Path>], columns: u32, to: &Path) -> Result<(), String> {
+/// Puts pictures of the same size into rows of `columns`, each pixel as `zoom` by `zoom`, and writes them to one file.
+pub(crate) fn write(parts: &[impl AsRef<Path>], columns: u32, zoom: u32, to: &Path) -> Result<(), String> {
     let images = parts.iter().map(|path| read(path.as_ref())).collect::<Result<Vec<_>, String>>()?;
     let (w, h) = images.first().map(|i| (i.width, i.height)).ok_or("no parts")?;
+
     if images.iter().any(|i| (i.width, i.height) != (w, h)) {
         return Err(format!("{}: the parts differ in size", to.display()));
     }
+    let (w, h) = (w * zoom, h * zoom);
     let rows = (images.len() as u32).div_ceil(columns);
     let (width, height) = (columns * (w + GAP) - GAP, rows * (h + GAP) - GAP);
     let mut sheet = vec![PAPER; width as usize * height as usize];
@@ -25,7 +27,7 @@ pub(crate) fn write(parts: &[impl AsRef<Path>], columns: u32, to: &Path) -> Resu
         let (left, top) = (i % columns * (w + GAP), i / columns * (h + GAP));
         for y in 0..h {
             for x in 0..w {
-                sheet[((top + y) * width + left + x) as usize] = pixel(image, x, y);
+                sheet[((top + y) * width + left + x) as usize] = pixel(image, x / zoom, y / zoom);
             }
         }
     }

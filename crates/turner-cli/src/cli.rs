@@ -6,6 +6,7 @@ use std::path::Path;
 use clap::{CommandFactory, Parser, Subcommand};
 use turner::scene::error::{escape, nearest};
 
+use crate::color;
 use crate::control::Control;
 use crate::{bench, compare, explain, failure, help, info, list, new, render, shell, verify, watch};
 
@@ -14,6 +15,7 @@ use crate::{bench, compare, explain, failure, help, info, list, new, render, she
 #[command(
     name = "turner",
     version,
+    styles = color::STYLES,
     disable_help_subcommand = true,
     arg_required_else_help = true,
     subcommand_value_name = "COMMAND | SCENE",

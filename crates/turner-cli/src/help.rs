@@ -5,7 +5,7 @@ use turner::scene::error::{ErrorCode, SceneError, escape, suggestion};
 
 use crate::cli::{Cli, command_names};
 use crate::failure::Failure;
-use crate::{events, failure, reference, report, text};
+use crate::{color, events, failure, reference, report, text};
 
 /// Explain a command, the scene format, or a name in it
 #[derive(Debug, Args)]
@@ -21,13 +21,15 @@ pub(crate) struct HelpArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &HelpArgs) -> u8 {
+    let colors = color::are_wanted(&std::io::stdout());
+    let paint = |text: String| if colors { color::paint(&text) } else { text };
     let help = match (args.topic.as_deref(), args.name.as_deref()) {
         (Some("scene"), None) if args.markdown => Ok(reference::markdown()),
-        (Some("scene"), None) => Ok(reference::overview()),
-        (Some("scene"), Some(name)) => scene_name(name),
+        (Some("scene"), None) => Ok(paint(reference::overview())),
+        (Some("scene"), Some(name)) => scene_name(name).map(paint),
         (Some("json"), None) => Ok(events::SCHEMA.to_owned()),
-        (None, _) => command(None),
-        (Some(topic), _) => command(Some(topic)),
+        (None, _) => command(None, colors),
+        (Some(topic), _) => command(Some(topic), colors),
     };
     match help {
         Ok(help) => {
@@ -48,16 +50,19 @@ fn scene_name(name: &str) -> Result<String, Failure> {
     })
 }
 
-fn command(name: Option<&str>) -> Result<String, Failure> {
+/// The help of a command, with `colors` if they are wanted.
+fn command(name: Option<&str>, colors: bool) -> Result<String, Failure> {
+    let shown =
+        |help: clap::builder::StyledStr| if colors { help.ansi().to_string() } else { help.to_string() };
     let mut cli = Cli::command();
     cli.build();
-    let Some(name) = name else { return Ok(cli.render_long_help().to_string()) };
+    let Some(name) = name else { return Ok(shown(cli.render_long_help())) };
     if let Some(command) = cli.find_subcommand_mut(name) {
-        return Ok(command.render_long_help().to_string());
+        return Ok(shown(command.render_long_help()));
     }
     // Someone who asks for a sphere means the one of the scene format.
     if let Some(help) = reference::explain(name) {
-        return Ok(help);
+        return Ok(if colors { color::paint(&help) } else { help });
     }
     let mut names = command_names();
     names.extend(["scene".to_owned(), "json".to_owned()]);

@@ -20,6 +20,7 @@
 
 mod bench;
 mod cli;
+mod color;
 mod compare;
 mod control;
 mod events;

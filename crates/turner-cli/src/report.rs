@@ -1,6 +1,6 @@
 //! Errors and warnings: for people with the place in the file, for programs as events.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
@@ -152,10 +152,7 @@ pub(crate) fn print_error(failure: &Failure) {
 
 /// Coloured on terminals only, and only where colours are wanted.
 fn renderer() -> Renderer {
-    let refused = |name, value: fn(&str) -> bool| std::env::var(name).is_ok_and(|v| value(&v));
-    let plain = !std::io::stderr().is_terminal()
-        || refused("NO_COLOR", |v| !v.is_empty())
-        || refused("TERM", |v| v == "dumb");
+    let plain = !crate::color::are_wanted(&std::io::stderr());
     if plain { Renderer::plain() } else { Renderer::styled() }
 }
 

@@ -28,7 +28,6 @@ mod text;
 mod views;
 
 use std::ffi::OsStr;
-use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -194,11 +193,10 @@ fn style(scene: &turner::scene::Scene, all: bool, to_file: bool) -> text::Style<
     let has = |name: &str, words: &[&str]| {
         std::env::var(name).is_ok_and(|value| words.iter().any(|word| value.contains(word)))
     };
-    let refused = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     let able = has("COLORTERM", &["truecolor", "24bit"])
         || has("TERM", &["direct", "kitty", "alacritty", "wezterm", "ghostty"])
         || std::env::var_os("WT_SESSION").is_some();
-    let colors = !to_file && !refused && able && std::io::stdout().is_terminal();
+    let colors = !to_file && able && crate::color::are_wanted(&std::io::stdout());
     let budget = if all { usize::MAX } else { 40 };
     text::Style { colors, display: shade::Display::new(&scene.film), budget }
 }

@@ -34,58 +34,26 @@ impl TileOrder {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
     use super::*;
     use crate::color::Spectrum;
     use crate::film::Antialias;
-    use crate::image::Image;
     use crate::integrator::{IntegratorDesc, PathDesc};
     use crate::math::DVec3;
     use crate::render::{PassOptions, Renderer};
-    use crate::scene::transform::Transform;
-    use crate::scene::value::{Data, FileId, Span, Table, Value};
-    use crate::scene::{
-        ModelDesc, ObjectContent, ObjectDesc, PrepareOptions, SceneAssets, SceneDesc, SceneError, read_scene,
-    };
-    use crate::shape::mesh::MeshData;
+    use crate::scene::{ObjectDesc, PrepareOptions, SceneDesc};
     use crate::shape::{ShapeDesc, SphereDesc};
-
-    struct NoFiles;
-
-    impl SceneAssets for NoFiles {
-        fn image(&mut self, _: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
-            unreachable!()
-        }
-        fn mesh(&mut self, _: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
-            unreachable!()
-        }
-        fn model(&mut self, _: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
-            unreachable!()
-        }
-    }
 
     /// A ball to the right in a white world: there light bounces, elsewhere it does not.
     fn ball() -> SceneDesc {
-        let span = Span { file: FileId(0), start: 0, end: 0 };
-        let nothing = Value { data: Data::Table(Table::default()), span };
-        let mut desc = read_scene(&nothing, &mut NoFiles).unwrap();
+        let mut desc = SceneDesc::default();
         (desc.film.width, desc.film.height) = (150, 100);
         (desc.film.antialias, desc.film.samples) = (Antialias::MonteCarlo, 6);
         desc.integrator = IntegratorDesc::Path(PathDesc::default());
         desc.background.color = Spectrum::WHITE;
-        desc.objects.push(ObjectDesc {
-            name: None,
-            span: None,
-            content: ObjectContent::Shape(ShapeDesc::Sphere(SphereDesc {
-                center: DVec3::new(1.0, 0.0, 0.0),
-                radius: 0.5,
-            })),
-            material: None,
-            transform: Transform::IDENTITY,
-            motion: None,
-        });
+        let ball = SphereDesc { center: DVec3::new(1.0, 0.0, 0.0), radius: 0.5 };
+        desc.objects.push(ObjectDesc::new(ShapeDesc::Sphere(ball)));
         desc
     }
 

@@ -7,6 +7,7 @@ pub mod desc;
 mod doubts;
 mod emitter_batch;
 pub mod emitters;
+mod empty;
 pub mod error;
 mod faces;
 mod footprint;
