@@ -391,32 +391,23 @@ impl Scene {
         // A point may be exact, as the origin on a plane through it: a ray must leave it all the same.
         let time = ray.time;
         let floor = 1e-15 * hit.shape.t;
+        let made = |p: DVec3, error: f64, ng: DVec3, ns: DVec3, object: SurfacePoint| SurfaceInteraction {
+            p,
+            error,
+            ng,
+            ns,
+            material,
+            object,
+            hit: *hit,
+            time,
+            seen: NOT_SEEN,
+        };
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
             if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-                return SurfaceInteraction {
-                    p,
-                    error,
-                    ng,
-                    ns,
-                    material,
-                    object: s,
-                    hit: *hit,
-                    time,
-                    seen: NOT_SEEN,
-                };
+                return made(p, error, ng, ns, s);
             }
-            return SurfaceInteraction {
-                p: s.p,
-                error: s.error.max(floor),
-                ng: s.ng,
-                ns: s.ns,
-                material,
-                object: s,
-                hit: *hit,
-                time,
-                seen: NOT_SEEN,
-            };
+            return made(s.p, s.error.max(floor), s.ng, s.ns, s);
         }
         let placed = &self.transforms[primitive.transform as usize];
         let now = placed.motion.as_ref().map(|m| ObjectTransform::new(m.at(f64::from(ray.time))));
@@ -426,24 +417,14 @@ impl Scene {
             shape => shape.surface(&ray.transformed(&transform.to_object), &hit.shape),
         };
         if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-            return SurfaceInteraction {
-                p,
-                error,
-                ng,
-                ns,
-                material,
-                object: s,
-                hit: *hit,
-                time,
-                seen: NOT_SEEN,
-            };
+            return made(p, error, ng, ns, s);
         }
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
-        SurfaceInteraction { p, error, ng, ns, material, object: s, hit: *hit, time, seen: NOT_SEEN }
+        made(p, error, ng, ns, s)
     }
 
     /// The sphere that was hit, if it is one without a transform.
