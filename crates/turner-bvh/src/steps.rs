@@ -125,16 +125,22 @@ mod tests {
             })
             .collect();
         let bvh = BoxBvh::build(&boxes, &BuildOptions::default()).unwrap();
-        let ray = Ray::new([-1.0, 3.3, 2.2], [1.0, 0.4, 0.3]);
-        let (mut walked, mut searched) = (Vec::new(), Vec::new());
-        let nodes = bvh.steps(&ray, |leaf| walked.extend(leaf));
-        bvh.closest(&ray, |leaf, t_max| {
-            searched.extend(leaf);
-            t_max
-        });
-        walked.sort_unstable();
-        searched.sort_unstable();
-        assert!(nodes > 1 && !walked.is_empty());
-        assert_eq!(walked, searched);
+        let (mut nodes, mut met, mut more) = (0, 0, 0);
+        for i in 0..100u32 {
+            // From one side, each a little higher and more to the side than the one before.
+            let place = [i % 10, i / 10].map(|v| 3.0 * v as f32 + 0.4);
+            let ray = Ray::new([-1.0, place[0], place[1]], [1.0, 0.1 - 0.02 * (i % 7) as f32, 0.05]);
+            let (mut walked, mut searched) = (Vec::new(), Vec::new());
+            nodes += bvh.steps(&ray, |leaf| walked.extend(leaf));
+            bvh.closest(&ray, |leaf, t_max| {
+                searched.extend(leaf);
+                t_max
+            });
+            // The search takes boxes for a little larger than they are.
+            assert!(walked.iter().all(|leaf| searched.contains(leaf)), "ray {i}: {walked:?} {searched:?}");
+            met += walked.len();
+            more += searched.len() - walked.len();
+        }
+        assert!(nodes > 200 && met > 40 && 10 * more < met, "{nodes} nodes, {met} boxes, {more} more");
     }
 }
