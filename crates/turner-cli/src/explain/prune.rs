@@ -169,8 +169,10 @@ mod tests {
                 assert!((1..1023).all(|i| !shown.nodes[i] || shown.nodes[(i - 1) / 2]));
             }
         }
-        // The last leaf brings most.
-        let seven = shown(&tree(9), 10, false);
-        assert!(seven.nodes[1022]);
+        // Of two rays the one that brings more with all that comes of it.
+        let two = shown(&tree(9), 2, false);
+        assert!(two.nodes[2] && !two.nodes[1]);
+        let four = shown(&tree(9), 4, false);
+        assert_eq!((four.nodes[6], four.nodes[5], four.nodes[4], four.nodes[3]), (true, false, false, false));
     }
 }
