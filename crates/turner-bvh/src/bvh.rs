@@ -18,9 +18,7 @@ pub struct Triangles<'a> {
 
 /// A tree over triangles, with copies of them in its leaves: 46 to 54 bytes per triangle, all in all.
 ///
-/// ```ignore
-/// // (A test of its own runs this: documentation tests are built without optimisation but with link-time
-/// // optimisation, and so LLVM cannot compile AVX-512 kernels.)
+/// ```
 /// use turner_bvh::{BuildOptions, Bvh, Hit, Ray, Triangles};
 ///
 /// let positions = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]];

@@ -3,7 +3,7 @@
 //! [`Bvh`] is the tree over triangles; [`Group`] places meshes, groups and primitives of your own; [`MovingBvh`] moves;
 //! [`CompactBvh`] is small; [`BoxBvh`] takes boxes of anything and knows nothing else about them.
 //!
-//! ```ignore
+//! ```
 //! use turner_bvh::{BuildOptions, Bvh, Ray, Triangles};
 //!
 //! // A pyramid.
