@@ -1,6 +1,7 @@
 //! One tile: camera samples in batches, their results summed per pixel.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use turner_bvh::lanes::{Block, LANES};
 
@@ -9,7 +10,7 @@ use crate::camera::camera_rays;
 use crate::color::Spectrum;
 use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};
 use crate::filter::Filter;
-use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
+use crate::integrator::{CameraSamples, PhotonMap, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
 use crate::sampler::{OwenSobol, SampleId, stratified};
 use crate::scene::Scene;
@@ -35,6 +36,9 @@ pub(super) struct TileBuffers<'a> {
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
     pub(super) radiance: Vec<Radiance>,
+    /// The photons of a sample's number, if samples find any.
+    photons: Option<Arc<PhotonMap>>,
+    finds_photons: bool,
     /// Samples by themselves, for one pixel; `None` where a picture is rendered.
     pub(super) log: Option<Box<Log>>,
 }
@@ -51,7 +55,25 @@ impl<'a> TileBuffers<'a> {
             stats: RayStats::default(),
             samples: CameraSamples::default(),
             radiance: Vec::new(),
+            photons: None,
+            finds_photons: scene.integrator.integrator().finds_photons(scene),
             log: None,
+        }
+    }
+
+    /// Photons for all samples of one number; of others it traces its own.
+    pub(super) fn find_photons(&mut self, photons: Arc<PhotonMap>) {
+        self.tracer.find_photons(photons.clone());
+        self.photons = Some(photons);
+    }
+
+    /// Sees to it that samples of a number find the photons of that number.
+    pub(super) fn prepare(&mut self, index: u32) {
+        if self.finds_photons && self.photons.as_ref().is_none_or(|p| p.index != index) {
+            let photons = self.scene.integrator.integrator().photons(self.scene, index);
+            if let Some(photons) = photons {
+                self.find_photons(Arc::new(photons));
+            }
         }
     }
 
@@ -65,12 +87,14 @@ impl<'a> TileBuffers<'a> {
         }
         if self.scene.film.antialias == Antialias::Adaptive {
             if samples.contains(&0) {
+                self.prepare(0);
                 self.render_adaptive(tile);
             }
             return;
         }
         let film = &self.scene.film;
         for index in samples {
+            self.prepare(index);
             let points = (tile.y..tile.y + tile.height)
                 .flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)))
                 .map(|(x, y)| {
