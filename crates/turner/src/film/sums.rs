@@ -203,6 +203,13 @@ impl Film {
         self.splats.as_ref()
     }
 
+    /// Counts light of light paths that was not finite with samples that were not.
+    pub(crate) fn count_splats(&mut self) {
+        if let Some(splats) = &mut self.splats {
+            self.non_finite.count += std::mem::take(&mut splats.non_finite);
+        }
+    }
+
     /// The bands and what light paths brought.
     pub fn parts_mut(&mut self) -> (&mut [Band], Option<&mut Splats>) {
         (&mut self.bands, self.splats.as_mut())

@@ -11,6 +11,7 @@ mod work;
 pub use pixel::{MAX_LISTED, PixelRecord, SampleRecord, Square, pixel};
 pub(crate) use single::{camera_point, place_of, sample_id};
 pub use single::{camera_ray, sample};
+pub(crate) use tile::take_points;
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -155,6 +156,7 @@ impl<'a> Renderer<'a> {
         drop((bands, splats));
         let counts = counts.into_inner().unwrap_or_else(|e| e.into_inner());
         self.film.non_finite.merge(&counts.0);
+        self.film.count_splats();
         self.stats.merge(&counts.1);
         let complete = complete?;
         self.order.set_costs(costs.into_iter().map(AtomicU64::into_inner));
@@ -189,6 +191,7 @@ impl<'a> Renderer<'a> {
             stats.lock().unwrap_or_else(|e| e.into_inner()).merge(&buffers.stats);
         });
         drop(splats);
+        self.film.count_splats();
         self.stats.merge(&stats.into_inner().unwrap_or_else(|e| e.into_inner()));
         if !complete? {
             return Ok(None);

@@ -171,7 +171,7 @@ impl<'a> TileBuffers<'a> {
 }
 
 /// Adds the camera samples of points of the picture, in pixels from its top left corner.
-pub(super) fn take_points(
+pub(crate) fn take_points(
     scene: &Scene,
     samples: &mut CameraSamples,
     mut points: impl Iterator<Item = (SampleId, DVec2)>,

@@ -165,6 +165,11 @@ impl Casters {
         Some(())
     }
 
+    /// The probability with which a group is chosen.
+    pub(crate) fn probability(&self, group: u32) -> f64 {
+        self.choice.probability(group)
+    }
+
     /// How many groups there are.
     pub fn len(&self) -> usize {
         self.groups.len()

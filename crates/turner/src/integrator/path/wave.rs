@@ -109,6 +109,8 @@ pub(super) struct Wave<'a, R = Off> {
     pub(super) back: Vec<Back>,
     /// The photons of the samples' number, where samples find them.
     pub(super) photons: Option<Arc<PhotonMap>>,
+    /// Luminance that they brought, of all samples together.
+    pub(super) by_photons: f64,
     /// What takes notes of the path, if there is but one.
     pub(super) record: R,
 }
@@ -131,6 +133,7 @@ impl<'a, R> Wave<'a, R> {
             plan: scene.caustics.as_ref(),
             back: Vec::new(),
             photons: None,
+            by_photons: 0.0,
             record,
         }
     }

@@ -135,6 +135,11 @@ impl<'a> LightWave<'a> {
         }
     }
 
+    /// The photons of the last paths.
+    pub(super) fn take_photons(&mut self) -> Vec<Photon> {
+        std::mem::take(&mut self.photons)
+    }
+
     /// The starts of paths.
     fn begin(&mut self, first: u64, count: u32) {
         self.paths.clear();

@@ -8,6 +8,7 @@ mod back;
 mod light;
 mod photons;
 mod plan;
+mod probe;
 mod towards;
 
 pub(super) use back::Back;
@@ -20,7 +21,7 @@ use crate::scene::schema::choice;
 choice! {
     /// How light is found that mirrors and glass gather.
     pub enum Caustics {
-        /// By light paths as well as by camera paths, where they help; as many as pay.
+        /// As "full" or "light-tracing" where a short test finds that they pay, else as "off".
         Auto = "auto",
         /// By light paths as well as by camera paths, always.
         LightTracing = "light-tracing",

@@ -3,6 +3,7 @@
 use super::Caustics;
 use super::light::LightWave;
 use super::photons::Photon;
+use super::probe::probe;
 use crate::integrator::IntegratorDesc;
 use crate::integrator::RayStats;
 use crate::integrator::path::LightSampling;
@@ -13,6 +14,12 @@ use crate::scene::casters::Casters;
 
 /// The most light paths to a sample of all pixels: photons take some 60 MB per million of them.
 const MOST_PATHS: u64 = 1 << 20;
+
+/// The fewest light paths to each camera path where photons are found.
+const LEAST_FOR_PHOTONS: f64 = 0.5;
+
+/// The share of the picture's light that photons must bring to be found.
+const LEAST_BY_PHOTONS: f64 = 1e-3;
 
 /// The light paths of a picture.
 #[derive(Clone, Debug)]
@@ -40,9 +47,21 @@ impl Plan {
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let margin = (scene.film.filter().radius() - 0.5).max(0.0);
         let paths = pixels.min(MOST_PATHS);
-        let merges = desc.caustics == Caustics::Full;
-        let mut plan = Plan { casters, paths, merges, first_radius: 0.0, margin };
+        let mut plan = Plan { casters, paths, merges: true, first_radius: 0.0, margin };
         plan.first_radius = desc.photon_radius.unwrap_or_else(|| plan.guess_radius(scene));
+        let found = probe(scene, &plan, Settings::path(desc));
+        plan.merges = match desc.caustics {
+            Caustics::Full => true,
+            Caustics::Auto => found.by_photons > LEAST_BY_PHOTONS,
+            Caustics::LightTracing | Caustics::Off => false,
+        };
+        if desc.caustics == Caustics::Auto && !found.pays && !plan.merges {
+            return None;
+        }
+        // Where nothing was found all groups are chosen as before.
+        let _ = plan.casters.choose_by(&found.groups);
+        let ratio = if plan.merges { found.ratio.max(LEAST_FOR_PHOTONS) } else { found.ratio };
+        plan.paths = ((pixels as f64 * ratio) as u64).clamp(1, MOST_PATHS);
         Some(plan)
     }
 }
@@ -54,8 +73,7 @@ impl Plan {
         const PATHS: u32 = 2048;
         const PIXELS: f64 = 2.5;
         let IntegratorDesc::Path(desc) = &scene.integrator else { return 0.0 };
-        let looking = Plan { merges: true, ..self.clone() };
-        let mut wave = LightWave::new(Settings::path(desc), scene, &looking);
+        let mut wave = LightWave::new(Settings::path(desc), scene, self);
         wave.advance(u64::MAX - u64::from(PATHS), PATHS, &mut RayStats::default(), |_, _, _| {});
         let pixel = |photon: &Photon| {
             let seen = scene.camera.project(&scene.film, photon.p, DVec2::splat(0.5))?;
@@ -66,5 +84,20 @@ impl Plan {
         let size = sizes.get(sizes.len() / 2).copied();
         let scale = scene.stats.bounds.map_or(1.0, |b| b.size().length());
         (PIXELS * size.unwrap_or(1e-3 * scale)).clamp(1e-7 * scale, 0.1 * scale).max(1e-30)
+    }
+}
+
+/// What a picture says of its making.
+impl std::fmt::Display for Plan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} light paths to each sample of all pixels", self.paths)?;
+        match self.merges {
+            true => write!(
+                f,
+                "; photons behind mirrors and glass, radius {:.4e} at first: a little blurred",
+                self.first_radius
+            ),
+            false => Ok(()),
+        }
     }
 }
