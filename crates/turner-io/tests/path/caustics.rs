@@ -10,6 +10,8 @@ material.glass = { type = "dielectric", ior = 1.5 }
 material.mirror = { type = "metal", roughness = 0 }
 material.brushed = { type = "metal", roughness = 0.25 }
 material.lamp = { type = "principled", base_weight = 0, specular_weight = 0, emission_luminance = 4 }
+material.bulb = { type = "principled", base_weight = 0, specular_weight = 0, emission_luminance = 400 }
+material.pane = { type = "principled", transmission_weight = 1, thin_walled = true, specular_roughness = 0 }
 [[object]]
 type = "plane"
 material = "wall"
@@ -72,8 +74,7 @@ fn of_light_from_around() {
 /// A small ball that shines is a point to the rest; camera paths never find points behind glass, light paths do.
 #[test]
 fn of_points() {
-    let ball = "material.bulb = { type = \"principled\", base_weight = 0, specular_weight = 0, emission_luminance = 400 }\n\
-         [[object]]\ntype = \"sphere\"\ncenter = [0.5, 2.4, 1]\nradius = 0.05\nmaterial = \"bulb\"\n";
+    let ball = "[[object]]\ntype = \"sphere\"\ncenter = [0.5, 2.4, 1]\nradius = 0.05\nmaterial = \"bulb\"\n";
     // Radiant intensity π r² L.
     let intensity = std::f64::consts::PI * 0.05 * 0.05 * 400.0;
     let point = format!(
@@ -91,8 +92,7 @@ fn of_points() {
 #[test]
 fn through_panes_and_with_many_lamps() {
     let mut scene = String::from(
-        "material.pane = { type = \"principled\", transmission_weight = 1, thin_walled = true, specular_roughness = 0 }\n\
-         [[object]]\ntype = \"rectangle\"\ncenter = [0, 2.2, 0.5]\nedge_u = [4, 0, 0]\nedge_v = [0, 0, 4]\nmaterial = \"pane\"\n",
+        "[[object]]\ntype = \"rectangle\"\ncenter = [0, 2.2, 0.5]\nedge_u = [4, 0, 0]\nedge_v = [0, 0, 4]\nmaterial = \"pane\"\n",
     );
     // More than a table holds: a tree chooses.
     for i in 0..70 {
