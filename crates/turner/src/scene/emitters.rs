@@ -157,6 +157,11 @@ impl Emitters {
         self.placed.as_ref().map_or(0, PlacedEmitters::bytes)
     }
 
+    /// All of them.
+    pub(super) fn all(&self) -> &[Emitter] {
+        &self.lights
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.lights.len()
@@ -277,7 +282,7 @@ impl Scene {
 
 impl Light {
     /// Light that arrives at `p`; the place on it by `u`. The density is 1 for lights that rays cannot hit.
-    fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
+    pub(super) fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
         if let Light::Environment(l) = self {
             return l.sample(u).map(LightSample::of_environment);
         }
