@@ -1,7 +1,6 @@
 //! Findings for people.
 
 use turner::doctor::{Finding, PathKind, Severity};
-use turner::scene::error::escape;
 
 use super::Report;
 use crate::text::{columns, plural, seconds, wrap};
@@ -40,17 +39,22 @@ pub(super) fn of(report: &Report<'_>, all: bool) -> String {
     out
 }
 
+/// Without what would move a terminal's cursor or change its colours: names stand as the scene's file has them.
+fn clean(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
 fn one(out: &mut String, f: &Finding) {
-    *out += &format!("{}[{}]: {}\n", f.severity.word(), f.code, escape(&f.what));
+    *out += &format!("{}[{}]: {}\n", f.severity.word(), f.code, clean(&f.what));
     for (label, text) in [("why", &f.why), ("remedy", &f.remedy)] {
         if !text.is_empty() {
             let mut wrapped = String::new();
-            wrap(&mut wrapped, &format!("{label}: {}", escape(text)), 4);
+            wrap(&mut wrapped, &format!("{label}: {}", clean(text)), 4);
             *out += &wrapped;
         }
     }
     if !f.flags.is_empty() {
-        let flags: Vec<String> = f.flags.iter().map(|f| escape(f)).collect();
+        let flags: Vec<String> = f.flags.iter().map(|f| clean(f)).collect();
         *out += &format!("    try: {}\n", flags.join("   or: "));
     }
     out.push('\n');
@@ -107,7 +111,7 @@ fn measured(report: &Report<'_>) -> String {
         .map(|l| {
             format!(
                 "{} reaches {} of the surfaces, irradiance {:.3}",
-                escape(&l.name),
+                clean(&l.name),
                 percent(l.reaches),
                 l.arrives
             )

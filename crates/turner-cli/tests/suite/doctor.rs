@@ -31,6 +31,7 @@ fn broken() -> Vec<(PathBuf, String)> {
             "spot-away" => "light-faces-away",
             "lamp-in-wall" | "shade-of-boxes" => "light-enclosed",
             "mesh-lamp-inside-out" => "mesh-inside-out",
+            "night-sky" => "sun-below-horizon",
             "far-model" => "objects-too-small",
             stem => stem,
         };
@@ -79,7 +80,8 @@ fn good_scenes_have_no_errors() {
     ] {
         let path = root().join("scenes").join(format!("{scene}.toml"));
         let report = examined(&f, &path.to_string_lossy(), &["--strict"]);
-        let errors: Vec<_> = findings(&report).into_iter().filter(|(severity, _)| severity == "error").collect();
+        let errors: Vec<_> =
+            findings(&report).into_iter().filter(|(severity, _)| severity == "error").collect();
         assert!(errors.is_empty(), "{scene}: {errors:?}");
         assert_eq!(report["summary"]["black"], false, "{scene}");
     }
@@ -132,7 +134,14 @@ fn findings_say_what_was_measured_and_what_to_do() {
 #[test]
 fn the_flags_of_a_remedy_can_be_used() {
     let f = folder();
-    for name in ["exposure-too-low", "light-too-weak", "depth-too-low", "lights-off", "light-sampling", "camera-looks-away"] {
+    for name in [
+        "exposure-too-low",
+        "light-too-weak",
+        "depth-too-low",
+        "lights-off",
+        "light-sampling",
+        "camera-looks-away",
+    ] {
         let path = root().join(format!("crates/turner-cli/tests/doctor/{name}.toml"));
         let scene = path.to_string_lossy();
         let report = examined(&f, &scene, &[]);
@@ -223,7 +232,8 @@ type = "sphere"
 center = [0, 0, 5]
 "#,
     );
-    let info: Value = serde_json::from_str(&f.turner(&["info", "groups.toml", "--json"]).ok().stdout).unwrap();
+    let info: Value =
+        serde_json::from_str(&f.turner(&["info", "groups.toml", "--json"]).ok().stdout).unwrap();
     let expected = serde_json::json!([
         { "name": "lamps", "lights": 1, "objects": 1 },
         { "name": "sun", "lights": 1, "objects": 0 },

@@ -76,6 +76,9 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
                 .measure("lights", 0.0, "count"),
         );
     }
+    if let Some(finding) = (0..e.desc.lights.len() as u32).find_map(|i| night(e, i, 0.0)) {
+        return Some(finding);
+    }
     let first = off.first().copied().unwrap_or(0);
     let name = e.desc.lights.get(first).map_or("light", |l| l.value.type_name());
     let key = match e.desc.lights.get(first).map(|l| &l.value) {
@@ -94,6 +97,30 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
             .about(format!("{name} light #{first}"))
             .measure("lights", e.desc.lights.len() as f64, "count"),
     )
+}
+
+/// The sky of a light of this number is that of night.
+fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
+    let LightDesc::Sky(sky) = &e.desc.lights.get(light as usize)?.value else { return None };
+    if sky.strength <= 0.0 || sky.direction.map_or(sky.elevation >= 0.0, |d| d.y >= 0.0) {
+        return None;
+    }
+    let what = format!("the sun of the sky light #{light} is below the horizon: it is night");
+    let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
+    let finding = Finding::new(BLACK, severity, "sun-below-horizon", 1.0, what)
+        .why(format!(
+            "an irradiance of {} arrives where surfaces are seen, and a white surface needs about 3 to look white",
+            short(arrives)
+        ))
+        .remedy("raise `elevation` above 0, or the exposure")
+        .flag(format!("--set light.{light}.elevation=35"))
+        .about(format!("sky light #{light}"))
+        .measure("irradiance", arrives, "irradiance");
+    Some(if sky.direction.is_none() {
+        finding.measure("elevation", sky.elevation, "degrees")
+    } else {
+        finding
+    })
 }
 
 /// Whether any material that is used shines.
@@ -157,9 +184,9 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
     };
     if let Some(t) = &e.g.deeper
         && let Some(severity) = severity(t, 0.5, 0.05)
-        // Where it is deep already more light is a matter of taste.
-        && (depth < 8 || t.ratio > 1.2)
     {
+        // Where it is deep already more light is a matter of taste.
+        let severity = if depth >= 8 && t.ratio < 2.0 { Severity::Note } else { severity };
         let direct = matches!(integrator, IntegratorDesc::Direct(_));
         let what = format!("`max_depth` is too low: light ends after {depth} scatterings");
         let finding = Finding::new(BLACK, severity, "depth-too-low", if depth <= 1 { 0.94 } else { 0.8 }, what)
@@ -280,6 +307,9 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     let factor = wanted / (brightest * e.picture.factor).max(1e-30);
     let stops = (ln(factor) * std::f64::consts::LOG2_E).ceil();
     let name = e.shining(most.one);
+    if let Some(finding) = e.light_number(most.one).and_then(|i| night(e, i, arrives)) {
+        return Some(finding);
+    }
     let far = most.distance.is_finite() && attenuates(e, most);
     let what = if far {
         format!("the light of \"{name}\" is too weak for the distance of {} units", short(most.distance))

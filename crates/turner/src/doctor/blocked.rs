@@ -21,11 +21,15 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     }
     let potential = |l: &LightFacts| l.arrives + l.kept_off + l.behind;
     let all_arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
+    let tried = [e.g.deeper, e.g.unclamped, e.g.transparent, e.g.both_ways];
+    let settings = tried.iter().flatten().any(|t| t.ratio > 3.0);
     let mut causes: BTreeMap<(&'static str, Option<u32>), Vec<(&LightFacts, Finding)>> = BTreeMap::new();
     for l in e.g.lights.iter().filter(|l| l.asked > 0) {
         let Some(cause) = cause(e, l) else { continue };
         let missed = potential(l) > 0.1 * all_arrives || l.none == l.asked;
         let severity = match (e.is_black(), missed) {
+            // Other settings let its light in.
+            (true, _) if settings && indirectly(e, l) => Severity::Note,
             (true, _) => Severity::Error,
             // It may be meant to light them by way of others.
             (false, true) if indirectly(e, l) => Severity::Note,
@@ -145,7 +149,7 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     if l.enclosed > 0.97
         && let Some((encloser, shape)) = l.encloser
         && l.blocked > 0
-        && blocker.is_some_and(|b| b.primitive == encloser || b.share < 0.6)
+        && blocker.is_some_and(|b| b.primitive == encloser || l.walls < 0.5 * l.distance)
     {
         let around = e.labels.object(encloser, shape);
         let what = format!("\"{name}\" is shut in by \"{around}\"");
@@ -198,7 +202,9 @@ fn turned_away(
     let axis = l.axis.normalize_or_zero();
     let points = e.g.paths.iter().flatten().flat_map(|p| p.points.iter().map(|(p, _)| *p));
     let seen: Vec<DVec3> = points.chain(e.mets().map(|(_, _, m)| m.p)).collect();
-    let middle = seen.iter().copied().sum::<DVec3>() / seen.len().max(1) as f64;
+    // Not moved by floors that reach to the horizon.
+    let axis_middle = |i: usize| super::picture::quantile(seen.iter().map(|p| p[i]), 0.5);
+    let middle = DVec3::new(axis_middle(0), axis_middle(1), axis_middle(2));
     let spot = e.light_number(l.one).and_then(|i| match e.desc.lights.get(i as usize).map(|l| &l.value) {
         Some(LightDesc::Spot(s)) => Some((i, s)),
         _ => None,
@@ -207,7 +213,7 @@ fn turned_away(
     let to = (middle - bounds.center()).normalize_or_zero();
     let angle = acos(spot_axis.dot(to).clamp(-1.0, 1.0)).to_degrees();
     if let Some((i, spot)) = spot {
-        if angle < 45.0 && spot.angle < angle.max(4.0) {
+        if angle < 45.0 && spot.angle < 5.0 {
             let what =
                 format!("the cone of \"{name}\", {} degrees, is too narrow to be seen", short(spot.angle));
             return Some(

@@ -6,7 +6,6 @@ use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, short};
 use super::materials;
 use crate::math::{Bounds, DVec3};
-use crate::scene::error::escape;
 use crate::scene::{MaterialId, ObjectContent, ObjectDesc, WarningKind};
 use crate::shape::ShapeDesc;
 use crate::shape::mesh::MeshData;
@@ -233,7 +232,7 @@ fn warnings(e: &Evidence<'_>) -> Vec<Finding> {
         *by.entry((code, w.message.as_str())).or_default() += w.count;
     }
     let finding = |((code, message), count): (&(&'static str, &str), &u64)| {
-        find(Severity::Warning, code, 0.3, escape(message))
+        find(Severity::Warning, code, 0.3, (*message).to_owned())
             .why(if *code == "ignored" {
                 "it was asked for, and has no effect on the picture"
             } else {

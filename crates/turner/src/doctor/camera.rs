@@ -26,6 +26,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         return;
     }
     out.extend(nothing_seen(e, &view));
+    out.extend(blurred(e, &view));
     out.extend(near(e, &view));
 }
 
@@ -279,6 +280,42 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         )
     };
     Some(find("objects-not-met", 0.9, what).why(why).remedy(remedy))
+}
+
+/// A lens that nothing is in focus of.
+fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
+    let CameraDesc::ThinLens(lens) = &e.scene.camera_desc else { return None };
+    let focus = lens.focus.unwrap_or((view.target - view.eye).length());
+    // Of points at a depth, the width of their circle in the plane in focus; that plane's height is what the picture shows of it.
+    let pixels = |depth: f64| {
+        let circle = 2.0 * lens.lens_radius * (depth - focus).abs() / depth.max(1e-300);
+        circle / (focus * view.pixel).max(1e-300)
+    };
+    let depths: Vec<f64> = e.mets().map(|(_, s, m)| m.t * s.ray.direction.dot(view.forward)).collect();
+    if depths.len() < 8 {
+        return None;
+    }
+    let sharpest = super::picture::quantile(depths.iter().map(|d| pixels(*d)), 0.1);
+    let share = sharpest / f64::from(e.scene.film.height.max(1));
+    if share < 0.03 {
+        return None;
+    }
+    let nearest = super::picture::quantile(depths.iter().copied(), 0.3);
+    let what = format!(
+        "nothing is in focus: nine tenths of what is seen are blurred over {} pixels or more",
+        short(sharpest)
+    );
+    let severity = if share > 0.1 { Severity::Error } else { Severity::Warning };
+    Some(
+        Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
+            .why(format!("the plane in focus is {} units away, with a lens of radius {}; most of what is seen is {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
+            .remedy("set `focus` of [camera] to that distance, or make `lens_radius` smaller")
+            .flag(format!("--set camera.focus={}", short(nearest)))
+            .flag(format!("--set camera.lens_radius={}", short(lens.lens_radius * 0.02 / share)))
+            .measure("blur", sharpest, "pixels")
+            .measure("focus", focus, "units")
+            .measure("distance", nearest, "units"),
+    )
 }
 
 /// Something near fills the picture.

@@ -82,7 +82,8 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
     g.shining = scene.shining().len();
     if physical {
         let exposure = crate::math::elementary::pow(2.0, film.exposure);
-        g.paths = paths::follow(scene, &g.pixels, options.samples, exposure, options, &stop);
+        let samples = affordable(scene, &mut g, options, &stop);
+        g.paths = paths::follow(scene, &g.pixels, samples, exposure, options, &stop);
         g.complete = g.paths.iter().all(Option::is_some);
         let color = |p: &Option<PixelPaths>| p.as_ref().map_or([f64::NAN; 3], |p| p.color);
         g.colors = g.paths.iter().map(color).collect();
@@ -96,6 +97,26 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
         try_changes(scene, &mut g, samples, options);
     }
     g
+}
+
+/// How many samples of each pixel can be followed within reason; where paths are very long some pixels are left out, too.
+fn affordable(scene: &Scene, g: &mut Gathered, options: &Options, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
+    /// Vertices and shadow casters in all: about two seconds.
+    const MOST: f64 = 800_000.0;
+    const FEWEST: f64 = 4.0;
+    let few: Vec<Pixel> = g.pixels.iter().copied().step_by(g.pixels.len().div_ceil(32).max(1)).collect();
+    let pilot = paths::follow(scene, &few, 1, 1.0, options, stop);
+    let work: u64 = pilot.iter().flatten().map(|p| p.work).sum();
+    let each = work as f64 / few.len().max(1) as f64;
+    let samples = MOST / (each.max(1.0) * g.pixels.len().max(1) as f64);
+    if samples < FEWEST {
+        let step = (FEWEST / samples).ceil() as usize;
+        let mut kept = (0..).map(|i: usize| i.is_multiple_of(step));
+        g.pixels.retain(|_| kept.next() == Some(true));
+        let mut kept = (0..).map(|i: usize| i.is_multiple_of(step));
+        g.sights.retain(|_| kept.next() == Some(true));
+    }
+    (samples.max(FEWEST) as u32).min(options.samples).max(2)
 }
 
 /// Mean colours of pixels.
@@ -274,7 +295,7 @@ impl<'a> Evidence<'a> {
     pub(super) fn source(&self, source: Source) -> String {
         match source {
             Source::Light(i) => self.labels.light(i),
-            Source::Object(i) => self.labels.object(i, "object"),
+            Source::Object(i) => self.labels.object(i, self.scene.primitive_shape(i)),
             Source::Background => "the background".to_owned(),
             Source::Ambient => "the ambient light".to_owned(),
             Source::Unknown => "one of many lights".to_owned(),
@@ -285,7 +306,9 @@ impl<'a> Evidence<'a> {
     pub(super) fn shining(&self, one: Shining) -> String {
         match one {
             Shining::Light(i) => self.labels.light(i),
-            Shining::Shape { primitive, .. } => self.labels.object(primitive, "object"),
+            Shining::Shape { primitive, .. } => {
+                self.labels.object(primitive, self.scene.primitive_shape(primitive))
+            }
         }
     }
 

@@ -45,6 +45,8 @@ pub(super) struct LightFacts {
     /// Of rays from its middle, the share that meets something that lets no light through; and what most of them meet.
     pub(super) enclosed: f64,
     pub(super) encloser: Option<(u32, &'static str)>,
+    /// The distance within which nine tenths of these rays end.
+    pub(super) walls: f64,
     /// The mean direction from the points towards it.
     pub(super) towards: DVec3,
 }
@@ -96,6 +98,7 @@ fn of_light(scene: &Scene, one: Shining, points: &[(DVec3, DVec3)], size: f64) -
         distance: f64::INFINITY,
         enclosed: 0.0,
         encloser: None,
+        walls: f64::INFINITY,
         towards: DVec3::ZERO,
     };
     let mut blockers: BTreeMap<u32, Blocker> = BTreeMap::new();
@@ -203,7 +206,7 @@ fn around(scene: &Scene, f: &mut LightFacts, bounds: &Bounds, size: f64) {
         Shining::Light(_) => None,
     };
     let (mut lit, mut met): (u32, BTreeMap<u32, (u32, &'static str)>) = (0, BTreeMap::new());
-    let mut axis = DVec3::ZERO;
+    let (mut axis, mut walls) = (DVec3::ZERO, Vec::new());
     for d in directions(DIRECTIONS) {
         let shines = scene.shine_at(f.one, center + d * far, [0.5, 0.5, 0.5]);
         if shines.is_some_and(|l| !l.radiance.is_black()) {
@@ -220,6 +223,7 @@ fn around(scene: &Scene, f: &mut LightFacts, bounds: &Bounds, size: f64) {
             }
             let surface = scene.surface(&ray, &hit);
             if !materials::lets_through(scene, surface.material) {
+                walls.push(hit.shape.t);
                 let entry = met.entry(scene.primitive_id(&hit)).or_insert((0, scene.shape_word(&hit)));
                 entry.0 += 1;
             }
@@ -228,6 +232,8 @@ fn around(scene: &Scene, f: &mut LightFacts, bounds: &Bounds, size: f64) {
     }
     f.lit = f64::from(lit) / f64::from(DIRECTIONS);
     f.axis = axis / f64::from(DIRECTIONS);
+    walls.resize(DIRECTIONS as usize, f64::INFINITY);
+    f.walls = super::picture::quantile(walls, 0.9);
     let hits: u32 = met.values().map(|(n, _)| n).sum();
     f.enclosed = f64::from(hits) / f64::from(DIRECTIONS);
     let most = met.iter().max_by_key(|(id, (n, _))| (*n, std::cmp::Reverse(**id)));

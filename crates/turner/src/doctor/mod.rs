@@ -39,6 +39,7 @@ pub use grid::Pixel;
 pub use kind::{PathKind, Source};
 pub use summary::{KindShare, LightShare, Summary};
 
+use crate::integrator::IntegratorDesc;
 use crate::scene::{Scene, SceneDesc};
 use evidence::Evidence;
 
@@ -77,6 +78,18 @@ impl Examination {
     }
 }
 
+/// Light is not looked at where none is shown.
+fn looking(integrator: &IntegratorDesc) -> Finding {
+    let what = format!(
+        "the integrator \"{}\" shows what is at the first hit of each ray, not light",
+        integrator.type_name()
+    );
+    Finding::new(Question::Broken, Severity::Note, "not-light", 0.5, what)
+        .why("lights, materials and noise play no part in the picture")
+        .remedy("choose an integrator that follows light")
+        .flag("--integrator path --antialias monte-carlo --samples 64")
+}
+
 /// Looks at a scene and says what is wrong with it. `desc` is what it was prepared from; film and integrator of `scene` are changed while it looks,
 /// and are as before afterwards.
 pub fn examine(scene: &mut Scene, desc: &SceneDesc, options: &Options) -> Examination {
@@ -92,6 +105,9 @@ pub fn examine(scene: &mut Scene, desc: &SceneDesc, options: &Options) -> Examin
         blocked::ask(&e, &mut findings);
         washed_out::ask(&e, &mut findings);
         noisy::ask(&e, &mut findings);
+    }
+    if scene.integrator.is_for_looking() {
+        findings.push(looking(&scene.integrator));
     }
     slow::ask(&e, &mut findings);
     finding::sort(&mut findings);

@@ -3,9 +3,11 @@
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, short};
 use super::kind::{PathKind, Source};
+use super::lights::LightFacts;
 use super::picture::quantile;
 use crate::film::Antialias;
 use crate::light::Light;
+use crate::scene::Shining;
 
 /// Relative mean squared error above which noise is seen at once.
 const VISIBLE: f64 = 0.01;
@@ -14,6 +16,15 @@ const VISIBLE: f64 = 0.01;
 const NOTABLE: f64 = 0.002;
 
 pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+    let before = out.len();
+    measured(e, out);
+    if !e.g.paths.is_empty() && out.iter().skip(before).all(|f| f.code != "noise-caustics") {
+        out.extend(rare_caustics(e));
+    }
+}
+
+/// What carries the variance that was measured.
+fn measured(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     if e.g.paths.is_empty() || e.variance <= 0.0 {
         return;
     }
@@ -33,11 +44,10 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
             .measure("samples", samples, "count")
             .measure("samples-for-0.01", wanted, "count")
     };
-    let find = |code, weight, what: String| Finding::new(Question::Noisy, severity, code, weight, what);
     if e.scene.film.antialias == Antialias::None && e.scene.integrator.is_physical() {
         let what = "each pixel has one sample alone: `antialias = \"none\"`".to_owned();
         out.push(flags(
-            find("one-sample", 0.9, what)
+            Finding::new(Question::Noisy, severity, "one-sample", 0.9, what)
                 .why(format!("light is found by chance; the error to expect is {} (relMSE), and below {VISIBLE} noise is hard to see", short(error)))
                 .remedy("give `antialias = \"monte-carlo\"` and `samples` in [film]"),
         ));
@@ -45,32 +55,89 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     if let Some(f) = fireflies(e) {
         out.push(flags(Finding { severity, ..f }));
     }
+    let mut kinds: Vec<(PathKind, [f64; 3])> = e.by_kind.iter().map(|(k, v)| (*k, *v)).collect();
+    kinds.sort_by(|a, b| b.1[1].total_cmp(&a.1[1]).then(a.0.cmp(&b.0)));
+    for (i, (kind, sums)) in kinds.into_iter().enumerate() {
+        // The one that carries most, and others that carry much.
+        if i == 0 || sums[1] > 0.25 * all {
+            out.push(flags(of_kind(e, severity, kind, sums, all, error, wanted)));
+        }
+    }
+}
+
+/// Light that goes through glass to what is seen, by lights so small that the probe may not have found it at all.
+fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
+    /// Share of a hemisphere below which a light is hardly ever hit by chance.
+    const SMALL: f64 = 2e-3;
+    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
+    let lost = |l: &LightFacts| {
+        let share: f64 = l.blockers.iter().filter(|b| b.lets_through).map(|b| b.share).sum();
+        share * l.kept_off
+    };
+    let small = |l: &LightFacts| {
+        let Shining::Shape { .. } = l.one else { return None };
+        let radius = 0.5 * l.bounds?.size().length();
+        let share = 0.5 * (radius / l.distance) * (radius / l.distance);
+        (share < SMALL).then_some(share)
+    };
+    let list: Vec<(&LightFacts, f64)> = e.g.lights.iter().filter_map(|l| Some((l, small(l)?))).collect();
+    let total: f64 = list.iter().map(|(l, _)| lost(l)).sum();
+    let (light, size) = list.into_iter().max_by(|a, b| lost(a.0).total_cmp(&lost(b.0)))?;
+    let share = total / (total + arrives);
+    let blocker = light.blockers.iter().find(|b| b.lets_through)?;
+    if share.is_nan() || share < 0.02 {
+        return None;
+    }
+    let (name, glass) = (e.shining(light.one), e.labels.object(blocker.primitive, blocker.shape));
+    let what = format!(
+        "{} of the light goes through \"{glass}\", as caustics of \"{name}\", which paths hardly ever find",
+        percent(share)
+    );
+    let finding = Finding::new(Question::Noisy, Severity::Warning, "noise-caustics", 0.72, what)
+        .why(format!("sampling a light asks for a straight way, which glass does not leave, and by chance one of {} paths hits a light of this size", short(1.0 / size)))
+        .remedy("make the light larger, or the glass `thin_walled` with roughness 0, which lets light go straight")
+        .about(glass)
+        .measure("light-through-glass", share, "share")
+        .measure("chance-to-hit", size, "share");
+    Some(finding)
+}
+
+/// A sort of path that carries much of the variance.
+fn of_kind(
+    e: &Evidence<'_>,
+    severity: Severity,
+    kind: PathKind,
+    sums: [f64; 3],
+    all: f64,
+    error: f64,
+    wanted: f64,
+) -> Finding {
     let share = |v: f64| v / all;
-    let most = e.by_kind.iter().max_by(|a, b| a.1[1].total_cmp(&b.1[1]));
-    let Some((kind, sums)) = most else { return };
     let of_kind = share(sums[1]);
-    let material = e.by_material.iter().filter(|((k, m), _)| k == kind && m.is_some());
+    let material = e.by_material.iter().filter(|((k, m), _)| *k == kind && m.is_some());
     let material = material.max_by(|a, b| a.1[1].total_cmp(&b.1[1]));
-    let source = e.by_source.iter().max_by(|a, b| a.1[1].total_cmp(&b.1[1]));
     let at = match material {
-        Some(((_, Some(m)), v)) if share(v[1]) > 0.3 => Some((e.labels.material(*m), share(v[1]))),
+        Some(((_, Some(m)), v)) if share(v[1]) > 0.3 * of_kind => Some((e.labels.material(*m), share(v[1]))),
         _ => None,
     };
+    let source = e.by_source.iter().max_by(|a, b| a.1[1].total_cmp(&b.1[1]));
     let by = source.map(|(s, v)| (e.source(*s), share(v[1]), *s));
     let chance = if sums[1] > 0.0 { sums[2] / sums[1] } else { 0.0 };
-    let (code, why, remedy) = advice(e, *kind, by.as_ref().map(|(_, _, s)| *s), chance);
+    let (code, why, remedy) = advice(e, kind, by.as_ref().map(|(_, _, s)| *s), chance);
     let mut what = format!("{} of the noise is {}", percent(of_kind), kind.words());
     if let Some((name, part)) = &at {
         what += &format!(", {} of it at \"{name}\"", percent((part / of_kind).min(1.0)));
     }
     if let Some((name, part, _)) = by.as_ref().filter(|(_, part, _)| *part > 0.3) {
-        what += &format!("; {} is light of \"{name}\"", percent(*part));
+        what += &format!("; {} of all noise is light of \"{name}\"", percent(part.min(1.0)));
     }
-    let mut finding = find(code, 0.8, what)
-        .why(format!("{why}. The error to expect with {samples} samples is {} (relMSE)", short(error)))
-        .remedy(format!("{remedy}; {} samples bring the error to {VISIBLE}", short(wanted)))
-        .measure("share-of-kind", of_kind, "share")
-        .measure("found-by-chance", chance, "share");
+    let samples = e.samples();
+    let mut finding =
+        Finding::new(Question::Noisy, severity, code, 0.7 + 0.15 * of_kind.clamp(0.0, 1.0), what)
+            .why(format!("{why}. The error to expect with {samples} samples is {} (relMSE)", short(error)))
+            .remedy(format!("{remedy}; {} samples bring the error to {VISIBLE}", short(wanted)))
+            .measure("share-of-kind", of_kind, "share")
+            .measure("found-by-chance", chance, "share");
     if let Some((name, part)) = at {
         finding = finding.about(name).measure("share-of-material", part, "share");
     }
@@ -78,7 +145,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         finding.subject.get_or_insert(name);
         finding = finding.measure("share-of-light", part, "share");
     }
-    out.push(flags(finding));
+    finding
 }
 
 /// Why a sort of path is noisy, and what helps.
@@ -163,7 +230,7 @@ fn fireflies(e: &Evidence<'_>) -> Option<Finding> {
         percent(share),
         key.kind.words()
     );
-    let finding = Finding::new(Question::Noisy, Severity::Warning, "fireflies", 0.85, what)
+    let finding = Finding::new(Question::Noisy, Severity::Warning, "fireflies", 0.6, what)
         .why("bright light that is found rarely by chance stands out as single pixels")
         .remedy("more samples make them rarer and paler; `--clamp-indirect 10` takes them away, and their light with them; a larger or weaker light, or rougher glass, makes none")
         .flag("--clamp-indirect 10")

@@ -10,8 +10,8 @@ use crate::math::DVec3;
 use crate::render::place_of;
 use crate::scene::{MaterialId, Scene};
 
-/// Vertices and shadow casters of one pixel's paths that are followed: so that no scene takes for ever.
-const MOST_WORK: u64 = 6000;
+/// Vertices and shadow casters of one pixel's paths that are followed: so that no pixel takes for ever.
+const MOST_WORK: u64 = 20_000;
 
 /// Of whom light came, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -36,11 +36,13 @@ pub(super) struct Share {
 #[derive(Clone, Debug, Default)]
 pub(super) struct PixelPaths {
     pub(super) samples: u32,
+    /// Vertices and shadow casters.
+    pub(super) work: u64,
     /// Mean luminance, and mean colour.
     pub(super) mean: f64,
     pub(super) color: [f64; 3],
     pub(super) alpha: f64,
-    /// Relative variance of one sample: var / (mean² + 0.01).
+    /// Relative variance of one sample: var / (mean² + 0.01), the mean without the largest sample.
     pub(super) variance: f64,
     /// The share of that which its largest sample makes.
     pub(super) spike: f64,
@@ -90,6 +92,7 @@ fn of_pixel(scene: &Scene, places: &LightPlaces, pixel: &Pixel, samples: u32, ex
         let id = pixel.sample(scene, index);
         let Ok(path) = replay_at(scene, id, place_of(scene, &id)) else { break };
         work += note(&mut out, scene, places, &path);
+        out.work = work;
         out.samples += 1;
         out.alpha += f64::from(path.radiance.alpha);
         let color = path.radiance.color;
@@ -120,7 +123,10 @@ fn of_pixel(scene: &Scene, places: &LightPlaces, pixel: &Pixel, samples: u32, ex
     out.mean = mean / exposure;
     out.color = out.color.map(|c| c / n);
     out.alpha /= f64::from(out.samples);
-    let scale = 1.0 / ((n - 1.0).max(1.0) * (mean * mean + 0.01));
+    // What the pixel is without its largest sample: one firefly would else make itself look harmless.
+    let largest = totals.iter().copied().fold(0.0, f64::max);
+    let usual = if n > 2.0 { (mean * n - largest) / (n - 1.0) } else { mean };
+    let scale = 1.0 / ((n - 1.0).max(1.0) * (usual * usual + 0.01));
     let squares = |list: &[f64]| -> f64 {
         let padded = list.iter().chain(std::iter::repeat(&0.0)).zip(&totals);
         let part = list.iter().sum::<f64>() / n;

@@ -39,7 +39,7 @@ fn layers(e: &Evidence<'_>) -> Option<Finding> {
     let what = format!("paths pass {} transparent layers of \"{name}\" each", short(per_path));
     let severity = if per_path > 8.0 { Severity::Warning } else { Severity::Note };
     Some(
-        find(severity, "transparent-layers", 0.8, what)
+        find(severity, "transparent-layers", if per_path > 16.0 { 0.95 } else { 0.7 }, what)
             .why(format!("each layer is a search of its own, for shadow rays as well: {} of all surfaces met are only passed", percent(share)))
             .remedy("use `alpha_mode = \"mask\"` where opacity is 0 or 1, which costs no search; merge layers, or lower `max_transparent`")
             .about(name)
@@ -91,7 +91,7 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
         let what = format!("{} shadow rays are sent for each sample", short(shadow));
         let lights: u32 = e.scene.lights.iter().map(|l| l.samples()).sum();
         out.push(
-            find(if shadow > 256.0 { Severity::Warning } else { Severity::Note }, "shadow-rays", 0.8, what)
+            find(if shadow > 200.0 { Severity::Warning } else { Severity::Note }, "shadow-rays", 0.8, what)
                 .why(format!("each surface asks {lights} points of lights: `samples` of lights with an extent count for each"))
                 .remedy("lower `samples` of these lights and take more samples per pixel, or use \"path\", which asks one point at a time")
                 .flag("--integrator path")

@@ -53,6 +53,10 @@ impl PointDesc {
 }
 
 impl Point {
+    pub(super) fn position(&self) -> DVec3 {
+        self.position
+    }
+
     pub(super) fn uniform(&self) -> Option<Uniform> {
         (self.attenuation == Attenuation::NONE && self.lamp.is_none())
             .then_some(Uniform::Point { position: self.position, intensity: self.intensity })

@@ -65,6 +65,9 @@ impl Scene {
                 if !light.is_finite() {
                     return None;
                 }
+                if let Some(position) = light.position() {
+                    return Some(Bounds::new(position, position));
+                }
                 // Of lights made of points, where these are as seen from somewhere near.
                 let p = self.stats.bounds.map_or(DVec3::ZERO, |b| b.center());
                 let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 0.5]];
@@ -87,6 +90,11 @@ impl Scene {
             Some(t) => bounds.transformed(&t.to_world),
             None => bounds,
         })
+    }
+
+    /// The shape of a primitive in a word, by its number in the description.
+    pub fn primitive_shape(&self, primitive: u32) -> &'static str {
+        self.primitives.iter().find(|p| p.id == primitive).map_or("object", |p| p.shape.word())
     }
 
     /// For each primitive its number in the description and its bounds in the world; planes are left out.
