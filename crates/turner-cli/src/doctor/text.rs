@@ -75,7 +75,7 @@ fn measured(report: &Report<'_>) -> String {
         "shown",
         format!("{low:.2} to {high:.2} of 1, half of it above {middle:.2}; {} white", percent(s.white)),
     ));
-    if let (Some(error), Some(wanted)) = (s.error, s.samples_wanted) {
+    if let (Some(error), Some(wanted), false) = (s.error, s.samples_wanted, s.black) {
         rows.push((
             "noise",
             format!("error {error:.2e} (relMSE) to expect; 0.01 takes {}", plural(wanted, "sample")),
