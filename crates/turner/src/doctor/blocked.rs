@@ -72,7 +72,9 @@ struct Cause {
 
 fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     let share = |n: u32| f64::from(n) / f64::from(l.asked);
-    if share(l.clear) > ARRIVES {
+    // Where floors reach to the horizon some light arrives far away.
+    let next_to_nothing = l.arrives < ARRIVES * (l.arrives + l.kept_off) && share(l.clear) < 0.5;
+    if share(l.clear) > ARRIVES && !next_to_nothing {
         return None;
     }
     let name = e.shining(l.one);
@@ -183,7 +185,7 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
             let what = format!("\"{name}\" is behind all surfaces that are seen");
             let finding = find("light-blocked", 0.9, what)
                 .why(format!("{} of the points that are seen face away from it", percent(share(l.away))))
-                .remedy("move the light to the side of the camera")
+                .remedy("move the light to the side of the camera, or the camera to that of the light: it may be below a floor or behind a wall")
                 .measure("distance", l.distance, "units");
             Some(Cause { finding, by: None })
         }

@@ -111,15 +111,15 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let name = e.labels.object(primitive, shape);
     let own = e.scene.primitive_bounds(primitive)?;
     let within = |p: DVec3| (p.cmpge(own.min) & p.cmple(own.max)).all();
-    // A room holds what is in the scene.
-    let (mut held, mut others) = (0, 0);
-    for (id, bounds) in e.scene.all_bounds().take(1 << 16) {
-        if id != primitive {
-            others += 1;
-            held += u32::from(within(bounds.center()));
-        }
+    // A room holds what is in the scene: objects, and lights that have a place.
+    let objects = e.scene.all_bounds().filter(|(id, _)| *id != primitive).map(|(_, b)| b.center());
+    let lights = e.g.lights.iter().filter_map(|l| l.bounds).map(|b| b.center());
+    let (mut held, mut others) = (0u64, 0u64);
+    for center in objects.take(1 << 16).chain(lights) {
+        others += 1;
+        held += u64::from(within(center));
     }
-    let is_room = others > 0 && 2 * held >= others || within(view.target) && others == 0;
+    let is_room = if others > 0 { 2 * held >= others } else { !e.is_black() };
     let through = materials::lets_through(e.scene, material);
     let severity = match (is_room, through) {
         (true, false) if !e.is_black() => return None,
@@ -340,7 +340,7 @@ fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let (to_target, to_rest) = ((view.target - view.eye).length(), (rest.center() - view.eye).length());
     // It is what is looked at, or what holds everything.
     let is_target = own.is_some_and(|b| {
-        let grown = 0.05 * b.size().length();
+        let grown = 1e-3 * b.size().length();
         (view.target.cmpge(b.min - grown) & view.target.cmple(b.max + grown)).all()
     });
     if distance > 0.5 * to_rest.min(to_target) || is_target {

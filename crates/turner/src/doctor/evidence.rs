@@ -219,7 +219,7 @@ pub(super) struct Evidence<'a> {
     pub(super) all_shown: f64,
     /// Share of pixels whose ray meets something.
     pub(super) met: f64,
-    /// Relative variance of one sample, mean of the pixels.
+    /// Relative variance of one sample of the picture, as one of those that are spread evenly over a pixel; mean of the pixels.
     pub(super) variance: f64,
     /// Light and variance by kind, by source, and by material with its kind.
     pub(super) by_kind: BTreeMap<PathKind, [f64; 3]>,
@@ -256,7 +256,9 @@ impl<'a> Evidence<'a> {
         };
         let known = e.g.paths.iter().flatten().filter(|p| p.samples >= 2).count().max(1) as f64;
         for p in e.g.paths.iter().flatten().filter(|p| p.samples >= 2) {
-            e.variance += p.variance / known;
+            // With few samples even spreading does little.
+            let variance = if e.scene.film.samples_per_pixel() >= 8 { p.spread } else { p.variance };
+            e.variance += variance / known;
             for (key, share) in &p.shares {
                 let values = [share.light, share.variance, share.chance];
                 let sums = [

@@ -78,6 +78,29 @@ impl Examination {
     }
 }
 
+/// Where one finding is the cause of another, the latter is a note.
+fn settle(findings: &mut [Finding]) {
+    let has = |findings: &[Finding], code: &str| {
+        findings.iter().any(|f| f.code == code && f.severity != Severity::Note)
+    };
+    // Between surfaces that return all light it ends nowhere, however deep it is followed.
+    let pairs = [
+        ("albedo-too-high", "depth-too-low"),
+        ("light-enclosed", "light-too-weak"),
+        ("exposure-too-low", "light-too-weak"),
+        ("objects-invisible", "objects-not-met"),
+        ("seen-from-behind", "objects-not-met"),
+        ("crop-misses", "objects-not-met"),
+    ];
+    for (cause, effect) in pairs {
+        if has(findings, cause) {
+            for f in findings.iter_mut().filter(|f| f.code == effect) {
+                f.severity = Severity::Note;
+            }
+        }
+    }
+}
+
 /// Light is not looked at where none is shown.
 fn looking(integrator: &IntegratorDesc) -> Finding {
     let what = format!(
@@ -110,6 +133,7 @@ pub fn examine(scene: &mut Scene, desc: &SceneDesc, options: &Options) -> Examin
         findings.push(looking(&scene.integrator));
     }
     slow::ask(&e, &mut findings);
+    settle(&mut findings);
     finding::sort(&mut findings);
     Examination { findings, summary: summary::of(&e) }
 }

@@ -44,6 +44,8 @@ pub(super) struct PixelPaths {
     pub(super) alpha: f64,
     /// Relative variance of one sample: var / (mean² + 0.01), the mean without the largest sample.
     pub(super) variance: f64,
+    /// The same of a sample as one of eight that are spread evenly: their mean's relative variance, times eight.
+    pub(super) spread: f64,
     /// The share of that which its largest sample makes.
     pub(super) spike: f64,
     pub(super) shares: BTreeMap<Key, Share>,
@@ -133,6 +135,7 @@ fn of_pixel(scene: &Scene, places: &LightPlaces, pixel: &Pixel, samples: u32, ex
         padded.map(|(a, x)| (a - part) * (x - mean)).sum::<f64>() * scale
     };
     out.variance = squares(&totals);
+    out.spread = blocks(&totals, mean) / (usual * usual + 0.01);
     let largest = totals.iter().map(|x| (x - mean) * (x - mean)).fold(0.0, f64::max);
     out.spike = if out.variance > 0.0 { largest * scale / out.variance } else { 0.0 };
     for (key, (all, chance)) in by_key {
@@ -140,6 +143,17 @@ fn of_pixel(scene: &Scene, places: &LightPlaces, pixel: &Pixel, samples: u32, ex
         out.shares.insert(key, Share { light, variance: squares(&all), chance: squares(&chance) });
     }
     out
+}
+
+/// The variance of means of eight successive samples, times eight: that of a sample, where their even spread does nothing. Of fewer than two such
+/// blocks that of samples.
+fn blocks(totals: &[f64], mean: f64) -> f64 {
+    const SIZE: usize = 8;
+    let size = if totals.len() >= 2 * SIZE { SIZE } else { 1 };
+    let blocks = totals.chunks_exact(size);
+    let count = blocks.len() as f64;
+    let squares = blocks.map(|b| b.iter().sum::<f64>() / size as f64 - mean).map(|d| d * d);
+    squares.sum::<f64>() * size as f64 / (count - 1.0).max(1.0)
 }
 
 /// Notes what one path was like; gives the work it took.
@@ -182,4 +196,21 @@ fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRe
         }
     }
     work
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_see_how_evenly_samples_are_spread() {
+        // Each block of eight has the same mean: nothing is left to chance.
+        let even: Vec<f64> = (0..32).map(|i| f64::from(i % 8)).collect();
+        assert!(blocks(&even, 3.5) < 1e-20);
+        // Samples that go together in their block are no better than one of them.
+        let lumps: Vec<f64> = (0..32).map(|i| f64::from(i / 8 % 2)).collect();
+        assert!((blocks(&lumps, 0.5) - 8.0 / 3.0).abs() < 1e-12);
+        assert!((blocks(&[0.0, 1.0], 0.5) - 0.5).abs() < 1e-12);
+        assert_eq!(blocks(&[], 0.0), 0.0);
+    }
 }

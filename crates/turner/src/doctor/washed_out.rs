@@ -214,7 +214,7 @@ fn albedo(e: &Evidence<'_>) -> Option<Finding> {
     let what =
         format!("{} of the surfaces return over 95 % of the light, such as \"{name}\"", percent(white));
     Some(
-        Finding::new(Question::WashedOut, Severity::Warning, "albedo-too-high", 0.5, what)
+        Finding::new(Question::WashedOut, Severity::Warning, "albedo-too-high", if indirect > 0.6 { 0.9 } else { 0.5 }, what)
             .why(format!("light goes to and fro between them: {} of it came by way of other surfaces. White paint returns 80 %, snow 90 %", percent(indirect)))
             .remedy("lower their `color` to 0.8 or less; it also takes less time")
             .about(name)
