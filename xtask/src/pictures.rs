@@ -36,6 +36,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("still-life.jpg", Turner("scenes/still-life.toml --width 720 --height 480")),
     picture("temple.jpg", Turner("scenes/temple.toml --width 720 --height 405")),
     picture("sphereflake.jpg", Turner("scenes/sphereflake.toml --width 720 --height 480")),
+    picture("doctor.png", Turner("doctor scenes/showcase/glass-still-life.toml --width 320 --height 214")),
     // Tutorial
     picture("tutorial-1.jpg", Turner("scenes/tutorial/step-1.toml")),
     picture("tutorial-2.jpg", Turner("scenes/tutorial/step-2.toml")),

@@ -8,7 +8,7 @@ use turner::scene::error::{escape, nearest};
 
 use crate::color;
 use crate::control::Control;
-use crate::{bench, compare, explain, failure, help, info, list, new, render, shell, verify, watch};
+use crate::{bench, compare, doctor, explain, failure, help, info, list, new, render, shell, verify, watch};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -33,6 +33,7 @@ enum Command {
     Watch(Box<watch::WatchArgs>),
     New(new::NewArgs),
     Explain(Box<explain::ExplainArgs>),
+    Doctor(Box<doctor::DoctorArgs>),
     Compare(compare::CompareArgs),
     Info(info::InfoArgs),
     List(list::ListArgs),
@@ -51,6 +52,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Watch(args)) => watch::run(&args, control),
         Ok(Command::New(args)) => new::run(&args),
         Ok(Command::Explain(args)) => explain::run(&args),
+        Ok(Command::Doctor(args)) => doctor::run(&args),
         Ok(Command::Compare(args)) => compare::run(&args),
         Ok(Command::Info(args)) => info::run(&args),
         Ok(Command::List(args)) => list::run(&args),

@@ -66,9 +66,15 @@ fn camera(desc: &SceneDesc) -> &'static str {
 }
 
 /// Sizes in bytes, by what they are for.
-fn memory(ready: &Ready) -> [(&'static str, u64); 4] {
+fn memory(ready: &Ready) -> [(&'static str, u64); 5] {
     let s = &ready.scene.stats;
-    [("tree", s.tree_bytes), ("meshes", s.mesh_bytes), ("textures", s.texture_bytes), ("film", s.film_bytes)]
+    [
+        ("tree", s.tree_bytes),
+        ("meshes", s.mesh_bytes),
+        ("textures", s.texture_bytes),
+        ("film", s.film_bytes),
+        ("lights", ready.scene.emitters.tree_bytes() as u64),
+    ]
 }
 
 fn as_json(ready: &Ready) -> Value {
@@ -96,6 +102,11 @@ fn as_json(ready: &Ready) -> Value {
         "textures": count(desc.textures.iter().map(|t| t.value.type_name())),
         "lights": count(desc.lights.iter().map(|l| l.value.type_name())),
         "groups": desc.groups.len(),
+        "light_groups": scene
+            .light_group_counts()
+            .iter()
+            .map(|(name, lights, objects)| json!({ "name": name, "lights": lights, "objects": objects }))
+            .collect::<Vec<_>>(),
         "camera": camera(desc),
         "view": view(&scene.camera_desc),
         "cameras": desc.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
@@ -152,6 +163,7 @@ fn as_text(ready: &Ready) -> String {
         ("materials", listed(&count(desc.materials.iter().map(|m| m.value.type_name())))),
         ("textures", listed(&count(desc.textures.iter().map(|t| t.value.type_name())))),
         ("lights", listed(&count(desc.lights.iter().map(|l| l.value.type_name())))),
+        ("light groups", light_groups(scene)),
         ("groups", format!("{}{}", groups.len(), names(groups))),
         ("camera", camera),
         ("film", film(&scene.film)),
@@ -163,6 +175,16 @@ fn as_text(ready: &Ready) -> String {
     ];
     let rows: Vec<(&str, String)> = imports.chain(rows).collect();
     text::columns(rows.iter().map(|(name, what)| (*name, what.clone())))
+}
+
+/// `lamps: 3 lights, 2 objects`.
+fn light_groups(scene: &turner::scene::Scene) -> String {
+    let one = |(name, lights, objects): &(&str, u64, u64)| {
+        let (lights, objects) = (text::plural(*lights, "light"), text::plural(*objects, "object"));
+        format!("{}: {lights}, {objects}", turner::scene::error::escape(name))
+    };
+    let all: Vec<String> = scene.light_group_counts().iter().map(one).collect();
+    if all.is_empty() { "none".into() } else { all.join("; ") }
 }
 
 /// Where the picture is taken from: the eye, what it looks at, and the vertical field of view in degrees or the height of the screen.

@@ -8,6 +8,7 @@
 //!                       ├─ bench    ── povray, rays, render
 //!                       ├─ verify   statistics
 //!                       ├─ explain  a pixel's rays
+//!                       ├─ doctor   why it is black, noisy, washed out, slow
 //!                       ├─ compare  two pictures
 //!                       ├─ watch    render, again and again
 //!                       ├─ new      ── templates
@@ -23,6 +24,7 @@ mod cli;
 mod color;
 mod compare;
 mod control;
+mod doctor;
 mod events;
 mod explain;
 mod failure;

@@ -7,7 +7,7 @@ use clap::Args;
 use turner::light::{EnvironmentDesc, LightDesc};
 use turner::scene::error::ErrorCode;
 use turner::scene::stage::Orbit;
-use turner::scene::{Asset, ImageId, Named, SceneDesc};
+use turner::scene::{Asset, ImageId, SceneDesc};
 use turner_io::assets::{AssetSource, FolderAssets};
 use turner_io::image::{DecodeLimits, decode};
 use turner_io::scene::{ModelOverrides, Override, hash_with};
@@ -137,7 +137,7 @@ impl StageArgs {
             let file = Some(ImageId(desc.images.len() as u32 - 1));
             let environment = EnvironmentDesc { file, ..EnvironmentDesc::studio() };
             desc.lights.retain(|l| !matches!(l.value, LightDesc::Environment(_) | LightDesc::Sky(_)));
-            desc.lights.push(Named { name: None, span: None, value: LightDesc::Environment(environment) });
+            desc.lights.push(LightDesc::Environment(environment).into());
         }
         let environments = desc.lights.iter_mut().filter_map(|l| match &mut l.value {
             LightDesc::Environment(environment) => {

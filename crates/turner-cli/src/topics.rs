@@ -76,7 +76,7 @@ pub(crate) const SHAPE: &str =
 pub(crate) const MATERIAL: &str =
     "An object names its material, `material = \"NAME\"`, or has it in place, `material = { … }`.";
 pub(crate) const TEXTURE: &str = "";
-pub(crate) const LIGHT: &str = "";
+pub(crate) const LIGHT: &str = "A light of any type may have a `group = \"NAME\"`: lights of one name, and objects with that `light_group`, belong together. `turner info` lists the groups.";
 
 /// Sections as they are written, with what they hold.
 pub(crate) fn sections() -> Vec<(String, &'static str)> {
@@ -127,6 +127,12 @@ pub(crate) fn object() -> Page {
                 "The shape, \"model\" for a file of another program, or \"instance\" to place a group. The keys of the shape follow.",
             ),
             key("name", "\"text\"", Some("none"), "A name for reports."),
+            key(
+                "light_group",
+                "\"text\"",
+                Some("none"),
+                "The group of lights that it belongs to where its material shines; objects of a group without one take the instance's.",
+            ),
             key(
                 "material",
                 "material",

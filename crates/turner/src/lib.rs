@@ -39,6 +39,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod color;
 pub mod compare;
+pub mod doctor;
 pub mod film;
 pub mod filter;
 pub mod image;

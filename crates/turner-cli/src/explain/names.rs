@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use turner::scene::error::{ErrorCode, SceneError, escape, suggestion};
-use turner::scene::{MaterialId, Scene, SceneDesc};
+use turner::scene::{Labels, MaterialId, Scene, SceneDesc};
 
 /// Names of things in a scene, as the file has them: not yet fit for a terminal or a page.
 #[derive(Clone, Copy)]
@@ -13,14 +13,13 @@ pub(super) struct Names<'a> {
 }
 
 impl Names<'_> {
+    fn labels(&self) -> Labels<'_> {
+        Labels { scene: self.scene, desc: self.desc }
+    }
+
     /// `ball`, `tree / leaf`, or `sphere #4` for what has no name.
     pub(super) fn object(&self, primitive: u32, shape: &str) -> String {
-        let name = self.scene.object_name(primitive);
-        let own = name.own.map_or_else(|| format!("{shape} #{primitive}"), str::to_owned);
-        match name.instance {
-            Some(instance) => format!("{instance} / {own}"),
-            None => own,
-        }
+        self.labels().object(primitive, shape)
     }
 
     /// The name of a material, if it has one.
@@ -30,19 +29,12 @@ impl Names<'_> {
 
     /// Its name, or what kind it is.
     pub(super) fn material(&self, id: MaterialId) -> String {
-        match self.desc.materials.get(id.index()) {
-            Some(m) => m.name.clone().unwrap_or_else(|| format!("{} material", m.value.type_name())),
-            None => "default material".to_owned(),
-        }
+        self.labels().material(id)
     }
 
     /// A light by its number in the prepared scene.
     pub(super) fn light(&self, light: u32) -> String {
-        let source = self.scene.light_sources.get(light as usize).copied().flatten();
-        match source.and_then(|i| self.desc.lights.get(i as usize).map(|l| (i, l))) {
-            Some((i, l)) => l.name.clone().unwrap_or_else(|| format!("{} light #{i}", l.value.type_name())),
-            None => format!("light #{light}"),
-        }
+        self.labels().light(light)
     }
 
     /// Whether an object or a material has the name.

@@ -1,7 +1,7 @@
 //! `turner verify`: whether what this program renders on this machine is true, by statistics.
 //!
 //! ```text
-//! checks: densities · closed_forms · estimators · metamorphic · sameness · references
+//! checks: densities · light_tree · closed_forms · estimators · metamorphic · sameness · references
 //!   └ run ── one after the other ──> Finding ── judged against a level shared by all ──> table or JSON, exit code
 //! ```
 
@@ -9,6 +9,7 @@ mod check;
 mod closed_forms;
 mod densities;
 mod estimators;
+mod light_tree;
 mod metamorphic;
 mod references;
 mod sameness;
@@ -101,6 +102,7 @@ fn selected(args: &VerifyArgs) -> Result<Vec<Check>, Failure> {
     all.extend(sameness::checks());
     all.extend(references::checks(args.references.as_deref()));
     all.extend(densities::checks());
+    all.extend(light_tree::checks());
     // It looks at what the others rendered.
     all.push(sameness::all_finite());
     let names: Vec<String> = all.iter().map(|c| c.name.clone()).collect();

@@ -39,8 +39,19 @@ fn arguments(line: &str) -> Option<Vec<String>> {
 
 /// What is run in place of the command.
 fn small(mut args: Vec<String>) -> Vec<String> {
-    const OTHERS: [&str; 10] =
-        ["new", "explain", "compare", "info", "list", "help", "completions", "man", "bench", "verify"];
+    const OTHERS: [&str; 11] = [
+        "new",
+        "explain",
+        "doctor",
+        "compare",
+        "info",
+        "list",
+        "help",
+        "completions",
+        "man",
+        "bench",
+        "verify",
+    ];
     let command = args.first().cloned().unwrap_or_default();
     if ["bench", "verify", "watch"].contains(&&*command) {
         args.push("--help".to_owned());

@@ -5,6 +5,7 @@ mod commands;
 mod common;
 mod compare;
 mod docs;
+mod doctor;
 mod explain;
 mod interrupt;
 mod kernels;

@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use turner::color::Spectrum;
 use turner::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, ProfileUnits, SpotDesc};
 use turner::math::{DAffine3, DVec3};
-use turner::scene::Named;
+use turner::scene::SceneLight;
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -23,7 +23,7 @@ pub(super) fn light(
     node_name: Option<&str>,
     report: &mut Report,
     pointer: &str,
-) -> Outcome<Option<Named<LightDesc>>> {
+) -> Outcome<Option<SceneLight>> {
     let lights = document.extensions.lights.as_ref().map_or(&[][..], |l| &l.lights);
     let Some(json) = lights.get(index.index()) else {
         return Err(Fault::dangling(pointer, "light", index.0, lights.len()));
@@ -67,7 +67,7 @@ pub(super) fn light(
         }
     };
     let name = json.name.as_deref().or(node_name).map(str::to_owned);
-    Ok(Some(Named { name, span: None, value }))
+    Ok(Some(SceneLight { name, ..value.into() }))
 }
 
 fn spot(

@@ -210,6 +210,7 @@ impl<'a> Objects<'a> {
                 span: None,
                 content: ObjectContent::Shape(shape),
                 material: Some(id),
+                light_group: None,
                 transform: Transform(transform),
                 motion: None,
             });

@@ -318,6 +318,7 @@ impl Import {
             span: None,
             content: ObjectContent::Shape(shape),
             material: (!scene.materials.is_empty()).then_some(MaterialId(0)),
+            light_group: None,
             transform: Transform::IDENTITY,
             motion: None,
         }];

@@ -6,7 +6,7 @@ use turner::color::Spectrum;
 use turner::image::{Image, Pixels};
 use turner::light::{EnvironmentDesc, LightDesc};
 use turner::material::MaterialDesc;
-use turner::scene::{Asset, ColorSource, ImageId, Named, SceneDesc, WarningKind};
+use turner::scene::{Asset, ColorSource, ImageId, SceneDesc, WarningKind};
 use turner_io::assets::MemoryAssets;
 use turner_io::scene::{LoadOptions, load_text};
 
@@ -154,7 +154,7 @@ fn surrounded(pixels: [f32; 24]) -> SceneDesc {
         file: Some(ImageId(desc.images.len() as u32 - 1)),
         ..EnvironmentDesc::studio()
     });
-    desc.lights.push(Named { name: None, span: None, value });
+    desc.lights.push(value.into());
     desc
 }
 

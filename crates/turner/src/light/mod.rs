@@ -236,6 +236,15 @@ impl Light {
         !matches!(self, Light::Directional(_) | Light::Environment(_))
     }
 
+    /// Where it is, if it is a point.
+    pub fn position(&self) -> Option<DVec3> {
+        match self {
+            Light::Point(l) => Some(l.position()),
+            Light::Spot(l) => Some(l.position()),
+            Light::Directional(_) | Light::Area(_) | Light::Environment(_) => None,
+        }
+    }
+
     /// How many points of the light are asked for visibility.
     #[inline]
     pub fn samples(&self) -> u32 {

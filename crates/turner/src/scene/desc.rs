@@ -51,6 +51,19 @@ pub struct Named<T> {
     pub value: T,
 }
 
+/// A light, in the group it belongs to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneLight {
+    /// The name, if it has one.
+    pub name: Option<String>,
+    /// The group of lights it belongs to, if any.
+    pub group: Option<String>,
+    /// Where it stands.
+    pub span: Option<Span>,
+    /// The light.
+    pub value: LightDesc,
+}
+
 /// A file the scene names, read once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asset<T> {
@@ -71,6 +84,8 @@ pub struct ObjectDesc {
     pub content: ObjectContent,
     /// Its material; an object in a group without one takes the instance's, and at last the default material.
     pub material: Option<MaterialId>,
+    /// The group of lights it belongs to where it shines; an object in a group without one takes the instance's.
+    pub light_group: Option<String>,
     /// From its own space to that of the scene or group around it.
     pub transform: Transform,
     /// Where it goes while the shutter is open: its transform at the moment 1, where `transform` is that at 0.
@@ -113,7 +128,7 @@ pub struct SceneDesc {
     /// What is in the scene.
     pub objects: Vec<ObjectDesc>,
     /// Lights.
-    pub lights: Vec<Named<LightDesc>>,
+    pub lights: Vec<SceneLight>,
     /// Pictures that textures use.
     pub images: Vec<Asset<Image>>,
     /// Meshes that objects use.

@@ -1,6 +1,6 @@
 //! What a scene says that is unlikely to be meant: surfaces that return more light than arrives, and nothing that shines.
 
-use super::desc::{Named, SceneDesc, Warning, WarningKind};
+use super::desc::{SceneDesc, SceneLight, Warning, WarningKind};
 use super::param::ColorSource;
 use super::scene::Scene;
 use crate::color::Spectrum;
@@ -78,7 +78,7 @@ impl PrincipledMaterial {
 }
 
 /// What there is to say about a scene that is ready.
-pub(super) fn of_scene(scene: &Scene, lights: &[Named<LightDesc>]) -> Vec<Warning> {
+pub(super) fn of_scene(scene: &Scene, lights: &[SceneLight]) -> Vec<Warning> {
     let mut out = Vec::new();
     let dark = scene.lights.iter().filter(|l| matches!(l, Light::Environment(e) if e.is_black())).count();
     if dark > 0 {

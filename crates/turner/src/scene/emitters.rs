@@ -163,6 +163,11 @@ impl Emitters {
         self.placed.as_ref().map_or(0, PlacedEmitters::bytes)
     }
 
+    /// All of them.
+    pub(super) fn all(&self) -> &[Emitter] {
+        &self.lights
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.lights.len()

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use super::desc::{Named, ObjectContent, ObjectDesc, SceneDesc};
+use super::desc::{Named, ObjectContent, ObjectDesc, SceneDesc, SceneLight};
 use super::error::{ErrorCode, SceneError, escape};
 use super::model::ModelDesc;
 use super::read::{SceneAssets, read_scene};
 use super::transform::Transform;
 use super::value::{Data, FileId, Span, Table, Value};
 use crate::image::Image;
+use crate::light::LightDesc;
 use crate::shape::ShapeDesc;
 use crate::shape::mesh::MeshData;
 
@@ -31,6 +32,7 @@ impl ObjectDesc {
             span: None,
             content: ObjectContent::Shape(shape),
             material: None,
+            light_group: None,
             transform: Transform::IDENTITY,
             motion: None,
         }
@@ -41,6 +43,13 @@ impl<T> From<T> for Named<T> {
     /// Without a name.
     fn from(value: T) -> Named<T> {
         Named { name: None, span: None, value }
+    }
+}
+
+impl From<LightDesc> for SceneLight {
+    /// Without a name or group.
+    fn from(value: LightDesc) -> SceneLight {
+        SceneLight { name: None, group: None, span: None, value }
     }
 }
 

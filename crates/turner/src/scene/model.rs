@@ -195,7 +195,7 @@ impl ReadContext<'_> {
             return;
         }
         for light in &model.lights {
-            self.model_lights.push(Named { value: placed_light(&light.value, by), ..light.clone() });
+            self.model_lights.push(SceneLight { value: placed_light(&light.value, by), ..light.clone() });
         }
         if first {
             for camera in &model.cameras {

@@ -10,6 +10,7 @@ use super::doubts;
 use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
+use super::light_groups::LightGroups;
 use super::merged::{self, Merged};
 use super::motion::Motion;
 use super::names::NameCollector;
@@ -84,15 +85,17 @@ impl SceneDesc {
             materials: &self.materials,
             default_material,
             names: NameCollector::default(),
+            light_groups: LightGroups::default(),
             shutter: [open, if physical { close } else { open }],
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
             let message = format!("there is no memory for {count} objects");
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
-        flat.flatten(self)?;
         let aspect = f64::from(self.film.width) / f64::from(self.film.height);
         let PreparedLights { mut lights, sources: mut light_sources, ambient } = self.prepare_lights()?;
+        flat.light_groups = LightGroups::of_lights(self, &light_sources);
+        flat.flatten(self)?;
         let invalid: u64 = lights.iter().map(|l| l.invalid_pixels()).sum();
         if invalid > 0 {
             let message = format!(
@@ -105,10 +108,11 @@ impl SceneDesc {
         if let Some((plane, material)) = staging.ground {
             materials.push(ready(&MaterialDesc::Principled(material)));
             flat.names.add_own(flat.primitives.len() as u32, "floor");
+            flat.light_groups.add(flat.primitives.len() as u32, None);
             flat.add_unbounded(Shape::Plane(plane), MaterialId(materials.len() as u32 - 1));
         }
         warnings.extend(staging.notes);
-        let Flattener { primitives, bounds, transforms, faces, names, .. } = flat;
+        let Flattener { primitives, bounds, transforms, faces, names, light_groups, .. } = flat;
         let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
         let moving: Vec<bool> = primitives
             .iter()
@@ -213,6 +217,7 @@ impl SceneDesc {
             emitters: Emitters::default(),
             caustics: None,
             object_names: names.finish(),
+            light_groups,
             light_sources,
             warnings,
             stats,
@@ -338,6 +343,7 @@ struct Flattener<'a> {
     materials: &'a [Named<MaterialDesc>],
     default_material: MaterialId,
     names: NameCollector,
+    light_groups: LightGroups,
     /// Opens and closes; at the same moment where nothing is blurred.
     shutter: [f64; 2],
 }
@@ -360,6 +366,8 @@ impl Flattener<'_> {
             material: Option<MaterialId>,
             /// The name of the scene's object that this is part of.
             name: Option<u32>,
+            /// The group of lights of what is within.
+            group: Option<u32>,
         }
         let shapes = self.shapes;
         let mut stack = vec![Level {
@@ -369,6 +377,7 @@ impl Flattener<'_> {
             to_world: [DAffine3::IDENTITY; 2],
             material: None,
             name: None,
+            group: None,
         }];
         while let Some(level) = stack.last_mut() {
             let Some(object) = level.objects.get(level.next) else {
@@ -381,10 +390,14 @@ impl Flattener<'_> {
             let material = object.material.or(level.material);
             let shape = &level.shapes[level.next];
             let (outer, own) = (level.name, self.names.number(object));
+            let own_group = object.light_group.as_deref().map(|name| self.light_groups.number(name));
+            let group = own_group.or(level.group);
             level.next += 1;
             match (&object.content, shape) {
                 (ObjectContent::Shape(_), Some(shape)) => {
-                    self.names.add(self.primitives.len() as u32, outer, own);
+                    let first = self.primitives.len() as u32;
+                    self.names.add(first, outer, own);
+                    self.light_groups.add(first, group);
                     self.place(shape, to_world, material, object).map_err(|e| e.or_at(object.span))?;
                 }
                 (ObjectContent::Instance(g), _) => stack.push(Level {
@@ -394,6 +407,7 @@ impl Flattener<'_> {
                     to_world,
                     material,
                     name: outer.or(own),
+                    group,
                 }),
                 (ObjectContent::Shape(_), None) => {}
             }

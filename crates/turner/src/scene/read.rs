@@ -56,7 +56,7 @@ pub struct ReadContext<'a> {
     pub(super) more_groups: Vec<Named<GroupDesc>>,
     pub(super) group_count: u32,
     pub(super) models: Vec<PlacedModel>,
-    pub(super) model_lights: Vec<Named<LightDesc>>,
+    pub(super) model_lights: Vec<SceneLight>,
     pub(super) cameras: Vec<Named<CameraDesc>>,
     pub(super) imports: Vec<ImportSummary>,
     /// Whether objects of a group are being read.
@@ -263,10 +263,11 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     let mut lights = Vec::new();
     for value in array_of_tables(top.take("light"), "light")? {
         let mut table = TableReader::of(value, "a light")?;
+        let group = light_group(&mut table, "group", &mut cx)?;
         let light =
             read_kind(&mut table, LightDesc::DOC.one, None, &mut cx, &LightDesc::DOC, LightDesc::read)?;
         table.finish()?;
-        lights.push(Named { name: None, span: Some(value.span), value: light });
+        lights.push(SceneLight { name: None, group, span: Some(value.span), value: light });
     }
     lights.append(&mut cx.model_lights);
     let camera = match top.take("camera") {
@@ -404,6 +405,7 @@ fn read_objects(section: Option<&Value>, cx: &mut ReadContext<'_>) -> Result<Vec
 fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, SceneError> {
     let mut table = TableReader::of(value, "an object")?;
     let name = table.optional::<String>("name", None, cx)?;
+    let light_group = light_group(&mut table, "light_group", cx)?;
     let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
     let mut motion = table.optional::<Transform>("motion", None, cx)?;
     let material = match table.take("material") {
@@ -435,5 +437,20 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
         })?)
     };
     table.finish()?;
-    Ok(ObjectDesc { name, span: Some(value.span), content, material, transform, motion })
+    Ok(ObjectDesc { name, span: Some(value.span), content, material, light_group, transform, motion })
+}
+
+/// The name of a group of lights, which must not be empty.
+fn light_group(
+    table: &mut TableReader<'_>,
+    key: &'static str,
+    cx: &mut ReadContext<'_>,
+) -> Result<Option<String>, SceneError> {
+    let group = table.optional::<String>(key, None, cx)?;
+    if group.as_ref().is_some_and(|g| g.trim().is_empty()) {
+        let message = format!("`{key}` must be the name of a group of lights, found \"\"");
+        return Err(SceneError::at(ErrorCode::OutOfRange, table.span_of(key), message)
+            .help("name it, e.g. \"lamps\", or leave it out"));
+    }
+    Ok(group)
 }

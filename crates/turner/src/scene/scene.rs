@@ -10,6 +10,7 @@ use super::desc::{MaterialId, Warning};
 use super::emitters::Emitters;
 use super::faces::{Faces, NO_FACES};
 use super::footprint::NOT_SEEN;
+use super::light_groups::LightGroups;
 use super::merged::Merged;
 use super::motion::Motion;
 use super::names::ObjectNames;
@@ -74,6 +75,8 @@ pub struct Scene {
     pub caustics: Option<Plan>,
     /// What objects are called.
     pub(super) object_names: ObjectNames,
+    /// Which lights and objects belong together.
+    pub light_groups: LightGroups,
     /// For each light its number in the description; `None` for those of the stage.
     pub light_sources: Vec<Option<u32>>,
     /// What was dropped or doubtful while preparing.

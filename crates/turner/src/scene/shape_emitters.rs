@@ -340,6 +340,11 @@ impl ShapeEmitter {
         }
     }
 
+    /// The index of its primitive.
+    pub(super) fn primitive(&self) -> u32 {
+        self.primitive
+    }
+
     /// The face of a box; else 0.
     #[inline]
     pub(super) fn part(&self) -> u32 {

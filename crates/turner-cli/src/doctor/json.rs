@@ -1,0 +1,82 @@
+//! Findings for programs: the format is described in docs/doctor.md.
+
+use serde_json::{Map, Value, json};
+use turner::doctor::{Finding, PathKind};
+
+use super::Report;
+
+/// Raised when keys change their meaning or go away; new ones may come at any time.
+const VERSION: u32 = 1;
+
+pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
+    let s = &report.examination.summary;
+    let kinds: Vec<Value> = s
+        .kinds
+        .iter()
+        .map(|k| json!({ "kind": k.kind.word(), "light": k.light, "variance": k.variance }))
+        .collect();
+    let lights: Vec<Value> = s
+        .lights
+        .iter()
+        .map(|l| {
+            json!({
+                "name": l.name,
+                "irradiance": l.arrives,
+                "kept_off": l.kept_off,
+                "reaches": l.reaches,
+                "light": l.light,
+                "variance": l.variance,
+            })
+        })
+        .collect();
+    let legend: Map<String, Value> =
+        PathKind::ALL.iter().map(|k| (k.word().to_owned(), json!(k.color()))).collect();
+    let maps: Vec<Value> = report
+        .written
+        .iter()
+        .map(|w| json!({ "file": w.path, "maps": w.names, "ranges": w.ranges }))
+        .collect();
+    json!({
+        "format": "turner-doctor",
+        "version": VERSION,
+        "scene": scene,
+        "scene_hash": report.ready.hash,
+        "findings": report.examination.findings.iter().map(finding).collect::<Vec<_>>(),
+        "summary": {
+            "pixels": s.pixels,
+            "samples": s.samples,
+            "complete": s.complete,
+            "shown": s.shown,
+            "white": s.white,
+            "met": s.met,
+            "black": s.black,
+            "error": s.error,
+            "samples_wanted": s.samples_wanted,
+            "surfaces_per_sample": s.surfaces_per_sample,
+            "shadow_rays_per_sample": s.shadow_rays_per_sample,
+            "steps_per_ray": s.steps_per_ray,
+            "kinds": kinds,
+            "lights": lights,
+            "shining": s.shining,
+        },
+        "maps": maps,
+        "legend": legend,
+        "seconds": report.seconds,
+    })
+}
+
+fn finding(f: &Finding) -> Value {
+    let measured: Map<String, Value> =
+        f.measured.iter().map(|m| (m.name.to_owned(), json!({ "value": m.value, "unit": m.unit }))).collect();
+    json!({
+        "code": f.code,
+        "severity": f.severity.word(),
+        "question": f.question.word(),
+        "what": f.what,
+        "why": f.why,
+        "remedy": f.remedy,
+        "flags": f.flags,
+        "subject": f.subject,
+        "measured": measured,
+    })
+}

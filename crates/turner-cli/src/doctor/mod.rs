@@ -1,0 +1,102 @@
+//! `turner doctor`: why a picture is black, noisy, washed out or slow.
+//!
+//! ```text
+//! run ── scene ── turner::doctor::examine ─┬─ text
+//!                                          ├─ json
+//!                                          └─ maps (turner::doctor::maps ── PNG)
+//! ```
+
+mod json;
+mod maps;
+mod text;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use turner::doctor::{Options, examine};
+
+use crate::events::Events;
+use crate::failure::{FAILED, Failure};
+use crate::report::Reporter;
+use crate::scene::{FilmArgs, SceneArgs};
+use crate::text::print;
+
+/// Say why a picture is black, noisy, washed out or slow, and what to do about it
+#[derive(Debug, Args)]
+#[command(
+    after_help = "A few thousand samples are traced and judged; nothing is rendered. Give the options that the picture is rendered with.\n\
+                  Each finding has a code that stays the same, what was measured, why it has this effect, and the remedy with its flag."
+)]
+pub(crate) struct DoctorArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    film: FilmArgs,
+    /// As JSON
+    #[arg(long)]
+    json: bool,
+    /// Pictures of cost, variance and sort of path: a folder, or one PNG with all of them side by side
+    #[arg(short, long, value_name = "DIR|FILE.png")]
+    output: Option<PathBuf>,
+    /// Exit code 1 if there is an error among the findings
+    #[arg(long)]
+    strict: bool,
+    /// Notes, too: what is worth knowing, but hardly wrong
+    #[arg(long)]
+    all: bool,
+    /// Begin nothing more after so many seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = parse_seconds)]
+    seconds: f64,
+    /// Threads; 0 is all there are. The findings are the same for any number
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() && v > 0.0 && v <= 86_400.0 => Ok(v),
+        _ => Err("expected seconds, more than 0 and at most 86400".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &DoctorArgs) -> u8 {
+    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    doctor(args).unwrap_or_else(|failure| {
+        reporter.failure(&failure);
+        failure.exit
+    })
+}
+
+fn doctor(args: &DoctorArgs) -> Result<u8, Failure> {
+    let target = args.output.as_deref().map(maps::Target::new).transpose()?;
+    let mut ready = args.scene.ready(&args.film, args.scene.stage.models(), args.threads)?;
+    if let Some(target) = &target {
+        target.check_against(&args.scene.scene, &ready.desc)?;
+    }
+    let options = Options { threads: args.threads, seconds: args.seconds, ..Options::default() };
+    let start = Instant::now();
+    let examination = examine(&mut ready.scene, &ready.desc, &options);
+    let seconds = start.elapsed().as_secs_f64();
+    let written = match &target {
+        Some(target) => target.write(&turner::doctor::maps::maps(&mut ready.scene, &options))?,
+        None => Vec::new(),
+    };
+    let report = Report { examination: &examination, written: &written, ready: &ready, seconds };
+    if args.json {
+        print(&format!("{}\n", json::of(&report, &args.scene.scene.to_string_lossy())));
+    } else {
+        print(&text::of(&report, args.all));
+    }
+    Ok(if args.strict && examination.has_errors() { FAILED } else { 0 })
+}
+
+/// What there is to say.
+struct Report<'a> {
+    examination: &'a turner::doctor::Examination,
+    written: &'a [maps::Written],
+    ready: &'a crate::scene::Ready,
+    /// Seconds that the examination took.
+    seconds: f64,
+}

@@ -1,0 +1,413 @@
+//! Why it is black, where light and its measure are to blame.
+
+use super::evidence::Evidence;
+use super::finding::{Finding, Question, Severity, percent, short};
+use super::lights::LightFacts;
+use super::materials;
+use super::picture::{quantile, show};
+use super::trial::Trial;
+use crate::integrator::{IntegratorDesc, LightSampling};
+use crate::light::{Light, LightDesc};
+use crate::math::elementary::ln;
+
+const BLACK: Question = Question::Black;
+
+pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+    if e.picture.light.is_empty() || e.scene.stats.primitives == 0 {
+        return;
+    }
+    let before = out.len();
+    out.extend(dark(e));
+    let is_dark = out.len() > before;
+    out.extend(settings(e));
+    if !is_dark {
+        out.extend(exposure(e));
+        out.extend(too_dim(e));
+        out.extend(black_materials(e));
+    }
+}
+
+/// Nothing shines at all.
+fn dark(e: &Evidence<'_>) -> Option<Finding> {
+    let scene = e.scene;
+    let background =
+        !scene.background.color.is_black() || scene.background.zenith.is_some_and(|z| !z.is_black());
+    let shapes = scene.shining().len() > scene.lights.len() || e.mets().any(|(_, _, m)| m.shines);
+    let unsampled = scene.integrator.is_physical() && materials_shine(e);
+    let physical = scene.integrator.is_physical();
+    if shapes || unsampled || !scene.ambient.is_black() || physical && background {
+        return None;
+    }
+    let (mut off, mut on) = (Vec::new(), 0);
+    for (i, light) in e.desc.lights.iter().enumerate() {
+        match strength(&light.value) {
+            Some(strength) if strength <= 0.0 => off.push(i),
+            _ => on += 1,
+        }
+    }
+    let black =
+        scene.lights.iter().filter(|l| matches!(l, Light::Environment(env) if env.is_black())).count();
+    let shines = on > black || e.g.lights.iter().any(|l| l.none < l.asked);
+    if shines && !scene.lights.is_empty() {
+        return None;
+    }
+    let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
+    if scene.lights.is_empty() && e.desc.lights.is_empty() {
+        let emissive = e.desc.materials.iter().filter(|m| materials::is_emissive(&m.value)).count();
+        if emissive > 0 && !physical {
+            let what = format!(
+                "{emissive} materials shine, but the integrator \"classic\" lets only lights shine on things"
+            );
+            return Some(
+                Finding::new(BLACK, severity, "classic-emission", 1.0, what)
+                    .why("light from surfaces is followed by \"path\" and \"direct\" alone")
+                    .remedy("render with an integrator that follows light, or add a [[light]]")
+                    .flag("--integrator path --antialias monte-carlo")
+                    .measure("materials-that-shine", emissive as f64, "count"),
+            );
+        }
+        let what =
+            "nothing in the scene shines: it has no light, no shining material and no background".to_owned();
+        return Some(
+            Finding::new(BLACK, severity, "no-lights", 1.0, what)
+                .why("every ray ends at a surface that nothing lights")
+                .remedy("add a [[light]], an object with a material of type \"emissive\", or `[background] color`")
+                .flag("--set background.color=1")
+                .measure("lights", 0.0, "count"),
+        );
+    }
+    if let Some(finding) = (0..e.desc.lights.len() as u32).find_map(|i| night(e, i, 0.0)) {
+        return Some(finding);
+    }
+    let first = off.first().copied().unwrap_or(0);
+    let name = e.desc.lights.get(first).map_or("light", |l| l.value.type_name());
+    let key = match e.desc.lights.get(first).map(|l| &l.value) {
+        Some(LightDesc::Environment(_) | LightDesc::Sky(_)) => "strength",
+        _ => "intensity",
+    };
+    let what = format!(
+        "all {} lights are switched off or black; the first is the {name} light #{first}",
+        e.desc.lights.len()
+    );
+    Some(
+        Finding::new(BLACK, severity, "lights-off", 1.0, what)
+            .why(format!("its `{key}` is 0, or its colour or picture is black"))
+            .remedy(format!("raise `{key}`, or choose another colour"))
+            .flag(format!("--set light.{first}.{key}=1"))
+            .about(format!("{name} light #{first}"))
+            .measure("lights", e.desc.lights.len() as f64, "count"),
+    )
+}
+
+/// The sky of a light of this number is that of night.
+fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
+    let LightDesc::Sky(sky) = &e.desc.lights.get(light as usize)?.value else { return None };
+    if sky.strength <= 0.0 || sky.direction.map_or(sky.elevation >= 0.0, |d| d.y >= 0.0) {
+        return None;
+    }
+    let what = format!("the sun of the sky light #{light} is below the horizon: it is night");
+    let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
+    let finding = Finding::new(BLACK, severity, "sun-below-horizon", 1.0, what)
+        .why(format!(
+            "an irradiance of {} arrives where surfaces are seen, and a white surface needs about 3 to look white",
+            short(arrives)
+        ))
+        .remedy("raise `elevation` above 0, or the exposure")
+        .flag(format!("--set light.{light}.elevation=35"))
+        .about(format!("sky light #{light}"))
+        .measure("irradiance", arrives, "irradiance");
+    Some(if sky.direction.is_none() {
+        finding.measure("elevation", sky.elevation, "degrees")
+    } else {
+        finding
+    })
+}
+
+/// Whether any material that is used shines.
+fn materials_shine(e: &Evidence<'_>) -> bool {
+    e.scene
+        .primitive_materials()
+        .any(|(_, m)| materials::shines_at(e.scene, m, true) || materials::shines_at(e.scene, m, false))
+}
+
+/// What a light's numbers make of it; `None` for lights that have a say in it by pictures alone.
+fn strength(light: &LightDesc) -> Option<f64> {
+    let product =
+        |intensity: f64, color: crate::color::Spectrum| Some(intensity * f64::from(color.max_component()));
+    match light {
+        LightDesc::Ambient(l) => product(l.intensity, l.color),
+        LightDesc::Point(l) => product(l.intensity, l.color),
+        LightDesc::Directional(l) => product(l.intensity, l.color),
+        LightDesc::Spot(l) => product(l.intensity, l.color),
+        LightDesc::Rectangle(l) => product(l.intensity, l.color),
+        LightDesc::Disk(l) => product(l.intensity, l.color),
+        LightDesc::Sphere(l) => product(l.intensity, l.color),
+        LightDesc::Environment(l) => product(l.strength, l.tint),
+        LightDesc::Sky(l) => Some(l.strength),
+    }
+}
+
+/// Settings of the integrator that keep light off, found by trying others.
+fn settings(e: &Evidence<'_>) -> Vec<Finding> {
+    let mut out = Vec::new();
+    let severity = |t: &Trial, error: f64, warning: f64| {
+        let gain = if t.ratio.is_finite() { t.ratio - 1.0 } else { 100.0 };
+        if gain > error || e.is_black() && gain > 0.2 {
+            Some(Severity::Error)
+        } else {
+            (gain > warning || t.brighter > 0.05).then_some(Severity::Warning)
+        }
+    };
+    let measured = |f: Finding, t: &Trial| {
+        f.measure("light-with-the-change", t.ratio, "ratio").measure(
+            "pixels-that-get-brighter",
+            t.brighter,
+            "share",
+        )
+    };
+    let times = |t: &Trial| {
+        if t.ratio.is_finite() {
+            format!("{} times the light", short(t.ratio))
+        } else {
+            "light where there is none now".to_owned()
+        }
+    };
+    let integrator = &e.scene.integrator;
+    let depth = match integrator {
+        IntegratorDesc::Path(p) => {
+            let limits = [Some(p.max_depth), p.max_diffuse, p.max_glossy, p.max_transmission];
+            limits.into_iter().flatten().min().unwrap_or(p.max_depth)
+        }
+        IntegratorDesc::Direct(d) => d.max_depth,
+        IntegratorDesc::Classic(c) => c.max_depth,
+        _ => 0,
+    };
+    if let Some(t) = &e.g.deeper
+        && let Some(severity) = severity(t, 0.5, 0.05)
+    {
+        // Where it is deep already more light is a matter of taste.
+        let severity = if depth >= 8 && t.ratio < 2.0 { Severity::Note } else { severity };
+        let direct = matches!(integrator, IntegratorDesc::Direct(_));
+        let what = format!("`max_depth` is too low: light ends after {depth} scatterings");
+        let finding = Finding::new(BLACK, severity, "depth-too-low", if depth <= 1 { 0.94 } else { 0.8 }, what)
+            .why(format!(
+                "tried with more, the same samples bring {}; {} of the pixels get brighter. Glass takes two scatterings a pane or ball, and one for what is behind it",
+                times(t),
+                percent(t.brighter)
+            ))
+            .remedy(if direct { "raise `max_depth` of [integrator]" } else { "raise `max_depth` of [integrator], and `max_diffuse`, `max_glossy` and `max_transmission` if they are given" })
+            .flag(format!("--max-depth {}", if depth < 4 { 16 } else { 64 }));
+        out.push(measured(finding, t).measure("max-depth", f64::from(depth), "count"));
+    }
+    let IntegratorDesc::Path(p) = integrator else { return out };
+    if let Some(t) = &e.g.unclamped
+        && let Some(severity) = severity(t, 1.0, 0.05)
+    {
+        let what = format!("`clamp_indirect = {}` takes light away", short(p.clamp_indirect));
+        let finding = Finding::new(BLACK, severity, "clamp-darkens", 0.8, what)
+            .why(format!("without it the same samples bring {}", times(t)))
+            .remedy("raise it or leave it out: more samples take fireflies away, too")
+            .flag("--clamp-indirect 0");
+        out.push(measured(finding, t).measure("clamp", p.clamp_indirect, "radiance"));
+    }
+    if let Some(t) = &e.g.transparent
+        && let Some(severity) = severity(t, 0.5, 0.02)
+    {
+        let what = format!("`max_transparent = {}` ends rays among transparent layers", p.max_transparent);
+        let finding = Finding::new(BLACK, severity, "transparency-too-low", 0.93, what)
+            .why(format!("with more the same samples bring {}", times(t)))
+            .remedy("raise `max_transparent` of [integrator]")
+            .flag(format!(
+                "--set integrator.max_transparent={}",
+                p.max_transparent.max(16).saturating_mul(16).min(4096)
+            ));
+        out.push(measured(finding, t).measure("max-transparent", f64::from(p.max_transparent), "count"));
+    }
+    if let Some(t) = &e.g.both_ways
+        && p.light_sampling != LightSampling::Both
+        && let Some(severity) = severity(t, 0.5, 0.05)
+    {
+        let word = p.light_sampling.word();
+        let why = match p.light_sampling {
+            LightSampling::Bsdf => "lights that are a point or a direction cannot be found by chance",
+            _ => "what cannot be sampled, as planes that shine, and what mirrors show is then left out",
+        };
+        let what = format!("`light_sampling = \"{word}\"` leaves lights out");
+        let finding = Finding::new(BLACK, severity, "light-sampling", 0.94, what)
+            .why(format!("{why}: with \"both\" the same samples bring {}", times(t)))
+            .remedy("leave `light_sampling` of [integrator] out")
+            .flag("--set 'integrator.light_sampling=\"both\"'");
+        out.push(measured(finding, t));
+    }
+    out
+}
+
+/// There is light enough, but it is shown too dark.
+fn exposure(e: &Evidence<'_>) -> Option<Finding> {
+    let film = &e.scene.film;
+    if film.exposure > -1.0 || e.is_black() && e.picture.light.iter().all(|l| *l <= 0.0 || l.is_nan()) {
+        return None;
+    }
+    let shown = |factor: f64| quantile(e.g.colors.iter().map(|c| show(film, c, factor)[1]), 0.9);
+    let (now, plain) = (shown(e.picture.factor), shown(1.0));
+    if now >= 0.25 || plain < 2.0 * now.max(0.05) {
+        return None;
+    }
+    let severity = if e.is_black() || now < 0.1 { Severity::Error } else { Severity::Warning };
+    let what = format!(
+        "the exposure of {} stops shows everything {} times darker",
+        short(film.exposure),
+        short(1.0 / e.picture.factor)
+    );
+    Some(
+        Finding::new(BLACK, severity, "exposure-too-low", 0.97, what)
+            .why(format!(
+                "nine tenths of the pixels are shown below {}; at exposure 0 the limit would be {} (of 1)",
+                short(now),
+                short(plain)
+            ))
+            .remedy("set `exposure` of [film] to 0")
+            .flag("--exposure 0")
+            .measure("exposure", film.exposure, "stops")
+            .measure("brightness-shown", now, "share")
+            .measure("brightness-at-exposure-0", plain, "share"),
+    )
+}
+
+/// The mean albedo of surfaces that are seen and do not shine, and the share of these that are next to black.
+fn albedo(e: &Evidence<'_>) -> Option<(f64, f64)> {
+    let list: Vec<f64> = e
+        .mets()
+        .filter(|(_, _, m)| !m.shines && !materials::lets_through(e.scene, m.material))
+        .map(|(_, _, m)| m.albedo)
+        .collect();
+    if list.is_empty() {
+        return None;
+    }
+    let n = list.len() as f64;
+    Some((list.iter().sum::<f64>() / n, list.iter().filter(|a| **a < 0.01).count() as f64 / n))
+}
+
+/// Light arrives, but too little of it.
+fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
+    if !e.is_black() {
+        return None;
+    }
+    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
+    let potential: f64 = e.g.lights.iter().map(|l| l.arrives + l.kept_off).sum();
+    let (albedo, _) = albedo(e).unwrap_or((0.5, 0.0));
+    // What the brightest surfaces would show, at a fair albedo.
+    let light = arrives * e.picture.factor * 0.5 / std::f64::consts::PI;
+    if arrives <= 0.0 || arrives < 0.02 * potential || light > 0.05 || albedo < 0.02 {
+        return None;
+    }
+    let most = e.g.lights.iter().max_by(|a, b| a.arrives.total_cmp(&b.arrives))?;
+    let brightest = quantile(e.picture.light.iter().copied(), 0.9);
+    let wanted = 0.35;
+    let factor = wanted / (brightest * e.picture.factor).max(1e-30);
+    let stops = (ln(factor) * std::f64::consts::LOG2_E).ceil();
+    let name = e.shining(most.one);
+    if let Some(finding) = e.light_number(most.one).and_then(|i| night(e, i, arrives)) {
+        return Some(finding);
+    }
+    let far = most.distance.is_finite() && attenuates(e, most);
+    let what = if far {
+        format!("the light of \"{name}\" is too weak for the distance of {} units", short(most.distance))
+    } else {
+        format!("the light of \"{name}\" is too weak")
+    };
+    let why = if far {
+        format!(
+            "light weakens with the square of the distance: of its intensity 1/{} is left; {} arrives where surfaces are seen, and a white surface needs about 3 to look white. Scenes in millimetres take a million times the intensity of scenes in metres",
+            short(most.distance * most.distance),
+            short(arrives)
+        )
+    } else {
+        format!(
+            "an irradiance of {} arrives where surfaces are seen, and a white surface needs about 3 to look white",
+            short(arrives)
+        )
+    };
+    let mut finding =
+        Finding::new(BLACK, Severity::Error, "light-too-weak", 0.9, what).why(why).remedy(format!(
+            "multiply its strength by about {}, or raise the exposure by {} stops",
+            short(factor),
+            short(stops)
+        ));
+    finding = match e.light_number(most.one) {
+        Some(i) => match e.desc.lights.get(i as usize).and_then(|l| strength_key(&l.value)) {
+            Some((key, now)) => finding.flag(format!("--set light.{i}.{key}={}", short(now * factor))),
+            None => finding,
+        },
+        None => finding,
+    };
+    if stops <= 60.0 {
+        finding = finding
+            .flag(format!("--exposure {}", short(e.scene.film.exposure + stops)))
+            .flag("--auto-exposure");
+    }
+    Some(
+        finding
+            .about(name)
+            .measure("irradiance", arrives, "irradiance")
+            .measure("distance", most.distance, "units")
+            .measure("factor-wanted", factor, "ratio")
+            .measure("brightness", brightest, "radiance"),
+    )
+}
+
+/// The key that a light's strength has, and its value.
+pub(super) fn strength_key(light: &LightDesc) -> Option<(&'static str, f64)> {
+    Some(match light {
+        LightDesc::Ambient(l) => ("intensity", l.intensity),
+        LightDesc::Point(l) => ("intensity", l.intensity),
+        LightDesc::Directional(l) => ("intensity", l.intensity),
+        LightDesc::Spot(l) => ("intensity", l.intensity),
+        LightDesc::Rectangle(l) => ("intensity", l.intensity),
+        LightDesc::Disk(l) => ("intensity", l.intensity),
+        LightDesc::Sphere(l) => ("intensity", l.intensity),
+        LightDesc::Environment(l) => ("strength", l.strength),
+        LightDesc::Sky(l) => ("strength", l.strength),
+    })
+}
+
+/// Whether what arrives depends on the distance.
+fn attenuates(e: &Evidence<'_>, l: &LightFacts) -> bool {
+    let coefficients =
+        e.light_number(l.one).and_then(|i| e.desc.lights.get(i as usize)).and_then(|l| match &l.value {
+            LightDesc::Point(l) => Some(l.attenuation),
+            LightDesc::Spot(l) => Some(l.attenuation),
+            LightDesc::Rectangle(l) => Some(l.attenuation),
+            LightDesc::Disk(l) => Some(l.attenuation),
+            LightDesc::Sphere(l) => Some(l.attenuation),
+            _ => None,
+        });
+    // Shapes that shine look smaller from afar.
+    coefficients.is_none_or(|a| a.coefficients[1] + a.coefficients[2] > 0.0)
+}
+
+/// Light arrives, but nothing returns it.
+fn black_materials(e: &Evidence<'_>) -> Option<Finding> {
+    let (mean, black) = albedo(e)?;
+    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
+    if mean > 0.02 || black < 0.8 || arrives * e.picture.factor < 1e-4 {
+        return None;
+    }
+    let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
+    let (_, _, met) = e.mets().find(|(_, _, m)| m.albedo < 0.01 && !m.shines)?;
+    let name = e.labels.material(met.material);
+    let what = format!("the surfaces that are seen are black: their mean albedo is {}", short(mean));
+    Some(
+        Finding::new(BLACK, severity, "materials-black", 0.92, what)
+            .why(format!(
+                "an irradiance of {} arrives, and they return next to nothing of it; {} of the pixels show a material as black as \"{name}\"",
+                short(arrives),
+                percent(black)
+            ))
+            .remedy("give the materials another `color` or `base_color`, and look whether textures were found")
+            .about(name)
+            .measure("albedo", mean, "share")
+            .measure("black-pixels", black, "share")
+            .measure("irradiance", arrives, "irradiance"),
+    )
+}

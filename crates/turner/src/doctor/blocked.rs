@@ -1,0 +1,308 @@
+//! Lights that bring nothing to what is seen, and what keeps them off.
+
+use std::collections::BTreeMap;
+
+use super::evidence::Evidence;
+use super::finding::{Finding, Question, Severity, percent, short};
+use super::lights::{Blocker, LightFacts};
+use crate::light::{Light, LightDesc};
+use crate::math::DVec3;
+use crate::math::elementary::acos;
+use crate::scene::Shining;
+
+const BLACK: Question = Question::Black;
+
+/// Of the points asked, the share that light must reach to count as arriving.
+const ARRIVES: f64 = 0.01;
+
+pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+    if e.g.lights.is_empty() || e.picture.light.is_empty() {
+        return;
+    }
+    let potential = |l: &LightFacts| l.arrives + l.kept_off + l.behind;
+    let all_arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
+    let tried = [e.g.deeper, e.g.unclamped, e.g.transparent, e.g.both_ways];
+    let settings = tried.iter().flatten().any(|t| t.ratio > 3.0);
+    let mut causes: BTreeMap<(&'static str, Option<u32>), Vec<(&LightFacts, Finding)>> = BTreeMap::new();
+    for l in e.g.lights.iter().filter(|l| l.asked > 0) {
+        let Some(cause) = cause(e, l) else { continue };
+        let missed = potential(l) > 0.1 * all_arrives || l.none == l.asked;
+        let severity = match (e.is_black(), missed) {
+            // Other settings let its light in.
+            (true, _) if settings && indirectly(e, l) => Severity::Note,
+            (true, _) => Severity::Error,
+            // It may be meant to light them by way of others.
+            (false, true) if indirectly(e, l) => Severity::Note,
+            (false, true) => Severity::Warning,
+            (false, false) => Severity::Note,
+        };
+        let finding = Finding { severity, ..cause.finding };
+        causes.entry((finding.code, cause.by)).or_default().push((l, finding));
+    }
+    for ((code, _), mut list) in causes {
+        list.sort_by(|a, b| potential(b.0).total_cmp(&potential(a.0)));
+        let count = list.len();
+        let worst = list.iter().map(|(_, f)| f.severity).min();
+        let Some((_, mut finding)) = list.into_iter().next() else { continue };
+        finding.severity = worst.unwrap_or(finding.severity);
+        if count > 1 {
+            finding.what += &format!(" (and {} more lights like it)", count - 1);
+            finding = finding.measure("lights", count as f64, "count");
+        }
+        debug_assert_eq!(code, finding.code);
+        out.push(finding);
+    }
+    out.extend(behind_glass(e, all_arrives));
+}
+
+/// Whether its light comes to the picture by way of other surfaces, or it is seen itself.
+fn indirectly(e: &Evidence<'_>, l: &LightFacts) -> bool {
+    let source = match l.one {
+        Shining::Light(i) => super::Source::Light(i),
+        Shining::Shape { primitive, .. } => super::Source::Object(primitive),
+    };
+    e.by_source.get(&source).is_some_and(|s| s[0] > 0.05 * e.all[0])
+}
+
+/// Why a light brings nothing, and what keeps it off.
+struct Cause {
+    finding: Finding,
+    by: Option<u32>,
+}
+
+fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
+    let share = |n: u32| f64::from(n) / f64::from(l.asked);
+    // Where floors reach to the horizon some light arrives far away.
+    let next_to_nothing = l.arrives < ARRIVES * (l.arrives + l.kept_off) && share(l.clear) < 0.5;
+    if share(l.clear) > ARRIVES && !next_to_nothing {
+        return None;
+    }
+    let name = e.shining(l.one);
+    let measured = |f: Finding| {
+        f.about(name.clone())
+            .measure("points-reached", share(l.clear), "share")
+            .measure("points-in-shadow", share(l.blocked), "share")
+            .measure("points-turned-away", share(l.away), "share")
+            .measure("points-not-shone-at", share(l.none), "share")
+            .measure("irradiance-kept-off", l.kept_off, "irradiance")
+    };
+    let find =
+        |code, weight, what: String| measured(Finding::new(BLACK, Severity::Error, code, weight, what));
+    if share(l.none) > 0.97 {
+        return turned_away(e, l, &name, &find).map(|finding| Cause { finding, by: None });
+    }
+    let up = e.scene.camera_desc.clone().placement_mut()[2].normalize_or(DVec3::Y);
+    let height = l.towards.dot(up);
+    if l.bounds.is_none() {
+        let is_sun = match l.one {
+            Shining::Light(i) => matches!(e.scene.lights.get(i as usize), Some(Light::Directional(_))),
+            Shining::Shape { .. } => false,
+        };
+        if is_sun && height < -1e-3 {
+            let below = 90.0 - acos((-height).clamp(-1.0, 1.0)).to_degrees();
+            let what = format!("\"{name}\" shines from {} degrees below the horizon", short(below));
+            let finding = find("sun-below-horizon", 0.93, what)
+                .why("what is seen is lit from above alone: the ground is in its way, or faces away from it")
+                .remedy("turn it round: `from` is the direction towards the light, `direction` the one in which it travels; a sky has `elevation`")
+                .measure("below-horizon", below, "degrees");
+            let finding = match e.light_number(l.one) {
+                Some(i)
+                    if matches!(e.desc.lights.get(i as usize).map(|l| &l.value), Some(LightDesc::Sky(_))) =>
+                {
+                    finding.flag(format!("--set light.{i}.elevation=35"))
+                }
+                Some(i) => {
+                    let to = l.towards - 2.0 * height * up;
+                    finding.flag(format!(
+                        "--set light.{i}.from=[{},{},{}]",
+                        short(to.x),
+                        short(to.y),
+                        short(to.z)
+                    ))
+                }
+                None => finding,
+            };
+            return Some(Cause { finding, by: None });
+        }
+    }
+    let blocker = l.blockers.iter().find(|b| !b.lets_through).or(l.blockers.first());
+    if l.blockers.first().is_some_and(|b| b.lets_through)
+        && l.blockers.iter().filter(|b| b.lets_through).map(|b| b.share).sum::<f64>() > 0.9
+    {
+        // Light that goes through glass is asked for elsewhere.
+        return None;
+    }
+    let by = |b: &Blocker| e.labels.object(b.primitive, b.shape);
+    if l.bounds.is_none() {
+        let b = blocker?;
+        let what = format!("\"{}\" shuts out the light of \"{name}\"", by(b));
+        let finding = find("sky-blocked", 0.92, what)
+            .why(format!(
+                "light from outside reaches {} of the points that are seen; \"{}\" keeps off {} of the rest",
+                percent(share(l.clear)),
+                by(b),
+                percent(b.share)
+            ))
+            .remedy("open it, take it away, or put a light inside")
+            .measure("kept-off-by-it", b.share, "share");
+        return Some(Cause { finding, by: Some(b.primitive) });
+    }
+    // Nearly all directions from it end at something: and where nothing gets through, that is around it.
+    if l.enclosed > 0.97
+        && let Some((encloser, shape)) = l.encloser
+        && l.blocked > 0
+        && blocker.is_some_and(|b| b.primitive == encloser || l.walls < 0.5 * l.distance)
+    {
+        let around = e.labels.object(encloser, shape);
+        let what = format!("\"{name}\" is shut in by \"{around}\"");
+        let finding = find("light-enclosed", 0.95, what)
+            .why(format!(
+                "{} of all directions from it end at something that lets no light through, and it reaches {} of the points that are seen",
+                percent(l.enclosed),
+                percent(share(l.clear))
+            ))
+            .remedy(format!("move the light out of \"{around}\", or make a hole in it; light that should come through it needs a material that lets it: transmission, or `shadow = \"none\"` with \"classic\""))
+            .measure("directions-enclosed", l.enclosed, "share");
+        return Some(Cause { finding, by: Some(encloser) });
+    }
+    match blocker {
+        Some(b) => {
+            let what = format!("\"{}\" is between \"{name}\" and everything that is seen", by(b));
+            let finding = find("light-blocked", 0.94, what)
+                .why(format!(
+                    "the light reaches {} of the points that are seen; {} are in shadow, of which \"{}\" throws {}, and {} face away from it",
+                    percent(share(l.clear)),
+                    percent(share(l.blocked)),
+                    by(b),
+                    percent(b.share),
+                    percent(share(l.away))
+                ))
+                .remedy("move the light to the side that is seen, or take away what is between")
+                .measure("distance", l.distance, "units");
+            Some(Cause { finding, by: Some(b.primitive) })
+        }
+        None if share(l.away) > 0.9 => {
+            let what = format!("\"{name}\" is behind all surfaces that are seen");
+            let finding = find("light-blocked", 0.9, what)
+                .why(format!("{} of the points that are seen face away from it", percent(share(l.away))))
+                .remedy("move the light to the side of the camera, or the camera to that of the light: it may be below a floor or behind a wall")
+                .measure("distance", l.distance, "units");
+            Some(Cause { finding, by: None })
+        }
+        None => None,
+    }
+}
+
+/// Of a light that sends nothing towards what is seen.
+fn turned_away(
+    e: &Evidence<'_>,
+    l: &LightFacts,
+    name: &str,
+    find: &dyn Fn(&'static str, f64, String) -> Finding,
+) -> Option<Finding> {
+    let bounds = l.bounds?;
+    let axis = l.axis.normalize_or_zero();
+    let points = e.g.paths.iter().flatten().flat_map(|p| p.points.iter().map(|(p, _)| *p));
+    let seen: Vec<DVec3> = points.chain(e.mets().map(|(_, _, m)| m.p)).collect();
+    // Not moved by floors that reach to the horizon.
+    let axis_middle = |i: usize| super::picture::quantile(seen.iter().map(|p| p[i]), 0.5);
+    let middle = DVec3::new(axis_middle(0), axis_middle(1), axis_middle(2));
+    let spot = e.light_number(l.one).and_then(|i| match e.desc.lights.get(i as usize).map(|l| &l.value) {
+        Some(LightDesc::Spot(s)) => Some((i, s)),
+        _ => None,
+    });
+    let spot_axis = spot.map_or(axis, |(_, s)| (s.look_at - s.position).normalize_or_zero());
+    let to = (middle - bounds.center()).normalize_or_zero();
+    let angle = acos(spot_axis.dot(to).clamp(-1.0, 1.0)).to_degrees();
+    if let Some((i, spot)) = spot {
+        if angle < 45.0 && spot.angle < 5.0 {
+            let what =
+                format!("the cone of \"{name}\", {} degrees, is too narrow to be seen", short(spot.angle));
+            return Some(
+                find("spot-too-narrow", 0.93, what)
+                    .why(format!("the middle of what is seen lies {} degrees off its axis", short(angle)))
+                    .remedy("widen it with `angle`, the degrees from its axis to the rim")
+                    .flag(format!("--set light.{i}.angle={}", short((angle + 15.0).clamp(20.0, 90.0))))
+                    .measure("angle-off-axis", angle, "degrees")
+                    .measure("cone", spot.angle, "degrees"),
+            );
+        }
+        let what = format!("\"{name}\" points away: what is seen lies {} degrees off its axis", short(angle));
+        let at = format!("{},{},{}", short(middle.x), short(middle.y), short(middle.z));
+        return Some(
+            find("light-faces-away", 0.93, what)
+                .why(format!("its cone reaches {} degrees from the axis", short(spot.angle)))
+                .remedy("turn it with `look_at`")
+                .flag(format!("--set light.{i}.look_at=[{at}]"))
+                .measure("angle-off-axis", angle, "degrees")
+                .measure("cone", spot.angle, "degrees"),
+        );
+    }
+    if l.lit <= 0.0 || l.lit > 0.9 {
+        return None;
+    }
+    let what = format!("\"{name}\" shines away from everything that is seen");
+    let one_sided = matches!(l.one, Shining::Shape { .. });
+    let why = if one_sided {
+        "its material has `double_sided = false` and shines on one side alone, that of its normal, which points away"
+    } else {
+        "it shines in some directions alone, and none of them leads there"
+    };
+    let remedy = if one_sided {
+        "turn the surface round (swap `edge_u` and `edge_v`, or reverse the order of a mesh's corners), or set `double_sided = true`"
+    } else {
+        "turn it round"
+    };
+    Some(
+        find("light-faces-away", 0.93, what)
+            .why(format!(
+                "{why}; the middle of what is seen lies {} degrees off the direction it shines in",
+                short(angle)
+            ))
+            .remedy(remedy)
+            .measure("angle-off-axis", angle, "degrees")
+            .measure("directions-lit", l.lit, "share"),
+    )
+}
+
+/// Lights that are a point or a direction, seen through glass: paths from the camera never find them.
+fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
+    if !e.scene.integrator.is_physical() {
+        return None;
+    }
+    let lost = |l: &LightFacts| {
+        let share: f64 = l.blockers.iter().filter(|b| b.lets_through).map(|b| b.share).sum();
+        share * l.kept_off
+    };
+    let delta = |l: &&LightFacts| match l.one {
+        Shining::Light(i) => match e.scene.lights.get(i as usize) {
+            Some(Light::Directional(d)) => !d.is_disc(),
+            Some(Light::Environment(_)) | None => false,
+            Some(_) => true,
+        },
+        Shining::Shape { .. } => false,
+    };
+    let most = e.g.lights.iter().filter(delta).max_by(|a, b| lost(a).total_cmp(&lost(b)))?;
+    let total: f64 = e.g.lights.iter().filter(delta).map(lost).sum();
+    let share = total / (total + all_arrives);
+    if share.is_nan() || share < 0.05 {
+        return None;
+    }
+    let b = most.blockers.iter().find(|b| b.lets_through)?;
+    let (name, glass) = (e.shining(most.one), e.labels.object(b.primitive, b.shape));
+    let severity = match share {
+        s if e.is_black() && s > 0.5 => Severity::Error,
+        s if s > 0.3 => Severity::Warning,
+        _ => Severity::Note,
+    };
+    let what =
+        format!("the light of \"{name}\" that goes through \"{glass}\" is lost: {} of all", percent(share));
+    Some(
+        Finding::new(BLACK, severity, "light-behind-glass", 0.91, what)
+            .why("a light without extent cannot be found by chance, and sampling it asks for a straight way, which glass does not leave: its caustics are missing")
+            .remedy("give the lamp an extent: an object with a material of type \"emissive\" in its place, or `angle` on a directional light; or make the glass `thin_walled = true` with roughness 0, which lets light go straight")
+            .about(name)
+            .measure("light-lost", share, "share")
+            .measure("lost-at-it", b.share, "share"),
+    )
+}

@@ -1,0 +1,274 @@
+//! What is broken: numbers that are none, normals, meshes inside out, places where precision ends, and what was ignored.
+
+use std::collections::BTreeMap;
+
+use super::evidence::Evidence;
+use super::finding::{Finding, Question, Severity, percent, short};
+use super::materials;
+use crate::math::{Bounds, DVec3};
+use crate::scene::{MaterialId, ObjectContent, ObjectDesc, WarningKind};
+use crate::shape::ShapeDesc;
+use crate::shape::mesh::MeshData;
+
+fn find(severity: Severity, code: &'static str, weight: f64, what: String) -> Finding {
+    Finding::new(Question::Broken, severity, code, weight, what)
+}
+
+pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+    out.extend(non_finite(e));
+    out.extend(normals(e));
+    out.extend(inside_out(e));
+    out.extend(backs(e));
+    out.extend(far_away(e));
+    out.extend(warnings(e));
+    if !e.g.complete {
+        let seen = e.g.paths.iter().flatten().count();
+        let what = format!("the time given was over after {seen} of {} pixels", e.g.pixels.len());
+        out.push(
+            find(Severity::Note, "examination-cut", 0.1, what)
+                .why("this scene takes much longer to probe than most: what was found is right, but something may have been missed")
+                .remedy("give it more time")
+                .flag("--seconds 60")
+                .measure("pixels-looked-at", seen as f64, "count"),
+        );
+    }
+}
+
+/// Samples that are no numbers.
+fn non_finite(e: &Evidence<'_>) -> Option<Finding> {
+    let paths = e.sum(|p| f64::from(p.samples));
+    let of_paths = e.sum(|p| f64::from(p.non_finite));
+    let of_colors = e.g.colors.iter().filter(|c| c.iter().any(|v| !v.is_finite())).count() as f64;
+    let (bad, all) = if paths > 0.0 { (of_paths, paths) } else { (of_colors, e.g.colors.len() as f64) };
+    if bad == 0.0 || all == 0.0 || !e.g.complete {
+        return None;
+    }
+    let what = format!("{} of the samples are no finite numbers", percent(bad / all));
+    Some(
+        find(Severity::Error, "non-finite", 1.0, what)
+            .why("they are left out of the picture; a pixel of nothing else is magenta. Numbers in the scene are too large to be multiplied")
+            .remedy("look for lights, emission and colours of 1e30 and more; `turner explain --pixel X,Y` shows where it begins. If there are none this is a bug: please report it")
+            .measure("samples", bad / all, "share"),
+    )
+}
+
+/// Normals that are none.
+fn normals(e: &Evidence<'_>) -> Option<Finding> {
+    let mets: Vec<_> = e.mets().map(|(_, _, m)| m).collect();
+    let bad: Vec<_> = mets.iter().filter(|m| !m.sound).collect();
+    let first = bad.first()?;
+    let share = bad.len() as f64 / mets.len().max(1) as f64;
+    if share < 0.01 {
+        return None;
+    }
+    let name = e.labels.object(first.primitive, first.shape);
+    let what = format!(
+        "{} of the surfaces that are seen have shading normals that point to the other side, such as \"{name}\"",
+        percent(share)
+    );
+    Some(
+        find(Severity::Warning, "bad-normals", 0.6, what)
+            .why("the normals of the mesh's file disagree with the order of its corners: surfaces look black or torn")
+            .remedy("compute the normals anew in the program that the mesh comes from, or leave them out (`smooth = false`)")
+            .about(name)
+            .measure("surfaces", share, "share"),
+    )
+}
+
+/// Most triangles of meshes that are looked at.
+const MOST_TRIANGLES: usize = 4_000_000;
+
+/// Closed meshes whose corners run the wrong way round.
+fn inside_out(e: &Evidence<'_>) -> Vec<Finding> {
+    let mut flipped: BTreeMap<u32, bool> = BTreeMap::new();
+    let mut left = MOST_TRIANGLES;
+    let mut is_flipped = |index: u32, mesh: &MeshData| {
+        *flipped.entry(index).or_insert_with(|| {
+            left = left.saturating_sub(mesh.triangles.len());
+            left > 0 && volume(mesh).is_some_and(|v| v < 0.0)
+        })
+    };
+    let mut out = Vec::new();
+    let objects = e.desc.objects.iter().chain(e.desc.groups.iter().flat_map(|g| &g.value.objects));
+    for object in objects {
+        let ObjectContent::Shape(ShapeDesc::Mesh(m)) = &object.content else { continue };
+        let Some(asset) = e.desc.meshes.get(m.mesh.index()) else { continue };
+        if !is_flipped(m.mesh.0, &asset.data) {
+            continue;
+        }
+        out.push(flipped_mesh(
+            e,
+            object,
+            &asset.uri,
+            object.material.or(m.materials.iter().flatten().next().copied()),
+        ));
+    }
+    out.truncate(8);
+    out
+}
+
+fn flipped_mesh(e: &Evidence<'_>, object: &ObjectDesc, uri: &str, material: Option<MaterialId>) -> Finding {
+    let principled = material.and_then(|id| materials::principled(e.desc, id)).unwrap_or_default();
+    let name = object
+        .name
+        .clone()
+        .unwrap_or_else(|| if uri.is_empty() { "a mesh".to_owned() } else { uri.to_owned() });
+    let shines = principled.emission_luminance > 0.0;
+    let (severity, effect) = if !principled.double_sided && !principled.is_transmissive() {
+        let effect =
+            if shines { "shines inwards alone" } else { "is seen from inside alone: its front is not there" };
+        (Severity::Error, effect)
+    } else if principled.is_transmissive() && !principled.thin_walled {
+        (Severity::Error, "bends light as a bubble of nothing in glass would")
+    } else {
+        (Severity::Note, "looks as it should, since its material has two sides")
+    };
+    let what = format!("the mesh \"{name}\" is inside out: its normals point inwards");
+    find(severity, "mesh-inside-out", 0.96, what)
+        .why(format!("it is closed, and the corners of its triangles run clockwise seen from outside; so it {effect}"))
+        .remedy("reverse the order of the corners (flip the normals in the program it comes from), or set `double_sided = true`")
+        .about(name)
+}
+
+/// The signed volume of a closed mesh; `None` for one that is open.
+fn volume(mesh: &MeshData) -> Option<f64> {
+    let point = |i: u32| mesh.positions.get(i as usize).copied().map(|p| DVec3::from(p.map(f64::from)));
+    let (mut edges, mut sum) = (Vec::with_capacity(mesh.triangles.len() * 3), 0.0);
+    let origin = point(0)?;
+    // Corners at the same place are one, whatever their numbers.
+    let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    let bits = |i: &u32| mesh.positions.get(*i as usize).map(|p| p.map(|v| (v + 0.0).to_bits()));
+    order.sort_by_key(bits);
+    let mut own = vec![0u32; mesh.positions.len()];
+    let mut last: Option<u32> = None;
+    for i in &order {
+        let same = last.filter(|l| bits(l) == bits(i));
+        last = Some(same.unwrap_or(*i));
+        if let (Some(slot), Some(l)) = (own.get_mut(*i as usize), last) {
+            *slot = l;
+        }
+    }
+    for t in &mesh.triangles {
+        let [a, b, c] = [point(t[0])? - origin, point(t[1])? - origin, point(t[2])? - origin];
+        sum += a.dot(b.cross(c)) / 6.0;
+        let corner = |i: u32| own.get(i as usize).copied().unwrap_or(i);
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            edges.push((corner(t[i]), corner(t[j])));
+        }
+    }
+    // Each edge is run through once each way.
+    let mut there = edges.clone();
+    let mut back: Vec<(u32, u32)> = edges.into_iter().map(|(a, b)| (b, a)).collect();
+    there.sort_unstable();
+    back.sort_unstable();
+    (there == back && !there.is_empty()).then_some(sum)
+}
+
+/// Surfaces with one side that are looked at from the other.
+fn backs(e: &Evidence<'_>) -> Option<Finding> {
+    if !e.desc.materials.iter().any(|m| m.value.cutout().is_some_and(|c| c.one_sided)) {
+        return None;
+    }
+    let mut passed: BTreeMap<u32, (u32, &'static str)> = BTreeMap::new();
+    for sight in e.g.sights.iter().flatten() {
+        let mut ray = sight.ray;
+        ray.t_max = sight.met.map_or(ray.t_max, |m| m.t);
+        for (primitive, shape) in e.scene.backs_on(&ray) {
+            passed.entry(primitive).or_insert((0, shape)).0 += 1;
+        }
+    }
+    for (_, _, met) in e.mets() {
+        // What is seen elsewhere is closed, or bent.
+        passed.remove(&met.primitive);
+    }
+    let (&primitive, &(count, shape)) =
+        passed.iter().max_by_key(|(i, (n, _))| (*n, std::cmp::Reverse(**i)))?;
+    let share = f64::from(count) / e.g.sights.iter().flatten().count().max(1) as f64;
+    let name = e.labels.object(primitive, shape);
+    let severity =
+        if share > 0.2 || e.is_black() || e.met < 0.01 { Severity::Error } else { Severity::Warning };
+    let what = format!("\"{name}\" is looked at from its back, which is not there");
+    Some(
+        find(severity, "seen-from-behind", 0.94, what)
+            .why(format!("{} of the camera's rays go through it: its material has `double_sided = false`, and its normals point away from the camera", percent(share)))
+            .remedy("turn it round (swap `edge_u` and `edge_v`, or reverse the order of a mesh's corners), or set `double_sided = true`")
+            .about(name)
+            .measure("rays-through", share, "share"),
+    )
+}
+
+/// Places where numbers have few digits left.
+fn far_away(e: &Evidence<'_>) -> Option<Finding> {
+    let all = e.scene.all_bounds().map(|(_, b)| b).filter(Bounds::is_finite);
+    let bounds = all.fold(Bounds::EMPTY, |a, b| a.union(&b));
+    if bounds.is_empty() {
+        return None;
+    }
+    let (offset, size) = (bounds.center().length(), bounds.size().length());
+    let ratio = offset / size.max(1e-300);
+    if ratio < 1e5 {
+        return None;
+    }
+    let what = format!("the scene lies {} of its own sizes from the origin", short(ratio));
+    let single = e.scene.stats.triangles > 0;
+    Some(
+        find(if single && ratio > 1e6 { Severity::Warning } else { Severity::Note }, "far-from-origin", 0.5, what)
+            .why("corners of meshes have seven digits: what is left of them there may show as torn surfaces and shadows")
+            .remedy(format!("move everything by ({}, {}, {})", short(-bounds.center().x), short(-bounds.center().y), short(-bounds.center().z)))
+            .measure("distance", offset, "units")
+            .measure("size", size, "units"),
+    )
+}
+
+/// What was ignored or doubtful while loading and preparing.
+fn warnings(e: &Evidence<'_>) -> Vec<Finding> {
+    let mut by: BTreeMap<(&str, &str), u64> = BTreeMap::new();
+    for w in &e.scene.warnings {
+        let code = match w.kind {
+            WarningKind::Ignored => "ignored",
+            WarningKind::Doubtful => "doubtful",
+            WarningKind::Approximated | WarningKind::Note => continue,
+        };
+        *by.entry((code, w.message.as_str())).or_default() += w.count;
+    }
+    let finding = |((code, message), count): (&(&'static str, &str), &u64)| {
+        find(Severity::Warning, code, 0.3, (*message).to_owned())
+            .why(if *code == "ignored" {
+                "it was asked for, and has no effect on the picture"
+            } else {
+                "it is unlikely to be meant so"
+            })
+            .remedy("see what `turner info` says of it, and where it stands")
+            .measure("times", *count as f64, "count")
+    };
+    let mut out = Vec::new();
+    for ((code, message), count) in by.iter().take(8) {
+        let code = if *code == "ignored" { "ignored" } else { "doubtful" };
+        out.push(finding((&(code, *message), count)));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron(order: [usize; 3]) -> MeshData {
+        let triangles = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        MeshData {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            triangles: triangles.iter().map(|t: &[u32; 3]| order.map(|i| t[i])).collect(),
+            ..MeshData::default()
+        }
+    }
+
+    #[test]
+    fn the_volume_of_a_closed_mesh_has_a_sign() {
+        let v = volume(&tetrahedron([0, 1, 2])).unwrap();
+        assert!((v - 1.0 / 6.0).abs() < 1e-9, "{v}");
+        assert!(volume(&tetrahedron([0, 2, 1])).unwrap() < 0.0);
+        let mut open = tetrahedron([0, 1, 2]);
+        open.triangles.pop();
+        assert_eq!(volume(&open), None);
+    }
+}

@@ -1,0 +1,367 @@
+//! Whether the camera sees what is there.
+
+use std::collections::BTreeMap;
+
+use super::evidence::Evidence;
+use super::finding::{Finding, Question, Severity, percent, short};
+use super::materials;
+use super::sights::{directions, first};
+use crate::camera::CameraDesc;
+use crate::math::elementary::acos;
+use crate::math::{Bounds, DVec3, Ray};
+use crate::scene::MaterialId;
+
+const BLACK: Question = Question::Black;
+
+pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+    let Some(view) = View::new(e) else { return };
+    if let Some(finding) = crop(e) {
+        out.push(finding);
+    }
+    let inside = inside(e, &view);
+    let is_inside = inside.is_some();
+    out.extend(inside);
+    out.extend(invisible(e));
+    if is_inside {
+        return;
+    }
+    out.extend(nothing_seen(e, &view));
+    out.extend(blurred(e, &view));
+    out.extend(near(e, &view));
+}
+
+/// Where the camera is and looks.
+struct View {
+    eye: DVec3,
+    forward: DVec3,
+    target: DVec3,
+    /// Cosine of the largest angle from its axis at which it sees anything.
+    cos_rim: f64,
+    /// The largest angle between neighbouring pixels, radians, nearly.
+    pixel: f64,
+}
+
+impl View {
+    fn new(e: &Evidence<'_>) -> Option<View> {
+        let [position, look_at, _] = e.scene.camera_desc.clone().placement_mut().map(|v| *v);
+        let forward = (look_at - position).normalize_or_zero();
+        let rays = || e.g.sights.iter().flatten().map(|s| s.ray);
+        rays().next()?;
+        let cos_rim = rays().map(|r| r.direction.dot(forward)).fold(1.0, f64::min);
+        let height = f64::from(e.scene.film.height.max(1));
+        let pixel = 2.0 * acos(cos_rim.clamp(-1.0, 1.0)) / height;
+        Some(View { eye: position, forward, target: look_at, cos_rim, pixel })
+    }
+}
+
+/// All that is bounded, without what is much larger than the rest: floors made of spheres and boxes around the scene are no subjects.
+fn subject(e: &Evidence<'_>) -> Option<(Bounds, usize)> {
+    let mut all: Vec<Bounds> = e.scene.all_bounds().map(|(_, b)| b).filter(Bounds::is_finite).collect();
+    let size = |b: &Bounds| b.size().length();
+    all.sort_by(|a, b| size(a).total_cmp(&size(b)));
+    let typical = size(all.get(all.len() / 2)?);
+    let subjects: Vec<Bounds> = all.into_iter().filter(|b| size(b) <= 50.0 * typical.max(1e-300)).collect();
+    let bounds = subjects.iter().fold(Bounds::EMPTY, |a, b| a.union(b));
+    (!bounds.is_empty()).then_some((bounds, subjects.len()))
+}
+
+/// A part of the picture was asked for in which there is nothing.
+fn crop(e: &Evidence<'_>) -> Option<Finding> {
+    let [(light, met), (all, met_all)] = e.g.crop?;
+    let [x, y, width, height] = e.scene.film.crop?;
+    let empty = met == 0.0 && met_all > 0.1;
+    let dark = light <= 0.02 * all && all > 0.0;
+    if !(empty || dark) {
+        return None;
+    }
+    let what = format!(
+        "the crop of {width}x{height} pixels at ({x}, {y}) shows {}",
+        if empty { "none of the objects" } else { "a dark part of the picture" }
+    );
+    let finding = Finding::new(BLACK, Severity::Error, "crop-misses", 0.97, what)
+        .why("only the crop is rendered; elsewhere in the picture there is something to see")
+        .remedy("remove `crop` from [film], or move it to what should be seen")
+        .flag(format!("--crop 0,0,{},{}", e.scene.film.width, e.scene.film.height));
+    let finding = finding.measure("brightness-in-crop", light, "radiance").measure(
+        "brightness-of-picture",
+        all,
+        "radiance",
+    );
+    Some(finding.measure("met-in-crop", met, "share").measure("met-in-picture", met_all, "share"))
+}
+
+/// The camera stands within a solid.
+fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
+    const DIRECTIONS: u32 = 64;
+    let mut around: BTreeMap<u32, (u32, &'static str, MaterialId)> = BTreeMap::new();
+    for d in directions(DIRECTIONS) {
+        if let Some(met) = first(e.scene, &Ray::new(view.eye, d)).filter(|m| !m.outside) {
+            around.entry(met.primitive).or_insert((0, met.shape, met.material)).0 += 1;
+        }
+    }
+    let (&primitive, &(count, shape, material)) =
+        around.iter().max_by_key(|(id, (n, ..))| (*n, std::cmp::Reverse(**id)))?;
+    let share = f64::from(count) / f64::from(DIRECTIONS);
+    // What the camera's own rays meet; a near plane may begin them outside.
+    let rays = e.g.sights.iter().flatten().count().max(1) as f64;
+    let seen = e.mets().filter(|(_, _, m)| m.primitive == primitive && !m.outside).count() as f64 / rays;
+    if share < 0.8 || seen < 0.8 {
+        return None;
+    }
+    let name = e.labels.object(primitive, shape);
+    let own = e.scene.primitive_bounds(primitive)?;
+    let within = |p: DVec3| (p.cmpge(own.min) & p.cmple(own.max)).all();
+    // A room holds what is in the scene: objects, and lights that have a place.
+    let objects = e.scene.all_bounds().filter(|(id, _)| *id != primitive).map(|(_, b)| b.center());
+    let lights = e.g.lights.iter().filter_map(|l| l.bounds).map(|b| b.center());
+    let (mut held, mut others) = (0u64, 0u64);
+    for center in objects.take(1 << 16).chain(lights) {
+        others += 1;
+        held += u64::from(within(center));
+    }
+    let is_room = if others > 0 { 2 * held >= others } else { !e.is_black() };
+    let through = materials::lets_through(e.scene, material);
+    let severity = match (is_room, through) {
+        (true, false) if !e.is_black() => return None,
+        (true, _) => return None,
+        (false, true) => Severity::Warning,
+        (false, false) => Severity::Error,
+    };
+    let what = format!("the camera is inside \"{name}\"");
+    let out = Finding::new(BLACK, severity, "camera-inside", 0.99, what)
+        .why(format!(
+            "{} of all directions from the camera meet the inner side of it first, as do {} of the camera's rays; the other objects are outside",
+            percent(share),
+            percent(seen)
+        ))
+        .remedy(format!("move the camera out of it: `[camera] position` is ({})", point(view.eye)))
+        .about(name)
+        .measure("directions-enclosed", share, "share")
+        .measure("rays-enclosed", seen, "share");
+    Some(out)
+}
+
+fn point(p: DVec3) -> String {
+    format!("{}, {}, {}", short(p.x), short(p.y), short(p.z))
+}
+
+/// Objects that are in the way of camera rays, but not there by their material.
+fn invisible(e: &Evidence<'_>) -> Option<Finding> {
+    let gone = |i: usize| e.desc.materials.get(i).and_then(|m| materials::invisible(&m.value));
+    let named: Vec<(usize, f64)> = (0..e.desc.materials.len()).filter_map(|i| Some((i, gone(i)?))).collect();
+    if named.is_empty() {
+        return None;
+    }
+    let of: BTreeMap<u32, usize> = e
+        .scene
+        .primitive_materials()
+        .filter_map(|(id, m)| named.iter().find(|(i, _)| *i == m.index()).map(|(i, _)| (id, *i)))
+        .collect();
+    let boxes: Vec<(Bounds, usize)> =
+        e.scene.all_bounds().filter_map(|(id, b)| Some((b, *of.get(&id)?))).take(4096).collect();
+    let rays = e.g.sights.iter().flatten().count().max(1) as f64;
+    let mut through: BTreeMap<usize, u32> = BTreeMap::new();
+    for sight in e.g.sights.iter().flatten() {
+        if let Some((_, i)) = boxes.iter().find(|(b, _)| enters(b, &sight.ray)) {
+            *through.entry(*i).or_default() += 1;
+        }
+    }
+    let (&i, &count) = through.iter().max_by_key(|(i, n)| (**n, std::cmp::Reverse(**i)))?;
+    let share = f64::from(count) / rays;
+    let opacity = gone(i)?;
+    let name = e.labels.material(MaterialId(i as u32));
+    let severity = if e.met < 0.01 || e.is_black() || boxes.len() as u64 == e.scene.stats.primitives {
+        Severity::Error
+    } else {
+        Severity::Warning
+    };
+    let what = format!("objects of \"{name}\" are invisible: its opacity is {}", short(opacity));
+    Some(
+        Finding::new(BLACK, severity, "objects-invisible", 0.98, what)
+            .why(format!(
+                "{} of the camera's rays go through the boxes around them and meet nothing there",
+                percent(share)
+            ))
+            .remedy(format!("raise `opacity` of the material \"{name}\" to 1, or leave it out"))
+            .flag(format!("--set material.{name}.opacity=1"))
+            .about(name)
+            .measure("opacity", opacity, "share")
+            .measure("rays-through", share, "share"),
+    )
+}
+
+/// Whether a ray enters a box.
+fn enters(b: &Bounds, ray: &Ray) -> bool {
+    let inverse = ray.direction.recip();
+    let (a, z) = ((b.min - ray.origin) * inverse, (b.max - ray.origin) * inverse);
+    let near = a.min(z).max_element().max(ray.t_min);
+    near <= a.max(z).min_element().min(ray.t_max)
+}
+
+/// Rays that meet nothing though there is something.
+fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
+    let (bounds, count) = subject(e)?;
+    let bounded = e.mets().filter(|(_, _, m)| !m.endless).count();
+    let rays = e.g.sights.iter().flatten().count().max(1) as f64;
+    let share = bounded as f64 / rays;
+    if bounded > 0 && !(share < 0.01 && e.is_black()) {
+        return None;
+    }
+    let severity = if e.met < 0.01 || e.is_black() { Severity::Error } else { Severity::Warning };
+    let center = bounds.center();
+    let to = center - view.eye;
+    let (distance, radius) = (to.length(), 0.5 * bounds.size().length());
+    let cosine = to.normalize_or_zero().dot(view.forward);
+    let angle = acos(cosine.clamp(-1.0, 1.0)).to_degrees();
+    let rim = acos(view.cos_rim.clamp(-1.0, 1.0)).to_degrees();
+    let reach = if distance > radius { (radius / distance).min(1.0) } else { 1.0 };
+    let half = crate::math::elementary::asin(reach).to_degrees();
+    let find = |code, weight, what: String| {
+        Finding::new(BLACK, severity, code, weight, what)
+            .measure("rays-that-meet-objects", share, "share")
+            .measure("angle-off-axis", angle, "degrees")
+            .measure("distance", distance, "units")
+            .measure("radius-of-objects", radius, "units")
+    };
+    if angle - half > rim {
+        let what = format!(
+            "the camera looks past everything: the middle of the {count} objects lies {} degrees off its axis, and it sees {} degrees around that",
+            short(angle),
+            short(rim)
+        );
+        return Some(
+            find("camera-looks-away", 0.96, what)
+                .why(format!("none of its rays meets an object; they are around ({})", point(center)))
+                .remedy(format!("look at them: `[camera] look_at = [{}]`", point(center)))
+                .flag(format!("--set camera.look_at=[{}]", point(center).replace(' ', ""))),
+        );
+    }
+    if let CameraDesc::Pinhole(pinhole) = &e.scene.camera_desc
+        && pinhole.near > (distance - radius).max(0.0)
+        && pinhole.near > 0.0
+    {
+        let what = format!("the near plane of the camera, at {}, cuts everything off", short(pinhole.near));
+        return Some(
+            find("camera-near-clips", 0.96, what)
+                .why(format!("the objects are {} units away", short(distance)))
+                .remedy("lower `near` of [camera]")
+                .flag("--set camera.near=0")
+                .measure("near", pinhole.near, "units"),
+        );
+    }
+    let pixels = 2.0 * (radius / distance.max(1e-300)) / view.pixel.max(1e-300);
+    if pixels < 4.0 {
+        let what = format!(
+            "everything together is {} pixels wide: too small or too far away to be seen",
+            short(pixels)
+        );
+        return Some(
+            find("objects-too-small", 0.96, what)
+                .why(format!(
+                    "the objects are {} units across and {} units away: they may be in other units than the camera's place (1 m is 1000 mm)",
+                    short(2.0 * radius),
+                    short(distance)
+                ))
+                .remedy(format!("scale the objects by about {}, or move the camera nearer", short(0.3 * distance / radius.max(1e-300))))
+                .measure("size-in-picture", pixels, "pixels"),
+        );
+    }
+    let what = "none of the camera's rays meets an object, though they lie in its view".to_owned();
+    let one_sided = e.desc.materials.iter().any(|m| m.value.cutout().is_some_and(|c| c.one_sided));
+    let (why, remedy) = if one_sided {
+        (
+            "materials with `double_sided = false` are not there for rays that meet their back",
+            "turn the surfaces round, or set `double_sided = true`",
+        )
+    } else {
+        (
+            "rays pass between the objects, or these have holes where they are looked at",
+            "move the camera, or look at `--integrator depth`",
+        )
+    };
+    Some(find("objects-not-met", 0.9, what).why(why).remedy(remedy))
+}
+
+/// A lens that nothing is in focus of.
+fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
+    let CameraDesc::ThinLens(lens) = &e.scene.camera_desc else { return None };
+    let focus = lens.focus.unwrap_or((view.target - view.eye).length());
+    // Of points at a depth, the width of their circle in the plane in focus; that plane's height is what the picture shows of it.
+    let pixels = |depth: f64| {
+        let circle = 2.0 * lens.lens_radius * (depth - focus).abs() / depth.max(1e-300);
+        circle / (focus * view.pixel).max(1e-300)
+    };
+    let depths: Vec<f64> = e.mets().map(|(_, s, m)| m.t * s.ray.direction.dot(view.forward)).collect();
+    if depths.len() < 8 {
+        return None;
+    }
+    let sharpest = super::picture::quantile(depths.iter().map(|d| pixels(*d)), 0.1);
+    let share = sharpest / f64::from(e.scene.film.height.max(1));
+    if share < 0.03 {
+        return None;
+    }
+    let nearest = super::picture::quantile(depths.iter().copied(), 0.3);
+    let what = format!(
+        "nothing is in focus: nine tenths of what is seen are blurred over {} pixels or more",
+        short(sharpest)
+    );
+    let severity = if share > 0.1 { Severity::Error } else { Severity::Warning };
+    Some(
+        Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
+            .why(format!("the plane in focus is {} units away, with a lens of radius {}; most of what is seen is {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
+            .remedy("set `focus` of [camera] to that distance, or make `lens_radius` smaller")
+            .flag(format!("--set camera.focus={}", short(nearest)))
+            .flag(format!("--set camera.lens_radius={}", short(lens.lens_radius * 0.02 / share)))
+            .measure("blur", sharpest, "pixels")
+            .measure("focus", focus, "units")
+            .measure("distance", nearest, "units"),
+    )
+}
+
+/// Something near fills the picture.
+fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
+    let rays = e.g.sights.iter().flatten().count();
+    let mut by: BTreeMap<u32, (usize, &'static str, MaterialId, Vec<f64>)> = BTreeMap::new();
+    for (_, _, met) in e.mets() {
+        let entry = by.entry(met.primitive).or_insert((0, met.shape, met.material, Vec::new()));
+        entry.0 += 1;
+        entry.3.push(met.t);
+    }
+    let (&primitive, (count, shape, material, distances)) =
+        by.iter().max_by_key(|(id, (n, ..))| (*n, std::cmp::Reverse(**id)))?;
+    let share = *count as f64 / rays.max(1) as f64;
+    let distance = super::picture::quantile(distances.iter().copied(), 0.5);
+    let own = e.scene.primitive_bounds(primitive);
+    let others = e.scene.all_bounds().filter(|(id, _)| *id != primitive).map(|(_, b)| b);
+    let rest = others.fold(Bounds::EMPTY, |a, b| a.union(&b));
+    if share < 0.95 || rest.is_empty() || !materials::is_opaque(e.scene, *material) {
+        return None;
+    }
+    let (to_target, to_rest) = ((view.target - view.eye).length(), (rest.center() - view.eye).length());
+    // It is what is looked at, or what holds everything.
+    let is_target = own.is_some_and(|b| {
+        let grown = 1e-3 * b.size().length();
+        (view.target.cmpge(b.min - grown) & view.target.cmple(b.max + grown)).all()
+    });
+    if distance > 0.5 * to_rest.min(to_target) || is_target {
+        return None;
+    }
+    let name = e.labels.object(primitive, shape);
+    let severity = if e.is_black() { Severity::Error } else { Severity::Warning };
+    let what = format!("\"{name}\" stands right before the camera and hides everything");
+    Some(
+        Finding::new(BLACK, severity, "camera-blocked", 0.95, what)
+            .why(format!(
+                "{} of the camera's rays end at it, {} units away; what it looks at is {} units away",
+                percent(share),
+                short(distance),
+                short(to_target)
+            ))
+            .remedy("move the camera or the object, or cut it off with `near` of [camera]")
+            .flag(format!("--set camera.near={}", short(distance * 1.5)))
+            .about(name)
+            .measure("rays-that-end-there", share, "share")
+            .measure("distance", distance, "units")
+            .measure("distance-looked-at", to_target, "units"),
+    )
+}

@@ -1,0 +1,334 @@
+//! All that is measured, and sums of it that several questions need.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use super::Options;
+use super::grid::{Pixel, pixels};
+use super::kind::{PathKind, Source};
+use super::lights::{self, LightFacts};
+use super::paths::{self, PixelPaths};
+use super::picture::{PictureFacts, quantile};
+use super::sights::{Met, Sight, sights};
+use super::trees::{self, TreeFacts};
+use super::trial::{self, Trial};
+use crate::film::Antialias;
+use crate::integrator::IntegratorDesc;
+use crate::math::DVec3;
+use crate::scene::{Labels, MaterialId, Scene, SceneDesc, Shining};
+
+/// Samples of a pixel with which changes are tried.
+const TRIED: u32 = 4;
+
+/// What was measured.
+pub(super) struct Gathered {
+    pub(super) pixels: Vec<Pixel>,
+    pub(super) sights: Vec<Option<Sight>>,
+    pub(super) paths: Vec<Option<PixelPaths>>,
+    pub(super) trees: Option<TreeFacts>,
+    pub(super) lights: Vec<LightFacts>,
+    /// Things that shine, those that were not looked at included.
+    pub(super) shining: usize,
+    pub(super) colors: Vec<[f64; 3]>,
+    /// More scatterings allowed; no clamp; light sampled and found.
+    pub(super) deeper: Option<Trial>,
+    pub(super) unclamped: Option<Trial>,
+    pub(super) transparent: Option<Trial>,
+    pub(super) both_ways: Option<Trial>,
+    /// The mean luminance within the crop, and outside of it, with the share of rays that meet something in each.
+    pub(super) crop: Option<[(f64, f64); 2]>,
+    /// Whether there was time for all.
+    pub(super) complete: bool,
+}
+
+/// Looks at the scene. Its film and integrator are changed.
+pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
+    let (start, limit) = (Instant::now(), Duration::from_secs_f64(options.seconds.clamp(0.0, 1e6)));
+    let stop = || start.elapsed() > limit;
+    let film = scene.film.clone();
+    let physical = scene.integrator.is_physical();
+    let whole = [0, 0, film.width, film.height];
+    let crop = film.crop.filter(|crop| *crop != whole);
+    scene.film.crop = None;
+    scene.film.auto_exposure = false;
+    match (physical, film.antialias) {
+        (true, _) => {
+            (scene.film.antialias, scene.film.samples) = (Antialias::MonteCarlo, options.samples.max(TRIED));
+        }
+        (false, Antialias::Adaptive | Antialias::Mean) => scene.film.antialias = Antialias::None,
+        (false, _) => {}
+    }
+    let samples = scene.film.samples_per_pixel().min(TRIED);
+    let rect = crop.unwrap_or(whole);
+    let (pixels, _) = pixels(rect, options.pixels);
+    let mut g = Gathered {
+        sights: sights(scene, &pixels, options),
+        paths: Vec::new(),
+        trees: None,
+        lights: Vec::new(),
+        shining: 0,
+        colors: Vec::new(),
+        deeper: None,
+        unclamped: None,
+        transparent: None,
+        both_ways: None,
+        crop: crop.map(|crop| crop_facts(scene, crop, options)),
+        complete: true,
+        pixels,
+    };
+    if scene.integrator.is_for_looking() {
+        return g;
+    }
+    g.shining = scene.shining().len();
+    if physical {
+        let exposure = crate::math::elementary::pow(2.0, film.exposure);
+        let samples = affordable(scene, &mut g, options, &stop);
+        g.paths = paths::follow(scene, &g.pixels, samples, exposure, options, &stop);
+        g.complete = g.paths.iter().all(Option::is_some);
+        let color = |p: &Option<PixelPaths>| p.as_ref().map_or([f64::NAN; 3], |p| p.color);
+        g.colors = g.paths.iter().map(color).collect();
+    } else {
+        g.trees = Some(trees::of(scene, &g.pixels, options));
+        g.colors = colors(scene, &g.pixels, samples, options);
+    }
+    let points = points(&g);
+    g.lights = lights::ask(scene, &points, options);
+    if !stop() {
+        try_changes(scene, &mut g, samples, options);
+    }
+    g
+}
+
+/// How many samples of each pixel can be followed within reason; where paths are very long some pixels are left out, too.
+fn affordable(scene: &Scene, g: &mut Gathered, options: &Options, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
+    /// Vertices and shadow casters in all: about two seconds.
+    const MOST: f64 = 800_000.0;
+    const FEWEST: f64 = 4.0;
+    let few: Vec<Pixel> = g.pixels.iter().copied().step_by(g.pixels.len().div_ceil(32).max(1)).collect();
+    let pilot = paths::follow(scene, &few, 1, 1.0, options, stop);
+    let work: u64 = pilot.iter().flatten().map(|p| p.work).sum();
+    let each = work as f64 / few.len().max(1) as f64;
+    let samples = MOST / (each.max(1.0) * g.pixels.len().max(1) as f64);
+    if samples < FEWEST {
+        let step = (FEWEST / samples).ceil() as usize;
+        let mut kept = (0..).map(|i: usize| i.is_multiple_of(step));
+        g.pixels.retain(|_| kept.next() == Some(true));
+        let mut kept = (0..).map(|i: usize| i.is_multiple_of(step));
+        g.sights.retain(|_| kept.next() == Some(true));
+    }
+    (samples.max(FEWEST) as u32).min(options.samples).max(2)
+}
+
+/// Mean colours of pixels.
+fn colors(scene: &Scene, pixels: &[Pixel], samples: u32, options: &Options) -> Vec<[f64; 3]> {
+    let of = |pixel: &Pixel| {
+        let mut sum = [0.0; 3];
+        for i in 0..samples {
+            let color = crate::render::sample(scene, pixel.x, pixel.y, i)
+                .map_or([f32::NAN; 3], |r| r.color.to_array());
+            for (s, v) in sum.iter_mut().zip(color) {
+                *s += f64::from(v);
+            }
+        }
+        sum.map(|s| s / f64::from(samples.max(1)))
+    };
+    let colors = super::threads::map(pixels, options.threads, &|| false, of);
+    colors.into_iter().map(|c| c.unwrap_or([f64::NAN; 3])).collect()
+}
+
+/// The light of a few pixels within a crop and of the whole picture, and how many of their rays meet something.
+fn crop_facts(scene: &Scene, crop: [u32; 4], options: &Options) -> [(f64, f64); 2] {
+    [crop, [0, 0, scene.film.width, scene.film.height]].map(|rect| {
+        let (pixels, _) = pixels(rect, 64);
+        let light = trial::light(scene, &pixels, 1, options);
+        let met = sights(scene, &pixels, options).iter().flatten().filter(|s| s.met.is_some()).count();
+        (quantile(light, 0.9), met as f64 / pixels.len().max(1) as f64)
+    })
+}
+
+/// Surfaces that light can be asked for, with the normal on the side that is seen.
+fn points(g: &Gathered) -> Vec<(DVec3, DVec3)> {
+    let of_paths = g.paths.iter().flatten().flat_map(|p| p.points.iter().take(2).copied());
+    let points: Vec<_> = of_paths.collect();
+    if !points.is_empty() {
+        return points;
+    }
+    g.sights.iter().flatten().filter_map(|s| s.met).map(|m| (m.p, m.n)).collect()
+}
+
+fn try_changes(scene: &mut Scene, g: &mut Gathered, samples: u32, options: &Options) {
+    let own = scene.integrator.clone();
+    let ended = |word: &str| g.paths.iter().flatten().filter_map(|p| p.ends.get(word)).sum::<u32>();
+    let cut: u32 = g.paths.iter().flatten().map(|p| p.cut).sum();
+    let transparency = ended("transparency");
+    let mut before = None;
+    let mut change = |scene: &mut Scene, to: IntegratorDesc| {
+        scene.integrator = own.clone();
+        let before = before.get_or_insert_with(|| trial::light(scene, &g.pixels, samples, options));
+        scene.integrator = to;
+        let trial = trial::compare(before, &trial::light(scene, &g.pixels, samples, options));
+        scene.integrator = own.clone();
+        trial
+    };
+    match own.clone() {
+        IntegratorDesc::Path(mut p) => {
+            let first = p.clone();
+            if cut > 0 {
+                p.max_depth = p.max_depth.max(4).saturating_mul(4).min(64).max(p.max_depth);
+                (p.max_diffuse, p.max_glossy, p.max_transmission) = (None, None, None);
+                g.deeper = Some(change(scene, IntegratorDesc::Path(p)));
+            }
+            p = first.clone();
+            if p.clamp_indirect > 0.0 {
+                p.clamp_indirect = 0.0;
+                g.unclamped = Some(change(scene, IntegratorDesc::Path(p)));
+            }
+            p = first.clone();
+            if transparency > 0 {
+                p.max_transparent = p.max_transparent.max(16).saturating_mul(16).min(4096);
+                g.transparent = Some(change(scene, IntegratorDesc::Path(p)));
+            }
+            p = first;
+            if p.light_sampling != crate::integrator::LightSampling::Both {
+                p.light_sampling = crate::integrator::LightSampling::Both;
+                g.both_ways = Some(change(scene, IntegratorDesc::Path(p)));
+            }
+        }
+        IntegratorDesc::Direct(mut d) if cut > 0 => {
+            d.max_depth = d.max_depth.max(4).saturating_mul(4).min(64);
+            g.deeper = Some(change(scene, IntegratorDesc::Direct(d)));
+        }
+        IntegratorDesc::Classic(mut c) if g.trees.is_some_and(|t| t.cut > 0) => {
+            c.max_depth = c.max_depth.max(3).saturating_mul(4).min(24);
+            g.deeper = Some(change(scene, IntegratorDesc::Classic(c)));
+        }
+        _ => {}
+    }
+}
+
+/// What was measured, with sums of it.
+pub(super) struct Evidence<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) desc: &'a SceneDesc,
+    pub(super) labels: Labels<'a>,
+    pub(super) g: Gathered,
+    pub(super) picture: PictureFacts,
+    /// Pixels whose ray meets something that does not shine: as shown, the value below which most of them lie.
+    pub(super) objects_shown: f64,
+    /// The same for all pixels.
+    pub(super) all_shown: f64,
+    /// Share of pixels whose ray meets something.
+    pub(super) met: f64,
+    /// Relative variance of one sample of the picture, as one of those that are spread evenly over a pixel; mean of the pixels.
+    pub(super) variance: f64,
+    /// Light and variance by kind, by source, and by material with its kind.
+    pub(super) by_kind: BTreeMap<PathKind, [f64; 3]>,
+    pub(super) by_source: BTreeMap<Source, [f64; 3]>,
+    pub(super) by_material: BTreeMap<(PathKind, Option<MaterialId>), [f64; 3]>,
+    /// Sums: light, variance, that of what was found by chance.
+    pub(super) all: [f64; 3],
+}
+
+impl<'a> Evidence<'a> {
+    pub(super) fn new(scene: &'a Scene, desc: &'a SceneDesc, g: Gathered) -> Evidence<'a> {
+        let picture = PictureFacts::new(&scene.film, &g.colors);
+        let met_at = |i: usize| g.sights.get(i).copied().flatten().and_then(|s| s.met);
+        let lit = |i: usize| met_at(i).is_some_and(|m: Met| !m.shines);
+        let objects = picture.shown.iter().enumerate().filter(|(i, _)| lit(*i)).map(|(_, v)| *v);
+        let objects_shown = quantile(objects, 0.95);
+        let all_shown = quantile(picture.shown.iter().copied(), 0.98);
+        let rays = g.sights.iter().flatten().count().max(1) as f64;
+        let met = g.sights.iter().flatten().filter(|s| s.met.is_some()).count() as f64 / rays;
+        let mut e = Evidence {
+            scene,
+            desc,
+            labels: Labels { scene, desc },
+            picture,
+            objects_shown,
+            all_shown,
+            met,
+            variance: 0.0,
+            by_kind: BTreeMap::new(),
+            by_source: BTreeMap::new(),
+            by_material: BTreeMap::new(),
+            all: [0.0; 3],
+            g,
+        };
+        let known = e.g.paths.iter().flatten().filter(|p| p.samples >= 2).count().max(1) as f64;
+        for p in e.g.paths.iter().flatten().filter(|p| p.samples >= 2) {
+            // With few samples even spreading does little.
+            let variance = if e.scene.film.samples_per_pixel() >= 8 { p.spread } else { p.variance };
+            e.variance += variance / known;
+            for (key, share) in &p.shares {
+                let values = [share.light, share.variance, share.chance];
+                let sums = [
+                    &mut e.all,
+                    e.by_kind.entry(key.kind).or_default(),
+                    e.by_source.entry(key.source).or_default(),
+                    e.by_material.entry((key.kind, key.material)).or_default(),
+                ];
+                for sum in sums {
+                    for (s, v) in sum.iter_mut().zip(values) {
+                        *s += v;
+                    }
+                }
+            }
+        }
+        e
+    }
+
+    /// Whether next to nothing is to be seen of what is there.
+    pub(super) fn is_black(&self) -> bool {
+        /// Of the largest value in the file: about 15 of 255.
+        const BLACK: f64 = 0.06;
+        if self.picture.shown.is_empty() {
+            return false;
+        }
+        if self.met > 0.02 { self.objects_shown < BLACK } else { self.all_shown < BLACK }
+    }
+
+    /// First hits.
+    pub(super) fn mets(&self) -> impl Iterator<Item = (usize, &Sight, Met)> + '_ {
+        let sights = self.g.sights.iter().enumerate();
+        sights.filter_map(|(i, s)| s.as_ref().and_then(|s| Some((i, s, s.met?))))
+    }
+
+    /// What a source is called.
+    pub(super) fn source(&self, source: Source) -> String {
+        match source {
+            Source::Light(i) => self.labels.light(i),
+            Source::Object(i) => self.labels.object(i, self.scene.primitive_shape(i)),
+            Source::Background => "the background".to_owned(),
+            Source::Ambient => "the ambient light".to_owned(),
+            Source::Unknown => "one of many lights".to_owned(),
+        }
+    }
+
+    /// What something that shines is called.
+    pub(super) fn shining(&self, one: Shining) -> String {
+        match one {
+            Shining::Light(i) => self.labels.light(i),
+            Shining::Shape { primitive, .. } => {
+                self.labels.object(primitive, self.scene.primitive_shape(primitive))
+            }
+        }
+    }
+
+    /// The number of its light in the description: for `--set light.N.…`.
+    pub(super) fn light_number(&self, one: Shining) -> Option<u32> {
+        match one {
+            Shining::Light(i) => self.scene.light_sources.get(i as usize).copied().flatten(),
+            Shining::Shape { .. } => None,
+        }
+    }
+
+    /// Samples that the picture has per pixel.
+    pub(super) fn samples(&self) -> u32 {
+        self.scene.film.samples_per_pixel()
+    }
+
+    /// A sum over all pixels' paths.
+    pub(super) fn sum(&self, f: impl Fn(&PixelPaths) -> f64) -> f64 {
+        self.g.paths.iter().flatten().map(f).sum()
+    }
+}

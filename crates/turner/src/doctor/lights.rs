@@ -1,0 +1,241 @@
+//! What each light brings to the surfaces that are seen, and where the rest of it stays.
+
+use std::collections::BTreeMap;
+
+use super::sights::directions;
+use super::{Options, materials, threads};
+use crate::material::ShadowKind;
+use crate::math::{Bounds, DVec3, Ray};
+use crate::sampler::SampleId;
+use crate::scene::emitters::LightSample;
+use crate::scene::{Scene, Shining};
+
+/// Points of light asked for, in all.
+const MOST_ASKED: usize = 60_000;
+
+/// Lights that are looked at one by one; of more, these many spread evenly over the list.
+const MOST_LIGHTS: usize = 512;
+
+/// Points that are asked.
+const MOST_POINTS: usize = 192;
+
+/// One light, asked from many points.
+#[derive(Clone, Debug)]
+pub(super) struct LightFacts {
+    pub(super) one: Shining,
+    /// Where it is, if it has a place.
+    pub(super) bounds: Option<Bounds>,
+    /// How often it was asked, and of these: nothing came that way; it came from behind the surface; something was in the way; it arrived.
+    pub(super) asked: u32,
+    pub(super) none: u32,
+    pub(super) away: u32,
+    pub(super) blocked: u32,
+    pub(super) clear: u32,
+    /// Mean irradiance (luminance): that arrives, that is blocked, that comes from behind the surface.
+    pub(super) arrives: f64,
+    pub(super) kept_off: f64,
+    pub(super) behind: f64,
+    /// What is in the way, by primitive: the share of what it keeps off, and whether it lets light through.
+    pub(super) blockers: Vec<Blocker>,
+    /// Of directions around it, the share in which it shines, and their mean (not of length 1).
+    pub(super) lit: f64,
+    pub(super) axis: DVec3,
+    /// The median distance to the points.
+    pub(super) distance: f64,
+    /// Of rays from its middle, the share that meets something that lets no light through; and what most of them meet.
+    pub(super) enclosed: f64,
+    pub(super) encloser: Option<(u32, &'static str)>,
+    /// The distance within which nine tenths of these rays end.
+    pub(super) walls: f64,
+    /// The mean direction from the points towards it.
+    pub(super) towards: DVec3,
+}
+
+/// Something in the way of light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Blocker {
+    pub(super) primitive: u32,
+    pub(super) shape: &'static str,
+    pub(super) share: f64,
+    pub(super) lets_through: bool,
+}
+
+/// Asks all lights from the points, each with the normal on the side that is seen.
+pub(super) fn ask(scene: &Scene, points: &[(DVec3, DVec3)], options: &Options) -> Vec<LightFacts> {
+    let all = scene.shining();
+    let step = all.len().div_ceil(MOST_LIGHTS).max(1);
+    let chosen: Vec<Shining> = all.iter().copied().step_by(step).collect();
+    let count = (MOST_ASKED / chosen.len().max(1)).clamp(8, MOST_POINTS * 2);
+    let step = (points.len() * 2).div_ceil(count).max(1);
+    let points: Vec<(DVec3, DVec3)> = points.iter().copied().step_by(step).collect();
+    let size = scene.stats.bounds.map_or(1.0, |b| b.size().length());
+    let facts = threads::map(&chosen, options.threads, &|| false, |one| of_light(scene, *one, &points, size));
+    facts.into_iter().flatten().collect()
+}
+
+/// The middle of places that is not moved by a few far ones.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
+}
+
+fn of_light(scene: &Scene, one: Shining, points: &[(DVec3, DVec3)], size: f64) -> LightFacts {
+    let bounds = scene.shining_bounds(one);
+    let mut f = LightFacts {
+        one,
+        bounds,
+        asked: 0,
+        none: 0,
+        away: 0,
+        blocked: 0,
+        clear: 0,
+        arrives: 0.0,
+        kept_off: 0.0,
+        behind: 0.0,
+        blockers: Vec::new(),
+        lit: 1.0,
+        axis: DVec3::ZERO,
+        distance: f64::INFINITY,
+        enclosed: 0.0,
+        encloser: None,
+        walls: f64::INFINITY,
+        towards: DVec3::ZERO,
+    };
+    let mut blockers: BTreeMap<u32, Blocker> = BTreeMap::new();
+    let mut distances = Vec::new();
+    for (i, (p, n)) in (0..).zip(points) {
+        for k in 0..2 {
+            let id = SampleId { x: i, y: k, index: 0, seed: 0x6c69_6768 };
+            let (a, b) = (id.unit_square(0), id.unit_square(1));
+            f.asked += 1;
+            let Some(lit) = scene.shine_at(one, *p, [a.x, a.y, b.x]).filter(|l| !l.radiance.is_black())
+            else {
+                f.none += 1;
+                continue;
+            };
+            let distance = lit.to_light.length();
+            let wi = lit.to_light / distance;
+            f.towards += wi;
+            if lit.finite {
+                distances.push(distance);
+            }
+            let cosine = wi.dot(*n);
+            let arrives = f64::from(lit.radiance.luminance()) * cosine.abs() / lit.pdf;
+            if !arrives.is_finite() {
+                f.none += 1;
+            } else if cosine <= 0.0 {
+                f.away += 1;
+                f.behind += arrives;
+            } else {
+                look(scene, &mut f, &mut blockers, (*p, *n), &lit, arrives);
+            }
+        }
+    }
+    let scale = 1.0 / f64::from(f.asked.max(1));
+    (f.arrives, f.kept_off, f.behind) = (f.arrives * scale, f.kept_off * scale, f.behind * scale);
+    f.towards = f.towards.normalize_or_zero();
+    f.distance = median(distances);
+    let sum: f64 = blockers.values().map(|b| b.share).sum();
+    f.blockers = blockers.into_values().map(|b| Blocker { share: b.share / sum, ..b }).collect();
+    f.blockers.sort_by(|a, b| b.share.total_cmp(&a.share).then(a.primitive.cmp(&b.primitive)));
+    if let Some(bounds) = bounds {
+        around(scene, &mut f, &bounds, size);
+    }
+    f
+}
+
+/// Whether light arrives at a point, or what is in its way.
+fn look(
+    scene: &Scene,
+    f: &mut LightFacts,
+    blockers: &mut BTreeMap<u32, Blocker>,
+    (p, n): (DVec3, DVec3),
+    lit: &LightSample,
+    arrives: f64,
+) {
+    let origin = p + n * (1e-9 * (p.abs().max_element() + lit.to_light.length().min(1e6)));
+    let to = p + lit.to_light - origin;
+    let ray = if lit.finite {
+        Ray { t_max: 1.0 - 1e-9, ..Ray::new(origin, to) }
+    } else {
+        Ray::new(origin, lit.to_light.normalize())
+    };
+    let through = scene.transmittance(&ray);
+    let share = f64::from(through.luminance());
+    f.arrives += arrives * share;
+    f.kept_off += arrives * (1.0 - share);
+    if !through.is_black() {
+        f.clear += 1;
+        return;
+    }
+    f.blocked += 1;
+    let Some(hit) = next_to_light(scene, f.one, ray) else { return };
+    let entry = blockers.entry(hit.primitive).or_insert(Blocker { share: 0.0, ..hit });
+    entry.share += arrives;
+}
+
+/// Of all that is in the way, what is next to the light: of several things this is the one that concerns most points.
+fn next_to_light(scene: &Scene, one: Shining, mut ray: Ray) -> Option<Blocker> {
+    const MOST: u32 = 32;
+    let own = match one {
+        Shining::Shape { primitive, .. } => Some(primitive),
+        Shining::Light(_) => None,
+    };
+    let mut last = None;
+    for _ in 0..MOST {
+        let Some(hit) = scene.intersect(&ray) else { break };
+        let surface = scene.surface(&ray, &hit);
+        let primitive = scene.primitive_id(&hit);
+        let shadow = scene.materials.get(surface.material.index()).map(|m| m.shadow());
+        if Some(primitive) != own && shadow == Some(ShadowKind::Opaque) {
+            let lets_through = materials::lets_through(scene, surface.material);
+            last = Some(Blocker { primitive, shape: scene.shape_word(&hit), share: 1.0, lets_through });
+        }
+        ray.t_min = scene.behind(&ray, &hit);
+    }
+    last
+}
+
+/// Where it shines to, and what is around it.
+fn around(scene: &Scene, f: &mut LightFacts, bounds: &Bounds, size: f64) {
+    const DIRECTIONS: u32 = 128;
+    let center = bounds.center();
+    let far = bounds.size().length() + 1e-3 * size.max(1e-30);
+    let own = match f.one {
+        Shining::Shape { primitive, .. } => Some(primitive),
+        Shining::Light(_) => None,
+    };
+    let (mut lit, mut met): (u32, BTreeMap<u32, (u32, &'static str)>) = (0, BTreeMap::new());
+    let (mut axis, mut walls) = (DVec3::ZERO, Vec::new());
+    for d in directions(DIRECTIONS) {
+        let shines = scene.shine_at(f.one, center + d * far, [0.5, 0.5, 0.5]);
+        if shines.is_some_and(|l| !l.radiance.is_black()) {
+            lit += 1;
+            axis += d;
+        }
+        let mut ray = Ray::new(center, d);
+        // Out of its own shape.
+        for _ in 0..4 {
+            let Some(hit) = scene.intersect(&ray) else { break };
+            if Some(scene.primitive_id(&hit)) == own {
+                ray.t_min = scene.behind(&ray, &hit);
+                continue;
+            }
+            let surface = scene.surface(&ray, &hit);
+            if !materials::lets_through(scene, surface.material) {
+                walls.push(hit.shape.t);
+                let entry = met.entry(scene.primitive_id(&hit)).or_insert((0, scene.shape_word(&hit)));
+                entry.0 += 1;
+            }
+            break;
+        }
+    }
+    f.lit = f64::from(lit) / f64::from(DIRECTIONS);
+    f.axis = axis / f64::from(DIRECTIONS);
+    walls.resize(DIRECTIONS as usize, f64::INFINITY);
+    f.walls = super::picture::quantile(walls, 0.9);
+    let hits: u32 = met.values().map(|(n, _)| n).sum();
+    f.enclosed = f64::from(hits) / f64::from(DIRECTIONS);
+    let most = met.iter().max_by_key(|(id, (n, _))| (*n, std::cmp::Reverse(**id)));
+    f.encloser = most.map(|(id, (_, shape))| (*id, *shape));
+}

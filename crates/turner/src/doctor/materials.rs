@@ -1,0 +1,56 @@
+//! What materials are like, as far as it can be said beforehand.
+
+use crate::color::Spectrum;
+use crate::material::{AlphaMode, Material, MaterialDesc, PrincipledMaterial, ShadowKind};
+use crate::scene::{ColorSource, MaterialId, Scene, SceneDesc};
+
+/// Whether a material shines on this side, or shows its colour whatever the light.
+pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
+    match scene.materials.get(id.index()) {
+        Some(Material::Physical(m)) => m.desc.unlit || m.is_emissive() && (outside || m.shines_backwards()),
+        Some(Material::Principled(m, _)) => m.unlit,
+        Some(m) => m.is_emissive(scene),
+        None => false,
+    }
+}
+
+/// Whether light goes through what is made of it, at least in part, bent or as through a pane.
+pub(super) fn lets_through(scene: &Scene, id: MaterialId) -> bool {
+    match scene.materials.get(id.index()) {
+        Some(Material::Physical(m)) => m.desc.is_transmissive(),
+        Some(Material::Principled(m, _)) => m.is_transmissive(),
+        Some(Material::Classic(m)) => m.k_refract > 0.0,
+        _ => false,
+    }
+}
+
+/// Whether nothing is seen through what is made of it.
+pub(super) fn is_opaque(scene: &Scene, id: MaterialId) -> bool {
+    let shadow = scene.materials.get(id.index()).map(|m| m.shadow());
+    shadow == Some(ShadowKind::Opaque) && !lets_through(scene, id)
+}
+
+/// The physical terms of a material of the description.
+pub(super) fn principled(desc: &SceneDesc, id: MaterialId) -> Option<PrincipledMaterial> {
+    desc.materials.get(id.index())?.value.principled()
+}
+
+/// Why nothing of a material is ever seen: its opacity, if that is a number that leaves nothing.
+pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
+    let m = material.principled()?;
+    let ColorSource::Constant(opacity) = m.opacity else { return None };
+    let opacity = f64::from(opacity.max_component());
+    let gone = match m.alpha_mode {
+        AlphaMode::Opaque => false,
+        AlphaMode::Mask => opacity < m.alpha_cutoff,
+        AlphaMode::Blend => opacity < 0.002,
+    };
+    gone.then_some(opacity)
+}
+
+/// Whether a material of the description shines.
+pub(super) fn is_emissive(material: &MaterialDesc) -> bool {
+    material.principled().is_some_and(|m| {
+        m.emission_luminance > 0.0 && m.emission_color != ColorSource::Constant(Spectrum::BLACK)
+    })
+}

@@ -1,0 +1,216 @@
+//! Paths of the probe: what each sort brings, how much of the variance it carries, and what its rays cost.
+
+use std::collections::BTreeMap;
+
+use super::grid::Pixel;
+use super::kind::{LightPlaces, Part, PathKind, Source, parts};
+use super::{Options, threads};
+use crate::integrator::path::{End, Passage, PathRecord, replay_at};
+use crate::math::DVec3;
+use crate::render::place_of;
+use crate::scene::{MaterialId, Scene};
+
+/// Vertices and shadow casters of one pixel's paths that are followed: so that no pixel takes for ever.
+const MOST_WORK: u64 = 20_000;
+
+/// Of whom light came, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Key {
+    pub(super) kind: PathKind,
+    pub(super) source: Source,
+    pub(super) material: Option<MaterialId>,
+}
+
+/// A part of all light.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Share {
+    /// Sum of the pixels' means: luminance.
+    pub(super) light: f64,
+    /// Its part of the relative variance of one sample: cov(part, sample) / (mean² + 0.01), summed over pixels.
+    pub(super) variance: f64,
+    /// The same of what was found by chance alone.
+    pub(super) chance: f64,
+}
+
+/// What the paths of one pixel were like.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PixelPaths {
+    pub(super) samples: u32,
+    /// Vertices and shadow casters.
+    pub(super) work: u64,
+    /// Mean luminance, and mean colour.
+    pub(super) mean: f64,
+    pub(super) color: [f64; 3],
+    pub(super) alpha: f64,
+    /// Relative variance of one sample: var / (mean² + 0.01), the mean without the largest sample.
+    pub(super) variance: f64,
+    /// The same of a sample as one of eight that are spread evenly: their mean's relative variance, times eight.
+    pub(super) spread: f64,
+    /// The share of that which its largest sample makes.
+    pub(super) spike: f64,
+    pub(super) shares: BTreeMap<Key, Share>,
+    pub(super) non_finite: u32,
+    pub(super) ends: BTreeMap<&'static str, u32>,
+    /// Paths that were ended by a limit on depth though they still carried light.
+    pub(super) cut: u32,
+    pub(super) vertices: u64,
+    pub(super) passed: u64,
+    pub(super) longest: u32,
+    pub(super) shadow_rays: u64,
+    /// Vertices by primitive.
+    pub(super) by_primitive: BTreeMap<u32, (u64, MaterialId)>,
+    /// Sampled light that was lost to casters which let light through, by light and material.
+    pub(super) behind_glass: BTreeMap<(Source, MaterialId), f64>,
+    /// Sampled light that was lost in shadows; by what it would have brought.
+    pub(super) shadowed: f64,
+    /// Points that light can be sampled for, with the normal on the side the path came from.
+    pub(super) points: Vec<(DVec3, DVec3)>,
+    /// Surfaces that were not there, by material.
+    pub(super) holes: BTreeMap<MaterialId, u64>,
+}
+
+/// Follows the paths of all pixels; `exposure` is the factor at which they are shown.
+pub(super) fn follow(
+    scene: &Scene,
+    pixels: &[Pixel],
+    samples: u32,
+    exposure: f64,
+    options: &Options,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Vec<Option<PixelPaths>> {
+    let places = LightPlaces::new(scene);
+    threads::map(pixels, options.threads, stop, |pixel| of_pixel(scene, &places, pixel, samples, exposure))
+}
+
+fn of_pixel(scene: &Scene, places: &LightPlaces, pixel: &Pixel, samples: u32, exposure: f64) -> PixelPaths {
+    let mut out = PixelPaths::default();
+    let mut totals: Vec<f64> = Vec::new();
+    let mut by_key: BTreeMap<Key, (Vec<f64>, Vec<f64>)> = BTreeMap::new();
+    let mut work = 0;
+    for index in 0..samples {
+        if work > MOST_WORK && index >= 2 {
+            break;
+        }
+        let id = pixel.sample(scene, index);
+        let Ok(path) = replay_at(scene, id, place_of(scene, &id)) else { break };
+        work += note(&mut out, scene, places, &path);
+        out.work = work;
+        out.samples += 1;
+        out.alpha += f64::from(path.radiance.alpha);
+        let color = path.radiance.color;
+        if !color.is_finite() {
+            out.non_finite += 1;
+            continue;
+        }
+        for (sum, v) in out.color.iter_mut().zip(color.to_array()) {
+            *sum += f64::from(v);
+        }
+        let number = totals.len();
+        totals.push(exposure * f64::from(color.luminance()));
+        parts(scene, places, &path, |Part { kind, source, material, by_chance, value }| {
+            let (all, chance) = by_key.entry(Key { kind, source, material }).or_default();
+            for (list, counts) in [(all, true), (chance, by_chance)] {
+                list.resize(number + 1, 0.0);
+                if let (Some(last), true) = (list.last_mut(), counts) {
+                    *last += exposure * value;
+                }
+            }
+        });
+    }
+    let n = totals.len() as f64;
+    if n == 0.0 {
+        return out;
+    }
+    let mean = totals.iter().sum::<f64>() / n;
+    out.mean = mean / exposure;
+    out.color = out.color.map(|c| c / n);
+    out.alpha /= f64::from(out.samples);
+    // What the pixel is without its largest sample: one firefly would else make itself look harmless.
+    let largest = totals.iter().copied().fold(0.0, f64::max);
+    let usual = if n > 2.0 { (mean * n - largest) / (n - 1.0) } else { mean };
+    let scale = 1.0 / ((n - 1.0).max(1.0) * (usual * usual + 0.01));
+    let squares = |list: &[f64]| -> f64 {
+        let padded = list.iter().chain(std::iter::repeat(&0.0)).zip(&totals);
+        let part = list.iter().sum::<f64>() / n;
+        padded.map(|(a, x)| (a - part) * (x - mean)).sum::<f64>() * scale
+    };
+    out.variance = squares(&totals);
+    out.spread = blocks(&totals, mean) / (usual * usual + 0.01);
+    let largest = totals.iter().map(|x| (x - mean) * (x - mean)).fold(0.0, f64::max);
+    out.spike = if out.variance > 0.0 { largest * scale / out.variance } else { 0.0 };
+    for (key, (all, chance)) in by_key {
+        let light = all.iter().sum::<f64>() / n / exposure;
+        out.shares.insert(key, Share { light, variance: squares(&all), chance: squares(&chance) });
+    }
+    out
+}
+
+/// The variance of means of eight successive samples, times eight: that of a sample, where their even spread does nothing. Of fewer than two such
+/// blocks that of samples.
+fn blocks(totals: &[f64], mean: f64) -> f64 {
+    const SIZE: usize = 8;
+    let size = if totals.len() >= 2 * SIZE { SIZE } else { 1 };
+    let blocks = totals.chunks_exact(size);
+    let count = blocks.len() as f64;
+    let squares = blocks.map(|b| b.iter().sum::<f64>() / size as f64 - mean).map(|d| d * d);
+    squares.sum::<f64>() * size as f64 / (count - 1.0).max(1.0)
+}
+
+/// Notes what one path was like; gives the work it took.
+fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRecord) -> u64 {
+    let mut work = path.vertices.len() as u64 + 1;
+    *out.ends.entry(path.end.word()).or_default() += 1;
+    let carried = path.vertices.last().is_some_and(|v| !v.throughput.is_black());
+    out.cut += u32::from(path.end == End::Depth && carried);
+    out.longest = out.longest.max(path.vertices.len() as u32);
+    let mut seen = false;
+    for v in &path.vertices {
+        out.vertices += 1;
+        let entry = out.by_primitive.entry(v.primitive).or_insert((0, v.material));
+        entry.0 += 1;
+        match v.passage {
+            Passage::Surface => {}
+            Passage::Hole | Passage::Pane => {
+                out.passed += 1;
+                *out.holes.entry(v.material).or_default() += 1;
+            }
+            Passage::Hidden => {}
+        }
+        // The first surface of a path that light can be asked for.
+        let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || v.light.is_some();
+        if !seen && v.passage == Passage::Surface && rough && out.points.len() < 3 {
+            seen = true;
+            out.points.push((v.p, if v.outside { v.ng } else { -v.ng }));
+        }
+        let Some(light) = &v.light else { continue };
+        let Some(visible) = light.visible else { continue };
+        out.shadow_rays += 1;
+        work += light.casters.len() as u64;
+        let lost = f64::from(light.unshadowed.luminance());
+        if visible.is_black() && lost.is_finite() {
+            out.shadowed += lost;
+            if let Some(caster) = light.casters.first().filter(|c| super::kind::focuses(scene, c.material)) {
+                let source = places.source_of(scene, v, light);
+                *out.behind_glass.entry((source, caster.material)).or_default() += lost;
+            }
+        }
+    }
+    work
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_see_how_evenly_samples_are_spread() {
+        // Each block of eight has the same mean: nothing is left to chance.
+        let even: Vec<f64> = (0..32).map(|i| f64::from(i % 8)).collect();
+        assert!(blocks(&even, 3.5) < 1e-20);
+        // Samples that go together in their block are no better than one of them.
+        let lumps: Vec<f64> = (0..32).map(|i| f64::from(i / 8 % 2)).collect();
+        assert!((blocks(&lumps, 0.5) - 8.0 / 3.0).abs() < 1e-12);
+        assert!((blocks(&[0.0, 1.0], 0.5) - 0.5).abs() < 1e-12);
+        assert_eq!(blocks(&[], 0.0), 0.0);
+    }
+}

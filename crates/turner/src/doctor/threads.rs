@@ -1,0 +1,48 @@
+//! Work on a list by several threads, with the results in the list's order.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// `f` of each item, or `None` for those that were not come to because `stop` said so; the same for any number of threads.
+pub(super) fn map<T: Sync, R: Send>(
+    items: &[T],
+    threads: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+    f: impl Fn(&T) -> R + Sync,
+) -> Vec<Option<R>> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(i) else { return done };
+            if stop() {
+                return done;
+            }
+            done.push((i, f(item)));
+        }
+    };
+    let mut out: Vec<Option<R>> = Vec::new();
+    out.resize_with(items.len(), || None);
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        n => n,
+    };
+    let mut keep = |done: Vec<(usize, R)>| {
+        for (i, r) in done {
+            if let Some(slot) = out.get_mut(i) {
+                *slot = Some(r);
+            }
+        }
+    };
+    if threads <= 1 {
+        keep(work());
+        return out;
+    }
+    let lists = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.min(64)).map(|_| scope.spawn(work)).collect();
+        // A thread that came to an unexpected end leaves its items out.
+        workers.into_iter().filter_map(|w| w.join().ok()).collect::<Vec<_>>()
+    });
+    lists.into_iter().for_each(keep);
+    out
+}

@@ -1,0 +1,51 @@
+//! Trees of rays of the classic integrator: how many there are, and where they were cut.
+
+use super::grid::Pixel;
+use super::{Options, threads};
+use crate::integrator::classic::{CutReason, RayEnd, RayKind, replay_at};
+use crate::render::place_of;
+use crate::scene::Scene;
+
+/// What the trees of all pixels were like.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TreeFacts {
+    /// Trees.
+    pub(super) samples: u64,
+    /// Rays without those towards lights, and these.
+    pub(super) rays: u64,
+    pub(super) shadow_rays: u64,
+    /// Rays that were not traced because of the limit on depth, and of the limit on their number.
+    pub(super) cut: u64,
+    pub(super) dropped: u64,
+    /// The deepest.
+    pub(super) depth: u32,
+}
+
+/// Of one sample of each pixel.
+pub(super) fn of(scene: &Scene, pixels: &[Pixel], options: &Options) -> TreeFacts {
+    let one = |pixel: &Pixel| {
+        let id = pixel.sample(scene, 0);
+        let mut f = TreeFacts { samples: 1, ..TreeFacts::default() };
+        let Ok(tree) = replay_at(scene, id, place_of(scene, &id)) else { return f };
+        f.rays = tree.rays.len() as u64 + tree.unwritten;
+        f.dropped = tree.dropped;
+        for ray in &tree.rays {
+            f.depth = f.depth.max(ray.depth);
+            debug_assert!(ray.depth > 0 || ray.kind == RayKind::Camera);
+            let RayEnd::Hit(hit) = &ray.end else { continue };
+            f.shadow_rays += hit.lights.len() as u64;
+            f.cut +=
+                hit.cut.iter().filter(|c| c.reason == CutReason::Depth && c.weight > 1e-3).count() as u64;
+        }
+        f
+    };
+    let all = threads::map(pixels, options.threads, &|| false, one);
+    all.into_iter().flatten().fold(TreeFacts::default(), |a, b| TreeFacts {
+        samples: a.samples + b.samples,
+        rays: a.rays + b.rays,
+        shadow_rays: a.shadow_rays + b.shadow_rays,
+        cut: a.cut + b.cut,
+        dropped: a.dropped + b.dropped,
+        depth: a.depth.max(b.depth),
+    })
+}

@@ -1,0 +1,230 @@
+//! Why it is washed out: too bright, too flat.
+
+use super::black::strength_key;
+use super::evidence::Evidence;
+use super::finding::{Finding, Question, Severity, percent, short};
+use super::kind::Source;
+use super::picture::{quantile, show};
+use crate::color::{Tonemap, Transfer};
+use crate::math::elementary::ln;
+use crate::scene::Shining;
+
+pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
+    let p = &e.picture;
+    if p.shown.is_empty() || e.is_black() {
+        return;
+    }
+    let find = |severity, code, weight, what: String| {
+        Finding::new(Question::WashedOut, severity, code, weight, what)
+    };
+    let measured = |f: Finding| {
+        f.measure("white-pixels", p.white, "share").measure("clipped-pixels", p.clipped, "share").measure(
+            "saturation",
+            p.saturation,
+            "share",
+        )
+    };
+    let objects_white = objects_white(e);
+    let too_bright = objects_white > 0.3 || p.white > 0.6;
+    let severity = if objects_white > 0.6 || p.white > 0.8 { Severity::Error } else { Severity::Warning };
+    let stops = {
+        let middle = quantile(p.light.iter().copied(), 0.75) * p.factor;
+        (ln(middle.max(1e-30) / 0.6) * std::f64::consts::LOG2_E).ceil().max(1.0)
+    };
+    if too_bright {
+        let film = &e.scene.film;
+        let white = |factor: f64| {
+            let list = e.g.colors.iter().map(|c| show(film, c, factor).into_iter().fold(1.0, f64::min));
+            let (n, all) =
+                list.fold((0.0, 0.0), |(n, all), v| (n + f64::from(u8::from(v >= 0.985)), all + 1.0));
+            n / f64::max(all, 1.0)
+        };
+        let plain = white(1.0);
+        if film.exposure >= 0.5 && plain < 0.5 * p.white {
+            let what = format!(
+                "the exposure of {} stops shows {} of the pixels as white",
+                short(film.exposure),
+                percent(p.white)
+            );
+            out.push(measured(
+                find(severity, "exposure-too-high", 0.9, what)
+                    .why(format!("at exposure 0 it would be {}", percent(plain)))
+                    .remedy("lower `exposure` of [film]")
+                    .flag("--exposure 0")
+                    .measure("exposure", film.exposure, "stops")
+                    .measure("white-pixels-at-exposure-0", plain, "share"),
+            ));
+        } else {
+            out.push(measured(too_strong(e, severity, stops)));
+        }
+    }
+    if !too_bright && let Some(f) = flat(e) {
+        out.push(measured(f));
+    }
+    if let Some(f) = albedo(e) {
+        out.push(f);
+    }
+    let physical = e.scene.integrator.is_physical();
+    if physical && e.scene.film.transfer == Transfer::None {
+        let what =
+            "light is written as display values without the sRGB curve: `transfer = \"none\"`".to_owned();
+        out.push(
+            find(Severity::Note, "transfer-missing", 0.4, what)
+                .why("displays take values by that curve: middle tones look too dark, and lights that are turned up to make up for it wash the rest out")
+                .remedy("set `transfer = \"srgb\"` in [film] (colours as #rrggbb are then read by the same curve)")
+                .flag("--set 'film.transfer=\"srgb\"'"),
+        );
+    } else if physical && e.scene.film.tonemap == Tonemap::None && p.clipped > 0.1 && !too_bright {
+        let what = format!("{} of the pixels are cut off at the brightest value", percent(p.clipped));
+        out.push(measured(
+            find(Severity::Note, "tonemap-missing", 0.4, what)
+                .why("without tone mapping whatever is brighter than 1 is shown as 1, and loses its colour")
+                .remedy("choose a tone mapping in [film]")
+                .flag("--tonemap agx"),
+        ));
+    }
+}
+
+/// Of the pixels of objects that do not shine themselves, the share that is white.
+fn objects_white(e: &Evidence<'_>) -> f64 {
+    let list: Vec<f64> = e
+        .mets()
+        .filter(|(_, _, m)| !m.shines)
+        .filter_map(|(i, _, _)| e.g.colors.get(i))
+        .map(|c| show(&e.scene.film, c, e.picture.factor).into_iter().fold(1.0, f64::min))
+        .collect();
+    if list.len() < 8 { 0.0 } else { list.iter().filter(|v| **v >= 0.985).count() as f64 / list.len() as f64 }
+}
+
+/// Which light is too strong.
+fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
+    let q = Question::WashedOut;
+    let factor = crate::math::elementary::pow(2.0, -stops);
+    let lower = |f: Finding| f.flag(format!("--exposure {}", short(e.scene.film.exposure - stops)));
+    let ambient = ambient_share(e);
+    if ambient > 0.5 {
+        let what = format!("ambient light is {} of all light, and makes the picture white", percent(ambient));
+        let finding = Finding::new(q, severity, "ambient-too-strong", 0.8, what)
+            .why("it is the same on all sides: it takes away shadows and contrast")
+            .remedy(format!("multiply its `intensity` by about {}", short(factor)))
+            .measure("share-of-light", ambient, "share");
+        return lower(finding);
+    }
+    let strongest = e.g.lights.iter().max_by(|a, b| a.arrives.total_cmp(&b.arrives));
+    let by_paths = e.by_source.iter().max_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
+    let (name, share, light) = match (by_paths, strongest) {
+        (Some((source, sums)), _) => {
+            let light = match source {
+                Source::Light(i) => e.light_number(Shining::Light(*i)),
+                _ => None,
+            };
+            (e.source(*source), sums[0] / e.all[0].max(f64::MIN_POSITIVE), light)
+        }
+        (None, Some(l)) => {
+            (e.shining(l.one), l.arrives / arrives.max(f64::MIN_POSITIVE), e.light_number(l.one))
+        }
+        (None, None) => {
+            let what = "the picture is white, though no light can be made out".to_owned();
+            return lower(Finding::new(q, severity, "overexposed", 0.7, what).remedy("lower the exposure"));
+        }
+    };
+    let what = format!(
+        "\"{name}\" is too strong: it brings {} of the light, and {} of the pixels are white",
+        percent(share),
+        percent(e.picture.white)
+    );
+    let key =
+        light.and_then(|i| e.desc.lights.get(i as usize).and_then(|l| Some((i, strength_key(&l.value)?))));
+    let mut finding = Finding::new(q, severity, "light-too-strong", 0.8, what)
+        .why(format!("surfaces are {} stops brighter than what is shown as white", short(stops)))
+        .remedy(format!(
+            "multiply its strength by about {}, or lower the exposure by {} stops",
+            short(factor),
+            short(stops)
+        ))
+        .about(name)
+        .measure("share-of-light", share, "share")
+        .measure("stops-too-bright", stops, "stops");
+    if let Some((i, (key, now))) = key {
+        finding = finding.flag(format!("--set light.{i}.{key}={}", short(now * factor)));
+    }
+    lower(finding).flag("--auto-exposure")
+}
+
+/// The share of light that has no direction.
+fn ambient_share(e: &Evidence<'_>) -> f64 {
+    let ambient = f64::from(e.scene.ambient.luminance());
+    if ambient <= 0.0 {
+        return 0.0;
+    }
+    if e.scene.integrator.is_physical() {
+        return e.by_source.get(&Source::Ambient).map_or(0.0, |s| s[0] / e.all[0].max(f64::MIN_POSITIVE));
+    }
+    let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
+    ambient / (ambient + arrives)
+}
+
+/// Bright and without contrast.
+fn flat(e: &Evidence<'_>) -> Option<Finding> {
+    let shown: Vec<f64> = e
+        .mets()
+        .filter(|(_, _, m)| !m.shines)
+        .filter_map(|(i, _, _)| e.picture.shown.get(i).copied())
+        .collect();
+    if shown.len() < 30 {
+        return None;
+    }
+    let (low, middle, high) = (
+        quantile(shown.iter().copied(), 0.05),
+        quantile(shown.iter().copied(), 0.5),
+        quantile(shown.iter().copied(), 0.95),
+    );
+    let ambient = ambient_share(e);
+    if middle < 0.35 || high - low > 0.3 || ambient < 0.6 {
+        return None;
+    }
+    let what = format!("ambient light is {} of all light: there is next to no contrast", percent(ambient));
+    Some(
+        Finding::new(Question::WashedOut, Severity::Warning, "ambient-too-strong", 0.6, what)
+            .why(format!("nine tenths of the surfaces are shown between {} and {} (of 1)", short(low), short(high)))
+            .remedy("lower the `intensity` of the ambient light, and raise that of lights with a place or a direction")
+            .measure("share-of-light", ambient, "share")
+            .measure("contrast", high - low, "share"),
+    )
+}
+
+/// Surfaces that return next to all light.
+fn albedo(e: &Evidence<'_>) -> Option<Finding> {
+    if !e.scene.integrator.is_physical() {
+        return None;
+    }
+    let through = |m| super::materials::lets_through(e.scene, m);
+    let list: Vec<_> =
+        e.mets().filter(|(_, _, m)| !m.shines && !through(m.material)).map(|(_, _, m)| m).collect();
+    let white = list.iter().filter(|m| m.albedo > 0.95 && !metal(e, m.material)).count() as f64
+        / list.len().max(1) as f64;
+    let indirect =
+        e.by_kind.get(&super::PathKind::Indirect).map_or(0.0, |s| s[0] / e.all[0].max(f64::MIN_POSITIVE));
+    if white < 0.3 || list.len() < 30 || indirect < 0.3 {
+        return None;
+    }
+    let met = list.iter().find(|m| m.albedo > 0.95)?;
+    let name = e.labels.material(met.material);
+    let what =
+        format!("{} of the surfaces return over 95 % of the light, such as \"{name}\"", percent(white));
+    Some(
+        Finding::new(Question::WashedOut, Severity::Warning, "albedo-too-high", if indirect > 0.6 { 0.9 } else { 0.5 }, what)
+            .why(format!("light goes to and fro between them: {} of it came by way of other surfaces. White paint returns 80 %, snow 90 %", percent(indirect)))
+            .remedy("lower their `color` to 0.8 or less; it also takes less time")
+            .about(name)
+            .measure("bright-surfaces", white, "share")
+            .measure("indirect-light", indirect, "share"),
+    )
+}
+
+fn metal(e: &Evidence<'_>, id: crate::scene::MaterialId) -> bool {
+    use crate::scene::ColorSource::Constant;
+    super::materials::principled(e.desc, id)
+        .is_some_and(|m| !matches!(m.base_metalness, Constant(c) if c.max_component() < 0.5))
+}
