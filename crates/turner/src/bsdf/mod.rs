@@ -27,6 +27,7 @@ mod mixture;
 mod pane;
 mod point;
 
+pub(crate) use mixture::MIN_COSINE;
 pub use point::PrincipledPoint;
 
 use crate::color::Spectrum;
@@ -177,6 +178,11 @@ impl Bsdf {
             self.coat_normal = Some(n);
         }
         self
+    }
+
+    /// What Lambert's reflection and nothing else returns of light from any direction above the surface; `None` for all other BSDFs.
+    pub fn as_lambert(&self) -> Option<Spectrum> {
+        self.lambert.then(|| spectrum(self.diffuse.reflect / std::f64::consts::PI))
     }
 
     fn is_lambert(&self) -> bool {

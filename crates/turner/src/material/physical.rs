@@ -31,6 +31,7 @@ pub struct Physical {
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
     constant: Option<[Bsdf; 2]>,
+    lambert: Option<Spectrum>,
 }
 
 /// A source that is the same grey everywhere.
@@ -121,7 +122,32 @@ impl Physical {
             .constant_point()
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
-        Physical { desc, shadow, pane, dispersion, constant }
+        let mut made = Physical { desc, shadow, pane, dispersion, constant, lambert: None };
+        made.lambert = made.find_lambert();
+        made
+    }
+
+    /// The BRDF, if that is all there is to it: Lambert's, the same everywhere and on both sides, around the surface's own normal,
+    /// without light of its own.
+    #[inline]
+    pub(crate) fn only_lambert(&self) -> Option<Spectrum> {
+        self.lambert
+    }
+
+    fn find_lambert(&self) -> Option<Spectrum> {
+        let d = &self.desc;
+        let plain = d.alpha_mode != AlphaMode::Blend
+            && !d.unlit
+            && !self.is_emissive()
+            && !self.pane
+            && !self.has_inside()
+            && self.dispersion.is_none()
+            && d.bump().is_none()
+            && d.normal_map.is_none()
+            && d.coat_normal_map.is_none()
+            && d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK);
+        let [outer, inner] = self.constant.as_ref()?.each_ref().map(Bsdf::as_lambert);
+        outer.filter(|f| plain && inner == outer && !f.is_black())
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.

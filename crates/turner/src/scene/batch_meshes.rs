@@ -80,7 +80,7 @@ impl Scene {
         let used = rays.len.div_ceil(LANES);
         let RayBatch { blocks, moved, ends, from, room, found, coherent, .. } = rays;
         let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
-        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
+        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |o| own(o.primitive, o.part));
         let searched = BlockRays { offset, blocks, ends, own };
         match asked {
             Asked::Nearest => mesh
