@@ -169,6 +169,12 @@ impl RayBatch {
         Some(Ray { t_max: self.ends[place / LANES].0[place % LANES], ..ray })
     }
 
+    /// Where the ray at a place ends.
+    #[inline]
+    pub(super) fn end(&self, place: u32) -> f64 {
+        self.ends[place as usize / LANES].0[place as usize % LANES]
+    }
+
     #[inline]
     pub(super) fn end_ray(&mut self, place: u32, t: f64) {
         self.ends[place as usize / LANES].0[place as usize % LANES] = t;

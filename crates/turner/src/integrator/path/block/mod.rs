@@ -1,45 +1,58 @@
-//! Vertices of paths that are shaded eight at a time: flat triangles of meshes whose material is Lambert's reflection and nothing else.
+//! Vertices of paths that are shaded eight at a time: flat triangles of meshes whose material is Lambert's reflection or a rough mirror, and
+//! nothing else.
 //!
 //! What becomes of them is that of [`Wave::shade`], vertex by vertex, to the last bit. They are told apart at their hits, so that no
 //! [`SurfaceInteraction`](crate::scene::SurfaceInteraction) is made for them; all others are shaded one by one, and so is everything where
 //! notes are taken.
 
-mod lambert;
+mod shade;
 
+use super::LightSampling;
 use super::record::Record;
 use super::shade::MAX_VERTICES;
 use super::wave::Wave;
-use super::LightSampling;
-use crate::bsdf::Lobe;
+use crate::bsdf::RoughMirrorBlock;
 use crate::color::Spectrum;
 use crate::integrator::RayStats;
 use crate::light::Receiver;
-use crate::material::Material;
+use crate::material::{Material, PlainBsdf};
 use crate::math::{DVec3, Ray};
 use crate::scene::emitters::LightSample;
-use crate::scene::{FacetBlock, Hit, LightBatch, RayOrigin};
+use crate::scene::{FacetBlock, Hit, LightBatch, RayOrigin, Scene};
 use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 /// No light is asked for.
 const NONE: u32 = u32::MAX;
 
-const DIFFUSE: Lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: true };
-
 /// The vertices of one bounce; memory is kept from bounce to bounce.
 #[derive(Default)]
 pub(super) struct VertexBlocks {
-    blocks: Vec<VertexBlock>,
-    /// How many there are; only the last block may have room.
-    len: usize,
+    lambert: List<Lambert>,
+    mirrors: List<RoughMirrorBlock>,
     /// The hits that are here.
     held: Vec<bool>,
     room: Shading,
 }
 
+/// Vertices of one kind.
+#[derive(Default)]
+struct List<K> {
+    blocks: Vec<VertexBlock<K>>,
+    /// How many there are; only the last block may have room.
+    len: usize,
+}
+
+/// The BRDFs of eight vertices.
+#[derive(Default)]
+struct Lambert {
+    f: [Block32; 3],
+}
+
 impl VertexBlocks {
     /// Takes all out; there are so many hits to choose from.
     pub(super) fn clear(&mut self, hits: usize) {
-        self.len = 0;
+        self.lambert.len = 0;
+        self.mirrors.len = 0;
         self.held.clear();
         self.held.resize(hits, false);
     }
@@ -49,9 +62,37 @@ impl VertexBlocks {
     pub(super) fn holds(&self, hit: usize) -> bool {
         self.held[hit]
     }
+}
+
+impl<K: Default> List<K> {
+    /// Takes a hit, if it is one for blocks; gives the kind's part of its block and the lane.
+    #[inline]
+    fn take(
+        &mut self,
+        scene: &Scene,
+        sample: u32,
+        ray: &Ray,
+        hit: &Hit,
+        one_sided: bool,
+    ) -> Option<(&mut K, usize)> {
+        let (index, lane) = (self.len / LANES, self.len % LANES);
+        if index == self.blocks.len() {
+            self.blocks.push(VertexBlock::default());
+        }
+        let block = &mut self.blocks[index];
+        if !block.facets.take(scene, lane, hit) {
+            return None;
+        }
+        set(&mut block.direction, lane, ray.direction);
+        block.samples[lane] = sample;
+        block.from[lane] = hit.origin();
+        block.one_sided[lane] = one_sided;
+        self.len += 1;
+        Some((&mut block.kind, lane))
+    }
 
     /// The blocks with how many vertices each has.
-    fn used(&mut self) -> impl Iterator<Item = (&mut VertexBlock, usize)> {
+    fn used(&mut self) -> impl Iterator<Item = (&mut VertexBlock<K>, usize)> {
         let len = self.len;
         let blocks = self.blocks.iter_mut().take(len.div_ceil(LANES)).enumerate();
         blocks.map(move |(i, block)| (block, LANES.min(len - i * LANES)))
@@ -60,12 +101,11 @@ impl VertexBlocks {
 
 /// Eight vertices.
 #[derive(Default)]
-struct VertexBlock {
+struct VertexBlock<K> {
     facets: FacetBlock,
     /// Of the rays that met them.
     direction: [Block; 3],
-    /// Their BRDFs.
-    f: [Block32; 3],
+    kind: K,
     samples: [u32; LANES],
     from: [RayOrigin; LANES],
     one_sided: [bool; LANES],
@@ -111,33 +151,37 @@ impl<R: Record> Wave<'_, R> {
             return false;
         }
         let Material::Physical(material) = self.scene.material_at(hit) else { return false };
-        let Some(f) = material.only_lambert() else { return false };
+        let Some(plain) = material.plain() else { return false };
         if !self.paths[sample as usize].media.is_empty() {
             return false;
         }
-        let VertexBlocks { blocks, len, held, .. } = &mut self.blocks;
-        let (index, lane) = (*len / LANES, *len % LANES);
-        if index == blocks.len() {
-            blocks.push(VertexBlock::default());
-        }
-        let block = &mut blocks[index];
-        if !block.facets.take(self.scene, lane, hit) {
-            return false;
-        }
-        set(&mut block.direction, lane, ray.direction);
-        set32(&mut block.f, lane, f);
-        block.samples[lane] = sample;
-        block.from[lane] = hit.origin();
-        block.one_sided[lane] = material.is_one_sided();
-        held[number] = true;
-        *len += 1;
-        true
+        let (scene, VertexBlocks { lambert, mirrors, held, .. }) = (self.scene, &mut self.blocks);
+        let one_sided = material.is_one_sided();
+        let taken = match plain {
+            PlainBsdf::Lambert(f) => lambert
+                .take(scene, sample, ray, hit, one_sided)
+                .map(|(kind, lane)| set32(&mut kind.f, lane, *f)),
+            PlainBsdf::RoughMirror(m) => {
+                mirrors.take(scene, sample, ray, hit, one_sided).map(|(kind, lane)| kind.set(lane, m))
+            }
+        };
+        held[number] = taken.is_some();
+        taken.is_some()
     }
 
     /// Computes the surfaces of the blocks and asks for light there.
     pub(super) fn ask_in_blocks(&mut self, lights: &mut LightBatch) {
         let mut vertices = std::mem::take(&mut self.blocks);
-        dispatch(Surfaces(&mut vertices));
+        self.ask_in(&mut vertices.lambert, lights);
+        self.ask_in(&mut vertices.mirrors, lights);
+        self.blocks = vertices;
+    }
+
+    fn ask_in<K: Default>(&self, vertices: &mut List<K>, lights: &mut LightBatch) {
+        if vertices.len == 0 {
+            return;
+        }
+        dispatch(Surfaces(vertices));
         let asks = self.settings.light_sampling != LightSampling::Bsdf;
         for (block, len) in vertices.used() {
             for lane in 0..len {
@@ -154,13 +198,24 @@ impl<R: Record> Wave<'_, R> {
                 }
             }
         }
-        self.blocks = vertices;
     }
 
     /// Shades all blocks.
     pub(super) fn shade_blocks(&mut self, lights: &LightBatch, stats: &mut RayStats) {
         let mut vertices = std::mem::take(&mut self.blocks);
-        let mut room = std::mem::take(&mut vertices.room);
+        let VertexBlocks { lambert, mirrors, room, .. } = &mut vertices;
+        self.shade_list(lambert, room, lights, stats);
+        self.shade_list(mirrors, room, lights, stats);
+        self.blocks = vertices;
+    }
+
+    fn shade_list<K: shade::Kind>(
+        &mut self,
+        vertices: &mut List<K>,
+        room: &mut Shading,
+        lights: &LightBatch,
+        stats: &mut RayStats,
+    ) {
         for (block, len) in vertices.used() {
             let mut lanes = 0;
             room.lit = 0;
@@ -176,22 +231,20 @@ impl<R: Record> Wave<'_, R> {
                 let [u0, u1, ..] = path.numbers.second();
                 (room.u[0].0[lane], room.u[1].0[lane]) = (u0, u1);
                 if let Some(lit) = lights.get(block.lights[lane] as usize) {
-                    self.set_light(&mut room, lane, lit);
+                    self.set_light(room, lane, lit);
                 }
             }
             if lanes == 0 {
                 continue;
             }
-            dispatch(lambert::Shade { block, room: &mut room });
+            dispatch(shade::Shade { block, room });
             for lane in bits(room.connects & lanes) {
-                self.connect_lane(block, &room, lane);
+                self.connect_lane(block, room, lane);
             }
             for lane in bits(room.follows & lanes) {
-                self.follow_lane(block, &room, lane, stats);
+                self.follow_lane(block, room, lane, stats);
             }
         }
-        vertices.room = room;
-        self.blocks = vertices;
     }
 
     #[inline]
@@ -208,7 +261,7 @@ impl<R: Record> Wave<'_, R> {
 
     /// Sends the shadow ray of a lane.
     #[inline]
-    fn connect_lane(&mut self, block: &VertexBlock, room: &Shading, lane: usize) {
+    fn connect_lane<K>(&mut self, block: &VertexBlock<K>, room: &Shading, lane: usize) {
         let sample = block.samples[lane];
         let indirect = self.paths[sample as usize].bounces.total > 0;
         let light = self.settings.clamped(get32(&room.light, lane), indirect);
@@ -219,10 +272,16 @@ impl<R: Record> Wave<'_, R> {
 
     /// Goes on from a lane, if chance lets it.
     #[inline]
-    fn follow_lane(&mut self, block: &VertexBlock, room: &Shading, lane: usize, stats: &mut RayStats) {
+    fn follow_lane<K: shade::Kind>(
+        &mut self,
+        block: &VertexBlock<K>,
+        room: &Shading,
+        lane: usize,
+        stats: &mut RayStats,
+    ) {
         let sample = block.samples[lane];
         let path = &mut self.paths[sample as usize];
-        let Some(bounces) = self.settings.count(&path.bounces, &DIFFUSE) else { return };
+        let Some(bounces) = self.settings.count(&path.bounces, &K::LOBE) else { return };
         path.beta = get32(&room.beta_next, lane);
         path.bounces = bounces;
         path.from_camera = false;
@@ -249,9 +308,9 @@ impl<R: Record> Wave<'_, R> {
     }
 }
 
-struct Surfaces<'a>(&'a mut VertexBlocks);
+struct Surfaces<'a, K>(&'a mut List<K>);
 
-impl Work for Surfaces<'_> {
+impl<K> Work for Surfaces<'_, K> {
     type Output = ();
 
     #[inline(always)]
