@@ -13,7 +13,7 @@ use super::shade::MAX_VERTICES;
 use super::wave::Wave;
 use crate::bsdf::RoughMirrorBlock;
 use crate::color::Spectrum;
-use crate::integrator::RayStats;
+use crate::integrator::{RayStats, footprint};
 use crate::light::Receiver;
 use crate::material::{Material, PlainBsdf};
 use crate::math::{DVec3, Ray};
@@ -147,7 +147,7 @@ impl<R: Record> Wave<'_, R> {
     /// Takes a vertex into a block, if it is one for blocks.
     #[inline]
     pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
-        if R::NOTES || self.settings.direct || self.scene.pixel_cone.is_some() {
+        if R::NOTES || self.settings.direct {
             return false;
         }
         let Material::Physical(material) = self.scene.material_at(hit) else { return false };
@@ -166,7 +166,11 @@ impl<R: Record> Wave<'_, R> {
             }
         };
         held[number] = taken.is_some();
-        taken.is_some()
+        if taken.is_some() && scene.pixel_cone.is_some() {
+            let cone = &mut self.paths[sample as usize].cone;
+            *cone = cone.advanced(hit.shape.t);
+        }
+        held[number]
     }
 
     /// Computes the surfaces of the blocks and asks for light there.
@@ -290,6 +294,9 @@ impl<R: Record> Wave<'_, R> {
         path.pdf = room.pdf.0[lane];
         if let Some(receiver) = block.receivers[lane] {
             path.origin = receiver;
+        }
+        if let Some(pixel) = &self.scene.pixel_cone {
+            path.cone = footprint::leave_flat(pixel, path.cone, path.pdf);
         }
         stats.reflected += 1;
         if let Some(survives) = self.settings.survival(path) {
