@@ -142,6 +142,7 @@ impl Output {
             ("turner:exposure", format!("{exposure:.4}")),
         ]
         .into_iter()
+        .chain(scene.caustics.as_ref().map(|plan| ("turner:caustics", plan.to_string())))
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
         .collect()

@@ -364,6 +364,7 @@ impl Report<'_> {
                 "shadow": stats.shadow,
                 "reflected": stats.reflected,
                 "refracted": stats.refracted,
+                "light": stats.light,
                 "total": stats.total(),
             },
             "rays_per_second": self.rays_per_second(),

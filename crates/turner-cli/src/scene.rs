@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
 use turner::film::Antialias;
 use turner::filter::FilterKind;
-use turner::integrator::IntegratorDesc;
+use turner::integrator::{Caustics, IntegratorDesc};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
 use turner::scene::{PrepareOptions, Quality, Scene, SceneDesc};
@@ -77,6 +77,9 @@ pub(crate) struct FilmArgs {
     /// Most radiance that one path may bring by way of another surface, for "path": takes fireflies away, and light
     #[arg(long, value_name = "RADIANCE")]
     clamp_indirect: Option<f64>,
+    /// How light is found that mirrors and glass gather, for "path"
+    #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(Caustics::WORDS))]
+    caustics: Option<String>,
     /// Seed of the random numbers
     #[arg(long)]
     seed: Option<u32>,
@@ -131,6 +134,7 @@ impl FilmArgs {
         set("integrator.max_depth", number(self.max_depth), "--max-depth", None);
         let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
         set("integrator.clamp_indirect", clamp, "--clamp-indirect", None);
+        set("integrator.caustics", quoted(&self.caustics), "--caustics", self.caustics.as_deref());
         set("film.width", number(self.width), "--width", None);
         set("film.height", number(self.height), "--height", None);
         set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), "--crop", self.crop.as_deref());

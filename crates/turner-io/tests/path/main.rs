@@ -5,6 +5,7 @@
 )]
 
 mod bad_input;
+mod caustics;
 mod closed_forms;
 #[path = "../classic/common.rs"]
 mod common;

@@ -312,6 +312,11 @@ impl Towards<'_> {
         self.bsdf.straight(self.wo)
     }
 
+    /// As [`Bsdf::has_smooth`].
+    pub fn has_smooth(&self) -> bool {
+        self.bsdf.has_smooth()
+    }
+
     /// As [`Bsdf::sample`].
     #[inline]
     pub fn sample(&self, u: [f64; 3]) -> Option<BsdfSample> {

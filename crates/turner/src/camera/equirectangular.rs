@@ -38,8 +38,8 @@ height = 32
 /// An equirectangular camera, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Equirectangular {
-    frame: CameraFrame,
-    near: f64,
+    pub(super) frame: CameraFrame,
+    pub(super) near: f64,
 }
 
 impl EquirectangularDesc {

@@ -38,12 +38,12 @@ height = 48
 /// A fisheye camera, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fisheye {
-    frame: CameraFrame,
+    pub(super) frame: CameraFrame,
     /// Half the size of the screen, in radii of the circle.
-    half: DVec2,
+    pub(super) half: DVec2,
     /// Angle from the axis at the circle, radians.
-    rim: f64,
-    near: f64,
+    pub(super) rim: f64,
+    pub(super) near: f64,
 }
 
 impl FisheyeDesc {

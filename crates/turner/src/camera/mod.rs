@@ -7,6 +7,7 @@ mod frame;
 mod orthographic;
 mod pinhole;
 mod pixel_cone;
+mod project;
 mod rays;
 mod thin_lens;
 
@@ -16,6 +17,7 @@ pub use frame::{CameraFrame, Handedness};
 pub use orthographic::OrthographicDesc;
 pub use pinhole::{PinholeDesc, Viewport};
 pub use pixel_cone::PixelCone;
+pub use project::Projection;
 pub use rays::camera_rays;
 pub use thin_lens::ThinLensDesc;
 

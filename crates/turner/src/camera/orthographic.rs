@@ -31,9 +31,9 @@ viewport = 4
 /// An orthographic camera, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orthographic {
-    frame: CameraFrame,
-    half: DVec2,
-    near: f64,
+    pub(super) frame: CameraFrame,
+    pub(super) half: DVec2,
+    pub(super) near: f64,
 }
 
 impl OrthographicDesc {

@@ -113,9 +113,9 @@ pub(super) fn screen(
 /// A pinhole camera, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pinhole {
-    frame: CameraFrame,
-    screen: Screen,
-    near: f64,
+    pub(super) frame: CameraFrame,
+    pub(super) screen: Screen,
+    pub(super) near: f64,
 }
 
 impl PinholeDesc {

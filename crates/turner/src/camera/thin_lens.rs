@@ -52,12 +52,12 @@ samples = 64
 /// A thin-lens camera, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinLens {
-    frame: CameraFrame,
-    screen: Screen,
+    pub(super) frame: CameraFrame,
+    pub(super) screen: Screen,
     lens_radius: f64,
     aperture: Aperture,
-    focus: f64,
-    near: f64,
+    pub(super) focus: f64,
+    pub(super) near: f64,
 }
 
 impl ThinLensDesc {
@@ -78,6 +78,12 @@ impl ThinLens {
         self.screen.half * (self.focus / self.screen.distance)
     }
 
+    /// From the middle of the lens to its point at `lens` in the unit square.
+    pub(super) fn offset(&self, lens: DVec2) -> DVec3 {
+        let l = self.aperture.point(lens) * self.lens_radius;
+        self.frame.right * l.x + self.frame.up * l.y
+    }
+
     /// The ray through a point of the screen and a point `lens` of the unit square, mapped onto the lens.
     pub(super) fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         let f = &self.frame;
@@ -85,8 +91,7 @@ impl ThinLens {
             + f.right * (at.x * self.screen.half.x)
             + f.up * (at.y * self.screen.half.y);
         let on_focus = d * (self.focus / self.screen.distance);
-        let l = self.aperture.point(lens) * self.lens_radius;
-        let offset = f.right * l.x + f.up * l.y;
+        let offset = self.offset(lens);
         let d = on_focus - offset;
         Ray { t_min: self.near / self.focus, ..Ray::new(f.position + offset, d) }
     }

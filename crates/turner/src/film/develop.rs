@@ -93,7 +93,10 @@ impl Film {
     }
 
     fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
-        self.sum(x, y).mean()
+        let [r, g, b, alpha] = self.sum(x, y).mean()?;
+        let Some(splats) = self.splats() else { return Some([r, g, b, alpha]) };
+        let [dr, dg, db] = splats.mean(x, y);
+        Some([r + dr, g + dg, b + db, alpha])
     }
 
     /// The paper's quick filter: the mean over the pixel and those of its eight neighbours that lie in the picture.

@@ -4,11 +4,13 @@ mod band;
 mod develop;
 mod exposure;
 mod fixed;
+mod splats;
 mod sums;
 
 pub use band::{BAND, Band};
 pub use develop::{Picture, PixelRect};
 pub use fixed::Fixed96;
+pub use splats::{Splat, Splats};
 pub use sums::{Film, MAX_PIXELS, NonFinite, PixelSum};
 
 use crate::color::{Tonemap, Transfer};

@@ -1,7 +1,7 @@
 //! The sums of samples, per pixel.
 
 use super::band::{BAND, Band, WORDS};
-use super::{FilmDesc, Fixed96, PixelRect};
+use super::{FilmDesc, Fixed96, PixelRect, Splats};
 use crate::color::Spectrum;
 use crate::scene::error::{ErrorCode, SceneError};
 
@@ -124,6 +124,8 @@ pub struct Film {
     /// The region in bands of [`BAND`] rows.
     bands: Vec<Band>,
     bytes_per_pixel: usize,
+    /// What light paths brought, where there are any.
+    splats: Option<Splats>,
     /// What was not finite.
     pub non_finite: NonFinite,
 }
@@ -185,7 +187,32 @@ impl Film {
                 Band::new(rows, one_sample)
             })
             .collect();
-        Ok(Film { region, crop, bands, bytes_per_pixel, non_finite: NonFinite::default() })
+        Ok(Film { region, crop, bands, bytes_per_pixel, splats: None, non_finite: NonFinite::default() })
+    }
+
+    /// Makes room for what light paths bring; or gives the reason why there is none.
+    pub fn take_light(&mut self) -> Result<(), SceneError> {
+        if self.splats.is_none() {
+            self.splats = Some(Splats::new(self.region)?);
+        }
+        Ok(())
+    }
+
+    /// What light paths brought, if there is room for it.
+    pub fn splats(&self) -> Option<&Splats> {
+        self.splats.as_ref()
+    }
+
+    /// Counts light of light paths that was not finite with samples that were not.
+    pub(crate) fn count_splats(&mut self) {
+        if let Some(splats) = &mut self.splats {
+            self.non_finite.count += std::mem::take(&mut splats.non_finite);
+        }
+    }
+
+    /// The bands and what light paths brought.
+    pub fn parts_mut(&mut self) -> (&mut [Band], Option<&mut Splats>) {
+        (&mut self.bands, self.splats.as_mut())
     }
 
     /// The bands, from the top; the band of row y is the ((y − region.y) / [`BAND`])th.
@@ -208,6 +235,6 @@ impl Film {
 
     /// Bytes of memory.
     pub fn memory(&self) -> usize {
-        self.region.area() as usize * self.bytes_per_pixel
+        self.region.area() as usize * self.bytes_per_pixel + self.splats.as_ref().map_or(0, Splats::memory)
     }
 }

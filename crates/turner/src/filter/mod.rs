@@ -106,6 +106,31 @@ impl Filter {
     }
 }
 
+impl Filter {
+    /// How far from a pixel's middle it reaches, in pixels.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The density of [`Filter::place`], per pixel area, `d` from the pixel's middle.
+    pub fn density(&self, d: DVec2) -> f64 {
+        let along = |d: f64| {
+            let x = d.abs() / self.radius;
+            // A pixel has its left and upper edge.
+            if x > 1.0 || d == self.radius {
+                return 0.0;
+            }
+            let half = match &self.shape {
+                Shape::Pixel | Shape::Box => 1.0,
+                Shape::Tent => 2.0 * (1.0 - x),
+                Shape::Table(table) => table.density(x),
+            };
+            0.5 * half / self.radius
+        };
+        along(d.x) * along(d.y)
+    }
+}
+
 /// The inverse of an even density's distribution function by that of one half, `half`.
 #[inline]
 fn both_sides(u: f64, half: impl Fn(f64) -> f64) -> f64 {

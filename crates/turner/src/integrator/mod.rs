@@ -12,11 +12,14 @@ pub use looking::{
     AlbedoDesc, AmbientOcclusionDesc, CostDesc, DepthDesc, DepthMeasure, IdsDesc, NormalKind, NormalsDesc,
     PositionDesc, UvDesc, WireframeDesc,
 };
-pub use path::{DirectDesc, LightSampling, PathDesc};
+pub use path::{Caustics, DirectDesc, LightSampling, PathDesc, Photon, PhotonMap};
+
+use std::sync::Arc;
 
 use turner_bvh::lanes::Block;
 
 use crate::color::Spectrum;
+use crate::film::Splat;
 use crate::sampler::SampleId;
 use crate::scene::schema::family;
 use crate::scene::{RayBatch, Scene};
@@ -80,6 +83,8 @@ pub struct RayStats {
     pub reflected: u64,
     /// Refracted.
     pub refracted: u64,
+    /// Of light paths, those to the camera included.
+    pub light: u64,
     /// Samples whose tree of rays was cut at the limit.
     pub dropped: u64,
 }
@@ -87,7 +92,7 @@ pub struct RayStats {
 impl RayStats {
     /// All rays.
     pub fn total(&self) -> u64 {
-        self.camera + self.shadow + self.reflected + self.refracted
+        self.camera + self.shadow + self.reflected + self.refracted + self.light
     }
 
     /// Adds those of another part.
@@ -96,6 +101,7 @@ impl RayStats {
         self.shadow += o.shadow;
         self.reflected += o.reflected;
         self.refracted += o.refracted;
+        self.light += o.light;
         self.dropped += o.dropped;
     }
 }
@@ -104,12 +110,44 @@ impl RayStats {
 pub trait Integrator: Sync {
     /// What a thread needs for its work on a scene.
     fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a>;
+
+    /// How many light paths there are to each sample of all pixels.
+    fn light_paths(&self, _: &Scene) -> u64 {
+        0
+    }
+
+    /// Whether samples find photons: those of the light paths of their number.
+    fn finds_photons(&self, _: &Scene) -> bool {
+        false
+    }
+
+    /// The photons of a sample's number, traced in this thread; `None` where samples find none.
+    fn photons(&self, _: &Scene, _: u32) -> Option<PhotonMap> {
+        None
+    }
+
+    /// What a thread needs for light paths, if there are any.
+    fn light_tracer<'a>(&'a self, _: &'a Scene) -> Option<Box<dyn LightTracer + 'a>> {
+        None
+    }
+}
+
+/// Light paths at work in one thread; keeps its memory from batch to batch, and nothing else.
+pub trait LightTracer {
+    /// Adds what the light paths of the numbers `first..first + count` bring to the picture. What a path brings depends on nothing but its number.
+    fn trace(&mut self, first: u64, count: u32, splats: &mut Vec<Splat>, stats: &mut RayStats);
+
+    /// The photons of the last light paths, in the order of the paths where that is one.
+    fn photons(&mut self) -> &mut Vec<Photon>;
 }
 
 /// An integrator at work in one thread; keeps its memory from batch to batch, and nothing else.
 pub trait Tracer {
     /// Replaces what is in `out` by one result per sample. A sample's result depends on nothing but itself.
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats);
+
+    /// From now on samples are of the number for which these photons are, and find them.
+    fn find_photons(&mut self, _: Arc<PhotonMap>) {}
 }
 
 impl IntegratorDesc {

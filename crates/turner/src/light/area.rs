@@ -179,7 +179,7 @@ impl AreaLight {
     }
 
     /// The point of the light at `u` in the unit square.
-    fn point(&self, u: DVec2) -> DVec3 {
+    pub(super) fn point(&self, u: DVec2) -> DVec3 {
         match &self.form {
             Form::Rectangle(a, b) => self.center + (u.x - 0.5) * *a + (u.y - 0.5) * *b,
             Form::Disk(frame, radius) => {

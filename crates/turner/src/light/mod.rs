@@ -212,6 +212,25 @@ impl Light {
         }
     }
 
+    /// Of a light that is made of points, which rays cannot hit: the one that `u` in the unit square chooses.
+    pub fn point(&self, u: [f64; 2]) -> Option<DVec3> {
+        match self {
+            Light::Point(l) => Some(l.position()),
+            Light::Spot(l) => Some(l.position()),
+            Light::Area(l) => Some(l.point(u.into())),
+            Light::Directional(_) | Light::Environment(_) => None,
+        }
+    }
+
+    /// Whether rays cannot hit it: a point, a direction, or made of points.
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Light::Point(_) | Light::Spot(_) | Light::Area(_) => true,
+            Light::Directional(l) => !l.is_disc(),
+            Light::Environment(_) => false,
+        }
+    }
+
     /// Whether it has a place.
     pub fn is_finite(&self) -> bool {
         !matches!(self, Light::Directional(_) | Light::Environment(_))

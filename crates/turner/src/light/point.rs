@@ -58,6 +58,11 @@ impl Point {
             .then_some(Uniform::Point { position: self.position, intensity: self.intensity })
     }
 
+    /// Where it is.
+    pub(super) fn position(&self) -> DVec3 {
+        self.position
+    }
+
     pub(super) fn bound(&self) -> Option<LightBound> {
         let power = f64::from(self.intensity.luminance()) * self.attenuation.far()?;
         Some(match &self.lamp {

@@ -77,6 +77,11 @@ impl SpotDesc {
 }
 
 impl Spot {
+    /// Where it is.
+    pub(super) fn position(&self) -> DVec3 {
+        self.position
+    }
+
     pub(super) fn bound(&self) -> Option<LightBound> {
         let peak = self.lamp.as_ref().map_or(1.0, Lamp::peak);
         let power = f64::from(self.intensity.luminance()) * peak * self.attenuation.far()?;

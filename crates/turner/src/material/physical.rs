@@ -27,6 +27,8 @@ pub struct Physical {
     pub(super) shadow: ShadowKind,
     /// Whether light passes straight through it as through a clear pane, as well as by its other lobes.
     pub(crate) pane: bool,
+    /// Whether it gathers light into caustics: whether a mirror's lobe or a narrow one reflects or refracts it.
+    pub(crate) focuses: bool,
     /// Indices of refraction by colour band, where they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
@@ -119,6 +121,26 @@ impl PrincipledMaterial {
     }
 }
 
+impl PrincipledMaterial {
+    /// Whether light is reflected or refracted by a mirror's lobe or a narrow one, if only somewhere.
+    fn focuses(&self) -> bool {
+        /// Wider lobes are found by chance often enough. Of metal and glass, whose light is strong; of what shines faintly under a diffuse body.
+        const STRONG: f32 = 0.35;
+        const FAINT: f32 = 0.2;
+        let at_most = |source: ColorSource, most: f32| match source {
+            ColorSource::Constant(c) => c.max_component() <= most,
+            ColorSource::Texture(_) => true,
+        };
+        let any = |source: ColorSource| !matches!(source, ColorSource::Constant(c) if c.is_black());
+        let strong = any(self.base_metalness) || self.is_transmissive() && !self.thin_walled;
+        let faint = any(self.specular_weight) && self.specular_ior != 1.0;
+        !self.unlit
+            && (strong && at_most(self.specular_roughness, STRONG)
+                || faint && at_most(self.specular_roughness, FAINT)
+                || any(self.coat_weight) && at_most(self.coat_roughness, FAINT))
+    }
+}
+
 impl Physical {
     /// Makes it ready.
     pub fn new(mut desc: PrincipledMaterial) -> Physical {
@@ -130,7 +152,8 @@ impl Physical {
             .constant_point()
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
-        let mut made = Physical { desc, shadow, pane, dispersion, constant, plain: None };
+        let focuses = !pane && desc.focuses();
+        let mut made = Physical { desc, shadow, pane, focuses, dispersion, constant, plain: None };
         made.plain = made.find_plain();
         made
     }

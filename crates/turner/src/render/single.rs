@@ -16,6 +16,7 @@ pub fn sample(scene: &Scene, x: u32, y: u32, index: u32) -> Result<Radiance, Sce
     let id = sample_id(scene, x, y, index)?;
     let mut buffers = TileBuffers::new(scene);
     camera_point(scene, id, place_of(scene, &id), &mut buffers.samples);
+    buffers.prepare(id.index);
     buffers.trace();
     let first = buffers.radiance.first().copied();
     first.ok_or_else(|| SceneError::new(ErrorCode::Internal, "a sample gave no radiance"))

@@ -1,6 +1,7 @@
 //! One tile: camera samples in batches, their results summed per pixel.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use turner_bvh::lanes::{Block, LANES};
 
@@ -9,7 +10,7 @@ use crate::camera::camera_rays;
 use crate::color::Spectrum;
 use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};
 use crate::filter::Filter;
-use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer};
+use crate::integrator::{CameraSamples, PhotonMap, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
 use crate::sampler::{OwenSobol, SampleId, stratified};
 use crate::scene::Scene;
@@ -39,6 +40,9 @@ pub(super) struct TileBuffers<'a> {
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
     pub(super) radiance: Vec<Radiance>,
+    /// The photons of a sample's number, if samples find any.
+    photons: Option<Arc<PhotonMap>>,
+    finds_photons: bool,
     /// Samples by themselves, for one pixel; `None` where a picture is rendered.
     pub(super) log: Option<Box<Log>>,
 }
@@ -55,7 +59,25 @@ impl<'a> TileBuffers<'a> {
             stats: RayStats::default(),
             samples: CameraSamples::default(),
             radiance: Vec::new(),
+            photons: None,
+            finds_photons: scene.integrator.integrator().finds_photons(scene),
             log: None,
+        }
+    }
+
+    /// Photons for all samples of one number; of others it traces its own.
+    pub(super) fn find_photons(&mut self, photons: Arc<PhotonMap>) {
+        self.tracer.find_photons(photons.clone());
+        self.photons = Some(photons);
+    }
+
+    /// Sees to it that samples of a number find the photons of that number.
+    pub(super) fn prepare(&mut self, index: u32) {
+        if self.finds_photons && self.photons.as_ref().is_none_or(|p| p.index != index) {
+            let photons = self.scene.integrator.integrator().photons(self.scene, index);
+            if let Some(photons) = photons {
+                self.find_photons(Arc::new(photons));
+            }
         }
     }
 
@@ -69,17 +91,22 @@ impl<'a> TileBuffers<'a> {
         }
         if self.scene.film.antialias == Antialias::Adaptive {
             if samples.contains(&0) {
+                self.prepare(0);
                 self.render_adaptive(tile);
             }
             return;
         }
         let film = &self.scene.film;
-        let at_once =
-            if self.scene.integrator.is_physical() { (WAVE / tile.area().max(1)).max(1) as u32 } else { 1 };
+        // Photons are those of one number.
+        let at_once = match self.scene.integrator.is_physical() && !self.finds_photons {
+            true => (WAVE / tile.area().max(1)).max(1) as u32,
+            false => 1,
+        };
         let mut left = samples;
         while !left.is_empty() {
             let indices = left.start..left.end.min(left.start.saturating_add(at_once));
             left.start = indices.end;
+            self.prepare(indices.start);
             let pixels = indices.flat_map(|index| {
                 let rows = tile.y..tile.y + tile.height;
                 rows.flat_map(move |y| (tile.x..tile.x + tile.width).map(move |x| (x, y, index)))
@@ -161,7 +188,7 @@ impl<'a> TileBuffers<'a> {
 }
 
 /// Adds the camera samples of points of the picture, in pixels from its top left corner.
-pub(super) fn take_points(
+pub(crate) fn take_points(
     scene: &Scene,
     samples: &mut CameraSamples,
     mut points: impl Iterator<Item = (SampleId, DVec2)>,

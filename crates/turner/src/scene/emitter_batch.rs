@@ -45,11 +45,13 @@ impl AroundBatch {
         self.directions.push(direction);
     }
 
-    /// Of each light around the scene that is in the direction of this number the radiance and the density with which sampling gives the direction.
+    /// Of each light around the scene that is in the direction of this number its place among them, the radiance and the density with which sampling gives
+    /// the direction.
     #[inline]
-    pub fn get(&self, number: usize) -> impl Iterator<Item = (Spectrum, f64)> {
+    pub fn get(&self, number: usize) -> impl Iterator<Item = (usize, Spectrum, f64)> {
         let found = self.found.get(number * self.lights..(number + 1) * self.lights);
-        found.unwrap_or_default().iter().flatten().copied()
+        let found = found.unwrap_or_default().iter().enumerate();
+        found.filter_map(|(place, found)| found.map(|(radiance, pdf)| (place, radiance, pdf)))
     }
 }
 
@@ -180,11 +182,14 @@ impl Emitters {
         }
         rectangles.flush(scene, RectangleEmitter::sample_block, lit);
         spheres.flush(scene, SphereEmitter::sample_block, lit);
-        if let Some(Light::Environment(light)) = environment.and_then(|i| scene.lights.get(i as usize)) {
+        if let Some(i) = environment
+            && let Some(Light::Environment(light)) = scene.lights.get(i as usize)
+        {
+            let source = i;
             light.sample_batch(places, room, |i, sample| {
                 let (number, choice) = around[i];
                 lit[number as usize] = sample.map(|s| {
-                    let lit = LightSample::of_environment(s);
+                    let lit = LightSample::of_environment(s, source);
                     LightSample { pdf: lit.pdf * choice, ..lit }
                 });
             });

@@ -31,18 +31,24 @@ pub struct LightSample {
     pub pdf: f64,
     /// Whether rays cannot hit the light by chance.
     pub is_delta: bool,
+    /// The number of the scene's light; of a shape that shines [`NO_LIGHT`].
+    pub light: u32,
 }
+
+/// Instead of a light's number.
+pub const NO_LIGHT: u32 = u32::MAX;
 
 impl LightSample {
     /// Of an environment that was chosen.
     #[inline]
-    pub(super) fn of_environment(s: EnvironmentSample) -> LightSample {
+    pub(super) fn of_environment(s: EnvironmentSample, light: u32) -> LightSample {
         LightSample {
             to_light: s.direction,
             finite: false,
             radiance: s.radiance,
             pdf: s.pdf,
             is_delta: false,
+            light,
         }
     }
 }
@@ -89,7 +95,7 @@ impl Chosen<'_> {
     #[inline]
     pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
         let lit = match self.emitter {
-            Emitter::Light(i) => scene.lights[*i as usize].sample(p, u)?,
+            Emitter::Light(i) => scene.lights[*i as usize].sample(p, u, *i)?,
             Emitter::Shape(emitter) => emitter.sample(scene, p, [u[0], u[1], self.left], self.part)?,
         };
         Some(LightSample { pdf: lit.pdf * self.choice, ..lit })
@@ -223,13 +229,24 @@ impl Emitters {
         self.choice.probability(self.beside.len() as u32) * probability * pdf
     }
 
+    /// The probability with which `sample` chooses a light of the scene at a point.
+    pub(crate) fn choice_at(&self, at: impl Into<Receiver>, light: u32) -> f64 {
+        match &self.placed {
+            Some(placed) if placed.holds(light) => {
+                let (probability, _) = placed.probability(&at.into(), light, 0);
+                self.choice.probability(self.beside.len() as u32) * probability
+            }
+            _ => self.choice_of(light),
+        }
+    }
+
     /// Whether an environment stands in the background's place.
     pub fn surrounded(&self) -> bool {
         self.surrounded
     }
 
     /// The numbers of the lights that rays find which leave the scene.
-    pub(super) fn around_ids(&self) -> &[u32] {
+    pub(crate) fn around_ids(&self) -> &[u32] {
         &self.around
     }
 
@@ -243,7 +260,7 @@ impl Emitters {
 
     /// What a ray finds of one of them that leaves the scene in a unit direction: its radiance and the density with which
     /// `sample` gives the direction.
-    pub(super) fn around_one(&self, scene: &Scene, light: u32, direction: DVec3) -> Option<(Spectrum, f64)> {
+    pub(crate) fn around_one(&self, scene: &Scene, light: u32, direction: DVec3) -> Option<(Spectrum, f64)> {
         let (radiance, pdf) = match scene.lights.get(light as usize)? {
             Light::Environment(l) => l.found(direction),
             Light::Directional(l) => l.found(direction)?,
@@ -287,19 +304,20 @@ impl Scene {
 }
 
 impl Light {
-    /// Light that arrives at `p`; the place on it by `u`. The density is 1 for lights that rays cannot hit.
-    fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
+    /// Light that arrives at `p` from this one, whose number is `light`; the place on it by `u`. The density is 1 for lights that rays cannot hit.
+    pub(crate) fn sample(&self, p: DVec3, u: [f64; 2], light: u32) -> Option<LightSample> {
         if let Light::Environment(l) = self {
-            return l.sample(u).map(LightSample::of_environment);
+            return l.sample(u).map(|s| LightSample::of_environment(s, light));
         }
         if let Light::Directional(l) = self
             && let Some((to_light, radiance, pdf)) = l.sample(u)
         {
-            return Some(LightSample { to_light, finite: false, radiance, pdf, is_delta: false });
+            return Some(LightSample { to_light, finite: false, radiance, pdf, is_delta: false, light });
         }
         let lit = self.illuminate_at(p, u)?;
         let to_light = if lit.finite { lit.to_light } else { lit.to_light.normalize() };
-        Some(LightSample { to_light, finite: lit.finite, radiance: lit.intensity, pdf: 1.0, is_delta: true })
+        let (finite, radiance) = (lit.finite, lit.intensity);
+        Some(LightSample { to_light, finite, radiance, pdf: 1.0, is_delta: true, light })
     }
 
     /// What it brings to a scene, to choose by.

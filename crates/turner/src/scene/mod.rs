@@ -3,6 +3,7 @@
 pub mod background;
 mod batch;
 mod batch_meshes;
+pub mod casters;
 pub mod desc;
 mod doubts;
 mod emitter_batch;

@@ -20,6 +20,7 @@ use super::stage::Staging;
 use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::{Film, TextureFilter};
+use crate::integrator::path::Plan;
 use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
@@ -210,6 +211,7 @@ impl SceneDesc {
             faces,
             moves: moving.contains(&true),
             emitters: Emitters::default(),
+            caustics: None,
             object_names: names.finish(),
             light_sources,
             warnings,
@@ -217,6 +219,7 @@ impl SceneDesc {
         };
         if physical {
             scene.choose_lights(LightChoice::Auto);
+            scene.caustics = Plan::new(&scene);
         }
         let doubts = doubts::of_scene(&scene, &self.lights);
         scene.warnings.extend(doubts);

@@ -18,6 +18,7 @@ use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
+use crate::integrator::path::Plan;
 use crate::light::Light;
 use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
@@ -69,6 +70,8 @@ pub struct Scene {
     pub(crate) moves: bool,
     /// What shines, for the integrators that follow light; empty for others.
     pub emitters: Emitters,
+    /// The light paths that go with the integrator's paths, if they help.
+    pub caustics: Option<Plan>,
     /// What objects are called.
     pub(super) object_names: ObjectNames,
     /// For each light its number in the description; `None` for those of the stage.
@@ -181,6 +184,11 @@ impl SurfaceInteraction {
     /// The shading normal in the object's space.
     pub(super) fn object_normal(&self) -> DVec3 {
         self.object.ns
+    }
+
+    /// The moment, as in the ray that met it.
+    pub fn time(&self) -> f32 {
+        self.time
     }
 
     /// The point moved off the surface by more than its error, to the side `direction` leads to: a ray from there

@@ -10,7 +10,7 @@
 //! | plane | only hit by chance: it has no end |
 
 use super::desc::MaterialId;
-use super::emitters::{LightSample, NONE};
+use super::emitters::{LightSample, NO_LIGHT, NONE};
 use super::scene::{NO_TRANSFORM, Primitive, Scene, SurfaceInteraction};
 use crate::light::LightBound;
 use crate::light::emission::{
@@ -326,7 +326,8 @@ impl ShapeEmitter {
         }
         // The shadow ray ends before the light.
         let end = s.q + s.n * (4.0 * ROUNDING * (self.reach + s.q.abs().max_element())).copysign(side);
-        Some(LightSample { to_light: end - p, finite: true, radiance, pdf: s.pdf, is_delta: false })
+        let (to_light, pdf) = (end - p, s.pdf);
+        Some(LightSample { to_light, finite: true, radiance, pdf, is_delta: false, light: NO_LIGHT })
     }
 
     /// If many are sampled at a time.
@@ -474,7 +475,7 @@ fn choose(choice: &AliasTable, u: f64) -> Option<(u32, f64)> {
 }
 
 impl Scene {
-    fn to_world(&self, primitive: &Primitive) -> DAffine3 {
+    pub(super) fn to_world(&self, primitive: &Primitive) -> DAffine3 {
         match primitive.transform {
             NO_TRANSFORM => DAffine3::IDENTITY,
             i => self.transforms[i as usize].to_world,

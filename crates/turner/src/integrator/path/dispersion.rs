@@ -10,7 +10,7 @@ use super::shade::{FIRST_SET, MAX_VERTICES, coated, prepare};
 use super::wave::{Arrival, Wave};
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
-use crate::integrator::RayStats;
+use crate::integrator::{Radiance, RayStats};
 use crate::material::Physical;
 use crate::scene::SurfaceInteraction;
 
@@ -30,7 +30,13 @@ pub(super) struct Prism<'a> {
 
 impl<R: Record> Wave<'_, R> {
     /// Direct light at dispersive glass, and the way on.
-    pub(super) fn disperse(&mut self, at: &Arrival<'_>, prism: &Prism<'_>, stats: &mut RayStats) {
+    pub(super) fn disperse(
+        &mut self,
+        at: &Arrival<'_>,
+        prism: &Prism<'_>,
+        pixel: &mut Radiance,
+        stats: &mut RayStats,
+    ) {
         let scene = self.scene;
         let &Arrival { sample, ref ray, .. } = at;
         let Prism { material, indices, surface, around, outside } = *prism;
@@ -64,7 +70,7 @@ impl<R: Record> Wave<'_, R> {
         let Some(band) = self.paths[sample as usize].band else { return };
         let bsdf = bsdf(band);
         let vertex = prepare(scene, ray, material, surface, &bsdf, outside);
-        self.scatter(at, &vertex, material, bsdf.has_smooth(), stats);
+        self.scatter(at, &vertex, material, bsdf.has_smooth(), pixel, stats);
     }
 }
 

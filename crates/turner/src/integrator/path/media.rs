@@ -53,6 +53,11 @@ impl Media {
         &self.list[..self.len]
     }
 
+    /// Whether there are none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// The materials of the solids, in the order they were entered.
     pub(super) fn materials(&self) -> impl Iterator<Item = MaterialId> + '_ {
         self.list().iter().map(|m| m.material)

@@ -6,6 +6,7 @@
 
 mod bent_normal;
 mod block;
+mod caustics;
 mod dispersion;
 mod media;
 mod notes;
@@ -17,12 +18,14 @@ mod shade;
 mod wave;
 
 pub use record::{
-    AroundRecord, EmissionRecord, End, EscapeRecord, LightRecord, Passage, PathRecord, Roulette,
-    ScatterRecord, VertexRecord,
+    AroundRecord, EmissionRecord, End, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord,
+    Roulette, ScatterRecord, VertexRecord,
 };
 pub use replay::{replay, replay_at};
 
-use crate::integrator::{Integrator, Tracer};
+pub use caustics::{Caustics, Gathered, Photon, PhotonMap, Plan};
+
+use crate::integrator::{Integrator, LightTracer, Tracer};
 use crate::scene::Scene;
 use crate::scene::schema::{Range, choice, params};
 use settings::Settings;
@@ -65,6 +68,10 @@ params! {
         /// Most radiance that one path may bring by way of another surface, in any colour channel; 0 is no limit. It takes away fireflies
         /// and light: pictures get darker.
         clamp_indirect: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// How light is found that mirrors and glass gather.
+        caustics: Caustics = Caustics::Auto;
+        /// With caustics = "full": how far photons count for a pixel's first sample, in scene units; without it a few pixels.
+        photon_radius: Option<f64> = None, in Range::POSITIVE;
         /// How lights are found: to compare.
         light_sampling: LightSampling = LightSampling::Both;
     }
@@ -104,6 +111,8 @@ impl Default for PathDesc {
             max_transparent: 256,
             rr_start: 3,
             clamp_indirect: 0.0,
+            caustics: Caustics::Auto,
+            photon_radius: None,
             light_sampling: LightSampling::Both,
         }
     }
@@ -112,6 +121,24 @@ impl Default for PathDesc {
 impl Integrator for PathDesc {
     fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
         Box::new(wave::Wave::new(Settings::path(self), scene, record::Off))
+    }
+
+    fn light_paths(&self, scene: &Scene) -> u64 {
+        scene.caustics.as_ref().map_or(0, |plan| plan.paths)
+    }
+
+    fn finds_photons(&self, scene: &Scene) -> bool {
+        scene.caustics.as_ref().is_some_and(|plan| plan.merges)
+    }
+
+    fn photons(&self, scene: &Scene, index: u32) -> Option<PhotonMap> {
+        let plan = scene.caustics.as_ref().filter(|plan| plan.merges)?;
+        Some(PhotonMap::of_sample(scene, plan, Settings::path(self), index))
+    }
+
+    fn light_tracer<'a>(&'a self, scene: &'a Scene) -> Option<Box<dyn LightTracer + 'a>> {
+        let plan = scene.caustics.as_ref()?;
+        Some(Box::new(caustics::LightWave::new(Settings::path(self), scene, plan)))
     }
 }
 

@@ -1,7 +1,9 @@
 //! What the code that renders has to say to a [`PathRecord`].
 
+use super::caustics::Gathered;
 use super::record::{
-    EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, Roulette, ScatterRecord, VertexRecord,
+    EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord, Roulette, ScatterRecord,
+    VertexRecord,
 };
 use super::wave::Path;
 use crate::bsdf::BsdfSample;
@@ -24,6 +26,12 @@ impl PathRecord {
         if let Some(vertex) = self.vertices.last_mut() {
             f(vertex);
         }
+    }
+
+    /// Photons brought light to its vertex.
+    pub(super) fn gathered(&mut self, radius: f64, g: Gathered, contribution: Spectrum) {
+        let photons = PhotonsRecord { radius, count: g.count, radiance: g.radiance, contribution };
+        self.at(|v| v.photons = Some(photons));
     }
 
     /// Something about what it found outside.
@@ -65,6 +73,7 @@ impl PathRecord {
             ior_around: None,
             band: path.band,
             dispersed: None,
+            photons: None,
             light: None,
             scatter: None,
         });

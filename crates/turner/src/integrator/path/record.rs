@@ -174,6 +174,8 @@ pub struct VertexRecord {
     pub band: Option<u8>,
     /// The throughput with that band alone, where it was chosen here: it stands for the others, too.
     pub dispersed: Option<Spectrum>,
+    /// What photons brought.
+    pub photons: Option<PhotonsRecord>,
     /// The light that was sampled.
     pub light: Option<LightRecord>,
     /// The direction that was sampled and taken.
@@ -191,6 +193,19 @@ pub struct EmissionRecord {
     pub light_pdf: f64,
     /// The weight of finding it by chance (multiple importance sampling).
     pub weight: f64,
+    /// What was added to the sample.
+    pub contribution: Spectrum,
+}
+
+/// Light of the photons around a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct PhotonsRecord {
+    /// How far they count.
+    pub radius: f64,
+    /// How many there were.
+    pub count: u32,
+    /// Radiance that they bring.
+    pub radiance: Spectrum,
     /// What was added to the sample.
     pub contribution: Spectrum,
 }
@@ -305,6 +320,7 @@ impl PathRecord {
             let emission = v.emission.map(|e| e.contribution);
             emission
                 .into_iter()
+                .chain(v.photons.map(|p| p.contribution))
                 .chain(v.light.as_ref().filter(|l| l.visible.is_some()).map(|l| l.contribution))
         });
         vertices.chain(self.escape.as_ref().map(|e| e.contribution))

@@ -1,5 +1,6 @@
 //! One sample again, by pixel and number.
 
+use super::caustics::PhotonMap;
 use super::record::{End, PathRecord};
 use super::settings::Settings;
 use super::wave::Wave;
@@ -10,6 +11,7 @@ use crate::render::{camera_point, place_of, sample_id};
 use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
+use std::sync::Arc;
 
 /// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and writes down what happens.
 ///
@@ -66,6 +68,9 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRec
         return Ok(record);
     }
     let mut wave = Wave::new(settings, scene, record);
+    if let Some(plan) = scene.caustics.as_ref().filter(|plan| plan.merges) {
+        wave.find_photons(Arc::new(PhotonMap::of_sample(scene, plan, settings, id.index)));
+    }
     let mut out = Vec::new();
     wave.radiance(&samples, &mut out, &mut RayStats::default());
     let mut record = wave.record;

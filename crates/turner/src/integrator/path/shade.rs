@@ -11,6 +11,7 @@ use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats, footprint};
 use crate::material::{AlphaMode, Material, Physical};
 use crate::math::{DVec3, Frame, Ray};
+use crate::scene::casters::Casters;
 use crate::scene::emitters::LightSample;
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
@@ -35,6 +36,44 @@ pub(super) struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    pub(super) fn surface(&self) -> &SurfaceInteraction {
+        self.surface
+    }
+
+    /// Towards where the ray came from.
+    pub(super) fn wo(&self) -> DVec3 {
+        self.wo
+    }
+
+    /// The cosine of the shading normal to a direction, without its sign.
+    pub(super) fn cosine(&self, w: DVec3) -> f64 {
+        self.frame.z.dot(w).abs()
+    }
+
+    /// The BSDF for light from `wi`, terminator included, and the density with which it is sampled.
+    pub(super) fn eval_towards(&self, wi: DVec3) -> (Spectrum, f64) {
+        let wi_local = self.frame.to_local(wi);
+        let Some(crosses) = self.crosses(wi, wi_local) else { return (Spectrum::BLACK, 0.0) };
+        let (mut f, pdf) = self.bsdf.eval_pdf(wi_local);
+        if !crosses {
+            f *= self.terminator(wi) as f32;
+        }
+        (f, pdf)
+    }
+
+    /// Whether any lobe is not a mirror's.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.bsdf.has_smooth()
+    }
+
+    /// A sample, with its direction in the scene; without one where the frame and the surface disagree.
+    pub(super) fn sample_in_scene(&self, u: [f64; 3]) -> Option<(BsdfSample, DVec3)> {
+        let s = self.bsdf.sample(u)?;
+        let wi = self.frame.to_world(s.wi);
+        self.crosses(wi, s.wi)?;
+        Some((s, wi))
+    }
+
     /// What comes straight through a pane, if its frame and its surface agree on the sides.
     pub(super) fn straight(&self) -> Spectrum {
         match self.crosses(-self.wo, -self.wo_local) {
@@ -69,31 +108,22 @@ impl Vertex<'_> {
     }
 }
 
-/// The weight of one way to find a light beside another (Veach & Guibas 1995, the power heuristic with exponent 2).
-#[inline]
-fn power_heuristic(pdf: f64, other: f64) -> f64 {
-    let r = other / pdf;
-    // An infinite ratio is right as 0.
-    1.0 / (1.0 + r * r)
-}
-
 impl Settings {
-    /// The weight of a light found by chance with the density `pdf`, where sampling it has the density `light`.
+    /// The weight of a light found by chance, where sampling it has the density `light`, and light paths that of chance times the root of `back`.
     #[inline]
-    fn weight_found(&self, path: &Path, light: f64) -> f64 {
-        if path.alone || light <= 0.0 {
-            return 1.0;
-        }
-        match self.light_sampling {
-            LightSampling::Both => power_heuristic(path.pdf, light),
-            LightSampling::Bsdf => 1.0,
-            LightSampling::Light => 0.0,
-        }
+    fn weight_found(&self, path: &Path, light: f64, back: f64) -> f64 {
+        let sampling = match self.light_sampling {
+            _ if path.alone || light <= 0.0 => 0.0,
+            LightSampling::Both => light / path.pdf,
+            LightSampling::Bsdf => 0.0,
+            LightSampling::Light => return 0.0,
+        };
+        1.0 / (1.0 + sampling * sampling + back)
     }
 
     /// Adds light to a pixel; gives what was added.
     #[inline]
-    fn add(&self, path: &Path, light: Spectrum, pixel: &mut Radiance) -> Spectrum {
+    pub(super) fn add(&self, path: &Path, light: Spectrum, pixel: &mut Radiance) -> Spectrum {
         let light = self.clamped(light, path.bounces.total > 1);
         pixel.color += light;
         light
@@ -124,7 +154,7 @@ impl<R: Record> Wave<'_, R> {
         &mut self,
         sample: u32,
         ray: &Ray,
-        around: impl Iterator<Item = (Spectrum, f64)>,
+        around: impl Iterator<Item = (usize, Spectrum, f64)>,
         pixel: &mut Radiance,
     ) {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
@@ -146,8 +176,20 @@ impl<R: Record> Wave<'_, R> {
             return;
         }
         let mut found = Spectrum::BLACK;
-        for (radiance, light_pdf) in around {
-            let weight = self.settings.weight_found(path, light_pdf);
+        for (place, radiance, light_pdf) in around {
+            let back = match self.plan {
+                Some(_) => {
+                    let light = scene.emitters.around_ids()[place];
+                    let density =
+                        |casters: &Casters, group| casters.density_around(scene, group, light, ray.direction);
+                    if self.left_to_photons(sample, density) {
+                        continue;
+                    }
+                    self.light_paths_around(sample, light, ray.direction)
+                }
+                None => 0.0,
+            };
+            let weight = self.settings.weight_found(path, light_pdf, back);
             found += radiance * weight as f32;
             self.record.note(|r| r.outside(|e| e.lights.push(AroundRecord { radiance, light_pdf, weight })));
         }
@@ -257,6 +299,9 @@ impl<R: Record> Wave<'_, R> {
             match path.media.boundary(surface.material, material.desc.specular_ior, outside) {
                 Boundary::Between(ior) => {
                     around = ior;
+                    if let Some(back) = self.back.get_mut(sample as usize) {
+                        back.around = ior;
+                    }
                     self.record.note(|r| r.at(|v| v.ior_around = Some(ior)));
                 }
                 Boundary::Hidden => {
@@ -269,7 +314,7 @@ impl<R: Record> Wave<'_, R> {
         }
         if let Some(indices) = material.dispersion {
             let prism = Prism { material, indices, surface, around, outside };
-            self.disperse(at, &prism, stats);
+            self.disperse(at, &prism, pixel, stats);
             return;
         }
         let made;
@@ -283,7 +328,7 @@ impl<R: Record> Wave<'_, R> {
         let coated = coated(scene, ray, material, surface, bsdf, outside);
         let bsdf = coated.as_ref().unwrap_or(bsdf);
         let vertex = prepare(scene, ray, material, surface, bsdf, outside);
-        self.scatter(at, &vertex, material, bsdf.has_smooth() && !spent, stats);
+        self.scatter(at, &vertex, material, bsdf.has_smooth() && !spent, pixel, stats);
     }
 
     /// Direct light, where lights can be connected to (`smooth`), and the way on.
@@ -293,8 +338,12 @@ impl<R: Record> Wave<'_, R> {
         vertex: &Vertex<'_>,
         material: &Physical,
         smooth: bool,
+        pixel: &mut Radiance,
         stats: &mut RayStats,
     ) {
+        if smooth && self.photons.is_some() {
+            self.merge(at.sample, vertex, pixel);
+        }
         if smooth && let Some(lit) = at.lit {
             self.connect(at.sample, vertex, material, lit);
         }
@@ -320,7 +369,18 @@ impl<R: Record> Wave<'_, R> {
             None => material.desc.emitted_color(scene, &scene.texture_point(&surface.sharp())),
         };
         let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
-        let weight = self.settings.weight_found(path, pdf);
+        let back = match self.plan {
+            Some(_)
+                if self.left_to_photons(sample, |casters, group| {
+                    casters.density_on_shape(scene, group, surface)
+                }) =>
+            {
+                return;
+            }
+            Some(_) => self.light_paths_to_hit(sample, surface),
+            None => 0.0,
+        };
+        let weight = self.settings.weight_found(path, pdf, back);
         let added = self.settings.add(path, path.beta * radiance * weight as f32, pixel);
         self.record.note(|r| r.shone(path, radiance, pdf, weight, added));
     }
@@ -340,10 +400,16 @@ impl<R: Record> Wave<'_, R> {
         if f.is_black() {
             return;
         }
-        let weight = match (lit.is_delta, self.settings.light_sampling) {
-            (false, LightSampling::Both) => power_heuristic(lit.pdf, pdf),
-            _ => 1.0,
+        let back = match self.plan {
+            Some(_) if material.focuses => self.light_paths_to_sample(sample, v, material, lit, wi),
+            _ => 0.0,
         };
+        // The power heuristic with exponent 2 (Veach & Guibas 1995). An infinite ratio is right as weight 0.
+        let chance = match (lit.is_delta, self.settings.light_sampling) {
+            (false, LightSampling::Both) => pdf / lit.pdf,
+            _ => 0.0,
+        };
+        let weight = 1.0 / (1.0 + chance * chance + back);
         let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;
         let length = if lit.finite { distance } else { f64::INFINITY };
         let left = if crosses && material.has_inside() {
@@ -394,6 +460,11 @@ impl<R: Record> Wave<'_, R> {
             self.record.note(|r| r.end = End::Depth);
             return;
         };
+        if self.plan.is_some() {
+            let first = path.bounces.total == 0;
+            self.note_back(sample, v, material, &s, wi, first);
+        }
+        let path = &mut self.paths[sample as usize];
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
         let mut terminator = 1.0;
         if !crosses && !s.lobe.is_delta {

@@ -1,6 +1,7 @@
 //! Paths of many samples, a bounce at a time.
 
 use super::block::VertexBlocks;
+use super::caustics::{Back, PhotonMap, Plan};
 use super::media::Media;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
@@ -14,6 +15,7 @@ use crate::scene::emitters::LightSample;
 use crate::scene::{
     AroundBatch, Hit, LightBatch, RayBatch, RayOrigin, Scene, SpectrumBlock, SurfaceInteraction,
 };
+use std::sync::Arc;
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
@@ -119,6 +121,13 @@ pub(super) struct Wave<'a, R = Off> {
     around: AroundBatch,
     wanted: Vec<(OwenSobol, u32)>,
     numbers: Vec<VertexNumbers>,
+    /// The light paths beside which these are weighed, and what each path knows of them; empty without.
+    pub(super) plan: Option<&'a Plan>,
+    pub(super) back: Vec<Back>,
+    /// The photons of the samples' number, where samples find them.
+    pub(super) photons: Option<Arc<PhotonMap>>,
+    /// Luminance that they brought, of all samples together.
+    pub(super) by_photons: f64,
     /// What takes notes of the path, if there is but one.
     pub(super) record: R,
 }
@@ -139,12 +148,20 @@ impl<'a, R> Wave<'a, R> {
             around: AroundBatch::default(),
             wanted: Vec::new(),
             numbers: Vec::new(),
+            plan: scene.caustics.as_ref(),
+            back: Vec::new(),
+            photons: None,
+            by_photons: 0.0,
             record,
         }
     }
 }
 
 impl<R: Record> Tracer for Wave<'_, R> {
+    fn find_photons(&mut self, photons: Arc<PhotonMap>) {
+        self.photons = Some(photons);
+    }
+
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
         let count = samples.ids.len();
         stats.camera += count as u64;
@@ -169,6 +186,11 @@ impl<R: Record> Tracer for Wave<'_, R> {
             media: Media::NONE,
             cone: footprint::of_camera(self.scene, samples, i),
         }));
+        self.back.clear();
+        if let Some(plan) = self.plan {
+            let ray = |i: usize| samples.rays.get(i).unwrap_or(Ray::new(DVec3::ZERO, DVec3::Z));
+            self.back.extend((0..count).map(|i| Back::of_camera(self.scene, plan, &ray(i))));
+        }
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
         self.front.samples.clear();

@@ -147,7 +147,8 @@ impl<R: Record> Wave<'_, R> {
     /// Takes a vertex into a block, if it is one for blocks.
     #[inline]
     pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
-        if R::NOTES || self.settings.direct {
+        // Light paths that weigh with these ask for more than blocks know.
+        if R::NOTES || self.settings.direct || self.plan.is_some() || self.photons.is_some() {
             return false;
         }
         let Material::Physical(material) = self.scene.material_at(hit) else { return false };

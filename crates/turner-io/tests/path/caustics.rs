@@ -1,0 +1,105 @@
+//! Light that mirrors and glass gather, found in every way: all give the same picture.
+
+use crate::statistics::{Mean, mean_of};
+
+/// A ball of glass, one of polished and one of brushed metal in the corner of a room.
+const TABLE: &str = r#"
+camera = { position = [0, 1.6, 3.4], look_at = [0, 0.5, 0], fov = 45 }
+material.wall = { type = "principled", base_color = [0.7, 0.6, 0.5], specular_weight = 0 }
+material.glass = { type = "dielectric", ior = 1.5 }
+material.mirror = { type = "metal", roughness = 0 }
+material.brushed = { type = "metal", roughness = 0.25 }
+material.lamp = { type = "principled", base_weight = 0, specular_weight = 0, emission_luminance = 4 }
+[[object]]
+type = "plane"
+material = "wall"
+[[object]]
+type = "plane"
+point = [0, 0, -2]
+normal = [0, 0, 1]
+material = "wall"
+[[object]]
+type = "sphere"
+center = [0.7, 0.5, 0]
+radius = 0.5
+material = "glass"
+[[object]]
+type = "box"
+min = [-0.3, 0, -0.6]
+max = [0.1, 0.8, -0.3]
+material = "mirror"
+[[object]]
+type = "cylinder"
+from = [-0.8, 0, 0.4]
+to = [-0.8, 0.5, 0.4]
+radius = 0.3
+material = "brushed"
+"#;
+
+fn estimate(samples: u32, caustics: &str, scene: &str) -> Mean {
+    let integrator =
+        format!("integrator = {{ type = \"path\", max_depth = 6, caustics = \"{caustics}\" }}\n");
+    mean_of(24, samples, &format!("{integrator}{TABLE}{scene}"))
+}
+
+/// Camera paths alone, with light paths, and with photons.
+fn all_agree(scene: &str, off: u32, tolerance: f64) {
+    let alone = estimate(off, "off", scene);
+    alone.agrees(&estimate(off / 4, "light-tracing", scene), tolerance);
+    alone.agrees(&estimate(off / 4, "full", scene), tolerance);
+}
+
+#[test]
+fn of_shapes_that_shine() {
+    all_agree(
+        "[[object]]\ntype = \"rectangle\"\ncenter = [-0.5, 2.6, 0.5]\nedge_u = [1.4, 0, 0]\nedge_v = [0, 0, 1.4]\nmaterial = \"lamp\"\n\
+         [[object]]\ntype = \"sphere\"\ncenter = [1.8, 1.6, 0.5]\nradius = 0.5\nmaterial = \"lamp\"\n",
+        256,
+        0.02,
+    );
+}
+
+#[test]
+fn of_light_from_around() {
+    all_agree(
+        "[[light]]\ntype = \"environment\"\nrotation = 40\ntint = [1, 0.8, 0.6]\n\
+         [[light]]\ntype = \"directional\"\nfrom = [0.5, 1, 0.6]\nangle = 25\nintensity = 2\n",
+        256,
+        0.02,
+    );
+}
+
+/// A small ball that shines is a point to the rest; camera paths never find points behind glass, light paths do.
+#[test]
+fn of_points() {
+    let ball = "material.bulb = { type = \"principled\", base_weight = 0, specular_weight = 0, emission_luminance = 400 }\n\
+         [[object]]\ntype = \"sphere\"\ncenter = [0.5, 2.4, 1]\nradius = 0.05\nmaterial = \"bulb\"\n";
+    // Radiant intensity π r² L.
+    let intensity = std::f64::consts::PI * 0.05 * 0.05 * 400.0;
+    let point = format!(
+        "[[light]]\ntype = \"point\"\nposition = [0.5, 2.4, 1]\nintensity = {intensity}\nattenuation = \"inverse-square\"\n"
+    );
+    let ball = estimate(128, "light-tracing", ball);
+    let point_light = estimate(128, "light-tracing", &point);
+    // The ball blocks a little light of its own, and is seen in mirrors.
+    ball.agrees(&point_light, 0.03);
+    let without = estimate(128, "off", &point);
+    let (without, with) = (without.value()[1], point_light.value()[1]);
+    assert!(without < 0.97 * with, "{without} {with}");
+}
+
+#[test]
+fn through_panes_and_with_many_lamps() {
+    let mut scene = String::from(
+        "material.pane = { type = \"principled\", transmission_weight = 1, thin_walled = true, specular_roughness = 0 }\n\
+         [[object]]\ntype = \"rectangle\"\ncenter = [0, 2.2, 0.5]\nedge_u = [4, 0, 0]\nedge_v = [0, 0, 4]\nmaterial = \"pane\"\n",
+    );
+    // More than a table holds: a tree chooses.
+    for i in 0..70 {
+        let (x, z) = (f64::from(i % 10) * 0.3 - 1.5, f64::from(i / 10) * 0.3 - 0.5);
+        scene += &format!(
+            "[[object]]\ntype = \"sphere\"\ncenter = [{x}, 2.8, {z}]\nradius = 0.12\nmaterial = \"lamp\"\n"
+        );
+    }
+    all_agree(&scene, 256, 0.02);
+}

@@ -1,0 +1,212 @@
+//! From a point of the scene to its place in the picture: what light that comes from the other end needs.
+
+use super::Camera;
+use super::frame::CameraFrame;
+use crate::film::FilmDesc;
+use crate::math::elementary::{acos, asin, atan2, sin};
+use crate::math::{DVec2, DVec3};
+use std::f64::consts::{FRAC_2_PI, PI};
+
+/// Where a camera sees a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    /// The place in the picture, in pixels from its top left corner.
+    pub place: DVec2,
+    /// From the point to where the camera ray begins that leads to it.
+    pub to_camera: DVec3,
+    /// How much of that way is beyond the camera's `near`, 0..=1: only there the view may be blocked.
+    pub free: f64,
+    /// Pixels per area at right angles to the camera ray at the point: the density of camera rays there, one per pixel.
+    pub density: f64,
+}
+
+/// What every kind of camera answers: the place on the screen, (−1, −1) its lower left and (1, 1) its upper right corner; the way to the camera,
+/// and its share beyond `near`.
+struct OnScreen {
+    at: DVec2,
+    to_camera: DVec3,
+    free: f64,
+}
+
+impl Camera {
+    /// Camera rays, one per pixel, per solid angle around a unit direction; for parallel ones per area at right angles to them, and `false`.
+    pub fn ray_density(&self, film: &FilmDesc, direction: DVec3) -> (f64, bool) {
+        let flat = |frame: &CameraFrame, half: DVec2| {
+            let cos = direction.dot(frame.forward);
+            1.0 / (half.x * half.y * cos * cos * cos)
+        };
+        let (screens, angular) = match self {
+            Camera::Pinhole(c) => (flat(&c.frame, c.screen.half / c.screen.distance), true),
+            Camera::ThinLens(c) => (flat(&c.frame, c.screen.half / c.screen.distance), true),
+            Camera::Orthographic(c) => (1.0 / (c.half.x * c.half.y), false),
+            Camera::Equirectangular(c) => {
+                let up = direction.dot(c.frame.up);
+                (FRAC_2_PI / (PI * (1.0 - up * up).max(0.0).sqrt()), true)
+            }
+            Camera::Fisheye(c) => {
+                let angle = acos(direction.dot(c.frame.forward).clamp(-1.0, 1.0));
+                // Circle area r dr dφ per solid angle sin θ dθ dφ, with r = θ/rim.
+                let stretch = if angle > 1e-9 { angle / sin(angle) } else { 1.0 };
+                (stretch / (c.rim * c.rim * c.half.x * c.half.y), true)
+            }
+        };
+        (0.25 * f64::from(film.width) * f64::from(film.height) * screens, angular)
+    }
+
+    /// Where the camera sees `p`, by a point `lens` of the unit square on its lens; `None` if it does not, or from beyond its picture's edge alone.
+    /// Blockers on the way are not looked for.
+    pub fn project(&self, film: &FilmDesc, p: DVec3, lens: DVec2) -> Option<Projection> {
+        let s = match self {
+            Camera::Pinhole(c) => {
+                let screen = &c.screen;
+                flat(&c.frame, screen.half / screen.distance, c.near, DVec3::ZERO, f64::INFINITY, p)?
+            }
+            Camera::ThinLens(c) => {
+                let half = c.screen.half / c.screen.distance;
+                flat(&c.frame, half, c.near, c.offset(lens), c.focus, p)?
+            }
+            Camera::Orthographic(c) => {
+                let v = p - c.frame.position;
+                let depth = v.dot(c.frame.forward);
+                if !(depth > c.near) {
+                    return None;
+                }
+                OnScreen {
+                    at: DVec2::new(v.dot(c.frame.right), v.dot(c.frame.up)) / c.half,
+                    to_camera: -depth * c.frame.forward,
+                    free: 1.0 - c.near / depth,
+                }
+            }
+            Camera::Equirectangular(c) => {
+                let (v, d, distance) = seen_from(&c.frame, p)?;
+                let at = DVec2::new(atan2(d.x, d.z) / PI, asin(d.y.clamp(-1.0, 1.0)) * FRAC_2_PI);
+                OnScreen { at, to_camera: -v, free: 1.0 - c.near / distance }
+            }
+            Camera::Fisheye(c) => {
+                let (v, d, distance) = seen_from(&c.frame, p)?;
+                let angle = acos(d.z.clamp(-1.0, 1.0));
+                let r = angle / c.rim;
+                if !(r <= 1.0) {
+                    return None;
+                }
+                let across = DVec2::new(d.x, d.y);
+                let out = across.length();
+                let at = if out > 0.0 { across * (r / out) } else { DVec2::ZERO };
+                OnScreen { at: at / c.half, to_camera: -v, free: 1.0 - c.near / distance }
+            }
+        };
+        let size = DVec2::new(f64::from(film.width), f64::from(film.height));
+        let place = 0.5 * size * DVec2::new(s.at.x + 1.0, 1.0 - s.at.y);
+        let distance2 = s.to_camera.length_squared();
+        let (rays, angular) = self.ray_density(film, -s.to_camera / distance2.sqrt());
+        let density = if angular { rays / distance2 } else { rays };
+        let seen = s.free > 0.0 && place.is_finite() && density > 0.0 && density.is_finite();
+        seen.then_some(Projection { place, to_camera: s.to_camera, free: s.free.min(1.0), density })
+    }
+}
+
+/// The vector to a point, its direction by (right, up, forward), and its length.
+fn seen_from(frame: &CameraFrame, p: DVec3) -> Option<(DVec3, DVec3, f64)> {
+    let v = p - frame.position;
+    let distance = v.length();
+    let d = DVec3::new(v.dot(frame.right), v.dot(frame.up), v.dot(frame.forward)) / distance;
+    d.is_finite().then_some((v, d, distance))
+}
+
+/// A camera with a flat screen of half the size `half` at distance 1, from a place `offset` beside its middle, in focus at a depth.
+fn flat(
+    frame: &CameraFrame,
+    half: DVec2,
+    near: f64,
+    offset: DVec3,
+    focus: f64,
+    p: DVec3,
+) -> Option<OnScreen> {
+    let v = p - frame.position - offset;
+    let depth = v.dot(frame.forward);
+    if !(depth > near) {
+        return None;
+    }
+    // Where the ray meets the plane in focus, per its distance.
+    let direction = v / depth + offset / focus;
+    let at = DVec2::new(direction.dot(frame.right), direction.dot(frame.up)) / half;
+    Some(OnScreen { at, to_camera: -v, free: 1.0 - near / depth })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{
+        CameraDesc, EquirectangularDesc, FisheyeDesc, Handedness, OrthographicDesc, PinholeDesc,
+        ThinLensDesc, Viewport,
+    };
+    use super::*;
+
+    fn cameras() -> Vec<Camera> {
+        let (position, look_at, up) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.5, 1.0, -2.0), DVec3::Y);
+        let handedness = Handedness::Left;
+        let (viewport, distance, fov) = (None, None, None);
+        let pinhole = PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, near: 0.3 };
+        let lens = ThinLensDesc {
+            position,
+            look_at,
+            up,
+            handedness: Handedness::Right,
+            fov: Some(60.0),
+            viewport,
+            distance,
+            lens_radius: 0.4,
+            blades: 5,
+            blade_rotation: 10.0,
+            focus: None,
+            near: 0.0,
+        };
+        let viewport = Viewport::Height(3.0);
+        let descs = [
+            CameraDesc::Pinhole(pinhole),
+            CameraDesc::ThinLens(lens),
+            CameraDesc::Orthographic(OrthographicDesc {
+                position,
+                look_at,
+                up,
+                handedness,
+                viewport,
+                near: 0.2,
+            }),
+            CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, handedness, near: 0.1 }),
+            CameraDesc::Fisheye(FisheyeDesc { position, look_at, up, handedness, angle: 250.0, near: 0.0 }),
+        ];
+        descs.iter().map(|c| c.prepare(1.5).unwrap()).collect()
+    }
+
+    /// What a camera ray meets is seen where the ray came from, and the density is that of the rays beside it.
+    #[test]
+    fn points_of_camera_rays_project_back() {
+        let film = FilmDesc { width: 300, height: 200, ..crate::scene::SceneDesc::default().film };
+        for camera in cameras() {
+            for (x, y) in [(150.0, 100.0), (40.3, 71.9), (222.2, 150.0), (160.0, 33.0)] {
+                let lens = DVec2::new(0.8, 0.3);
+                let ray = |x: f64, y: f64| camera.ray(DVec2::new(x / 150.0 - 1.0, 1.0 - y / 100.0), lens);
+                let (r, t) = (ray(x, y), 7.3);
+                let unit = r.direction.normalize();
+                let p = r.origin + t * unit;
+                let s = camera.project(&film, p, lens).unwrap();
+                assert!((s.place - DVec2::new(x, y)).length() < 1e-6, "{camera:?}: {} for {x} {y}", s.place);
+                assert!((s.to_camera + t * unit).length() < 1e-9);
+                let near = r.t_min * r.direction.length() / t;
+                assert!((1.0 - s.free - near).abs() < 1e-9, "{camera:?} {} {near}", s.free);
+                // Where neighbouring rays meet the plane at right angles.
+                let meet = |x: f64, y: f64| {
+                    let n = ray(x, y);
+                    n.origin + n.direction * ((p - n.origin).dot(unit) / n.direction.dot(unit))
+                };
+                let h = 1e-3;
+                let area = (meet(x + h, y) - meet(x - h, y)).cross(meet(x, y + h) - meet(x, y - h)).length()
+                    / (4.0 * h * h);
+                assert!((area * s.density - 1.0).abs() < 1e-4, "{camera:?}: {} {}", 1.0 / area, s.density);
+            }
+            // Behind those that look one way.
+            let behind = camera.project(&film, DVec3::new(1.3, 2.5, 9.0), DVec2::splat(0.5));
+            assert_eq!(behind.is_some(), matches!(camera, Camera::Equirectangular(_)), "{camera:?}");
+        }
+    }
+}

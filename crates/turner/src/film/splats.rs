@@ -1,0 +1,142 @@
+//! Light that light paths bring to the picture: to any pixel, in any order.
+
+use super::{Fixed96, PixelRect};
+use crate::color::Spectrum;
+use crate::filter::Filter;
+use crate::math::DVec2;
+use crate::scene::error::{ErrorCode, SceneError};
+
+/// Light that a light path brings to a place of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Splat {
+    /// The place, in pixels from the picture's top left corner.
+    pub place: DVec2,
+    /// Radiance, summed over light paths; their number divides it.
+    pub color: Spectrum,
+}
+
+/// The sums of light paths, 36 bytes a pixel. They are integers: the order in which paths come does not matter.
+#[derive(Clone, Debug)]
+pub struct Splats {
+    region: PixelRect,
+    sums: Vec<[Fixed96; 3]>,
+    /// How many light paths there were.
+    pub paths: u64,
+    /// Splats left out because they were not finite.
+    pub non_finite: u64,
+}
+
+impl Splats {
+    /// Bytes of a pixel.
+    pub const BYTES: usize = size_of::<[Fixed96; 3]>();
+
+    /// Of no light path.
+    pub(super) fn new(region: PixelRect) -> Result<Splats, SceneError> {
+        let mut sums = Vec::new();
+        if sums.try_reserve_exact(region.area() as usize).is_err() {
+            let message =
+                format!("there is no memory for light paths into {}x{} pixels", region.width, region.height);
+            return Err(SceneError::new(ErrorCode::TooLarge, message)
+                .help("render it in parts with `crop`, or with `--caustics off`"));
+        }
+        sums.resize(region.area() as usize, [Fixed96::default(); 3]);
+        Ok(Splats { region, sums, paths: 0, non_finite: 0 })
+    }
+
+    /// Adds the light of `paths` light paths, spread by the filter.
+    pub fn add(&mut self, filter: &Filter, paths: u64, splats: &[Splat]) {
+        self.paths += paths;
+        let (left, top) = (f64::from(self.region.x), f64::from(self.region.y));
+        let (width, height) = (f64::from(self.region.width), f64::from(self.region.height));
+        let reach = filter.radius();
+        for splat in splats {
+            if !(splat.color.is_finite() && splat.place.is_finite()) {
+                self.non_finite += 1;
+                continue;
+            }
+            // Pixels with their middle within reach.
+            let first = (splat.place - reach - 0.5).ceil().max(DVec2::new(left, top));
+            let last = (splat.place + reach - 0.5).floor().min(DVec2::new(left + width, top + height) - 1.0);
+            let mut y = first.y;
+            while y <= last.y {
+                let mut x = first.x;
+                while x <= last.x {
+                    let share = filter.density(splat.place - DVec2::new(x + 0.5, y + 0.5));
+                    let index = (y - top) as usize * self.region.width as usize + (x - left) as usize;
+                    if share > 0.0
+                        && let Some(sum) = self.sums.get_mut(index)
+                    {
+                        for (sum, v) in sum.iter_mut().zip((splat.color * share as f32).to_array()) {
+                            *sum = sum.plus(Fixed96::from_f32(v));
+                        }
+                    }
+                    x += 1.0;
+                }
+                y += 1.0;
+            }
+        }
+    }
+
+    /// What the light paths bring to a pixel of the region.
+    pub(super) fn mean(&self, x: u32, y: u32) -> [f32; 3] {
+        if self.paths == 0 {
+            return [0.0; 3];
+        }
+        let index = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
+        // 2^-44 of 1 is far below what a path brings: the sums hold them per path.
+        self.sums[index].map(|sum| (sum.mean(1) / self.paths as f64) as f32)
+    }
+
+    /// Bytes of memory.
+    pub fn memory(&self) -> usize {
+        self.sums.len() * Splats::BYTES
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::FilterKind;
+
+    #[test]
+    fn light_is_kept_by_every_filter() {
+        let region = PixelRect { x: 10, y: 20, width: 16, height: 16 };
+        for kind in [FilterKind::Box, FilterKind::Tent, FilterKind::Gaussian, FilterKind::BlackmanHarris] {
+            let filter = Filter::new(kind, None);
+            let mut splats = Splats::new(region).unwrap();
+            // Many places of one pixel: the filter's sum over pixels is 1 on average.
+            let n = 64;
+            let places = (0..n * n).map(|i| {
+                DVec2::new(f64::from(i % n), f64::from(i / n)) / f64::from(n) + DVec2::new(17.0, 27.0)
+            });
+            let all: Vec<Splat> = places.map(|place| Splat { place, color: Spectrum::WHITE }).collect();
+            splats.add(&filter, all.len() as u64, &all);
+            let sum: f64 = (20..36)
+                .flat_map(|y| (10..26).map(move |x| (x, y)))
+                .map(|(x, y)| f64::from(splats.mean(x, y)[0]))
+                .sum();
+            assert!((sum - 1.0).abs() < 2e-3, "{kind:?}: {sum}");
+            if kind == FilterKind::Box {
+                assert_eq!(splats.mean(17, 27)[0], 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_beside_the_picture_or_no_number_is_left_out() {
+        let mut splats = Splats::new(PixelRect { x: 0, y: 0, width: 2, height: 2 }).unwrap();
+        let filter = Filter::new(FilterKind::Box, None);
+        let at = |x: f64, y: f64, v: f32| Splat { place: DVec2::new(x, y), color: Spectrum::grey(v) };
+        let all = [
+            at(-0.1, 0.5, 1.0),
+            at(2.0, 0.5, 1.0),
+            at(1e300, 0.0, 1.0),
+            at(f64::NAN, 0.0, 1.0),
+            at(0.5, 0.5, f32::INFINITY),
+            at(1.5, 0.0, 3.0),
+        ];
+        splats.add(&filter, 6, &all);
+        assert_eq!((splats.non_finite, splats.mean(1, 0)[1]), (2, 0.5));
+        assert_eq!(splats.mean(0, 0), [0.0; 3]);
+    }
+}

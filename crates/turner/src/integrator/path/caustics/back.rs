@@ -1,0 +1,253 @@
+//! What a camera path knows of the light paths that could have made it.
+//!
+//! A path from the camera over x1, x2, … to a light at xk can be found in three ways: by chance, by sampling the light from the last surface, and, if that surface gathers
+//! light, by a light path that begins at the light and is joined to the camera at x1. The power heuristic weighs them (Veach & Guibas 1995). What takes the third way's density
+//! over that of the first is a product over the vertices, gathered as the path goes on (after van Antwerpen 2011 and Georgiev et al. 2012, with these three ways alone).
+//! Scattering by a mirror's lobe has density 1 in both directions.
+
+use super::Plan;
+use super::towards::Seen;
+use crate::bsdf::BsdfSample;
+use crate::integrator::Radiance;
+use crate::integrator::path::record::Record;
+use crate::integrator::path::shade::Vertex;
+use crate::integrator::path::wave::Wave;
+use crate::material::Physical;
+use crate::math::{DVec3, Ray};
+use crate::scene::SurfaceInteraction;
+use crate::scene::casters::{Casters, NO_GROUP};
+use crate::scene::emitters::{LightSample, NO_LIGHT};
+
+/// Of a path with a last vertex xi.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrator::path) struct Back {
+    /// Product over j < i of the densities per area with which light paths and camera paths find xj, one over the other, times the number of light paths.
+    ratio: f64,
+    /// The density per area with which the camera path found xi.
+    area: f64,
+    /// Density of its ray's direction per solid angle, or per area at right angles to the parallel rays of a camera.
+    forward: f64,
+    angular: bool,
+    /// Cosine at xi to the ray that leaves it.
+    cos: f64,
+    /// xi, or where the camera ray begins.
+    p: DVec3,
+    /// The group that xi belongs to, if light that it gathers may be found by light paths.
+    group: u32,
+    /// The group that xi belongs to, if it scatters the path by a mirror's lobe.
+    mirror: u32,
+    /// How the path has come from the camera.
+    way: Way,
+    /// Index of refraction around the solid whose surface is met.
+    pub(in crate::integrator::path) around: f64,
+}
+
+/// How a path has come from the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// Straight.
+    Straight,
+    /// By mirrors' lobes alone.
+    Mirrors,
+    /// By these, then by another lobe: there photons were found.
+    Merged,
+    /// By another lobe first.
+    Other,
+}
+
+impl Back {
+    /// Of a camera ray.
+    pub(in crate::integrator::path) fn of_camera(
+        scene: &crate::scene::Scene,
+        plan: &Plan,
+        ray: &Ray,
+    ) -> Back {
+        let (forward, angular) = scene.camera.ray_density(&scene.film, ray.direction);
+        let ratio = plan.paths as f64;
+        Back {
+            ratio,
+            area: 0.0,
+            forward,
+            angular,
+            cos: 0.0,
+            p: ray.origin,
+            group: NO_GROUP,
+            mirror: NO_GROUP,
+            way: Way::Straight,
+            around: 1.0,
+        }
+    }
+
+    /// The density per area with which the path finds a point beyond xi, of a surface with this normal.
+    fn finds(&self, p: DVec3, n: DVec3) -> f64 {
+        let way = p - self.p;
+        let d2 = way.length_squared();
+        let cos = way.dot(n).abs() / d2.sqrt();
+        self.forward * cos / if self.angular { d2 } else { 1.0 }
+    }
+
+    /// The ratio once it is known with which density light that comes the other way is scattered back along the last ray.
+    fn ratio_with(&self, surface: &SurfaceInteraction, back: f64) -> f64 {
+        let d2 = (surface.p - self.p).length_squared();
+        self.ratio * back * self.cos / (d2 * self.area)
+    }
+}
+
+/// The density of the third way over that of another, squared, from the density of starts over that of the other at the light; 0 where it is no number.
+fn squared(ratio: f64) -> f64 {
+    if ratio > 0.0 { ratio * ratio } else { 0.0 }
+}
+
+impl<R: Record> Wave<'_, R> {
+    /// The path goes on from a vertex: `first` if it comes straight from the camera.
+    pub(in crate::integrator::path) fn note_back(
+        &mut self,
+        sample: u32,
+        v: &Vertex<'_>,
+        material: &Physical,
+        s: &BsdfSample,
+        wi: DVec3,
+        first: bool,
+    ) {
+        let Some(plan) = self.plan else { return };
+        let band = self.paths[sample as usize].band;
+        let Some(back) = self.back.get_mut(sample as usize) else { return };
+        let surface = v.surface();
+        let ratio = match (first, s.lobe.is_delta) {
+            // Light paths cannot be joined to the camera here.
+            (true, true) => 0.0,
+            (true, false) => back.ratio,
+            _ if back.ratio == 0.0 => 0.0,
+            (false, true) => back.ratio_with(surface, 1.0),
+            (false, false) => {
+                let seen = Seen { scene: self.scene, material, surface, around: back.around, band };
+                back.ratio_with(surface, seen.density(wi, v.wo()))
+            }
+        };
+        let ratio = if ratio > 0.0 && ratio.is_finite() { ratio } else { 0.0 };
+        let gathers = !first && ratio > 0.0 && material.focuses;
+        *back = Back {
+            ratio,
+            area: back.finds(surface.p, surface.ng),
+            forward: if s.lobe.is_delta { 1.0 } else { s.pdf },
+            angular: true,
+            cos: wi.dot(surface.ng).abs(),
+            p: surface.p,
+            group: if gathers { plan.casters.group(surface) } else { NO_GROUP },
+            mirror: if s.lobe.is_delta && material.focuses { plan.casters.group(surface) } else { NO_GROUP },
+            way: match (back.way, s.lobe.is_delta) {
+                (Way::Straight | Way::Mirrors, true) => Way::Mirrors,
+                (Way::Straight, false) => Way::Other,
+                (Way::Mirrors, false) => Way::Merged,
+                (way, _) => way,
+            },
+            around: back.around,
+        };
+    }
+
+    /// Adds what photons bring to a surface that the path has reached by mirrors alone.
+    pub(in crate::integrator::path) fn merge(&mut self, sample: u32, v: &Vertex<'_>, pixel: &mut Radiance) {
+        let (Some(photons), Some(back)) = (&self.photons, self.back.get(sample as usize)) else { return };
+        if back.way != Way::Mirrors {
+            return;
+        }
+        let path = &self.paths[sample as usize];
+        let (surface, left) = (v.surface(), self.settings.max_depth - path.bounces.total - 1);
+        let gathered = photons
+            .gather(surface.p, surface.ng, left, |light| v.eval_towards(light).0 * v.cosine(light) as f32);
+        let added = self.settings.add(path, path.beta * gathered.radiance, pixel);
+        self.by_photons += f64::from(added.luminance());
+        self.record.note(|r| r.gathered(photons.radius, gathered, added));
+    }
+
+    /// Whether light that a path finds by chance was brought by photons before; `density` is that of light paths' starts.
+    pub(in crate::integrator::path) fn left_to_photons(
+        &self,
+        sample: u32,
+        density: impl FnOnce(&Casters, u32) -> (f64, f64),
+    ) -> bool {
+        let (Some(_), Some(plan), Some(back)) = (&self.photons, self.plan, self.back.get(sample as usize))
+        else {
+            return false;
+        };
+        if back.way != Way::Merged || back.mirror == NO_GROUP {
+            return false;
+        }
+        let (start, leave) = density(&plan.casters, back.mirror);
+        start > 0.0 && leave > 0.0
+    }
+
+    /// The square of what light paths' density is to that of a path that hits a shape that shines by chance.
+    pub(in crate::integrator::path) fn light_paths_to_hit(
+        &self,
+        sample: u32,
+        surface: &SurfaceInteraction,
+    ) -> f64 {
+        let (Some(plan), Some(back)) = (self.plan, self.back.get(sample as usize)) else { return 0.0 };
+        if back.group == NO_GROUP {
+            return 0.0;
+        }
+        let (start, leave) = plan.casters.density_on_shape(self.scene, back.group, surface);
+        let way = surface.p - back.p;
+        let cos = way.dot(surface.ng).abs() / way.length();
+        squared(back.ratio * start * leave * back.cos / (back.area * back.forward * cos))
+    }
+
+    /// The same for a path that leaves the scene in a direction and finds a light there, by the light's number.
+    pub(in crate::integrator::path) fn light_paths_around(
+        &self,
+        sample: u32,
+        light: u32,
+        direction: DVec3,
+    ) -> f64 {
+        let (Some(plan), Some(back)) = (self.plan, self.back.get(sample as usize)) else { return 0.0 };
+        if back.group == NO_GROUP {
+            return 0.0;
+        }
+        let (start, pass) = plan.casters.density_around(self.scene, back.group, light, direction);
+        squared(back.ratio * start * pass * back.cos / (back.area * back.forward))
+    }
+
+    /// The same for a path that samples a light from a vertex; `wi` leads to it, `back` is the density with which light from there is scattered back along the last ray.
+    pub(in crate::integrator::path) fn light_paths_to_sample(
+        &self,
+        sample: u32,
+        v: &Vertex<'_>,
+        material: &Physical,
+        lit: &LightSample,
+        wi: DVec3,
+    ) -> f64 {
+        let path = &self.paths[sample as usize];
+        let (Some(plan), Some(back)) = (self.plan, self.back.get(sample as usize)) else { return 0.0 };
+        let (scene, surface) = (self.scene, v.surface());
+        let group = plan.casters.group(surface);
+        if path.bounces.total == 0 || back.ratio == 0.0 || group == NO_GROUP {
+            return 0.0;
+        }
+        let seen = Seen { scene, material, surface, around: back.around, band: path.band };
+        let ratio = back.ratio_with(surface, seen.density(wi, v.wo()));
+        let area = back.finds(surface.p, surface.ng);
+        let cos = wi.dot(surface.ng).abs();
+        let squared = |starts: f64| squared(ratio * starts * cos / area);
+        match (lit.is_delta, lit.light) {
+            (true, NO_LIGHT) => 0.0,
+            (true, light) => {
+                let from = lit.finite.then(|| surface.p + lit.to_light);
+                let (start, leave) = plan.casters.density_of_delta(group, light, from);
+                let d2 = if lit.finite { lit.to_light.length_squared() } else { 1.0 };
+                squared(start * leave / (lit.pdf * d2))
+            }
+            (false, NO_LIGHT) => {
+                // The place on the light, as a ray finds it.
+                let ray = Ray { time: surface.time(), ..Ray::new(surface.leave(wi), wi) };
+                let Some((light, _)) = scene.first_shining(&ray) else { return 0.0 };
+                let (start, leave) = plan.casters.density_on_shape(scene, group, &light);
+                squared(start * leave / (lit.pdf * wi.dot(light.ng).abs()))
+            }
+            (false, light) => {
+                let (start, pass) = plan.casters.density_around(scene, group, light, wi);
+                squared(start * pass / lit.pdf)
+            }
+        }
+    }
+}

@@ -1,0 +1,520 @@
+//! Light paths: from a light by way of what gathers its light, joined to the camera wherever they are scattered after that.
+//!
+//! Paths of a batch advance together, a bounce at a time; what a path brings depends on nothing but its number.
+
+use super::photons::Photon;
+use super::towards::Seen;
+use super::{Plan, power};
+use crate::camera::Projection;
+use crate::color::Spectrum;
+use crate::film::Splat;
+use crate::integrator::path::media::{Boundary, Media};
+use crate::integrator::path::settings::{Bounces, Settings};
+use crate::integrator::path::shade::{FIRST_SET, MAX_VERTICES};
+use crate::integrator::{LightTracer, RayStats};
+use crate::material::{AlphaMode, Material};
+use crate::math::{DVec2, DVec3, Ray};
+use crate::sampler::{OwenSobol, SampleId};
+use crate::scene::casters::{NO_GROUP, Source, Start};
+use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use turner_bvh::lanes::LANES;
+
+/// Light paths have numbers of their own, whatever the pixels' are.
+const SEED: u64 = 0x9c6e_1d3a_75f1_20b4;
+
+/// Dimensions of a start: sets 0 and 1; then two for each surface.
+const START_SETS: [u32; 2] = [0, 1];
+
+/// How far a light path has come.
+#[derive(Clone)]
+struct LightPath {
+    numbers: OwenSobol,
+    time: f32,
+    start: Start,
+    /// Power that it carries.
+    beta: Spectrum,
+    vertex: u32,
+    bounces: Bounces,
+    transparent: u32,
+    media: Media,
+    band: Option<u8>,
+    /// Whether a mirror's lobe of the first surface has scattered it: then it may be found from camera paths.
+    mirrored: bool,
+    /// How many surfaces have scattered it.
+    scattered: u32,
+    /// Where its ray begins: the last vertex, or the light; and the cosine there.
+    p: DVec3,
+    cos: f64,
+    /// Whether the light is far: rays are parallel.
+    far: bool,
+    /// Density of the ray's direction per solid angle; of parallel rays per area at right angles.
+    forward: f64,
+    /// Density per area with which the last vertex was found.
+    area: f64,
+    /// How much more probable, per area, camera paths are to find all but the last vertex than this path is, so far: by chance, and by sampling the light.
+    by_chance: f64,
+    by_light: f64,
+}
+
+/// What a path brings to the camera if nothing is in the way.
+struct Joined {
+    splat: Splat,
+    /// Number of the light path.
+    weight: f64,
+    group: u32,
+}
+
+/// Light paths at work in one thread.
+pub(in crate::integrator) struct LightWave<'a> {
+    settings: Settings,
+    scene: &'a Scene,
+    plan: &'a Plan,
+    paths: Vec<LightPath>,
+    rays: RayBatch,
+    of_ray: Vec<u32>,
+    hits: Vec<Option<Hit>>,
+    next: RayBatch,
+    of_next: Vec<u32>,
+    views: RayBatch,
+    joined: Vec<Joined>,
+    through: Vec<SpectrumBlock>,
+    /// Where paths arrive that camera paths may find; only filled where they do.
+    pub(super) photons: Vec<Photon>,
+}
+
+impl<'a> LightWave<'a> {
+    pub(in crate::integrator) fn new(settings: Settings, scene: &'a Scene, plan: &'a Plan) -> LightWave<'a> {
+        LightWave {
+            settings,
+            scene,
+            plan,
+            paths: Vec::new(),
+            rays: RayBatch::default(),
+            of_ray: Vec::new(),
+            hits: Vec::new(),
+            next: RayBatch::default(),
+            of_next: Vec::new(),
+            views: RayBatch::default(),
+            joined: Vec::new(),
+            through: Vec::new(),
+            photons: Vec::new(),
+        }
+    }
+
+    /// Traces paths `first..first + count` of all and gives what each brings to the camera: the splat, its weight beside the other ways, and the group.
+    pub(super) fn advance(
+        &mut self,
+        first: u64,
+        count: u32,
+        stats: &mut RayStats,
+        mut bring: impl FnMut(Splat, f64, u32),
+    ) {
+        self.photons.clear();
+        self.begin(first, count);
+        while !self.rays.is_empty() {
+            stats.light += self.rays.len() as u64;
+            if self.scene.moves {
+                for (i, &path) in self.of_ray.iter().enumerate() {
+                    self.rays.set_time(i, self.paths[path as usize].time);
+                }
+            }
+            let mut hits = std::mem::take(&mut self.hits);
+            self.scene.intersect_batch(&mut self.rays, &mut hits);
+            let of_ray = std::mem::take(&mut self.of_ray);
+            for (i, (&path, hit)) in of_ray.iter().zip(&hits).enumerate() {
+                if let (Some(ray), Some(hit)) = (self.rays.get(i), hit) {
+                    self.meet(path, &ray, hit);
+                }
+            }
+            (self.of_ray, self.hits) = (of_ray, hits);
+            self.join(stats, &mut bring);
+            std::mem::swap(&mut self.rays, &mut self.next);
+            std::mem::swap(&mut self.of_ray, &mut self.of_next);
+            self.next.clear();
+            self.of_next.clear();
+        }
+    }
+
+    /// The photons of the last paths.
+    pub(super) fn take_photons(&mut self) -> Vec<Photon> {
+        std::mem::take(&mut self.photons)
+    }
+
+    /// The starts of paths.
+    fn begin(&mut self, first: u64, count: u32) {
+        self.paths.clear();
+        self.rays.clear();
+        self.of_ray.clear();
+        for number in first..first + u64::from(count) {
+            let x = (number >> 32) as u32;
+            let id = SampleId { x, y: 0, index: number as u32, seed: u64::from(self.scene.film.seed) ^ SEED };
+            let numbers = OwenSobol::new(&id);
+            let [a0, a1, c0, c1] = numbers.four(START_SETS[0]);
+            let [p0, p1, c2, time] = numbers.four(START_SETS[1]);
+            let Some(start) = self.plan.casters.start(self.scene, [c0, c1, c2], [p0, p1], [a0, a1]) else {
+                continue;
+            };
+            let [open, close] = self.scene.film.shutter;
+            let path = LightPath {
+                numbers,
+                time: if self.scene.moves { (open + (close - open) * time) as f32 } else { 0.0 },
+                start,
+                beta: Spectrum::WHITE,
+                vertex: 0,
+                bounces: Bounces::default(),
+                transparent: 0,
+                media: Media::NONE,
+                band: None,
+                mirrored: false,
+                scattered: 0,
+                p: start.ray.origin,
+                cos: 0.0,
+                far: false,
+                forward: 0.0,
+                area: 0.0,
+                by_chance: 0.0,
+                by_light: 0.0,
+            };
+            self.rays.push(&start.ray);
+            self.of_ray.push(self.paths.len() as u32);
+            self.paths.push(path);
+        }
+    }
+
+    /// A path's ray hits a surface.
+    fn meet(&mut self, index: u32, ray: &Ray, hit: &Hit) {
+        let scene = self.scene;
+        let surface = scene.surface(ray, hit);
+        let path = &mut self.paths[index as usize];
+        path.vertex += 1;
+        if path.vertex > MAX_VERTICES {
+            return;
+        }
+        if let Some(left) = path.media.transmittance(hit.shape.t) {
+            path.beta = path.beta * left;
+        }
+        let set = START_SETS[1] + FIRST_SET + 2 * path.vertex;
+        let [l0, l1, _, chance] = path.numbers.four(set);
+        let outside = ray.direction.dot(surface.ng) < 0.0;
+        let met = match scene.material_at(hit) {
+            Material::Physical(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
+            Material::Physical(m) => (chance < f64::from(m.desc.coverage(scene, &surface))).then_some(&**m),
+            Material::Mix(m) => m.choose(scene, &surface, outside, chance),
+            Material::Classic(_) | Material::Principled(..) => return,
+        };
+        let Some(material) = met else {
+            return self.go_straight(index, &surface, ray.direction, Spectrum::WHITE);
+        };
+        if material.desc.unlit {
+            return;
+        }
+        if material.pane {
+            let seen = Seen { scene, material, surface: &surface, around: 1.0, band: None };
+            let straight = seen.from(-ray.direction, |v| v.straight());
+            return self.go_straight(index, &surface, ray.direction, straight);
+        }
+        let mut around = 1.0;
+        if material.has_inside() {
+            if path.scattered == 0 && !outside && path.media.is_empty() {
+                // The light is within.
+                path.media.cross(scene, &surface, material, true);
+                if let Some(left) = path.media.transmittance(hit.shape.t) {
+                    path.beta = path.beta * left;
+                }
+            }
+            match path.media.boundary(surface.material, material.desc.specular_ior, outside) {
+                Boundary::Between(ior) => around = ior,
+                Boundary::Hidden => {
+                    path.media.cross(scene, &surface, material, outside);
+                    return self.go_straight(index, &surface, ray.direction, Spectrum::WHITE);
+                }
+            }
+        }
+        if path.scattered == 0 {
+            let group = if material.focuses { self.plan.casters.group(&surface) } else { NO_GROUP };
+            if group == NO_GROUP || group != path.start.group || !path.emit(scene, self.plan, &surface, ray) {
+                return;
+            }
+        }
+        if material.dispersion.is_some() && path.band.is_none() {
+            path.choose_band(chance);
+        }
+        let seen = Seen { scene, material, surface: &surface, around, band: path.band };
+        if path.mirrored && self.plan.merges && path.bounces.total < self.settings.max_depth {
+            let photon = Photon {
+                p: surface.p,
+                light: (-ray.direction).as_vec3().to_array(),
+                normal: surface.ng.as_vec3().to_array(),
+                power: path.beta,
+                depth: path.bounces.total,
+            };
+            if seen.from(-ray.direction, |v| v.is_smooth()) {
+                self.photons.push(photon);
+            }
+        }
+        let path = &self.paths[index as usize];
+        if path.scattered > 0 {
+            self.join_later(index, &seen, -ray.direction, DVec2::new(l0, l1));
+        }
+        self.scatter(index, &seen, -ray.direction, set + 1);
+    }
+
+    /// Goes on through what is not there, or lets light pass straight.
+    fn go_straight(&mut self, index: u32, surface: &SurfaceInteraction, direction: DVec3, weight: Spectrum) {
+        let path = &mut self.paths[index as usize];
+        path.beta = path.beta * weight;
+        path.transparent += 1;
+        if path.transparent <= self.settings.max_transparent && !path.beta.is_black() {
+            self.send(index, surface, direction);
+        }
+    }
+
+    fn send(&mut self, index: u32, surface: &SurfaceInteraction, direction: DVec3) {
+        self.next.push_from(&Ray::new(surface.leave(direction), direction), surface);
+        self.of_next.push(index);
+    }
+
+    /// Joins a path to the camera at a surface that light from `light` reaches.
+    fn join_later(&mut self, index: u32, seen: &Seen<'_>, light: DVec3, lens: DVec2) {
+        let (scene, path) = (self.scene, &self.paths[index as usize]);
+        let surface = seen.surface;
+        if path.bounces.total >= self.settings.max_depth {
+            return;
+        }
+        let Some(Projection { place, to_camera, free, density }) =
+            scene.camera.project(&scene.film, surface.p, lens)
+        else {
+            return;
+        };
+        let (width, height) = (f64::from(scene.film.width), f64::from(scene.film.height));
+        let margin = self.plan.margin;
+        if place.x < -margin || place.y < -margin || place.x >= width + margin || place.y >= height + margin {
+            return;
+        }
+        let eye = to_camera.normalize();
+        let (f, back) = seen.light_to_eye(light, eye);
+        if f.is_black() {
+            return;
+        }
+        let (cos_light, cos_eye) = (light.dot(surface.ng).abs(), eye.dot(surface.ng).abs());
+        let mut color = path.beta * f * (cos_eye * density / cos_light) as f32;
+        let mut media = path.media;
+        let crosses = (eye.dot(surface.ng) > 0.0) != (light.dot(surface.ng) > 0.0);
+        if crosses && seen.material.has_inside() {
+            media.cross(scene, surface, seen.material, eye.dot(surface.ng) < 0.0);
+        }
+        if let Some(left) = media.transmittance(to_camera.length()) {
+            color = color * left;
+        }
+        let origin = surface.leave(eye);
+        let way = surface.p + to_camera - origin;
+        let view = Ray { t_max: free, ..Ray::new(origin, way) };
+        // The other ways to find this path.
+        let others = path.found_back(surface, back) * (density * cos_eye / path.finds(surface));
+        let paths = self.plan.paths as f64;
+        let weight = power(path.by_chance * others / paths, path.by_light * others / paths);
+        self.views.push_from(&view, surface);
+        if scene.moves {
+            self.views.set_time(self.joined.len(), path.time);
+        }
+        self.joined.push(Joined { splat: Splat { place, color }, weight, group: path.start.group });
+    }
+
+    /// Scatters a path.
+    fn scatter(&mut self, index: u32, seen: &Seen<'_>, light: DVec3, set: u32) {
+        let path = &mut self.paths[index as usize];
+        let surface = seen.surface;
+        let [u0, u1, u2, u3] = path.numbers.four(set);
+        let Some((s, to)) = seen.from(light, |v| v.sample_in_scene([u2, u0, u1])) else { return };
+        let (weight, back) = seen.weight(light, to, &s);
+        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
+        let before = path.beta.max_component();
+        path.beta = path.beta * weight;
+        if path.beta.is_black() || !path.beta.is_finite() {
+            return;
+        }
+        // The first surface: how else the light may be found from there.
+        let area = path.finds(surface);
+        if path.scattered == 0 {
+            let by_light = if s.lobe.is_delta { 0.0 } else { path.by_light(self.scene, surface, to) };
+            let d2 = (surface.p - path.p).length_squared();
+            let found = match path.start.from {
+                Source::Delta(..) => 0.0,
+                Source::Around(_) => back,
+                Source::Shape => back * path.cos / d2,
+            };
+            (path.by_chance, path.by_light) = (found / path.by_chance, by_light);
+        } else {
+            let ratio = path.found_back(surface, back);
+            path.by_chance *= ratio;
+            path.by_light *= ratio;
+        }
+        if path.scattered > 1 {
+            let lives = (path.beta.max_component() / before).clamp(0.05, 1.0);
+            if u3 >= f64::from(lives) {
+                return;
+            }
+            path.beta *= 1.0 / lives;
+        }
+        path.bounces = bounces;
+        path.mirrored |= path.scattered == 0 && s.lobe.is_delta;
+        path.scattered += 1;
+        path.p = surface.p;
+        path.cos = to.dot(surface.ng).abs();
+        path.far = false;
+        path.forward = if s.lobe.is_delta { 1.0 } else { s.pdf };
+        path.area = area;
+        let crosses = (to.dot(surface.ng) > 0.0) != (light.dot(surface.ng) > 0.0);
+        if crosses && seen.material.has_inside() {
+            path.media.cross(self.scene, surface, seen.material, to.dot(surface.ng) < 0.0);
+        }
+        self.send(index, surface, to);
+    }
+
+    /// Brings what is not hidden from the camera.
+    fn join(&mut self, stats: &mut RayStats, bring: &mut impl FnMut(Splat, f64, u32)) {
+        if self.joined.is_empty() {
+            return;
+        }
+        stats.light += self.joined.len() as u64;
+        self.scene.transmittance_batch(&mut self.views, &mut self.through);
+        for (i, Joined { splat, weight, group }) in self.joined.drain(..).enumerate() {
+            let through = self.through[i / LANES].get(i % LANES);
+            if !through.is_black() {
+                bring(Splat { color: splat.color * through, ..splat }, weight, group);
+            }
+        }
+        self.views.clear();
+    }
+}
+
+impl LightTracer for LightWave<'_> {
+    fn trace(&mut self, first: u64, count: u32, splats: &mut Vec<Splat>, stats: &mut RayStats) {
+        self.advance(first, count, stats, |splat, weight, _| {
+            splats.push(Splat { color: splat.color * weight as f32, ..splat });
+        });
+    }
+
+    fn photons(&mut self) -> &mut Vec<Photon> {
+        &mut self.photons
+    }
+}
+
+impl LightPath {
+    /// Density per area with which the path finds a surface.
+    fn finds(&self, surface: &SurfaceInteraction) -> f64 {
+        let way = surface.p - self.p;
+        let d2 = way.length_squared();
+        if self.far {
+            return self.forward * self.start.ray.direction.dot(surface.ng).abs();
+        }
+        self.forward * way.dot(surface.ng).abs() / (d2 * d2.sqrt())
+    }
+
+    /// How much more probable a camera path is to find the last vertex than this path was; `back` is the density with which it is scattered there from `surface`.
+    fn found_back(&self, surface: &SurfaceInteraction, back: f64) -> f64 {
+        let d2 = (surface.p - self.p).length_squared();
+        back * self.cos / (d2 * self.area)
+    }
+
+    /// The light that arrives at the first surface, `ray` the path's there. Says whether there is any.
+    ///
+    /// Leaves the density of the start in `by_chance`.
+    fn emit(&mut self, scene: &Scene, plan: &Plan, surface: &SurfaceInteraction, ray: &Ray) -> bool {
+        let group = self.start.group;
+        let cos = ray.direction.dot(surface.ng).abs();
+        let (power, start) = match self.start.from {
+            Source::Shape => {
+                // The place on the light as a ray from the surface finds it, and its light.
+                let back = Ray { time: self.time, ..Ray::new(surface.leave(-ray.direction), -ray.direction) };
+                let Some((light, radiance)) = scene.first_shining(&back) else { return false };
+                self.p = light.p;
+                self.cos = ray.direction.dot(light.ng).abs();
+                let (start, leave) = plan.casters.density_on_shape(scene, group, &light);
+                self.forward = leave;
+                (radiance * (self.cos / (start * leave)) as f32, start)
+            }
+            Source::Around(light) => {
+                let to_light = -self.start.ray.direction;
+                let Some((radiance, _)) = scene.emitters.around_one(scene, light, to_light) else {
+                    return false;
+                };
+                let (start, pass) = plan.casters.density_around(scene, group, light, to_light);
+                (self.far, self.forward) = (true, pass);
+                (radiance * (1.0 / (start * pass)) as f32, start)
+            }
+            Source::Delta(light, place) => {
+                let Some(lit) = scene.lights[light as usize].sample(surface.p, place, light) else {
+                    return false;
+                };
+                let from = lit.finite.then_some(self.start.ray.origin);
+                let (start, leave) = plan.casters.density_of_delta(group, light, from);
+                // What arrives at a surface that faces the light, over the density per area there.
+                let d2 = if lit.finite { lit.to_light.length_squared() } else { 1.0 };
+                (self.far, self.forward, self.cos) = (!lit.finite, leave, 0.0);
+                (lit.radiance * (d2 / (start * leave)) as f32, start)
+            }
+        };
+        self.by_chance = start;
+        // Rays that only touch the surface weigh nothing.
+        self.beta = self.beta * power;
+        cos > 0.0 && start > 0.0 && self.beta.is_finite() && !self.beta.is_black()
+    }
+
+    /// How much more probable sampling the light from the first surface is than the start was; the path leaves it in the direction `to`.
+    fn by_light(&self, scene: &Scene, surface: &SurfaceInteraction, to: DVec3) -> f64 {
+        let receiver = scene.receiver(surface, -to);
+        let start = self.by_chance;
+        match self.start.from {
+            Source::Shape => {
+                let back = Ray {
+                    time: self.time,
+                    ..Ray::new(surface.leave(self.p - surface.p), self.p - surface.p)
+                };
+                let Some((light, _)) = scene.first_shining(&back) else { return 0.0 };
+                let way = self.p - surface.p;
+                let pdf = scene.emitters.pdf_hit(scene, receiver, &light);
+                pdf * self.cos / (way.length_squared() * start)
+            }
+            Source::Around(light) => {
+                let to_light = -self.start.ray.direction;
+                scene.emitters.around_one(scene, light, to_light).map_or(0.0, |(_, pdf)| pdf / start)
+            }
+            Source::Delta(light, _) => scene.emitters.choice_at(receiver, light) / start,
+        }
+    }
+
+    /// Leaves one band of the path, chosen by `u` with its share of what it carries.
+    fn choose_band(&mut self, u: f64) {
+        let shares = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        let sum: f64 = shares.iter().sum();
+        let place = u * sum;
+        let band: u8 = match place {
+            p if p < shares[0] => 0,
+            p if p < shares[0] + shares[1] || shares[2] == 0.0 => 1,
+            _ => 2,
+        };
+        let mut left = [0.0; 3];
+        left[usize::from(band)] = sum as f32;
+        (self.beta, self.band) = (Spectrum::from(left), Some(band));
+    }
+}
+
+impl Scene {
+    /// The first surface that shines on a ray, through what lets it pass straight, with its radiance; `None` if something else is before it.
+    pub(in crate::integrator) fn first_shining(&self, ray: &Ray) -> Option<(SurfaceInteraction, Spectrum)> {
+        let mut ray = *ray;
+        // Panes and holes.
+        for _ in 0..64 {
+            let hit = self.intersect(&ray)?;
+            let surface = self.surface(&ray, &hit);
+            let outside = ray.direction.dot(surface.ng) < 0.0;
+            let radiance = self.material_at(&hit).emitted(self, || self.texture_point(&surface), outside);
+            if !radiance.is_black() {
+                return Some((surface, radiance));
+            }
+            ray = Ray { time: ray.time, ..Ray::new(surface.leave(ray.direction), ray.direction) };
+        }
+        None
+    }
+}

@@ -1,0 +1,193 @@
+//! Photons: where light paths arrive, to be found from camera paths.
+//!
+//! A caustic that is seen in a mirror or through glass cannot be joined to the camera. Where a camera path that came by mirrors and glass alone first meets
+//! something else, the light paths that arrive nearby stand for those that arrive just there (Jensen 1996). The radius around it shrinks with the number of the sample, so that the
+//! mean over samples goes to the right one (Knaus and Zwicker 2011).
+
+use super::light::LightWave;
+use super::plan::Plan;
+use crate::color::Spectrum;
+use crate::film::Splat;
+use crate::integrator::RayStats;
+use crate::integrator::path::settings::Settings;
+use crate::math::DVec3;
+use crate::math::elementary::pow;
+use crate::scene::Scene;
+
+/// The exponent by which the square of the radius shrinks: r² goes with n to the power of this, less 1.
+const SHRINK: f64 = 0.7;
+
+/// Cosine between the normals of surfaces that may share light.
+const SAME_SIDE: f32 = 0.7;
+
+/// Light that arrives at a surface: 56 bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Photon {
+    /// Where.
+    pub p: DVec3,
+    /// The unit direction it comes from.
+    pub light: [f32; 3],
+    /// The geometric normal there.
+    pub normal: [f32; 3],
+    /// Power, of all light paths together.
+    pub power: Spectrum,
+    /// How often it was scattered.
+    pub depth: u32,
+}
+
+/// The photons of one sample of all pixels, in cells of a hashed grid.
+#[derive(Clone, Debug)]
+pub struct PhotonMap {
+    /// The sample's number.
+    pub index: u32,
+    /// How far photons count.
+    pub radius: f64,
+    /// Sorted by cell, within a cell by number.
+    photons: Vec<Photon>,
+    /// Where each cell begins, and the end.
+    begins: Vec<u32>,
+    paths: f64,
+}
+
+/// What photons bring.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gathered {
+    /// How many there were.
+    pub count: u32,
+    /// Radiance.
+    pub radiance: Spectrum,
+}
+
+impl Plan {
+    /// How far photons count for a sample.
+    pub fn radius(&self, index: u32) -> f64 {
+        self.first_radius * pow(f64::from(index) + 1.0, 0.5 * (SHRINK - 1.0))
+    }
+}
+
+impl PhotonMap {
+    /// Of photons in the order of their paths.
+    pub(crate) fn new(plan: &Plan, index: u32, all: Vec<Photon>) -> PhotonMap {
+        let mut map = PhotonMap {
+            index,
+            radius: plan.radius(index),
+            photons: Vec::new(),
+            begins: Vec::new(),
+            paths: plan.paths as f64,
+        };
+        let cells = all.len().next_power_of_two().clamp(1, 1 << 24);
+        map.begins = vec![0; cells + 1];
+        let cell_of: Vec<u32> = all.iter().map(|photon| map.cell(map.grid(photon.p))).collect();
+        for cell in &cell_of {
+            map.begins[*cell as usize + 1] += 1;
+        }
+        for i in 0..cells {
+            map.begins[i + 1] += map.begins[i];
+        }
+        let mut places = map.begins.clone();
+        let mut order = vec![0u32; all.len()];
+        for (i, cell) in cell_of.iter().enumerate() {
+            let place = &mut places[*cell as usize];
+            order[*place as usize] = i as u32;
+            *place += 1;
+        }
+        map.photons = order.iter().map(|i| all[*i as usize]).collect();
+        map
+    }
+
+    /// Traces the light paths of a sample in this thread, for one that is looked at by itself.
+    pub(in crate::integrator::path) fn of_sample(
+        scene: &Scene,
+        plan: &Plan,
+        settings: Settings,
+        index: u32,
+    ) -> PhotonMap {
+        let mut wave = LightWave::new(settings, scene, plan);
+        let mut photons = Vec::new();
+        let mut first = 0;
+        while first < plan.paths {
+            let count = (plan.paths - first).min(4096);
+            let number = plan.paths * u64::from(index) + first;
+            wave.advance(number, count as u32, &mut RayStats::default(), |_: Splat, _, _| {});
+            photons.append(&mut wave.photons);
+            first += count;
+        }
+        PhotonMap::new(plan, index, photons)
+    }
+
+    /// The cell of a grid, of edges twice the radius, that a point lies in.
+    fn grid(&self, p: DVec3) -> [i64; 3] {
+        let p = p / (2.0 * self.radius);
+        // What is beyond the range of integers lies in its last cell.
+        [p.x.floor() as i64, p.y.floor() as i64, p.z.floor() as i64]
+    }
+
+    fn cell(&self, [x, y, z]: [i64; 3]) -> u32 {
+        let mixed = (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
+            ^ (z as u64).wrapping_mul(0x1656_67b1_9e37_79f9);
+        let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (mixed >> 32) as u32 & (self.begins.len() as u32 - 2)
+    }
+
+    /// Visits the photons around a point of a surface with the normal `n`.
+    fn around(&self, p: DVec3, n: [f32; 3], mut visit: impl FnMut(&Photon)) {
+        let low = self.grid(p - self.radius);
+        let high = self.grid(p + self.radius);
+        let mut seen = [u32::MAX; 8];
+        let mut len = 0;
+        let r2 = self.radius * self.radius;
+        for x in low[0]..=high[0].min(low[0].saturating_add(1)) {
+            for y in low[1]..=high[1].min(low[1].saturating_add(1)) {
+                for z in low[2]..=high[2].min(low[2].saturating_add(1)) {
+                    let cell = self.cell([x, y, z]);
+                    // Two cells of space may share one.
+                    if seen[..len].contains(&cell) {
+                        continue;
+                    }
+                    seen[len] = cell;
+                    len += 1;
+                    let (begin, end) = (self.begins[cell as usize], self.begins[cell as usize + 1]);
+                    for photon in &self.photons[begin as usize..end as usize] {
+                        let [a, b, c] = photon.normal;
+                        if (photon.p - p).length_squared() < r2 && a * n[0] + b * n[1] + c * n[2] > SAME_SIDE
+                        {
+                            visit(photon);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// What the photons around a point of a surface bring that were scattered at most `most` times; `scatters` gives the BSDF for light from a direction, times the cosine of the shading
+    /// normal to it.
+    pub(super) fn gather(
+        &self,
+        p: DVec3,
+        ng: DVec3,
+        most: u32,
+        mut scatters: impl FnMut(DVec3) -> Spectrum,
+    ) -> Gathered {
+        let mut gathered = Gathered::default();
+        self.around(p, ng.as_vec3().to_array(), |photon| {
+            if photon.depth > most {
+                return;
+            }
+            let light = DVec3::new(photon.light[0].into(), photon.light[1].into(), photon.light[2].into());
+            let cos = light.dot(ng).abs();
+            if cos > 0.0 {
+                gathered.count += 1;
+                gathered.radiance += scatters(light) * photon.power * (1.0 / cos) as f32;
+            }
+        });
+        let area = std::f64::consts::PI * self.radius * self.radius;
+        gathered.radiance *= (1.0 / (area * self.paths)) as f32;
+        gathered
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.photons[..]) + size_of_val(&self.begins[..])
+    }
+}

@@ -1,0 +1,103 @@
+//! How many light paths there are, and what they are aimed at.
+
+use super::Caustics;
+use super::light::LightWave;
+use super::photons::Photon;
+use super::probe::probe;
+use crate::integrator::IntegratorDesc;
+use crate::integrator::RayStats;
+use crate::integrator::path::LightSampling;
+use crate::integrator::path::settings::Settings;
+use crate::math::DVec2;
+use crate::scene::Scene;
+use crate::scene::casters::Casters;
+
+/// The most light paths to a sample of all pixels: photons take some 60 MB per million of them.
+const MOST_PATHS: u64 = 1 << 20;
+
+/// The fewest light paths to each camera path where photons are found.
+const LEAST_FOR_PHOTONS: f64 = 0.5;
+
+/// The share of the picture's light that photons must bring to be found.
+const LEAST_BY_PHOTONS: f64 = 1e-3;
+
+/// The light paths of a picture.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What they are aimed at.
+    pub casters: Casters,
+    /// How many there are to each sample of all pixels; greater than 0.
+    pub paths: u64,
+    /// Whether camera paths find photons.
+    pub merges: bool,
+    /// How far photons count for the first sample, in scene units.
+    pub first_radius: f64,
+    /// How far beyond the picture's edge light still counts for it, in pixels.
+    pub(super) margin: f64,
+}
+
+impl Plan {
+    /// For a scene that is otherwise ready; `None` where there are none.
+    pub(crate) fn new(scene: &Scene) -> Option<Plan> {
+        let IntegratorDesc::Path(desc) = &scene.integrator else { return None };
+        if desc.caustics == Caustics::Off || desc.light_sampling != LightSampling::Both {
+            return None;
+        }
+        let casters = Casters::new(scene)?;
+        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
+        let margin = (scene.film.filter().radius() - 0.5).max(0.0);
+        let paths = pixels.min(MOST_PATHS);
+        let mut plan = Plan { casters, paths, merges: true, first_radius: 0.0, margin };
+        plan.first_radius = desc.photon_radius.unwrap_or_else(|| plan.guess_radius(scene));
+        let found = probe(scene, &plan, Settings::path(desc));
+        plan.merges = match desc.caustics {
+            Caustics::Full => true,
+            Caustics::Auto => found.by_photons > LEAST_BY_PHOTONS,
+            Caustics::LightTracing | Caustics::Off => false,
+        };
+        if desc.caustics == Caustics::Auto && !found.pays && !plan.merges {
+            return None;
+        }
+        // Where nothing was found all groups are chosen as before.
+        let _ = plan.casters.choose_by(&found.groups);
+        let ratio = if plan.merges { found.ratio.max(LEAST_FOR_PHOTONS) } else { found.ratio };
+        plan.paths = ((pixels as f64 * ratio) as u64).clamp(1, MOST_PATHS);
+        Some(plan)
+    }
+}
+
+impl Plan {
+    /// A few pixels, where photons arrive.
+    fn guess_radius(&self, scene: &Scene) -> f64 {
+        /// Photons looked at, and the radius in pixels there.
+        const PATHS: u32 = 2048;
+        const PIXELS: f64 = 2.5;
+        let IntegratorDesc::Path(desc) = &scene.integrator else { return 0.0 };
+        let mut wave = LightWave::new(Settings::path(desc), scene, self);
+        wave.advance(u64::MAX - u64::from(PATHS), PATHS, &mut RayStats::default(), |_, _, _| {});
+        let pixel = |photon: &Photon| {
+            let seen = scene.camera.project(&scene.film, photon.p, DVec2::splat(0.5))?;
+            Some(1.0 / seen.density.sqrt())
+        };
+        let mut sizes: Vec<f64> = wave.photons.iter().filter_map(pixel).collect();
+        sizes.sort_by(f64::total_cmp);
+        let size = sizes.get(sizes.len() / 2).copied();
+        let scale = scene.stats.bounds.map_or(1.0, |b| b.size().length());
+        (PIXELS * size.unwrap_or(1e-3 * scale)).clamp(1e-7 * scale, 0.1 * scale).max(1e-30)
+    }
+}
+
+/// What a picture says of its making.
+impl std::fmt::Display for Plan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} light paths to each sample of all pixels", self.paths)?;
+        match self.merges {
+            true => write!(
+                f,
+                "; photons behind mirrors and glass, radius {:.4e} at first: a little blurred",
+                self.first_radius
+            ),
+            false => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! What light paths would bring to a picture, and at what price: measured by a few of them and a few camera paths, the same on every run.
+
+use super::light::LightWave;
+use super::photons::{Photon, PhotonMap};
+use super::plan::Plan;
+use crate::integrator::path::record::Off;
+use crate::integrator::path::settings::Settings;
+use crate::integrator::path::wave::Wave;
+use crate::integrator::{CameraSamples, RayStats, Tracer};
+use crate::math::DVec2;
+use crate::render::take_points;
+use crate::sampler::SampleId;
+use crate::scene::Scene;
+use std::sync::Arc;
+
+/// Cells of the picture along its sides, and camera paths in each.
+const SIDE: u32 = 16;
+const SAMPLES: u32 = 4;
+
+/// Light paths: so many, and again so many if those leave any doubt.
+const PATHS: u32 = 2048;
+const MORE: u32 = 6 * PATHS;
+
+/// The share of the picture's light that caustics must have to count.
+const LEAST: f64 = 1e-3;
+
+/// How many times fewer samples must be needed for the same noise and time.
+const GAIN: f64 = 0.9;
+
+/// Light paths to each camera path that are considered.
+const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
+
+/// The picture as some camera paths see it.
+struct Look {
+    /// Luminance of each cell.
+    cells: Vec<f64>,
+    /// Square of the relative error of a sample.
+    variance: f64,
+    /// Rays of a path.
+    rays: f64,
+}
+
+/// What was found.
+pub(super) struct Found {
+    /// The best number of light paths to each camera path.
+    pub(super) ratio: f64,
+    /// Whether they pay.
+    pub(super) pays: bool,
+    /// The share of the picture's light that photons bring.
+    pub(super) by_photons: f64,
+    /// For each group, how often it should be chosen.
+    pub(super) groups: Vec<f64>,
+}
+
+/// Sums over light paths.
+#[derive(Default)]
+struct Brought {
+    paths: f64,
+    /// Light that arrives at the camera.
+    light: f64,
+    /// Of that what camera paths never find.
+    alone: f64,
+    /// Squares of relative contributions: of light paths, weighed, and of camera paths that find the same.
+    squares: f64,
+    squares_by_chance: f64,
+    of_group: Vec<f64>,
+}
+
+impl Look {
+    fn new(scene: &Scene, plan: &Plan, settings: Settings) -> Look {
+        let mut wave = Wave::new(settings, scene, Off);
+        wave.plan = Some(plan);
+        let (values, rays) = Look::trace(scene, &mut wave);
+        let n = f64::from(SAMPLES);
+        let (mut cells, mut variance) = (Vec::new(), 0.0);
+        for cell in values.chunks(SAMPLES as usize) {
+            let mean = cell.iter().sum::<f64>() / n;
+            let spread = cell.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
+            variance += spread / (mean * mean + 0.01);
+            cells.push(mean);
+        }
+        variance /= cells.len().max(1) as f64;
+        Look { cells, variance, rays }
+    }
+
+    /// The luminance of camera paths, and their rays on average.
+    fn trace(scene: &Scene, wave: &mut Wave<'_, Off>) -> (Vec<f64>, f64) {
+        let film = &scene.film;
+        let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
+        let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
+        let points = (0..SIDE * SIDE * SAMPLES).map(|i| {
+            let cell = i / SAMPLES;
+            let id = SampleId { x: cell % SIDE, y: cell / SIDE, index: i % SAMPLES, seed: 0x9e37_79b9 };
+            let within = id.unit_square(0);
+            (id, (DVec2::new(f64::from(id.x), f64::from(id.y)) + within) * size)
+        });
+        take_points(scene, &mut samples, points);
+        wave.radiance(&samples, &mut out, &mut stats);
+        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+        let values: Vec<f64> = out.iter().map(|r| finite(f64::from(r.color.luminance()))).collect();
+        let rays = stats.total() as f64 / values.len().max(1) as f64;
+        (values, rays)
+    }
+
+    /// The luminance that these photons of some light paths bring on average.
+    fn photons(
+        &self,
+        scene: &Scene,
+        plan: &Plan,
+        settings: Settings,
+        photons: Vec<Photon>,
+        paths: f64,
+    ) -> f64 {
+        /// How many times farther than in a picture photons count, for there are few.
+        const WIDER: f64 = 8.0;
+        if photons.is_empty() {
+            return 0.0;
+        }
+        let few = Plan { paths: paths as u64, first_radius: WIDER * plan.first_radius, ..plan.clone() };
+        let mut wave = Wave::new(settings, scene, Off);
+        wave.plan = Some(&few);
+        wave.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
+        let (values, _) = Look::trace(scene, &mut wave);
+        wave.by_photons / values.len().max(1) as f64
+    }
+
+    fn mean(&self) -> f64 {
+        self.cells.iter().sum::<f64>() / self.cells.len().max(1) as f64
+    }
+
+    /// What a square of luminance at a place of the picture counts.
+    fn weight(&self, place: DVec2) -> f64 {
+        let cell = place * f64::from(SIDE);
+        let at = |v: f64| (v.max(0.0) as u32).min(SIDE - 1);
+        let value = self.cells.get((at(cell.y) * SIDE + at(cell.x)) as usize).copied().unwrap_or(0.0);
+        1.0 / (value * value + 0.01)
+    }
+}
+
+/// Measures for a plan with as many light paths as pixels.
+pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
+    let pixels = f64::from(scene.film.width) * f64::from(scene.film.height);
+    let size = DVec2::new(f64::from(scene.film.width), f64::from(scene.film.height));
+    let mut wave = LightWave::new(settings, scene, plan);
+    let mut brought = Brought { of_group: vec![0.0; plan.casters.len()], ..Brought::default() };
+    let mut stats = RayStats::default();
+    let mut look = None;
+    // Numbers that no picture gets to.
+    let mut first = u64::MAX / 2;
+    for count in [PATHS, MORE] {
+        brought.paths += f64::from(count);
+        let look = look.get_or_insert_with(|| Look::new(scene, plan, settings));
+        let mut photons = wave.take_photons();
+        wave.advance(first, count, &mut stats, |splat, weight, group| {
+            let value = f64::from(splat.color.luminance());
+            if !(value > 0.0 && value.is_finite()) {
+                return;
+            }
+            brought.light += value;
+            let square = value * value * look.weight(splat.place / size);
+            brought.squares += weight * weight * square;
+            // By the power heuristic w = 1/(1 + a² + b²): the other ways together have about √(a² + b²) of the density of all light paths.
+            let others = (1.0 / weight - 1.0).max(0.0).sqrt();
+            match others > 1e-12 {
+                true => brought.squares_by_chance += square / (others * plan.paths as f64),
+                false => brought.alone += value,
+            }
+            if let Some(sum) = brought.of_group.get_mut(group as usize) {
+                *sum += weight * weight * square;
+            }
+        });
+        photons.append(&mut wave.photons);
+        wave.photons = photons;
+        first += u64::from(count);
+        // Little light, and little noise of it even if some rare bright path was missed.
+        let share = brought.light / (brought.paths * pixels) / look.mean().max(1e-30);
+        let noise = brought.squares_by_chance / (brought.paths * pixels);
+        if share < LEAST && noise < 0.01 * look.variance {
+            break;
+        }
+    }
+    let look = look.unwrap_or_else(|| Look::new(scene, plan, settings));
+    let n = brought.paths;
+    // Per pixel and sample; of light paths with as many as pixels.
+    let by_chance = brought.squares_by_chance / (n * pixels);
+    let by_light = brought.squares / (n * pixels * plan.paths as f64);
+    let price = stats.light as f64 / n / look.rays.max(1.0);
+    let alone = brought.alone / (n * pixels) / look.mean().max(1e-30);
+    let ratio_of = plan.paths as f64 / pixels;
+    let cost = |ratio: f64| (look.variance + by_light * ratio_of / ratio) * (1.0 + price * ratio);
+    let ratio = RATIOS.into_iter().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(1.0);
+    let pays = alone > LEAST || cost(ratio) < GAIN * (look.variance + by_chance);
+    let by_photons = look.photons(scene, plan, settings, wave.take_photons(), n) / look.mean().max(1e-30);
+    let groups =
+        (0u32..).zip(&brought.of_group).map(|(g, m)| (m * plan.casters.probability(g)).sqrt()).collect();
+    Found { ratio, pays, by_photons, groups }
+}

@@ -1,0 +1,96 @@
+//! Tasks by number, done by threads.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use super::PassOptions;
+use crate::scene::error::{ErrorCode, SceneError};
+
+/// The work of a pass, in one part or several.
+pub(super) struct Work<'a> {
+    options: &'a PassOptions<'a>,
+    threads: usize,
+    /// How many tasks the pass has.
+    pub(super) parts: AtomicUsize,
+    done: AtomicUsize,
+}
+
+/// The tasks that a worker gets: the next one whenever it asks, until there are none, or the work is to stop.
+pub(super) struct Tasks<'a> {
+    work: &'a Work<'a>,
+    next: &'a AtomicUsize,
+    done: &'a AtomicUsize,
+    failed: &'a AtomicBool,
+    count: usize,
+    busy: bool,
+}
+
+impl Iterator for Tasks<'_> {
+    type Item = usize;
+
+    fn next(&mut self) -> Option<usize> {
+        if std::mem::take(&mut self.busy) {
+            self.done.fetch_add(1, Ordering::Relaxed);
+            let done = self.work.done.fetch_add(1, Ordering::Relaxed) + 1;
+            if let Some(progress) = self.work.options.progress {
+                progress(done, self.work.parts.load(Ordering::Relaxed));
+            }
+        }
+        if self.work.options.cancel.load(Ordering::Relaxed) || self.failed.load(Ordering::Relaxed) {
+            return None;
+        }
+        let task = self.next.fetch_add(1, Ordering::Relaxed);
+        self.busy = task < self.count;
+        self.busy.then_some(task)
+    }
+}
+
+impl<'a> Work<'a> {
+    pub(super) fn new(options: &'a PassOptions<'a>) -> Work<'a> {
+        let threads = match options.threads {
+            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            n => n,
+        };
+        Work { options, threads, parts: AtomicUsize::new(0), done: AtomicUsize::new(0) }
+    }
+
+    /// Lets workers do `count` tasks; says whether all were done. A worker that panics is an error, once the others have stopped.
+    pub(super) fn run(&self, count: usize, worker: impl Fn(Tasks<'_>) + Sync) -> Result<bool, SceneError> {
+        let (next, done, failed) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+        let guarded = || {
+            let tasks = Tasks { work: self, next: &next, done: &done, failed: &failed, count, busy: false };
+            let result = catch_unwind(AssertUnwindSafe(|| worker(tasks)));
+            if result.is_err() {
+                failed.store(true, Ordering::Relaxed);
+            }
+            result.map_err(panic_message)
+        };
+        let threads = self.threads.min(count).max(1);
+        let mut failure = None;
+        if threads == 1 {
+            failure = guarded().err();
+        } else {
+            std::thread::scope(|scope| {
+                let workers: Vec<_> = (0..threads).map(|_| scope.spawn(guarded)).collect();
+                for worker in workers {
+                    if let Err(message) = worker.join().unwrap_or_else(|e| Err(panic_message(e))) {
+                        failure.get_or_insert(message);
+                    }
+                }
+            });
+        }
+        if let Some(message) = failure {
+            let message = format!("a fault while rendering: {message}");
+            return Err(SceneError::new(ErrorCode::Internal, message)
+                .help("this is a bug in Turner: please report it"));
+        }
+        Ok(done.load(Ordering::Relaxed) == count)
+    }
+}
+
+fn panic_message(payload: Box<dyn std::any::Any + Send>) -> String {
+    match payload.downcast::<String>() {
+        Ok(s) => *s,
+        Err(payload) => payload.downcast_ref::<&str>().map_or("unknown".to_owned(), |s| (*s).to_owned()),
+    }
+}
