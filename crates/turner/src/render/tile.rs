@@ -23,10 +23,6 @@ const LENS_DIMENSION: u64 = 1;
 const PIXEL_SET: u32 = 0;
 const LENS_SET: u32 = 1;
 
-/// About so many samples are traced together by integrators that follow light: enough that late bounces, which few paths come to, still
-/// fill blocks.
-const WAVE: u64 = 1024;
-
 /// What a worker needs for its tiles; kept from tile to tile.
 pub(super) struct TileBuffers<'a> {
     pub(super) scene: &'a Scene,
@@ -97,24 +93,16 @@ impl<'a> TileBuffers<'a> {
             return;
         }
         let film = &self.scene.film;
-        // Photons are those of one number.
-        let at_once = match self.scene.integrator.is_physical() && !self.finds_photons {
-            true => (WAVE / tile.area().max(1)).max(1) as u32,
-            false => 1,
-        };
-        let mut left = samples;
-        while !left.is_empty() {
-            let indices = left.start..left.end.min(left.start.saturating_add(at_once));
-            left.start = indices.end;
-            self.prepare(indices.start);
-            let pixels = indices.flat_map(|index| {
-                let rows = tile.y..tile.y + tile.height;
-                rows.flat_map(move |y| (tile.x..tile.x + tile.width).map(move |x| (x, y, index)))
-            });
-            let points = pixels.map(|(x, y, index)| {
-                let id = SampleId { x, y, index, seed: u64::from(film.seed) };
-                (id, place(self.scene, &self.filter, &id))
-            });
+        // One number of all pixels at a time: four (1024 samples) took integrators that follow light 2 to 9 % longer, for their paths' state leaves the
+        // caches.
+        for index in samples {
+            self.prepare(index);
+            let points = (tile.y..tile.y + tile.height)
+                .flat_map(|y| (tile.x..tile.x + tile.width).map(move |x| (x, y)))
+                .map(|(x, y)| {
+                    let id = SampleId { x, y, index, seed: u64::from(film.seed) };
+                    (id, place(self.scene, &self.filter, &id))
+                });
             self.samples.clear();
             take_points(self.scene, &mut self.samples, points);
             self.trace();
@@ -123,12 +111,9 @@ impl<'a> TileBuffers<'a> {
                 self.check_pixels(tile);
                 continue;
             }
-            let area = self.sums.len().max(1);
-            for (ids, radiance) in self.samples.ids.chunks(area).zip(self.radiance.chunks(area)) {
-                for ((sum, id), radiance) in self.sums.iter_mut().zip(ids).zip(radiance) {
-                    if !sum.add_or_leave_out(radiance.color, radiance.alpha) {
-                        self.non_finite.note(id.x, id.y, id.index);
-                    }
+            for ((sum, id), radiance) in self.sums.iter_mut().zip(&self.samples.ids).zip(&self.radiance) {
+                if !sum.add_or_leave_out(radiance.color, radiance.alpha) {
+                    self.non_finite.note(id.x, id.y, id.index);
                 }
             }
         }

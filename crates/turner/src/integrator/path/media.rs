@@ -43,12 +43,6 @@ impl Media {
         len: 0,
     };
 
-    /// Whether there is none.
-    #[inline]
-    pub(super) fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     fn list(&self) -> &[Medium] {
         &self.list[..self.len]
     }
