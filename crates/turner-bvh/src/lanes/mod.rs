@@ -96,6 +96,8 @@ pub unsafe trait Simd: Copy + Send + Sync + 'static {
     unsafe fn select32(m: Self::M, a: Self::H, b: Self::H) -> Self::H;
     /// Rounded to single precision.
     unsafe fn narrow(a: Self::F) -> Self::H;
+    /// In double precision, which loses nothing.
+    unsafe fn widen(a: Self::H) -> Self::F;
 }
 
 /// Work to be compiled for each instruction set.

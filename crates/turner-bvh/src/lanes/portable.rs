@@ -141,4 +141,8 @@ unsafe impl Simd for Portable {
     unsafe fn narrow(a: Self::F) -> Self::H {
         a.map(|v| v as f32)
     }
+    #[inline(always)]
+    unsafe fn widen(a: Self::H) -> Self::F {
+        a.map(f64::from)
+    }
 }

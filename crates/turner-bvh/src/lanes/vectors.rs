@@ -188,6 +188,13 @@ impl<S: Simd> F32x8<S> {
         // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::eq32(self.0, other.0) })
     }
+
+    /// In double precision, which loses nothing.
+    #[inline(always)]
+    pub fn widen(self) -> F64x8<S> {
+        // SAFETY: these lanes were made with a value of `S`.
+        F64x8(unsafe { S::widen(self.0) })
+    }
 }
 
 impl<S: Simd> Mask8<S> {

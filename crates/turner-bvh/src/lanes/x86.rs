@@ -106,6 +106,7 @@ unsafe impl Simd for Avx512 {
         fn eq32(a: __m256, b: __m256) -> u8 = _mm256_cmp_ps_mask::<_CMP_EQ_OQ>(a, b);
         fn select32(m: u8, a: __m256, b: __m256) -> __m256 = _mm256_mask_blend_ps(m, b, a);
         fn narrow(a: __m512d) -> __m256 = _mm512_cvtpd_ps(a);
+        fn widen(a: __m256) -> __m512d = _mm512_cvtps_pd(a);
     }
 }
 
@@ -186,5 +187,7 @@ unsafe impl Simd for Avx2 {
         };
         fn select32(m: Self::M, a: __m256, b: __m256) -> __m256 = _mm256_blendv_ps(b, a, mask32(m));
         fn narrow(a: Self::F) -> __m256 = _mm256_set_m128(_mm256_cvtpd_ps(a[1]), _mm256_cvtpd_ps(a[0]));
+        fn widen(a: __m256) -> Self::F =
+            [_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(a))];
     }
 }

@@ -78,6 +78,7 @@ impl Work for Operations<'_> {
             results.push((name, Block(out.0.map(f64::from))));
         };
         single("narrow", h);
+        single("widen", (h.widen() * h.widen()).narrow());
         single("add32", h + k);
         single("mul32", h * k);
         single("select32", a.lt(b).select32(h, k));
@@ -118,6 +119,7 @@ fn expected(name: &str, a: &Block, b: &Block) -> Block {
         "or" => truth(&|a, b| a < b || b > 0.5),
         "and_not" => truth(&|a, b| a < b && b.partial_cmp(&0.5) != Some(std::cmp::Ordering::Greater)),
         "narrow" => single(&|a, _| a),
+        "widen" => each(&|a, _| f64::from((f64::from(a as f32) * f64::from(a as f32)) as f32)),
         "add32" => single(&|a, b| a + b),
         "mul32" => single(&|a, b| a * b),
         "select32" => each(&|a, b| f64::from(if a < b { a as f32 } else { b as f32 })),

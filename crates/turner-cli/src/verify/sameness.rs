@@ -10,7 +10,7 @@ use turner_bvh::Kernel;
 
 use super::check::{Check, Context, Finding, Verdict, fault};
 
-/// Glass, a rough metal, a mesh, a lens, textures, several kinds of lights.
+/// Glass, a rough metal, meshes, plain materials, a lens, textures, several kinds of lights.
 const SCENE: &str = r#"
 camera = { type = "thin-lens", position = [0, 1, 4], look_at = [0, 0.5, 0], fov = 40, focus = 4, lens_radius = 0.05 }
 integrator = { type = "path", max_depth = 6 }
@@ -57,6 +57,16 @@ type = "mesh"
 positions = [[1.1, 0, 0.5], [1.6, 0, 0.5], [1.3, 0.6, 0.7], [1.3, 0.1, 1.0]]
 triangles = [[0, 1, 2], [1, 3, 2], [3, 0, 2], [0, 3, 1]]
 material = { type = "metal", name = "gold" }
+[[object]]
+type = "mesh"
+positions = [[-3, 0.01, -2], [3, 0.01, -2], [3, 2, -3], [-3, 2, -3]]
+triangles = [[0, 1, 2], [0, 2, 3]]
+material = { type = "matte", color = [0.7, 0.5, 0.3] }
+[[object]]
+type = "mesh"
+positions = [[-1.5, 0, 0], [-1.2, 0, 0.8], [-1.4, 1, 0.4]]
+triangles = [[0, 1, 2]]
+material = { type = "principled", base_weight = 0, specular_ior = 0, specular_roughness = 0.3 }
 "#;
 
 const SIZE: [u32; 2] = [50, 37];

@@ -60,6 +60,8 @@ struct Compensation {
     mirror: Line,
     near: Line,
     far: Line,
+    /// Their means over light from all around, in this order: known once, for they take longer than all the rest.
+    averages: [f64; 3],
     /// Factors of the products of losses.
     metal: Rgb,
     reflect: Rgb,
@@ -163,15 +165,17 @@ impl Interface {
         let round = 0.5 + 0.5 * self.ggx.ax.min(self.ggx.ay) / self.ggx.ax.max(self.ggx.ay);
         let metal =
             f * f * kept / (Rgb::ONE - f * mirror_average) * (round * self.metal / (PI * mirror_average));
-        let (near, far, reflect, transmit);
+        let (near, far, averages, reflect, transmit);
         if self.thin {
             (near, far) = (mirror, mirror);
+            averages = [mirror.average(); 3];
             let (r, t) = self.glass_split(0.7);
             let whole = round * glass / (PI * mirror_average);
             (reflect, transmit) = (r * whole, t * whole);
         } else {
             near = albedo::dielectric_loss(self.eta, alpha);
             far = albedo::dielectric_loss(1.0 / self.eta, alpha);
+            averages = [mirror.average(), near.average(), far.average()];
             let contrast = (self.eta - 1.0).abs() / (self.eta + 1.0);
             // The tables are for glass with round lobes that reflects what its index says; with less specular weight less is lost.
             let upward = |index: f64| index.max(1.0 / index);
@@ -179,11 +183,23 @@ impl Interface {
             let given_back =
                 if contrast < MAX_CONTRAST && is_plain && round > 0.75 { GIVEN_BACK } else { 0.0 };
             let whole = given_back * round * glass
-                / (PI * (far.average() * self.eta * self.eta + near.average()).max(1e-9));
+                / (PI * (averages[2] * self.eta * self.eta + averages[1]).max(1e-9));
             let tint = if self.inside { Rgb::ONE } else { self.tint };
             (reflect, transmit) = (tint * whole, self.through * whole);
         }
-        Some(Compensation { mirror, near, far, metal, reflect, transmit })
+        Some(Compensation { mirror, near, far, averages, metal, reflect, transmit })
+    }
+
+    /// If it is a rough mirror and nothing else: what it reflects of light from all directions alike.
+    pub(super) fn rough_mirror(&self) -> Option<Rgb> {
+        let mirror = !self.smooth
+            && !self.thin
+            && self.metal == 0.0
+            && self.glass == 0.0
+            && self.film.is_none()
+            && self.compensation.is_none()
+            && self.opaque_index == f64::INFINITY;
+        mirror.then(|| Rgb::ONE * self.tint * self.opaque)
     }
 
     /// The diffuse BRDF of light scattered several times between facets.
@@ -211,9 +227,9 @@ impl Interface {
     pub(super) fn lost_albedos(&self, mu: f64) -> (Rgb, Rgb) {
         let Some(c) = &self.compensation else { return (Rgb::ZERO, Rgb::ZERO) };
         let near = c.near.at(mu);
-        let reflected =
-            c.metal * (c.mirror.at(mu) * c.mirror.average()) + c.reflect * (near * c.near.average());
-        (reflected * PI, c.transmit * (near * c.far.average() * PI * self.eta * self.eta))
+        let [mirror_average, near_average, far_average] = c.averages;
+        let reflected = c.metal * (c.mirror.at(mu) * mirror_average) + c.reflect * (near * near_average);
+        (reflected * PI, c.transmit * (near * far_average * PI * self.eta * self.eta))
     }
 
     /// Reflectance of the opaque dielectric, at a cosine.

@@ -8,7 +8,7 @@ use crate::math::elementary::sin_cos_turns;
 use std::f64::consts::PI;
 
 /// Widths of the distribution along x and y, each greater than 0.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ggx {
     /// Along the tangent.
     pub(super) ax: f64,

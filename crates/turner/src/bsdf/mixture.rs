@@ -8,7 +8,7 @@ use crate::math::{DVec3, Frame, reflect};
 use std::f64::consts::PI;
 
 /// Directions closer to the surface than this cosine count as below it.
-const MIN_COSINE: f64 = 1e-7;
+pub(crate) const MIN_COSINE: f64 = 1e-7;
 
 // Lobes, in the order of their probabilities.
 const FUZZ: usize = 0;

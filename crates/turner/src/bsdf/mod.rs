@@ -26,8 +26,11 @@ mod microfacet;
 mod mixture;
 mod pane;
 mod point;
+mod rough_mirror;
 
+pub(crate) use mixture::MIN_COSINE;
 pub use point::PrincipledPoint;
+pub use rough_mirror::{RoughMirror, RoughMirrorBlock};
 
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -177,6 +180,28 @@ impl Bsdf {
             self.coat_normal = Some(n);
         }
         self
+    }
+
+    /// What Lambert's reflection and nothing else returns of light from any direction above the surface; `None` for all other BSDFs.
+    pub fn as_lambert(&self) -> Option<Spectrum> {
+        self.lambert.then(|| spectrum(self.diffuse.reflect / std::f64::consts::PI))
+    }
+
+    /// The rough mirror that this is, if it is nothing else.
+    pub fn as_rough_mirror(&self) -> Option<RoughMirror> {
+        let bare = self.fuzz.is_none()
+            && self.coat.is_none()
+            && self.rotation.is_none()
+            && self.diffuse.reflect == Rgb::ZERO
+            && self.diffuse.transmit == Rgb::ZERO
+            && !self.inside;
+        let interface = self.interface.as_ref().filter(|_| bare)?;
+        let color = interface.rough_mirror()?;
+        // As all lobes share one's probability, to the last bit.
+        let sum = color.element_sum();
+        let share = sum * (1.0 / sum);
+        let black = spectrum(color).is_black() || sum <= f64::MIN_POSITIVE;
+        (!black && share > 0.0).then_some(RoughMirror { ggx: interface.ggx, color, share })
     }
 
     fn is_lambert(&self) -> bool {

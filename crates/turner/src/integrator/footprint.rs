@@ -38,3 +38,9 @@ pub(super) fn leave(
     let turned = if crosses { cone.refracted(s.eta, curvature) } else { cone.reflected(curvature) };
     if s.lobe.is_delta { turned } else { turned.scattered(s.pdf, pixel.share) }
 }
+
+/// The same for reflection by something flat, with the density `pdf`.
+#[inline]
+pub(super) fn leave_flat(pixel: &PixelCone, cone: RayCone, pdf: f64) -> RayCone {
+    cone.reflected(0.0).scattered(pdf, pixel.share)
+}

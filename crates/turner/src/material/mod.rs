@@ -25,6 +25,7 @@ pub use metal::MetalMaterial;
 pub use mix::MixMaterial;
 pub use mixed::Mix;
 pub use physical::Physical;
+pub(crate) use physical::PlainBsdf;
 pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial};
 

@@ -13,7 +13,7 @@
 //! | `ka` | nothing: light from all around is traced |
 
 use super::{AlphaMode, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
-use crate::bsdf::{Bsdf, PrincipledPoint};
+use crate::bsdf::{Bsdf, PrincipledPoint, RoughMirror};
 use crate::color::Spectrum;
 use crate::scene::{ColorSource, Scene};
 use crate::texture::TexturePoint;
@@ -33,6 +33,15 @@ pub struct Physical {
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
     constant: Option<[Bsdf; 2]>,
+    plain: Option<PlainBsdf>,
+}
+
+/// A BSDF of a kind that is computed for eight points at a time.
+#[derive(Clone, Debug)]
+pub(crate) enum PlainBsdf {
+    /// Lambert's: its BRDF.
+    Lambert(Spectrum),
+    RoughMirror(RoughMirror),
 }
 
 /// A source that is the same grey everywhere.
@@ -144,7 +153,36 @@ impl Physical {
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
         let focuses = !pane && desc.focuses();
-        Physical { desc, shadow, pane, focuses, dispersion, constant }
+        let mut made = Physical { desc, shadow, pane, focuses, dispersion, constant, plain: None };
+        made.plain = made.find_plain();
+        made
+    }
+
+    /// Its scattering, if there is nothing else to it: one of a few kinds, the same everywhere and on both sides, around the surface's own
+    /// normal, without light of its own.
+    #[inline]
+    pub(crate) fn plain(&self) -> Option<&PlainBsdf> {
+        self.plain.as_ref()
+    }
+
+    fn find_plain(&self) -> Option<PlainBsdf> {
+        let d = &self.desc;
+        let plain = d.alpha_mode != AlphaMode::Blend
+            && !d.unlit
+            && !self.is_emissive()
+            && !self.pane
+            && !self.has_inside()
+            && self.dispersion.is_none()
+            && d.bump().is_none()
+            && d.normal_map.is_none()
+            && d.coat_normal_map.is_none()
+            && d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK);
+        let [outer, inner] = self.constant.as_ref().filter(|_| plain)?;
+        if let (Some(f), Some(inside)) = (outer.as_lambert(), inner.as_lambert()) {
+            return (f == inside && !f.is_black()).then_some(PlainBsdf::Lambert(f));
+        }
+        let [outer, inner] = [outer.as_rough_mirror()?, inner.as_rough_mirror()?];
+        (outer == inner).then_some(PlainBsdf::RoughMirror(outer))
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.

@@ -7,6 +7,7 @@ mod bounds;
 pub mod elementary;
 pub mod elementary_x8;
 mod frame;
+pub mod frame_x8;
 mod ray;
 mod ray_cone;
 

@@ -93,6 +93,8 @@ impl<'a> TileBuffers<'a> {
             return;
         }
         let film = &self.scene.film;
+        // One number of all pixels at a time: four (1024 samples) took integrators that follow light 2 to 9 % longer, for their paths' state leaves the
+        // caches.
         for index in samples {
             self.prepare(index);
             let points = (tile.y..tile.y + tile.height)

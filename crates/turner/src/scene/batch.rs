@@ -25,7 +25,7 @@ pub struct RayBatch {
     /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
     pub(super) len: usize,
     /// The primitive and the part of it that each ray leaves: it does not meet a flat one again. Empty if no ray says so.
-    pub(super) from: Vec<(u32, u32)>,
+    pub(super) from: Vec<RayOrigin>,
     nearest: Vec<NearestBlock>,
     blocked: Vec<u8>,
     /// Those that something tinted is before.
@@ -37,6 +37,25 @@ pub struct RayBatch {
     pub(super) moved: Vec<RayBlock>,
     pub(super) room: MeshRays,
     pub(super) found: Vec<(u32, ShapeHit)>,
+}
+
+/// The primitive that a ray leaves, and the part of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayOrigin {
+    pub(super) primitive: u32,
+    pub(super) part: u32,
+}
+
+impl RayOrigin {
+    const NOWHERE: RayOrigin = RayOrigin { primitive: u32::MAX, part: 0 };
+}
+
+impl Hit {
+    /// What a ray leaves that begins here.
+    #[inline]
+    pub fn origin(&self) -> RayOrigin {
+        RayOrigin { primitive: self.primitive, part: self.shape.part }
+    }
 }
 
 impl RayBatch {
@@ -71,9 +90,17 @@ impl RayBatch {
     /// Adds a ray that leaves a surface. What it hits is the same as if that were not known, but found sooner.
     #[inline]
     pub fn push_from(&mut self, ray: &Ray, surface: &SurfaceInteraction) {
+        self.push_leaving(ray, surface.hit.origin());
+    }
+
+    /// The same for what [`Hit::origin`] says of the surface.
+    #[inline]
+    pub fn push_leaving(&mut self, ray: &Ray, from: RayOrigin) {
         self.push(ray);
-        self.from.resize(self.len - 1, (u32::MAX, 0));
-        self.from.push((surface.hit.primitive, surface.hit.shape.part));
+        if self.from.len() + 1 < self.len {
+            self.from.resize(self.len - 1, RayOrigin::NOWHERE);
+        }
+        self.from.push(from);
     }
 
     /// Adds `count` places, at most eight, to be filled by the caller; all of the block's are empty. What was pushed
@@ -140,6 +167,12 @@ impl RayBatch {
         let place = place as usize;
         let ray = self.get(place)?;
         Some(Ray { t_max: self.ends[place / LANES].0[place % LANES], ..ray })
+    }
+
+    /// Where the ray at a place ends.
+    #[inline]
+    pub(super) fn end(&self, place: u32) -> f64 {
+        self.ends[place as usize / LANES].0[place as usize % LANES]
     }
 
     #[inline]

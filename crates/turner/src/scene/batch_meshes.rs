@@ -29,16 +29,19 @@ impl Scene {
             self.through_mesh(merged.mesh(), None, merged.offset(), own, Asked::Nearest, rays);
             let found = std::mem::take(&mut rays.found);
             for &(place, found) in &found {
-                let Some(mut ray) = rays.get_to_end(place) else { continue };
                 let mut hit = merged.owned(&found);
-                if merged.is_checked() && !self.is_merged_there(&ray, &hit) {
-                    match self.intersect_merged_behind(merged, &ray) {
-                        Some(behind) => hit = behind,
-                        None => continue,
+                if merged.is_checked() {
+                    let Some(ray) = rays.get_to_end(place) else { continue };
+                    if !self.is_merged_there(&ray, &hit) {
+                        match self.intersect_merged_behind(merged, &ray) {
+                            Some(behind) => hit = behind,
+                            None => continue,
+                        }
                     }
                 }
-                self.keep_nearer_hit(hit, &mut ray, &mut hits[place as usize]);
-                rays.end_ray(place, ray.t_max);
+                let mut end = rays.end(place);
+                self.keep_nearer_before(hit, &mut end, &mut hits[place as usize]);
+                rays.end_ray(place, end);
             }
             rays.found = found;
         }
@@ -80,7 +83,7 @@ impl Scene {
         let used = rays.len.div_ceil(LANES);
         let RayBatch { blocks, moved, ends, from, room, found, coherent, .. } = rays;
         let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
-        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |&(p, part)| own(p, part));
+        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |o| own(o.primitive, o.part));
         let searched = BlockRays { offset, blocks, ends, own };
         match asked {
             Asked::Nearest => mesh

@@ -287,13 +287,24 @@ impl Scene {
     /// the normal there.
     #[inline]
     pub(crate) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
-        if self.emitters.heed_normals()
-            && let Material::Physical(m) = self.material_at(&surface.hit)
-            && m.is_one_sided()
-        {
-            return Receiver::facing(surface.p, -surface.ng * surface.ng.dot(direction).signum());
+        let one_sided =
+            || matches!(self.material_at(&surface.hit), Material::Physical(m) if m.is_one_sided());
+        self.receiver_at(one_sided, surface.p, surface.ng, direction)
+    }
+
+    /// The same for a point with its geometric normal, of a surface that may be one-sided.
+    #[inline]
+    pub(crate) fn receiver_at(
+        &self,
+        one_sided: impl FnOnce() -> bool,
+        p: DVec3,
+        ng: DVec3,
+        direction: DVec3,
+    ) -> Receiver {
+        if self.emitters.heed_normals() && one_sided() {
+            return Receiver::facing(p, -ng * ng.dot(direction).signum());
         }
-        Receiver::from(surface.p)
+        Receiver::from(p)
     }
 }
 

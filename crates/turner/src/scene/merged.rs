@@ -60,6 +60,17 @@ struct Member {
     exact: bool,
 }
 
+/// A triangle that stands in the world as it is.
+pub(super) struct PlacedTriangle<'a> {
+    /// The mesh of the object.
+    pub(super) own: &'a TriangleMesh,
+    /// The mesh whose positions count, and its triangle.
+    pub(super) mesh: &'a TriangleMesh,
+    pub(super) part: u32,
+    /// In the gathered mesh what was taken from its positions, and -1 where its transform mirrors.
+    pub(super) moved: Option<(DVec3, f64)>,
+}
+
 /// Which primitives are gathered, and what is taken from their positions.
 pub(super) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Vec<bool>, DVec3) {
     let none = (vec![false; primitives.len()], DVec3::ZERO);
@@ -284,6 +295,23 @@ impl Scene {
         }
         let blocks = |hit: &ShapeHit| self.merged_stops(ray, &merged.owned(hit), tinted);
         merged.mesh.occludes_where(&moved, &blocks)
+    }
+
+    /// The triangle of a mesh that a hit is in the world, with what was taken from its positions and -1 where its transform mirrors; `None`
+    /// where it does not stand in the world as it is.
+    #[inline]
+    pub(super) fn placed_triangle(&self, hit: &Hit) -> Option<PlacedTriangle<'_>> {
+        let primitive = &self.primitives[hit.primitive as usize];
+        let Shape::Mesh(mesh) = &primitive.shape else { return None };
+        if let Some(merged) = &self.merged
+            && let Some(member) = merged.rounded(hit.primitive)
+        {
+            let part = hit.shape.part + member.start;
+            let moved = Some((merged.offset, member.side));
+            return Some(PlacedTriangle { own: mesh, mesh: &merged.mesh, part, moved });
+        }
+        let stays = primitive.transform == NO_TRANSFORM;
+        stays.then_some(PlacedTriangle { own: mesh, mesh, part: hit.shape.part, moved: None })
     }
 
     /// The surface of a member whose positions were rounded; `object` is that of its own mesh.

@@ -261,15 +261,16 @@ impl Scene {
     /// Takes a hit of a primitive into `best` if it is nearer; the ray then ends there.
     #[inline(always)]
     pub(super) fn keep_nearer(&self, index: u32, shape: ShapeHit, ray: &mut Ray, best: &mut Option<Hit>) {
-        self.keep_nearer_hit(Hit { shape, primitive: index }, ray, best);
+        self.keep_nearer_before(Hit { shape, primitive: index }, &mut ray.t_max, best);
     }
 
+    /// The same for a ray that is known by its end.
     #[inline(always)]
-    pub(super) fn keep_nearer_hit(&self, hit: Hit, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub(super) fn keep_nearer_before(&self, hit: Hit, end: &mut f64, best: &mut Option<Hit>) {
         let id = |hit: &Hit| self.primitives[hit.primitive as usize].id;
-        let nearer = hit.shape.t < ray.t_max || best.is_none_or(|b| id(&hit) < id(&b));
+        let nearer = hit.shape.t < *end || best.is_none_or(|b| id(&hit) < id(&b));
         if nearer {
-            ray.t_max = hit.shape.t;
+            *end = hit.shape.t;
             *best = Some(hit);
         }
     }

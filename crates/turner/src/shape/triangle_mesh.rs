@@ -233,7 +233,21 @@ impl TriangleMesh {
         Some(self.data.triangles.get(part as usize)?.map(|i| wide(self.data.positions[i as usize])))
     }
 
-    fn corners(&self, part: u32) -> [[f32; 3]; 3] {
+    /// Whether it is shaded with the normals of its triangles.
+    #[inline]
+    pub(crate) fn is_faceted(&self) -> bool {
+        self.normals().is_empty()
+    }
+
+    /// Bound on the distance of points on it from the true ones.
+    #[inline]
+    pub(crate) fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// The corners of a triangle as they are kept.
+    #[inline]
+    pub(crate) fn corners(&self, part: u32) -> [[f32; 3]; 3] {
         self.data.triangles[part as usize].map(|i| self.data.positions[i as usize])
     }
 

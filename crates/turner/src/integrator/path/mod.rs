@@ -5,6 +5,7 @@
 //! bounce at a time, so that their rays can be searched for in batches; a path's result does not depend on the others.
 
 mod bent_normal;
+mod block;
 mod caustics;
 mod dispersion;
 mod media;

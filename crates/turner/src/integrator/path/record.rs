@@ -15,18 +15,25 @@ use crate::scene::MaterialId;
 pub(super) trait Record {
     /// Writes something down; where nothing is, `f` is not called.
     fn note(&mut self, f: impl FnOnce(&mut PathRecord));
+
+    /// Whether notes are taken: then each ray is shaded by itself.
+    const NOTES: bool;
 }
 
 /// Nothing is written down.
 pub(super) struct Off;
 
 impl Record for Off {
+    const NOTES: bool = false;
+
     #[inline(always)]
     fn note(&mut self, _: impl FnOnce(&mut PathRecord)) {}
 }
 
 /// Notes of one path; the wave must hold no other.
 impl Record for PathRecord {
+    const NOTES: bool = true;
+
     #[inline(always)]
     fn note(&mut self, f: impl FnOnce(&mut PathRecord)) {
         f(self);

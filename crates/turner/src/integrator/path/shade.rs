@@ -129,9 +129,18 @@ impl Settings {
         light
     }
 
+    /// The probability with which a path goes on after it was scattered, where that is left to chance.
+    #[inline]
+    pub(super) fn survival(&self, path: &Path) -> Option<f32> {
+        (path.bounces.total >= self.rr_start).then(|| {
+            let carried = path.beta.max_component() * path.eta2;
+            carried.max(0.0).sqrt().clamp(0.05, 1.0)
+        })
+    }
+
     /// Light as far as the clamp lets it be; `indirect` if it came by way of another surface.
     #[inline]
-    fn clamped(&self, light: Spectrum, indirect: bool) -> Spectrum {
+    pub(super) fn clamped(&self, light: Spectrum, indirect: bool) -> Spectrum {
         match self.clamp_indirect {
             Some(most) if indirect && light.max_component() > most => light * (most / light.max_component()),
             _ => light,
@@ -221,7 +230,7 @@ impl<R: Record> Wave<'_, R> {
 
     /// Whether the path ends at the next surface.
     #[inline]
-    fn is_spent(&self, path: &Path) -> bool {
+    pub(super) fn is_spent(&self, path: &Path) -> bool {
         path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered
     }
 
@@ -481,9 +490,7 @@ impl<R: Record> Wave<'_, R> {
         } else {
             stats.reflected += 1;
         }
-        if bounces.total >= self.settings.rr_start {
-            let carried = path.beta.max_component() * path.eta2;
-            let survives = carried.max(0.0).sqrt().clamp(0.05, 1.0);
+        if let Some(survives) = self.settings.survival(path) {
             let lives = u < f64::from(survives);
             self.record.note(|r| r.gambled(Roulette { survival: f64::from(survives), number: u }));
             if !lives {

@@ -1,5 +1,6 @@
 //! Paths of many samples, a bounce at a time.
 
+use super::block::VertexBlocks;
 use super::caustics::{Back, PhotonMap, Plan};
 use super::media::Media;
 use super::record::{Off, Record};
@@ -11,7 +12,9 @@ use crate::light::Receiver;
 use crate::math::{DVec3, Ray, RayCone};
 use crate::sampler::{OwenSobol, VertexNumbers};
 use crate::scene::emitters::LightSample;
-use crate::scene::{AroundBatch, Hit, LightBatch, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::scene::{
+    AroundBatch, Hit, LightBatch, RayBatch, RayOrigin, Scene, SpectrumBlock, SurfaceInteraction,
+};
 use std::sync::Arc;
 use turner_bvh::lanes::LANES;
 
@@ -73,6 +76,13 @@ impl Front {
         self.rays.push_from(&Ray::new(from.leave(direction), direction), from);
         self.samples.push(sample);
     }
+
+    /// A ray that is ready.
+    #[inline]
+    pub(super) fn push_ray(&mut self, sample: u32, ray: &Ray, from: RayOrigin) {
+        self.rays.push_leaving(ray, from);
+        self.samples.push(sample);
+    }
 }
 
 /// Shadow rays of one bounce, and what light they bring to which sample.
@@ -85,7 +95,12 @@ pub(super) struct Shadows {
 
 impl Shadows {
     pub(super) fn push(&mut self, ray: &Ray, from: &SurfaceInteraction, sample: u32, light: Spectrum) {
-        self.rays.push_from(ray, from);
+        self.push_ray(ray, from.hit.origin(), sample, light);
+    }
+
+    #[inline]
+    pub(super) fn push_ray(&mut self, ray: &Ray, from: RayOrigin, sample: u32, light: Spectrum) {
+        self.rays.push_leaving(ray, from);
         self.light.push((sample, light));
     }
 }
@@ -100,6 +115,8 @@ pub(super) struct Wave<'a, R = Off> {
     pub(super) shadows: Shadows,
     hits: Vec<Option<Hit>>,
     surfaces: Vec<(SurfaceInteraction, u32)>,
+    /// Vertices that are shaded eight at a time; they have no place among the surfaces.
+    pub(super) blocks: VertexBlocks,
     lights: LightBatch,
     around: AroundBatch,
     wanted: Vec<(OwenSobol, u32)>,
@@ -126,6 +143,7 @@ impl<'a, R> Wave<'a, R> {
             shadows: Shadows::default(),
             hits: Vec::new(),
             surfaces: Vec::new(),
+            blocks: VertexBlocks::default(),
             lights: LightBatch::default(),
             around: AroundBatch::default(),
             wanted: Vec::new(),
@@ -213,11 +231,14 @@ impl<R: Record> Wave<'_, R> {
             if hit.is_none() {
                 self.miss(sample, &ray, around.get(missed), pixel);
                 missed += 1;
+            } else if self.blocks.holds(i) {
+                // Below, with seven others.
             } else if let Some((surface, light)) = met.next() {
                 let lit = lights.get(*light as usize);
                 self.shade(&Arrival { sample, ray, surface, lit }, pixel, stats);
             }
         }
+        self.shade_blocks(&lights, stats);
         (self.surfaces, self.lights, self.around) = (surfaces, lights, around);
         self.hits = hits;
         self.light(out, stats);
@@ -248,8 +269,12 @@ impl<R: Record> Wave<'_, R> {
     ) {
         surfaces.clear();
         lights.clear();
+        self.blocks.clear(hits.len());
         for (i, (&sample, hit)) in front.samples.iter().zip(hits).enumerate() {
             let (Some(hit), Some(ray)) = (hit, front.rays.get(i)) else { continue };
+            if self.take_into_block(i, sample, &ray, hit) {
+                continue;
+            }
             let mut surface = self.scene.surface(&ray, hit);
             if self.scene.pixel_cone.is_some() {
                 let cone = &mut self.paths[sample as usize].cone;
@@ -264,6 +289,7 @@ impl<R: Record> Wave<'_, R> {
             }
             surfaces.push((surface, number));
         }
+        self.ask_in_blocks(lights);
         self.scene.emitters.sample_batch(self.scene, lights);
     }
 

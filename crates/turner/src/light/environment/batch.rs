@@ -1,13 +1,16 @@
 //! Many directions at once.
 //!
 //! What comes out is that of [`EnvironmentLight::sample`] and [`EnvironmentLight::found`], one by one, to the last bit. The picture and the
-//! tables do not fit into caches; in loops that do nothing but read them, several reads are under way together.
+//! tables do not fit into caches; in loops that do nothing but read them, many reads are under way together.
 
 use std::f64::consts::{PI, TAU};
+use std::hint::black_box;
 
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Work, dispatch};
 
-use super::{EnvironmentLight, EnvironmentSample};
+use super::distribution::Row;
+use super::map::Taps;
+use super::{EnvironmentLight, EnvironmentSample, Prepared};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3, elementary_x8 as x8};
 
@@ -15,6 +18,8 @@ use crate::math::{DVec2, DVec3, elementary_x8 as x8};
 #[derive(Default)]
 pub struct EnvironmentBatch {
     blocks: Vec<Directions>,
+    rows: Vec<Option<(Row, [u32; 2])>>,
+    taps: Vec<Taps>,
 }
 
 /// Eight directions and their places in the picture.
@@ -55,21 +60,32 @@ impl EnvironmentLight {
         mut take: impl FnMut(usize, Option<EnvironmentSample>),
     ) {
         room.reset(u.len());
-        for (u, block) in u.chunks(LANES).zip(&mut room.blocks) {
-            for (lane, u) in u.iter().enumerate() {
-                let found = self.prepared.distribution.find(*u);
+        let Prepared { map, distribution, .. } = &*self.prepared;
+        let EnvironmentBatch { blocks, rows, taps } = room;
+        rows.clear();
+        rows.extend(u.iter().map(|u| distribution.row_of(*u).map(|row| (row, [0; 2]))));
+        for chosen in &mut *rows {
+            *chosen = chosen.and_then(|(row, _)| Some((row, distribution.span(&row)?)));
+        }
+        black_box(distribution.touch(rows));
+        for (rows, block) in rows.chunks(LANES).zip(&mut *blocks) {
+            for (lane, row) in rows.iter().enumerate() {
+                let found = row.and_then(|(row, span)| distribution.place(&row, span));
                 let (across, cos_theta, pdf) = found.unwrap_or((0.0, 0.0, 0.0));
                 (block.u.0[lane], block.cos_theta.0[lane], block.pdf.0[lane]) = (across, cos_theta, pdf);
             }
         }
-        let blocks = &mut room.blocks[..u.len().div_ceil(LANES)];
+        let blocks = &mut blocks[..u.len().div_ceil(LANES)];
         dispatch(Towards { blocks, turn: self.turn });
-        for i in 0..u.len() {
+        taps.clear();
+        taps.extend((0..u.len()).map(|i| map.taps(blocks[i / LANES].uv(i % LANES))));
+        black_box(map.touch(taps));
+        for (i, taps) in taps.iter().enumerate() {
             let (block, lane) = (&blocks[i / LANES], i % LANES);
             let pdf = block.pdf.0[lane];
             let sample = (pdf > 0.0).then(|| EnvironmentSample {
                 direction: block.direction(lane),
-                radiance: self.scaled(self.prepared.map.at(block.uv(lane))),
+                radiance: self.scaled(map.blend(taps)),
                 pdf,
             });
             take(i, sample);
@@ -84,18 +100,24 @@ impl EnvironmentLight {
         mut take: impl FnMut(usize, (Spectrum, f64)),
     ) {
         room.reset(directions.len());
-        for (directions, block) in directions.chunks(LANES).zip(&mut room.blocks) {
+        let Prepared { map, distribution, .. } = &*self.prepared;
+        let EnvironmentBatch { blocks, taps, .. } = room;
+        for (directions, block) in directions.chunks(LANES).zip(&mut *blocks) {
             for (lane, d) in directions.iter().enumerate() {
                 for (block, v) in block.direction.iter_mut().zip(d.to_array()) {
                     block.0[lane] = v;
                 }
             }
         }
-        let blocks = &mut room.blocks[..directions.len().div_ceil(LANES)];
+        let blocks = &mut blocks[..directions.len().div_ceil(LANES)];
         dispatch(Places { blocks, turn: self.turn });
-        for i in 0..directions.len() {
-            let uv = blocks[i / LANES].uv(i % LANES);
-            take(i, (self.scaled(self.prepared.map.at(uv)), self.prepared.distribution.pdf_at(uv)));
+        let place = |i: usize| blocks[i / LANES].uv(i % LANES);
+        taps.clear();
+        taps.extend((0..directions.len()).map(|i| map.taps(place(i))));
+        black_box(map.touch(taps));
+        black_box(distribution.touch_at((0..directions.len()).map(place)));
+        for (i, taps) in taps.iter().enumerate() {
+            take(i, (self.scaled(map.blend(taps)), distribution.pdf_at(place(i))));
         }
     }
 }

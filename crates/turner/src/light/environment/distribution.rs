@@ -150,22 +150,69 @@ impl Distribution {
     /// The same as u in the picture and the cosine of the angle from the zenith, with a density that may be 0.
     #[inline]
     pub(super) fn find(&self, u: [f64; 2]) -> Option<(f64, f64, f64)> {
+        let row = self.row_of(u)?;
+        self.place(&row, self.span(&row)?)
+    }
+
+    /// The row, by the second number. This, `span` and `place` make [`Distribution::find`]: those that read large tables do little else, so that many
+    /// reads are under way together where there are many numbers.
+    #[inline]
+    pub(super) fn row_of(&self, u: [f64; 2]) -> Option<Row> {
         let [u, v] = u.map(|u| if u > 0.0 { u.min(1.0 - f64::EPSILON) } else { 0.0 });
         let parts = self.row_guide.len().checked_sub(1)?;
         let y = between(&self.row_guide, (v * parts as f64) as usize, &self.rows, |begin| *begin <= v)?;
         let (begin, end) = (self.rows[y], self.rows[y + 1]);
         let down = ((v - begin) / (end - begin)).clamp(0.0, 1.0);
-        let unit = u * f64::from(UNITS);
-        let row = self.row(y);
-        let guide = &self.column_guide[y * ((1 << self.guide_bits) + 1)..][..(1 << self.guide_bits) + 1];
+        Some(Row { y, down, unit: u * f64::from(UNITS) })
+    }
+
+    /// The first and last column that come into question.
+    #[inline]
+    pub(super) fn span(&self, row: &Row) -> Option<[u32; 2]> {
+        let part = (u64::from(row.unit as u32) << self.guide_bits >> 32) as usize;
+        let first = row.y * ((1 << self.guide_bits) + 1) + part;
+        Some([*self.column_guide.get(first)?, *self.column_guide.get(first + 1)?])
+    }
+
+    /// Reads a column of each, so that they are near when they are searched; what comes out is of no account.
+    #[inline]
+    pub(super) fn touch(&self, rows: &[Option<(Row, [u32; 2])>]) -> u32 {
+        let mut sum = 0_u32;
+        for (row, [first, _]) in rows.iter().flatten() {
+            let at = row.y * self.width as usize + *first as usize;
+            sum = sum.wrapping_add(self.columns.get(at).copied().unwrap_or_default());
+        }
+        sum
+    }
+
+    /// The column, the place and its density.
+    #[inline]
+    pub(super) fn place(
+        &self,
+        &Row { y, down, unit }: &Row,
+        [first, last]: [u32; 2],
+    ) -> Option<(f64, f64, f64)> {
         // The greatest whole number that is not above it: columns begin at whole numbers.
         let whole = unit as u32;
-        let part = (u64::from(whole) << self.guide_bits >> 32) as usize;
-        let x = between(guide, part, row, |begin| *begin <= whole)?;
+        let row = self.row(y);
+        let begins = row.get(first as usize + 1..=last as usize)?;
+        let x = first as usize + begins.partition_point(|begin| *begin <= whole);
         let (first, units) = column(row, x);
         let across = ((unit - f64::from(first)) / f64::from(units)).clamp(0.0, 1.0);
         let cos_theta = self.edges[y] + (self.edges[y + 1] - self.edges[y]) * down;
         Some(((x as f64 + across) / f64::from(self.width), cos_theta, self.density(x, y)))
+    }
+
+    /// Reads what [`Distribution::pdf_at`] will, at many places; what comes out is of no account.
+    #[inline]
+    pub(super) fn touch_at(&self, places: impl Iterator<Item = DVec2>) -> u32 {
+        let cell = |v: f64, n: u32| ((v * f64::from(n)) as u32).min(n - 1) as usize;
+        let mut sum = 0_u32;
+        for uv in places {
+            let at = cell(uv.y, self.height) * self.width as usize + cell(uv.x, self.width);
+            sum = sum.wrapping_add(self.columns.get(at).copied().unwrap_or_default());
+        }
+        sum
     }
 
     /// The density of a direction of any length, per solid angle.
@@ -194,6 +241,14 @@ impl Distribution {
         let rows = size_of_val(&*self.rows) + size_of_val(&*self.edges) + size_of_val(&*self.densities);
         rows + guides + size_of_val(&*self.columns)
     }
+}
+
+/// A row that was chosen, how far down in it, and the place along it in units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    y: usize,
+    down: f64,
+    unit: f64,
 }
 
 /// The last place that begins early enough, found between two entries of a guide; `begins` says of which places that is so: the

@@ -50,6 +50,14 @@ pub(super) fn solid_angles(width: u32, height: u32) -> impl Iterator<Item = f64>
     (0..height).map(move |y| TAU / f64::from(width) * (edge(y) - edge(y + 1)))
 }
 
+/// The four pixels around a place in the picture: where they begin among its samples, and how near the second ones are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Taps {
+    places: [usize; 4],
+    fx: f32,
+    fy: f32,
+}
+
 /// A picture whose samples are scene light.
 #[derive(Debug)]
 pub(super) struct EnvironmentMap {
@@ -113,6 +121,12 @@ impl EnvironmentMap {
     /// The same for (u, v), each in 0..=1.
     #[inline]
     pub(super) fn at(&self, uv: DVec2) -> Spectrum {
+        self.blend(&self.taps(uv))
+    }
+
+    /// What is read for (u, v), each in 0..=1.
+    #[inline]
+    pub(super) fn taps(&self, uv: DVec2) -> Taps {
         let (w, h) = self.size();
         // Moved by a pixel, so that what is cut off is above 0 and whole numbers are the floor: 0 stands for column and row −1.
         let (x, y) = (uv.x * f64::from(w) - 0.5, uv.y * f64::from(h) - 0.5);
@@ -127,6 +141,26 @@ impl EnvironmentMap {
         let n = usize::from(self.image.channels);
         let place = |x: u32, y: u32| (y as usize * w as usize + x as usize) * n;
         let places = [place(before, above), place(after, above), place(before, below), place(after, below)];
+        Taps { places, fx, fy }
+    }
+
+    /// Reads a little of each, so that all of it is near when it is blended; what comes out is of no account.
+    #[inline]
+    pub(super) fn touch(&self, taps: &[Taps]) -> f32 {
+        let Pixels::F32(v) = &self.image.pixels else { return 0.0 };
+        let mut sum = 0.0;
+        for taps in taps {
+            for i in taps.places {
+                sum += v.get(i).copied().unwrap_or_default();
+            }
+        }
+        sum
+    }
+
+    /// The light of what is read.
+    #[inline]
+    pub(super) fn blend(&self, &Taps { places, fx, fy }: &Taps) -> Spectrum {
+        let n = usize::from(self.image.channels);
         let blend =
             |pixels: [Spectrum; 4]| pixels[0].lerp(pixels[1], fx).lerp(pixels[2].lerp(pixels[3], fx), fy);
         let bands = |i: usize| if n < 3 { [i, i, i] } else { [i, i + 1, i + 2] };
