@@ -12,7 +12,7 @@
 //! | `bump_map`, `bump_scale` | the same |
 //! | `ka` | nothing: light from all around is traced |
 
-use super::{AlphaMode, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
+use super::{AlphaMode, BoundaryMaterial, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::scene::{ColorSource, Scene};
@@ -27,6 +27,8 @@ pub struct Physical {
     pub(super) shadow: ShadowKind,
     /// Whether light passes straight through it as through a clear pane, as well as by its other lobes.
     pub(crate) pane: bool,
+    /// Whether it is no surface, but the boundary of a medium.
+    pub(crate) boundary: bool,
     /// Indices of refraction by colour band, where they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
@@ -121,7 +123,12 @@ impl Physical {
             .constant_point()
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
-        Physical { desc, shadow, pane, dispersion, constant }
+        Physical { desc, shadow, pane, boundary: false, dispersion, constant }
+    }
+
+    /// The boundary of a medium.
+    pub fn boundary(desc: &BoundaryMaterial) -> Physical {
+        Physical { boundary: true, shadow: ShadowKind::None, ..Physical::new(desc.principled()) }
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.

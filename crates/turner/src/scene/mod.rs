@@ -33,6 +33,7 @@ pub mod stage;
 mod tangent;
 pub mod transform;
 pub mod value;
+mod volumes;
 
 pub use batch::RayBatch;
 pub use desc::*;
@@ -50,3 +51,4 @@ pub use search_cost::SearchCost;
 pub use spectrum_block::SpectrumBlock;
 pub use stage::StageDesc;
 pub use turner_bvh::Quality;
+pub(crate) use volumes::Volumes;

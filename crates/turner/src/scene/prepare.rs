@@ -17,6 +17,7 @@ use super::placed_emitters::LightChoice;
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
+use super::volumes::Volumes;
 use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::{Film, TextureFilter};
@@ -69,6 +70,7 @@ impl SceneDesc {
         warnings.extend(doubts::of_description(self, physical));
         let ready = |m: &MaterialDesc| m.prepare(physical, &self.materials);
         let mut materials: Vec<Material> = self.materials.iter().map(|m| ready(&m.value)).collect();
+        let volumes = if physical { Volumes::prepare(self)? } else { None };
         let default_material = MaterialId(materials.len() as u32);
         materials.push(ready(&MaterialDesc::default()));
 
@@ -83,6 +85,7 @@ impl SceneDesc {
             materials: &self.materials,
             default_material,
             names: NameCollector::default(),
+            physical,
             shutter: [open, if physical { close } else { open }],
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
@@ -209,6 +212,7 @@ impl SceneDesc {
             batch,
             faces,
             moves: moving.contains(&true),
+            volumes,
             emitters: Emitters::default(),
             object_names: names.finish(),
             light_sources,
@@ -335,6 +339,7 @@ struct Flattener<'a> {
     materials: &'a [Named<MaterialDesc>],
     default_material: MaterialId,
     names: NameCollector,
+    physical: bool,
     /// Opens and closes; at the same moment where nothing is blurred.
     shutter: [f64; 2],
 }
@@ -458,7 +463,7 @@ impl Flattener<'_> {
             let own = |i| desc.materials.get(i).copied().flatten().unwrap_or(material);
             materials = (0..mesh.data().material_count()).map(own).collect();
         }
-        let Some(faces) = Faces::new(materials, self.materials) else { return NO_FACES };
+        let Some(faces) = Faces::new(materials, self.materials, self.physical) else { return NO_FACES };
         if self.faces.last() != Some(&faces) {
             self.faces.push(faces);
         }
