@@ -22,3 +22,4 @@ mod replay;
 mod sameness;
 mod statistics;
 mod textures;
+mod volumes;

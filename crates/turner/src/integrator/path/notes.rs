@@ -234,7 +234,7 @@ fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine:
 impl PathRecord {
     /// It goes through a medium.
     pub(super) fn way(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
-        self.way = Some(WayRecord { solid, length, weight, emission: None, second: None });
+        self.way = Some(WayRecord { solid, length, weight, beside: 0.0, emission: None, second: None });
     }
 
     /// The way that it is on, or was on last.
@@ -252,6 +252,13 @@ impl PathRecord {
     pub(super) fn way_shone(&mut self, added: Spectrum) {
         if let Some(way) = self.last_way() {
             way.emission = Some(added);
+        }
+    }
+
+    /// The second place might have been where the path was scattered.
+    pub(super) fn might_be_second(&mut self, beside: f64) {
+        if let Some(way) = self.last_way() {
+            way.beside = beside;
         }
     }
 

@@ -141,6 +141,8 @@ pub struct WayRecord {
     pub length: f64,
     /// The factor of the throughput: what the medium left and, where it scattered the path, scattered, over the probability of that.
     pub weight: Spectrum,
+    /// Where the path was scattered, the density of the second place there over that of the first; 0 if there is no second place.
+    pub beside: f64,
     /// What was added to the sample of the medium's own light.
     pub emission: Option<Spectrum>,
     /// The light sampled at a second place of the way, and how far that is.

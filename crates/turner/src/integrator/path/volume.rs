@@ -140,6 +140,7 @@ impl<R: Record> Wave<'_, R> {
             (Some(second), Medium::Homogeneous(m)) => second.angle.pdf(t) / m.distance_pdf(shares, t),
             _ => 0.0,
         };
+        self.record.note(|r| r.might_be_second(beside));
         let phase = medium.coefficients().phase;
         self.light_first(sample, ray.direction, p, phase, beside);
         self.go_on(sample, ray, t, phase, beside, gamble, stats);
