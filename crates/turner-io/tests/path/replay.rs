@@ -144,7 +144,9 @@ fn scenes() -> Vec<(&'static str, String, Occurs)> {
                  {{ type = \"sphere\", center = [-1, 1, 0], material = {{ type = \"dielectric\", interior = {{ scattering = 1, absorption = [0, 0.5, 1] }} }} }}]\n"
             ),
             |p| {
-                let way = |v: &VertexRecord| v.way.as_ref().is_some_and(|w| w.emission.is_some() && w.second.is_some());
+                let way = |v: &VertexRecord| {
+                    v.way.as_ref().is_some_and(|w| w.emission.is_some() && w.second.is_some())
+                };
                 p.vertices.iter().any(|v| v.passage == Passage::Medium && v.light.is_some())
                     && p.vertices.iter().any(way)
                     && p.vertices.iter().any(|v| v.passage == Passage::Boundary)

@@ -2,8 +2,8 @@
 //! the layering of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material is one of these.
 
 use crate::color::Spectrum;
-use crate::scene::{ColorSource, MediumId};
 use crate::scene::schema::{Range, choice, params};
+use crate::scene::{ColorSource, MediumId};
 
 choice! {
     /// What `opacity` means.

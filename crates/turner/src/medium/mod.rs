@@ -5,12 +5,18 @@
 //! all that is in the open (`medium` of `[background]`).
 
 mod equiangular;
+mod grid;
 mod homogeneous;
 mod phase;
+mod smoke;
+mod varying;
 
 pub use equiangular::Equiangular;
+pub use grid::{GridData, GridFile, GridMedium, MAX_VALUES};
 pub use homogeneous::{Homogeneous, HomogeneousMedium};
 pub use phase::HenyeyGreenstein;
+pub use smoke::SmokeMedium;
+pub use varying::Varying;
 
 use crate::color::Spectrum;
 use crate::math::Ray;
@@ -23,6 +29,8 @@ family! {
     /// show them; others do not.
     pub enum MediumDesc as "medium", "media" {
         Homogeneous(HomogeneousMedium),
+        Grid(GridMedium),
+        Smoke(SmokeMedium),
     }
 }
 
@@ -52,7 +60,8 @@ impl Coefficients {
     ) -> Result<Coefficients, SceneError> {
         let by_parts = absorption.is_some() || scattering.is_some();
         if by_parts && (extinction.is_some() || albedo.is_some()) {
-            let message = "a medium has `extinction` and `albedo`, or `absorption` and `scattering`, not both";
+            let message =
+                "a medium has `extinction` and `albedo`, or `absorption` and `scattering`, not both";
             return Err(SceneError::new(ErrorCode::Conflict, message)
                 .help("extinction = absorption + scattering, albedo = scattering / extinction"));
         }
@@ -114,6 +123,8 @@ pub struct Walk {
 pub enum Medium {
     /// The same everywhere.
     Homogeneous(Homogeneous),
+    /// Of varying density.
+    Varying(Varying),
 }
 
 impl MediumDesc {
@@ -121,6 +132,8 @@ impl MediumDesc {
     pub fn prepare(&self) -> Result<Medium, SceneError> {
         Ok(match self {
             MediumDesc::Homogeneous(m) => Medium::Homogeneous(m.prepare()?),
+            MediumDesc::Grid(m) => Medium::Varying(m.prepare()?),
+            MediumDesc::Smoke(m) => Medium::Varying(m.prepare()?),
         })
     }
 }
@@ -131,22 +144,25 @@ impl Medium {
     pub fn coefficients(&self) -> &Coefficients {
         match self {
             Medium::Homogeneous(m) => &m.coefficients,
+            Medium::Varying(m) => &m.coefficients,
         }
     }
 
     /// A way through it; `u` chooses band and length, `more` has the numbers beyond.
     #[inline]
-    pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], _more: &mut Stream) -> Walk {
+    pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
         match self {
             Medium::Homogeneous(m) => m.walk(stretch, u),
+            Medium::Varying(m) => m.walk(stretch, u, more),
         }
     }
 
     /// The share of light that is left of a ray of unit direction between two places, or an estimate of it whose mean is that.
     #[inline]
-    pub fn transmittance(&self, _ray: &Ray, from: f64, to: f64, _more: &mut Stream) -> Spectrum {
+    pub fn transmittance(&self, ray: &Ray, from: f64, to: f64, more: &mut Stream) -> Spectrum {
         match self {
             Medium::Homogeneous(m) => m.transmittance(to - from),
+            Medium::Varying(m) => m.transmittance(ray, from, to, more),
         }
     }
 

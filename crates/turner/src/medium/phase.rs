@@ -63,8 +63,9 @@ mod tests {
             let phase = HenyeyGreenstein { g };
             let options = ChiSquareOptions::default();
             let value = |w: DVec3| phase.value(forward.dot(w));
-            let test =
-                chi_square_of_directions(&options, value, || Some(phase.sample(forward, random.units::<2>()).0));
+            let test = chi_square_of_directions(&options, value, || {
+                Some(phase.sample(forward, random.units::<2>()).0)
+            });
             assert!(test.p_value > sidak_level(0.01, GS.len() as u32), "g = {g}: {test:?}");
         }
     }
@@ -78,7 +79,13 @@ mod tests {
             let n = 200_000;
             for i in 0..=n {
                 let c = -1.0 + 2.0 * f64::from(i) / f64::from(n);
-                let weight = if i == 0 || i == n { 1.0 } else if i % 2 == 1 { 4.0 } else { 2.0 };
+                let weight = if i == 0 || i == n {
+                    1.0
+                } else if i % 2 == 1 {
+                    4.0
+                } else {
+                    2.0
+                };
                 let part = TAU * phase.value(c) * weight * 2.0 / (3.0 * f64::from(n));
                 (whole, mean) = (whole + part, mean + part * c);
             }

@@ -18,7 +18,7 @@ use crate::image::Image;
 use crate::integrator::IntegratorDesc;
 use crate::light::{LightDesc, LightProfile};
 use crate::material::{BoundaryMaterial, MaterialDesc};
-use crate::medium::MediumDesc;
+use crate::medium::{GridData, MediumDesc};
 use crate::shape::{ShapeDesc, mesh::MeshData};
 use crate::texture::TextureDesc;
 
@@ -32,6 +32,10 @@ pub trait SceneAssets {
     /// A light's measurements.
     fn light_profile(&mut self, uri: &str, _from: FileId) -> Result<Arc<LightProfile>, SceneError> {
         Err(SceneError::new(ErrorCode::File, format!("{}: measured lights cannot be read here", escape(uri))))
+    }
+    /// A medium's grid.
+    fn grid(&mut self, uri: &str, _from: FileId) -> Result<Arc<GridData>, SceneError> {
+        Err(SceneError::new(ErrorCode::File, format!("{}: grids cannot be read here", escape(uri))))
     }
     /// A file of another program, as a scene.
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
@@ -102,6 +106,11 @@ impl ReadContext<'_> {
     /// A file of a light's measurements.
     pub fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError> {
         self.assets.light_profile(uri, span.file).map_err(|e| e.or_at(Some(span)))
+    }
+
+    /// A file of a medium's grid.
+    pub fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError> {
+        self.assets.grid(uri, span.file).map_err(|e| e.or_at(Some(span)))
     }
 
     /// A mesh file.
@@ -462,8 +471,9 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
     let material = match table.take("medium") {
         Some(value) if material.is_some() => {
             let message = "an object has a `material` or a `medium`, not both";
-            return Err(SceneError::at(ErrorCode::Conflict, value.span, message)
-                .help("write `interior = …` in a material of glass; an object with `medium` has no surface"));
+            return Err(SceneError::at(ErrorCode::Conflict, value.span, message).help(
+                "write `interior = …` in a material of glass; an object with `medium` has no surface",
+            ));
         }
         Some(value) => {
             let interior = Some(cx.medium(value)?);

@@ -339,9 +339,10 @@ impl PathRecord {
             let emission = v.emission.map(|e| e.contribution);
             [shone(&v.way), emission, second(&v.way), sampled(v.light.as_ref())].into_iter().flatten()
         });
-        let escape = self.escape.iter().flat_map(move |e| {
-            [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
-        });
+        let escape = self
+            .escape
+            .iter()
+            .flat_map(move |e| [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten());
         let last = [shone(&self.way), second(&self.way)].into_iter().flatten();
         vertices.chain(escape).chain(last)
     }

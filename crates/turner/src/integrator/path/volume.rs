@@ -148,14 +148,7 @@ impl<R: Record> Wave<'_, R> {
     }
 
     /// The second place, by the angle at which a light sees the way.
-    fn second_place(
-        &self,
-        medium: &Medium,
-        sample: u32,
-        ray: &Ray,
-        end: f64,
-        place: f64,
-    ) -> Option<Second> {
+    fn second_place(&self, medium: &Medium, sample: u32, ray: &Ray, end: f64, place: f64) -> Option<Second> {
         let Medium::Homogeneous(m) = medium else { return None };
         if self.settings.light_sampling == LightSampling::Bsdf {
             return None;
@@ -209,14 +202,7 @@ impl<R: Record> Wave<'_, R> {
     }
 
     /// Light where the path is scattered.
-    fn light_first(
-        &mut self,
-        sample: u32,
-        forward: DVec3,
-        p: DVec3,
-        phase: HenyeyGreenstein,
-        beside: f64,
-    ) {
+    fn light_first(&mut self, sample: u32, forward: DVec3, p: DVec3, phase: HenyeyGreenstein, beside: f64) {
         if self.settings.light_sampling == LightSampling::Bsdf {
             return;
         }

@@ -65,14 +65,13 @@ impl<R: Record> Wave<'_, R> {
             return;
         }
         let light = self.settings.clamped(light, path.bounces.total > 0);
-        self.record.note(|r| r.light_of(c.second, |l| {
-            (l.weight, l.transmittance, l.unshadowed) = (weight, left, light);
-        }));
-        let ray = if lit.finite {
-            Ray { t_max: 1.0, ..Ray::new(c.p, lit.to_light) }
-        } else {
-            Ray::new(c.p, wi)
-        };
+        self.record.note(|r| {
+            r.light_of(c.second, |l| {
+                (l.weight, l.transmittance, l.unshadowed) = (weight, left, light);
+            })
+        });
+        let ray =
+            if lit.finite { Ray { t_max: 1.0, ..Ray::new(c.p, lit.to_light) } } else { Ray::new(c.p, wi) };
         let stream = path.sampler.stream(c.stream);
         let carried = Carried { media: path.media, stream, second: c.second };
         self.shadows.push_free(&ray, c.sample, light, carried);
