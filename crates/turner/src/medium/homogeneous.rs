@@ -80,26 +80,40 @@ fn shining_length(sigma: f64, t: f64) -> f64 {
     (1.0 - left(sigma, t)) / sigma
 }
 
+/// What a path finds at a place of its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Density with which paths of the given shares scatter there, per unit of length.
+    pub pdf: f64,
+    /// What is scattered per unit of length there, of what began the way.
+    pub scattered: Spectrum,
+}
+
 impl Homogeneous {
+    /// What is left after a way of length `t`, by band.
+    #[inline]
+    fn bands_left(&self, t: f64) -> [f64; 3] {
+        let [r, g, b] = self.coefficients.extinction;
+        if r == g && g == b {
+            return [left(r, t); 3];
+        }
+        [left(r, t), left(g, t), left(b, t)]
+    }
+
     /// The share of light that is left after a way of length `t`.
     #[inline]
     pub fn transmittance(&self, t: f64) -> Spectrum {
-        Spectrum::from(self.coefficients.extinction.map(|s| left(s, t) as f32))
+        Spectrum::from(self.bands_left(t).map(|v| v as f32))
     }
 
-    /// Density with which a path of these shares by band scatters at a way of length `t`.
+    /// The place at a way of length `t`, for a path of these shares by band.
     #[inline]
-    pub fn distance_pdf(&self, shares: [f64; 3], t: f64) -> f64 {
-        let s = self.coefficients.extinction;
-        (0..3).map(|i| if shares[i] > 0.0 { shares[i] * s[i] * left(s[i], t) } else { 0.0 }).sum()
-    }
-
-    /// The share of light that is scattered per unit of length after a way of length `t`.
-    #[inline]
-    pub fn scattered_at(&self, t: f64) -> Spectrum {
+    pub fn place(&self, shares: [f64; 3], t: f64) -> Place {
         let c = &self.coefficients;
-        let band = |i: usize| (c.scattering[i] * left(c.extinction[i], t)) as f32;
-        Spectrum::from([band(0), band(1), band(2)])
+        let left = self.bands_left(t);
+        let pdf = (0..3).map(|i| shares[i] * c.extinction[i] * left[i]).sum();
+        let band = |i: usize| (c.scattering[i] * left[i]) as f32;
+        Place { pdf, scattered: Spectrum::from([band(0), band(1), band(2)]) }
     }
 
     /// The mean way of light in the band that is stopped soonest; infinite where nothing stops it.
@@ -117,7 +131,7 @@ impl Homogeneous {
         let end = stretch.end;
         let emitted = self.emitted(end);
         if !stretch.scatters {
-            return Walk { scattered: None, weight: self.transmittance(end), emitted };
+            return Walk { scattered: None, weight: self.transmittance(end), pdf: 0.0, emitted };
         }
         let shares = stretch.shares;
         let band = match u[0] {
@@ -129,16 +143,17 @@ impl Homogeneous {
         let band = if shares[band] > 0.0 { band } else { (0..3).find(|i| shares[*i] > 0.0).unwrap_or(0) };
         let t = if s[band] > 0.0 { -ln(1.0 - u[1]) / s[band] } else { f64::INFINITY };
         if t < end {
-            let pdf = self.distance_pdf(shares, t);
-            let scattering = self.coefficients.scattering;
-            let weight = |i: usize| (scattering[i] * left(s[i], t) / pdf) as f32;
-            let weight = if pdf > 0.0 { [weight(0), weight(1), weight(2)] } else { [0.0; 3] };
-            return Walk { scattered: Some(t), weight: Spectrum::from(weight), emitted };
+            let place = self.place(shares, t);
+            let weight =
+                if place.pdf > 0.0 { place.scattered * (1.0 / place.pdf) as f32 } else { Spectrum::BLACK };
+            // Where next to nothing arrives, the density is too small for single precision.
+            let weight = if weight.is_finite() { weight } else { Spectrum::BLACK };
+            return Walk { scattered: Some(t), weight, pdf: place.pdf, emitted };
         }
-        let through = s.map(|s| left(s, end));
+        let through = self.bands_left(end);
         let probability: f64 = (0..3).map(|i| shares[i] * through[i]).sum();
         let weight = if probability > 0.0 { through.map(|v| (v / probability) as f32) } else { [0.0; 3] };
-        Walk { scattered: None, weight: Spectrum::from(weight), emitted }
+        Walk { scattered: None, weight: Spectrum::from(weight), pdf: 0.0, emitted }
     }
 
     /// The radiance that it emits along a way of length `t`, as it arrives at its begin.

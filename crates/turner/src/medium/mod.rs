@@ -13,7 +13,7 @@ mod varying;
 
 pub use equiangular::Equiangular;
 pub use grid::{GridData, GridFile, GridMedium, MAX_VALUES};
-pub use homogeneous::{Homogeneous, HomogeneousMedium};
+pub use homogeneous::{Homogeneous, HomogeneousMedium, Place};
 pub use phase::HenyeyGreenstein;
 pub use smoke::SmokeMedium;
 pub use varying::Varying;
@@ -114,6 +114,8 @@ pub struct Walk {
     pub scattered: Option<f64>,
     /// The factor of what it carries; where it was scattered, without the phase function.
     pub weight: Spectrum,
+    /// Density of that place per unit of length, where it is known: in media that are the same everywhere; else 0.
+    pub pdf: f64,
     /// Radiance of the medium itself, as it arrives at the begin of the way.
     pub emitted: Spectrum,
 }

@@ -66,7 +66,7 @@ mod tests {
             let test = chi_square_of_directions(&options, value, || {
                 Some(phase.sample(forward, random.units::<2>()).0)
             });
-            assert!(test.p_value > sidak_level(0.01, GS.len() as u32), "g = {g}: {test:?}");
+            assert!(test.p_value > sidak_level(0.01, GS.len()), "g = {g}: {test:?}");
         }
     }
 

@@ -213,7 +213,12 @@ impl Varying {
         let shares = stretch.scatters.then_some(stretch.shares);
         let found = self.track(stretch.ray, [0.0, stretch.end], shares, u, more);
         let single = |v: [f64; 3]| Spectrum::from(v.map(|v| v as f32));
-        Walk { scattered: found.scattered, weight: single(found.weight), emitted: single(found.emitted) }
+        Walk {
+            scattered: found.scattered,
+            weight: single(found.weight),
+            pdf: 0.0,
+            emitted: single(found.emitted),
+        }
     }
 
     /// An estimate of the share of light that is left between two places of a ray of unit direction.

@@ -136,10 +136,7 @@ impl<R: Record> Wave<'_, R> {
             return true;
         }
         // The second place might have been this one.
-        let beside = match (&second, medium) {
-            (Some(second), Medium::Homogeneous(m)) => second.angle.pdf(t) / m.distance_pdf(shares, t),
-            _ => 0.0,
-        };
+        let beside = second.as_ref().map_or(0.0, |second| second.angle.pdf(t) / walk.pdf);
         self.record.note(|r| r.might_be_second(beside));
         let phase = medium.coefficients().phase;
         self.light_first(sample, ray.direction, p, phase, beside);
@@ -180,11 +177,12 @@ impl<R: Record> Wave<'_, R> {
         let [u0, u1, u2, _] = path.sampler.four(path.way_set(For::SecondLight));
         let Some(lit) = self.scene.emitters.sample(self.scene, p, [u0, u1, u2]) else { return };
         let pdf = second.angle.pdf(t);
-        let mut carried = path.beta * m.scattered_at(t) * (1.0 / pdf) as f32;
+        let place = m.place(stretch.shares, t);
+        let mut carried = path.beta * place.scattered * (1.0 / pdf) as f32;
         if let Some(left) = path.media.transmittance(t) {
             carried = carried * left;
         }
-        let first = m.distance_pdf(stretch.shares, t) / pdf;
+        let first = place.pdf / pdf;
         let phase = medium.coefficients().phase;
         let connection = Connection {
             sample,
