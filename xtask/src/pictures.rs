@@ -145,6 +145,13 @@ pub(crate) const PICTURES: &[Picture] = &[
         ]),
     ),
     // Showcase
+    picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
+    picture(
+        "foggy-beam.jpg",
+        Turner(
+            "scenes/showcase/foggy-beam.toml --width 400 --height 250 --samples 48 --max-depth 4 --clamp-indirect 1",
+        ),
+    ),
     picture(
         "show-interior.jpg",
         Turner("scenes/showcase/interior.toml --width 480 --height 300 --samples 80 --clamp-indirect 1"),

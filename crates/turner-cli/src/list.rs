@@ -10,6 +10,7 @@ use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::MaterialDesc;
+use turner::medium::MediumDesc;
 use turner::scene::error::ErrorCode;
 use turner::scene::read::SECTIONS;
 use turner::scene::schema::FamilyDoc;
@@ -42,6 +43,7 @@ const TOPICS: &[Topic] = &[
     Topic { name: "shapes", what: "what an object can be", rows: || family(&ShapeDesc::DOC) },
     Topic { name: "materials", what: "how surfaces answer light", rows: || family(&MaterialDesc::DOC) },
     Topic { name: "textures", what: "colours that vary", rows: || family(&TextureDesc::DOC) },
+    Topic { name: "media", what: "what fog and smoke are made of", rows: || family(&MediumDesc::DOC) },
     Topic { name: "lights", what: "where light comes from", rows: || family(&LightDesc::DOC) },
     Topic { name: "cameras", what: "how the picture is taken", rows: || family(&CameraDesc::DOC) },
     Topic { name: "integrators", what: "how light is computed", rows: || family(&IntegratorDesc::DOC) },

@@ -8,6 +8,7 @@ use turner::film::FilmDesc;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::MaterialDesc;
+use turner::medium::MediumDesc;
 use turner::scene::background::BackgroundDesc;
 use turner::scene::schema::{EntryDoc, FamilyDoc, Field};
 use turner::scene::{ModelDesc, StageDesc};
@@ -67,6 +68,7 @@ pub(crate) fn chapters() -> Vec<Chapter> {
         written("Colours", &["colors", "colour", "colours"], topics::color()),
         family("Materials", &["materials"], &MaterialDesc::DOC, topics::MATERIAL),
         family("Textures", &["textures"], &TextureDesc::DOC, topics::TEXTURE),
+        family("Media", &["media", "fog", "smoke", "volume"], &MediumDesc::DOC, topics::MEDIUM),
         family("Lights", &["lights"], &LightDesc::DOC, topics::LIGHT),
         written("Include", &[], topics::include()),
     ]

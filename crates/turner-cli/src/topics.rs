@@ -75,6 +75,9 @@ pub(crate) const SHAPE: &str =
     "The keys of a shape stand beside those of the object: `name`, `material`, `transform`, `motion`.";
 pub(crate) const MATERIAL: &str =
     "An object names its material, `material = \"NAME\"`, or has it in place, `material = { … }`.";
+pub(crate) const MEDIUM: &str = "An object that is nothing but a medium says `medium = \"NAME\"` in place of a material; glass with a medium inside says \
+    `interior = \"NAME\"` in its material; all that is in the open has the `medium` of `[background]`. Shapes with a medium must be closed. Where they \
+    overlap, the material that stands first in the scene counts, as glass does before both.";
 pub(crate) const TEXTURE: &str = "";
 pub(crate) const LIGHT: &str = "A light of any type may have a `group = \"NAME\"`: lights of one name, and objects with that `light_group`, belong together. `turner info` lists the groups.";
 

@@ -18,6 +18,7 @@
 
 pub mod assets;
 pub mod gltf;
+pub mod grid;
 pub mod ies;
 pub mod image;
 pub mod import;

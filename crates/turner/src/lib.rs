@@ -47,6 +47,7 @@ pub mod integrator;
 pub mod light;
 pub mod material;
 pub mod math;
+pub mod medium;
 pub mod render;
 pub mod sampler;
 pub mod scene;

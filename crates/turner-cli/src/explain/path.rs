@@ -3,8 +3,9 @@
 use turner::bsdf::Lobe;
 use turner::color::Spectrum;
 use turner::integrator::path::{
-    EmissionRecord, End, LightRecord, Passage, PathRecord, ScatterRecord, VertexRecord,
+    EmissionRecord, End, LightRecord, Passage, PathRecord, ScatterRecord, VertexRecord, WayRecord,
 };
+use turner::math::DVec3;
 use turner::render::SampleRecord;
 
 use super::classic::casters_of;
@@ -67,22 +68,38 @@ pub(super) fn tree(
         let place = out.nodes.len();
         let mut node = Node::new(kind, parent, v.origin, v.direction);
         surface(names, &mut node, v);
+        let mut second = None;
+        if let Some(way) = &v.way {
+            through_medium(names, &mut node, way);
+            if let Some(shone) = way.emission {
+                out.parts.push((place, "light of the medium", shone));
+                node.contribution += shone;
+            }
+            second = way.second.as_ref();
+        }
         node.touches = wanted.is_some_and(|w| names.is(w, v.primitive, v.shape, v.material));
         if let Some(e) = &v.emission {
             out.parts.push((place, "emission", e.contribution));
             node.contribution += e.contribution;
+        }
+        if let Some(light) = second_light(second) {
+            out.parts.push((place, "light sampled on the way", light));
+            node.contribution += light;
         }
         if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
             out.parts.push((place, "sampled light", l.contribution));
             node.contribution += l.contribution;
         }
         out.nodes.push(node);
+        if let Some((t, l)) = second {
+            out.nodes.push(light(names, place, v.origin + v.direction * *t, l, wanted));
+        }
         if let Some(l) = &v.light {
-            out.nodes.push(light(names, place, v, l, wanted));
+            out.nodes.push(light(names, place, v.p, l, wanted));
         }
         parent = Some(place);
         kind = match (&v.scatter, v.passage) {
-            (Some(s), Passage::Surface) => kind_of(&s.lobe),
+            (Some(s), Passage::Surface | Passage::Medium) => kind_of(&s.lobe),
             _ => Kind::Straight,
         };
     }
@@ -91,6 +108,15 @@ pub(super) fn tree(
         node.target = "outside".to_owned();
         node.weight = e.throughput;
         node.contribution = e.contribution;
+        let mut second = None;
+        if let Some(way) = &e.way {
+            through_medium(names, &mut node, way);
+            if let Some(shone) = way.emission {
+                out.parts.push((out.nodes.len(), "light of the medium", shone));
+                node.contribution += shone;
+            }
+            second = way.second.as_ref();
+        }
         let rows = &mut node.rows;
         rows.push(("towards", vector(e.direction)));
         rows.push(("throughput", color(e.throughput)));
@@ -109,11 +135,33 @@ pub(super) fn tree(
             }
         }
         rows.push(("adds", color(e.contribution)));
-        out.parts.push((out.nodes.len(), "outside", e.contribution));
+        let place = out.nodes.len();
+        out.parts.push((place, "outside", e.contribution));
+        if let Some(light) = second_light(second) {
+            out.parts.push((place, "light sampled on the way", light));
+            node.contribution += light;
+        }
         out.nodes.push(node);
+        if let Some((t, l)) = second {
+            out.nodes.push(light(names, place, e.origin + e.direction * *t, l, wanted));
+        }
     }
     out.add_up();
     out
+}
+
+/// What a light that was sampled on the way adds.
+fn second_light(second: Option<&(f64, LightRecord)>) -> Option<Spectrum> {
+    second.filter(|(_, l)| l.visible.is_some()).map(|(_, l)| l.contribution)
+}
+
+fn through_medium(names: &Names<'_>, node: &mut Node, way: &WayRecord) {
+    let whose = way.solid.map_or("in the open".to_owned(), |id| format!("inside {}", names.material(id)));
+    let (length, weight) = (number(way.length), color(way.weight));
+    node.rows.push(("through a medium", format!("{whose}, length {length}, weight {weight}")));
+    if let Some(shone) = way.emission {
+        node.rows.push(("it shines", color(shone)));
+    }
 }
 
 fn number_of(v: f64) -> String {
@@ -122,16 +170,35 @@ fn number_of(v: f64) -> String {
 
 fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
     node.to = Some(v.p);
+    node.weight = v.throughput;
+    if v.passage == Passage::Medium {
+        node.target = "a medium".to_owned();
+        node.remark = "scattered by it".to_owned();
+        let rows = &mut node.rows;
+        rows.push(("t", number(v.t)));
+        rows.push(("from", vector(v.origin)));
+        rows.push(("towards", vector(v.direction)));
+        rows.push(("at", vector(v.p)));
+        rows.push(("throughput", color(v.throughput)));
+        if let Some(s) = &v.scatter {
+            let (pdf, towards) = (number(s.pdf), vector(s.direction));
+            rows.push(("goes on by", format!("the phase function towards {towards}, pdf {pdf}")));
+            gambled(rows, s);
+        }
+        return;
+    }
     node.target = names.object(v.primitive, v.shape);
     let chosen = v.chosen.map_or(String::new(), |c| format!(", of which {}", names.material(c)));
     node.material = Some(format!("{}{chosen}", names.material(v.material)));
     node.primitive = Some(v.primitive);
-    node.weight = v.throughput;
     let transmits = v.scatter.as_ref().is_some_and(|s| s.lobe.is_transmission);
     let inside_mirror = v.scatter.as_ref().is_some_and(|s| s.lobe.is_delta && !s.lobe.is_transmission);
     node.remark = match (v.passage, v.outside) {
         (Passage::Hole, _) => "not there by chance: passed",
         (Passage::Hidden, _) => "within a solid that stands above it: passed",
+        (Passage::Boundary, true) => "enters a medium",
+        (Passage::Boundary, false) => "leaves a medium",
+        (Passage::Medium, _) => "",
         (Passage::Pane, _) => "a clear pane: passed straight",
         (Passage::Surface, true) if transmits => "enters",
         (Passage::Surface, false) if transmits => "leaves",
@@ -189,16 +256,20 @@ fn scattered(rows: &mut Rows, s: &ScatterRecord) {
     let f = color(s.bsdf);
     let (pdf, cosine) = (number(s.pdf), number(s.cosine));
     rows.push(("BSDF", format!("{f}, pdf {pdf}, cosine {cosine}{eta}, weight {}", color(s.weight))));
+    gambled(rows, s);
+}
+
+fn gambled(rows: &mut Rows, s: &ScatterRecord) {
     if let Some(r) = s.roulette {
         let lives = if r.number < r.survival { "survived" } else { "lost" };
         rows.push(("roulette", format!("{lives}: {} against {}", number(r.number), number(r.survival))));
     }
 }
 
-fn light(names: &Names<'_>, parent: usize, v: &VertexRecord, l: &LightRecord, wanted: Option<&str>) -> Node {
-    let from = l.shadow_origin.unwrap_or(v.p);
+fn light(names: &Names<'_>, parent: usize, p: DVec3, l: &LightRecord, wanted: Option<&str>) -> Node {
+    let from = l.shadow_origin.unwrap_or(p);
     let mut node = Node::new(Kind::Shadow, Some(parent), from, l.direction);
-    node.to = l.distance.is_finite().then_some(v.p + l.direction * l.distance);
+    node.to = l.distance.is_finite().then_some(p + l.direction * l.distance);
     if let (Some(first), Some(true)) = (l.casters.first(), l.visible.map(|v| v.is_black())) {
         // Along rays to lights that have a place t is 1 there.
         let way = node.to.map_or(l.direction, |to| to - from);
@@ -212,6 +283,7 @@ fn light(names: &Names<'_>, parent: usize, v: &VertexRecord, l: &LightRecord, wa
         None => "brings nothing".to_owned(),
         Some(visible) if visible.is_black() => format!("in shadow of {}", casters_of(names, &l.casters)),
         Some(visible) if visible == Spectrum::WHITE => "visible".to_owned(),
+        Some(visible) if l.casters.is_empty() => format!("through a medium: {}", color(visible)),
         Some(visible) => format!("through {}: {}", casters_of(names, &l.casters), color(visible)),
     };
     node.primitive = l.casters.first().map(|c| c.primitive);

@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 use turner::bsdf::Lobe;
 use turner::integrator::path::{
-    AroundRecord, EmissionRecord, EscapeRecord, LightRecord, PathRecord, ScatterRecord, VertexRecord,
+    AroundRecord, EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, ScatterRecord,
+    VertexRecord, WayRecord,
 };
 
 use super::classic_json::caster;
@@ -20,14 +21,41 @@ pub(super) fn of(names: &Names<'_>, path: &PathRecord) -> Value {
             "time": path.time,
         },
         "vertices": vertices,
-        "escape": path.escape.as_ref().map(escape),
+        "escape": path.escape.as_ref().map(|e| escape(names, e)),
         "end": path.end.word(),
+    })
+}
+
+fn way(names: &Names<'_>, w: &WayRecord) -> Value {
+    json!({
+        "inside": w.solid.map(|id| material(names, id)),
+        "length": w.length,
+        "weight": color(w.weight),
+        "emission": w.emission.map(color),
+        "second": w.second.as_ref().map(|(t, l)| json!({ "t": t, "light": light(names, l) })),
     })
 }
 
 fn vertex(names: &Names<'_>, v: &VertexRecord) -> Value {
     let inside: Vec<Value> = v.inside.iter().map(|&id| material(names, id)).collect();
+    if v.passage == Passage::Medium {
+        return json!({
+            "way": v.way.as_ref().map(|w| way(names, w)),
+            "origin": vector(v.origin),
+            "direction": vector(v.direction),
+            "t": v.t,
+            "position": vector(v.p),
+            "inside": inside,
+            "transmittance": v.transmittance.map(color),
+            "throughput": color(v.throughput),
+            "passage": v.passage.word(),
+            "band": v.band,
+            "light": v.light.as_ref().map(|l| light(names, l)),
+            "scatter": v.scatter.as_ref().map(scatter),
+        });
+    }
     json!({
+        "way": v.way.as_ref().map(|w| way(names, w)),
         "origin": vector(v.origin),
         "direction": vector(v.direction),
         "t": v.t,
@@ -99,10 +127,11 @@ fn scatter(s: &ScatterRecord) -> Value {
     })
 }
 
-fn escape(e: &EscapeRecord) -> Value {
+fn escape(names: &Names<'_>, e: &EscapeRecord) -> Value {
     let around = |l: &AroundRecord| json!({ "radiance": color(l.radiance), "light_pdf": l.light_pdf, "mis_weight": l.weight });
     let lights: Vec<Value> = e.lights.iter().map(around).collect();
     json!({
+        "way": e.way.as_ref().map(|w| way(names, w)),
         "origin": vector(e.origin),
         "direction": vector(e.direction),
         "transmittance": e.transmittance.map(color),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use turner::math::elementary::{atan2, pow};
+use turner::math::elementary::{atan2, exp, pow};
 use turner::testing::{CompareOptions, Reference, compare};
 
 use turner::scene::error::SceneError;
@@ -165,7 +165,58 @@ fn cases() -> Vec<Case> {
         path("")
     );
     add("a-sheet-that-covers-a-quarter", scene, [0.75 + 0.5; 3], 64, 0.01);
+    media(&mut add);
     out
+}
+
+/// Light that a point beside a ray sends to it, that fog scatters once (Henyey and Greenstein's g) and that comes back along it: by Simpson's rule. The light
+/// stands `along` the ray and `beside` it.
+fn single_scattering(sigma: f64, albedo: f64, g: f64, along: f64, beside: f64) -> f64 {
+    let (n, end) = (200_000, 40.0 / sigma);
+    let f = |t: f64| {
+        let x = along - t;
+        let d = (x * x + beside * beside).sqrt();
+        let q = 1.0 + g * g - 2.0 * g * x / d;
+        let phase = 0.25 / PI * (1.0 - g * g) / (q * q.sqrt());
+        albedo * sigma * exp(-sigma * (t + d)) * phase / (d * d)
+    };
+    let h = end / f64::from(n);
+    let inner: f64 = (1..n).map(|i| f(h * f64::from(i)) * f64::from(2 + 2 * (i % 2))).sum();
+    (f(0.0) + f(end) + inner) * h / 3.0
+}
+
+/// Fog, smoke and light between them.
+fn media(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
+    let slab = |medium: &str| {
+        format!(
+            "{ALONG}object = [{WALL}, {{ type = \"box\", min = [-5, -5, -1], max = [5, 5, 1], medium = {{ {medium} }} }}]"
+        )
+    };
+    let left = [0.5, 0.0, 2.0].map(|a| exp(-2.0 * a));
+    add("a-slab-that-absorbs", slab("absorption = [0.5, 0, 2]"), left, 2, 1e-5);
+    let shines = [0.5, 0.0, 2.0].map(|a| if a > 0.0 { (1.0 - exp(-2.0 * a)) / a } else { 2.0 });
+    let both = [0, 1, 2].map(|i| left[i] + shines[i]);
+    add("a-slab-that-shines", slab("absorption = [0.5, 0, 2], emission = 1"), both, 2, 1e-5);
+    for (name, g) in [("scattered-once-evenly", 0.0), ("scattered-once-forwards", 0.7)] {
+        let scene = format!(
+            "camera = {{ position = [0, 0, 10], look_at = [0, 0, 0], fov = 0.001 }}\nintegrator = {{ type = \"path\", max_depth = 1 }}\n\
+             background.medium = {{ extinction = [0.1, 0.3, 0.05], albedo = [0.9, 0.5, 1], anisotropy = {g} }}\n\
+             light = [{{ type = \"point\", position = [1, 0, 4], attenuation = \"inverse-square\" }}]"
+        );
+        let of = |sigma, albedo| single_scattering(sigma, albedo, g, 6.0, 1.0);
+        add(name, scene, [of(0.1, 0.9), of(0.3, 0.5), of(0.05, 1.0)], 128, 0.01);
+    }
+    for (name, solid) in [
+        ("white-fog-in-a-furnace", "medium = { scattering = 2, anisotropy = 0.5 }"),
+        ("white-smoke-in-a-furnace", "medium = { type = \"smoke\", scattering = 8, resolution = 24 }"),
+        ("milk-in-glass-in-a-furnace", "material = { type = \"dielectric\", interior = { scattering = 2 } }"),
+    ] {
+        let scene = format!(
+            "integrator = {{ type = \"path\", max_depth = 2000, rr_start = 100 }}\nbackground.color = 1\n\
+             camera = {{ position = [0, 0, 4], look_at = [0, 0, 0], fov = 10 }}\nobject = [{{ type = \"sphere\", {solid} }}]"
+        );
+        add(name, scene, [1.0; 3], 64, 0.01);
+    }
 }
 
 pub(super) fn checks() -> Vec<Check> {

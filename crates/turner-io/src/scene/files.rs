@@ -5,6 +5,7 @@ use super::error::{asset_error, two_lines};
 use super::hash::SceneHash;
 use super::sources::Sources;
 use crate::assets::{AssetError, AssetSource};
+use crate::grid::{self, MAX_GRID};
 use crate::ies::{self, MAX_IES};
 use crate::image::{DecodeLimits, decode};
 use crate::import::{ImportOptions, import};
@@ -13,6 +14,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use turner::image::Image;
 use turner::light::LightProfile;
+use turner::medium::GridData;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::FileId;
 use turner::scene::{ModelDesc, SceneAssets, SceneDesc, Warning};
@@ -31,6 +33,7 @@ pub struct SceneFiles<'a> {
     images: HashMap<String, Arc<Image>>,
     meshes: HashMap<String, Arc<MeshData>>,
     profiles: HashMap<String, Arc<LightProfile>>,
+    grids: HashMap<String, Arc<GridData>>,
     /// By path and options.
     models: HashMap<(String, String), Arc<SceneDesc>>,
     decoded: u64,
@@ -57,6 +60,7 @@ impl<'a> SceneFiles<'a> {
             images,
             meshes,
             profiles: HashMap::new(),
+            grids: HashMap::new(),
             models: HashMap::new(),
             decoded: 0,
             warnings: Vec::new(),
@@ -131,6 +135,19 @@ impl SceneAssets for SceneFiles<'_> {
         let profile = Arc::new(profile);
         self.profiles.insert(path, profile.clone());
         Ok(profile)
+    }
+
+    fn grid(&mut self, uri: &str, from: FileId) -> Result<Arc<GridData>, SceneError> {
+        let path = self.resolve(uri, from)?;
+        if let Some(grid) = self.grids.get(&path) {
+            return Ok(grid.clone());
+        }
+        let bytes = self.assets.read(&path, MAX_GRID).map_err(asset_error)?;
+        self.hash.add(b'v', &bytes);
+        let data = grid::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Volume, &e.to_string()))?;
+        let grid = Arc::new(data);
+        self.grids.insert(path, grid.clone());
+        Ok(grid)
     }
 
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {

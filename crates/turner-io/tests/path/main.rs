@@ -23,3 +23,4 @@ mod replay;
 mod sameness;
 mod statistics;
 mod textures;
+mod volumes;

@@ -2,7 +2,7 @@
 
 use turner::color::Spectrum;
 use turner::film::PixelSum;
-use turner::integrator::path::{End, Passage, PathRecord, replay};
+use turner::integrator::path::{End, Passage, PathRecord, VertexRecord, replay};
 use turner::render::sample;
 use turner::scene::{PrepareOptions, Scene};
 
@@ -164,6 +164,22 @@ fn scenes() -> Vec<(&'static str, String, Occurs)> {
             },
         ),
         (
+            "media",
+            format!(
+                "{base}{path}background.medium = {{ extinction = 0.05, albedo = [0.9, 0.8, 0.7], emission = 0.01 }}\nobject = [{FLOOR}, {LAMP},\n\
+                 {{ type = \"sphere\", center = [1, 1, 0], medium = {{ scattering = [2, 1, 3], anisotropy = 0.5 }} }},\n\
+                 {{ type = \"sphere\", center = [-1, 1, 0], material = {{ type = \"dielectric\", interior = {{ scattering = 1, absorption = [0, 0.5, 1] }} }} }}]\n"
+            ),
+            |p| {
+                let way = |v: &VertexRecord| {
+                    v.way.as_ref().is_some_and(|w| w.emission.is_some() && w.second.is_some())
+                };
+                p.vertices.iter().any(|v| v.passage == Passage::Medium && v.light.is_some())
+                    && p.vertices.iter().any(way)
+                    && p.vertices.iter().any(|v| v.passage == Passage::Boundary)
+            },
+        ),
+        (
             "a fisheye",
             format!(
                 "{}camera = {{ type = \"fisheye\", position = [0, 1.5, 5], look_at = [0, 0.7, 0] }}\n{path}object = [{FLOOR}, {LAMP}]\n",
@@ -273,7 +289,15 @@ fn check(path: &PathRecord, at: &str) {
     let by_chance = at.starts_with("lights by chance");
     let mut carried = Spectrum::WHITE;
     for (i, v) in path.vertices.iter().enumerate() {
+        let way = v.way.as_ref();
         let reaches = carried * v.transmittance.unwrap_or(Spectrum::WHITE);
+        let reaches = way.map_or(reaches, |w| reaches * w.weight);
+        if let Some((_, l)) = way.and_then(|w| w.second.as_ref())
+            && let Some(visible) = l.visible
+        {
+            assert!(near(l.contribution, l.unshadowed * visible), "second light {i} {at}");
+        }
+        let beside = way.map_or(0.0, |w| w.beside);
         assert!(near(v.throughput, reaches), "throughput {i} {at}");
         let way = v.p - v.origin;
         assert!((way.length() - v.t).abs() < 1e-5 * (1.0 + v.t), "t {i} {at}");
@@ -298,7 +322,14 @@ fn check(path: &PathRecord, at: &str) {
             let is = near(l.unshadowed, onward * expected);
             assert!(clamped || is, "light {i} {at}");
             assert!(near(l.contribution, l.unshadowed * l.visible.unwrap()), "visible light {i} {at}");
-            let weight = if l.is_delta { 1.0 } else { heuristic(l.pdf, l.bsdf_pdf) };
+            let found = if l.is_delta { 0.0 } else { l.bsdf_pdf / l.pdf };
+            let weight = if v.passage == Passage::Medium {
+                1.0 / (1.0 + beside * beside + found * found)
+            } else if l.is_delta {
+                1.0
+            } else {
+                heuristic(l.pdf, l.bsdf_pdf)
+            };
             assert!((l.weight - weight).abs() < 1e-9, "light's weight {i} {at}");
         }
         carried = onward;
@@ -316,7 +347,9 @@ fn check(path: &PathRecord, at: &str) {
     assert_eq!(path.end == End::Roulette, lost, "{at}");
     if let Some(e) = &path.escape {
         assert_eq!(path.end, End::Escaped);
-        assert!(near(e.throughput, carried * e.transmittance.unwrap_or(Spectrum::WHITE)), "outside {at}");
+        let reaches = carried * e.transmittance.unwrap_or(Spectrum::WHITE);
+        let reaches = e.way.as_ref().map_or(reaches, |w| reaches * w.weight);
+        assert!(near(e.throughput, reaches), "outside {at}");
         let found = e.lights.iter().fold(e.background + e.ambient, |s, l| s + l.radiance * l.weight as f32);
         assert!(clamped || near(e.contribution, e.throughput * found), "found outside {at}");
     }

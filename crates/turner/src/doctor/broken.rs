@@ -166,7 +166,7 @@ fn volume(mesh: &MeshData) -> Option<f64> {
 
 /// Surfaces with one side that are looked at from the other.
 fn backs(e: &Evidence<'_>) -> Option<Finding> {
-    if !e.desc.materials.iter().any(|m| m.value.cutout().is_some_and(|c| c.one_sided)) {
+    if !e.desc.materials.iter().any(|m| m.value.cutout(true).is_some_and(|c| c.one_sided)) {
         return None;
     }
     let mut passed: BTreeMap<u32, (u32, &'static str)> = BTreeMap::new();

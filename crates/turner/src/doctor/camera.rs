@@ -267,7 +267,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         );
     }
     let what = "none of the camera's rays meets an object, though they lie in its view".to_owned();
-    let one_sided = e.desc.materials.iter().any(|m| m.value.cutout().is_some_and(|c| c.one_sided));
+    let one_sided = e.desc.materials.iter().any(|m| m.value.cutout(true).is_some_and(|c| c.one_sided));
     let (why, remedy) = if one_sided {
         (
             "materials with `double_sided = false` are not there for rays that meet their back",

@@ -166,15 +166,17 @@ fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRe
     let mut seen = false;
     for v in &path.vertices {
         out.vertices += 1;
-        let entry = out.by_primitive.entry(v.primitive).or_insert((0, v.material));
-        entry.0 += 1;
+        if v.passage != Passage::Medium {
+            let entry = out.by_primitive.entry(v.primitive).or_insert((0, v.material));
+            entry.0 += 1;
+        }
         match v.passage {
             Passage::Surface => {}
             Passage::Hole | Passage::Pane => {
                 out.passed += 1;
                 *out.holes.entry(v.material).or_default() += 1;
             }
-            Passage::Hidden => {}
+            Passage::Hidden | Passage::Boundary | Passage::Medium => {}
         }
         // The first surface of a path that light can be asked for.
         let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || v.light.is_some();

@@ -2,8 +2,8 @@
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
-use crate::scene::ColorSource;
 use crate::scene::schema::{Range, params};
+use crate::scene::{ColorSource, MediumId};
 
 params! {
     /// Glass, water, ice: light is reflected and refracted by Fresnel's and Snell's laws.
@@ -16,6 +16,8 @@ params! {
         color: ColorSource = ColorSource::Constant(Spectrum::WHITE), in Range::NON_NEGATIVE;
         /// The way inside after which light has `color` (Beer–Lambert); 0 tints at the surface.
         depth: f64 = 0.0, in Range::NON_NEGATIVE;
+        /// The medium inside: murky water, milk, amber. It absorbs beside what `depth` says.
+        interior: Option<MediumId> = None;
         /// A pane or bubble without inside: light passes without being bent.
         thin: bool = false;
         /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
@@ -47,6 +49,7 @@ impl DielectricMaterial {
             transmission_weight: ColorSource::Constant(Spectrum::WHITE),
             transmission_color: self.color,
             transmission_depth: self.depth,
+            interior: self.interior,
             thin_walled: self.thin,
             normal_map: self.normal_map,
             normal_scale: self.normal_scale,

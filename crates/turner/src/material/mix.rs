@@ -135,7 +135,7 @@ impl MixMaterial {
         let shadows = |id: MaterialId| {
             let default = MaterialDesc::default();
             let desc = descs.get(id.index()).map_or(&default, |d| &d.value);
-            (desc.cutout(), desc.prepare(physical, descs).shadow())
+            (desc.cutout(physical), desc.prepare(physical, descs).shadow())
         };
         Mix::new(self, shadows)
     }

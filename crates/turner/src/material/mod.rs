@@ -1,6 +1,7 @@
 //! Materials: how a surface answers light. One file each; [`MaterialDesc`] is the table of their names in a scene.
 
 mod base_color;
+mod boundary;
 mod classic;
 mod conversion;
 mod dielectric;
@@ -17,6 +18,7 @@ mod physical;
 mod plastic;
 mod principled;
 
+pub use boundary::BoundaryMaterial;
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
 pub use dielectric::DielectricMaterial;
 pub use emissive::EmissiveMaterial;
@@ -46,6 +48,7 @@ family! {
         Plastic(PlasticMaterial),
         Emissive(EmissiveMaterial),
         Mix(MixMaterial),
+        Boundary(BoundaryMaterial),
     }
 }
 
@@ -95,6 +98,7 @@ impl MaterialDesc {
         match (self, self.principled()) {
             (MaterialDesc::Classic(m), _) if !physical => Material::Classic(m.prepare()),
             (MaterialDesc::Mix(m), _) => Material::Mix(Box::new(m.prepare(physical, descs))),
+            (MaterialDesc::Boundary(m), _) if physical => Material::Physical(Box::new(Physical::boundary(m))),
             (_, Some(m)) if physical => Material::Physical(Box::new(Physical::new(m))),
             (_, m) => {
                 let m = m.unwrap_or_default();
@@ -114,12 +118,15 @@ impl MaterialDesc {
             MaterialDesc::Dielectric(m) => m.principled(),
             MaterialDesc::Plastic(m) => m.principled(),
             MaterialDesc::Emissive(m) => m.principled(),
+            MaterialDesc::Boundary(m) => m.principled(),
             MaterialDesc::Mix(_) => return None,
         })
     }
 
     /// Where it lets rays pass; `None` for a material that is there everywhere and from all sides.
-    pub fn cutout(&self) -> Option<Cutout> {
+    ///
+    /// A boundary of a medium is there for integrators that follow light (`physical`) and for no others.
+    pub fn cutout(&self, physical: bool) -> Option<Cutout> {
         let (opacity, cutoff, one_sided) = match self {
             MaterialDesc::Classic(m) => (m.opacity, m.alpha_cutoff as f32, false),
             MaterialDesc::Principled(m) => {
@@ -136,6 +143,8 @@ impl MaterialDesc {
             | MaterialDesc::Dielectric(_)
             | MaterialDesc::Plastic(_)
             | MaterialDesc::Emissive(_) => return None,
+            MaterialDesc::Boundary(_) if physical => return None,
+            MaterialDesc::Boundary(_) => (ColorSource::Constant(Spectrum::BLACK), 0.5, false),
             // Decided by each of its materials.
             MaterialDesc::Mix(_) => return None,
         };

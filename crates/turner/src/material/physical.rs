@@ -12,7 +12,7 @@
 //! | `bump_map`, `bump_scale` | the same |
 //! | `ka` | nothing: light from all around is traced |
 
-use super::{AlphaMode, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
+use super::{AlphaMode, BoundaryMaterial, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
 use crate::bsdf::{Bsdf, PrincipledPoint, RoughMirror};
 use crate::color::Spectrum;
 use crate::scene::{ColorSource, Scene};
@@ -29,6 +29,8 @@ pub struct Physical {
     pub(crate) pane: bool,
     /// Whether it gathers light into caustics: whether a mirror's lobe or a narrow one reflects or refracts it.
     pub(crate) focuses: bool,
+    /// Whether it is no surface, but the boundary of a medium.
+    pub(crate) boundary: bool,
     /// Indices of refraction by colour band, where they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
@@ -153,7 +155,8 @@ impl Physical {
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
         let focuses = !pane && desc.focuses();
-        let mut made = Physical { desc, shadow, pane, focuses, dispersion, constant, plain: None };
+        let mut made =
+            Physical { desc, shadow, pane, boundary: false, focuses, dispersion, constant, plain: None };
         made.plain = made.find_plain();
         made
     }
@@ -183,6 +186,12 @@ impl Physical {
         }
         let [outer, inner] = [outer.as_rough_mirror()?, inner.as_rough_mirror()?];
         (outer == inner).then_some(PlainBsdf::RoughMirror(outer))
+    }
+
+    /// The boundary of a medium.
+    pub fn boundary(desc: &BoundaryMaterial) -> Physical {
+        let made = Physical::new(desc.principled());
+        Physical { boundary: true, focuses: false, plain: None, shadow: ShadowKind::None, ..made }
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.

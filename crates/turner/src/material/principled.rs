@@ -2,8 +2,8 @@
 //! the layering of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material is one of these.
 
 use crate::color::Spectrum;
-use crate::scene::ColorSource;
 use crate::scene::schema::{Range, choice, params};
+use crate::scene::{ColorSource, MediumId};
 
 choice! {
     /// What `opacity` means.
@@ -90,6 +90,8 @@ params! {
         transmission_dispersion_scale: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Abbe number at strength 1: 20 is strong, glass has 25 to 65, diamond 55.
         transmission_dispersion_abbe_number: f64 = 20.0, in Range::POSITIVE;
+        /// The medium inside, where light passes: murky water, milk, amber. It absorbs beside what `transmission_depth` says.
+        interior: Option<MediumId> = None;
         /// Share of the diffuse base that is translucent; in a thin wall, diffuse transmission.
         subsurface_weight: ColorSource = grey(0.0), in Range::UNIT;
         /// Colour of the translucent part.
@@ -200,6 +202,7 @@ impl Default for PrincipledMaterial {
             transmission_depth: 0.0,
             transmission_dispersion_scale: 0.0,
             transmission_dispersion_abbe_number: 20.0,
+            interior: None,
             subsurface_weight: grey(0.0),
             subsurface_color: grey(0.8),
             subsurface_radius: 1.0,

@@ -3,10 +3,12 @@
 
 mod alias;
 mod owen_sobol;
+mod stream;
 mod vertex_numbers;
 
 pub use alias::AliasTable;
 pub use owen_sobol::OwenSobol;
+pub use stream::Stream;
 pub use vertex_numbers::VertexNumbers;
 
 use crate::math::elementary::sin_cos;

@@ -2,6 +2,7 @@
 
 use crate::color::Spectrum;
 use crate::math::DVec3;
+use crate::scene::MediumId;
 use crate::scene::schema::params;
 
 params! {
@@ -18,6 +19,9 @@ params! {
         environment: bool = true;
         /// Whether pixels (parts of pixels) that show the background are transparent in PNG and EXR.
         transparent: bool = false;
+        /// The medium that all the scene is in where nothing else is said, as far as the camera sees: fog without end. What is around the scene
+        /// (background, environment, sun) is not seen through it and does not light it; for that, put a box or sphere of it around the scene.
+        medium: Option<MediumId> = None;
     }
     example r##"[background]
 color = "#f0e8d8"

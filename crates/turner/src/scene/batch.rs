@@ -118,6 +118,13 @@ impl RayBatch {
         block
     }
 
+    /// Empties the place of a ray.
+    pub fn remove(&mut self, i: usize) {
+        if let Some(block) = self.blocks.get_mut(i / LANES) {
+            block.t_max.0[i % LANES] = f64::NAN;
+        }
+    }
+
     #[inline]
     fn last_block(&mut self) -> &mut RayBlock {
         let index = self.len / LANES;

@@ -10,6 +10,7 @@ use crate::image::Image;
 use crate::integrator::IntegratorDesc;
 use crate::light::LightDesc;
 use crate::material::MaterialDesc;
+use crate::medium::MediumDesc;
 use crate::scene::background::BackgroundDesc;
 use crate::scene::stage::StageDesc;
 use crate::shape::{ShapeDesc, mesh::MeshData};
@@ -38,6 +39,8 @@ ids! {
     MeshId,
     /// A group of objects that can be placed many times.
     GroupId,
+    /// A participating medium of the scene.
+    MediumId,
 }
 
 /// Something with a name (unless written in place) and a place in a file (unless made by a program).
@@ -123,6 +126,8 @@ pub struct SceneDesc {
     pub textures: Vec<Named<TextureDesc>>,
     /// Materials, named ones first.
     pub materials: Vec<Named<MaterialDesc>>,
+    /// Participating media, named ones first.
+    pub media: Vec<Named<MediumDesc>>,
     /// Groups.
     pub groups: Vec<Named<GroupDesc>>,
     /// What is in the scene.

@@ -49,6 +49,8 @@ error_codes! {
     Model = "E0204",
     /// A file of a light's measurements (IES) that breaks the rules of its format, or that needs what is not known here.
     Profile = "E0205",
+    /// A file of a medium on a grid that breaks the rules of its format.
+    Volume = "E0206",
     /// A transform that cannot be undone.
     Transform = "E0301",
     /// A camera that sees nothing: eye = target, up along the view, …

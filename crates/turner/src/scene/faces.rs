@@ -39,8 +39,9 @@ impl Faces {
     pub(super) fn new(
         materials: Vec<MaterialId>,
         descs: &[super::desc::Named<MaterialDesc>],
+        physical: bool,
     ) -> Option<Faces> {
-        let cutout = |m: MaterialId| descs.get(m.index()).and_then(|m| m.value.cutout());
+        let cutout = |m: MaterialId| descs.get(m.index()).and_then(|m| m.value.cutout(physical));
         let materials: Vec<FaceMaterial> = materials
             .into_iter()
             .map(|material| FaceMaterial { material, cutout: cutout(material) })

@@ -38,6 +38,7 @@ pub mod stage;
 mod tangent;
 pub mod transform;
 pub mod value;
+mod volumes;
 
 pub use batch::{RayBatch, RayOrigin};
 pub use desc::*;
@@ -59,3 +60,4 @@ pub use shining::Shining;
 pub use spectrum_block::SpectrumBlock;
 pub use stage::StageDesc;
 pub use turner_bvh::Quality;
+pub(crate) use volumes::Volumes;

@@ -89,12 +89,17 @@ pub struct Renumber {
     images: u32,
     meshes: u32,
     groups: u32,
+    media: u32,
 }
 
 impl Renumber {
     /// The new number of a material.
     pub(crate) fn material(&self, id: MaterialId) -> MaterialId {
         MaterialId(id.0 + self.materials)
+    }
+    /// The new number of a medium.
+    pub(crate) fn medium(&self, id: MediumId) -> MediumId {
+        MediumId(id.0 + self.media)
     }
     /// The new number of a picture.
     pub(crate) fn image(&self, id: ImageId) -> ImageId {
@@ -155,6 +160,7 @@ impl ReadContext<'_> {
             images: self.images.len() as u32,
             meshes: self.meshes.len() as u32,
             groups: self.group_count,
+            media: self.media.len() as u32,
         };
         self.textures.extend(model.textures.iter().cloned().map(|mut t| {
             t.value.renumber(&by);
@@ -164,6 +170,7 @@ impl ReadContext<'_> {
             m.value.renumber(&by);
             Some(m)
         }));
+        self.media.extend(model.media.iter().cloned().map(Some));
         self.images.extend(model.images.iter().cloned());
         self.meshes.extend(model.meshes.iter().cloned());
         let replaced = replacements(&model, &overrides)?;

@@ -1,6 +1,6 @@
 //! The types that can stand after a key: numbers, vectors, colours, transforms, references by name.
 
-use super::desc::{ImageId, MaterialId, TextureId};
+use super::desc::{ImageId, MaterialId, MediumId, TextureId};
 use super::error::{ErrorCode, SceneError, escape, unknown_name};
 use super::model::Renumber;
 use super::read::ReadContext;
@@ -343,5 +343,21 @@ impl ParamType for MaterialId {
     }
     fn renumber(&mut self, by: &Renumber) {
         *self = by.material(*self);
+    }
+}
+
+/// A medium, by its name or written in place.
+impl ParamType for MediumId {
+    fn kind() -> String {
+        "medium".into()
+    }
+    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<MediumId, SceneError> {
+        cx.medium(value)
+    }
+    fn show(&self) -> String {
+        "a medium".into()
+    }
+    fn renumber(&mut self, by: &Renumber) {
+        *self = by.medium(*self);
     }
 }

@@ -18,6 +18,7 @@ use super::placed_emitters::LightChoice;
 use super::scene::{NO_TRANSFORM, ObjectTransform, Primitive, Scene, SceneStats};
 use super::sieve::{MAX_SHAPES, Sieve};
 use super::stage::Staging;
+use super::volumes::Volumes;
 use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::{Film, TextureFilter};
@@ -71,6 +72,7 @@ impl SceneDesc {
         warnings.extend(doubts::of_description(self, physical));
         let ready = |m: &MaterialDesc| m.prepare(physical, &self.materials);
         let mut materials: Vec<Material> = self.materials.iter().map(|m| ready(&m.value)).collect();
+        let volumes = if physical { Volumes::prepare(self)? } else { None };
         let default_material = MaterialId(materials.len() as u32);
         materials.push(ready(&MaterialDesc::default()));
 
@@ -86,6 +88,7 @@ impl SceneDesc {
             default_material,
             names: NameCollector::default(),
             light_groups: LightGroups::default(),
+            physical,
             shutter: [open, if physical { close } else { open }],
         };
         if flat.primitives.try_reserve_exact(count as usize).is_err() {
@@ -214,6 +217,7 @@ impl SceneDesc {
             batch,
             faces,
             moves: moving.contains(&true),
+            volumes,
             emitters: Emitters::default(),
             caustics: None,
             object_names: names.finish(),
@@ -344,6 +348,7 @@ struct Flattener<'a> {
     default_material: MaterialId,
     names: NameCollector,
     light_groups: LightGroups,
+    physical: bool,
     /// Opens and closes; at the same moment where nothing is blurred.
     shutter: [f64; 2],
 }
@@ -475,7 +480,7 @@ impl Flattener<'_> {
             let own = |i| desc.materials.get(i).copied().flatten().unwrap_or(material);
             materials = (0..mesh.data().material_count()).map(own).collect();
         }
-        let Some(faces) = Faces::new(materials, self.materials) else { return NO_FACES };
+        let Some(faces) = Faces::new(materials, self.materials, self.physical) else { return NO_FACES };
         if self.faces.last() != Some(&faces) {
             self.faces.push(faces);
         }

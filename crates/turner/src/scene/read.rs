@@ -17,7 +17,8 @@ use crate::film::FilmDesc;
 use crate::image::Image;
 use crate::integrator::IntegratorDesc;
 use crate::light::{LightDesc, LightProfile};
-use crate::material::MaterialDesc;
+use crate::material::{BoundaryMaterial, MaterialDesc};
+use crate::medium::{GridData, MediumDesc};
 use crate::shape::{ShapeDesc, mesh::MeshData};
 use crate::texture::TextureDesc;
 
@@ -31,6 +32,10 @@ pub trait SceneAssets {
     /// A light's measurements.
     fn light_profile(&mut self, uri: &str, _from: FileId) -> Result<Arc<LightProfile>, SceneError> {
         Err(SceneError::new(ErrorCode::File, format!("{}: measured lights cannot be read here", escape(uri))))
+    }
+    /// A medium's grid.
+    fn grid(&mut self, uri: &str, _from: FileId) -> Result<Arc<GridData>, SceneError> {
+        Err(SceneError::new(ErrorCode::File, format!("{}: grids cannot be read here", escape(uri))))
     }
     /// A file of another program, as a scene.
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError>;
@@ -47,8 +52,10 @@ pub struct ReadContext<'a> {
     texture_ids: HashMap<String, TextureId>,
     material_ids: HashMap<String, MaterialId>,
     group_ids: HashMap<String, GroupId>,
+    medium_ids: HashMap<String, MediumId>,
     pub(super) textures: Vec<Option<Named<TextureDesc>>>,
     pub(super) materials: Vec<Option<Named<MaterialDesc>>>,
+    pub(super) media: Vec<Option<Named<MediumDesc>>>,
     pub(super) images: Vec<Asset<Image>>,
     pub(super) meshes: Vec<Asset<MeshData>>,
     pub(super) warnings: Vec<Warning>,
@@ -99,6 +106,11 @@ impl ReadContext<'_> {
     /// A file of a light's measurements.
     pub fn light_profile(&mut self, uri: &str, span: Span) -> Result<Arc<LightProfile>, SceneError> {
         self.assets.light_profile(uri, span.file).map_err(|e| e.or_at(Some(span)))
+    }
+
+    /// A file of a medium's grid.
+    pub fn grid(&mut self, uri: &str, span: Span) -> Result<Arc<GridData>, SceneError> {
+        self.assets.grid(uri, span.file).map_err(|e| e.or_at(Some(span)))
     }
 
     /// A mesh file.
@@ -153,6 +165,31 @@ impl ReadContext<'_> {
     }
 }
 
+impl ReadContext<'_> {
+    /// A medium by its name or written in place.
+    pub fn medium(&mut self, value: &Value) -> Result<MediumId, SceneError> {
+        match &value.data {
+            Data::String(name) => self.medium_ids.get(name).copied().ok_or_else(|| {
+                let names = sorted_names(&self.medium_ids);
+                let error = unknown_name(ErrorCode::UnknownName, value.span, "medium", name, &names);
+                if names.is_empty() {
+                    error.help(
+                        "define it as [medium.NAME], or write it in place: medium = { extinction = 0.2 }",
+                    )
+                } else {
+                    error
+                }
+            }),
+            Data::Table(_) => {
+                let medium = read_medium(value, self)?;
+                self.media.push(Some(Named { name: None, span: Some(value.span), value: medium }));
+                Ok(MediumId(self.media.len() as u32 - 1))
+            }
+            _ => Err(wrong_type(value, "the name of a medium or a table { extinction = …, … }")),
+        }
+    }
+}
+
 fn intern<T>(list: &mut Vec<Asset<T>>, uri: &str, data: Arc<T>) -> u32 {
     match list.iter().position(|a| Arc::ptr_eq(&a.data, &data)) {
         Some(i) => i as u32,
@@ -179,6 +216,7 @@ pub const SECTIONS: &[(&str, &str)] = &[
     ("stage", "what is added to a scene without camera, light or floor"),
     ("texture", "named textures: [texture.NAME]"),
     ("material", "named materials: [material.NAME]"),
+    ("medium", "named participating media, as fog and smoke: [medium.NAME]"),
     ("group", "named groups of objects: [[group.NAME.object]]"),
     ("object", "what is in the scene: [[object]]"),
     ("light", "lights: [[light]]"),
@@ -197,8 +235,10 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         texture_ids: HashMap::new(),
         material_ids: HashMap::new(),
         group_ids: HashMap::new(),
+        medium_ids: HashMap::new(),
         textures: Vec::new(),
         materials: Vec::new(),
+        media: Vec::new(),
         images: Vec::new(),
         meshes: Vec::new(),
         warnings: Vec::new(),
@@ -218,6 +258,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
 
     let textures = named_tables(top.take("texture"), "texture")?;
     let materials = named_tables(top.take("material"), "material")?;
+    let media = named_tables(top.take("medium"), "medium")?;
     let groups = named_tables(top.take("group"), "group")?;
     for (i, (name, key_span, _)) in textures.iter().enumerate() {
         if named(name).is_some() {
@@ -231,6 +272,10 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         cx.material_ids.insert((*name).to_owned(), MaterialId(i as u32));
         cx.materials.push(None);
     }
+    for (i, (name, ..)) in media.iter().enumerate() {
+        cx.medium_ids.insert((*name).to_owned(), MediumId(i as u32));
+        cx.media.push(None);
+    }
     for (i, (name, ..)) in groups.iter().enumerate() {
         cx.group_ids.insert((*name).to_owned(), GroupId(i as u32));
     }
@@ -239,6 +284,10 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         let texture = read_texture(value, &mut cx)?;
         cx.textures[i] =
             Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: texture });
+    }
+    for (i, (name, _, value)) in media.iter().enumerate() {
+        let medium = read_medium(value, &mut cx)?;
+        cx.media[i] = Some(Named { name: Some((*name).to_owned()), span: Some(value.span), value: medium });
     }
     for (i, (name, _, value)) in materials.iter().enumerate() {
         let material = read_material(value, &mut cx)?;
@@ -311,6 +360,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         background,
         textures: cx.textures.into_iter().flatten().collect(),
         materials: cx.materials.into_iter().flatten().collect(),
+        media: cx.media.into_iter().flatten().collect(),
         groups: group_descs,
         objects,
         lights,
@@ -377,6 +427,14 @@ fn read_material(value: &Value, cx: &mut ReadContext<'_>) -> Result<MaterialDesc
     Ok(material)
 }
 
+fn read_medium(value: &Value, cx: &mut ReadContext<'_>) -> Result<MediumDesc, SceneError> {
+    let mut table = TableReader::of(value, "a medium")?;
+    let medium =
+        read_kind(&mut table, "medium", Some("homogeneous"), cx, &MediumDesc::DOC, MediumDesc::read)?;
+    table.finish()?;
+    Ok(medium)
+}
+
 /// `[kind.NAME]` tables as (name, place of the name, value).
 fn named_tables<'a>(
     section: Option<&'a Value>,
@@ -411,6 +469,21 @@ fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, Sc
     let material = match table.take("material") {
         Some(value) => Some(cx.material(value)?),
         None => None,
+    };
+    let material = match table.take("medium") {
+        Some(value) if material.is_some() => {
+            let message = "an object has a `material` or a `medium`, not both";
+            return Err(SceneError::at(ErrorCode::Conflict, value.span, message).help(
+                "write `interior = …` in a material of glass; an object with `medium` has no surface",
+            ));
+        }
+        Some(value) => {
+            let interior = Some(cx.medium(value)?);
+            let boundary = MaterialDesc::Boundary(BoundaryMaterial { interior });
+            cx.materials.push(Some(Named { name: None, span: Some(value.span), value: boundary }));
+            Some(MaterialId(cx.materials.len() as u32 - 1))
+        }
+        None => material,
     };
     let is = |table: &mut TableReader<'_>, kind| matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == kind);
     let content = if is(&mut table, ModelDesc::DOC.name) {

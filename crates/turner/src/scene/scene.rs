@@ -15,6 +15,7 @@ use super::merged::Merged;
 use super::motion::Motion;
 use super::names::ObjectNames;
 use super::sieve::Sieve;
+use super::volumes::Volumes;
 use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::FilmDesc;
@@ -69,6 +70,8 @@ pub struct Scene {
     pub(super) faces: Vec<Faces>,
     /// Whether anything moves: then camera rays have moments.
     pub(crate) moves: bool,
+    /// What is between surfaces, if anything is; for the integrators that follow light.
+    pub(crate) volumes: Option<Volumes>,
     /// What shines, for the integrators that follow light; empty for others.
     pub emitters: Emitters,
     /// The light paths that go with the integrator's paths, if they help.
@@ -391,7 +394,7 @@ impl Scene {
     }
 
     /// Where a ray goes on at the other side of a surface; t keeps its meaning but for the offset.
-    pub(super) fn beyond(&self, ray: &Ray, hit: &Hit, surface: &SurfaceInteraction) -> f64 {
+    pub(crate) fn beyond(&self, ray: &Ray, hit: &Hit, surface: &SurfaceInteraction) -> f64 {
         next_after(hit.shape.t.max(ray.t_min), surface.error * 8.0 / ray.direction.length())
     }
 

@@ -15,7 +15,7 @@ use crate::material::Physical;
 use crate::scene::SurfaceInteraction;
 
 /// The set of random numbers for the choice of a band, which a path makes once.
-const BAND_SET: u32 = FIRST_SET + 2 * MAX_VERTICES + 2;
+pub(super) const BAND_SET: u32 = FIRST_SET + 2 * MAX_VERTICES + 2;
 
 /// A surface of dispersive glass that a ray met.
 pub(super) struct Prism<'a> {

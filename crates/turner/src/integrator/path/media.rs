@@ -57,6 +57,17 @@ impl Media {
         self.list().iter().map(|m| m.material)
     }
 
+    /// The material of the solid that is there.
+    #[inline]
+    pub(super) fn top(&self) -> Option<MaterialId> {
+        if self.len == 0 { None } else { self.top_except(None).map(|m| m.material) }
+    }
+
+    /// Whether a solid of a material is among them.
+    pub(super) fn holds(&self, material: MaterialId) -> bool {
+        self.list().iter().any(|m| m.material == material)
+    }
+
     /// The solid that is there, other than one of a material.
     fn top_except(&self, except: Option<MaterialId>) -> Option<&Medium> {
         let others = self.list().iter().filter(|m| Some(m.material) != except);

@@ -15,11 +15,13 @@ mod record;
 mod replay;
 mod settings;
 mod shade;
+mod volume;
+mod volume_light;
 mod wave;
 
 pub use record::{
     AroundRecord, EmissionRecord, End, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord,
-    Roulette, ScatterRecord, VertexRecord,
+    Roulette, ScatterRecord, VertexRecord, WayRecord,
 };
 pub use replay::{replay, replay_at};
 

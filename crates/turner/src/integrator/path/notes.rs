@@ -3,10 +3,10 @@
 use super::caustics::Gathered;
 use super::record::{
     EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord, Roulette, ScatterRecord,
-    VertexRecord,
+    VertexRecord, WayRecord,
 };
 use super::wave::Path;
-use crate::bsdf::BsdfSample;
+use crate::bsdf::{BsdfSample, Lobe};
 use crate::color::Spectrum;
 use crate::material::{Material, Physical};
 use crate::math::{DVec3, Ray};
@@ -51,7 +51,9 @@ impl PathRecord {
         surface: &SurfaceInteraction,
         transmittance: Option<Spectrum>,
     ) {
+        let way = self.way.take();
         self.vertices.push(VertexRecord {
+            way,
             origin: ray.origin,
             direction: ray.direction,
             t: hit.shape.t,
@@ -118,25 +120,7 @@ impl PathRecord {
         bsdf_pdf: f64,
         cosine: f64,
     ) {
-        self.at(|v| {
-            v.light = Some(LightRecord {
-                direction,
-                distance: if lit.finite { lit.to_light.length() } else { f64::INFINITY },
-                pdf: lit.pdf,
-                is_delta: lit.is_delta,
-                radiance: lit.radiance,
-                bsdf,
-                bsdf_pdf,
-                cosine,
-                weight: 1.0,
-                transmittance: None,
-                unshadowed: Spectrum::BLACK,
-                visible: None,
-                shadow_origin: None,
-                casters: Vec::new(),
-                contribution: Spectrum::BLACK,
-            });
-        });
+        self.at(|v| v.light = Some(sampled(lit, direction, bsdf, bsdf_pdf, cosine)));
     }
 
     /// With which weight.
@@ -151,22 +135,18 @@ impl PathRecord {
     /// The shadow ray, and how much comes through.
     pub(super) fn in_the_way(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
         let Some(ray) = ray else { return };
-        self.at(|v| {
-            if let Some(light) = &mut v.light {
-                light.shadow_origin = Some(ray.origin);
-                if through != Spectrum::WHITE {
-                    light.casters = scene.shadow_casters(&ray);
-                }
+        self.light_of(self.asks_second, |light| {
+            light.shadow_origin = Some(ray.origin);
+            if through != Spectrum::WHITE {
+                light.casters = scene.shadow_casters(&ray);
             }
         });
     }
 
     /// What of it arrived.
     pub(super) fn arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
-        self.at(|v| {
-            if let Some(light) = &mut v.light {
-                (light.visible, light.contribution) = (Some(visible), contribution);
-            }
+        self.light_of(self.asks_second, |light| {
+            (light.visible, light.contribution) = (Some(visible), contribution);
         });
     }
 
@@ -221,7 +201,9 @@ impl PathRecord {
         transmittance: Option<Spectrum>,
         throughput: Spectrum,
     ) {
+        let way = self.way.take();
         self.escape = Some(EscapeRecord {
+            way,
             origin: ray.origin,
             direction: ray.direction,
             transmittance,
@@ -231,6 +213,144 @@ impl PathRecord {
             background: Spectrum::BLACK,
             ambient: Spectrum::BLACK,
             contribution: Spectrum::BLACK,
+        });
+    }
+}
+
+/// A light that was sampled, before it is known what comes of it.
+fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine: f64) -> LightRecord {
+    LightRecord {
+        direction,
+        distance: if lit.finite { lit.to_light.length() } else { f64::INFINITY },
+        pdf: lit.pdf,
+        is_delta: lit.is_delta,
+        radiance: lit.radiance,
+        bsdf: f,
+        bsdf_pdf: f_pdf,
+        cosine,
+        weight: 1.0,
+        transmittance: None,
+        unshadowed: Spectrum::BLACK,
+        visible: None,
+        shadow_origin: None,
+        casters: Vec::new(),
+        contribution: Spectrum::BLACK,
+    }
+}
+
+/// Ways through media.
+impl PathRecord {
+    /// It goes through a medium.
+    pub(super) fn way(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
+        self.way = Some(WayRecord { solid, length, weight, beside: 0.0, emission: None, second: None });
+    }
+
+    /// The way that it is on, or was on last.
+    fn last_way(&mut self) -> Option<&mut WayRecord> {
+        if self.way.is_some() {
+            return self.way.as_mut();
+        }
+        match &mut self.escape {
+            Some(escape) => escape.way.as_mut(),
+            None => self.vertices.last_mut()?.way.as_mut(),
+        }
+    }
+
+    /// The medium shone.
+    pub(super) fn way_shone(&mut self, added: Spectrum) {
+        if let Some(way) = self.last_way() {
+            way.emission = Some(added);
+        }
+    }
+
+    /// The second place might have been where the path was scattered.
+    pub(super) fn might_be_second(&mut self, beside: f64) {
+        if let Some(way) = self.last_way() {
+            way.beside = beside;
+        }
+    }
+
+    /// The medium scattered it.
+    pub(super) fn met_medium(&mut self, path: &Path, ray: &Ray, t: f64, p: DVec3) {
+        let way = self.way.take();
+        self.vertices.push(VertexRecord {
+            way,
+            origin: ray.origin,
+            direction: ray.direction,
+            t,
+            p,
+            ng: DVec3::ZERO,
+            ns: DVec3::ZERO,
+            primitive: u32::MAX,
+            shape: "medium",
+            part: 0,
+            uv: [0.0; 2],
+            material: path.media.top().unwrap_or(MaterialId(u32::MAX)),
+            chosen: None,
+            outside: false,
+            inside: path.media.materials().collect(),
+            transmittance: path.media.transmittance(t),
+            throughput: path.beta,
+            passage: Passage::Medium,
+            emission: None,
+            ior_around: None,
+            band: path.band,
+            dispersed: None,
+            photons: None,
+            light: None,
+            scatter: None,
+        });
+    }
+
+    /// A light was sampled in a medium: at the second place of the way, this far along it, or where the path was scattered.
+    pub(super) fn lit_in_medium(
+        &mut self,
+        second: Option<f64>,
+        lit: &LightSample,
+        direction: DVec3,
+        phase: f64,
+    ) {
+        let light = sampled(lit, direction, Spectrum::grey(phase as f32), phase, 1.0);
+        match second {
+            Some(t) => {
+                if let Some(way) = self.last_way() {
+                    way.second = Some((t, light));
+                }
+            }
+            None => self.at(|v| v.light = Some(light)),
+        }
+    }
+
+    /// Something about the light that was sampled at the second place of the way, or at the vertex.
+    pub(super) fn light_of(&mut self, second: bool, f: impl FnOnce(&mut LightRecord)) {
+        let light = if second {
+            self.last_way().and_then(|w| w.second.as_mut()).map(|(_, light)| light)
+        } else {
+            self.vertices.last_mut().and_then(|v| v.light.as_mut())
+        };
+        light.map(f);
+    }
+
+    /// Where the next shadow ray begins.
+    pub(super) fn asked(&mut self, second: bool) {
+        self.asks_second = second;
+    }
+
+    /// The phase function sent it on.
+    pub(super) fn scattered_by_medium(&mut self, direction: DVec3, pdf: f64, throughput: Spectrum) {
+        self.at(|v| {
+            v.scatter = Some(ScatterRecord {
+                direction,
+                lobe: Lobe { is_delta: false, is_transmission: false, is_diffuse: false },
+                bsdf: Spectrum::grey(pdf as f32),
+                pdf,
+                cosine: 1.0,
+                eta: 1.0,
+                terminator: 1.0,
+                weight: Spectrum::WHITE,
+                roulette: None,
+                throughput,
+            });
         });
     }
 }

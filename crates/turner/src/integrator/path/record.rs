@@ -61,6 +61,10 @@ pub struct PathRecord {
     pub vertices: Vec<VertexRecord>,
     /// What it found where it left the scene.
     pub escape: Option<EscapeRecord>,
+    /// Its last way through a medium, if nothing is at the end of it.
+    pub way: Option<WayRecord>,
+    /// Whether the shadow ray that is asked for begins at the second place of a way.
+    pub(super) asks_second: bool,
     /// Why it ended.
     pub end: End,
     /// What the sample gives to its pixel.
@@ -115,6 +119,10 @@ pub enum Passage {
     Hidden,
     /// A thin clear pane that it went straight through.
     Pane,
+    /// The boundary of a medium and nothing else.
+    Boundary,
+    /// No surface: the medium scattered it.
+    Medium,
 }
 
 impl Passage {
@@ -125,13 +133,35 @@ impl Passage {
             Passage::Hole => "hole",
             Passage::Hidden => "hidden",
             Passage::Pane => "pane",
+            Passage::Boundary => "boundary",
+            Passage::Medium => "medium",
         }
     }
 }
 
-/// A surface that the path met.
+/// A way through a medium.
+#[derive(Clone, Debug)]
+pub struct WayRecord {
+    /// The material of the solid that the medium is in; `None` in the open.
+    pub solid: Option<MaterialId>,
+    /// How long it was.
+    pub length: f64,
+    /// The factor of the throughput: what the medium left and, where it scattered the path, scattered, over the probability of that.
+    pub weight: Spectrum,
+    /// Where the path was scattered, the density of the second place there over that of the first; 0 if there is no second place.
+    pub beside: f64,
+    /// What was added to the sample of the medium's own light.
+    pub emission: Option<Spectrum>,
+    /// The light sampled at a second place of the way, and how far that is.
+    pub second: Option<(f64, LightRecord)>,
+}
+
+/// A surface that the path met, or a place in a medium that scattered it: there normals are 0, `primitive` is `u32::MAX`, and `material` that of
+/// the solid that the medium is in, or beyond all materials.
 #[derive(Clone, Debug)]
 pub struct VertexRecord {
+    /// The way to it, if it was through a medium.
+    pub way: Option<WayRecord>,
     /// Where the ray came from.
     pub origin: DVec3,
     /// Its direction.
@@ -282,6 +312,8 @@ pub struct Roulette {
 /// What a path found that left the scene.
 #[derive(Clone, Debug)]
 pub struct EscapeRecord {
+    /// The way out, if it was through a medium.
+    pub way: Option<WayRecord>,
     /// Where the ray came from.
     pub origin: DVec3,
     /// Its direction.
@@ -314,16 +346,30 @@ pub struct AroundRecord {
 }
 
 impl PathRecord {
-    /// What was added to the sample, in the order in which it was: emission and sampled light of each vertex, and what was found outside.
+    /// What was added to the sample, in the order in which it was: emission and sampled light of each vertex and of the way to it, and what was found
+    /// outside.
     pub fn contributions(&self) -> impl Iterator<Item = Spectrum> + '_ {
-        let vertices = self.vertices.iter().flat_map(|v| {
+        fn sampled(light: Option<&LightRecord>) -> Option<Spectrum> {
+            light.filter(|l| l.visible.is_some()).map(|l| l.contribution)
+        }
+        // Light that is sampled arrives after all that is found in the same round.
+        let shone = |way: &Option<WayRecord>| way.as_ref().and_then(|w| w.emission);
+        let second = |way: &Option<WayRecord>| {
+            way.as_ref().and_then(|w| sampled(w.second.as_ref().map(|(_, light)| light)))
+        };
+        let vertices = self.vertices.iter().flat_map(move |v| {
             let emission = v.emission.map(|e| e.contribution);
-            emission
+            let photons = v.photons.map(|p| p.contribution);
+            [shone(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]
                 .into_iter()
-                .chain(v.photons.map(|p| p.contribution))
-                .chain(v.light.as_ref().filter(|l| l.visible.is_some()).map(|l| l.contribution))
+                .flatten()
         });
-        vertices.chain(self.escape.as_ref().map(|e| e.contribution))
+        let escape = self
+            .escape
+            .iter()
+            .flat_map(move |e| [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten());
+        let last = [shone(&self.way), second(&self.way)].into_iter().flatten();
+        vertices.chain(escape).chain(last)
     }
 
     /// Their sum: the colour of [`PathRecord::radiance`], to the last bit.

@@ -59,6 +59,8 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRec
         time: samples.rays.time(0),
         vertices: Vec::new(),
         escape: None,
+        way: None,
+        asks_second: false,
         end: End::Absorbed,
         radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
     };

@@ -221,7 +221,7 @@ impl<R: Record> Wave<'_, R> {
         match self.scene.material_at(hit) {
             Material::Physical(m) => {
                 let bsdf = m.constant_bsdf(ray.direction.dot(surface.ng) < 0.0);
-                !m.desc.unlit && bsdf.is_none_or(Bsdf::has_smooth)
+                !m.desc.unlit && !m.boundary && bsdf.is_none_or(Bsdf::has_smooth)
             }
             Material::Mix(_) => true,
             Material::Classic(_) | Material::Principled(..) => false,
@@ -271,6 +271,12 @@ impl<R: Record> Wave<'_, R> {
             return;
         };
         self.record.note(|r| r.chose(scene, material));
+        if material.boundary {
+            path.media.cross(scene, surface, material, outside);
+            self.record.note(|r| r.at(|v| v.passage = Passage::Boundary));
+            self.next.push(sample, surface, ray.direction);
+            return;
+        }
         if material.desc.unlit {
             let at = scene.texture_point(surface);
             let color = scene.textures.color(material.desc.base_color, &at)
@@ -412,13 +418,13 @@ impl<R: Record> Wave<'_, R> {
         let weight = 1.0 / (1.0 + chance * chance + back);
         let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;
         let length = if lit.finite { distance } else { f64::INFINITY };
-        let left = if crosses && material.has_inside() {
+        let crossed = (crosses && material.has_inside()).then(|| {
             let mut media = path.media;
             media.cross(self.scene, v.surface, material, wi.dot(v.ng) < 0.0);
-            media.transmittance(length)
-        } else {
-            path.media.transmittance(length)
-        };
+            media
+        });
+        let media = crossed.as_ref().unwrap_or(&path.media);
+        let left = media.transmittance(length);
         if let Some(left) = left {
             light = light * left;
         }
@@ -433,6 +439,10 @@ impl<R: Record> Wave<'_, R> {
         } else {
             Ray::new(origin, wi)
         };
+        if self.scene.volumes.is_some() {
+            let media = *media;
+            self.carry(sample, media);
+        }
         self.shadows.push(&ray, v.surface, sample, light);
     }
 

@@ -6,6 +6,7 @@ use super::media::Media;
 use super::record::{Off, Record};
 use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
+use super::volume_light::Carried;
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
 use crate::light::Receiver;
@@ -83,6 +84,22 @@ impl Front {
         self.rays.push_leaving(ray, from);
         self.samples.push(sample);
     }
+
+    /// A ray that leaves a place in a medium.
+    pub(super) fn push_free(&mut self, sample: u32, from: DVec3, direction: DVec3) {
+        self.rays.push(&Ray::new(from, direction));
+        self.samples.push(sample);
+    }
+
+    /// A ray, with its sample.
+    pub(super) fn get(&self, i: usize) -> Option<(Ray, u32)> {
+        self.rays.get(i).zip(self.samples.get(i).copied())
+    }
+
+    /// Takes a ray out.
+    pub(super) fn remove(&mut self, i: usize) {
+        self.rays.remove(i);
+    }
 }
 
 /// Shadow rays of one bounce, and what light they bring to which sample.
@@ -91,6 +108,8 @@ pub(super) struct Shadows {
     rays: RayBatch,
     light: Vec<(u32, Spectrum)>,
     through: Vec<SpectrumBlock>,
+    /// In scenes with media, what each has with it.
+    carried: Vec<Carried>,
 }
 
 impl Shadows {
@@ -102,6 +121,18 @@ impl Shadows {
     pub(super) fn push_ray(&mut self, ray: &Ray, from: RayOrigin, sample: u32, light: Spectrum) {
         self.rays.push_leaving(ray, from);
         self.light.push((sample, light));
+    }
+
+    /// A ray from a place in a medium.
+    pub(super) fn push_free(&mut self, ray: &Ray, sample: u32, light: Spectrum, carried: Carried) {
+        self.rays.push(ray);
+        self.light.push((sample, light));
+        self.carried.push(carried);
+    }
+
+    /// What the next ray has with it.
+    pub(super) fn carry(&mut self, carried: Carried) {
+        self.carried.push(carried);
     }
 }
 
@@ -191,6 +222,9 @@ impl<R: Record> Tracer for Wave<'_, R> {
             let ray = |i: usize| samples.rays.get(i).unwrap_or(Ray::new(DVec3::ZERO, DVec3::Z));
             self.back.extend((0..count).map(|i| Back::of_camera(self.scene, plan, &ray(i))));
         }
+        if let Some(volumes) = &self.scene.volumes {
+            self.begin_within(volumes, samples);
+        }
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
         self.front.samples.clear();
@@ -212,6 +246,9 @@ impl<R: Record> Wave<'_, R> {
             }
         }
         self.scene.intersect_batch(&mut front.rays, &mut hits);
+        if let Some(volumes) = &self.scene.volumes {
+            self.travel(volumes, &mut front, &mut hits, out, stats);
+        }
         self.draw(&front.samples, &hits);
         let mut surfaces = std::mem::take(&mut self.surfaces);
         let mut lights = std::mem::take(&mut self.lights);
@@ -307,8 +344,15 @@ impl<R: Record> Wave<'_, R> {
         }
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
-            let through = shadows.through[i / LANES].get(i % LANES);
+            let mut through = shadows.through[i / LANES].get(i % LANES);
+            self.record.note(|r| r.asked(shadows.carried.get(i).is_some_and(|c| c.second)));
             self.record.note(|r| r.in_the_way(self.scene, shadows.rays.get(i), through));
+            if let (Some(volumes), Some(carried)) = (&self.scene.volumes, shadows.carried.get_mut(i))
+                && !through.is_black()
+                && let Some(ray) = shadows.rays.get(i)
+            {
+                through = through * carried.left(self.scene, volumes, &ray);
+            }
             // Not even 0 · infinity of what does not arrive.
             if !through.is_black() {
                 let arrives = *light * through;
@@ -320,5 +364,6 @@ impl<R: Record> Wave<'_, R> {
         }
         shadows.rays.clear();
         shadows.light.clear();
+        shadows.carried.clear();
     }
 }

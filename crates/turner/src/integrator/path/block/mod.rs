@@ -148,7 +148,7 @@ impl<R: Record> Wave<'_, R> {
     #[inline]
     pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
         // Light paths that weigh with these ask for more than blocks know.
-        if R::NOTES || self.settings.direct || self.plan.is_some() || self.photons.is_some() {
+        if R::NOTES || self.settings.direct || self.plan.is_some() || self.scene.volumes.is_some() {
             return false;
         }
         let Material::Physical(material) = self.scene.material_at(hit) else { return false };

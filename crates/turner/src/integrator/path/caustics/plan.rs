@@ -40,7 +40,9 @@ impl Plan {
     /// For a scene that is otherwise ready; `None` where there are none.
     pub(crate) fn new(scene: &Scene) -> Option<Plan> {
         let IntegratorDesc::Path(desc) = &scene.integrator else { return None };
-        if desc.caustics == Caustics::Off || desc.light_sampling != LightSampling::Both {
+        // Light paths do not know what media scatter.
+        let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none();
+        if desc.caustics == Caustics::Off || !possible {
             return None;
         }
         let casters = Casters::new(scene)?;

@@ -1,0 +1,141 @@
+//! Grids of media: a heading of text, then the numbers.
+//!
+//! ```text
+//! turner-grid 1
+//! size 64 32 64
+//! channels density emission
+//! data
+//! ```
+//!
+//! Each line ends with a line feed. `size` is the number of cells along x, y and z; `channels` is `density`, or `density emission`. After `data` and its line feed
+//! stand the numbers, little-endian IEEE 754 singles, and nothing else: all of the first channel, x fastest, then y, then z; then all of the next.
+
+use turner::medium::{GridData, MAX_VALUES};
+
+use crate::assets::printable;
+
+/// Why a grid could not be read: the file, what was found, what was expected.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name}: damaged grid file: {problem}\n  docs/volumes.md describes the format")]
+pub struct GridError {
+    /// The file.
+    pub name: String,
+    /// What was found and what was expected.
+    pub problem: String,
+}
+
+/// Largest file that is read, bytes.
+pub const MAX_GRID: u64 = 8 * MAX_VALUES + 4096;
+
+/// The heading's most bytes.
+const MAX_HEADING: usize = 4096;
+
+/// Reads a grid; `name` is for messages.
+pub fn decode(bytes: &[u8], name: &str) -> Result<GridData, GridError> {
+    read(bytes).map_err(|problem| GridError { name: printable(name), problem })
+}
+
+/// A grid as a file: what [`decode`] reads. `emission` has as many values as `density`, if any.
+pub fn encode(size: [u32; 3], density: &[f32], emission: Option<&[f32]>) -> Vec<u8> {
+    let [x, y, z] = size;
+    let channels = if emission.is_some() { "density emission" } else { "density" };
+    let mut out = format!("turner-grid 1\nsize {x} {y} {z}\nchannels {channels}\ndata\n").into_bytes();
+    for values in [Some(density), emission].into_iter().flatten() {
+        out.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    out
+}
+
+fn read(bytes: &[u8]) -> Result<GridData, String> {
+    let mut rest = bytes.get(..MAX_HEADING.min(bytes.len())).unwrap_or_default();
+    let mut line = |expected: &str| -> Result<String, String> {
+        let end = rest.iter().position(|b| *b == b'\n');
+        let text = end.and_then(|end| std::str::from_utf8(rest.get(..end)?).ok());
+        let text = text.ok_or_else(|| format!("expected the line `{expected}`, found none"))?.to_owned();
+        rest = rest.get(text.len() + 1..).unwrap_or_default();
+        Ok(text)
+    };
+    let mut used = 0;
+    let mut next = |expected: &str| -> Result<String, String> {
+        let text = line(expected)?;
+        used += text.len() + 1;
+        Ok(text.trim_end_matches('\r').to_owned())
+    };
+    let wrong =
+        |expected: &str, found: &str| Err(format!("expected `{expected}`, found `{}`", printable(found)));
+    let first = next("turner-grid 1")?;
+    if first != "turner-grid 1" {
+        return wrong("turner-grid 1", &first);
+    }
+    let line = next("size X Y Z")?;
+    let words: Vec<&str> = line.split_ascii_whitespace().collect();
+    let number = |word: &str| word.parse::<u32>().ok();
+    let size = match words.as_slice() {
+        ["size", x, y, z] => match (number(x), number(y), number(z)) {
+            (Some(x), Some(y), Some(z)) => [x, y, z],
+            _ => return wrong("size X Y Z", &line),
+        },
+        _ => return wrong("size X Y Z", &line),
+    };
+    let line = next("channels density")?;
+    let channels = match line.split_ascii_whitespace().collect::<Vec<_>>().as_slice() {
+        ["channels", "density"] => 1,
+        ["channels", "density", "emission"] => 2,
+        _ => return wrong("channels density` or `channels density emission", &line),
+    };
+    let line = next("data")?;
+    if line != "data" {
+        return wrong("data", &line);
+    }
+    let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
+    let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
+        let [x, y, z] = size;
+        return Err(format!("{x} x {y} x {z} cells: expected 1 to {MAX_VALUES} in all"));
+    };
+    let data = bytes.get(used..).unwrap_or_default();
+    let expected = 4 * channels * count;
+    if data.len() as u64 != expected {
+        return Err(format!("expected {expected} bytes of numbers, found {}", data.len()));
+    }
+    let floats = |bytes: &[u8]| -> Vec<f32> {
+        bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+    };
+    let (density, emission) = data.split_at(data.len() / channels as usize);
+    GridData::new(size, floats(density), (channels == 2).then(|| floats(emission)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let density: Vec<f32> = (0..24).map(|i| i as f32).collect();
+        let emission: Vec<f32> = (0..24).map(|i| 1.0 / (1.0 + i as f32)).collect();
+        let bytes = encode([2, 3, 4], &density, Some(&emission));
+        let expected = GridData::new([2, 3, 4], density.clone(), Some(emission)).unwrap();
+        assert_eq!(decode(&bytes, "a"), Ok(expected));
+        let bytes = encode([4, 3, 2], &density, None);
+        assert_eq!(decode(&bytes, "a"), Ok(GridData::new([4, 3, 2], density, None).unwrap()));
+    }
+
+    #[test]
+    fn damage_is_an_error() {
+        let good = encode([2, 2, 2], &[1.0; 8], None);
+        for cut in 0..good.len() {
+            assert!(decode(&good[..cut], "a").is_err(), "{cut}");
+        }
+        let with =
+            |text: &str, tail: &[u8]| decode(&[text.as_bytes(), tail].concat(), "a").unwrap_err().problem;
+        let big = "turner-grid 1\nsize 4000000000 4000000000 4000000000\nchannels density\ndata\n";
+        assert!(with(big, &[]).contains("expected 1 to"));
+        let lies = "turner-grid 1\nsize 1000 1000 1000\nchannels density\ndata\n";
+        assert!(with(lies, &[0; 64]).contains("expected 4000000000 bytes of numbers, found 64"));
+        let one = "turner-grid 1\nsize 1 1 1\nchannels density\ndata\n";
+        assert!(with(one, &f32::NAN.to_le_bytes()).contains("NaN"));
+        assert!(with(one, &(-1.0f32).to_le_bytes()).contains("-1"));
+        assert!(with("turner-grid 2\n", &[]).contains("turner-grid 1"));
+        assert!(with("turner-grid 1\nsize 1 -1 1\n", &[]).contains("size"));
+        assert!(with("turner-grid 1\nsize 1 1 1\nchannels heat\n", &[]).contains("channels"));
+    }
+}

@@ -1,0 +1,271 @@
+//! Paths through participating media.
+//!
+//! On its way to the next surface a path may be scattered by the medium it is in. Light that the medium scatters towards the ray is found in three
+//! ways, weighed against each other by the power heuristic over their densities of place and direction:
+//!
+//! 1. where the path is scattered, a light is sampled;
+//! 2. from there it goes on by the phase function and may find the same light by chance;
+//! 3. at a second place of the way, found by the angle at which a light sees it (Kulla & Fajardo 2012), a light is sampled as well. The light that gives the
+//!    angle is chosen once for the way and is the same for all three, so that their weights sum to 1 whatever it is.
+//!
+//! The second place takes a medium whose density of places is known: one that is the same everywhere.
+
+use super::LightSampling;
+use super::dispersion::BAND_SET;
+use super::record::{End, Record, Roulette};
+use super::shade::MAX_VERTICES;
+use super::volume_light::Connection;
+use super::wave::{Front, Path, Wave};
+use crate::integrator::{CameraSamples, Radiance, RayStats};
+use crate::light::Receiver;
+use crate::math::{DVec3, Ray};
+use crate::medium::{Equiangular, HenyeyGreenstein, Medium, Stretch};
+use crate::scene::{Hit, Volumes};
+
+/// Sets of random numbers for ways through media: four for each way, behind those of surfaces.
+pub(super) const WAY_SET: u32 = BAND_SET + 2;
+
+/// What numbers of a way are for.
+#[derive(Clone, Copy)]
+pub(super) enum For {
+    /// Band, distance, the second place, Russian roulette; as a stream, what happens on the way.
+    Distance = 0,
+    /// The light at the first place; as a stream, the way to it.
+    Light = 1,
+    /// The direction, and the light that gives the angle; as a stream, the way to a light from a surface.
+    Direction = 2,
+    /// The light at the second place; as a stream, the way to it.
+    SecondLight = 3,
+}
+
+impl Path {
+    /// The set for the way that the path is on.
+    pub(super) fn way_set(&self, what: For) -> u32 {
+        WAY_SET + 4 * self.vertex + what as u32
+    }
+
+    /// The share of each band in what it carries.
+    fn shares(&self) -> Option<[f64; 3]> {
+        let bands = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        let sum = bands[0] + bands[1] + bands[2];
+        (sum > 0.0 && sum < f64::INFINITY).then(|| bands.map(|v| v / sum))
+    }
+}
+
+/// The second place of a way.
+struct Second {
+    angle: Equiangular,
+    /// Along the ray.
+    t: f64,
+}
+
+impl<R: Record> Wave<'_, R> {
+    /// Paths that begin within a medium are in it.
+    pub(super) fn begin_within(&mut self, volumes: &Volumes, samples: &CameraSamples) {
+        if !volumes.bounded {
+            return;
+        }
+        let mut last = None;
+        for (i, path) in self.paths.iter_mut().enumerate() {
+            let Some(ray) = samples.rays.get(i) else { continue };
+            let media = match last {
+                Some((origin, media)) if origin == ray.origin => media,
+                _ => super::media::Media::around(self.scene, ray.origin, samples.rays.time(i)),
+            };
+            last = Some((ray.origin, media));
+            path.media = media;
+        }
+    }
+
+    /// Takes the rays of the front through the media they are in, to where they are scattered or to their ends. Those that are scattered
+    /// leave the front.
+    pub(super) fn travel(
+        &mut self,
+        volumes: &Volumes,
+        front: &mut Front,
+        hits: &mut [Option<Hit>],
+        out: &mut [Radiance],
+        stats: &mut RayStats,
+    ) {
+        for (i, hit) in hits.iter_mut().enumerate() {
+            let Some((ray, sample)) = front.get(i) else { continue };
+            let Some(medium) = volumes.within(self.paths[sample as usize].media.top()) else { continue };
+            let end = hit.as_ref().map_or(f64::INFINITY, |h| h.shape.t);
+            if self.go_through(medium, sample, &ray, end, &mut out[sample as usize], stats) {
+                front.remove(i);
+                *hit = None;
+            }
+        }
+    }
+
+    /// One ray; says whether it was scattered.
+    fn go_through(
+        &mut self,
+        medium: &Medium,
+        sample: u32,
+        ray: &Ray,
+        end: f64,
+        pixel: &mut Radiance,
+        stats: &mut RayStats,
+    ) -> bool {
+        let path = &self.paths[sample as usize];
+        let Some(shares) = path.shares() else { return false };
+        let scatters = medium.coefficients().scatters() && !self.is_spent(path);
+        let [band, distance, place, gamble] = path.sampler.four(path.way_set(For::Distance));
+        let mut stream = path.sampler.stream(path.way_set(For::Distance));
+        let stretch = Stretch { ray, end, shares, scatters };
+        let walk = medium.walk(&stretch, [band, distance], &mut stream);
+        self.record.note(|r| r.way(path.media.top(), walk.scattered.unwrap_or(end), walk.weight));
+        if !walk.emitted.is_black() {
+            let added = self.settings.add(path, path.beta * walk.emitted, pixel);
+            self.record.note(|r| r.way_shone(added));
+        }
+        let second = if scatters { self.second_place(medium, sample, ray, end, place) } else { None };
+        if let Some(second) = &second {
+            self.light_second(medium, sample, ray, &stretch, second);
+        }
+        let path = &mut self.paths[sample as usize];
+        path.beta = path.beta * walk.weight;
+        let Some(t) = walk.scattered else { return false };
+        if let Some(left) = path.media.transmittance(t) {
+            path.beta = path.beta * left;
+        }
+        let p = ray.at(t);
+        self.record.note(|r| r.met_medium(path, ray, t, p));
+        if path.beta.is_black() {
+            return true;
+        }
+        // The second place might have been this one.
+        let beside = second.as_ref().map_or(0.0, |second| second.angle.pdf(t) / walk.pdf);
+        self.record.note(|r| r.might_be_second(beside));
+        let phase = medium.coefficients().phase;
+        self.light_first(sample, ray.direction, p, phase, beside);
+        self.go_on(sample, ray, t, phase, beside, gamble, stats);
+        true
+    }
+
+    /// The second place, by the angle at which a light sees the way.
+    fn second_place(&self, medium: &Medium, sample: u32, ray: &Ray, end: f64, place: f64) -> Option<Second> {
+        let Medium::Homogeneous(m) = medium else { return None };
+        if self.settings.light_sampling == LightSampling::Bsdf {
+            return None;
+        }
+        let path = &self.paths[sample as usize];
+        let [_, _, choice, _] = path.sampler.four(path.way_set(For::Direction));
+        let from = ray.at(0.5 * end.min(m.mean_free_path()));
+        let lit = self.scene.emitters.sample(self.scene, from, [0.5, 0.5, choice])?;
+        if !lit.finite {
+            return None;
+        }
+        let angle = Equiangular::new(ray.origin, ray.direction, end, from + lit.to_light)?;
+        let t = angle.sample(place);
+        (t > 0.0 && t < end).then_some(Second { angle, t })
+    }
+
+    /// Light at the second place.
+    fn light_second(
+        &mut self,
+        medium: &Medium,
+        sample: u32,
+        ray: &Ray,
+        stretch: &Stretch<'_>,
+        second: &Second,
+    ) {
+        let Medium::Homogeneous(m) = medium else { return };
+        let (path, t) = (&self.paths[sample as usize], second.t);
+        let p = ray.at(t);
+        let [u0, u1, u2, _] = path.sampler.four(path.way_set(For::SecondLight));
+        let Some(lit) = self.scene.emitters.sample(self.scene, p, [u0, u1, u2]) else { return };
+        let pdf = second.angle.pdf(t);
+        let place = m.place(stretch.shares, t);
+        let mut carried = path.beta * place.scattered * (1.0 / pdf) as f32;
+        if let Some(left) = path.media.transmittance(t) {
+            carried = carried * left;
+        }
+        let first = place.pdf / pdf;
+        let phase = medium.coefficients().phase;
+        let connection = Connection {
+            sample,
+            p,
+            t,
+            forward: ray.direction,
+            phase,
+            carried,
+            // Of sampling a light at the first place, and of going on from there.
+            others: [first, first],
+            stream: path.way_set(For::SecondLight),
+            second: true,
+        };
+        self.connect_medium(&connection, &lit);
+    }
+
+    /// Light where the path is scattered.
+    fn light_first(&mut self, sample: u32, forward: DVec3, p: DVec3, phase: HenyeyGreenstein, beside: f64) {
+        if self.settings.light_sampling == LightSampling::Bsdf {
+            return;
+        }
+        let path = &self.paths[sample as usize];
+        let [u0, u1, u2, _] = path.sampler.four(path.way_set(For::Light));
+        let Some(lit) = self.scene.emitters.sample(self.scene, p, [u0, u1, u2]) else { return };
+        let connection = Connection {
+            sample,
+            p,
+            t: 0.0,
+            forward,
+            phase,
+            carried: path.beta,
+            others: [beside, 1.0],
+            stream: path.way_set(For::Light),
+            second: false,
+        };
+        self.connect_medium(&connection, &lit);
+    }
+
+    /// The way on by the phase function.
+    #[allow(clippy::too_many_arguments)]
+    fn go_on(
+        &mut self,
+        sample: u32,
+        ray: &Ray,
+        t: f64,
+        phase: HenyeyGreenstein,
+        beside: f64,
+        gamble: f64,
+        stats: &mut RayStats,
+    ) {
+        let path = &mut self.paths[sample as usize];
+        let [u0, u1, ..] = path.sampler.four(path.way_set(For::Direction));
+        let (wi, pdf) = phase.sample(ray.direction, [u0, u1]);
+        let p = ray.at(t);
+        path.vertex += 1;
+        path.bounces.total += 1;
+        path.from_camera = false;
+        path.alone = false;
+        path.scattered = true;
+        // Whoever finds a light by chance weighs this density against that of sampling it, which stands for both places.
+        path.pdf = pdf / (1.0 + beside * beside).sqrt();
+        path.origin = Receiver::from(p);
+        if let Some(pixel) = &self.scene.pixel_cone {
+            path.cone = path.cone.advanced(t).scattered(pdf, pixel.share);
+        }
+        stats.reflected += 1;
+        self.record.note(|r| r.scattered_by_medium(wi, pdf, path.beta));
+        if path.vertex > MAX_VERTICES {
+            self.record.note(|r| r.end = End::Vertices);
+            return;
+        }
+        if path.bounces.total >= self.settings.rr_start {
+            let carried = path.beta.max_component() * path.eta2;
+            let survives = carried.max(0.0).sqrt().clamp(0.05, 1.0);
+            let lives = gamble < f64::from(survives);
+            self.record.note(|r| r.gambled(Roulette { survival: f64::from(survives), number: gamble }));
+            if !lives {
+                self.record.note(|r| r.end = End::Roulette);
+                return;
+            }
+            path.beta *= 1.0 / survives;
+            self.record.note(|r| r.carries(path.beta));
+        }
+        self.next.push_free(sample, p, wi);
+    }
+}

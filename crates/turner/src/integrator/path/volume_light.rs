@@ -1,0 +1,156 @@
+//! Light at places in media, and the media on the way of shadow rays.
+
+use super::LightSampling;
+use super::media::Media;
+use super::record::Record;
+use super::volume::For;
+use super::wave::Wave;
+use crate::color::Spectrum;
+use crate::material::Material;
+use crate::math::{DVec3, Ray};
+use crate::medium::HenyeyGreenstein;
+use crate::sampler::Stream;
+use crate::scene::emitters::LightSample;
+use crate::scene::{Scene, Volumes};
+
+/// What a shadow ray has with it in scenes with media.
+#[derive(Clone)]
+pub(super) struct Carried {
+    /// The solids around its origin.
+    media: Media,
+    stream: Stream,
+    /// Whether it begins at the second place of a way.
+    pub(super) second: bool,
+}
+
+/// A place in a medium where a light was sampled.
+pub(super) struct Connection {
+    pub(super) sample: u32,
+    pub(super) p: DVec3,
+    /// The second place along its ray.
+    pub(super) t: f64,
+    /// The direction of the path.
+    pub(super) forward: DVec3,
+    pub(super) phase: HenyeyGreenstein,
+    /// What the path carries there, over the density of the place.
+    pub(super) carried: Spectrum,
+    /// The density with which the place is found in the other way, over that of this one: for light sampled there, and for light found
+    /// by going on from there.
+    pub(super) others: [f64; 2],
+    /// The set of the numbers for the way to the light.
+    pub(super) stream: u32,
+    pub(super) second: bool,
+}
+
+impl<R: Record> Wave<'_, R> {
+    /// Sends a shadow ray to the light that was sampled.
+    pub(super) fn connect_medium(&mut self, c: &Connection, lit: &LightSample) {
+        let path = &self.paths[c.sample as usize];
+        let distance = lit.to_light.length();
+        let wi = lit.to_light / distance;
+        let phase = c.phase.value(c.forward.dot(wi));
+        self.record.note(|r| r.lit_in_medium(c.second.then_some(c.t), lit, wi, phase));
+        let found = match (lit.is_delta, self.settings.light_sampling) {
+            (false, LightSampling::Both) => c.others[1] * phase / lit.pdf,
+            _ => 0.0,
+        };
+        let weight = 1.0 / (1.0 + c.others[0] * c.others[0] + found * found);
+        let mut light = c.carried * lit.radiance * (phase * weight / lit.pdf) as f32;
+        let length = if lit.finite { distance } else { f64::INFINITY };
+        let left = path.media.transmittance(length);
+        if let Some(left) = left {
+            light = light * left;
+        }
+        if light.is_black() {
+            return;
+        }
+        let light = self.settings.clamped(light, path.bounces.total > 0);
+        self.record.note(|r| {
+            r.light_of(c.second, |l| {
+                (l.weight, l.transmittance, l.unshadowed) = (weight, left, light);
+            })
+        });
+        let ray =
+            if lit.finite { Ray { t_max: 1.0, ..Ray::new(c.p, lit.to_light) } } else { Ray::new(c.p, wi) };
+        let stream = path.sampler.stream(c.stream);
+        let carried = Carried { media: path.media, stream, second: c.second };
+        self.shadows.push_free(&ray, c.sample, light, carried);
+    }
+
+    /// What a shadow ray from a surface has with it, which begins in `media`.
+    pub(super) fn carry(&mut self, sample: u32, media: Media) {
+        let path = &self.paths[sample as usize];
+        let stream = path.sampler.stream(path.way_set(For::Direction));
+        self.shadows.carry(Carried { media, stream, second: false });
+    }
+}
+
+impl Carried {
+    /// The share of light that the media leave on the way of a shadow ray, which meets nothing opaque: stretch after stretch, from one boundary to
+    /// the next.
+    pub(super) fn left(&mut self, scene: &Scene, volumes: &Volumes, ray: &Ray) -> Spectrum {
+        /// More boundaries than these count as opaque.
+        const MAX_CROSSINGS: u32 = 4096;
+        let length = ray.direction.length();
+        let mut ray = Ray {
+            direction: ray.direction / length,
+            t_min: ray.t_min * length,
+            t_max: ray.t_max * length,
+            ..*ray
+        };
+        let (mut left, mut from) = (Spectrum::WHITE, 0.0);
+        let mut crossings = if volumes.bounded { MAX_CROSSINGS } else { 0 };
+        let through = |c: &mut Carried, ray: &Ray, from: f64, to: f64| {
+            let medium = volumes.within(c.media.top());
+            medium.map_or(Spectrum::WHITE, |m| m.transmittance(ray, from, to, &mut c.stream))
+        };
+        while crossings > 0 {
+            let Some(hit) = scene.intersect(&ray) else { break };
+            crossings -= 1;
+            if crossings == 0 {
+                return Spectrum::BLACK;
+            }
+            let surface = scene.surface(&ray, &hit);
+            if let Material::Physical(m) = scene.material_at(&hit)
+                && m.boundary
+            {
+                left = left * through(self, &ray, from, hit.shape.t);
+                if left.is_black() {
+                    return left;
+                }
+                self.media.cross(scene, &surface, m, ray.direction.dot(surface.ng) < 0.0);
+                from = hit.shape.t;
+            }
+            ray.t_min = scene.beyond(&ray, &hit, &surface);
+        }
+        left * through(self, &ray, from, ray.t_max)
+    }
+}
+
+impl Media {
+    /// The solids with a medium that are around a point at a moment: those that a ray from it leaves without having entered them.
+    pub(super) fn around(scene: &Scene, point: DVec3, time: f32) -> Media {
+        const MAX_CROSSINGS: u32 = 4096;
+        let mut media = Media::NONE;
+        let mut entered = Media::NONE;
+        // Any direction; one along no axis of a scene.
+        let direction = DVec3::new(0.267_261_2, 0.934_414_3, 0.235_522_6).normalize();
+        let mut ray = Ray { time, ..Ray::new(point, direction) };
+        for _ in 0..MAX_CROSSINGS {
+            let Some(hit) = scene.intersect(&ray) else { break };
+            let surface = scene.surface(&ray, &hit);
+            if let Material::Physical(m) = scene.material_at(&hit)
+                && (m.boundary || m.has_inside() && m.desc.interior.is_some())
+            {
+                let outside = ray.direction.dot(surface.ng) < 0.0;
+                if outside || entered.holds(surface.material) {
+                    entered.cross(scene, &surface, m, outside);
+                } else {
+                    media.cross(scene, &surface, m, true);
+                }
+            }
+            ray.t_min = scene.beyond(&ray, &hit, &surface);
+        }
+        media
+    }
+}

@@ -1,0 +1,74 @@
+//! The media of a scene and what they fill.
+
+use super::desc::{MaterialId, SceneDesc};
+use super::error::{ErrorCode, SceneError};
+use crate::material::MaterialDesc;
+use crate::medium::Medium;
+
+/// Which medium is where.
+#[derive(Debug)]
+pub(crate) struct Volumes {
+    media: Vec<Medium>,
+    /// Where no solid is.
+    open: Option<u32>,
+    /// By material: what is inside of solids of it.
+    interiors: Vec<Option<u32>>,
+    /// Whether any solid has a medium: if not, shadow rays meet but one.
+    pub(crate) bounded: bool,
+}
+
+impl Volumes {
+    /// Those of a description; `None` if there are none, or none that does anything to light.
+    pub(super) fn prepare(desc: &SceneDesc) -> Result<Option<Volumes>, SceneError> {
+        let mut media = Vec::with_capacity(desc.media.len());
+        for medium in &desc.media {
+            media.push(medium.value.prepare().map_err(|e| e.or_at(medium.span))?);
+        }
+        let known = |id: u32| match media.get(id as usize) {
+            Some(_) => Ok(id),
+            None => {
+                let message = format!("there is no medium number {id} in the scene");
+                Err(SceneError::new(ErrorCode::UnknownName, message))
+            }
+        };
+        let open = desc.background.medium.map(|id| known(id.0)).transpose()?;
+        let interiors: Vec<Option<u32>> = (0..desc.materials.len())
+            .map(|i| interior(desc, i).map(known).transpose())
+            .collect::<Result<_, _>>()?;
+        let there = |id: &u32| media.get(*id as usize).is_some_and(|m| !m.is_void());
+        let bounded = interiors.iter().flatten().any(there);
+        let found = bounded || open.as_ref().is_some_and(there);
+        Ok(found.then(|| {
+            // A hollow in fog is bounded, too.
+            let hollow = |m: &MaterialDesc| matches!(m, MaterialDesc::Boundary(_));
+            let bounded = bounded || desc.materials.iter().any(|m| hollow(&m.value));
+            Volumes { media, open, interiors, bounded }
+        }))
+    }
+
+    /// The medium inside a solid of a material, or in the open; `None` if there is none, or none that does anything.
+    #[inline]
+    pub(crate) fn within(&self, solid: Option<MaterialId>) -> Option<&Medium> {
+        let id = match solid {
+            None => self.open,
+            Some(material) => self.interiors.get(material.index()).copied().flatten(),
+        };
+        self.media.get(id? as usize).filter(|m| !m.is_void())
+    }
+}
+
+/// The medium that a material has inside; of a mix that of the first of its materials which says one.
+fn interior(desc: &SceneDesc, material: usize) -> Option<u32> {
+    let mut stack = vec![material];
+    // Mixes that contain themselves have been refused; their number is bounded all the same.
+    for _ in 0..1024 {
+        match &desc.materials.get(stack.pop()?)?.value {
+            MaterialDesc::Boundary(m) => return m.interior.map(|id| id.0),
+            MaterialDesc::Principled(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
+            MaterialDesc::Dielectric(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
+            MaterialDesc::Mix(m) => stack.extend(m.materials.iter().rev().map(|m| m.index())),
+            _ => {}
+        }
+    }
+    None
+}
