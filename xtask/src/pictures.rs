@@ -147,7 +147,9 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
     picture(
         "foggy-beam.jpg",
-        Turner("scenes/showcase/foggy-beam.toml --width 400 --height 250 --samples 48 --max-depth 4 --clamp-indirect 1"),
+        Turner(
+            "scenes/showcase/foggy-beam.toml --width 400 --height 250 --samples 48 --max-depth 4 --clamp-indirect 1",
+        ),
     ),
     picture(
         "show-interior.jpg",
