@@ -70,6 +70,10 @@ pub(crate) fn check(descs: &[Named<MaterialDesc>]) -> Result<(), SceneError> {
             }
             let (mut parts, mut depth, mut next) = (0u64, 0, None);
             for child in mix.materials.iter().map(|m| m.index()) {
+                if matches!(descs.get(child), Some(Named { value: MaterialDesc::Boundary(_), .. })) {
+                    let message = "the boundary of a medium is no surface and cannot be part of a mix";
+                    return Err(fail(ErrorCode::Conflict, message.into()));
+                }
                 match states.get(child) {
                     None => parts += 1,
                     Some(State::Done(n, d)) => (parts, depth) = (parts.saturating_add(*n), depth.max(*d)),

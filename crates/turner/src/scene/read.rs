@@ -52,7 +52,7 @@ pub struct ReadContext<'a> {
     texture_ids: HashMap<String, TextureId>,
     material_ids: HashMap<String, MaterialId>,
     group_ids: HashMap<String, GroupId>,
-    medium_ids: HashMap<String, MediumId>,
+    pub(super) medium_ids: HashMap<String, MediumId>,
     pub(super) textures: Vec<Option<Named<TextureDesc>>>,
     pub(super) materials: Vec<Option<Named<MaterialDesc>>>,
     pub(super) media: Vec<Option<Named<MediumDesc>>>,
@@ -165,31 +165,6 @@ impl ReadContext<'_> {
     }
 }
 
-impl ReadContext<'_> {
-    /// A medium by its name or written in place.
-    pub fn medium(&mut self, value: &Value) -> Result<MediumId, SceneError> {
-        match &value.data {
-            Data::String(name) => self.medium_ids.get(name).copied().ok_or_else(|| {
-                let names = sorted_names(&self.medium_ids);
-                let error = unknown_name(ErrorCode::UnknownName, value.span, "medium", name, &names);
-                if names.is_empty() {
-                    error.help(
-                        "define it as [medium.NAME], or write it in place: medium = { extinction = 0.2 }",
-                    )
-                } else {
-                    error
-                }
-            }),
-            Data::Table(_) => {
-                let medium = read_medium(value, self)?;
-                self.media.push(Some(Named { name: None, span: Some(value.span), value: medium }));
-                Ok(MediumId(self.media.len() as u32 - 1))
-            }
-            _ => Err(wrong_type(value, "the name of a medium or a table { extinction = …, … }")),
-        }
-    }
-}
-
 fn intern<T>(list: &mut Vec<Asset<T>>, uri: &str, data: Arc<T>) -> u32 {
     match list.iter().position(|a| Arc::ptr_eq(&a.data, &data)) {
         Some(i) => i as u32,
@@ -200,7 +175,7 @@ fn intern<T>(list: &mut Vec<Asset<T>>, uri: &str, data: Arc<T>) -> u32 {
     }
 }
 
-fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
+pub(super) fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
     let mut names: Vec<&str> = ids.keys().map(String::as_str).collect();
     names.sort_unstable();
     names
@@ -427,7 +402,7 @@ fn read_material(value: &Value, cx: &mut ReadContext<'_>) -> Result<MaterialDesc
     Ok(material)
 }
 
-fn read_medium(value: &Value, cx: &mut ReadContext<'_>) -> Result<MediumDesc, SceneError> {
+pub(super) fn read_medium(value: &Value, cx: &mut ReadContext<'_>) -> Result<MediumDesc, SceneError> {
     let mut table = TableReader::of(value, "a medium")?;
     let medium =
         read_kind(&mut table, "medium", Some("homogeneous"), cx, &MediumDesc::DOC, MediumDesc::read)?;

@@ -1,7 +1,10 @@
 //! The media of a scene and what they fill.
 
-use super::desc::{MaterialId, SceneDesc};
-use super::error::{ErrorCode, SceneError};
+use super::desc::{MaterialId, MediumId, Named, SceneDesc};
+use super::error::{ErrorCode, SceneError, unknown_name};
+use super::read::{ReadContext, read_medium, sorted_names};
+use super::schema::wrong_type;
+use super::value::{Data, Value};
 use crate::material::MaterialDesc;
 use crate::medium::Medium;
 
@@ -54,6 +57,31 @@ impl Volumes {
             Some(material) => self.interiors.get(material.index()).copied().flatten(),
         };
         self.media.get(id? as usize).filter(|m| !m.is_void())
+    }
+}
+
+impl ReadContext<'_> {
+    /// A medium by its name or written in place.
+    pub fn medium(&mut self, value: &Value) -> Result<MediumId, SceneError> {
+        match &value.data {
+            Data::String(name) => self.medium_ids.get(name).copied().ok_or_else(|| {
+                let names = sorted_names(&self.medium_ids);
+                let error = unknown_name(ErrorCode::UnknownName, value.span, "medium", name, &names);
+                if names.is_empty() {
+                    error.help(
+                        "define it as [medium.NAME], or write it in place: medium = { extinction = 0.2 }",
+                    )
+                } else {
+                    error
+                }
+            }),
+            Data::Table(_) => {
+                let medium = read_medium(value, self)?;
+                self.media.push(Some(Named { name: None, span: Some(value.span), value: medium }));
+                Ok(MediumId(self.media.len() as u32 - 1))
+            }
+            _ => Err(wrong_type(value, "the name of a medium or a table { extinction = …, … }")),
+        }
     }
 }
 
