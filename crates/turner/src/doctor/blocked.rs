@@ -23,7 +23,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let all_arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
     let tried = [e.g.deeper, e.g.unclamped, e.g.transparent, e.g.both_ways];
     let settings = tried.iter().flatten().any(|t| t.ratio > 3.0);
-    let mut causes: BTreeMap<(&'static str, Option<u32>), Vec<(&LightFacts, Finding)>> = BTreeMap::new();
+    let mut causes: BTreeMap<(&'static str, Option<u32>), Found<'_>> = BTreeMap::new();
     for l in e.g.lights.iter().filter(|l| l.asked > 0) {
         let Some(cause) = cause(e, l) else { continue };
         let missed = potential(l) > 0.1 * all_arrives || l.none == l.asked;
@@ -63,6 +63,9 @@ fn indirectly(e: &Evidence<'_>, l: &LightFacts) -> bool {
     };
     e.by_source.get(&source).is_some_and(|s| s[0] > 0.05 * e.all[0])
 }
+
+/// Lights with what was found of each.
+type Found<'a> = Vec<(&'a LightFacts, Finding)>;
 
 /// Why a light brings nothing, and what keeps it off.
 struct Cause {

@@ -144,10 +144,8 @@ fn around(scene: &Scene, direction: DVec3, is_delta: bool) -> Source {
     let mut environment = Source::Background;
     for (i, light) in (0..).zip(&scene.lights) {
         match light {
-            Light::Directional(l) if l.is_disc() && !is_delta => {
-                if l.found(direction).is_some() {
-                    return Source::Light(i);
-                }
+            Light::Directional(l) if l.is_disc() && !is_delta && l.found(direction).is_some() => {
+                return Source::Light(i);
             }
             Light::Directional(l) if is_delta && l.to_light.dot(direction) > 1.0 - 1e-9 => {
                 return Source::Light(i);

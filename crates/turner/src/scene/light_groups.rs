@@ -52,7 +52,7 @@ impl LightGroups {
 
     /// The primitive `first` and those after it belong to a group, or to none.
     pub(super) fn add(&mut self, first: u32, group: Option<u32>) {
-        if self.runs.last().map_or(None, |(_, last)| *last) != group {
+        if self.runs.last().and_then(|(_, last)| *last) != group {
             self.runs.push((first, group));
         }
     }
