@@ -315,7 +315,7 @@ fn grids_come_from_files() {
     let picture = render_with(&load(scene(grid)).unwrap().desc, 2, u32::MAX).0;
     for band in 0..3 {
         let sigma = [0.5, 1.0, 0.0][band];
-        let left = (-2.0 * sigma as f64).exp();
+        let left = f64::exp(-2.0 * sigma);
         let shines = 0.3 * if sigma > 0.0 { (1.0 - left) / sigma } else { 2.0 };
         let mean = picture.linear.iter().map(|p| f64::from(p[band])).sum::<f64>() / 16.0;
         assert!((mean - left - shines).abs() < 0.01, "{band}: {mean}, not {}", left + shines);

@@ -68,7 +68,7 @@ impl Camera {
             Camera::Orthographic(c) => {
                 let v = p - c.frame.position;
                 let depth = v.dot(c.frame.forward);
-                if !(depth > c.near) {
+                if depth.is_nan() || depth <= c.near {
                     return None;
                 }
                 OnScreen {
@@ -86,7 +86,7 @@ impl Camera {
                 let (v, d, distance) = seen_from(&c.frame, p)?;
                 let angle = acos(d.z.clamp(-1.0, 1.0));
                 let r = angle / c.rim;
-                if !(r <= 1.0) {
+                if r.is_nan() || r > 1.0 {
                     return None;
                 }
                 let across = DVec2::new(d.x, d.y);
@@ -124,7 +124,7 @@ fn flat(
 ) -> Option<OnScreen> {
     let v = p - frame.position - offset;
     let depth = v.dot(frame.forward);
-    if !(depth > near) {
+    if depth.is_nan() || depth <= near {
         return None;
     }
     // Where the ray meets the plane in focus, per its distance.

@@ -168,6 +168,7 @@ impl Varying {
                 let [density, shines] = self.grid.at((ray.at(t) - self.min) * self.scale);
                 let weight = &mut found.weight;
                 if c.emits() {
+                    #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
                     for i in 0..3 {
                         found.emitted[i] += weight[i] * density * shines * c.emission[i] / rate;
                     }
@@ -179,6 +180,7 @@ impl Varying {
                     let carried: f64 = (0..3).map(|i| shares[i] * weight[i]).sum();
                     let p: f64 = (0..3).map(|i| shares[i] * weight[i] * real[i]).sum::<f64>() / carried;
                     if number < p {
+                        #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
                         for i in 0..3 {
                             weight[i] *= c.scattering[i] * density / (rate * p);
                         }
@@ -196,7 +198,7 @@ impl Varying {
                 let most = weight[0].max(weight[1]).max(weight[2]);
                 if most < 0.02 {
                     // Too little to follow all of it.
-                    if !(most > 0.0) || more.unit() < 0.5 {
+                    if most.is_nan() || most <= 0.0 || more.unit() < 0.5 {
                         *weight = [0.0; 3];
                         return false;
                     }

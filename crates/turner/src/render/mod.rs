@@ -190,7 +190,6 @@ impl<'a> Renderer<'a> {
             }
             stats.lock().unwrap_or_else(|e| e.into_inner()).merge(&buffers.stats);
         });
-        drop(splats);
         self.film.count_splats();
         self.stats.merge(&stats.into_inner().unwrap_or_else(|e| e.into_inner()));
         if !complete? {

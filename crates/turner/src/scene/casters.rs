@@ -155,7 +155,7 @@ impl Casters {
     /// Chooses groups in proportion to these weights from now on, all of them with some probability; `None` if there are none, or all weights are 0.
     pub(crate) fn choose_by(&mut self, weights: &[f64]) -> Option<()> {
         let sum: f64 = weights.iter().filter(|w| w.is_finite()).sum();
-        if !(sum > 0.0) {
+        if sum <= 0.0 || !sum.is_finite() {
             return None;
         }
         let even = 0.1 / weights.len() as f64;
@@ -195,10 +195,10 @@ impl Casters {
             let light = *self.delta_lights.get(i as usize)?;
             let from = Source::Delta(light, place);
             match scene.lights[light as usize].point(place) {
-                Some(p) => (from, group.from_point(p, aim)),
+                Some(p) => (from, group.ray_from(p, aim)),
                 None => {
                     let lit = scene.lights[light as usize].sample(group.center, place, light)?;
-                    (from, group.from_far(lit.to_light, aim, self.outside))
+                    (from, group.ray_along(lit.to_light, aim, self.outside))
                 }
             }
         } else {
@@ -209,9 +209,9 @@ impl Casters {
             )?;
             match (lit.is_delta, lit.finite) {
                 (true, _) => return None,
-                (false, true) => (Source::Shape, group.from_point(group.center + lit.to_light, aim)),
+                (false, true) => (Source::Shape, group.ray_from(group.center + lit.to_light, aim)),
                 (false, false) => {
-                    (Source::Around(lit.light), group.from_far(lit.to_light, aim, self.outside))
+                    (Source::Around(lit.light), group.ray_along(lit.to_light, aim, self.outside))
                 }
             }
         };
@@ -225,14 +225,14 @@ impl Casters {
         let d2 = way.length_squared();
         let chosen = scene.emitters.pdf_hit(scene, Receiver::from(g.center), at);
         let per_area = chosen * way.dot(at.ng).abs() / (d2 * d2.sqrt());
-        (self.choice.probability(group) * (1.0 - g.delta) * per_area, g.density_from_point(at.p))
+        (self.choice.probability(group) * (1.0 - g.delta) * per_area, g.density_from(at.p))
     }
 
     /// The density with which light paths come from a light around the scene, per solid angle, and pass a place, per area at right angles to them.
     pub fn density_around(&self, scene: &Scene, group: u32, light: u32, direction: DVec3) -> (f64, f64) {
         let Some(g) = self.groups.get(group as usize) else { return (0.0, 0.0) };
         let chosen = scene.emitters.around_one(scene, light, direction).map_or(0.0, |(_, pdf)| pdf);
-        (self.choice.probability(group) * (1.0 - g.delta) * chosen, g.density_from_far())
+        (self.choice.probability(group) * (1.0 - g.delta) * chosen, g.density_along())
     }
 
     /// The probability with which light paths come from a light that rays cannot hit, and their density: per solid angle from the point `from`, or per area
@@ -241,13 +241,13 @@ impl Casters {
         let Some(g) = self.groups.get(group as usize) else { return (0.0, 0.0) };
         let Ok(i) = self.delta_lights.binary_search(&light) else { return (0.0, 0.0) };
         let chosen = self.choice.probability(group) * g.delta * g.lights.probability(i as u32);
-        (chosen, from.map_or(g.density_from_far(), |p| g.density_from_point(p)))
+        (chosen, from.map_or(g.density_along(), |p| g.density_from(p)))
     }
 }
 
 impl Group {
     /// A ray from a point to a place of the sphere.
-    fn from_point(&self, p: DVec3, aim: [f64; 2]) -> Ray {
+    fn ray_from(&self, p: DVec3, aim: [f64; 2]) -> Ray {
         let way = self.center - p;
         match self.cap(p) {
             Some(cap) => {
@@ -267,7 +267,7 @@ impl Group {
         (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
     }
 
-    fn density_from_point(&self, p: DVec3) -> f64 {
+    fn density_from(&self, p: DVec3) -> f64 {
         match self.cap(p) {
             Some(cap) => 1.0 / (TAU * cap),
             None => 0.25 / PI,
@@ -275,7 +275,7 @@ impl Group {
     }
 
     /// A ray against a direction through a place of the sphere's shadow.
-    fn from_far(&self, to_light: DVec3, aim: [f64; 2], outside: f64) -> Ray {
+    fn ray_along(&self, to_light: DVec3, aim: [f64; 2], outside: f64) -> Ray {
         let to_light = to_light.normalize();
         let frame = Frame::from_z(to_light);
         let d = concentric_disk(DVec2::from(aim)) * self.radius;
@@ -283,7 +283,7 @@ impl Group {
         Ray::new(self.center + d.x * frame.x + d.y * frame.y + far * to_light, -to_light)
     }
 
-    fn density_from_far(&self) -> f64 {
+    fn density_along(&self) -> f64 {
         1.0 / (PI * self.radius * self.radius)
     }
 }
