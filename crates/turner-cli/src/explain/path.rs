@@ -82,6 +82,10 @@ pub(super) fn tree(
             out.parts.push((place, "emission", e.contribution));
             node.contribution += e.contribution;
         }
+        if let Some(p) = &v.photons {
+            out.parts.push((place, "photons", p.contribution));
+            node.contribution += p.contribution;
+        }
         if let Some(light) = second_light(second) {
             out.parts.push((place, "light sampled on the way", light));
             node.contribution += light;
@@ -229,6 +233,10 @@ fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
     }
     if let Some(e) = &v.emission {
         shines(rows, e);
+    }
+    if let Some(p) = &v.photons {
+        rows.push(("photons", format!("{} within {}", p.count, number(p.radius))));
+        rows.push(("add", color(p.contribution)));
     }
     if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
         rows.push(("lit", color(l.contribution)));

@@ -73,6 +73,12 @@ fn vertex(names: &Names<'_>, v: &VertexRecord) -> Value {
         "throughput": color(v.throughput),
         "passage": v.passage.word(),
         "emission": v.emission.as_ref().map(emission),
+        "photons": v.photons.as_ref().map(|p| json!({
+            "radius": p.radius,
+            "count": p.count,
+            "radiance": color(p.radiance),
+            "contribution": color(p.contribution),
+        })),
         "ior_around": v.ior_around,
         "band": v.band,
         "dispersed": v.dispersed.map(color),

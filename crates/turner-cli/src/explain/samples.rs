@@ -181,6 +181,14 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
 
 /// How the samples become the pixel.
 fn averaging(scene: &Scene, pixel: &PixelRecord) -> String {
+    let samples = mean_of_samples(scene, pixel);
+    match scene.caustics {
+        Some(_) => format!("{samples}; in the picture light paths bring more to it (--caustics off: nothing)"),
+        None => samples,
+    }
+}
+
+fn mean_of_samples(scene: &Scene, pixel: &PixelRecord) -> String {
     let n = pixel.count;
     match scene.film.antialias {
         Antialias::None => "its one sample".to_owned(),

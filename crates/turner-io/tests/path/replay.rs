@@ -3,8 +3,9 @@
 use turner::color::Spectrum;
 use turner::film::PixelSum;
 use turner::integrator::path::{End, Passage, PathRecord, VertexRecord, replay};
+use turner::integrator::{Caustics, IntegratorDesc, Radiance};
 use turner::render::sample;
-use turner::scene::{PrepareOptions, Scene};
+use turner::scene::{PrepareOptions, Scene, SceneDesc};
 
 use crate::common::{describe, render_with};
 
@@ -229,8 +230,8 @@ fn bits(s: Spectrum) -> [u32; 3] {
     s.to_array().map(f32::to_bits)
 }
 
-fn prepared(text: &str) -> Scene {
-    describe(text).prepare(&PrepareOptions { threads: 1, ..Default::default() }).unwrap()
+fn prepared(desc: &SceneDesc) -> Scene {
+    desc.prepare(&PrepareOptions { threads: 1, ..Default::default() }).unwrap()
 }
 
 /// Pixels all over the picture, others for each scene.
@@ -242,25 +243,31 @@ fn places(salt: u32) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
+/// The scene with another way to find caustics; light paths bring to the picture what is in no sample.
+fn with_caustics(text: &str, caustics: Caustics) -> SceneDesc {
+    let mut desc = describe(text);
+    if let IntegratorDesc::Path(path) = &mut desc.integrator {
+        path.caustics = caustics;
+        path.photon_radius = Some(0.4);
+    }
+    desc
+}
+
 #[test]
 fn samples_of_the_picture_are_sums_of_their_records() {
     for (i, (name, text, occurs)) in scenes().into_iter().enumerate() {
-        let desc = describe(&text);
-        let scene = prepared(&text);
+        let desc = with_caustics(&text, Caustics::Off);
+        let scene = prepared(&desc);
         let picture = render_with(&desc, 2, u32::MAX).0;
         let mut occurred = false;
         for (x, y) in places(i as u32).take(150) {
             // The pixel is made of its four samples.
             let mut pixel = PixelSum::default();
             for index in 0..4 {
-                let path = replay(&scene, x, y, index).unwrap();
-                let rendered = sample(&scene, x, y, index).unwrap();
-                let at = format!("{name}: {x},{y} sample {index}: {path:?}");
-                assert_eq!(bits(path.sum()), bits(rendered.color), "{at}");
-                assert_eq!(path.radiance, rendered, "{at}");
+                let (path, rendered) = sample_and_record(&scene, (x, y, index), name);
                 assert!(pixel.add_or_leave_out(rendered.color, rendered.alpha));
                 occurred |= occurs(&path);
-                check(&path, &at);
+                check(&path, name);
             }
             let [r, g, b, a] = pixel.mean().unwrap();
             let shown = picture.linear[(y * WIDTH + x) as usize];
@@ -268,6 +275,31 @@ fn samples_of_the_picture_are_sums_of_their_records() {
         }
         assert!(occurred, "{name}: nothing of the kind was met");
     }
+}
+
+fn sample_and_record(scene: &Scene, (x, y, index): (u32, u32, u32), name: &str) -> (PathRecord, Radiance) {
+    let path = replay(scene, x, y, index).unwrap();
+    let rendered = sample(scene, x, y, index).unwrap();
+    let at = format!("{name}: {x},{y} sample {index}: {path:?}");
+    assert_eq!(bits(path.sum()), bits(rendered.color), "{at}");
+    assert_eq!(path.radiance, rendered, "{at}");
+    (path, rendered)
+}
+
+/// Weighed with light paths, and with what photons bring.
+#[test]
+fn samples_beside_light_paths_are_sums_of_their_records() {
+    let mut gathered = 0;
+    for (i, (name, text, _)) in scenes().into_iter().enumerate() {
+        for caustics in [Caustics::LightTracing, Caustics::Full] {
+            let scene = prepared(&with_caustics(&text, caustics));
+            for (x, y) in places(i as u32).take(40) {
+                let (path, _) = sample_and_record(&scene, (x, y, 1), name);
+                gathered += path.vertices.iter().filter(|v| v.photons.is_some_and(|p| p.count > 0)).count();
+            }
+        }
+    }
+    assert!(gathered > 20, "{gathered}");
 }
 
 /// Whether `found` is `expected` but for a few roundings.
@@ -358,7 +390,7 @@ fn check(path: &PathRecord, at: &str) {
 #[test]
 fn what_cannot_be_replayed_is_said() {
     let text = format!("{}{CAMERA}", film(""));
-    let path = prepared(&format!("{text}integrator.type = \"path\"\n"));
+    let path = prepared(&describe(&format!("{text}integrator.type = \"path\"\n")));
     let message = |scene: &Scene, x, y, i| {
         let e = replay(scene, x, y, i).unwrap_err();
         format!("{} {}; {}", e.code.as_str(), e.message, e.help.unwrap())
@@ -367,9 +399,9 @@ fn what_cannot_be_replayed_is_said() {
     assert!(message(&path, 0, HEIGHT, 0).starts_with("E0105"));
     assert!(message(&path, 0, 0, 4).contains("no sample 4: samples of a pixel are numbered 0 to 3"));
     let adaptive = text.replace("monte-carlo", "adaptive") + "integrator.type = \"path\"\n";
-    assert!(message(&prepared(&adaptive), 0, 0, 0).contains("have no numbers"));
+    assert!(message(&prepared(&describe(&adaptive)), 0, 0, 0).contains("have no numbers"));
     for other in ["classic", "normals"] {
-        let scene = prepared(&format!("{text}integrator.type = \"{other}\"\n"));
+        let scene = prepared(&describe(&format!("{text}integrator.type = \"{other}\"\n")));
         let said = message(&scene, 0, 0, 0);
         assert!(said.starts_with("E0107") && said.contains(&format!("\"{other}\"")), "{said}");
         // Its samples can be had alone nevertheless.

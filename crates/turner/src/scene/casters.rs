@@ -1,6 +1,6 @@
 //! What gathers light into caustics, and where light paths begin that are aimed at it.
 //!
-//! Primitives of glass, metal and the like are gathered in at most [`MAX_GROUPS`] groups, each within a sphere. A light path chooses a group, then a light as
+//! Primitives of glass, metal and the like are gathered in at most 64 groups, each within a sphere. A light path chooses a group, then a light as
 //! a point in the middle of the group would choose it, then a place in the sphere: light of one direction by its shadow, light of a point by the cone that it
 //! fills. What such a path meets first must belong to the group, or it ends: so every caustic path has one density, which is known from its ends.
 

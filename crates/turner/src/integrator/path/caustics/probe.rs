@@ -24,6 +24,9 @@ const MORE: u32 = 6 * PATHS;
 /// The share of the picture's light that caustics must have to count.
 const LEAST: f64 = 1e-3;
 
+/// Where it is dark, errors count by the mean luminance: by so much of its square.
+const DARK: f64 = 0.1;
+
 /// How many times fewer samples must be needed for the same noise and time.
 const GAIN: f64 = 0.9;
 
@@ -34,6 +37,8 @@ const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 struct Look {
     /// Luminance of each cell.
     cells: Vec<f64>,
+    /// What is added to the square of a luminance before squares of errors are divided by it.
+    dark: f64,
     /// Square of the relative error of a sample.
     variance: f64,
     /// Rays of a path.
@@ -72,15 +77,17 @@ impl Look {
         wave.plan = Some(plan);
         let (values, rays) = Look::trace(scene, &mut wave);
         let n = f64::from(SAMPLES);
-        let (mut cells, mut variance) = (Vec::new(), 0.0);
-        for cell in values.chunks(SAMPLES as usize) {
-            let mean = cell.iter().sum::<f64>() / n;
+        let cells: Vec<f64> =
+            values.chunks(SAMPLES as usize).map(|cell| cell.iter().sum::<f64>() / n).collect();
+        let mut look = Look { cells, dark: 0.0, variance: 0.0, rays };
+        look.dark = DARK * look.mean() * look.mean();
+        let mut variance = 0.0;
+        for (cell, mean) in values.chunks(SAMPLES as usize).zip(&look.cells) {
             let spread = cell.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
-            variance += spread / (mean * mean + 0.01);
-            cells.push(mean);
+            variance += spread / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
         }
-        variance /= cells.len().max(1) as f64;
-        Look { cells, variance, rays }
+        look.variance = variance / look.cells.len().max(1) as f64;
+        look
     }
 
     /// The luminance of camera paths, and their rays on average.
@@ -133,7 +140,7 @@ impl Look {
         let cell = place * f64::from(SIDE);
         let at = |v: f64| (v.max(0.0) as u32).min(SIDE - 1);
         let value = self.cells.get((at(cell.y) * SIDE + at(cell.x)) as usize).copied().unwrap_or(0.0);
-        1.0 / (value * value + 0.01)
+        1.0 / (value * value + self.dark).max(f64::MIN_POSITIVE)
     }
 }
 
