@@ -183,7 +183,9 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
 fn averaging(scene: &Scene, pixel: &PixelRecord) -> String {
     let samples = mean_of_samples(scene, pixel);
     match scene.caustics {
-        Some(_) => format!("{samples}; in the picture light paths bring more to it (--caustics off: nothing)"),
+        Some(_) => {
+            format!("{samples}; in the picture light paths bring more to it (--caustics off: nothing)")
+        }
         None => samples,
     }
 }

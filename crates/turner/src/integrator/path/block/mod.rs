@@ -8,6 +8,7 @@
 mod shade;
 
 use super::LightSampling;
+use super::caustics::Onward;
 use super::record::Record;
 use super::shade::MAX_VERTICES;
 use super::wave::Wave;
@@ -147,12 +148,16 @@ impl<R: Record> Wave<'_, R> {
     /// Takes a vertex into a block, if it is one for blocks.
     #[inline]
     pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
-        // Light paths that weigh with these ask for more than blocks know.
-        if R::NOTES || self.settings.direct || self.plan.is_some() || self.scene.volumes.is_some() {
+        // What media and photons bring is not known here.
+        if R::NOTES || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
             return false;
         }
         let Material::Physical(material) = self.scene.material_at(hit) else { return false };
         let Some(plain) = material.plain() else { return false };
+        // Beside light paths what gathers light is weighed with them.
+        if self.plan.is_some() && (material.focuses || !matches!(plain, PlainBsdf::Lambert(_))) {
+            return false;
+        }
         if !self.paths[sample as usize].media.is_empty() {
             return false;
         }
@@ -287,6 +292,14 @@ impl<R: Record> Wave<'_, R> {
         let sample = block.samples[lane];
         let path = &mut self.paths[sample as usize];
         let Some(bounces) = self.settings.count(&path.bounces, &K::LOBE) else { return };
+        if self.plan.is_some() {
+            let (p, ng) = (block.facets.point(lane), block.facets.normal(lane));
+            let first = path.bounces.total == 0;
+            let (wi, pdf) = (get(&room.next, lane), room.pdf.0[lane]);
+            let to = Onward { p, ng, wi, pdf, mirror: false, first };
+            self.note_back_of_lambert(sample, &to, -get(&block.direction, lane));
+        }
+        let path = &mut self.paths[sample as usize];
         path.beta = get32(&room.beta_next, lane);
         path.bounces = bounces;
         path.from_camera = false;

@@ -12,7 +12,7 @@ use crate::integrator::Radiance;
 use crate::integrator::path::record::Record;
 use crate::integrator::path::shade::Vertex;
 use crate::integrator::path::wave::Wave;
-use crate::material::Physical;
+use crate::material::{Physical, PlainBsdf};
 use crate::math::{DVec3, Ray};
 use crate::scene::SurfaceInteraction;
 use crate::scene::casters::{Casters, NO_GROUP};
@@ -40,6 +40,25 @@ pub(in crate::integrator::path) struct Back {
     way: Way,
     /// Index of refraction around the solid whose surface is met.
     pub(in crate::integrator::path) around: f64,
+}
+
+/// How a path goes on from a vertex.
+pub(in crate::integrator::path) struct Onward {
+    pub(in crate::integrator::path) p: DVec3,
+    /// Its geometric normal.
+    pub(in crate::integrator::path) ng: DVec3,
+    /// The direction, and its density.
+    pub(in crate::integrator::path) wi: DVec3,
+    pub(in crate::integrator::path) pdf: f64,
+    /// Whether by a mirror's lobe.
+    pub(in crate::integrator::path) mirror: bool,
+    /// Whether it comes straight from the camera.
+    pub(in crate::integrator::path) first: bool,
+}
+
+/// Density of a direction of Lambert's reflection.
+fn lambert_density(n: DVec3, w: DVec3) -> f64 {
+    n.dot(w).abs() * std::f64::consts::FRAC_1_PI
 }
 
 /// How a path has come from the camera.
@@ -86,10 +105,39 @@ impl Back {
         self.forward * cos / if self.angular { d2 } else { 1.0 }
     }
 
-    /// The ratio once it is known with which density light that comes the other way is scattered back along the last ray.
-    fn ratio_with(&self, surface: &SurfaceInteraction, back: f64) -> f64 {
-        let d2 = (surface.p - self.p).length_squared();
+    /// The ratio once it is known with which density light that comes the other way is scattered at `p` back along the last ray.
+    fn ratio_with(&self, p: DVec3, back: f64) -> f64 {
+        let d2 = (p - self.p).length_squared();
         self.ratio * back * self.cos / (d2 * self.area)
+    }
+
+    /// The path goes on; `density` is that with which light that comes the other way is scattered back along the last ray. It has gathered no light yet.
+    fn go_on(&mut self, to: &Onward, density: impl FnOnce() -> f64) {
+        let ratio = match (to.first, to.mirror) {
+            // Light paths cannot be joined to the camera here.
+            (true, true) => 0.0,
+            (true, false) => self.ratio,
+            _ if self.ratio == 0.0 => 0.0,
+            (false, true) => self.ratio_with(to.p, 1.0),
+            (false, false) => self.ratio_with(to.p, density()),
+        };
+        *self = Back {
+            ratio: if ratio > 0.0 && ratio.is_finite() { ratio } else { 0.0 },
+            area: self.finds(to.p, to.ng),
+            forward: if to.mirror { 1.0 } else { to.pdf },
+            angular: true,
+            cos: to.wi.dot(to.ng).abs(),
+            p: to.p,
+            group: NO_GROUP,
+            mirror: NO_GROUP,
+            way: match (self.way, to.mirror) {
+                (Way::Straight | Way::Mirrors, true) => Way::Mirrors,
+                (Way::Straight, false) => Way::Other,
+                (Way::Mirrors, false) => Way::Merged,
+                (way, _) => way,
+            },
+            around: self.around,
+        };
     }
 }
 
@@ -113,36 +161,31 @@ impl<R: Record> Wave<'_, R> {
         let band = self.paths[sample as usize].band;
         let Some(back) = self.back.get_mut(sample as usize) else { return };
         let surface = v.surface();
-        let ratio = match (first, s.lobe.is_delta) {
-            // Light paths cannot be joined to the camera here.
-            (true, true) => 0.0,
-            (true, false) => back.ratio,
-            _ if back.ratio == 0.0 => 0.0,
-            (false, true) => back.ratio_with(surface, 1.0),
-            (false, false) => {
-                let seen = Seen { scene: self.scene, material, surface, around: back.around, band };
-                back.ratio_with(surface, seen.density(wi, v.wo()))
-            }
-        };
-        let ratio = if ratio > 0.0 && ratio.is_finite() { ratio } else { 0.0 };
-        let gathers = !first && ratio > 0.0 && material.focuses;
-        *back = Back {
-            ratio,
-            area: back.finds(surface.p, surface.ng),
-            forward: if s.lobe.is_delta { 1.0 } else { s.pdf },
-            angular: true,
-            cos: wi.dot(surface.ng).abs(),
-            p: surface.p,
-            group: if gathers { plan.casters.group(surface) } else { NO_GROUP },
-            mirror: if s.lobe.is_delta && material.focuses { plan.casters.group(surface) } else { NO_GROUP },
-            way: match (back.way, s.lobe.is_delta) {
-                (Way::Straight | Way::Mirrors, true) => Way::Mirrors,
-                (Way::Straight, false) => Way::Other,
-                (Way::Mirrors, false) => Way::Merged,
-                (way, _) => way,
-            },
-            around: back.around,
-        };
+        let around = back.around;
+        let to = Onward { p: surface.p, ng: surface.ng, wi, pdf: s.pdf, mirror: s.lobe.is_delta, first };
+        back.go_on(&to, || match material.plain() {
+            // As where vertices are shaded eight at a time.
+            Some(PlainBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_density(surface.ng, v.wo()),
+            _ => Seen { scene: self.scene, material, surface, around, band }.density(wi, v.wo()),
+        });
+        if material.focuses {
+            let group = plan.casters.group(surface);
+            back.group = if !first && back.ratio > 0.0 { group } else { NO_GROUP };
+            back.mirror = if s.lobe.is_delta { group } else { NO_GROUP };
+        }
+    }
+
+    /// The same where light is reflected by Lambert's law, towards `wo` in the end.
+    #[inline]
+    pub(in crate::integrator::path) fn note_back_of_lambert(&mut self, sample: u32, to: &Onward, wo: DVec3) {
+        if let Some(back) = self.back.get_mut(sample as usize) {
+            back.go_on(to, || lambert_density(to.ng, wo));
+        }
+    }
+
+    /// Whether photons are to be found where the path goes on, if it does by other than a mirror's lobe.
+    pub(in crate::integrator::path) fn finds_photons(&self, sample: u32) -> bool {
+        self.photons.is_some() && self.back.get(sample as usize).is_some_and(|back| back.way == Way::Mirrors)
     }
 
     /// Adds what photons bring to a surface that the path has reached by mirrors alone.
@@ -225,7 +268,7 @@ impl<R: Record> Wave<'_, R> {
             return 0.0;
         }
         let seen = Seen { scene, material, surface, around: back.around, band: path.band };
-        let ratio = back.ratio_with(surface, seen.density(wi, v.wo()));
+        let ratio = back.ratio_with(surface.p, seen.density(wi, v.wo()));
         let area = back.finds(surface.p, surface.ng);
         let cos = wi.dot(surface.ng).abs();
         let squared = |starts: f64| squared(ratio * starts * cos / area);

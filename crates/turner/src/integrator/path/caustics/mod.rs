@@ -11,7 +11,7 @@ mod plan;
 mod probe;
 mod towards;
 
-pub(super) use back::Back;
+pub(super) use back::{Back, Onward};
 pub(super) use light::LightWave;
 pub use photons::{Gathered, Photon, PhotonMap};
 pub use plan::Plan;
