@@ -145,6 +145,10 @@ pub(crate) const PICTURES: &[Picture] = &[
         ]),
     ),
     // Showcase
+    picture(
+        "show-caustics.jpg",
+        Turner("scenes/showcase/caustics.toml --width 560 --height 350 --samples 64"),
+    ),
     picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
     picture(
         "foggy-beam.jpg",

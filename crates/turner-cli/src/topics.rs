@@ -4,7 +4,7 @@ use turner::camera::Handedness;
 use turner::color::{Tonemap, Transfer};
 use turner::film::{Antialias, PixelSample, TextureFilter};
 use turner::filter::FilterKind;
-use turner::integrator::{AtDepth, Combine, DepthMeasure, Facing, Highlight, Miss, NormalKind};
+use turner::integrator::{AtDepth, Caustics, Combine, DepthMeasure, Facing, Highlight, Miss, NormalKind};
 use turner::light::{AttenuationKind, ProfileUnits};
 use turner::material::{AlphaMode, BumpUnit, Fresnel, ShadowKind};
 use turner::scene::model::UpAxis;
@@ -48,6 +48,7 @@ pub(crate) const CHOICES: &[(Kind, Words)] = &[
     (BumpUnit::kind, BumpUnit::DOCS),
     (ShadowKind::kind, ShadowKind::DOCS),
     (AlphaMode::kind, AlphaMode::DOCS),
+    (Caustics::kind, Caustics::DOCS),
     (ImageChannel::kind, ImageChannel::DOCS),
     (Encoding::kind, Encoding::DOCS),
     (UpAxis::kind, UpAxis::DOCS),

@@ -270,7 +270,7 @@ fn turned_away(
 
 /// Lights that are a point or a direction, seen through glass: paths from the camera never find them.
 fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
-    if !e.scene.integrator.is_physical() {
+    if !e.scene.integrator.is_physical() || e.g.by_light_paths.is_some() {
         return None;
     }
     let lost = |l: &LightFacts| {
@@ -303,7 +303,8 @@ fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
     Some(
         Finding::new(BLACK, severity, "light-behind-glass", 0.91, what)
             .why("a light without extent cannot be found by chance, and sampling it asks for a straight way, which glass does not leave: its caustics are missing")
-            .remedy("give the lamp an extent: an object with a material of type \"emissive\" in its place, or `angle` on a directional light; or make the glass `thin_walled = true` with roughness 0, which lets light go straight")
+            .remedy("let light paths find it; or give the lamp an extent: an object with a material of type \"emissive\" in its place, or `angle` on a directional light; or make the glass `thin_walled = true` with roughness 0, which lets light go straight")
+            .flag("--integrator path --caustics light-tracing")
             .about(name)
             .measure("light-lost", share, "share")
             .measure("lost-at-it", b.share, "share"),

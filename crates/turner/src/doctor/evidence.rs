@@ -13,7 +13,7 @@ use super::sights::{Met, Sight, sights};
 use super::trees::{self, TreeFacts};
 use super::trial::{self, Trial};
 use crate::film::Antialias;
-use crate::integrator::IntegratorDesc;
+use crate::integrator::{IntegratorDesc, RayStats};
 use crate::math::DVec3;
 use crate::scene::{Labels, MaterialId, Scene, SceneDesc, Shining};
 
@@ -37,6 +37,8 @@ pub(super) struct Gathered {
     pub(super) both_ways: Option<Trial>,
     /// The mean luminance within the crop, and outside of it, with the share of rays that meet something in each.
     pub(super) crop: Option<[(f64, f64); 2]>,
+    /// The mean luminance of the picture that light paths bring, if there are any. They are left out of all else that is measured.
+    pub(super) by_light_paths: Option<f64>,
     /// Whether there was time for all.
     pub(super) complete: bool,
 }
@@ -44,6 +46,8 @@ pub(super) struct Gathered {
 /// Looks at the scene. Its film and integrator are changed.
 pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
     let (start, limit) = (Instant::now(), Duration::from_secs_f64(options.seconds.clamp(0.0, 1e6)));
+    let by_light_paths = scene.caustics.is_some().then(|| light_by_paths(scene));
+    scene.caustics = None;
     let stop = || start.elapsed() > limit;
     let film = scene.film.clone();
     let physical = scene.integrator.is_physical();
@@ -73,6 +77,7 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
         transparent: None,
         both_ways: None,
         crop: crop.map(|crop| crop_facts(scene, crop, options)),
+        by_light_paths,
         complete: true,
         pixels,
     };
@@ -97,6 +102,18 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
         try_changes(scene, &mut g, samples, options);
     }
     g
+}
+
+/// The mean luminance of the picture that light paths bring.
+fn light_by_paths(scene: &Scene) -> f64 {
+    const PATHS: u32 = 16384;
+    let Some(mut tracer) = scene.integrator.integrator().light_tracer(scene) else { return 0.0 };
+    let mut splats = Vec::new();
+    for batch in 0..4 {
+        tracer.trace(u64::from(batch * PATHS / 4), PATHS / 4, &mut splats, &mut RayStats::default());
+    }
+    let light: f64 = splats.iter().map(|s| f64::from(s.color.luminance())).filter(|v| v.is_finite()).sum();
+    light / (f64::from(PATHS) * f64::from(scene.film.width) * f64::from(scene.film.height))
 }
 
 /// How many samples of each pixel can be followed within reason; where paths are very long some pixels are left out, too.
@@ -274,6 +291,13 @@ impl<'a> Evidence<'a> {
                 }
             }
         }
+        if e.g.by_light_paths.is_some()
+            && let Some(caustics) = e.by_kind.remove(&PathKind::Caustic)
+        {
+            // Light paths find them without that noise.
+            let left = 1.0 - caustics[1] / e.all[1].max(f64::MIN_POSITIVE);
+            e.variance *= left.clamp(0.0, 1.0);
+        }
         e
     }
 
@@ -282,6 +306,10 @@ impl<'a> Evidence<'a> {
         /// Of the largest value in the file: about 15 of 255.
         const BLACK: f64 = 0.06;
         if self.picture.shown.is_empty() {
+            return false;
+        }
+        // Light paths bring light that is in none of these.
+        if self.g.by_light_paths.is_some_and(|light| light * self.picture.factor > BLACK * BLACK) {
             return false;
         }
         if self.met > 0.02 { self.objects_shown < BLACK } else { self.all_shown < BLACK }

@@ -69,6 +69,9 @@ fn measured(e: &Evidence<'_>, out: &mut Vec<Finding>) {
 fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
     /// Share of a hemisphere below which a light is hardly ever hit by chance.
     const SMALL: f64 = 2e-3;
+    if e.g.by_light_paths.is_some() {
+        return None;
+    }
     let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
     let lost = |l: &LightFacts| {
         let share: f64 = l.blockers.iter().filter(|b| b.lets_through).map(|b| b.share).sum();
@@ -95,7 +98,8 @@ fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
     );
     let finding = Finding::new(Question::Noisy, Severity::Warning, "noise-caustics", 0.72, what)
         .why(format!("sampling a light asks for a straight way, which glass does not leave, and by chance one of {} paths hits a light of this size", short(1.0 / size)))
-        .remedy("make the light larger, or the glass `thin_walled` with roughness 0, which lets light go straight")
+        .remedy("find it by light paths; or make the light larger, or the glass `thin_walled` with roughness 0, which lets light go straight")
+        .flag("--integrator path --caustics full")
         .about(glass)
         .measure("light-through-glass", share, "share")
         .measure("chance-to-hit", size, "share");
@@ -161,7 +165,7 @@ fn advice(
         PathKind::Caustic => (
             "noise-caustics",
             "light that mirrors or glass throw on a surface is found only by paths that hit the light by chance",
-            "make the light larger, or the glass `thin_walled`; `--clamp-indirect 10` takes the brightest away, and light with them",
+            "find it by light paths: `--caustics full`; or make the light larger, or the glass `thin_walled`; `--clamp-indirect 10` takes the brightest away, and light with them",
         ),
         PathKind::Indirect => (
             "noise-indirect",
