@@ -1,5 +1,6 @@
 //! Light that mirrors and glass gather, found in every way: all give the same picture.
 
+use crate::common::{describe, render_with};
 use crate::statistics::{Mean, mean_of};
 
 /// A ball of glass, one of polished and one of brushed metal in the corner of a room.
@@ -102,4 +103,24 @@ fn through_panes_and_with_many_lamps() {
         );
     }
     all_agree(&scene, 256, 0.02);
+}
+
+#[test]
+fn any_number_of_threads_and_any_split_into_passes() {
+    let lamp = "[[object]]\ntype = \"rectangle\"\ncenter = [-0.5, 2.6, 0.5]\nedge_u = [0.6, 0, 0]\nedge_v = [0, 0, 0.6]\nmaterial = \"lamp\"\n";
+    for caustics in ["light-tracing", "full"] {
+        let scene = format!(
+            "film = {{ width = 80, height = 50, antialias = \"monte-carlo\", samples = 5, filter = \"gaussian\" }}\n\
+             integrator = {{ type = \"path\", caustics = \"{caustics}\" }}\n{TABLE}{lamp}"
+        );
+        let desc = describe(&scene);
+        let bits = |threads, pass| {
+            let picture = render_with(&desc, threads, pass).0;
+            picture.linear.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>()
+        };
+        let whole = bits(1, u32::MAX);
+        for (threads, pass) in [(2, u32::MAX), (5, 1), (3, 2)] {
+            assert!(bits(threads, pass) == whole, "{caustics}: {threads} threads, passes of {pass}");
+        }
+    }
 }

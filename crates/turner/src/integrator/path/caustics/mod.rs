@@ -6,6 +6,7 @@
 
 mod back;
 mod light;
+mod light_path;
 mod photons;
 mod plan;
 mod probe;

@@ -1,0 +1,166 @@
+//! One light path: how far it has come, and how else it might be found.
+
+use super::plan::Plan;
+use crate::color::Spectrum;
+use crate::integrator::path::media::Media;
+use crate::integrator::path::settings::Bounces;
+use crate::math::{DVec3, Ray};
+use crate::sampler::OwenSobol;
+use crate::scene::casters::{Source, Start};
+use crate::scene::{Scene, SurfaceInteraction};
+
+/// How far a light path has come.
+#[derive(Clone)]
+pub(super) struct LightPath {
+    pub(super) numbers: OwenSobol,
+    pub(super) time: f32,
+    pub(super) start: Start,
+    /// Power that it carries.
+    pub(super) beta: Spectrum,
+    pub(super) vertex: u32,
+    pub(super) bounces: Bounces,
+    pub(super) transparent: u32,
+    pub(super) media: Media,
+    pub(super) band: Option<u8>,
+    /// Whether a mirror's lobe of the first surface has scattered it: then it may be found from camera paths.
+    pub(super) mirrored: bool,
+    /// How many surfaces have scattered it.
+    pub(super) scattered: u32,
+    /// Where its ray begins: the last vertex, or the light; and the cosine there.
+    pub(super) p: DVec3,
+    pub(super) cos: f64,
+    /// Whether the light is far: rays are parallel.
+    pub(super) far: bool,
+    /// Density of the ray's direction per solid angle; of parallel rays per area at right angles.
+    pub(super) forward: f64,
+    /// Density per area with which the last vertex was found.
+    pub(super) area: f64,
+    /// How much more probable, per area, camera paths are to find all but the last vertex than this path is, so far: by chance, and by sampling the light.
+    pub(super) by_chance: f64,
+    pub(super) by_light: f64,
+}
+
+impl LightPath {
+    /// Density per area with which the path finds a surface.
+    pub(super) fn finds(&self, surface: &SurfaceInteraction) -> f64 {
+        let way = surface.p - self.p;
+        let d2 = way.length_squared();
+        if self.far {
+            return self.forward * self.start.ray.direction.dot(surface.ng).abs();
+        }
+        self.forward * way.dot(surface.ng).abs() / (d2 * d2.sqrt())
+    }
+
+    /// How much more probable a camera path is to find the last vertex than this path was; `back` is the density with which it is scattered there from `surface`.
+    pub(super) fn found_back(&self, surface: &SurfaceInteraction, back: f64) -> f64 {
+        let d2 = (surface.p - self.p).length_squared();
+        back * self.cos / (d2 * self.area)
+    }
+
+    /// The light that arrives at the first surface, `ray` the path's there. Says whether there is any.
+    ///
+    /// Leaves the density of the start in `by_chance`.
+    pub(super) fn emit(
+        &mut self,
+        scene: &Scene,
+        plan: &Plan,
+        surface: &SurfaceInteraction,
+        ray: &Ray,
+    ) -> bool {
+        let group = self.start.group;
+        let cos = ray.direction.dot(surface.ng).abs();
+        let (power, start) = match self.start.from {
+            Source::Shape => {
+                // The place on the light as a ray from the surface finds it, and its light.
+                let back = Ray { time: self.time, ..Ray::new(surface.leave(-ray.direction), -ray.direction) };
+                let Some((light, radiance)) = scene.first_shining(&back) else { return false };
+                self.p = light.p;
+                self.cos = ray.direction.dot(light.ng).abs();
+                let (start, leave) = plan.casters.density_on_shape(scene, group, &light);
+                self.forward = leave;
+                (radiance * (self.cos / (start * leave)) as f32, start)
+            }
+            Source::Around(light) => {
+                let to_light = -self.start.ray.direction;
+                let Some((radiance, _)) = scene.emitters.around_one(scene, light, to_light) else {
+                    return false;
+                };
+                let (start, pass) = plan.casters.density_around(scene, group, light, to_light);
+                (self.far, self.forward) = (true, pass);
+                (radiance * (1.0 / (start * pass)) as f32, start)
+            }
+            Source::Delta(light, place) => {
+                let Some(lit) = scene.lights[light as usize].sample(surface.p, place, light) else {
+                    return false;
+                };
+                let from = lit.finite.then_some(self.start.ray.origin);
+                let (start, leave) = plan.casters.density_of_delta(group, light, from);
+                // What arrives at a surface that faces the light, over the density per area there.
+                let d2 = if lit.finite { lit.to_light.length_squared() } else { 1.0 };
+                (self.far, self.forward, self.cos) = (!lit.finite, leave, 0.0);
+                (lit.radiance * (d2 / (start * leave)) as f32, start)
+            }
+        };
+        self.by_chance = start;
+        // Rays that only touch the surface weigh nothing.
+        self.beta = self.beta * power;
+        cos > 0.0 && start > 0.0 && self.beta.is_finite() && !self.beta.is_black()
+    }
+
+    /// How much more probable sampling the light from the first surface is than the start was; the path leaves it in the direction `to`.
+    pub(super) fn by_light(&self, scene: &Scene, surface: &SurfaceInteraction, to: DVec3) -> f64 {
+        let receiver = scene.receiver(surface, -to);
+        let start = self.by_chance;
+        match self.start.from {
+            Source::Shape => {
+                let back = Ray {
+                    time: self.time,
+                    ..Ray::new(surface.leave(self.p - surface.p), self.p - surface.p)
+                };
+                let Some((light, _)) = scene.first_shining(&back) else { return 0.0 };
+                let way = self.p - surface.p;
+                let pdf = scene.emitters.pdf_hit(scene, receiver, &light);
+                pdf * self.cos / (way.length_squared() * start)
+            }
+            Source::Around(light) => {
+                let to_light = -self.start.ray.direction;
+                scene.emitters.around_one(scene, light, to_light).map_or(0.0, |(_, pdf)| pdf / start)
+            }
+            Source::Delta(light, _) => scene.emitters.choice_at(receiver, light) / start,
+        }
+    }
+
+    /// Leaves one band of the path, chosen by `u` with its share of what it carries.
+    pub(super) fn choose_band(&mut self, u: f64) {
+        let shares = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        let sum: f64 = shares.iter().sum();
+        let place = u * sum;
+        let band: u8 = match place {
+            p if p < shares[0] => 0,
+            p if p < shares[0] + shares[1] || shares[2] == 0.0 => 1,
+            _ => 2,
+        };
+        let mut left = [0.0; 3];
+        left[usize::from(band)] = sum as f32;
+        (self.beta, self.band) = (Spectrum::from(left), Some(band));
+    }
+}
+
+impl Scene {
+    /// The first surface that shines on a ray, through what lets it pass straight, with its radiance; `None` if something else is before it.
+    pub(in crate::integrator) fn first_shining(&self, ray: &Ray) -> Option<(SurfaceInteraction, Spectrum)> {
+        let mut ray = *ray;
+        // Panes and holes.
+        for _ in 0..64 {
+            let hit = self.intersect(&ray)?;
+            let surface = self.surface(&ray, &hit);
+            let outside = ray.direction.dot(surface.ng) < 0.0;
+            let radiance = self.material_at(&hit).emitted(self, || self.texture_point(&surface), outside);
+            if !radiance.is_black() {
+                return Some((surface, radiance));
+            }
+            ray = Ray { time: ray.time, ..Ray::new(surface.leave(ray.direction), ray.direction) };
+        }
+        None
+    }
+}
