@@ -6,7 +6,8 @@
 //! that of paths of that band alone.
 
 use super::record::Record;
-use super::shade::{FIRST_SET, MAX_VERTICES, coated, prepare};
+use super::shade::{FIRST_SET, MAX_VERTICES};
+use super::vertex::{coated, prepare};
 use super::wave::{Arrival, Wave};
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;

@@ -15,6 +15,7 @@ mod record;
 mod replay;
 mod settings;
 mod shade;
+mod vertex;
 mod volume;
 mod volume_light;
 mod wave;

@@ -5,7 +5,7 @@
 //! see the same light through the same panes.
 
 use super::record::{End, Passage, Record};
-use super::shade::prepare;
+use super::vertex::prepare;
 use super::wave::Wave;
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;

@@ -1,112 +1,25 @@
 //! What happens to a path where its ray ends.
 
-use super::bent_normal::{bent_normal, turned};
 use super::dispersion::Prism;
 use super::media::Boundary;
 use super::record::{AroundRecord, End, Passage, Record, Roulette};
+use super::vertex::{Vertex, coated, prepare};
 use super::wave::{Arrival, Path, Wave};
 use super::{LightSampling, settings::Settings};
-use crate::bsdf::{Bsdf, BsdfSample, Towards};
+use crate::bsdf::{Bsdf, BsdfSample};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats, footprint};
 use crate::material::{AlphaMode, Material, Physical};
-use crate::math::{DVec3, Frame, Ray};
+use crate::math::Ray;
 use crate::scene::casters::Casters;
 use crate::scene::emitters::LightSample;
-use crate::scene::{Hit, Scene, SurfaceInteraction};
+use crate::scene::{Hit, SurfaceInteraction};
 
 /// Sets of random numbers: one for the place in the pixel, one for the lens, then two for each surface met.
 pub(super) const FIRST_SET: u32 = 2;
 
 /// Surfaces of all kinds that one path may meet, those that are none to it included.
 pub(super) const MAX_VERTICES: u32 = 200_000;
-
-/// A surface with its scattering, turned to the ray that met it.
-pub(super) struct Vertex<'a> {
-    surface: &'a SurfaceInteraction,
-    /// Around the shading normal; z on the side the ray came from.
-    frame: Frame,
-    /// Geometric normal: outer for what has an inside, else on the side the ray came from.
-    ng: DVec3,
-    /// Seen from there.
-    pub(super) bsdf: Towards<'a>,
-    /// Towards where the ray came from, in the scene and in the frame.
-    wo: DVec3,
-    wo_local: DVec3,
-}
-
-impl Vertex<'_> {
-    pub(super) fn surface(&self) -> &SurfaceInteraction {
-        self.surface
-    }
-
-    /// Towards where the ray came from.
-    pub(super) fn wo(&self) -> DVec3 {
-        self.wo
-    }
-
-    /// The cosine of the shading normal to a direction, without its sign.
-    pub(super) fn cosine(&self, w: DVec3) -> f64 {
-        self.frame.z.dot(w).abs()
-    }
-
-    /// The BSDF for light from `wi`, terminator included, and the density with which it is sampled.
-    pub(super) fn eval_towards(&self, wi: DVec3) -> (Spectrum, f64) {
-        let wi_local = self.frame.to_local(wi);
-        let Some(crosses) = self.crosses(wi, wi_local) else { return (Spectrum::BLACK, 0.0) };
-        let (mut f, pdf) = self.bsdf.eval_pdf(wi_local);
-        if !crosses {
-            f *= self.terminator(wi) as f32;
-        }
-        (f, pdf)
-    }
-
-    /// Whether any lobe is not a mirror's.
-    pub(super) fn is_smooth(&self) -> bool {
-        self.bsdf.has_smooth()
-    }
-
-    /// A sample, with its direction in the scene; without one where the frame and the surface disagree.
-    pub(super) fn sample_in_scene(&self, u: [f64; 3]) -> Option<(BsdfSample, DVec3)> {
-        let s = self.bsdf.sample(u)?;
-        let wi = self.frame.to_world(s.wi);
-        self.crosses(wi, s.wi)?;
-        Some((s, wi))
-    }
-
-    /// What comes straight through a pane, if its frame and its surface agree on the sides.
-    pub(super) fn straight(&self) -> Spectrum {
-        match self.crosses(-self.wo, -self.wo_local) {
-            Some(true) => self.bsdf.straight(),
-            _ => Spectrum::BLACK,
-        }
-    }
-
-    /// The share of light from `wi` that smooth normals over a mesh's flat triangles leave: it fades where a triangle turns away from the light before its
-    /// smooth normal does (Chiang, Li and Burley 2019, "Taming the shadow terminator", eq. 3 and 4). Never more than 1.
-    #[inline]
-    fn terminator(&self, wi: DVec3) -> f64 {
-        let (ns, ng) = (self.surface.ns, self.surface.ng);
-        if ns == ng {
-            return 1.0;
-        }
-        let g = ng.dot(wi) / (ng.dot(ns) * ns.dot(wi));
-        if g >= 1.0 {
-            1.0
-        } else if g > 0.0 {
-            g * (1.0 + g * (1.0 - g))
-        } else {
-            0.0
-        }
-    }
-
-    /// Whether light from `wi` goes through the surface; `None` where the frame and the surface disagree.
-    #[inline]
-    fn crosses(&self, wi: DVec3, wi_local: DVec3) -> Option<bool> {
-        let crosses = (wi.dot(self.ng) > 0.0) != (self.wo.dot(self.ng) > 0.0);
-        (crosses == ((wi_local.z > 0.0) != (self.wo_local.z > 0.0))).then_some(crosses)
-    }
-}
 
 impl Settings {
     /// The weight of a light found by chance, where sampling it has the density `light`, and light paths that of chance times the root of `back`.
@@ -515,50 +428,4 @@ impl<R: Record> Wave<'_, R> {
         }
         self.next.push(sample, v.surface, wi);
     }
-}
-
-/// The surface with its scattering, for a ray that met it on its outer side (`outside`) or its inner one.
-pub(super) fn prepare<'a>(
-    scene: &Scene,
-    ray: &Ray,
-    material: &Physical,
-    surface: &'a SurfaceInteraction,
-    bsdf: &'a Bsdf,
-    outside: bool,
-) -> Vertex<'a> {
-    let wo = -ray.direction;
-    let mut frame = material.frame(scene, surface);
-    let mut ng = surface.ng;
-    // Towards the ray.
-    let side = if outside { 1.0 } else { -1.0 };
-    if frame.z != ng {
-        let bent = side * bent_normal(wo, side * frame.z, side * ng);
-        if bent != frame.z {
-            frame = turned(&frame, bent);
-        }
-    }
-    if !outside {
-        frame = Frame { x: frame.x, y: -frame.y, z: -frame.z };
-        if !material.has_inside() {
-            ng = -ng;
-        }
-    }
-    let wo_local = frame.to_local(wo);
-    Vertex { surface, frame, ng, bsdf: bsdf.towards(wo_local), wo, wo_local }
-}
-
-/// The scattering with the coat's own normal, where it has one.
-pub(super) fn coated(
-    scene: &Scene,
-    ray: &Ray,
-    material: &Physical,
-    surface: &SurfaceInteraction,
-    bsdf: &Bsdf,
-    outside: bool,
-) -> Option<Bsdf> {
-    let n = material.coat_normal(scene, surface)?;
-    let base = prepare(scene, ray, material, surface, bsdf, outside);
-    let side = if outside { 1.0 } else { -1.0 };
-    let n = bent_normal(base.wo, side * n, base.frame.z);
-    Some(bsdf.with_coat_normal(base.frame.to_local(n)))
 }

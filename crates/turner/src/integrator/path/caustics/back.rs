@@ -10,7 +10,7 @@ use super::towards::Seen;
 use crate::bsdf::BsdfSample;
 use crate::integrator::Radiance;
 use crate::integrator::path::record::Record;
-use crate::integrator::path::shade::Vertex;
+use crate::integrator::path::vertex::Vertex;
 use crate::integrator::path::wave::Wave;
 use crate::material::{Physical, PlainBsdf};
 use crate::math::{DVec3, Ray};

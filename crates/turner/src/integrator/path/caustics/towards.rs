@@ -2,7 +2,7 @@
 
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
-use crate::integrator::path::shade::{Vertex, coated, prepare};
+use crate::integrator::path::vertex::{Vertex, coated, prepare};
 use crate::material::Physical;
 use crate::math::{DVec3, Ray};
 use crate::scene::{Scene, SurfaceInteraction};
