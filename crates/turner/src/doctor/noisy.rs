@@ -227,6 +227,10 @@ fn fireflies(e: &Evidence<'_>) -> Option<Finding> {
     }
     let worst = spiked.iter().max_by(|a, b| a.variance.total_cmp(&b.variance))?;
     let (key, _) = worst.shares.iter().max_by(|a, b| a.1.variance.total_cmp(&b.1.variance))?;
+    if key.kind == PathKind::Caustic && e.g.by_light_paths.is_some() {
+        // Light paths find these.
+        return None;
+    }
     let material = key.material.map_or(String::new(), |m| format!(" at \"{}\"", e.labels.material(m)));
     let what = format!(
         "fireflies: single samples in {} of the pixels carry {} of the variance: {}{material}",
