@@ -10,7 +10,7 @@
 use super::{SampleId, mix};
 
 /// The points of one pixel's sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct OwenSobol {
     /// Hash of seed and pixel.
     pub(super) pixel: u64,

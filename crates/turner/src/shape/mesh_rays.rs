@@ -6,6 +6,7 @@ use turner_bvh::lanes::{Block, Block32, F64x8, LANES, Mask8, Simd, Vec3x8, Work,
 use turner_bvh::{Hit, RayBlock};
 
 use super::mesh_search::{MeshSpace, PAD_STEPS};
+use super::triangle_x8::{Corners, meet};
 use super::{ShapeHit, TriangleMesh};
 use crate::math::{DVec3, Ray};
 
@@ -19,6 +20,20 @@ pub struct MeshRays {
     certain: Vec<f32>,
     hits: Vec<Hit>,
     dark: Vec<bool>,
+    met: Vec<MetBlock>,
+}
+
+/// What rays of one block meet, in double precision.
+struct MetBlock {
+    /// The number of the first of its hits.
+    first: u32,
+    /// Lanes with hits; those that count; and those that need a second look, one by one.
+    hit: u8,
+    met: u8,
+    doubtful: u8,
+    t: Block,
+    u: Block,
+    v: Block,
 }
 
 /// In place of a triangle's number.
@@ -62,7 +77,7 @@ impl TriangleMesh {
         mut found: impl FnMut(usize, ShapeHit),
     ) {
         room.collect(self.space(), rays);
-        let MeshRays { rays: search, places, doubtful, hits, .. } = room;
+        let MeshRays { rays: search, places, doubtful, hits, met, .. } = room;
         hits.clear();
         hits.resize(search.len(), Hit::MISS);
         let check = |i: u32, hit: &Hit| {
@@ -75,11 +90,27 @@ impl TriangleMesh {
         } else {
             self.tree().intersect_batch_filtered(search, hits, check);
         }
-        for (hit, &place) in hits.iter().zip(&*places) {
-            if hit.is_hit()
-                && let Some(hit) = self.finish_ray(&rays.get(place as usize), hit)
-            {
-                found(place as usize, hit);
+        met.clear();
+        dispatch(Finish { mesh: self, offset: rays.offset, blocks: rays.blocks, ends: rays.ends, places, hits, met });
+        for block in met {
+            let mut lanes = block.hit;
+            let mut i = block.first as usize;
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                lanes &= lanes - 1;
+                while !hits[i].is_hit() {
+                    i += 1;
+                }
+                let (hit, place) = (&hits[i], places[i] as usize);
+                i += 1;
+                if block.met >> lane & 1 == 1 {
+                    let (t, u, v) = (block.t.0[lane], block.u.0[lane], block.v.0[lane]);
+                    found(place, ShapeHit { t, part: hit.primitive, u, v });
+                } else if block.doubtful >> lane & 1 == 1
+                    && let Some(hit) = self.finish_ray(&rays.get(place), hit)
+                {
+                    found(place, hit);
+                }
             }
         }
     }
@@ -211,6 +242,67 @@ impl Work for Collect<'_> {
                 to.doubtful.push(doubtful.0[lane]);
                 to.certain.push(certain.0[lane]);
             }
+        }
+    }
+}
+
+/// As [`TriangleMesh::finish_ray`] begins, operation by operation.
+struct Finish<'a> {
+    mesh: &'a TriangleMesh,
+    offset: DVec3,
+    blocks: &'a [RayBlock],
+    ends: &'a [Block],
+    places: &'a [u32],
+    hits: &'a [Hit],
+    met: &'a mut Vec<MetBlock>,
+}
+
+impl Work for Finish<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Finish { mesh, blocks, ends, places, hits, met, .. } = self;
+        let offset = Vec3x8::splat(simd, self.offset.to_array());
+        let mut corners: Corners = Default::default();
+        let mut first = 0;
+        while first < hits.len() {
+            let index = places[first] as usize / LANES;
+            let mut hit = 0u8;
+            let mut next = first;
+            while next < hits.len() && places[next] as usize / LANES == index {
+                if hits[next].is_hit() {
+                    let lane = places[next] as usize % LANES;
+                    hit |= 1 << lane;
+                    for (to, corner) in corners.iter_mut().zip(mesh.corners(hits[next].primitive)) {
+                        for (to, v) in to.iter_mut().zip(corner) {
+                            to.0[lane] = v;
+                        }
+                    }
+                }
+                next += 1;
+            }
+            if hit != 0 {
+                let block = &blocks[index];
+                let origin = Vec3x8::load(simd, &block.origin) - offset;
+                let hits = meet(simd, origin, Vec3x8::load(simd, &block.direction), &corners);
+                let counts = hits.met & hits.t.ge(F64x8::load(simd, &block.t_min));
+                let ends_after = hits.t.le(F64x8::load(simd, &ends[index]));
+                let mut out = MetBlock {
+                    first: first as u32,
+                    hit,
+                    met: (counts & ends_after).bits() & hit,
+                    doubtful: hit & !counts.bits(),
+                    t: Block::default(),
+                    u: Block::default(),
+                    v: Block::default(),
+                };
+                hits.t.store(&mut out.t);
+                hits.u.store(&mut out.u);
+                hits.v.store(&mut out.v);
+                met.push(out);
+            }
+            first = next;
         }
     }
 }

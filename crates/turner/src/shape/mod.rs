@@ -26,6 +26,7 @@ mod torus;
 pub mod traversal;
 pub mod triangle;
 mod triangle_mesh;
+mod triangle_x8;
 
 pub use cone::{Cone, ConeDesc};
 pub use cuboid::{BoxDesc, Cuboid};

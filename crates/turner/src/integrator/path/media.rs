@@ -28,6 +28,12 @@ pub(super) struct Media {
     len: usize,
 }
 
+impl Default for Media {
+    fn default() -> Media {
+        Media::NONE
+    }
+}
+
 /// What a boundary between solids is to a ray.
 pub(super) enum Boundary {
     /// Between the solid and another medium of this index of refraction.
@@ -42,6 +48,12 @@ impl Media {
         list: [Medium { material: MaterialId(0), ior: 1.0, absorption: [0.0; 3], count: 0 }; MAX_NESTED],
         len: 0,
     };
+
+    /// Takes all out.
+    #[inline]
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
 
     fn list(&self) -> &[Medium] {
         &self.list[..self.len]

@@ -11,7 +11,7 @@ use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray, RayCone};
-use crate::sampler::{OwenSobol, VertexNumbers};
+use crate::sampler::{OwenSobol, SampleId, VertexNumbers};
 use crate::scene::emitters::LightSample;
 use crate::scene::{
     AroundBatch, Hit, LightBatch, RayBatch, RayOrigin, Scene, SpectrumBlock, SurfaceInteraction,
@@ -20,7 +20,7 @@ use std::sync::Arc;
 use turner_bvh::lanes::LANES;
 
 /// How far the path of one sample has come.
-#[derive(Clone)]
+#[derive(Default)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
     /// The random numbers of the surface that is met.
@@ -49,6 +49,28 @@ pub(super) struct Path {
     pub(super) media: Media,
     /// What the ray stands for, from where it begins or, once it has arrived, from its end on.
     pub(super) cone: RayCone,
+}
+
+impl Path {
+    /// Makes it that of a sample which is about to leave the camera.
+    #[inline]
+    fn begin(&mut self, id: &SampleId, time: f32, cone: RayCone) {
+        self.sampler = OwenSobol::new(id);
+        self.time = time;
+        self.beta = Spectrum::WHITE;
+        self.vertex = 0;
+        self.bounces = Bounces::default();
+        self.transparent = 0;
+        self.from_camera = true;
+        self.alone = true;
+        self.scattered = false;
+        self.pdf = 1.0;
+        self.origin = Receiver::from(DVec3::ZERO);
+        self.eta2 = 1.0;
+        self.band = None;
+        self.media.clear();
+        self.cone = cone;
+    }
 }
 
 /// A ray where it ends, with the light that was sampled there.
@@ -198,25 +220,11 @@ impl<R: Record> Tracer for Wave<'_, R> {
         stats.camera += count as u64;
         out.clear();
         out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
-        self.paths.clear();
-        self.paths.extend(samples.ids.iter().enumerate().map(|(i, id)| Path {
-            sampler: OwenSobol::new(id),
-            numbers: VertexNumbers::default(),
-            time: samples.rays.time(i),
-            beta: Spectrum::WHITE,
-            vertex: 0,
-            bounces: Bounces::default(),
-            transparent: 0,
-            from_camera: true,
-            alone: true,
-            scattered: false,
-            pdf: 1.0,
-            origin: Receiver::from(DVec3::ZERO),
-            eta2: 1.0,
-            band: None,
-            media: Media::NONE,
-            cone: footprint::of_camera(self.scene, samples, i),
-        }));
+        // Those there are keep their places: lists of media are large, and mostly not read.
+        self.paths.resize_with(count, Path::default);
+        for (i, (path, id)) in self.paths.iter_mut().zip(&samples.ids).enumerate() {
+            path.begin(id, samples.rays.time(i), footprint::of_camera(self.scene, samples, i));
+        }
         self.back.clear();
         if let Some(plan) = self.plan {
             let ray = |i: usize| samples.rays.get(i).unwrap_or(Ray::new(DVec3::ZERO, DVec3::Z));

@@ -17,7 +17,7 @@ use node::{LEAF, Node};
 use crate::math::DVec3;
 
 /// A point that is lit, and what its surface faces.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Default, Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// The point.
     pub p: DVec3,
