@@ -21,7 +21,7 @@ pub use point::PointDesc;
 pub use profile::{LightProfile, ProfileFile, ProfileUnits};
 pub use sky::SkyDesc;
 pub use spot::SpotDesc;
-pub use tree::{LightTree, Receiver};
+pub use tree::{GlossyLobe, LightTree, Receiver};
 
 use crate::color::Spectrum;
 use crate::image::Image;

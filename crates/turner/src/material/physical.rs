@@ -12,6 +12,7 @@
 //! | `bump_map`, `bump_scale` | the same |
 //! | `ka` | nothing: light from all around is traced |
 
+use super::gloss::Gloss;
 use super::{AlphaMode, BoundaryMaterial, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
 use crate::bsdf::{Bsdf, PrincipledPoint, RoughMirror};
 use crate::color::Spectrum;
@@ -35,6 +36,7 @@ pub struct Physical {
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
     constant: Option<[Bsdf; 2]>,
+    gloss: Gloss,
     plain: Option<PlainBsdf>,
 }
 
@@ -155,8 +157,18 @@ impl Physical {
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
         let focuses = !pane && desc.focuses();
-        let mut made =
-            Physical { desc, shadow, pane, boundary: false, focuses, dispersion, constant, plain: None };
+        let gloss = Gloss::of(&desc);
+        let mut made = Physical {
+            desc,
+            shadow,
+            pane,
+            boundary: false,
+            focuses,
+            dispersion,
+            constant,
+            gloss,
+            plain: None,
+        };
         made.plain = made.find_plain();
         made
     }
@@ -210,6 +222,12 @@ impl Physical {
     #[inline]
     pub fn is_one_sided(&self) -> bool {
         !self.desc.thin_walled && !self.desc.is_transmissive()
+    }
+
+    /// Where light counts only on the side that is seen: how its reflection stands out there, to choose lights by.
+    #[inline]
+    pub(crate) fn side(&self) -> Option<Gloss> {
+        self.is_one_sided().then_some(self.gloss)
     }
 
     /// Whether it shines and lights other things.

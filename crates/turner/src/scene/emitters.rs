@@ -10,7 +10,7 @@ use super::scene::{Hit, Scene, SurfaceInteraction};
 use super::shape_emitters::{ShapeEmitter, shape_emitters};
 use crate::color::Spectrum;
 use crate::light::{EnvironmentSample, Light, Receiver};
-use crate::material::Material;
+use crate::material::{Gloss, Material};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
 use crate::shape::Shape;
@@ -178,8 +178,8 @@ impl Emitters {
         self.lights.is_empty()
     }
 
-    /// Whether what a surface faces has a say in the choice: if not, any [`Receiver`] at the point does.
-    pub fn heed_normals(&self) -> bool {
+    /// Whether what a surface faces and reflects has a say in the choice: if not, any [`Receiver`] at the point does.
+    pub fn heed_surfaces(&self) -> bool {
         self.placed.is_some()
     }
 
@@ -287,24 +287,31 @@ impl Scene {
     /// the normal there.
     #[inline]
     pub(crate) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
-        let one_sided =
-            || matches!(self.material_at(&surface.hit), Material::Physical(m) if m.is_one_sided());
-        self.receiver_at(one_sided, surface.p, surface.ng, direction)
+        match self.material_at(&surface.hit) {
+            Material::Physical(m) if self.emitters.heed_surfaces() => {
+                self.receiver_of(m.side(), surface.p, surface.ng, surface.ns, direction)
+            }
+            _ => Receiver::from(surface.p),
+        }
     }
 
-    /// The same for a point with its geometric normal, of a surface that may be one-sided.
+    /// The same for a point with its geometric and its shading normal; `side` is that of its material.
     #[inline]
-    pub(crate) fn receiver_at(
+    pub(crate) fn receiver_of(
         &self,
-        one_sided: impl FnOnce() -> bool,
+        side: Option<Gloss>,
         p: DVec3,
         ng: DVec3,
+        ns: DVec3,
         direction: DVec3,
     ) -> Receiver {
-        if self.emitters.heed_normals() && one_sided() {
-            return Receiver::facing(p, -ng * ng.dot(direction).signum());
+        match side {
+            Some(gloss) if self.emitters.heed_surfaces() => {
+                let facing = Receiver::facing(p, -ng * ng.dot(direction).signum());
+                facing.with_lobe(gloss.lobe(direction, ns))
+            }
+            _ => Receiver::from(p),
         }
-        Receiver::from(p)
     }
 }
 

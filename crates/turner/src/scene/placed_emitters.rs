@@ -4,13 +4,14 @@ use super::emitters::{Emitter, NONE};
 use super::scene::Scene;
 use crate::light::{LightBound, LightTree, Receiver};
 
-/// So many must there be: with fewer, one table for all points of the scene is faster and no noisier to speak of.
-const FEWEST: u32 = 64;
+/// So many emitters with a place must there be to be chosen from, or so many parts of one: a mesh of few triangles is sampled better as a whole.
+const FEWEST: usize = 2;
+const FEWEST_PARTS: u32 = 64;
 
 /// How a light is chosen for a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightChoice {
-    /// By the tree where there are many with a place, else by the table.
+    /// By the tree where there are several with a place, else by the table.
     Auto,
     /// By one table for all points of the scene.
     Table,
@@ -53,12 +54,13 @@ impl PlacedEmitters {
             most /= 2;
         }
         let count = u32::try_from(total(most)).ok().filter(|n| *n <= LightTree::MOST)?;
-        let fewest = match how {
-            LightChoice::Auto => FEWEST,
-            LightChoice::Tree => 1,
-            LightChoice::Table => return None,
+        let emitting = counts.iter().filter(|count| **count > 0).count();
+        let pays = match how {
+            LightChoice::Auto => emitting >= FEWEST || count >= FEWEST_PARTS,
+            LightChoice::Tree => emitting > 0,
+            LightChoice::Table => false,
         };
-        if count < fewest {
+        if !pays {
             return None;
         }
         let mut parts = Vec::new();

@@ -91,7 +91,15 @@ impl TriangleMesh {
             self.tree().intersect_batch_filtered(search, hits, check);
         }
         met.clear();
-        dispatch(Finish { mesh: self, offset: rays.offset, blocks: rays.blocks, ends: rays.ends, places, hits, met });
+        dispatch(Finish {
+            mesh: self,
+            offset: rays.offset,
+            blocks: rays.blocks,
+            ends: rays.ends,
+            places,
+            hits,
+            met,
+        });
         for block in met {
             let mut lanes = block.hit;
             let mut i = block.first as usize;

@@ -137,12 +137,8 @@ mod tests {
                 }
             }
             let mut out = [Block::default(); 3];
-            let met = dispatch(Meet {
-                origin: &origin,
-                direction: &direction,
-                corners: &corners,
-                out: &mut out,
-            });
+            let met =
+                dispatch(Meet { origin: &origin, direction: &direction, corners: &corners, out: &mut out });
             for lane in 0..LANES {
                 let vector = |v: &[Block; 3]| DVec3::from(v.each_ref().map(|v| v.0[lane]));
                 let d = vector(&direction);

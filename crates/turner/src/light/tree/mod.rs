@@ -23,13 +23,33 @@ pub struct Receiver {
     pub p: DVec3,
     /// The unit normal, on the only side from which light counts; 0 if it counts from everywhere.
     pub n: [f32; 3],
+    /// Where the surface reflects more than elsewhere.
+    pub lobe: GlossyLobe,
+}
+
+/// Directions from which a glossy surface reflects more light to where it is seen from: around the mirrored direction, falling off as GGX's facets do
+/// (Walter et al. 2007, eq. 33).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GlossyLobe {
+    /// The mirrored direction, of length 1.
+    pub axis: [f32; 3],
+    /// 1/α².
+    pub tightness: f32,
+    /// How many times as much light from the axis counts as the rest of the surface's reflection; 0 for surfaces without a lobe.
+    pub peak: f32,
 }
 
 impl Receiver {
+    /// The same point, of a surface that reflects more around an axis.
+    #[inline]
+    pub fn with_lobe(self, lobe: GlossyLobe) -> Receiver {
+        Receiver { lobe, ..self }
+    }
+
     /// A point of a surface that only light on the side of the unit normal `n` reaches.
     #[inline]
     pub fn facing(p: DVec3, n: DVec3) -> Receiver {
-        Receiver { p, n: n.as_vec3().to_array() }
+        Receiver { p, n: n.as_vec3().to_array(), lobe: GlossyLobe::default() }
     }
 }
 
@@ -37,7 +57,7 @@ impl From<DVec3> for Receiver {
     /// Light counts from everywhere.
     #[inline]
     fn from(p: DVec3) -> Receiver {
-        Receiver { p, n: [0.0; 3] }
+        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default() }
     }
 }
 
@@ -69,7 +89,7 @@ impl LightTree {
         let (mut child, mut probability, mut u) = (0, 1.0, u);
         while child & LEAF == 0 {
             let node = self.nodes.get(child as usize)?;
-            let weights = node.importance(p, at.n).map(f64::from);
+            let weights = node.importance(p, at).map(f64::from);
             let sum = weights.iter().sum::<f64>();
             if !(sum > 0.0 && sum < f64::INFINITY) {
                 return None;
@@ -99,7 +119,7 @@ impl LightTree {
         let (mut child, mut probability) = (0, 1.0);
         while child & LEAF == 0 {
             let Some(node) = self.nodes.get(child as usize) else { return 0.0 };
-            let weights = node.importance(p, at.n).map(f64::from);
+            let weights = node.importance(p, at).map(f64::from);
             let sum = weights.iter().sum::<f64>();
             if !(sum > 0.0 && sum < f64::INFINITY) {
                 return 0.0;

@@ -1,5 +1,7 @@
 //! Four bounds side by side, and what they may bring to a point.
 
+use super::{GlossyLobe, Receiver};
+
 /// Children of a node.
 pub(super) const WIDTH: usize = 4;
 
@@ -50,8 +52,11 @@ impl Node {
     /// Of many lights in a sphere the nearest bring more than their share, so that its middle counts as nearer than it is where the point is in it or close
     /// by: d² − r²/4, at least r²/4. For lights on a ceiling, in a slab and along a street that left a third to a
     /// thirteenth of the variance that d², at least r², had.
+    ///
+    /// Glossy surfaces multiply that by what they reflect from the direction of the sphere that is nearest to their lobe's axis.
     #[inline]
-    pub(super) fn importance(&self, p: [f32; 3], n: [f32; 3]) -> [f32; WIDTH] {
+    pub(super) fn importance(&self, p: [f32; 3], at: &Receiver) -> [f32; WIDTH] {
+        let n = at.n;
         let mut out = [0.0; WIDTH];
         let everywhere = n == [0.0; 3];
         for (i, out) in out.iter_mut().enumerate() {
@@ -79,6 +84,32 @@ impl Node {
             let arrives = if everywhere { 1.0 } else { arrives };
             let d2 = (d2 - 0.25 * r2).max(0.25 * r2).max(f32::MIN_POSITIVE);
             *out = self.power[i] * leaves * arrives / d2;
+        }
+        if at.lobe.peak > 0.0 {
+            for (out, reflected) in out.iter_mut().zip(self.reflected(p, &at.lobe)) {
+                *out *= reflected;
+            }
+        }
+        out
+    }
+
+    /// How many times as much light as without its lobe a glossy surface at `p` reflects from each child.
+    #[inline]
+    fn reflected(&self, p: [f32; 3], lobe: &GlossyLobe) -> [f32; WIDTH] {
+        let mut out = [1.0; WIDTH];
+        let [x, y, z] = lobe.axis;
+        for (i, out) in out.iter_mut().enumerate() {
+            let (dx, dy, dz) = (self.center[0][i] - p[0], self.center[1][i] - p[1], self.center[2][i] - p[2]);
+            let d2 = dx * dx + dy * dy + dz * dz;
+            let r2 = self.radius[i] * self.radius[i];
+            let sin2_u = r2 / d2.max(f32::MIN_POSITIVE);
+            let cos_l = ((x * dx + y * dy + z * dz) / d2.max(f32::MIN_POSITIVE).sqrt()).clamp(-1.0, 1.0);
+            let cos_l = cos_less(cos_l, sine(cos_l), (1.0 - sin2_u).max(0.0).sqrt(), sin2_u.min(1.0).sqrt());
+            let cos_l = if d2 <= r2 { 1.0 } else { cos_l };
+            // Facets are turned by half the angle.
+            let tan2 = (1.0 - cos_l) / (1.0 + cos_l).max(1e-6);
+            let facets = 1.0 / (1.0 + tan2 * lobe.tightness);
+            *out = 1.0 + lobe.peak * facets * facets;
         }
         out
     }

@@ -3,7 +3,7 @@
     reason = "expected values are independent of the renderer's own functions"
 )]
 
-use super::{LightTree, Receiver};
+use super::{GlossyLobe, LightTree, Receiver};
 use crate::light::LightBound;
 use crate::math::DVec3;
 use crate::testing::{Random, chi_square_tail};
@@ -37,7 +37,10 @@ fn receivers(size: f64, middle: DVec3) -> Vec<Receiver> {
     for reach in [0.1, 1.0, 1.0, 3.0, 100.0] {
         let p = middle + reach * size * random.in_cube();
         out.push(Receiver::from(p));
-        out.push(Receiver::facing(p, random.direction()));
+        let facing = Receiver::facing(p, random.direction());
+        out.push(facing);
+        let axis = random.direction().as_vec3().to_array();
+        out.push(facing.with_lobe(GlossyLobe { axis, tightness: 20.0, peak: 5.0 }));
     }
     out
 }
@@ -259,4 +262,24 @@ fn memory_is_as_documented() {
     let lights = lights(20_000, 6, 1.0, DVec3::ZERO);
     let each = tree(&lights).bytes() / lights.len();
     assert!(each < 8 + 192 / 2, "{each} bytes a light");
+}
+
+#[test]
+fn glossy_surfaces_choose_what_they_mirror() {
+    // Two lights alike, one in the mirrored direction, and one just as far beside it.
+    let lights = [DVec3::new(0.0, 3.0, 3.0), DVec3::new(3.0, 3.0, 0.0)];
+    let tree = tree(&lights.map(|p| LightBound::everywhere(p, 0.1, 1.0)));
+    let plain = Receiver::facing(DVec3::ZERO, DVec3::Y);
+    assert!((tree.probability(&plain, 0) - 0.5).abs() < 1e-6);
+    let axis = lights[0].normalize().as_vec3().to_array();
+    let glossy = plain.with_lobe(GlossyLobe { axis, tightness: 100.0, peak: 100.0 });
+    // 60 degrees away the facets are turned by 30, less what the light fills.
+    let away = (30.0 - (0.1 / 18f64.sqrt()).asin().to_degrees() / 2.0).to_radians().tan().powi(2);
+    let beside = 1.0 + 100.0 / (1.0 + 100.0 * away).powi(2);
+    let expected = 101.0 / (101.0 + beside);
+    assert!(
+        (tree.probability(&glossy, 0) - expected).abs() < 1e-4,
+        "{} {expected}",
+        tree.probability(&glossy, 0)
+    );
 }

@@ -16,7 +16,7 @@ use crate::bsdf::RoughMirrorBlock;
 use crate::color::Spectrum;
 use crate::integrator::{RayStats, footprint};
 use crate::light::Receiver;
-use crate::material::{Material, PlainBsdf};
+use crate::material::{Gloss, Material, PlainBsdf};
 use crate::math::{DVec3, Ray};
 use crate::scene::emitters::LightSample;
 use crate::scene::{FacetBlock, Hit, LightBatch, RayOrigin, Scene};
@@ -74,7 +74,7 @@ impl<K: Default> List<K> {
         sample: u32,
         ray: &Ray,
         hit: &Hit,
-        one_sided: bool,
+        side: Option<Gloss>,
     ) -> Option<(&mut K, usize)> {
         let (index, lane) = (self.len / LANES, self.len % LANES);
         if index == self.blocks.len() {
@@ -87,7 +87,7 @@ impl<K: Default> List<K> {
         set(&mut block.direction, lane, ray.direction);
         block.samples[lane] = sample;
         block.from[lane] = hit.origin();
-        block.one_sided[lane] = one_sided;
+        block.sides[lane] = side;
         self.len += 1;
         Some((&mut block.kind, lane))
     }
@@ -109,7 +109,8 @@ struct VertexBlock<K> {
     kind: K,
     samples: [u32; LANES],
     from: [RayOrigin; LANES],
-    one_sided: [bool; LANES],
+    /// Of their materials.
+    sides: [Option<Gloss>; LANES],
     /// For the choice of lights, also where rays that leave here arrive.
     receivers: [Option<Receiver>; LANES],
     /// The number under which each asks for light.
@@ -162,13 +163,13 @@ impl<R: Record> Wave<'_, R> {
             return false;
         }
         let (scene, VertexBlocks { lambert, mirrors, held, .. }) = (self.scene, &mut self.blocks);
-        let one_sided = material.is_one_sided();
+        let side = material.side();
         let taken = match plain {
-            PlainBsdf::Lambert(f) => lambert
-                .take(scene, sample, ray, hit, one_sided)
-                .map(|(kind, lane)| set32(&mut kind.f, lane, *f)),
+            PlainBsdf::Lambert(f) => {
+                lambert.take(scene, sample, ray, hit, side).map(|(kind, lane)| set32(&mut kind.f, lane, *f))
+            }
             PlainBsdf::RoughMirror(m) => {
-                mirrors.take(scene, sample, ray, hit, one_sided).map(|(kind, lane)| kind.set(lane, m))
+                mirrors.take(scene, sample, ray, hit, side).map(|(kind, lane)| kind.set(lane, m))
             }
         };
         held[number] = taken.is_some();
@@ -196,8 +197,8 @@ impl<R: Record> Wave<'_, R> {
         for (block, len) in vertices.used() {
             for lane in 0..len {
                 let (p, ng) = (block.facets.point(lane), block.facets.normal(lane));
-                let one_sided = block.one_sided[lane];
-                let receiver = self.scene.receiver_at(|| one_sided, p, ng, get(&block.direction, lane));
+                let receiver =
+                    self.scene.receiver_of(block.sides[lane], p, ng, ng, get(&block.direction, lane));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
                 let path = &self.paths[block.samples[lane] as usize];

@@ -1,0 +1,107 @@
+//! How a material's reflection stands out around the mirrored direction, to choose lights by.
+
+use super::PrincipledMaterial;
+use crate::color::Spectrum;
+use crate::light::GlossyLobe;
+use crate::math::DVec3;
+use crate::scene::ColorSource;
+
+/// Lobes as strong as that are all there is.
+const STRONGEST: f32 = 1e4;
+
+/// The lobe of a material that only reflects, by microfacets that are the same everywhere; an estimate, which changes noise alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Gloss {
+    /// 1/α²; 0 without a lobe.
+    tightness: f32,
+    /// Beside the diffuse reflection, seen along the normal, and what grazing views add.
+    peak: f32,
+    grazing: f32,
+}
+
+impl Gloss {
+    /// Of a material; none where it differs from place to place, or where there is more to it than a lobe over a diffuse body.
+    pub(super) fn of(d: &PrincipledMaterial) -> Gloss {
+        let constant = |source: ColorSource| match source {
+            ColorSource::Constant(c) => Some(c.luminance()),
+            ColorSource::Texture(_) => None,
+        };
+        let is_black = |source: ColorSource| source == ColorSource::Constant(Spectrum::BLACK);
+        let one_lobe = !d.unlit
+            && !d.is_transmissive()
+            && is_black(d.coat_weight)
+            && is_black(d.specular_roughness_anisotropy)
+            && d.bump().is_none()
+            && d.normal_map.is_none();
+        let found = || {
+            let (roughness, metal) = (constant(d.specular_roughness)?, constant(d.base_metalness)?);
+            let specular = constant(d.specular_weight)?;
+            let alpha = roughness * roughness;
+            let alpha2 = alpha * alpha;
+            let r = (d.specular_ior as f32 - 1.0) / (d.specular_ior as f32 + 1.0);
+            let body = constant(d.base_color).unwrap_or(0.5) * constant(d.base_weight).unwrap_or(1.0);
+            // f cos of the lobe on its axis, F / 4πα², to that of the diffuse body, albedo/π.
+            let per_fresnel = 0.25 / (alpha2 * body * (1.0 - metal)).max(1e-9);
+            let straight = metal + (1.0 - metal) * specular * r * r;
+            let grazing = (1.0 - metal) * specular * (1.0 - r * r);
+            let lobe = Gloss {
+                tightness: 1.0 / alpha2.max(1e-9),
+                peak: (straight * per_fresnel).min(STRONGEST),
+                grazing: (grazing * per_fresnel).min(STRONGEST),
+            };
+            (lobe.peak.is_finite() && lobe.grazing.is_finite()).then_some(lobe)
+        };
+        if one_lobe { found().unwrap_or_default() } else { Gloss::default() }
+    }
+
+    /// The lobe where a ray of this unit direction meets a surface with the shading normal `n`.
+    #[inline]
+    pub(crate) fn lobe(&self, direction: DVec3, n: DVec3) -> GlossyLobe {
+        if self.tightness == 0.0 {
+            return GlossyLobe::default();
+        }
+        let cosine = direction.dot(n);
+        let axis = direction - 2.0 * cosine * n;
+        let m = 1.0 - cosine.abs().min(1.0) as f32;
+        let m2 = m * m;
+        let peak = (self.peak + self.grazing * m2 * m2 * m).min(STRONGEST);
+        GlossyLobe { axis: axis.as_vec3().to_array(), tightness: self.tightness, peak }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(v: f32) -> ColorSource {
+        ColorSource::Constant(Spectrum::grey(v))
+    }
+
+    #[test]
+    fn lobes_stand_out_as_far_as_their_reflection_does() {
+        let down = DVec3::NEG_Y;
+        let lobe = |d: &PrincipledMaterial| Gloss::of(d).lobe(down, DVec3::Y);
+        let metal = PrincipledMaterial {
+            base_metalness: grey(1.0),
+            specular_roughness: grey(0.5),
+            ..PrincipledMaterial::default()
+        };
+        assert_eq!(lobe(&metal).peak, STRONGEST);
+        assert!((lobe(&metal).tightness - 16.0).abs() < 1e-4);
+        assert_eq!(lobe(&metal).axis, [0.0, 1.0, 0.0]);
+        // F / 4α² of the body's albedo.
+        let plastic = PrincipledMaterial {
+            base_color: grey(0.5),
+            specular_roughness: grey(0.5),
+            ..PrincipledMaterial::default()
+        };
+        assert!((lobe(&plastic).peak - 0.04 / (4.0 * 0.0625 * 0.5)).abs() < 1e-3);
+        // Seen grazing it is stronger.
+        let slanted = DVec3::new(1.0, -0.1, 0.0).normalize();
+        assert!(Gloss::of(&plastic).lobe(slanted, DVec3::Y).peak > 5.0 * lobe(&plastic).peak);
+        let glass = PrincipledMaterial { transmission_weight: grey(1.0), ..plastic.clone() };
+        assert_eq!(lobe(&glass), GlossyLobe::default());
+        let coated = PrincipledMaterial { coat_weight: grey(1.0), ..plastic };
+        assert_eq!(lobe(&coated), GlossyLobe::default());
+    }
+}
