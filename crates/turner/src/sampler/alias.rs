@@ -58,6 +58,9 @@ impl AliasTable {
     #[inline]
     pub fn sample(&self, u: f64) -> (u32, f64, f64) {
         let n = self.slots.len();
+        if n == 1 {
+            return (0, self.probability(0), u.clamp(0.0, 1.0 - f64::EPSILON));
+        }
         let scaled = u * n as f64;
         let i = (scaled as usize).min(n - 1);
         let slot = &self.slots[i];
