@@ -4,6 +4,9 @@
 //! is right all the same, but noisier. A light is chosen with a probability half in proportion to
 //! what it brings to the scene, half the same for all. Where there are many with a place, a tree chooses among these by what they bring to
 //! the point that asks (`placed_emitters`).
+//!
+//! What did not pay: choosing among suns, skies and the tree by the irradiance that each has for the side of the point (a sky's in spherical
+//! harmonics): the same variance in S4, 3 % less in a room with a window and lamps, for 6 to 30 % more time.
 
 use super::placed_emitters::{LightChoice, PlacedEmitters};
 use super::scene::{Hit, Scene, SurfaceInteraction};
