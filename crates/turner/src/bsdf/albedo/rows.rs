@@ -22,7 +22,8 @@ pub(super) const STRETCHED_CONTRASTS: usize = 24;
 /// Ratios of the smaller to the larger width: (k / 13)².
 pub(super) const RATIOS: usize = 14;
 /// Azimuths from the longer axis to the shorter one, evenly spaced in [`turn`](super::turn).
-pub(super) const TURNS: usize = 9;
+/// Total reflection cuts sharply into what stretched glass loses.
+pub(super) const TURNS: usize = 25;
 
 /// Values at the angles.
 pub(super) type Angles = [f32; ANGLES];
@@ -130,7 +131,7 @@ fn lattice(grid: Grid, round: bool) -> &'static Lattice {
     let (k, n, before) = match (grid, round) {
         (Grid::LossFromDense, true) => (0, 4181, 2584),
         (Grid::MirrorLoss, _) | (_, true) => (1, 2584, 1597),
-        _ => (2, 987, 610),
+        _ => (2, 610, 377),
     };
     LATTICES[k].get_or_init(|| Lattice::new(n, before))
 }

@@ -27,7 +27,7 @@ fn the_interpolated_tables_hold_what_lobes_reflect_and_lose() {
                 // The critical angle is sharp, and near where indices are alike; strongly stretched lobes are coarse at grazing angles.
                 let limit = match (contrast < 0.1, ratio < 1.0) {
                     (true, true) => 3e-2,
-                    (false, true) => 6e-3,
+                    (false, true) => 8e-3,
                     (true, false) => 3e-3,
                     _ => 1.2e-3,
                 };

