@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Writes scenes/peers/s1.toml to s4.toml from the neutral descriptions beside them, s1.json to s4.json, that other renderers are
-measured with (render.py).
+"""Writes scenes/peers/s1.toml to s4.toml and interior.toml from the neutral descriptions beside them, s1.json to s4.json and interior.json,
+that other renderers are measured with (render.py).
 
     python3 benches/peers/convert.py
 
@@ -89,9 +89,13 @@ def convert(s):
                 f'material = "{shape["material"]}"\n'
             )
         else:
-            parts[0] += "# `cargo run --release -p turner-io --example peer_files` makes the two files it needs.\n"
+            if "made_by" in s:
+                made = f"# `{s['made_by']}` made its files.\n"
+            else:
+                made = "# `cargo run --release -p turner-io --example peer_files` makes the two files it needs.\n"
+            parts[0] += "" if parts[0].endswith(made) else made
             parts.append(
-                f'[[object]]\ntype = "mesh"\nfile = "s4-blob.ply"\nsmooth = false\nmaterial = "{shape["material"]}"\n'
+                f'[[object]]\ntype = "mesh"\nfile = "{shape["file"]}"\nsmooth = false\nmaterial = "{shape["material"]}"\n'
             )
     for light in s["lights"]:
         if light["type"] == "quad":
@@ -109,7 +113,7 @@ def convert(s):
 
 
 def main():
-    for name in ("s1", "s2", "s3", "s4"):
+    for name in ("s1", "s2", "s3", "s4", "interior"):
         convert(json.loads((OUT / f"{name}.json").read_text()))
 
 

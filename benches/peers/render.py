@@ -53,8 +53,13 @@ def sky_directions(np, height, of_angles):
 # ---------------------------------------------------------------- Mitsuba
 
 
+class NoLlvm(Exception):
+    pass
+
+
 def find_llvm():
-    """Names libLLVM to Dr.Jit where it lies under a usual name: version 15 and newer, older ones are refused."""
+    """Names libLLVM to Dr.Jit where it lies under a usual name: version 16 and newer. Dr.Jit refuses older ones than 15, and 15 ends the
+    program at some of Mitsuba's kernels."""
     if "DRJIT_LIBLLVM_PATH" in os.environ:
         return
     found = []
@@ -63,10 +68,12 @@ def find_llvm():
             for path in Path(folder).glob(pattern):
                 digits = "".join(c if c.isdigit() else " " for c in path.name + " " + path.parts[-3]).split()
                 version = int(digits[0]) if digits else 0
-                if 15 <= version < 100:
+                if 16 <= version < 100:
                     found.append((version, str(path)))
     if found:
         os.environ["DRJIT_LIBLLVM_PATH"] = max(found)[1]
+    elif sys.platform == "linux":
+        raise NoLlvm
 
 
 class Mitsuba:
@@ -398,5 +405,8 @@ if __name__ == "__main__":
         main()
     except ImportError as error:
         say(error=f"{error}", help="install the peers with `turner bench render --install-peers`, or name a Python that has them with --python")
+    except NoLlvm:
+        say(error="there is no libLLVM of version 16 or newer under the usual names",
+            help="install it (libllvm19), name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles")
     except Exception as error:  # whatever fails is said to whoever asked
         say(error=f"{type(error).__name__}: {error}", help="")

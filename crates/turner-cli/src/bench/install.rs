@@ -43,12 +43,16 @@ pub(super) fn install(base: Option<&Path>, peers: &[PeerKind]) -> Result<PathBuf
     }
     let cycles = peers.contains(&PeerKind::Cycles);
     let mitsuba = peers.iter().any(|p| *p != PeerKind::Cycles);
-    for packages in [mitsuba.then_some(MITSUBA), cycles.then_some(CYCLES)].into_iter().flatten() {
-        let help =
-            "Cycles (bpy 5.0.1) needs Python 3.11; leave it out with --peers mitsuba-llvm,mitsuba-scalar";
-        let pip = ["-m", "pip", "install", "--disable-pip-version-check"];
-        run(Command::new(&python).args(pip).args(packages), help)?;
-    }
+    // All at once, so that pip finds versions of what they share that suit both.
+    let packages: Vec<&str> = [mitsuba.then_some(MITSUBA), cycles.then_some(CYCLES)]
+        .into_iter()
+        .flatten()
+        .flatten()
+        .copied()
+        .collect();
+    let help = "Cycles (bpy 5.0.1) needs Python 3.11; leave it out with --peers mitsuba-llvm,mitsuba-scalar";
+    let pip = ["-m", "pip", "install", "--disable-pip-version-check"];
+    run(Command::new(&python).args(pip).args(packages), help)?;
     Ok(python)
 }
 

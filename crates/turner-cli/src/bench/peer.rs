@@ -180,7 +180,9 @@ impl Peer {
                 let said =
                     log.lines().find(|l| l.contains("ERROR") || l.contains("Error")).or(log.lines().last());
                 let llvm = said.is_some_and(|l| l.contains("LLVM"));
-                let help = llvm.then_some("Mitsuba needs libLLVM, best 19: name it with DRJIT_LIBLLVM_PATH");
+                let help = llvm.then_some(
+                    "Mitsuba needs libLLVM 16 or newer, best 19: name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles",
+                );
                 Err(self.failed(&format!("it ended: {}", said.unwrap_or("it says nothing")), help))
             }
         }

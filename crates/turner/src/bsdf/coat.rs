@@ -1,6 +1,6 @@
 //! The clear coat: a dielectric boundary over the base, that tints and darkens what is below.
 
-use super::albedo::{self, Line};
+use super::albedo::{Reflected, Toward};
 use super::fresnel;
 use super::microfacet::Ggx;
 use super::{PrincipledPoint, Rgb, color, unit};
@@ -18,15 +18,13 @@ pub(super) struct Coat {
     pub(super) smooth: bool,
     /// Index over that outside, at least 1.
     index: f64,
-    shift: Option<Line>,
+    /// What it reflects, where it is rough.
+    rough: Option<Reflected>,
     /// Logarithm of the colour; `None` for white.
     absorption: Option<Rgb>,
     /// Factor of what the base reflects.
     darkening: Rgb,
 }
-
-/// A rough coat of a higher index counts as of this one: beyond, the tables do not know well enough what it leaves.
-const MAX_ROUGH_INDEX: f64 = 2.6;
 
 impl Coat {
     /// `None` without a coat. `base` is the base's albedo, `base_roughness` 0..=1 how widely it scatters.
@@ -39,19 +37,19 @@ impl Coat {
         let index = if index < 1.0 { 1.0 / index } else { index };
         let alpha = unit(p.coat_roughness) * unit(p.coat_roughness);
         let smooth = alpha < MIN_ALPHA;
-        let index = if smooth { index } else { index.min(MAX_ROUGH_INDEX) };
         let tint = color(p.coat_color);
         // Light that the base sends up is reflected down again: the share of it for a wide and for a narrow base (OpenPBR).
         let wide = 1.0 - (1.0 - fresnel::dielectric_average(index)) / (index * index);
         let narrow = fresnel::f0(index);
         let caught = narrow + (wide - narrow) * base_roughness;
         let darkened = (1.0 - caught) / (Rgb::ONE - base * caught).max(Rgb::splat(1e-9));
+        let ggx = Ggx { ax: alpha.max(MIN_ALPHA), ay: alpha.max(MIN_ALPHA) };
         Some(Coat {
             weight,
-            ggx: Ggx { ax: alpha.max(MIN_ALPHA), ay: alpha.max(MIN_ALPHA) },
+            ggx,
             smooth,
             index,
-            shift: (!smooth).then(|| albedo::reflect_shift(index, alpha)),
+            rough: (!smooth).then(|| Reflected::new(&ggx, index)),
             absorption: (tint != Rgb::ONE).then(|| Rgb::new(ln(tint.x), ln(tint.y), ln(tint.z))),
             darkening: Rgb::ONE.lerp(darkened.clamp(Rgb::ZERO, Rgb::ONE), unit(p.coat_darkening)),
         })
@@ -69,7 +67,7 @@ impl Coat {
 
     /// Share of light from µ that the coat, where it is, reflects.
     pub(super) fn albedo(&self, mu: f64) -> f64 {
-        (self.fresnel(mu) + self.shift.map_or(0.0, |line| line.at(mu))).clamp(0.0, 1.0)
+        self.rough.map_or_else(|| self.fresnel(mu), |rough| rough.at(Toward::all(mu)))
     }
 
     /// The way through a coat of thickness 1 from the direction µ.

@@ -1,7 +1,7 @@
 //! Fuzz, the sheen of cloth and dust: the "Charlie" distribution of fibres (Estevez and Kulla 2017, "Production friendly microfacet
 //! sheen BRDF") with their fit of its masking.
 
-use super::albedo;
+use super::albedo::FuzzAlbedo;
 use crate::math::DVec3;
 use crate::math::elementary::{exp, pow, sin_cos_turns};
 use std::f64::consts::PI;
@@ -13,7 +13,7 @@ pub(super) struct Charlie {
     exponent: f64,
     /// Coefficients a..e of the fit of Λ.
     masking: [f64; 5],
-    albedo: albedo::Line,
+    albedo: FuzzAlbedo,
 }
 
 /// Smoother fuzz looks like this one; the fit of its masking would let it reflect more than all light.
@@ -29,7 +29,7 @@ impl Charlie {
         for (c, smooth) in masking.iter_mut().zip(SMOOTH) {
             *c += (smooth - *c) * t;
         }
-        Charlie { exponent: 1.0 / alpha, masking, albedo: albedo::fuzz(roughness) }
+        Charlie { exponent: 1.0 / alpha, masking, albedo: FuzzAlbedo::new(roughness) }
     }
 
     /// The BRDF; both directions above the surface.

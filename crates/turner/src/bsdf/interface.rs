@@ -2,11 +2,12 @@
 //! distribution of microfacets. Rough: Walter et al. 2007; what is lost between the facets returns as a diffuse part
 //! (Kulla and Conty 2017), for glass shared between its two sides so that it stays reciprocal.
 
-use super::albedo::{self, Line};
+use super::albedo::{self, Line, Reflected, Toward};
 use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
 use super::microfacet::Ggx;
 use super::{PrincipledPoint, Rgb, color, unit};
+use crate::math::elementary::{exp, ln, sin_cos_turns};
 use crate::math::{DVec3, reflect};
 use std::f64::consts::PI;
 
@@ -14,14 +15,6 @@ use std::f64::consts::PI;
 const MIN_ALPHA: f64 = 1e-4;
 /// Indices closer to each other than this do not bend light.
 const MIN_CONTRAST: f64 = 1e-3;
-
-/// Above this index, which reflects 42 % head-on, a rough opaque dielectric counts as of this index: what it leaves for the body is
-/// not known well enough beyond. Smooth ones, and those that reflect everything, are another matter.
-pub(super) const MAX_OPAQUE_INDEX: f64 = 4.7;
-/// Share of what rough glass loses between its facets that is given back: a little less than all, for the tables' error.
-const GIVEN_BACK: f64 = 0.995;
-/// Above this contrast of indices (2.6 against 1) the tables are too coarse to give anything back.
-const MAX_CONTRAST: f64 = 0.45;
 
 /// The boundary, seen from one side.
 #[derive(Clone, Copy, Debug)]
@@ -49,8 +42,8 @@ pub(super) struct Interface {
     opaque_index: f64,
     /// What a film adds to the reflectance of a dielectric and of metal.
     film: Option<(Tint, Tint)>,
-    /// How much more the opaque dielectric reflects than if it were smooth.
-    shift: Option<Line>,
+    /// What the opaque dielectric reflects, where it is rough.
+    rough: Option<Reflected>,
     compensation: Option<Compensation>,
 }
 
@@ -66,11 +59,40 @@ struct Compensation {
     metal: Rgb,
     reflect: Rgb,
     transmit: Rgb,
+    spread: Spread,
+}
+
+/// Directions of what was lost, on either side: of narrow lobes most is lost at grazing angles, about as 1 / (µ² + 4α²).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spread {
+    k: f64,
+    /// ln(1 + 1/k).
+    log: f64,
+}
+
+impl Spread {
+    fn new(alpha: f64) -> Spread {
+        let k = 4.0 * alpha * alpha;
+        Spread { k, log: ln(1.0 + 1.0 / k) }
+    }
+
+    /// Density per solid angle at a cosine.
+    pub(super) fn pdf(&self, mu: f64) -> f64 {
+        mu / (PI * (mu * mu + self.k) * self.log)
+    }
+
+    /// A direction in the upper hemisphere.
+    pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
+        let mu2 = (self.k * (exp(u[0] * self.log) - 1.0)).clamp(0.0, 1.0);
+        let (sin, cos) = sin_cos_turns(u[1]);
+        let r = (1.0 - mu2).sqrt();
+        DVec3::new(r * cos, r * sin, mu2.sqrt())
+    }
 }
 
 /// The product of two losses. Between the entries of the tables they may come out a little below 0.
-fn lost(a: &Line, mu_a: f64, b: &Line, mu_b: f64) -> f64 {
-    a.at(mu_a).max(0.0) * b.at(mu_b).max(0.0)
+fn lost(a: &Line, w_a: Toward, b: &Line, w_b: Toward) -> f64 {
+    a.at(w_a).max(0.0) * b.at(w_b).max(0.0)
 }
 
 impl Interface {
@@ -110,9 +132,6 @@ impl Interface {
         }
         let (ax, ay) = widths(p, coat, coat_alpha);
         let smooth = ax.max(ay) < MIN_ALPHA;
-        if !smooth && opaque_index.is_finite() {
-            opaque_index = opaque_index.min(MAX_OPAQUE_INDEX);
-        }
         let ggx = Ggx { ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA) };
         let tint = color(p.specular_color);
         let base = color(p.base_color) * unit(p.base_weight);
@@ -139,55 +158,48 @@ impl Interface {
             glass_index,
             opaque_index,
             film,
-            shift: None,
+            rough: None,
             compensation: None,
         };
         if !smooth {
-            let alpha = (0.5 * (ggx.ax * ggx.ax + ggx.ay * ggx.ay)).sqrt();
-            if opaque > 0.0 {
-                interface.shift = Some(albedo::reflect_shift(opaque_index, alpha));
+            if opaque > 0.0 && opaque_index != f64::INFINITY {
+                interface.rough = Some(Reflected::new(&ggx, opaque_index));
             }
-            interface.compensation = interface.compensate(alpha);
+            interface.compensation = interface.compensate();
         }
         Some(interface)
     }
 
-    fn compensate(&self, alpha: f64) -> Option<Compensation> {
+    fn compensate(&self) -> Option<Compensation> {
         let glass = if self.straight { 0.0 } else { self.glass };
         if self.metal + glass == 0.0 {
             return None;
         }
-        let mirror = albedo::mirror_loss(alpha);
-        let mirror_average = mirror.average().max(1e-9);
+        let mirror = albedo::mirror_loss(&self.ggx);
+        let mirror_average = if self.metal > 0.0 || self.thin { mirror.average().max(1e-9) } else { 1.0 };
         let f = self.metal_fresnel.average();
         let kept = 1.0 - mirror_average;
-        // The tables know round lobes. By this share of them stretched lobes never get more than they lost.
-        let round = 0.5 + 0.5 * self.ggx.ax.min(self.ggx.ay) / self.ggx.ax.max(self.ggx.ay);
-        let metal =
-            f * f * kept / (Rgb::ONE - f * mirror_average) * (round * self.metal / (PI * mirror_average));
-        let (near, far, averages, reflect, transmit);
-        if self.thin {
-            (near, far) = (mirror, mirror);
-            averages = [mirror.average(); 3];
+        let metal = f * f * kept / (Rgb::ONE - f * mirror_average) * (self.metal / (PI * mirror_average));
+        let (mut near, mut far, mut averages) = (mirror, mirror, [mirror_average; 3]);
+        let (mut reflect, mut transmit) = (Rgb::ZERO, Rgb::ZERO);
+        if glass > 0.0 && self.thin {
             let (r, t) = self.glass_split(0.7);
-            let whole = round * glass / (PI * mirror_average);
+            let whole = glass / (PI * mirror_average);
             (reflect, transmit) = (r * whole, t * whole);
-        } else {
-            near = albedo::dielectric_loss(self.eta, alpha);
-            far = albedo::dielectric_loss(1.0 / self.eta, alpha);
-            averages = [mirror.average(), near.average(), far.average()];
-            let contrast = (self.eta - 1.0).abs() / (self.eta + 1.0);
-            // The tables are for glass with round lobes that reflects what its index says; with less specular weight less is lost.
+        } else if glass > 0.0 {
+            near = albedo::dielectric_loss(self.eta, &self.ggx);
+            far = albedo::dielectric_loss(1.0 / self.eta, &self.ggx);
+            averages = [mirror_average, near.average(), far.average()];
+            // The tables are for glass that reflects what its index says; with less specular weight less is lost.
             let upward = |index: f64| index.max(1.0 / index);
-            let is_plain = (upward(self.glass_index) / upward(self.eta) - 1.0).abs() < 1e-3;
-            let given_back =
-                if contrast < MAX_CONTRAST && is_plain && round > 0.75 { GIVEN_BACK } else { 0.0 };
-            let whole = given_back * round * glass
-                / (PI * (averages[2] * self.eta * self.eta + averages[1]).max(1e-9));
-            let tint = if self.inside { Rgb::ONE } else { self.tint };
-            (reflect, transmit) = (tint * whole, self.through * whole);
+            if (upward(self.glass_index) / upward(self.eta) - 1.0).abs() < 1e-3 {
+                let whole = glass / (PI * (averages[2] * self.eta * self.eta + averages[1]).max(1e-9));
+                let tint = if self.inside { Rgb::ONE } else { self.tint };
+                (reflect, transmit) = (tint * whole, self.through * whole);
+            }
         }
-        Some(Compensation { mirror, near, far, averages, metal, reflect, transmit })
+        let spread = Spread::new((0.5 * (self.ggx.ax * self.ggx.ax + self.ggx.ay * self.ggx.ay)).sqrt());
+        Some(Compensation { mirror, near, far, averages, metal, reflect, transmit, spread })
     }
 
     /// If it is a rough mirror and nothing else: what it reflects of light from all directions alike.
@@ -203,33 +215,45 @@ impl Interface {
     }
 
     /// The diffuse BRDF of light scattered several times between facets.
-    pub(super) fn lost_and_reflected(&self, mu_o: f64, mu_i: f64) -> Rgb {
+    pub(super) fn lost_and_reflected(&self, o: Toward, i: Toward) -> Rgb {
         let Some(c) = &self.compensation else { return Rgb::ZERO };
         let mut f = Rgb::ZERO;
         if self.metal > 0.0 {
-            f += c.metal * lost(&c.mirror, mu_o, &c.mirror, mu_i);
+            f += c.metal * lost(&c.mirror, o, &c.mirror, i);
         }
         if self.glass > 0.0 {
-            f += c.reflect * lost(&c.near, mu_o, &c.near, mu_i);
+            f += c.reflect * lost(&c.near, o, &c.near, i);
         }
         f
     }
 
     /// The same for light that leaves on the far side.
-    pub(super) fn lost_and_transmitted(&self, mu_o: f64, mu_i: f64) -> Rgb {
+    pub(super) fn lost_and_transmitted(&self, o: Toward, i: Toward) -> Rgb {
         match &self.compensation {
-            Some(c) if self.glass > 0.0 => c.transmit * lost(&c.near, mu_o, &c.far, mu_i),
+            Some(c) if self.glass > 0.0 => c.transmit * lost(&c.near, o, &c.far, i),
             _ => Rgb::ZERO,
         }
     }
 
-    /// Shares of light from µ that come out of these diffuse parts: reflected, transmitted.
-    pub(super) fn lost_albedos(&self, mu: f64) -> (Rgb, Rgb) {
+    /// Shares of light from a direction that come out of these diffuse parts: reflected, transmitted.
+    pub(super) fn lost_albedos(&self, w: Toward) -> (Rgb, Rgb) {
         let Some(c) = &self.compensation else { return (Rgb::ZERO, Rgb::ZERO) };
-        let near = c.near.at(mu);
         let [mirror_average, near_average, far_average] = c.averages;
-        let reflected = c.metal * (c.mirror.at(mu) * mirror_average) + c.reflect * (near * near_average);
-        (reflected * PI, c.transmit * (near * far_average * PI * self.eta * self.eta))
+        let (mut reflected, mut transmitted) = (Rgb::ZERO, Rgb::ZERO);
+        if self.metal > 0.0 {
+            reflected += c.metal * (c.mirror.at(w).max(0.0) * mirror_average * PI);
+        }
+        if self.glass > 0.0 {
+            let near = c.near.at(w).max(0.0) * PI;
+            reflected += c.reflect * (near * near_average);
+            transmitted = c.transmit * (near * far_average * self.eta * self.eta);
+        }
+        (reflected, transmitted)
+    }
+
+    /// Where these parts send light.
+    pub(super) fn spread(&self) -> Option<&Spread> {
+        self.compensation.as_ref().map(|c| &c.spread)
     }
 
     /// Reflectance of the opaque dielectric, at a cosine.
@@ -296,12 +320,15 @@ impl Interface {
         if self.straight && self.glass > 0.0 { self.glass_split(mu).1 * self.glass } else { Rgb::ZERO }
     }
 
-    /// The share of light from µ that the opaque dielectric leaves for what is below it; the same for all colours.
-    pub(super) fn below(&self, mu: f64) -> f64 {
-        let shift = self.shift.map_or(0.0, |line| line.at(mu));
-        let mut reflected = Rgb::splat(fresnel::dielectric(mu, self.opaque_index) + shift);
+    /// The share of light from a direction that the opaque dielectric leaves for what is below it; the same for all colours.
+    pub(super) fn below(&self, w: Toward) -> f64 {
+        let boundary = match &self.rough {
+            Some(rough) => rough.at(w),
+            None => fresnel::dielectric(w.mu, self.opaque_index),
+        };
+        let mut reflected = Rgb::splat(boundary);
         if let Some((tint, _)) = &self.film {
-            reflected += self.average_over_facets(mu, tint);
+            reflected += self.average_over_facets(w.mu, tint);
         }
         1.0 - (self.tint * reflected).max_element().clamp(0.0, 1.0)
     }
@@ -332,9 +359,11 @@ impl Interface {
         if self.film.is_some() {
             return None;
         }
-        let smooth = fresnel::dielectric_average(self.opaque_index);
-        let shift = self.shift.map_or(0.0, |line| line.average());
-        Some(1.0 - (self.tint.max_element() * (smooth + shift)).clamp(0.0, 1.0))
+        let boundary = match &self.rough {
+            Some(rough) => rough.average(),
+            None => fresnel::dielectric_average(self.opaque_index),
+        };
+        Some(1.0 - (self.tint.max_element() * boundary).clamp(0.0, 1.0))
     }
 
     /// The BRDF of single scattering on wo's side and its density; (0, 0) for mirrors.

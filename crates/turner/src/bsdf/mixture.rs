@@ -1,5 +1,6 @@
 //! One BSDF of all lobes: their sum, a sample of one of them, and the density over all.
 
+use super::albedo::Toward;
 use super::coat::Coat;
 use super::diffuse::{eon, sample_cosine};
 use super::fuzz::Charlie;
@@ -17,12 +18,15 @@ const INTERFACE: usize = 2;
 const REFLECT: usize = 3;
 const TRANSMIT: usize = 4;
 const PASS: usize = 5;
-const LOBES: usize = 6;
+/// What scatters several times between the facets of the base, reflected and transmitted.
+const AGAIN: usize = 6;
+const ACROSS: usize = 7;
+const LOBES: usize = 8;
 
 /// What lies over the base on the way to or from a direction.
 #[derive(Clone, Copy)]
 pub(super) struct Above {
-    mu: f64,
+    w: Toward,
     /// The cosine to the coat's normal.
     coat: f64,
     /// Shares that pass the fuzz, and the fuzz and the coat.
@@ -51,24 +55,25 @@ const GAUSS: [(f64, f64); 8] = [
 
 impl Bsdf {
     /// What lies above the base outside.
-    pub(super) fn above(&self, mu: f64) -> Above {
+    pub(super) fn above(&self, w: Toward) -> Above {
+        let mu = w.mu;
         let fuzz = self.fuzz.as_ref().map_or(1.0, |f| 1.0 - f.weight * f.charlie.albedo(mu));
         let (through, way) = match &self.coat {
             None => (fuzz, 0.0),
             Some(c) => (fuzz * (1.0 - c.weight * c.albedo(mu)), c.way(mu)),
         };
-        Above { mu, coat: mu, fuzz, through, way, body: through * self.below(mu) }
+        Above { w, coat: mu, fuzz, through, way, body: through * self.below(w) }
     }
 
     /// What lies above the base on the way to or from a direction, on a side; a coat with a normal of its own is met at its own angle.
     pub(super) fn above_towards(&self, w: DVec3, inside: bool) -> Above {
-        let above = self.above_on(w.z.abs().min(1.0), inside);
+        let above = self.above_on(Toward::of(w), inside);
         let (Some(n), Some(c), false) = (self.coat_normal, &self.coat, inside || w.z < 0.0) else {
             return above;
         };
         let coat = w.dot(n).clamp(0.0, 1.0);
         let through = above.fuzz * (1.0 - c.weight * c.albedo(coat));
-        Above { coat, through, way: c.way(coat), body: through * self.below(above.mu), ..above }
+        Above { coat, through, way: c.way(coat), body: through * self.below(above.w), ..above }
     }
 
     fn coat_frame(&self) -> Option<Frame> {
@@ -88,20 +93,20 @@ impl Bsdf {
 
     /// Share of light under the layers that reaches the diffuse body.
     #[inline]
-    fn below(&self, mu: f64) -> f64 {
+    fn below(&self, w: Toward) -> f64 {
         match &self.interface {
             _ if self.diffuse.reflect == Rgb::ZERO && self.diffuse.transmit == Rgb::ZERO => 0.0,
             None => 1.0,
-            Some(i) => i.below(mu),
+            Some(i) => i.below(w),
         }
     }
 
     /// The same on either side: inside glass there are no layers.
-    pub(super) fn above_on(&self, mu: f64, inside: bool) -> Above {
+    pub(super) fn above_on(&self, w: Toward, inside: bool) -> Above {
         if inside {
-            Above { mu, coat: mu, fuzz: 1.0, through: 1.0, way: 0.0, body: self.below(mu) }
+            Above { w, coat: w.mu, fuzz: 1.0, through: 1.0, way: 0.0, body: self.below(w) }
         } else {
-            self.above(mu)
+            self.above(w)
         }
     }
 
@@ -110,7 +115,8 @@ impl Bsdf {
         if self.lambert {
             let mut p = [0.0; LOBES];
             p[REFLECT] = 1.0;
-            return (Above { mu: wo.z, coat: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
+            let w = Toward::all(wo.z);
+            return (Above { w, coat: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
         }
         let above = self.above_towards(DVec3 { z: wo.z.max(0.0), ..wo }, self.inside);
         let p = if wo.z > MIN_COSINE { self.probabilities(above) } else { [0.0; LOBES] };
@@ -130,19 +136,25 @@ impl Bsdf {
         let average = match closed {
             Some(average) if plain => average,
             _ => {
-                let sum = GAUSS.iter().map(|(mu, w)| 2.0 * mu * w * self.above_on(*mu, self.inside).body);
+                let sum = GAUSS
+                    .iter()
+                    .map(|(mu, w)| 2.0 * mu * w * self.above_on(Toward::all(*mu), self.inside).body);
                 sum.sum()
             }
         };
         // A rough body is brighter towards some directions: the largest transmittance is safe for all of them.
         let rough = (2.0 * self.diffuse.roughness).min(1.0);
-        let most = if rough > 0.0 { self.above_on(1.0, self.inside).body.max(average) } else { average };
+        let most = if rough > 0.0 {
+            self.above_on(Toward::all(1.0), self.inside).body.max(average)
+        } else {
+            average
+        };
         (average + (most - average) * rough).max(1e-6)
     }
 
     /// Albedo of each lobe for light from a direction, about.
     pub(super) fn albedos(&self, above: Above) -> [Rgb; LOBES] {
-        let mu = above.mu;
+        let mu = above.w.mu;
         let mut out = [Rgb::ZERO; LOBES];
         let mut tint = Rgb::ONE;
         if !self.inside {
@@ -161,9 +173,9 @@ impl Bsdf {
             let (r, t) = i.split(mu);
             out[INTERFACE] = (r + t) * above.through * tint;
             out[PASS] = i.passing(mu) * above.through * tint;
-            let (again, across) = i.lost_albedos(mu);
-            out[REFLECT] += again * above.through * tint;
-            out[TRANSMIT] += across * above.through * tint;
+            let (again, across) = i.lost_albedos(above.w);
+            out[AGAIN] = again * above.through * tint;
+            out[ACROSS] = across * above.through * tint;
         }
         out
     }
@@ -203,14 +215,14 @@ impl Bsdf {
 
     fn mixture_with(&self, wo: DVec3, wi: DVec3, o: &Above, p: &[f64; LOBES]) -> (Rgb, f64) {
         let transmitted = wi.z < 0.0;
-        if transmitted && p[TRANSMIT] == 0.0 && p[INTERFACE] == 0.0 {
+        if transmitted && p[TRANSMIT] + p[ACROSS] == 0.0 && p[INTERFACE] == 0.0 {
             return (Rgb::ZERO, 0.0);
         }
         let mu = wi.z.abs();
         let inside = if transmitted && !self.thin { !self.inside } else { self.inside };
         let i = self.above_towards(wi, inside);
         let layers = self.layers(o, &i, !transmitted || self.thin);
-        let lobe = if transmitted { TRANSMIT } else { REFLECT };
+        let (lobe, again) = if transmitted { (TRANSMIT, ACROSS) } else { (REFLECT, AGAIN) };
         let mut f = Rgb::ZERO;
         let mut pdf = p[lobe] * mu / PI;
         let body = if transmitted { self.diffuse.transmit } else { self.diffuse.reflect };
@@ -231,13 +243,16 @@ impl Bsdf {
         if let Some(interface) = &self.interface {
             let (single, density) =
                 if transmitted { interface.transmit(wo, wi) } else { interface.reflect(wo, wi) };
-            let again = if transmitted {
-                interface.lost_and_transmitted(wo.z, mu)
+            let lost = if transmitted {
+                interface.lost_and_transmitted(o.w, i.w)
             } else {
-                interface.lost_and_reflected(wo.z, mu)
+                interface.lost_and_reflected(o.w, i.w)
             };
-            f += (single + again) * layers;
+            f += (single + lost) * layers;
             pdf += p[INTERFACE] * density;
+            if p[again] > 0.0 {
+                pdf += p[again] * interface.spread().map_or(0.0, |spread| spread.pdf(mu));
+            }
         }
         if !transmitted && !self.inside {
             if let Some(c) = &self.coat {
@@ -274,6 +289,13 @@ impl Bsdf {
                 eta = self.interface.as_ref().map_or(1.0, |i| i.eta);
                 DVec3::new(wi.x, wi.y, -wi.z)
             }
+            AGAIN => self.interface.as_ref()?.spread()?.sample([u[1], u[2]]),
+            ACROSS => {
+                let interface = self.interface.as_ref()?;
+                let wi = interface.spread()?.sample([u[1], u[2]]);
+                eta = interface.eta;
+                DVec3::new(wi.x, wi.y, -wi.z)
+            }
             COAT => {
                 let coat = self.coat.as_ref()?;
                 let frame = self.coat_frame();
@@ -297,7 +319,7 @@ impl Bsdf {
             }
             PASS => {
                 let interface = self.interface.as_ref()?;
-                let i = self.above_on(wo.z, !self.inside);
+                let i = self.above_on(Toward::all(wo.z), !self.inside);
                 let f = interface.passing(wo.z) * self.layers(o, &i, false);
                 return delta(-wo, f, p[PASS], true, 1.0);
             }
@@ -309,7 +331,7 @@ impl Bsdf {
                 }
                 if interface.smooth {
                     let inside = if choice.transmits && !self.thin { !self.inside } else { self.inside };
-                    let i = self.above_on(choice.wi.z.abs(), inside);
+                    let i = self.above_on(Toward::of(choice.wi), inside);
                     let layers = self.layers(o, &i, !choice.transmits || self.thin);
                     let f = choice.color * layers / (eta * eta);
                     return delta(choice.wi, f, p[INTERFACE] * choice.share, choice.transmits, eta);
@@ -324,7 +346,7 @@ impl Bsdf {
         let lobe = Lobe {
             is_delta: false,
             is_transmission: wi.z < 0.0,
-            is_diffuse: matches!(lobe, FUZZ | REFLECT | TRANSMIT),
+            is_diffuse: matches!(lobe, FUZZ | REFLECT | TRANSMIT | AGAIN | ACROSS),
         };
         (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample { wi, f: spectrum(f), pdf, lobe, eta })
     }

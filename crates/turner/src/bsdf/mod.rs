@@ -14,8 +14,7 @@
 //! - Specular lobes under coat and fuzz are scaled by the smaller of T(µo) and T(µi), which loses a little at grazing angles.
 //! - Colours of metal, coat and fuzz absorb; the dielectric's `specular_color` takes from the body what its strongest band does.
 
-pub(crate) mod albedo;
-mod albedo_table;
+mod albedo;
 mod coat;
 mod diffuse;
 mod film;
@@ -35,6 +34,7 @@ pub use rough_mirror::{RoughMirror, RoughMirrorBlock};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
+use albedo::Toward;
 use coat::Coat;
 use fuzz::Charlie;
 use interface::Interface;
@@ -259,9 +259,11 @@ impl Bsdf {
             1.0,
             1.0,
             0.0,
+            1.0,
+            1.0,
         ];
         let (mut sum, mut weights) = (0.0, 0.0);
-        for (albedo, roughness) in self.albedos(self.above(1.0)).into_iter().zip(roughness) {
+        for (albedo, roughness) in self.albedos(self.above(Toward::all(1.0))).into_iter().zip(roughness) {
             sum += albedo.element_sum() * roughness;
             weights += albedo.element_sum();
         }
@@ -270,7 +272,7 @@ impl Bsdf {
 
     /// About the share of light from head-on that is reflected or transmitted, in each band within 0..=1.
     pub fn albedo_hint(&self) -> Spectrum {
-        let sum: Rgb = self.albedos(self.above(1.0)).into_iter().sum();
+        let sum: Rgb = self.albedos(self.above(Toward::all(1.0))).into_iter().sum();
         spectrum(sum.clamp(Rgb::ZERO, Rgb::ONE))
     }
 

@@ -8,7 +8,7 @@ use crate::scene::{ColorSource, MediumId};
 params! {
     /// Glass, water, ice: light is reflected and refracted by Fresnel's and Snell's laws.
     pub struct DielectricMaterial as "dielectric" {
-        /// Index of refraction: water 1.33, glass 1.5, diamond 2.42.
+        /// Index of refraction: water 1.33, glass 1.5, diamond 2.42. 0 reflects all light.
         ior: f64 = 1.5, in Range::closed(0.0, 100.0);
         /// 0 is clear, more is frosted.
         roughness: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;

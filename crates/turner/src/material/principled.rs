@@ -71,7 +71,7 @@ params! {
         specular_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// Roughness of reflection and transmission: 0 is a mirror. The width of the GGX lobe is its square.
         specular_roughness: ColorSource = grey(0.3), in Range::UNIT;
-        /// Index of refraction.
+        /// Index of refraction. 0 reflects all light.
         specular_ior: f64 = 1.5, in Range::closed(0.0, 100.0);
         /// How much longer highlights are along the tangent than across.
         specular_roughness_anisotropy: ColorSource = grey(0.0), in Range::UNIT;

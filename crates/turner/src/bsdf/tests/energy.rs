@@ -13,7 +13,7 @@ fn energy_is_kept() {
         for mu in [1.0, 0.8, 0.5, 0.25, 0.1, 0.03] {
             let a = albedo(&bsdf, direction(mu, 0.9), 30_000);
             let (low, high) = (a[0].min(a[1]).min(a[2]), a[0].max(a[1]).max(a[2]));
-            if high > 1.0 + 1e-3 || (name.starts_with("white") && low < 1.0 - 1e-2) {
+            if high > 1.0 + 1e-3 || (name.starts_with("white") && low < 1.0 - 1e-3) {
                 bad += &format!("{name}, µ {mu}: {low:.5} to {high:.5}\n");
             }
         }
@@ -21,21 +21,51 @@ fn energy_is_kept() {
     assert!(bad.is_empty(), "\n{bad}");
 }
 
+/// Surfaces that absorb nothing, by roughness, angle, index and stretch: from outside, from inside, as thin walls.
 #[test]
-fn a_white_metal_furnace_is_white() {
-    for roughness in [0.05, 0.12, 0.3, 0.55, 0.77, 1.0] {
-        let point = PrincipledPoint {
-            base_metalness: 1.0,
-            base_color: Spectrum::WHITE,
-            specular_roughness: roughness,
-            ..Default::default()
-        };
-        let bsdf = Bsdf::new(&point);
-        for mu in [1.0, 0.6, 0.2] {
-            let a = albedo(&bsdf, direction(mu, 0.3), 40_000)[0];
-            assert!((a - 1.0).abs() < 1.2e-3, "roughness {roughness}, µ {mu}: {a:.5}");
+fn white_furnaces_are_white() {
+    let white = PrincipledPoint { base_color: Spectrum::WHITE, ..Default::default() };
+    let glass = PrincipledPoint { transmission_weight: 1.0, ..white };
+    let kinds = [
+        ("metal", PrincipledPoint { base_metalness: 1.0, ..white }),
+        ("plastic", white),
+        ("glass", glass),
+        ("glass from inside", PrincipledPoint { entering: false, ..glass }),
+        ("pane", PrincipledPoint { thin_walled: true, ..glass }),
+    ];
+    let mut bad = String::new();
+    for (name, kind) in kinds {
+        let is_glass = name.starts_with("glass");
+        let iors: &[f64] = if name == "metal" || name == "pane" { &[1.5] } else { &[1.12, 1.33, 1.52, 2.1] };
+        for (ior, aniso) in iors.iter().flat_map(|ior| [0.0, 0.4, 0.9].map(|a| (*ior, a))) {
+            // Less is known of stretched lobes, and of glass where the critical angle is sharp: from inside, and of a low index.
+            let exact = aniso == 0.0 && (!is_glass || name == "glass" && ior > 1.3);
+            let limit = match exact {
+                true => 1e-3,
+                // Where total reflection cuts through strongly stretched lobes the tables are coarse.
+                false if name == "glass from inside" && aniso > 0.5 => 3e-2,
+                false if is_glass => 4e-3,
+                false => 2e-3,
+            };
+            for roughness in [0.13, 0.42, 0.67, 1.0] {
+                let bsdf = Bsdf::new(&PrincipledPoint {
+                    specular_roughness: roughness,
+                    specular_ior: ior,
+                    specular_roughness_anisotropy: aniso,
+                    ..kind
+                });
+                for mu in [1.0, 0.5, 0.2, 0.05] {
+                    let a = albedo(&bsdf, direction(mu, 0.9), 20_000)[0];
+                    if (a - 1.0).abs() > limit {
+                        bad += &format!(
+                            "{name}, index {ior}, roughness {roughness}, anisotropy {aniso}, µ {mu}: {a:.5}\n"
+                        );
+                    }
+                }
+            }
         }
     }
+    assert!(bad.is_empty(), "\n{bad}");
 }
 
 #[test]

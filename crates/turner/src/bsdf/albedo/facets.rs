@@ -1,0 +1,108 @@
+//! What single scattering by rough facets makes of light from one direction, by sums over the facets visible from there.
+
+use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
+
+use crate::bsdf::microfacet::Ggx;
+use crate::math::DVec3;
+use crate::math::elementary::sin_cos_turns;
+
+/// A boundary between the facets.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Boundary {
+    /// Reflects all light.
+    Mirror,
+    /// Of this index behind over that in front.
+    Dielectric(f64),
+}
+
+/// Points of Fibonacci's lattice in the unit square, eight at a time: the first coordinate, cosine and sine of the second one's turns, and the
+/// weight, which is 0 where there are no more points.
+pub(super) struct Lattice(Vec<[Block; 4]>);
+
+impl Lattice {
+    /// Of a Fibonacci number and the one before.
+    pub(super) fn new(n: u32, before: u32) -> Lattice {
+        let whole = f64::from(n);
+        let mut blocks = vec![[Block::default(); 4]; (n as usize).div_ceil(LANES)];
+        for i in 0..n {
+            let turns = (u64::from(i) * u64::from(before) % u64::from(n)) as f64;
+            let (sin, cos) = sin_cos_turns((turns + 0.5) / whole);
+            let point = [(f64::from(i) + 0.5) / whole, cos, sin, 1.0 / whole];
+            for (block, v) in blocks[i as usize / LANES].iter_mut().zip(point) {
+                block.0[i as usize % LANES] = v;
+            }
+        }
+        Lattice(blocks)
+    }
+
+    /// Shares of light from `wo` (wo.z > 0) that are reflected and transmitted by one scattering: means over visible facets.
+    pub(super) fn shares(&self, ggx: &Ggx, wo: DVec3, boundary: Boundary) -> (f64, f64) {
+        dispatch(Shares { lattice: self, ggx, wo, boundary })
+    }
+}
+
+struct Shares<'a> {
+    lattice: &'a Lattice,
+    ggx: &'a Ggx,
+    wo: DVec3,
+    boundary: Boundary,
+}
+
+impl Work for Shares<'_> {
+    type Output = (f64, f64);
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> (f64, f64) {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
+        let (ax, ay) = (splat(self.ggx.ax), splat(self.ggx.ay));
+        let wo = Vec3x8::splat(simd, self.wo.to_array());
+        let s = DVec3::new(self.ggx.ax * self.wo.x, self.ggx.ay * self.wo.y, self.wo.z).normalize();
+        let stretched = Vec3x8::splat(simd, s.to_array());
+        let eta = match self.boundary {
+            Boundary::Mirror => None,
+            Boundary::Dielectric(eta) => Some(splat(eta)),
+        };
+        let lo = splat(self.ggx.lambda(self.wo));
+        // cos · √(1 + tan² stretched by the widths): what Λ is made of.
+        let root = |w: Vec3x8<S>| {
+            let (x, y) = (ax * w.x, ay * w.y);
+            (w.z * w.z + x * x + y * y).sqrt()
+        };
+        let (mut reflected, mut transmitted) = (zero, zero);
+        for [u, cos, sin, weight] in &self.lattice.0 {
+            let load = |block: &Block| F64x8::load(simd, block);
+            let weight = load(weight);
+            let z = (one - load(u)) * (one + stretched.z) - stretched.z;
+            let r = (one - z * z).or_larger(zero).sqrt();
+            let cap = Vec3x8 { x: r * load(cos), y: r * load(sin), z } + stretched;
+            let h = Vec3x8 { x: ax * cap.x, y: ay * cap.y, z: cap.z.or_larger(splat(1e-300)) };
+            let h = h * (one / h.dot(h).sqrt());
+            let mu = wo.dot(h).or_larger(zero);
+            let mu = mu.gt(one).select(one, mu);
+            let mut f = one;
+            if let Some(eta) = eta {
+                let t2 = one - (one - mu * mu) / (eta * eta);
+                let t = t2.or_larger(zero).sqrt();
+                let (a, b) = (mu - eta * t, mu + eta * t);
+                let (c, d) = (eta * mu - t, eta * mu + t);
+                let (ad, cb, bd) = (a * d, c * b, b * d);
+                let total = t2.le(splat(1e-14));
+                f = total.select(one, (ad * ad + cb * cb) / (two * bd * bd));
+                let wi = h * (mu / eta - t) - wo * (one / eta);
+                let share = (one - f) * (-wi.z * two) / (root(wi) - wi.z);
+                let through = wi.z.lt(splat(-1e-300));
+                transmitted = transmitted + through.select(total.select(zero, share), zero) * weight;
+            }
+            let wi = h * (two * mu) - wo;
+            let share = f * (one + lo) * two * wi.z / ((one + two * lo) * wi.z + root(wi));
+            reflected = reflected + wi.z.gt(splat(1e-300)).select(share, zero) * weight;
+        }
+        let sum = |v: F64x8<S>| {
+            let mut block = Block::default();
+            v.store(&mut block);
+            block.0.iter().sum()
+        };
+        (sum(reflected), sum(transmitted))
+    }
+}

@@ -1,0 +1,183 @@
+//! Rows of the tables, each made when it is first asked for, the same whoever asks: sums of a millisecond each for what a scene's few
+//! materials need, in place of megabytes of constants.
+
+use std::sync::OnceLock;
+
+use super::facets::{Boundary, Lattice};
+use super::{Grid, MIN_ALPHA, coordinate, smoothed, warp};
+use crate::bsdf::fresnel;
+use crate::bsdf::microfacet::Ggx;
+use crate::math::DVec3;
+
+/// Angles, evenly spaced in [`coordinate`].
+pub(super) const ANGLES: usize = 48;
+/// Widths: α = (k / 63)²; the first row is the limit of small ones.
+pub(super) const WIDTHS: usize = 64;
+/// Contrasts |η − 1| / (η + 1) = (k / 47)² of indices of refraction.
+pub(super) const CONTRASTS: usize = 48;
+/// Widths of stretched lobes: α = (k / 39)², the root of the mean of the squares of both.
+pub(super) const STRETCHED_WIDTHS: usize = 40;
+/// Contrasts (k / 23)² for stretched lobes.
+pub(super) const STRETCHED_CONTRASTS: usize = 24;
+/// Ratios of the smaller to the larger width: (k / 13)².
+pub(super) const RATIOS: usize = 14;
+/// Azimuths from the longer axis to the shorter one, evenly spaced in [`turn`](super::turn).
+/// Total reflection cuts sharply into what stretched glass loses.
+pub(super) const TURNS: usize = 25;
+
+/// Values at the angles.
+pub(super) type Angles = [f32; ANGLES];
+
+/// A function of the angle, and of stretched lobes of the azimuth, for one width, contrast and ratio.
+#[derive(Debug)]
+pub(super) struct Row {
+    /// At each azimuth; none for round lobes.
+    turns: Box<[Angles]>,
+    /// Mean over all azimuths.
+    mean: Angles,
+    /// ∫ 2µ dµ of the whole function.
+    pub(super) average: f64,
+}
+
+impl Row {
+    /// The values at an azimuth: the mean where it is all there is.
+    pub(super) fn turn(&self, k: usize) -> &Angles {
+        self.turns.get(k).unwrap_or(&self.mean)
+    }
+
+    pub(super) fn mean(&self) -> &Angles {
+        &self.mean
+    }
+}
+
+type Slot = OnceLock<Box<Row>>;
+type Block<const W: usize, const C: usize> = [[Slot; W]; C];
+
+static MIRROR: [Slot; WIDTHS] = [const { OnceLock::new() }; WIDTHS];
+static ROUND: [Block<WIDTHS, CONTRASTS>; 3] =
+    [const { [const { [const { OnceLock::new() }; WIDTHS] }; CONTRASTS] }; 3];
+static STRETCHED_MIRROR: Block<STRETCHED_WIDTHS, RATIOS> =
+    [const { [const { OnceLock::new() }; STRETCHED_WIDTHS] }; RATIOS];
+static STRETCHED: [[Block<STRETCHED_WIDTHS, STRETCHED_CONTRASTS>; RATIOS]; 3] = [const {
+    [const { [const { [const { OnceLock::new() }; STRETCHED_WIDTHS] }; STRETCHED_CONTRASTS] }; RATIOS]
+}; 3];
+
+fn square(k: usize, n: usize) -> f64 {
+    let r = k as f64 / (n - 1) as f64;
+    r * r
+}
+
+/// A row of a round lobe; indices below the numbers of widths and contrasts.
+pub(super) fn round(grid: Grid, width: usize, contrast: usize) -> &'static Row {
+    let alpha = || square(width, WIDTHS).max(MIN_ALPHA);
+    match grid {
+        Grid::MirrorLoss => MIRROR[width].get_or_init(|| Box::new(make(grid, alpha(), 1.0, 1.0))),
+        _ => ROUND[grid.number()][contrast][width]
+            .get_or_init(|| Box::new(make(grid, alpha(), square(contrast, CONTRASTS), 1.0))),
+    }
+}
+
+/// A row of a stretched lobe.
+pub(super) fn stretched(grid: Grid, width: usize, contrast: usize, ratio: usize) -> &'static Row {
+    let alpha = || square(width, STRETCHED_WIDTHS).max(MIN_ALPHA);
+    let q = square(ratio, RATIOS);
+    match grid {
+        Grid::MirrorLoss => {
+            STRETCHED_MIRROR[ratio][width].get_or_init(|| Box::new(make(grid, alpha(), 1.0, q)))
+        }
+        _ => STRETCHED[grid.number()][ratio][contrast][width]
+            .get_or_init(|| Box::new(make(grid, alpha(), square(contrast, STRETCHED_CONTRASTS), q))),
+    }
+}
+
+/// The value tabulated, for light from `wo`.
+pub(super) fn value(grid: Grid, ggx: &Ggx, wo: DVec3, contrast: f64, lattice: &Lattice) -> f64 {
+    let index = index(contrast);
+    let perfect = index == f64::INFINITY;
+    let loss = |boundary| {
+        let (r, t) = lattice.shares(ggx, wo, boundary);
+        1.0 - r - t
+    };
+    match grid {
+        Grid::MirrorLoss => loss(Boundary::Mirror),
+        Grid::Reflected if perfect => -loss(Boundary::Mirror),
+        Grid::Reflected => {
+            let alpha = (0.5 * (ggx.ax * ggx.ax + ggx.ay * ggx.ay)).sqrt();
+            lattice.shares(ggx, wo, Boundary::Dielectric(index)).0
+                - fresnel::dielectric(smoothed(wo.z, alpha), index)
+        }
+        Grid::LossFromThin | Grid::LossFromDense if perfect => loss(Boundary::Mirror),
+        Grid::LossFromThin => loss(Boundary::Dielectric(index)),
+        Grid::LossFromDense => loss(Boundary::Dielectric(1.0 / index)),
+    }
+}
+
+/// The index of refraction, at least 1, of a contrast; infinite at 1.
+pub(super) fn index(contrast: f64) -> f64 {
+    if contrast >= 1.0 { f64::INFINITY } else { (1.0 + contrast.max(1e-4)) / (1.0 - contrast.max(1e-4)) }
+}
+
+/// The k-th cosine: where [`coordinate`] is k / (ANGLES − 1).
+fn cosine(k: usize, alpha: f64) -> f64 {
+    let (t, w) = (k as f64 / (ANGLES - 1) as f64, warp(alpha));
+    // The root of µ² + (1 + 2w − 2t) µ = 2 t w.
+    let half = 0.5 + w - t;
+    (2.0 * t * w / (half + (half * half + 2.0 * t * w).sqrt())).clamp(1e-6, 1.0)
+}
+
+/// The points of a sum: more where the critical angle cuts through them, fewer where a row takes many sums of both ways through a boundary.
+fn lattice(grid: Grid, round: bool) -> &'static Lattice {
+    static LATTICES: [OnceLock<Lattice>; 3] = [const { OnceLock::new() }; 3];
+    let (k, n, before) = match (grid, round) {
+        (Grid::LossFromDense, true) => (0, 4181, 2584),
+        (Grid::MirrorLoss, _) | (_, true) => (1, 2584, 1597),
+        _ => (2, 610, 377),
+    };
+    LATTICES[k].get_or_init(|| Lattice::new(n, before))
+}
+
+fn make(grid: Grid, alpha: f64, contrast: f64, ratio: f64) -> Row {
+    // OpenPBR's widths of a stretched lobe.
+    let ax = alpha * (2.0 / (1.0 + ratio * ratio)).sqrt();
+    let ggx = Ggx { ax, ay: (ax * ratio).max(MIN_ALPHA) };
+    let lattice = lattice(grid, ratio == 1.0);
+    let row = |cos: f64, sin: f64| -> Angles {
+        std::array::from_fn(|k| {
+            let mu = cosine(k, alpha);
+            let r = (1.0 - mu * mu).max(0.0).sqrt();
+            value(grid, &ggx, DVec3::new(r * cos, r * sin, mu), contrast, lattice) as f32
+        })
+    };
+    if ratio == 1.0 {
+        let mean = row(1.0, 0.0);
+        return Row { turns: Box::new([]), average: average(grid, &mean, alpha, contrast), mean };
+    }
+    let turns: Box<[Angles]> = (0..TURNS)
+        .map(|k| {
+            // Where y / (x + y) is k / (TURNS − 1).
+            let y = k as f64 / (TURNS - 1) as f64;
+            let length = ((1.0 - y) * (1.0 - y) + y * y).sqrt();
+            row((1.0 - y) / length, y / length)
+        })
+        .collect();
+    let shares = super::turn_shares();
+    let mean: Angles = std::array::from_fn(|k| {
+        turns.iter().zip(shares).map(|(angles, share)| f64::from(angles[k]) * share).sum::<f64>() as f32
+    });
+    Row { average: average(grid, &mean, alpha, contrast), mean, turns }
+}
+
+fn average(grid: Grid, mean: &Angles, alpha: f64, contrast: f64) -> f64 {
+    const PLACES: u32 = 2048;
+    let index = index(contrast);
+    let at = |i: u32| {
+        let s = (f64::from(i) + 0.5) / f64::from(PLACES);
+        let mu = s * s;
+        let below =
+            super::interpolate(mean, &super::spline(coordinate(mu, alpha) * (ANGLES - 1) as f64, ANGLES));
+        let base =
+            if grid == Grid::Reflected { fresnel::dielectric(smoothed(mu, alpha), index) } else { 0.0 };
+        (below + base) * 4.0 * s * s * s
+    };
+    (0..PLACES).map(at).sum::<f64>() / f64::from(PLACES)
+}
