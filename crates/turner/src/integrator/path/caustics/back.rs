@@ -199,7 +199,9 @@ impl<R: Record> Wave<'_, R> {
         let gathered = photons
             .gather(surface.p, surface.ng, left, |light| v.eval_towards(light).0 * v.cosine(light) as f32);
         let added = self.settings.add(path, path.beta * gathered.radiance, pixel);
-        self.by_photons += f64::from(added.luminance());
+        let luminance = f64::from(added.luminance());
+        self.by_photons += luminance;
+        self.photon_variance += luminance * luminance / f64::from(gathered.count.max(1));
         self.record.note(|r| r.gathered(photons.radius, gathered, added));
     }
 

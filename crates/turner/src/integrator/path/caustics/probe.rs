@@ -33,6 +33,12 @@ const GAIN: f64 = 0.9;
 /// Light paths to each camera path that are considered.
 const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 
+/// A ray of a light path, with the scattering that belongs to it, takes so many times as long as one of a camera path: measured.
+const LIGHT_RAY: f64 = 1.8;
+
+/// How many times fewer photons count for a sample than for the first one, after some dozens: the radius shrinks.
+const SHRUNK: f64 = 2.0;
+
 /// The picture as some camera paths see it.
 struct Look {
     /// Luminance of each cell.
@@ -47,8 +53,9 @@ struct Look {
 
 /// What was found.
 pub(super) struct Found {
-    /// The best number of light paths to each camera path.
+    /// The best number of light paths to each camera path; without photons and with them.
     pub(super) ratio: f64,
+    pub(super) ratio_with_photons: f64,
     /// Whether they pay.
     pub(super) pays: bool,
     /// The share of the picture's light that photons bring.
@@ -109,7 +116,7 @@ impl Look {
         (values, rays)
     }
 
-    /// The luminance that these photons of some light paths bring on average.
+    /// The luminance that these photons of some light paths bring on average, over that of the picture, and about the square of their relative error if there are as many light paths as in the plan.
     fn photons(
         &self,
         scene: &Scene,
@@ -117,18 +124,20 @@ impl Look {
         settings: Settings,
         photons: Vec<Photon>,
         paths: f64,
-    ) -> f64 {
+    ) -> (f64, f64) {
         /// How many times farther than in a picture photons count, for there are few.
         const WIDER: f64 = 8.0;
         if photons.is_empty() {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let few = Plan { paths: paths as u64, first_radius: WIDER * plan.first_radius, ..plan.clone() };
         let mut wave = Wave::new(settings, scene, Off);
         wave.plan = Some(&few);
         wave.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
         let (values, _) = Look::trace(scene, &mut wave);
-        wave.by_photons / values.len().max(1) as f64
+        let (n, mean) = (values.len().max(1) as f64, self.mean().max(1e-30));
+        let more = plan.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
+        (wave.by_photons / (n * mean), wave.photon_variance / (n * mean * mean * more))
     }
 
     fn mean(&self) -> f64 {
@@ -191,14 +200,20 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
     // Per pixel and sample; of light paths with as many as pixels.
     let by_chance = brought.squares_by_chance / (n * pixels);
     let by_light = brought.squares / (n * pixels * plan.paths as f64);
-    let price = stats.light as f64 / n / look.rays.max(1.0);
+    let price = LIGHT_RAY * stats.light as f64 / n / look.rays.max(1.0);
     let alone = brought.alone / (n * pixels) / look.mean().max(1e-30);
     let ratio_of = plan.paths as f64 / pixels;
-    let cost = |ratio: f64| (look.variance + by_light * ratio_of / ratio) * (1.0 + price * ratio);
-    let ratio = RATIOS.into_iter().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(1.0);
-    let pays = alone > LEAST || cost(ratio) < GAIN * (look.variance + by_chance);
-    let by_photons = look.photons(scene, plan, settings, wave.take_photons(), n) / look.mean().max(1e-30);
+    let (by_photons, of_photons) = look.photons(scene, plan, settings, wave.take_photons(), n);
+    // The square of the error and the time of a sample, one times the other.
+    let cost = |ratio: f64, more: f64| {
+        (look.variance + (by_light + more) * ratio_of / ratio) * (1.0 + price * ratio)
+    };
+    let best = |more: f64| {
+        RATIOS.into_iter().min_by(|a, b| cost(*a, more).total_cmp(&cost(*b, more))).unwrap_or(1.0)
+    };
+    let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
+    let pays = alone > LEAST || cost(ratio, 0.0) < GAIN * (look.variance + by_chance);
     let groups =
         (0u32..).zip(&brought.of_group).map(|(g, m)| (m * plan.casters.probability(g)).sqrt()).collect();
-    Found { ratio, pays, by_photons, groups }
+    Found { ratio, ratio_with_photons, pays, by_photons, groups }
 }
