@@ -50,6 +50,8 @@ pub(in crate::integrator) struct LightWave<'a> {
     through: Vec<SpectrumBlock>,
     /// Where paths arrive that camera paths may find; only filled where they do.
     pub(super) photons: Vec<Photon>,
+    /// How many surfaces have scattered paths so far.
+    pub(super) scattered: u64,
 }
 
 impl<'a> LightWave<'a> {
@@ -68,6 +70,7 @@ impl<'a> LightWave<'a> {
             joined: Vec::new(),
             through: Vec::new(),
             photons: Vec::new(),
+            scattered: 0,
         }
     }
 
@@ -136,6 +139,8 @@ impl<'a> LightWave<'a> {
                 media: Media::NONE,
                 band: None,
                 mirrored: false,
+                by_delta: false,
+                left: false,
                 scattered: 0,
                 p: start.ray.origin,
                 cos: 0.0,
@@ -218,20 +223,23 @@ impl<'a> LightWave<'a> {
             path.choose_band(chance);
         }
         let seen = Seen { scene, material, surface: &surface, around, band: path.band };
-        if path.mirrored && self.plan.merges && path.bounces.total < self.settings.max_depth {
+        let stays = self.plan.merges && path.mirrored && !material.narrow;
+        if stays && path.bounces.total < self.settings.max_depth {
             let photon = Photon {
                 p: surface.p,
                 light: (-ray.direction).as_vec3().to_array(),
                 normal: surface.ng.as_vec3().to_array(),
                 power: path.beta,
                 depth: path.bounces.total,
+                by_delta: path.by_delta,
             };
             if seen.is_smooth(-ray.direction) {
                 self.photons.push(photon);
             }
         }
         let path = &self.paths[index as usize];
-        if path.scattered > 0 {
+        // What a narrow lobe shows of light left before is found there by camera paths.
+        if path.scattered > 0 && !(self.plan.merges && path.left && material.narrow) {
             self.join_later(index, &seen, -ray.direction, DVec2::new(l0, l1));
         }
         self.scatter(index, &seen, -ray.direction, set + 1);
@@ -300,6 +308,7 @@ impl<'a> LightWave<'a> {
 
     /// Scatters a path.
     fn scatter(&mut self, index: u32, seen: &Seen<'_>, light: DVec3, set: u32) {
+        self.scattered += 1;
         let path = &mut self.paths[index as usize];
         let surface = seen.surface;
         let [u0, u1, u2, u3] = path.numbers.four(set);
@@ -336,7 +345,11 @@ impl<'a> LightWave<'a> {
             path.beta *= 1.0 / lives;
         }
         path.bounces = bounces;
-        path.mirrored |= path.scattered == 0 && lobe.is_delta;
+        let sharp = lobe.is_delta || seen.material.narrow;
+        path.left |= path.mirrored && !sharp;
+        if path.scattered == 0 {
+            (path.mirrored, path.by_delta) = (sharp, lobe.is_delta);
+        }
         path.scattered += 1;
         path.p = surface.p;
         path.cos = to.dot(surface.ng).abs();

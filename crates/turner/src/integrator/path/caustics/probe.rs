@@ -13,9 +13,10 @@ use crate::sampler::SampleId;
 use crate::scene::Scene;
 use std::sync::Arc;
 
-/// Cells of the picture along its sides, and camera paths in each.
+/// Cells of the picture along its sides, pixels looked at in each, and camera paths in each pixel.
 const SIDE: u32 = 16;
-const SAMPLES: u32 = 4;
+const PIXELS: u32 = 2;
+const SAMPLES: u32 = 2;
 
 /// Light paths: so many, and again so many if those leave any doubt.
 const PATHS: u32 = 2048;
@@ -33,8 +34,12 @@ const GAIN: f64 = 0.9;
 /// Light paths to each camera path that are considered.
 const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 
-/// A ray of a light path, with the scattering that belongs to it, takes so many times as long as one of a camera path: measured.
-const LIGHT_RAY: f64 = 1.8;
+/// What a ray of a light path and a surface that scatters one take, in rays of camera paths with all that belongs to them: measured.
+const RAY: f64 = 0.4;
+const SCATTERING: f64 = 2.2;
+
+/// Light paths of a picture are spread evenly: their noise is so much of that of as many at random, measured.
+const EVEN: f64 = 0.3;
 
 /// How many times fewer photons count for a sample than for the first one, after some dozens: the radius shrinks.
 const SHRUNK: f64 = 2.0;
@@ -83,15 +88,16 @@ impl Look {
         let mut wave = Wave::new(settings, scene, Off);
         wave.plan = Some(plan);
         let (values, rays) = Look::trace(scene, &mut wave);
-        let n = f64::from(SAMPLES);
+        let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
-            values.chunks(SAMPLES as usize).map(|cell| cell.iter().sum::<f64>() / n).collect();
+            values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
         let mut look = Look { cells, dark: 0.0, variance: 0.0, rays };
         look.dark = DARK * look.mean() * look.mean();
         let mut variance = 0.0;
-        for (cell, mean) in values.chunks(SAMPLES as usize).zip(&look.cells) {
-            let spread = cell.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
-            variance += spread / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
+        for (cell, mean) in values.chunks(each).zip(&look.cells) {
+            // Of paths through one pixel: what the picture shows is no noise.
+            let spread: f64 = cell.chunks(SAMPLES as usize).map(spread).sum();
+            variance += spread / f64::from(PIXELS) / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
         }
         look.variance = variance / look.cells.len().max(1) as f64;
         look
@@ -102,11 +108,14 @@ impl Look {
         let film = &scene.film;
         let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
         let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
-        let points = (0..SIDE * SIDE * SAMPLES).map(|i| {
-            let cell = i / SAMPLES;
-            let id = SampleId { x: cell % SIDE, y: cell / SIDE, index: i % SAMPLES, seed: 0x9e37_79b9 };
-            let within = id.unit_square(0);
-            (id, (DVec2::new(f64::from(id.x), f64::from(id.y)) + within) * size)
+        let points = (0..SIDE * SIDE * PIXELS * SAMPLES).map(|i| {
+            let pixel = i / SAMPLES;
+            let cell = pixel / PIXELS;
+            let of_pixel = SampleId { x: cell % SIDE, y: cell / SIDE, index: pixel % PIXELS, seed: 0x51de };
+            let id = SampleId { index: i % (PIXELS * SAMPLES), seed: 0x9e37_79b9, ..of_pixel };
+            let corner = DVec2::new(f64::from(id.x), f64::from(id.y));
+            let place = ((corner + of_pixel.unit_square(0)) * size).floor();
+            (id, place + id.unit_square(0))
         });
         take_points(scene, &mut samples, points);
         wave.radiance(&samples, &mut out, &mut stats);
@@ -151,6 +160,13 @@ impl Look {
         let value = self.cells.get((at(cell.y) * SIDE + at(cell.x)) as usize).copied().unwrap_or(0.0);
         1.0 / (value * value + self.dark).max(f64::MIN_POSITIVE)
     }
+}
+
+/// The variance of a few values.
+fn spread(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n.max(1.0);
+    values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0).max(1.0)
 }
 
 /// Measures for a plan with as many light paths as pixels.
@@ -199,11 +215,14 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
     let n = brought.paths;
     // Per pixel and sample; of light paths with as many as pixels.
     let by_chance = brought.squares_by_chance / (n * pixels);
-    let by_light = brought.squares / (n * pixels * plan.paths as f64);
-    let price = LIGHT_RAY * stats.light as f64 / n / look.rays.max(1.0);
+    let by_light = EVEN * brought.squares / (n * pixels * plan.paths as f64);
+    let price = (RAY * stats.light as f64 + SCATTERING * wave.scattered as f64) / n / look.rays.max(1.0);
     let alone = brought.alone / (n * pixels) / look.mean().max(1e-30);
     let ratio_of = plan.paths as f64 / pixels;
-    let (by_photons, of_photons) = look.photons(scene, plan, settings, wave.take_photons(), n);
+    // Light of narrow lobes is found in other ways as well: by itself it is no reason for photons.
+    let mut photons = wave.take_photons();
+    photons.retain(|photon| photon.by_delta);
+    let (by_photons, of_photons) = look.photons(scene, plan, settings, photons, n);
     // The square of the error and the time of a sample, one times the other.
     let cost = |ratio: f64, more: f64| {
         (look.variance + (by_light + more) * ratio_of / ratio) * (1.0 + price * ratio)
