@@ -38,8 +38,9 @@ const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 const RAY: f64 = 0.4;
 const SCATTERING: f64 = 2.2;
 
-/// Light paths of a picture are spread evenly: their noise is so much of that of as many at random, measured.
-const EVEN: f64 = 0.3;
+/// The samples of a picture are spread evenly, those of the probe are not: what is left of the variance of so many camera paths, and of light paths. Measured.
+const EVEN: f64 = 0.25;
+const EVEN_LIGHT: f64 = 0.1;
 
 /// How many times fewer photons count for a sample than for the first one, after some dozens: the radius shrinks.
 const SHRUNK: f64 = 2.0;
@@ -215,7 +216,7 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
     let n = brought.paths;
     // Per pixel and sample; of light paths with as many as pixels.
     let by_chance = brought.squares_by_chance / (n * pixels);
-    let by_light = EVEN * brought.squares / (n * pixels * plan.paths as f64);
+    let by_light = EVEN_LIGHT * brought.squares / (n * pixels * plan.paths as f64);
     let price = (RAY * stats.light as f64 + SCATTERING * wave.scattered as f64) / n / look.rays.max(1.0);
     let alone = brought.alone / (n * pixels) / look.mean().max(1e-30);
     let ratio_of = plan.paths as f64 / pixels;
@@ -225,13 +226,13 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
     let (by_photons, of_photons) = look.photons(scene, plan, settings, photons, n);
     // The square of the error and the time of a sample, one times the other.
     let cost = |ratio: f64, more: f64| {
-        (look.variance + (by_light + more) * ratio_of / ratio) * (1.0 + price * ratio)
+        (EVEN * look.variance + (by_light + more) * ratio_of / ratio) * (1.0 + price * ratio)
     };
     let best = |more: f64| {
         RATIOS.into_iter().min_by(|a, b| cost(*a, more).total_cmp(&cost(*b, more))).unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
-    let pays = alone > LEAST || cost(ratio, 0.0) < GAIN * (look.variance + by_chance);
+    let pays = alone > LEAST || cost(ratio, 0.0) < GAIN * EVEN * (look.variance + by_chance);
     let groups =
         (0u32..).zip(&brought.of_group).map(|(g, m)| (m * plan.casters.probability(g)).sqrt()).collect();
     Found { ratio, ratio_with_photons, pays, by_photons, groups }
