@@ -12,7 +12,7 @@ use crate::math::DVec2;
 use crate::scene::Scene;
 use crate::scene::casters::Casters;
 
-/// The most light paths to a sample of all pixels: photons take some 60 MB per million of them.
+/// The most light paths to a sample of all pixels: photons take some 75 MB per million of them.
 const MOST_PATHS: u64 = 1 << 20;
 
 /// The share of the picture's light that photons must bring to be found.
