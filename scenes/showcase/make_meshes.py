@@ -1,4 +1,4 @@
-"""Makes the meshes of the showcase scenes: bodies of revolution, from profiles. Needs Python 3 alone.
+"""Makes the meshes of the showcase scenes: bodies of revolution, from profiles, and the waves of a pool. Needs Python 3 alone.
 
     python3 make_meshes.py
 """
@@ -53,6 +53,26 @@ def lathe(profile, segments=96):
     return positions, triangles
 
 
+def waves(width, depth, columns, rows):
+    """Small waves on deep water over a rectangle around the origin: sines by the golden angle, the longer the higher; slopes of some 8 %."""
+    trains = []
+    for i in range(24):
+        length = 1.5 * 0.9 ** i
+        angle = 0.5 + 2.39996 * i
+        trains.append((math.cos(angle) * math.tau / length, math.sin(angle) * math.tau / length,
+                       0.0036 * length, 1.7 * i * i))
+    positions = [
+        (x, sum(a * math.sin(kx * x + kz * z + p) for kx, kz, a, p in trains), z)
+        for x, z in ((width * (c / columns - 0.5), depth * (r / rows - 0.5))
+                     for r in range(rows + 1) for c in range(columns + 1))]
+    triangles = []
+    for r in range(rows):
+        for c in range(columns):
+            i = r * (columns + 1) + c
+            triangles += [(i, i + columns + 1, i + 1), (i + 1, i + columns + 1, i + columns + 2)]
+    return positions, triangles
+
+
 def write(name, mesh):
     positions, triangles = mesh
     with open(f"meshes/{name}.ply", "wb") as f:
@@ -103,3 +123,4 @@ for name, profile in [
     ("flask", FLASK), ("perfume", PERFUME), ("cap", CAP),
 ]:
     write(name, lathe(profile, 72))
+write("waves", waves(8.1, 5.1, 120, 76))

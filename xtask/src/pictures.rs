@@ -149,6 +149,7 @@ pub(crate) const PICTURES: &[Picture] = &[
         "show-caustics.jpg",
         Turner("scenes/showcase/caustics.toml --width 560 --height 350 --samples 64"),
     ),
+    picture("show-pool.jpg", Turner("scenes/showcase/pool.toml --width 480 --height 300 --samples 32")),
     picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
     picture(
         "foggy-beam.jpg",

@@ -45,6 +45,21 @@ fn estimate(samples: u32, caustics: &str, scene: &str) -> Mean {
     mean_of(24, samples, &format!("{integrator}{TABLE}{scene}"))
 }
 
+/// Metal polished, but no mirror: it gathers light by a narrow lobe, and shows what others gather.
+#[test]
+fn of_polished_metal() {
+    let lamp = "[[object]]\ntype = \"rectangle\"\ncenter = [-0.5, 2.6, 0.5]\nedge_u = [1.4, 0, 0]\nedge_v = [0, 0, 1.4]\nmaterial = \"lamp\"\n";
+    let metal = "[[object]]\ntype = \"sphere\"\ncenter = [0.1, 0.35, 0.9]\nradius = 0.35\nmaterial = { type = \"metal\", roughness = 0.12 }\n\
+                 [[object]]\ntype = \"cylinder\"\nfrom = [-0.2, 0, 0.4]\nto = [-0.2, 0.4, 0.4]\nradius = 0.35\ncapped = false\nmaterial = { type = \"metal\", roughness = 0.12 }\n";
+    let scene = format!("{lamp}{metal}");
+    let alone = estimate(256, "off", &scene);
+    alone.agrees(&estimate(64, "light-tracing", &scene), 0.02);
+    // In so small a picture photons would be blurred over the whole of it.
+    let integrator =
+        "integrator = { type = \"path\", max_depth = 6, caustics = \"full\", photon_radius = 0.03 }\n";
+    alone.agrees(&mean_of(24, 64, &format!("{integrator}{TABLE}{scene}")), 0.02);
+}
+
 /// Camera paths alone, with light paths, and with photons.
 fn all_agree(scene: &str, off: u32, tolerance: f64) {
     let alone = estimate(off, "off", scene);

@@ -37,7 +37,7 @@ fn single_albedo(mu: f64, roughness: f64) -> f64 {
 }
 
 /// A direction in the upper hemisphere with density cos/π.
-pub(super) fn sample_cosine(u: [f64; 2]) -> DVec3 {
+pub(crate) fn sample_cosine(u: [f64; 2]) -> DVec3 {
     let r2 = u[0];
     let (sin, cos) = sin_cos_turns(u[1]);
     let r = r2.sqrt();

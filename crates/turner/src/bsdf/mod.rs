@@ -27,6 +27,7 @@ mod pane;
 mod point;
 mod rough_mirror;
 
+pub(crate) use diffuse::sample_cosine;
 pub(crate) use mixture::MIN_COSINE;
 pub use point::PrincipledPoint;
 pub use rough_mirror::{RoughMirror, RoughMirrorBlock};

@@ -30,6 +30,8 @@ pub struct Physical {
     pub(crate) pane: bool,
     /// Whether it gathers light into caustics: whether a mirror's lobe or a narrow one reflects or refracts it.
     pub(crate) focuses: bool,
+    /// Whether it scatters by mirrors' lobes and narrow ones alone: polished metal, glass.
+    pub(crate) narrow: bool,
     /// Whether it is no surface, but the boundary of a medium.
     pub(crate) boundary: bool,
     /// Indices of refraction by colour band, where they differ.
@@ -143,6 +145,20 @@ impl PrincipledMaterial {
                 || faint && at_most(self.specular_roughness, FAINT)
                 || any(self.coat_weight) && at_most(self.coat_roughness, FAINT))
     }
+
+    /// Whether light is scattered by mirrors' lobes and narrow ones alone, everywhere.
+    fn is_narrow(&self) -> bool {
+        /// Roughness up to which a lobe shows a picture of what is around, and the sun as a spot of a few degrees.
+        const POLISHED: f32 = 0.15;
+        let at_most = |source: ColorSource, most: f32| matches!(source, ColorSource::Constant(c) if c.max_component() <= most);
+        let all = |source: ColorSource| matches!(source, ColorSource::Constant(c) if c == Spectrum::WHITE);
+        let clear = all(self.transmission_weight) && !self.thin_walled;
+        !self.unlit
+            && (all(self.base_metalness) || clear && at_most(self.base_metalness, 0.0))
+            && at_most(self.specular_roughness, POLISHED)
+            && at_most(self.coat_weight, 0.0)
+            && at_most(self.fuzz_weight, 0.0)
+    }
 }
 
 impl Physical {
@@ -158,6 +174,7 @@ impl Physical {
         let dispersion = desc.dispersion();
         let focuses = !pane && desc.focuses();
         let gloss = Gloss::of(&desc);
+        let narrow = focuses && desc.is_narrow();
         let mut made = Physical {
             desc,
             shadow,
@@ -167,6 +184,7 @@ impl Physical {
             dispersion,
             constant,
             gloss,
+            narrow,
             plain: None,
         };
         made.plain = made.find_plain();
@@ -203,7 +221,14 @@ impl Physical {
     /// The boundary of a medium.
     pub fn boundary(desc: &BoundaryMaterial) -> Physical {
         let made = Physical::new(desc.principled());
-        Physical { boundary: true, focuses: false, plain: None, shadow: ShadowKind::None, ..made }
+        Physical {
+            boundary: true,
+            focuses: false,
+            narrow: false,
+            plain: None,
+            shadow: ShadowKind::None,
+            ..made
+        }
     }
 
     /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.

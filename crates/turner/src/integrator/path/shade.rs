@@ -261,7 +261,7 @@ impl<R: Record> Wave<'_, R> {
         stats: &mut RayStats,
     ) {
         if smooth && self.photons.is_some() {
-            self.merge(at.sample, vertex, pixel);
+            self.merge(at.sample, vertex, material, pixel);
         }
         if smooth && let Some(lit) = at.lit {
             self.connect(at.sample, vertex, material, lit);

@@ -181,6 +181,8 @@ pub(super) struct Wave<'a, R = Off> {
     pub(super) photons: Option<Arc<PhotonMap>>,
     /// Luminance that they brought, of all samples together.
     pub(super) by_photons: f64,
+    /// About the variance of that: the sum of the squares of what each point got over the number of its photons.
+    pub(super) photon_variance: f64,
     /// What takes notes of the path, if there is but one.
     pub(super) record: R,
 }
@@ -205,6 +207,7 @@ impl<'a, R> Wave<'a, R> {
             back: Vec::new(),
             photons: None,
             by_photons: 0.0,
+            photon_variance: 0.0,
             record,
         }
     }

@@ -297,7 +297,7 @@ impl<R: Record> Wave<'_, R> {
             let (p, ng) = (block.facets.point(lane), block.facets.normal(lane));
             let first = path.bounces.total == 0;
             let (wi, pdf) = (get(&room.next, lane), room.pdf.0[lane]);
-            let to = Onward { p, ng, wi, pdf, mirror: false, first };
+            let to = Onward { p, ng, wi, pdf, mirror: false, sharp: false, first };
             self.note_back_of_lambert(sample, &to, -get(&block.direction, lane));
         }
         let path = &mut self.paths[sample as usize];

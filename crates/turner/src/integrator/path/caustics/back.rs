@@ -34,7 +34,7 @@ pub(in crate::integrator::path) struct Back {
     p: DVec3,
     /// The group that xi belongs to, if light that it gathers may be found by light paths.
     group: u32,
-    /// The group that xi belongs to, if it scatters the path by a mirror's lobe.
+    /// The group that xi belongs to, if it scatters the path by a mirror's lobe, or by narrow ones alone.
     mirror: u32,
     /// How the path has come from the camera.
     way: Way,
@@ -52,6 +52,8 @@ pub(in crate::integrator::path) struct Onward {
     pub(in crate::integrator::path) pdf: f64,
     /// Whether by a mirror's lobe.
     pub(in crate::integrator::path) mirror: bool,
+    /// Whether by such a lobe, or where all lobes are narrow: light that arrives there is seen farther on.
+    pub(in crate::integrator::path) sharp: bool,
     /// Whether it comes straight from the camera.
     pub(in crate::integrator::path) first: bool,
 }
@@ -66,7 +68,7 @@ fn lambert_density(n: DVec3, w: DVec3) -> f64 {
 enum Way {
     /// Straight.
     Straight,
-    /// By mirrors' lobes alone.
+    /// By mirrors' lobes and narrow ones alone.
     Mirrors,
     /// By these, then by another lobe: there photons were found.
     Merged,
@@ -130,7 +132,7 @@ impl Back {
             p: to.p,
             group: NO_GROUP,
             mirror: NO_GROUP,
-            way: match (self.way, to.mirror) {
+            way: match (self.way, to.sharp) {
                 (Way::Straight | Way::Mirrors, true) => Way::Mirrors,
                 (Way::Straight, false) => Way::Other,
                 (Way::Mirrors, false) => Way::Merged,
@@ -162,7 +164,9 @@ impl<R: Record> Wave<'_, R> {
         let Some(back) = self.back.get_mut(sample as usize) else { return };
         let surface = v.surface();
         let around = back.around;
-        let to = Onward { p: surface.p, ng: surface.ng, wi, pdf: s.pdf, mirror: s.lobe.is_delta, first };
+        let mirror = s.lobe.is_delta;
+        let sharp = mirror || material.narrow;
+        let to = Onward { p: surface.p, ng: surface.ng, wi, pdf: s.pdf, mirror, sharp, first };
         back.go_on(&to, || match material.plain() {
             // As where vertices are shaded eight at a time.
             Some(PlainBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_density(surface.ng, v.wo()),
@@ -171,7 +175,7 @@ impl<R: Record> Wave<'_, R> {
         if material.focuses {
             let group = plan.casters.group(surface);
             back.group = if !first && back.ratio > 0.0 { group } else { NO_GROUP };
-            back.mirror = if s.lobe.is_delta { group } else { NO_GROUP };
+            back.mirror = if sharp { group } else { NO_GROUP };
         }
     }
 
@@ -188,10 +192,16 @@ impl<R: Record> Wave<'_, R> {
         self.photons.is_some() && self.back.get(sample as usize).is_some_and(|back| back.way == Way::Mirrors)
     }
 
-    /// Adds what photons bring to a surface that the path has reached by mirrors alone.
-    pub(in crate::integrator::path) fn merge(&mut self, sample: u32, v: &Vertex<'_>, pixel: &mut Radiance) {
+    /// Adds what photons bring to a surface that the path has reached by mirrors and narrow lobes alone; not where it is such a one itself.
+    pub(in crate::integrator::path) fn merge(
+        &mut self,
+        sample: u32,
+        v: &Vertex<'_>,
+        material: &Physical,
+        pixel: &mut Radiance,
+    ) {
         let (Some(photons), Some(back)) = (&self.photons, self.back.get(sample as usize)) else { return };
-        if back.way != Way::Mirrors {
+        if back.way != Way::Mirrors || material.narrow {
             return;
         }
         let path = &self.paths[sample as usize];
@@ -199,7 +209,9 @@ impl<R: Record> Wave<'_, R> {
         let gathered = photons
             .gather(surface.p, surface.ng, left, |light| v.eval_towards(light).0 * v.cosine(light) as f32);
         let added = self.settings.add(path, path.beta * gathered.radiance, pixel);
-        self.by_photons += f64::from(added.luminance());
+        let luminance = f64::from(added.luminance());
+        self.by_photons += luminance;
+        self.photon_variance += luminance * luminance / f64::from(gathered.count.max(1));
         self.record.note(|r| r.gathered(photons.radius, gathered, added));
     }
 
@@ -251,7 +263,7 @@ impl<R: Record> Wave<'_, R> {
         squared(back.ratio * start * pass * back.cos / (back.area * back.forward))
     }
 
-    /// The same for a path that samples a light from a vertex; `wi` leads to it, `back` is the density with which light from there is scattered back along the last ray.
+    /// The same for a path that samples a light from a vertex, infinite if photons have brought its light; `wi` leads to it, `back` is the density with which light from there is scattered back along the last ray.
     pub(in crate::integrator::path) fn light_paths_to_sample(
         &self,
         sample: u32,
@@ -264,14 +276,19 @@ impl<R: Record> Wave<'_, R> {
         let (Some(plan), Some(back)) = (self.plan, self.back.get(sample as usize)) else { return 0.0 };
         let (scene, surface) = (self.scene, v.surface());
         let group = plan.casters.group(surface);
-        if path.bounces.total == 0 || back.ratio == 0.0 || group == NO_GROUP {
+        // What photons have brought before.
+        let merged = material.narrow && self.photons.is_some() && back.way == Way::Merged;
+        if path.bounces.total == 0 || group == NO_GROUP || back.ratio == 0.0 && !merged {
             return 0.0;
         }
         let seen = Seen { scene, material, surface, around: back.around, band: path.band };
         let ratio = back.ratio_with(surface.p, seen.density(wi, v.wo()));
         let area = back.finds(surface.p, surface.ng);
         let cos = wi.dot(surface.ng).abs();
-        let squared = |starts: f64| squared(ratio * starts * cos / area);
+        let squared = |starts: f64| match merged && starts > 0.0 {
+            true => f64::INFINITY,
+            false => squared(ratio * starts * cos / area),
+        };
         match (lit.is_delta, lit.light) {
             (true, NO_LIGHT) => 0.0,
             (true, light) => {

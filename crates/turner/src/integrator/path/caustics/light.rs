@@ -4,7 +4,7 @@
 
 use super::light_path::LightPath;
 use super::photons::Photon;
-use super::towards::Seen;
+use super::towards::{Scattered, Seen};
 use super::{Plan, power};
 use crate::camera::Projection;
 use crate::color::Spectrum;
@@ -50,6 +50,8 @@ pub(in crate::integrator) struct LightWave<'a> {
     through: Vec<SpectrumBlock>,
     /// Where paths arrive that camera paths may find; only filled where they do.
     pub(super) photons: Vec<Photon>,
+    /// How many surfaces have scattered paths so far.
+    pub(super) scattered: u64,
 }
 
 impl<'a> LightWave<'a> {
@@ -68,6 +70,7 @@ impl<'a> LightWave<'a> {
             joined: Vec::new(),
             through: Vec::new(),
             photons: Vec::new(),
+            scattered: 0,
         }
     }
 
@@ -136,6 +139,8 @@ impl<'a> LightWave<'a> {
                 media: Media::NONE,
                 band: None,
                 mirrored: false,
+                by_delta: false,
+                left: false,
                 scattered: 0,
                 p: start.ray.origin,
                 cos: 0.0,
@@ -154,8 +159,16 @@ impl<'a> LightWave<'a> {
     /// A path's ray hits a surface.
     fn meet(&mut self, index: u32, ray: &Ray, hit: &Hit) {
         let scene = self.scene;
-        let surface = scene.surface(ray, hit);
         let path = &mut self.paths[index as usize];
+        if path.scattered == 0
+            && let Material::Physical(m) = scene.material_at(hit)
+            && !m.focuses
+            && m.plain().is_some()
+        {
+            // Camera paths find the light of what gathers none.
+            return;
+        }
+        let surface = scene.surface(ray, hit);
         path.vertex += 1;
         if path.vertex > MAX_VERTICES {
             return;
@@ -210,20 +223,23 @@ impl<'a> LightWave<'a> {
             path.choose_band(chance);
         }
         let seen = Seen { scene, material, surface: &surface, around, band: path.band };
-        if path.mirrored && self.plan.merges && path.bounces.total < self.settings.max_depth {
+        let stays = self.plan.merges && path.mirrored && !material.narrow;
+        if stays && path.bounces.total < self.settings.max_depth {
             let photon = Photon {
                 p: surface.p,
                 light: (-ray.direction).as_vec3().to_array(),
                 normal: surface.ng.as_vec3().to_array(),
                 power: path.beta,
                 depth: path.bounces.total,
+                by_delta: path.by_delta,
             };
-            if seen.from(-ray.direction, |v| v.is_smooth()) {
+            if seen.is_smooth(-ray.direction) {
                 self.photons.push(photon);
             }
         }
         let path = &self.paths[index as usize];
-        if path.scattered > 0 {
+        // What a narrow lobe shows of light left before is found there by camera paths.
+        if path.scattered > 0 && !(self.plan.merges && path.left && material.narrow) {
             self.join_later(index, &seen, -ray.direction, DVec2::new(l0, l1));
         }
         self.scatter(index, &seen, -ray.direction, set + 1);
@@ -292,12 +308,14 @@ impl<'a> LightWave<'a> {
 
     /// Scatters a path.
     fn scatter(&mut self, index: u32, seen: &Seen<'_>, light: DVec3, set: u32) {
+        self.scattered += 1;
         let path = &mut self.paths[index as usize];
         let surface = seen.surface;
         let [u0, u1, u2, u3] = path.numbers.four(set);
-        let Some((s, to)) = seen.from(light, |v| v.sample_in_scene([u2, u0, u1])) else { return };
-        let (weight, back) = seen.weight(light, to, &s);
-        let Some(bounces) = self.settings.count(&path.bounces, &s.lobe) else { return };
+        let Some(Scattered { to, lobe, pdf, weight, back }) = seen.scatter(light, [u2, u0, u1]) else {
+            return;
+        };
+        let Some(bounces) = self.settings.count(&path.bounces, &lobe) else { return };
         let before = path.beta.max_component();
         path.beta = path.beta * weight;
         if path.beta.is_black() || !path.beta.is_finite() {
@@ -306,7 +324,7 @@ impl<'a> LightWave<'a> {
         // The first surface: how else the light may be found from there.
         let area = path.finds(surface);
         if path.scattered == 0 {
-            let by_light = if s.lobe.is_delta { 0.0 } else { path.by_light(self.scene, surface, to) };
+            let by_light = if lobe.is_delta { 0.0 } else { path.by_light(self.scene, surface, to) };
             let d2 = (surface.p - path.p).length_squared();
             let found = match path.start.from {
                 Source::Delta(..) => 0.0,
@@ -327,12 +345,16 @@ impl<'a> LightWave<'a> {
             path.beta *= 1.0 / lives;
         }
         path.bounces = bounces;
-        path.mirrored |= path.scattered == 0 && s.lobe.is_delta;
+        let sharp = lobe.is_delta || seen.material.narrow;
+        path.left |= path.mirrored && !sharp;
+        if path.scattered == 0 {
+            (path.mirrored, path.by_delta) = (sharp, lobe.is_delta);
+        }
         path.scattered += 1;
         path.p = surface.p;
         path.cos = to.dot(surface.ng).abs();
         path.far = false;
-        path.forward = if s.lobe.is_delta { 1.0 } else { s.pdf };
+        path.forward = if lobe.is_delta { 1.0 } else { pdf };
         path.area = area;
         let crosses = (to.dot(surface.ng) > 0.0) != (light.dot(surface.ng) > 0.0);
         if crosses && seen.material.has_inside() {

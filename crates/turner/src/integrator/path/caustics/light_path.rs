@@ -22,8 +22,12 @@ pub(super) struct LightPath {
     pub(super) transparent: u32,
     pub(super) media: Media,
     pub(super) band: Option<u8>,
-    /// Whether a mirror's lobe of the first surface has scattered it: then it may be found from camera paths.
+    /// Whether the first surface has scattered it by a mirror's lobe, or by narrow ones alone: then it may be found from camera paths.
     pub(super) mirrored: bool,
+    /// Whether that lobe was a mirror's.
+    pub(super) by_delta: bool,
+    /// Whether it has been left where camera paths find it that come by mirrors and narrow lobes alone.
+    pub(super) left: bool,
     /// How many surfaces have scattered it.
     pub(super) scattered: u32,
     /// Where its ray begins: the last vertex, or the light; and the cosine there.

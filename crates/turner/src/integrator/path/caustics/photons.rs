@@ -20,7 +20,7 @@ const SHRINK: f64 = 0.7;
 /// Cosine between the normals of surfaces that may share light.
 const SAME_SIDE: f32 = 0.7;
 
-/// Light that arrives at a surface: 56 bytes.
+/// Light that arrives at a surface: 72 bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
     /// Where.
@@ -33,6 +33,8 @@ pub struct Photon {
     pub power: Spectrum,
     /// How often it was scattered.
     pub depth: u32,
+    /// Whether by a mirror's lobe at first, which camera paths find again by chance alone.
+    pub by_delta: bool,
 }
 
 /// The photons of one sample of all pixels, in cells of a hashed grid.

@@ -12,11 +12,8 @@ use crate::math::DVec2;
 use crate::scene::Scene;
 use crate::scene::casters::Casters;
 
-/// The most light paths to a sample of all pixels: photons take some 60 MB per million of them.
+/// The most light paths to a sample of all pixels: photons take some 75 MB per million of them.
 const MOST_PATHS: u64 = 1 << 20;
-
-/// The fewest light paths to each camera path where photons are found.
-const LEAST_FOR_PHOTONS: f64 = 0.5;
 
 /// The share of the picture's light that photons must bring to be found.
 const LEAST_BY_PHOTONS: f64 = 1e-3;
@@ -62,7 +59,7 @@ impl Plan {
         }
         // Where nothing was found all groups are chosen as before.
         let _ = plan.casters.choose_by(&found.groups);
-        let ratio = if plan.merges { found.ratio.max(LEAST_FOR_PHOTONS) } else { found.ratio };
+        let ratio = if plan.merges { found.ratio_with_photons } else { found.ratio };
         plan.paths = ((pixels as f64 * ratio) as u64).clamp(1, MOST_PATHS);
         Some(plan)
     }

@@ -13,9 +13,10 @@ use crate::sampler::SampleId;
 use crate::scene::Scene;
 use std::sync::Arc;
 
-/// Cells of the picture along its sides, and camera paths in each.
+/// Cells of the picture along its sides, pixels looked at in each, and camera paths in each pixel.
 const SIDE: u32 = 16;
-const SAMPLES: u32 = 4;
+const PIXELS: u32 = 2;
+const SAMPLES: u32 = 2;
 
 /// Light paths: so many, and again so many if those leave any doubt.
 const PATHS: u32 = 2048;
@@ -33,6 +34,17 @@ const GAIN: f64 = 0.9;
 /// Light paths to each camera path that are considered.
 const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 
+/// What a ray of a light path and a surface that scatters one take, in rays of camera paths with all that belongs to them: measured.
+const RAY: f64 = 0.4;
+const SCATTERING: f64 = 2.2;
+
+/// The samples of a picture are spread evenly, those of the probe are not: what is left of the variance of so many camera paths, and of light paths. Measured.
+const EVEN: f64 = 0.25;
+const EVEN_LIGHT: f64 = 0.1;
+
+/// How many times fewer photons count for a sample than for the first one, after some dozens: the radius shrinks.
+const SHRUNK: f64 = 2.0;
+
 /// The picture as some camera paths see it.
 struct Look {
     /// Luminance of each cell.
@@ -47,8 +59,9 @@ struct Look {
 
 /// What was found.
 pub(super) struct Found {
-    /// The best number of light paths to each camera path.
+    /// The best number of light paths to each camera path; without photons and with them.
     pub(super) ratio: f64,
+    pub(super) ratio_with_photons: f64,
     /// Whether they pay.
     pub(super) pays: bool,
     /// The share of the picture's light that photons bring.
@@ -76,15 +89,16 @@ impl Look {
         let mut wave = Wave::new(settings, scene, Off);
         wave.plan = Some(plan);
         let (values, rays) = Look::trace(scene, &mut wave);
-        let n = f64::from(SAMPLES);
+        let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
-            values.chunks(SAMPLES as usize).map(|cell| cell.iter().sum::<f64>() / n).collect();
+            values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
         let mut look = Look { cells, dark: 0.0, variance: 0.0, rays };
         look.dark = DARK * look.mean() * look.mean();
         let mut variance = 0.0;
-        for (cell, mean) in values.chunks(SAMPLES as usize).zip(&look.cells) {
-            let spread = cell.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0);
-            variance += spread / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
+        for (cell, mean) in values.chunks(each).zip(&look.cells) {
+            // Of paths through one pixel: what the picture shows is no noise.
+            let spread: f64 = cell.chunks(SAMPLES as usize).map(spread).sum();
+            variance += spread / f64::from(PIXELS) / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
         }
         look.variance = variance / look.cells.len().max(1) as f64;
         look
@@ -95,11 +109,14 @@ impl Look {
         let film = &scene.film;
         let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
         let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
-        let points = (0..SIDE * SIDE * SAMPLES).map(|i| {
-            let cell = i / SAMPLES;
-            let id = SampleId { x: cell % SIDE, y: cell / SIDE, index: i % SAMPLES, seed: 0x9e37_79b9 };
-            let within = id.unit_square(0);
-            (id, (DVec2::new(f64::from(id.x), f64::from(id.y)) + within) * size)
+        let points = (0..SIDE * SIDE * PIXELS * SAMPLES).map(|i| {
+            let pixel = i / SAMPLES;
+            let cell = pixel / PIXELS;
+            let of_pixel = SampleId { x: cell % SIDE, y: cell / SIDE, index: pixel % PIXELS, seed: 0x51de };
+            let id = SampleId { index: i % (PIXELS * SAMPLES), seed: 0x9e37_79b9, ..of_pixel };
+            let corner = DVec2::new(f64::from(id.x), f64::from(id.y));
+            let place = ((corner + of_pixel.unit_square(0)) * size).floor();
+            (id, place + id.unit_square(0))
         });
         take_points(scene, &mut samples, points);
         wave.radiance(&samples, &mut out, &mut stats);
@@ -109,7 +126,7 @@ impl Look {
         (values, rays)
     }
 
-    /// The luminance that these photons of some light paths bring on average.
+    /// The luminance that these photons of some light paths bring on average, over that of the picture, and about the square of their relative error if there are as many light paths as in the plan.
     fn photons(
         &self,
         scene: &Scene,
@@ -117,18 +134,20 @@ impl Look {
         settings: Settings,
         photons: Vec<Photon>,
         paths: f64,
-    ) -> f64 {
+    ) -> (f64, f64) {
         /// How many times farther than in a picture photons count, for there are few.
         const WIDER: f64 = 8.0;
         if photons.is_empty() {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let few = Plan { paths: paths as u64, first_radius: WIDER * plan.first_radius, ..plan.clone() };
         let mut wave = Wave::new(settings, scene, Off);
         wave.plan = Some(&few);
         wave.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
         let (values, _) = Look::trace(scene, &mut wave);
-        wave.by_photons / values.len().max(1) as f64
+        let (n, mean) = (values.len().max(1) as f64, self.mean().max(1e-30));
+        let more = plan.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
+        (wave.by_photons / (n * mean), wave.photon_variance / (n * mean * mean * more))
     }
 
     fn mean(&self) -> f64 {
@@ -142,6 +161,13 @@ impl Look {
         let value = self.cells.get((at(cell.y) * SIDE + at(cell.x)) as usize).copied().unwrap_or(0.0);
         1.0 / (value * value + self.dark).max(f64::MIN_POSITIVE)
     }
+}
+
+/// The variance of a few values.
+fn spread(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n.max(1.0);
+    values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0).max(1.0)
 }
 
 /// Measures for a plan with as many light paths as pixels.
@@ -190,15 +216,24 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
     let n = brought.paths;
     // Per pixel and sample; of light paths with as many as pixels.
     let by_chance = brought.squares_by_chance / (n * pixels);
-    let by_light = brought.squares / (n * pixels * plan.paths as f64);
-    let price = stats.light as f64 / n / look.rays.max(1.0);
+    let by_light = EVEN_LIGHT * brought.squares / (n * pixels * plan.paths as f64);
+    let price = (RAY * stats.light as f64 + SCATTERING * wave.scattered as f64) / n / look.rays.max(1.0);
     let alone = brought.alone / (n * pixels) / look.mean().max(1e-30);
     let ratio_of = plan.paths as f64 / pixels;
-    let cost = |ratio: f64| (look.variance + by_light * ratio_of / ratio) * (1.0 + price * ratio);
-    let ratio = RATIOS.into_iter().min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(1.0);
-    let pays = alone > LEAST || cost(ratio) < GAIN * (look.variance + by_chance);
-    let by_photons = look.photons(scene, plan, settings, wave.take_photons(), n) / look.mean().max(1e-30);
+    // Light of narrow lobes is found in other ways as well: by itself it is no reason for photons.
+    let mut photons = wave.take_photons();
+    photons.retain(|photon| photon.by_delta);
+    let (by_photons, of_photons) = look.photons(scene, plan, settings, photons, n);
+    // The square of the error and the time of a sample, one times the other.
+    let cost = |ratio: f64, more: f64| {
+        (EVEN * look.variance + (by_light + more) * ratio_of / ratio) * (1.0 + price * ratio)
+    };
+    let best = |more: f64| {
+        RATIOS.into_iter().min_by(|a, b| cost(*a, more).total_cmp(&cost(*b, more))).unwrap_or(1.0)
+    };
+    let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
+    let pays = alone > LEAST || cost(ratio, 0.0) < GAIN * EVEN * (look.variance + by_chance);
     let groups =
         (0u32..).zip(&brought.of_group).map(|(g, m)| (m * plan.casters.probability(g)).sqrt()).collect();
-    Found { ratio, pays, by_photons, groups }
+    Found { ratio, ratio_with_photons, pays, by_photons, groups }
 }
