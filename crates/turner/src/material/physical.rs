@@ -31,6 +31,8 @@ pub struct Physical {
     pub(crate) focuses: bool,
     /// Whether it is no surface, but the boundary of a medium.
     pub(crate) boundary: bool,
+    /// Whether light walks about in the body that it encloses.
+    pub(crate) walks: bool,
     /// Indices of refraction by colour band, where they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
@@ -155,8 +157,9 @@ impl Physical {
             .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
         let dispersion = desc.dispersion();
         let focuses = !pane && desc.focuses();
+        let (walks, boundary) = (desc.has_walk(), false);
         let mut made =
-            Physical { desc, shadow, pane, boundary: false, focuses, dispersion, constant, plain: None };
+            Physical { desc, shadow, pane, boundary, walks, focuses, dispersion, constant, plain: None };
         made.plain = made.find_plain();
         made
     }

@@ -3,10 +3,10 @@
 use super::caustics::Gathered;
 use super::record::{
     EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord, Roulette, ScatterRecord,
-    VertexRecord, WayRecord,
+    VertexRecord, WalkRecord, WayRecord,
 };
 use super::wave::Path;
-use crate::bsdf::{BsdfSample, Lobe};
+use crate::bsdf::{BsdfSample, Entry, Lobe};
 use crate::color::Spectrum;
 use crate::material::{Material, Physical};
 use crate::math::{DVec3, Ray};
@@ -71,6 +71,7 @@ impl PathRecord {
             transmittance,
             throughput: path.beta,
             passage: Passage::Surface,
+            walk: None,
             emission: None,
             ior_around: None,
             band: path.band,
@@ -173,6 +174,31 @@ impl PathRecord {
                 throughput,
             });
         });
+    }
+
+    /// It enters a translucent body in this direction.
+    pub(super) fn entered(&mut self, direction: DVec3, entry: &Entry, throughput: Spectrum) {
+        let cosine = entry.wi.z.abs();
+        let pdf = entry.probability * cosine * std::f64::consts::FRAC_1_PI;
+        self.at(|v| {
+            v.scatter = Some(ScatterRecord {
+                direction,
+                lobe: Lobe { is_delta: false, is_transmission: true, is_diffuse: true },
+                bsdf: entry.weight * (entry.probability * std::f64::consts::FRAC_1_PI) as f32,
+                pdf,
+                cosine,
+                eta: 1.0,
+                terminator: 1.0,
+                weight: entry.weight,
+                roulette: None,
+                throughput,
+            });
+        });
+    }
+
+    /// The vertex is where a walk inside a translucent body led.
+    pub(super) fn walked(&mut self, passage: Passage, walk: WalkRecord) {
+        self.at(|v| (v.passage, v.walk) = (passage, Some(walk)));
     }
 
     /// Russian roulette was played.
@@ -292,6 +318,7 @@ impl PathRecord {
             transmittance: path.media.transmittance(t),
             throughput: path.beta,
             passage: Passage::Medium,
+            walk: None,
             emission: None,
             ior_around: None,
             band: path.band,
