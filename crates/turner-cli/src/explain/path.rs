@@ -226,7 +226,10 @@ fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
         rows.push(("through", format!("{}{left}", inside.join(" and "))));
     }
     if let Some(walk) = v.walk {
-        rows.push(("walk inside", format!("{} steps, length {}", walk.steps, number(walk.length))));
+        rows.push((
+            "walk inside",
+            format!("{} steps, length {}, weight {}", walk.steps, number(walk.length), color(walk.weight)),
+        ));
     }
     rows.push(("throughput", color(v.throughput)));
     if let Some(ior) = v.ior_around.filter(|&ior| ior != 1.0) {

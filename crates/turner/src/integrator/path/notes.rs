@@ -136,7 +136,7 @@ impl PathRecord {
     /// The shadow ray, and how much comes through.
     pub(super) fn in_the_way(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
         let Some(ray) = ray else { return };
-        self.light_of(self.asks_second, |light| {
+        self.asked_light(|light| {
             light.shadow_origin = Some(ray.origin);
             if through != Spectrum::WHITE {
                 light.casters = scene.shadow_casters(&ray);
@@ -146,9 +146,22 @@ impl PathRecord {
 
     /// What of it arrived.
     pub(super) fn arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
-        self.light_of(self.asks_second, |light| {
+        self.asked_light(|light| {
             (light.visible, light.contribution) = (Some(visible), contribution);
         });
+    }
+
+    /// Something about the light whose shadow ray is asked for. Where a walk inside a body came out, the ray of the surface where it went in comes first.
+    fn asked_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
+        if self.asks_second || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
+            return self.light_of(self.asks_second, f);
+        }
+        let waits = |l: &&mut LightRecord| l.visible.is_none() && !l.unshadowed.is_black();
+        let first = self.vertices.len().saturating_sub(2);
+        let mut lights = self.vertices.iter_mut().skip(first).filter_map(|v| v.light.as_mut());
+        if let Some(light) = lights.find(waits) {
+            f(light);
+        }
     }
 
     /// A direction was sampled and taken; the path carries `throughput` on.

@@ -166,6 +166,8 @@ pub struct WalkRecord {
     pub steps: u32,
     /// How long it was.
     pub length: f64,
+    /// The factor of the throughput: what the medium scattered and left, over the probability of that; 0 in bands that were black before.
+    pub weight: Spectrum,
 }
 
 /// A surface that the path met, or a place in a medium that scattered it: there normals are 0, `primitive` is `u32::MAX`, and `material` that of

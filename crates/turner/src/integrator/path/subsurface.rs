@@ -182,7 +182,12 @@ impl<'a, R: Record> Wave<'a, R> {
         let end = walk.run(u, &mut path.media);
         let (ray, steps, length) = (walk.ray, walk.steps, walk.length);
         stats.reflected += u64::from(steps);
-        path.beta = Spectrum::from(walk.carried.map(|v| v as f32));
+        let mut weight = walk.carried;
+        for (weight, before) in weight.iter_mut().zip(carried) {
+            *weight = if before > 0.0 { *weight / before } else { 0.0 };
+        }
+        let weight = Spectrum::from(weight.map(|v| v as f32));
+        path.beta = path.beta * weight;
         path.vertex += 1;
         path.from_camera = false;
         self.forget_light_paths(sample);
@@ -202,7 +207,7 @@ impl<'a, R: Record> Wave<'a, R> {
                     // No light is sampled from within.
                     path.alone = true;
                     self.record.note(|r| r.met(scene, path, &ray, &hit, &met, None));
-                    self.record.note(|r| r.walked(Passage::Surface, WalkRecord { steps, length }));
+                    self.record.note(|r| r.walked(Passage::Surface, WalkRecord { steps, length, weight }));
                     self.found_light(sample, m, &met, pixel);
                 }
                 return;
@@ -212,7 +217,7 @@ impl<'a, R: Record> Wave<'a, R> {
         };
         path.numbers = VertexNumbers::of(&path.sampler, FIRST_SET + 2 * (path.vertex - 1));
         self.record.note(|r| r.met(scene, path, &ray, &hit, &out, None));
-        self.record.note(|r| r.walked(Passage::Exit, WalkRecord { steps, length }));
+        self.record.note(|r| r.walked(Passage::Exit, WalkRecord { steps, length, weight }));
         let (bsdf, material) = self.way_out(sample, material, &out);
         let from_above = Ray { direction: -out.ng, ..Ray::new(out.p, -out.ng) };
         let vertex = prepare(scene, &from_above, material, &out, &bsdf, true);
