@@ -152,7 +152,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
     picture(
         "candle.jpg",
-        Turner("scenes/showcase/candle.toml --width 400 --height 320 --samples 300 --clamp-indirect 1"),
+        Turner("scenes/showcase/candle.toml --width 320 --height 256 --samples 110 --clamp-indirect 1"),
     ),
     picture(
         "foggy-beam.jpg",
