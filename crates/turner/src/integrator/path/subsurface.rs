@@ -146,7 +146,6 @@ impl Walk<'_> {
 
 impl<'a, R: Record> Wave<'a, R> {
     /// A path that enters the body of `material` at a vertex, to where it comes out, and on from there. `u` is for the first distance.
-    #[expect(clippy::too_many_arguments, reason = "as scatter, with the entry")]
     #[inline(never)]
     pub(super) fn walk(
         &mut self,
