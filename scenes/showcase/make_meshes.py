@@ -117,10 +117,17 @@ PERFUME = smooth([(0.0, 0.15), (0.345, 0.16), (0.425, 0.21), (0.436, 0.3), (0.43
                   (0.42, 0.594), (0.38, 0.592), (0.0, 0.592)])
 CAP = smooth([(0.0, 1.0), (0.26, 1.0), (0.28, 1.01), (0.29, 1.03), (0.29, 1.3), (0.29, 1.52), (0.285, 1.55), (0.265, 1.57),
               (0.2, 1.575), (0.0, 1.575)])
+# A candle with the hollow that its flame has melted, and the flame.
+CANDLE = smooth([(0.0, 0.0), (0.32, 0.0), (0.345, 0.012), (0.352, 0.05), (0.35, 0.5), (0.347, 0.98), (0.345, 1.1), (0.338, 1.155),
+                 (0.318, 1.178), (0.29, 1.165), (0.262, 1.125), (0.2, 1.1), (0.1, 1.092), (0.0, 1.09)])
+FLAME = smooth([(0.0, 1.175), (0.022, 1.18), (0.05, 1.22), (0.063, 1.29), (0.056, 1.38), (0.037, 1.48), (0.016, 1.57), (0.0, 1.63)], 2)
 
 for name, profile in [
     ("wine_glass", WINE_GLASS), ("wine", WINE), ("bottle", BOTTLE), ("vase", VASE), ("bowl", BOWL), ("lime", LIME),
     ("flask", FLASK), ("perfume", PERFUME), ("cap", CAP),
+    ("candle", CANDLE),
 ]:
     write(name, lathe(profile, 72))
 write("waves", waves(8.1, 5.1, 120, 76))
+# Each of its triangles is a light.
+write("flame", lathe(FLAME, 16))

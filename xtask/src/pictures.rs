@@ -152,6 +152,10 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("show-pool.jpg", Turner("scenes/showcase/pool.toml --width 480 --height 300 --samples 32")),
     picture("smoke.jpg", Turner("scenes/showcase/smoke.toml --width 400 --height 300 --samples 64")),
     picture(
+        "candle.jpg",
+        Turner("scenes/showcase/candle.toml --width 320 --height 256 --samples 110 --clamp-indirect 1"),
+    ),
+    picture(
         "foggy-beam.jpg",
         Turner(
             "scenes/showcase/foggy-beam.toml --width 400 --height 250 --samples 48 --max-depth 4 --clamp-indirect 1",

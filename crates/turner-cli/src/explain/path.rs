@@ -103,7 +103,7 @@ pub(super) fn tree(
         }
         parent = Some(place);
         kind = match (&v.scatter, v.passage) {
-            (Some(s), Passage::Surface | Passage::Medium) => kind_of(&s.lobe),
+            (Some(s), Passage::Surface | Passage::Medium | Passage::Exit) => kind_of(&s.lobe),
             _ => Kind::Straight,
         };
     }
@@ -203,6 +203,8 @@ fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
         (Passage::Boundary, true) => "enters a medium",
         (Passage::Boundary, false) => "leaves a medium",
         (Passage::Medium, _) => "",
+        (Passage::Exit, _) => "comes out of the body",
+        (Passage::Surface, _) if v.walk.is_some() => "met within the body",
         (Passage::Pane, _) => "a clear pane: passed straight",
         (Passage::Surface, true) if transmits => "enters",
         (Passage::Surface, false) if transmits => "leaves",
@@ -222,6 +224,12 @@ fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
         let inside: Vec<String> = v.inside.iter().map(|&id| names.material(id)).collect();
         let left = v.transmittance.map_or(String::new(), |left| format!(", which left {}", color(left)));
         rows.push(("through", format!("{}{left}", inside.join(" and "))));
+    }
+    if let Some(walk) = v.walk {
+        rows.push((
+            "walk inside",
+            format!("{} steps, length {}, weight {}", walk.steps, number(walk.length), color(walk.weight)),
+        ));
     }
     rows.push(("throughput", color(v.throughput)));
     if let Some(ior) = v.ior_around.filter(|&ior| ior != 1.0) {

@@ -72,6 +72,7 @@ fn vertex(names: &Names<'_>, v: &VertexRecord) -> Value {
         "transmittance": v.transmittance.map(color),
         "throughput": color(v.throughput),
         "passage": v.passage.word(),
+        "walk": v.walk.map(|w| json!({ "steps": w.steps, "length": w.length, "weight": color(w.weight) })),
         "emission": v.emission.as_ref().map(emission),
         "photons": v.photons.as_ref().map(|p| json!({
             "radius": p.radius,

@@ -15,6 +15,7 @@
 //! | `anisotropy` | `specular_roughness_anisotropy` and its rotation, or the picture |
 //! | `dispersion` | `transmission_dispersion_scale` at an Abbe number of 20 |
 //! | `diffuse_transmission` | `subsurface_weight` (alpha), `subsurface_color`, thin-walled without a volume |
+//! | `volume_scatter` | with `diffuse_transmission`: `subsurface_color`, `subsurface_scatter_anisotropy`; the volume's attenuation is `subsurface_radius` |
 //! | `unlit` | `unlit` |
 
 use super::images::Images;
@@ -25,6 +26,7 @@ use super::report::Report;
 use super::textures::{Textures, Use};
 use turner::color::Spectrum;
 use turner::material::{AlphaMode, PrincipledMaterial};
+use turner::math::elementary::ln;
 use turner::scene::ColorSource;
 use turner::texture::ImageChannel;
 
@@ -69,6 +71,9 @@ pub(super) fn textures_of(material: &Material) -> Vec<(&TextureInfo, bool)> {
             all.push((x.diffuse_transmission_texture.as_deref(), false));
             all.push((x.diffuse_transmission_color_texture.as_deref(), true));
         }
+        if let Some(x) = &e.volume_scatter {
+            all.push((x.multiscatter_color_texture.as_deref(), true));
+        }
         if let Some(x) = &e.specular_glossiness {
             all.push((x.diffuse_texture.as_deref(), true));
             all.push((x.specular_glossiness_texture.as_deref(), true));
@@ -104,6 +109,18 @@ fn color(v: [f64; 3]) -> Spectrum {
 
 fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
+}
+
+/// The mean way of light in a volume that leaves `attenuation` of it after `distance`, as the longest one and its factors by colour.
+fn mean_ways(attenuation: Spectrum, distance: f64) -> (f64, ColorSource) {
+    // A band that nothing stops goes a million times as far.
+    let ways = attenuation.to_array().map(|c| {
+        let depth = -ln(f64::from(c).clamp(1e-10, 1.0));
+        distance / depth.max(1e-6)
+    });
+    let longest = ways[0].max(ways[1]).max(ways[2]).min(1e30);
+    let [r, g, b] = ways.map(|way| (way / longest) as f32);
+    (longest, ColorSource::Constant(Spectrum::new(r, g, b)))
 }
 
 /// Converts materials; textures that they need are added to `textures`.
@@ -262,12 +279,27 @@ impl Converter<'_> {
                 }
                 out.transmission_color = ColorSource::Constant(attenuation);
                 out.transmission_depth = distance;
-                out.subsurface_radius = distance;
+                (out.subsurface_radius, out.subsurface_radius_scale) = mean_ways(attenuation, distance);
             }
+            self.scattering(out, extensions);
         }
         if let Some(x) = &extensions.dispersion {
             out.transmission_dispersion_scale = f64::from(positive(x.dispersion));
         }
+    }
+
+    /// What is scattered inside of a solid.
+    fn scattering(&mut self, out: &mut PrincipledMaterial, extensions: &MaterialExtensions) {
+        let Some(x) = &extensions.volume_scatter else { return };
+        let factor = x.multiscatter_color_factor.unwrap_or([0.0; 3]);
+        if extensions.diffuse_transmission.is_none() {
+            if factor.iter().any(|v| *v > 0.0) {
+                self.report.approximated("glass that scatters light inside: it is clear");
+            }
+            return;
+        }
+        out.subsurface_color = self.color(&x.multiscatter_color_texture, factor);
+        out.subsurface_scatter_anisotropy = x.scatter_anisotropy.clamp(-1.0, 1.0);
     }
 
     fn layers(&mut self, out: &mut PrincipledMaterial, extensions: &MaterialExtensions) {

@@ -293,6 +293,32 @@ fn a_volume_with_thickness_is_solid_and_colours_by_distance() {
 }
 
 #[test]
+fn light_is_scattered_inside_of_solids() {
+    let body = |volume: &str, more: &str| {
+        of_material(&format!(
+            r#"{{"extensions":{{"KHR_materials_diffuse_transmission":{{"diffuseTransmissionFactor":0.75,"diffuseTransmissionColorFactor":[1,0.5,0.25]}},
+            "KHR_materials_volume":{volume}{more}}}}}"#
+        ))
+    };
+    let volume = r#"{"thicknessFactor":2,"attenuationDistance":0.5,"attenuationColor":[0.5,0.25,0.0625]}"#;
+    let m = body(volume, "");
+    assert_eq!((m.thin_walled, constant(m.subsurface_weight)), (false, [0.75; 3]));
+    assert_eq!(constant(m.subsurface_color), [1.0, 0.5, 0.25]);
+    // Half is left after 0.5: the mean way is 0.5 / ln 2.
+    assert!((m.subsurface_radius - 0.5 / std::f64::consts::LN_2).abs() < 1e-6);
+    let [r, g, b] = constant(m.subsurface_radius_scale);
+    assert!(r == 1.0 && (g - 0.5).abs() < 1e-6 && (b - 0.25).abs() < 1e-6);
+    for color in ["multiscatterColorFactor", "multiscatterColor"] {
+        let scatter = format!(
+            r#","KHR_materials_volume_scatter":{{"{color}":[0.9,0.6,0.3],"scatterAnisotropy":-0.5}}"#
+        );
+        let m = body(volume, &scatter);
+        assert_eq!((constant(m.subsurface_color), m.subsurface_scatter_anisotropy), ([0.9, 0.6, 0.3], -0.5));
+    }
+    assert!(body("{}", "").thin_walled);
+}
+
+#[test]
 fn variants_choose_materials() {
     let members = r#","materials":[{"name":"a"},{"name":"b"}],
         "extensions":{"KHR_materials_variants":{"variants":[{"name":"red"},{"name":"blue"}]}}"#;

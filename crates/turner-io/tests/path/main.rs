@@ -22,5 +22,6 @@ mod pixels;
 mod replay;
 mod sameness;
 mod statistics;
+mod subsurface;
 mod textures;
 mod volumes;

@@ -152,6 +152,63 @@ fn a_medium_shines_through_itself() {
     mean(2, &scene).is([of(0.5, 1.0), 4.0, of(2.0, 3.0)], 1e-6);
 }
 
+/// What absorbs and shines in balance is a furnace as well: in each place as much is emitted as is absorbed. In glass radiance is larger by the square of its index.
+#[test]
+fn emission_balances_absorption() {
+    let shell = "{ type = \"sphere\", radius = 20, material = { type = \"emissive\" } }";
+    for (i, solid) in [
+        "medium = { absorption = [0.5, 1, 3], emission = [0.5, 1, 3] }",
+        "medium = { absorption = [0.5, 1, 3], emission = [0.5, 1, 3], scattering = [2, 1, 0.5], anisotropy = 0.5 }",
+        "medium = { type = \"smoke\", absorption = [2, 4, 1], emission = [2, 4, 1], scattering = 3, resolution = 24 }",
+        "material = { type = \"dielectric\", interior = { absorption = [0.5, 1, 3], emission = [1.125, 2.25, 6.75], scattering = 1 } }",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let scene = format!(
+            "{}camera = {{ position = [0, 0, 4], look_at = [0, 0, 0], fov = 20 }}\nobject = [{{ type = \"sphere\", {solid} }}, {shell}]\n",
+            path("rr_start = 100")
+        );
+        let m = mean(512, &scene);
+        for (v, e) in m.value().into_iter().zip(m.error()) {
+            // Without scattering nothing is left to chance.
+            assert!(if i == 0 { e < 1e-6 } else { e < 3e-3 }, "{solid}: {m:?}");
+            assert!((v - 1.0).abs() < 1e-3 + 4.0 * e, "{solid}: {:?} ± {:?}", m.value(), m.error());
+        }
+    }
+}
+
+/// The light that goes from one square to another through a plate of rough glass full of something that scatters: as much as the other way.
+#[test]
+fn scattering_glass_is_reciprocal() {
+    let power = |from: (f64, [f64; 2]), to: (f64, [f64; 2]), front: f64| {
+        let square = |(side, [x, y]): (f64, [f64; 2]), z: f64, material: &str| {
+            format!(
+                "{{ type = \"rectangle\", center = [{x}, {y}, {z}], edge_u = [{side}, 0, 0], edge_v = [0, {side}, 0], material = {{ {material} }} }}"
+            )
+        };
+        let ([x, y], view) = (to.1, 1.5 * to.0);
+        let scene = format!(
+            "integrator = {{ type = \"path\", max_depth = 200, max_diffuse = 1, rr_start = 20 }}\n\
+             camera = {{ type = \"orthographic\", position = [{x}, {y}, {}], look_at = [{x}, {y}, {}], viewport = {view} }}\n\
+             object = [{}, {}, {{ type = \"box\", min = [-4, -4, -0.2], max = [4, 4, 0.2], material = {{ type = \"dielectric\", roughness = 0.4, \
+             interior = {{ scattering = [2, 1, 4], absorption = 0.1, anisotropy = 0.3 }} }} }}]\n",
+            0.7 * front,
+            1.5 * front,
+            square(from, -1.5 * front, "type = \"emissive\""),
+            square(to, 1.5 * front, "type = \"matte\", color = 0.9"),
+        );
+        let m = mean(1024, &scene);
+        [0, 1, 2].map(|band| (m.value()[band] * view * view, m.error()[band] * view * view))
+    };
+    let (one, other) = ((2.0, [0.4, 0.0]), (1.2, [-0.3, 0.5]));
+    let (there, back) = (power(one, other, 1.0), power(other, one, -1.0));
+    for ((a, ea), (b, eb)) in there.into_iter().zip(back) {
+        let error = f64::hypot(ea, eb);
+        assert!(error < 0.03 * a && (a - b).abs() < 4.5 * error, "{there:?} {back:?}");
+    }
+}
+
 /// Lights with an extent are found by sampling them at two places and by chance: each way alone gives the same.
 #[test]
 fn ways_to_find_lights_agree_in_media() {

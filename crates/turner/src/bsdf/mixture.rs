@@ -15,27 +15,28 @@ pub(crate) const MIN_COSINE: f64 = 1e-7;
 const FUZZ: usize = 0;
 const COAT: usize = 1;
 const INTERFACE: usize = 2;
-const REFLECT: usize = 3;
+pub(super) const REFLECT: usize = 3;
 const TRANSMIT: usize = 4;
-const PASS: usize = 5;
+/// Straight through a thin wall, or into a translucent body, which no thin wall has.
+pub(super) const PASS: usize = 5;
 /// What scatters several times between the facets of the base, reflected and transmitted.
 const AGAIN: usize = 6;
 const ACROSS: usize = 7;
-const LOBES: usize = 8;
+pub(super) const LOBES: usize = 8;
 
 /// What lies over the base on the way to or from a direction.
 #[derive(Clone, Copy)]
 pub(super) struct Above {
-    w: Toward,
+    pub(super) w: Toward,
     /// The cosine to the coat's normal.
-    coat: f64,
+    pub(super) coat: f64,
     /// Shares that pass the fuzz, and the fuzz and the coat.
-    fuzz: f64,
-    through: f64,
+    pub(super) fuzz: f64,
+    pub(super) through: f64,
     /// Way through the coat; 0 where there is none.
-    way: f64,
+    pub(super) way: f64,
     /// Share that reaches the diffuse body; 0 where there is no body.
-    body: f64,
+    pub(super) body: f64,
 }
 
 /// Probabilities of the lobes.
@@ -91,11 +92,16 @@ impl Bsdf {
         (f * (i.z / wi.z), pdf)
     }
 
+    fn has_body(&self) -> bool {
+        let d = &self.diffuse;
+        d.reflect != Rgb::ZERO || d.transmit != Rgb::ZERO || d.enter != Rgb::ZERO
+    }
+
     /// Share of light under the layers that reaches the diffuse body.
     #[inline]
     fn below(&self, w: Toward) -> f64 {
         match &self.interface {
-            _ if self.diffuse.reflect == Rgb::ZERO && self.diffuse.transmit == Rgb::ZERO => 0.0,
+            _ if !self.has_body() => 0.0,
             None => 1.0,
             Some(i) => i.below(w),
         }
@@ -118,6 +124,9 @@ impl Bsdf {
             let w = Toward::all(wo.z);
             return (Above { w, coat: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
         }
+        if self.leaves {
+            return self.seen_from_inside(wo);
+        }
         let above = self.above_towards(DVec3 { z: wo.z.max(0.0), ..wo }, self.inside);
         let p = if wo.z > MIN_COSINE { self.probabilities(above) } else { [0.0; LOBES] };
         (above, p)
@@ -125,7 +134,7 @@ impl Bsdf {
 
     /// The divisor of the product of two such shares, with which a body keeps all that reaches it.
     pub(super) fn diffuse_normalisation(&self) -> f64 {
-        if self.diffuse.reflect == Rgb::ZERO && self.diffuse.transmit == Rgb::ZERO {
+        if !self.has_body() {
             return 1.0;
         }
         let plain = self.fuzz.is_none() && (self.coat.is_none() || self.inside);
@@ -177,6 +186,9 @@ impl Bsdf {
             out[AGAIN] = again * above.through * tint;
             out[ACROSS] = across * above.through * tint;
         }
+        if self.diffuse.enter != Rgb::ZERO {
+            out[PASS] += self.diffuse.enter * body * tint;
+        }
         out
     }
 
@@ -209,6 +221,9 @@ impl Bsdf {
         if self.lambert {
             let above = wi.z > 0.0;
             return if above { (self.diffuse.reflect / PI, wi.z / PI) } else { (Rgb::ZERO, 0.0) };
+        }
+        if self.leaves {
+            return self.what_leaves(wi);
         }
         self.mixture_with(wo, wi, o, p)
     }
@@ -279,6 +294,9 @@ impl Bsdf {
             let f = spectrum(self.diffuse.reflect / PI);
             return (wi.z > MIN_COSINE).then(|| BsdfSample { wi, f, pdf: wi.z / PI, lobe, eta: 1.0 });
         }
+        if self.leaves {
+            return self.sample_leaving([u[1], u[2]]);
+        }
         let (lobe, u0) = choose(p, u[0])?;
         let mut eta = 1.0;
         let wi = match lobe {
@@ -317,6 +335,8 @@ impl Bsdf {
                     Some(_) => return None,
                 }
             }
+            // Into a body: see Bsdf::enter.
+            PASS if !self.thin => return None,
             PASS => {
                 let interface = self.interface.as_ref()?;
                 let i = self.above_on(Toward::all(wo.z), !self.inside);
@@ -360,7 +380,7 @@ fn delta(wi: DVec3, color: Rgb, pdf: f64, is_transmission: bool, eta: f64) -> Op
 }
 
 /// The lobe that `u` falls on, and where in it, within 0..1.
-fn choose(p: &[f64; LOBES], u: f64) -> Option<(usize, f64)> {
+pub(super) fn choose(p: &[f64; LOBES], u: f64) -> Option<(usize, f64)> {
     let mut below = 0.0;
     let mut last = None;
     for (lobe, p) in p.iter().enumerate() {

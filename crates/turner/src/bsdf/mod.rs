@@ -26,11 +26,13 @@ mod mixture;
 mod pane;
 mod point;
 mod rough_mirror;
+mod subsurface;
 
 pub(crate) use diffuse::sample_cosine;
 pub(crate) use mixture::MIN_COSINE;
 pub use point::PrincipledPoint;
 pub use rough_mirror::{RoughMirror, RoughMirrorBlock};
+pub use subsurface::Entry;
 
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -85,6 +87,8 @@ pub struct Bsdf {
     diffuse: Diffuse,
     /// Lambert's reflection and nothing else.
     lambert: bool,
+    /// What leaves the inside of a translucent body: see [`Bsdf::leaving`].
+    leaves: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,6 +105,10 @@ struct Diffuse {
     /// Albedos, shares included.
     reflect: Rgb,
     transmit: Rgb,
+    /// What comes back of light that enters and walks about inside.
+    enter: Rgb,
+    /// Share of the surface that it may enter.
+    enter_share: f64,
     /// Share of the surface, for the BRDF of a rough body, whose albedo is `reflect` / `share`.
     share: f64,
     roughness: f64,
@@ -115,13 +123,15 @@ impl Bsdf {
         let share = (1.0 - unit(p.base_metalness)) * (1.0 - unit(p.transmission_weight));
         let (base, translucent) = (color(p.base_color) * unit(p.base_weight), color(p.subsurface_color));
         let subsurface = unit(p.subsurface_weight);
-        let (reflect, transmit) = if p.thin_walled {
-            (base * (1.0 - subsurface), translucent * subsurface)
+        let (reflect, transmit, enter) = if p.thin_walled {
+            (base * (1.0 - subsurface), translucent * subsurface, Rgb::ZERO)
+        } else if p.subsurface_walk && p.entering {
+            (base * (1.0 - subsurface), Rgb::ZERO, translucent * subsurface)
         } else {
-            (base.lerp(translucent, subsurface), Rgb::ZERO)
+            (base.lerp(translucent, subsurface), Rgb::ZERO, Rgb::ZERO)
         };
         let glass = (1.0 - unit(p.base_metalness)) * unit(p.transmission_weight);
-        let albedo = base * unit(p.base_metalness) + (reflect + transmit) * share + Rgb::splat(glass);
+        let albedo = base * unit(p.base_metalness) + (reflect + transmit + enter) * share + Rgb::splat(glass);
         let roughness = share + (1.0 - share) * unit(p.specular_roughness);
         let fuzz_weight = unit(p.fuzz_weight);
         let mut bsdf = Bsdf {
@@ -139,11 +149,14 @@ impl Bsdf {
             diffuse: Diffuse {
                 reflect: reflect * share,
                 transmit: transmit * share,
+                enter: enter * share,
+                enter_share: if enter == Rgb::ZERO { 0.0 } else { subsurface * share },
                 share,
                 roughness: unit(p.base_diffuse_roughness),
                 through: 1.0,
             },
             lambert: false,
+            leaves: false,
         };
         bsdf.diffuse.through = bsdf.diffuse_normalisation();
         bsdf.lambert = bsdf.is_lambert();
@@ -163,11 +176,14 @@ impl Bsdf {
             diffuse: Diffuse {
                 reflect: color(albedo),
                 transmit: Rgb::ZERO,
+                enter: Rgb::ZERO,
+                enter_share: 0.0,
                 share: 1.0,
                 roughness: 0.0,
                 through: 1.0,
             },
             lambert: false,
+            leaves: false,
         };
         bsdf.lambert = bsdf.is_lambert();
         bsdf
@@ -195,6 +211,7 @@ impl Bsdf {
             && self.rotation.is_none()
             && self.diffuse.reflect == Rgb::ZERO
             && self.diffuse.transmit == Rgb::ZERO
+            && self.diffuse.enter == Rgb::ZERO
             && !self.inside;
         let interface = self.interface.as_ref().filter(|_| bare)?;
         let color = interface.rough_mirror()?;
@@ -210,6 +227,7 @@ impl Bsdf {
             && self.coat.is_none()
             && self.interface.is_none()
             && self.diffuse.transmit == Rgb::ZERO
+            && self.diffuse.enter == Rgb::ZERO
             && self.diffuse.reflect != Rgb::ZERO
             && self.diffuse.roughness < diffuse::MIN_ROUGHNESS
     }

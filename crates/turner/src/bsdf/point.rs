@@ -41,6 +41,9 @@ pub struct PrincipledPoint {
     pub subsurface_weight: f64,
     /// Colour of the translucent part.
     pub subsurface_color: Spectrum,
+    /// Whether light that enters the translucent part of a solid is left to a walk inside ([`Towards::enter`](super::Towards::enter)); otherwise that part is a
+    /// diffuse surface of the same colour.
+    pub subsurface_walk: bool,
     /// Share covered by a clear coat.
     pub coat_weight: f64,
     /// What the coat lets through, in and out again head-on.
@@ -89,6 +92,7 @@ impl Default for PrincipledPoint {
             transmission_depth: 0.0,
             subsurface_weight: 0.0,
             subsurface_color: Spectrum::grey(0.8),
+            subsurface_walk: false,
             coat_weight: 0.0,
             coat_color: Spectrum::WHITE,
             coat_roughness: 0.0,

@@ -231,7 +231,7 @@ impl Way {
 pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut each: impl FnMut(Part)) {
     let value = |s: Spectrum| f64::from(s.luminance());
     let mut way = Way::default();
-    for v in &path.vertices {
+    for (i, v) in path.vertices.iter().enumerate() {
         let own = v.chosen.unwrap_or(v.material);
         if let Some(e) = v.emission.filter(|e| !e.contribution.is_black()) {
             each(Part {
@@ -251,7 +251,9 @@ pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut 
                 value: value(l.contribution),
             });
         }
-        if let (Some(s), Passage::Surface) = (&v.scatter, v.passage) {
+        // A body is entered and left by one scattering: that where it is left.
+        let enters = path.vertices.get(i + 1).is_some_and(|next| next.walk.is_some());
+        if let (Some(s), Passage::Surface | Passage::Exit, false) = (&v.scatter, v.passage, enters) {
             way.take(s, own);
         }
     }

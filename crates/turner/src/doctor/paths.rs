@@ -168,7 +168,9 @@ fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRe
         out.vertices += 1;
         if v.passage != Passage::Medium {
             let entry = out.by_primitive.entry(v.primitive).or_insert((0, v.material));
-            entry.0 += 1;
+            let steps = v.walk.map_or(0, |walk| u64::from(walk.steps));
+            entry.0 += 1 + steps;
+            work += steps;
         }
         match v.passage {
             Passage::Surface => {}
@@ -176,7 +178,7 @@ fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRe
                 out.passed += 1;
                 *out.holes.entry(v.material).or_default() += 1;
             }
-            Passage::Hidden | Passage::Boundary | Passage::Medium => {}
+            Passage::Hidden | Passage::Boundary | Passage::Medium | Passage::Exit => {}
         }
         // The first surface of a path that light can be asked for.
         let rough = v.scatter.as_ref().is_none_or(|s| !s.lobe.is_delta) || v.light.is_some();

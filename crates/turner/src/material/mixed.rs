@@ -130,6 +130,11 @@ impl Mix {
         }
     }
 
+    /// Whether any of its materials encloses a translucent body. Nesting is bounded by the check of the scene.
+    pub(super) fn walks(&self, scene: &Scene) -> bool {
+        self.parts.iter().any(|p| scene.materials.get(p.material.index()).is_some_and(|m| m.has_walk(scene)))
+    }
+
     /// The material that a ray meets on the outer or inner side, chosen by `u` within 0..1; `None` where it passes.
     pub fn choose<'a>(
         &self,

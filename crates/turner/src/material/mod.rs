@@ -18,6 +18,7 @@ mod mixed;
 mod physical;
 mod plastic;
 mod principled;
+mod subsurface;
 
 pub use boundary::BoundaryMaterial;
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};

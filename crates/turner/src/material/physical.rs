@@ -34,6 +34,8 @@ pub struct Physical {
     pub(crate) narrow: bool,
     /// Whether it is no surface, but the boundary of a medium.
     pub(crate) boundary: bool,
+    /// Whether light walks about in the body that it encloses.
+    pub(crate) walks: bool,
     /// Indices of refraction by colour band, where they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
     /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
@@ -175,11 +177,13 @@ impl Physical {
         let focuses = !pane && desc.focuses();
         let gloss = Gloss::of(&desc);
         let narrow = focuses && desc.is_narrow();
+        let walks = desc.has_walk();
         let mut made = Physical {
             desc,
             shadow,
             pane,
             boundary: false,
+            walks,
             focuses,
             dispersion,
             constant,

@@ -53,6 +53,9 @@ const fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
 }
 
+/// OpenPBR's default, about that of skin.
+const RADIUS_SCALE: ColorSource = ColorSource::Constant(Spectrum::new(1.0, 0.5, 0.25));
+
 params! {
     /// The physical material, by the names of OpenPBR 1.1: a base (metal, or a dielectric that is diffuse, glassy or translucent) under a coat and a fuzz.
     /// Numbers between 0 and 1 may be textures, too: give them a picture with `channel = "g"` and `encoding = "linear"`.
@@ -92,12 +95,17 @@ params! {
         transmission_dispersion_abbe_number: f64 = 20.0, in Range::POSITIVE;
         /// The medium inside, where light passes: murky water, milk, amber. It absorbs beside what `transmission_depth` says.
         interior: Option<MediumId> = None;
-        /// Share of the diffuse base that is translucent; in a thin wall, diffuse transmission.
+        /// Share of the diffuse base that is translucent: light walks about inside and comes out elsewhere, as in wax, skin, marble and milk. The integrators
+        /// "path" and "direct" show that; for others it is a diffuse surface. In a thin wall, diffuse transmission.
         subsurface_weight: ColorSource = grey(0.0), in Range::UNIT;
-        /// Colour of the translucent part.
+        /// Colour of the translucent part, as it is seen where the body is thick.
         subsurface_color: ColorSource = grey(0.8), in Range::NON_NEGATIVE;
-        /// Mean way of light inside.
+        /// How far light goes inside on average before it is scattered, in scene units; 0 makes it a diffuse surface.
         subsurface_radius: f64 = 1.0, in Range::NON_NEGATIVE;
+        /// Factors of `subsurface_radius` by colour: red light goes farthest in skin and wax.
+        subsurface_radius_scale: ColorSource = RADIUS_SCALE, in Range::NON_NEGATIVE;
+        /// Mean cosine of the angle by which light is scattered inside: 0 evenly, towards 1 forwards, below 0 backwards.
+        subsurface_scatter_anisotropy: f64 = 0.0, in Range::closed(-1.0, 1.0);
         /// Share covered by a clear coat.
         coat_weight: ColorSource = grey(0.0), in Range::UNIT;
         /// What the coat lets through.
@@ -206,6 +214,8 @@ impl Default for PrincipledMaterial {
             subsurface_weight: grey(0.0),
             subsurface_color: grey(0.8),
             subsurface_radius: 1.0,
+            subsurface_radius_scale: RADIUS_SCALE,
+            subsurface_scatter_anisotropy: 0.0,
             coat_weight: grey(0.0),
             coat_color: grey(1.0),
             coat_roughness: grey(0.0),

@@ -92,7 +92,7 @@ pub struct Place {
 impl Homogeneous {
     /// What is left after a way of length `t`, by band.
     #[inline]
-    fn bands_left(&self, t: f64) -> [f64; 3] {
+    pub(super) fn bands_left(&self, t: f64) -> [f64; 3] {
         let [r, g, b] = self.coefficients.extinction;
         if r == g && g == b {
             return [left(r, t); 3];
@@ -127,13 +127,24 @@ impl Homogeneous {
     /// been tried (one-sample MIS with the balance heuristic, Veach 1997, section 9.2.4).
     #[inline]
     pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2]) -> Walk {
-        let s = self.coefficients.extinction;
         let end = stretch.end;
         let emitted = self.emitted(end);
         if !stretch.scatters {
             return Walk { scattered: None, weight: self.transmittance(end), pdf: 0.0, emitted };
         }
-        let shares = stretch.shares;
+        let t = self.distance(stretch.shares, u);
+        if t < end {
+            let (weight, pdf) = self.scattered_at(stretch.shares, t);
+            return Walk { scattered: Some(t), weight, pdf, emitted };
+        }
+        let weight = self.passed(stretch.shares, end);
+        Walk { scattered: None, weight, pdf: 0.0, emitted }
+    }
+
+    /// A distance at which a path of these shares by band is scattered; `u` chooses the band and the length.
+    #[inline]
+    pub fn distance(&self, shares: [f64; 3], u: [f64; 2]) -> f64 {
+        let s = self.coefficients.extinction;
         let band = match u[0] {
             u if u < shares[0] => 0,
             u if u < shares[0] + shares[1] => 1,
@@ -141,19 +152,26 @@ impl Homogeneous {
         };
         // Roundings choose no band that is black.
         let band = if shares[band] > 0.0 { band } else { (0..3).find(|i| shares[*i] > 0.0).unwrap_or(0) };
-        let t = if s[band] > 0.0 { -ln(1.0 - u[1]) / s[band] } else { f64::INFINITY };
-        if t < end {
-            let place = self.place(shares, t);
-            let weight =
-                if place.pdf > 0.0 { place.scattered * (1.0 / place.pdf) as f32 } else { Spectrum::BLACK };
-            // Where next to nothing arrives, the density is too small for single precision.
-            let weight = if weight.is_finite() { weight } else { Spectrum::BLACK };
-            return Walk { scattered: Some(t), weight, pdf: place.pdf, emitted };
-        }
+        if s[band] > 0.0 { -ln(1.0 - u[1]) / s[band] } else { f64::INFINITY }
+    }
+
+    /// The weight of a path that is scattered at such a distance, and the density of that.
+    #[inline]
+    pub fn scattered_at(&self, shares: [f64; 3], t: f64) -> (Spectrum, f64) {
+        let place = self.place(shares, t);
+        let weight =
+            if place.pdf > 0.0 { place.scattered * (1.0 / place.pdf) as f32 } else { Spectrum::BLACK };
+        // Where next to nothing arrives, the density is too small for single precision.
+        (if weight.is_finite() { weight } else { Spectrum::BLACK }, place.pdf)
+    }
+
+    /// The weight of a path whose distance is larger than `end`.
+    #[inline]
+    pub fn passed(&self, shares: [f64; 3], end: f64) -> Spectrum {
         let through = self.bands_left(end);
         let probability: f64 = (0..3).map(|i| shares[i] * through[i]).sum();
         let weight = if probability > 0.0 { through.map(|v| (v / probability) as f32) } else { [0.0; 3] };
-        Walk { scattered: None, weight: Spectrum::from(weight), pdf: 0.0, emitted }
+        Spectrum::from(weight)
     }
 
     /// The radiance that it emits along a way of length `t`, as it arrives at its begin.

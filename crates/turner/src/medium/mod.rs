@@ -9,6 +9,7 @@ mod grid;
 mod homogeneous;
 mod phase;
 mod smoke;
+mod subsurface;
 mod varying;
 
 pub use equiangular::Equiangular;
@@ -16,6 +17,7 @@ pub use grid::{GridData, GridFile, GridMedium, MAX_VALUES};
 pub use homogeneous::{Homogeneous, HomogeneousMedium, Place};
 pub use phase::HenyeyGreenstein;
 pub use smoke::SmokeMedium;
+pub use subsurface::scattering_albedo;
 pub use varying::Varying;
 
 use crate::color::Spectrum;

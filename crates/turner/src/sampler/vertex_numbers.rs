@@ -18,6 +18,14 @@ type Bits = [u32; WIDTH];
 pub struct VertexNumbers([u32; 8]);
 
 impl VertexNumbers {
+    /// Those of one sample, from the first of the two sets on.
+    pub fn of(sample: &OwenSobol, set: u32) -> VertexNumbers {
+        // As many bits as there were.
+        let bits = |set: u32| sample.four(set).map(|u| (u * 4_294_967_296.0) as u32);
+        let ([a, b, c, d], [e, f, g, h]) = (bits(set), bits(set + 1));
+        VertexNumbers([a, b, c, d, e, f, g, h])
+    }
+
     /// Those of the first set, in 0..1.
     #[inline]
     pub fn first(&self) -> [f64; 4] {
@@ -139,6 +147,7 @@ mod tests {
             for ((sample, set), numbers) in samples.iter().zip(&out) {
                 assert_eq!(numbers.first(), sample.four(*set));
                 assert_eq!(numbers.second(), sample.four(set + 1));
+                assert_eq!(VertexNumbers::of(sample, *set).0, numbers.0);
             }
         }
     }

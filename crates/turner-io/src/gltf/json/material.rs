@@ -88,6 +88,8 @@ pub(crate) struct MaterialExtensions {
     pub(crate) dispersion: Option<Dispersion>,
     #[serde(rename = "KHR_materials_diffuse_transmission")]
     pub(crate) diffuse_transmission: Option<Box<DiffuseTransmission>>,
+    #[serde(rename = "KHR_materials_volume_scatter")]
+    pub(crate) volume_scatter: Option<Box<VolumeScatter>>,
     #[serde(rename = "KHR_materials_unlit")]
     pub(crate) unlit: Option<Unlit>,
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
@@ -193,6 +195,16 @@ pub(crate) struct DiffuseTransmission {
     pub(crate) diffuse_transmission_texture: Option<Box<TextureInfo>>,
     pub(crate) diffuse_transmission_color_factor: Option<[f64; 3]>,
     pub(crate) diffuse_transmission_color_texture: Option<Box<TextureInfo>>,
+}
+
+/// `KHR_materials_volume_scatter`; drafts of it had the factor by another name.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(crate) struct VolumeScatter {
+    #[serde(alias = "multiscatterColor")]
+    pub(crate) multiscatter_color_factor: Option<[f64; 3]>,
+    pub(crate) multiscatter_color_texture: Option<Box<TextureInfo>>,
+    pub(crate) scatter_anisotropy: f64,
 }
 
 /// `KHR_materials_unlit`.

@@ -54,6 +54,7 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         transmission_depth: if s.6 == 0.0 { 1.0 } else { 0.0 },
         subsurface_weight: c.0,
         subsurface_color: c.1,
+        subsurface_walk: false,
         coat_weight: c.2,
         coat_color: c.3,
         coat_roughness: c.4,

@@ -15,6 +15,7 @@ mod record;
 mod replay;
 mod settings;
 mod shade;
+mod subsurface;
 mod vertex;
 mod volume;
 mod volume_light;
@@ -22,7 +23,7 @@ mod wave;
 
 pub use record::{
     AroundRecord, EmissionRecord, End, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord,
-    Roulette, ScatterRecord, VertexRecord, WayRecord,
+    Roulette, ScatterRecord, VertexRecord, WalkRecord, WayRecord,
 };
 pub use replay::{replay, replay_at};
 

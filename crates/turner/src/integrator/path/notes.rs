@@ -3,10 +3,10 @@
 use super::caustics::Gathered;
 use super::record::{
     EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord, Roulette, ScatterRecord,
-    VertexRecord, WayRecord,
+    VertexRecord, WalkRecord, WayRecord,
 };
 use super::wave::Path;
-use crate::bsdf::{BsdfSample, Lobe};
+use crate::bsdf::{BsdfSample, Entry, Lobe};
 use crate::color::Spectrum;
 use crate::material::{Material, Physical};
 use crate::math::{DVec3, Ray};
@@ -71,6 +71,7 @@ impl PathRecord {
             transmittance,
             throughput: path.beta,
             passage: Passage::Surface,
+            walk: None,
             emission: None,
             ior_around: None,
             band: path.band,
@@ -135,7 +136,7 @@ impl PathRecord {
     /// The shadow ray, and how much comes through.
     pub(super) fn in_the_way(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
         let Some(ray) = ray else { return };
-        self.light_of(self.asks_second, |light| {
+        self.asked_light(|light| {
             light.shadow_origin = Some(ray.origin);
             if through != Spectrum::WHITE {
                 light.casters = scene.shadow_casters(&ray);
@@ -145,9 +146,22 @@ impl PathRecord {
 
     /// What of it arrived.
     pub(super) fn arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
-        self.light_of(self.asks_second, |light| {
+        self.asked_light(|light| {
             (light.visible, light.contribution) = (Some(visible), contribution);
         });
+    }
+
+    /// Something about the light whose shadow ray is asked for. Where a walk inside a body came out, the ray of the surface where it went in comes first.
+    fn asked_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
+        if self.asks_second || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
+            return self.light_of(self.asks_second, f);
+        }
+        let waits = |l: &&mut LightRecord| l.visible.is_none() && !l.unshadowed.is_black();
+        let first = self.vertices.len().saturating_sub(2);
+        let mut lights = self.vertices.iter_mut().skip(first).filter_map(|v| v.light.as_mut());
+        if let Some(light) = lights.find(waits) {
+            f(light);
+        }
     }
 
     /// A direction was sampled and taken; the path carries `throughput` on.
@@ -173,6 +187,31 @@ impl PathRecord {
                 throughput,
             });
         });
+    }
+
+    /// It enters a translucent body in this direction.
+    pub(super) fn entered(&mut self, direction: DVec3, entry: &Entry, throughput: Spectrum) {
+        let cosine = entry.wi.z.abs();
+        let pdf = entry.probability * cosine * std::f64::consts::FRAC_1_PI;
+        self.at(|v| {
+            v.scatter = Some(ScatterRecord {
+                direction,
+                lobe: Lobe { is_delta: false, is_transmission: true, is_diffuse: true },
+                bsdf: entry.weight * (entry.probability * std::f64::consts::FRAC_1_PI) as f32,
+                pdf,
+                cosine,
+                eta: 1.0,
+                terminator: 1.0,
+                weight: entry.weight,
+                roulette: None,
+                throughput,
+            });
+        });
+    }
+
+    /// The vertex is where a walk inside a translucent body led.
+    pub(super) fn walked(&mut self, passage: Passage, walk: WalkRecord) {
+        self.at(|v| (v.passage, v.walk) = (passage, Some(walk)));
     }
 
     /// Russian roulette was played.
@@ -292,6 +331,7 @@ impl PathRecord {
             transmittance: path.media.transmittance(t),
             throughput: path.beta,
             passage: Passage::Medium,
+            walk: None,
             emission: None,
             ior_around: None,
             band: path.band,

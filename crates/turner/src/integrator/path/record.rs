@@ -123,6 +123,8 @@ pub enum Passage {
     Boundary,
     /// No surface: the medium scattered it.
     Medium,
+    /// There it comes out of a translucent body in which it was scattered.
+    Exit,
 }
 
 impl Passage {
@@ -135,6 +137,7 @@ impl Passage {
             Passage::Pane => "pane",
             Passage::Boundary => "boundary",
             Passage::Medium => "medium",
+            Passage::Exit => "exit",
         }
     }
 }
@@ -154,6 +157,17 @@ pub struct WayRecord {
     pub emission: Option<Spectrum>,
     /// The light sampled at a second place of the way, and how far that is.
     pub second: Option<(f64, LightRecord)>,
+}
+
+/// A walk inside a translucent body.
+#[derive(Clone, Copy, Debug)]
+pub struct WalkRecord {
+    /// How many distances were sampled: one more than it was scattered.
+    pub steps: u32,
+    /// How long it was.
+    pub length: f64,
+    /// The factor of the throughput: what the medium scattered and left, over the probability of that; 0 in bands that were black before.
+    pub weight: Spectrum,
 }
 
 /// A surface that the path met, or a place in a medium that scattered it: there normals are 0, `primitive` is `u32::MAX`, and `material` that of
@@ -196,6 +210,8 @@ pub struct VertexRecord {
     pub throughput: Spectrum,
     /// What the surface is to the path.
     pub passage: Passage,
+    /// The walk inside a translucent body that led there; origin and direction are those of its last step.
+    pub walk: Option<WalkRecord>,
     /// What shone there.
     pub emission: Option<EmissionRecord>,
     /// Index of refraction around the solid, where it has an inside.

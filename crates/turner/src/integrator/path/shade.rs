@@ -267,13 +267,16 @@ impl<R: Record> Wave<'_, R> {
             self.connect(at.sample, vertex, material, lit);
         }
         let [u0, u1, u2, u3] = self.paths[at.sample as usize].numbers.second();
+        if let Some(entry) = vertex.bsdf.enter([u2, u0, u1]) {
+            return self.walk(at, material, &entry, u3, pixel, stats);
+        }
         if let Some(s) = vertex.bsdf.sample([u2, u0, u1]) {
             self.follow(at.sample, vertex, material, s, u3, stats);
         }
     }
 
     /// Adds the light of a shining surface that was hit.
-    fn found_light(
+    pub(super) fn found_light(
         &mut self,
         sample: u32,
         material: &Physical,

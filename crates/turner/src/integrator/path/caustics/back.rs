@@ -179,6 +179,13 @@ impl<R: Record> Wave<'_, R> {
         }
     }
 
+    /// The path enters a translucent body: light paths do not come that way, so that all that it finds from here on counts in full.
+    pub(in crate::integrator::path) fn forget_light_paths(&mut self, sample: u32) {
+        if let Some(back) = self.back.get_mut(sample as usize) {
+            (back.ratio, back.group, back.mirror, back.way) = (0.0, NO_GROUP, NO_GROUP, Way::Other);
+        }
+    }
+
     /// The same where light is reflected by Lambert's law, towards `wo` in the end.
     #[inline]
     pub(in crate::integrator::path) fn note_back_of_lambert(&mut self, sample: u32, to: &Onward, wo: DVec3) {

@@ -1,0 +1,262 @@
+//! Random walks in translucent bodies (Chiang, Kutz & Burley 2016, "Practical and controllable subsurface scattering for production path tracing").
+//!
+//! A path that enters a body goes from scattering to scattering in its medium until it comes out of it; there it is as if it had met a diffuse surface that lets all
+//! light out: a light is sampled and the path goes on. The walk counts as one scattering together with that. Its distances are sampled by the band of one colour, chosen
+//! anew for each by what the path carries, and weighed as if all bands had been tried (as [`Homogeneous`] does in other media), so that what a walk carries
+//! in all never grows.
+//!
+//! Bodies that touch or overlap are one, and the medium is that where the path entered. Surfaces of glass and boundaries of media within are crossed straight, and all
+//! else within takes up the light that meets it.
+
+use super::LightSampling;
+use super::media::Media;
+use super::record::{Passage, Record, WalkRecord};
+use super::shade::FIRST_SET;
+use super::vertex::prepare;
+use super::wave::{Arrival, Wave};
+use crate::bsdf::{Bsdf, Entry};
+use crate::color::Spectrum;
+use crate::integrator::{Radiance, RayStats};
+use crate::material::{Material, Physical};
+use crate::math::{Frame, Ray};
+use crate::medium::Homogeneous;
+use crate::sampler::{Stream, VertexNumbers};
+use crate::scene::{Hit, Scene, SurfaceInteraction};
+
+/// A walk of more steps counts as coming out where it went in: of a white body without end one in 400 has so many, of others fewer.
+const MAX_STEPS: u32 = 1 << 16;
+
+/// Walks that carry less than this share of what they began with end at random; those that go on carry it again.
+const ROULETTE_BELOW: f64 = 0.25;
+
+/// Mean ways are no shorter than so many times the rounding of the place on the surface: walks must come away from it.
+const SHORTEST: f64 = 256.0;
+
+/// Things crossed on one step; more than these take up the light.
+const MAX_CROSSINGS: u32 = 256;
+
+/// A path inside a body.
+struct Walk<'a> {
+    scene: &'a Scene,
+    body: &'a Homogeneous,
+    /// How much it carries, by band, and the sum at the beginning.
+    carried: [f64; 3],
+    first: f64,
+    ray: Ray,
+    /// The primitive by which it came in.
+    primitive: u32,
+    /// How many bodies it is in.
+    depth: u32,
+    /// What places are rounded by.
+    margin: f64,
+    steps: u32,
+    length: f64,
+    stream: Stream,
+}
+
+/// Where a walk ends.
+enum End {
+    /// It comes out of the body.
+    Out(Hit),
+    /// It comes out where it went in.
+    Back,
+    /// It meets something else within.
+    Met(Hit),
+    /// Nothing is left of it.
+    Lost,
+}
+
+impl Walk<'_> {
+    /// The share of each band in what it carries, and the sum; `None` where that is nothing.
+    fn shares(&self) -> Option<([f64; 3], f64)> {
+        let [r, g, b] = self.carried;
+        let sum = r + g + b;
+        (sum > 0.0 && sum < f64::INFINITY).then(|| ([r / sum, g / sum, b / sum], sum))
+    }
+
+    /// Multiplies what it carries by a weight for each band, all over a density.
+    fn weigh(&mut self, weight: [f64; 3], pdf: f64) {
+        let scale = if pdf > 0.0 { 1.0 / pdf } else { 0.0 };
+        for (carried, w) in self.carried.iter_mut().zip(weight) {
+            let now = *carried * w * scale;
+            *carried = if now.is_finite() { now } else { 0.0 };
+        }
+    }
+
+    /// Walks, the first distance by `u`.
+    fn run(&mut self, u: f64, media: &mut Media) -> End {
+        let mut u = u;
+        let phase = self.body.phase();
+        while self.steps < MAX_STEPS {
+            let Some((shares, _)) = self.shares() else { return End::Lost };
+            let t = self.body.distance(shares, [self.stream.unit(), u]);
+            self.steps += 1;
+            if let Some((hit, end)) = self.nearest(t, media) {
+                let (left, pdf) = self.body.left(shares, end);
+                self.weigh(left, pdf);
+                self.length += end;
+                return hit;
+            }
+            // Not on the surface, if only by rounding.
+            let (scattered, pdf) = self.body.scattered(shares, t);
+            self.weigh(scattered, pdf);
+            self.length += t;
+            let Some((_, sum)) = self.shares() else { return End::Lost };
+            let least = ROULETTE_BELOW * self.first;
+            if sum < least {
+                if self.stream.unit() * least >= sum {
+                    return End::Lost;
+                }
+                self.carried = self.carried.map(|v| v * (least / sum));
+            }
+            let (direction, _) = phase.sample(self.ray.direction, [self.stream.unit(), self.stream.unit()]);
+            self.ray = Ray { origin: self.ray.at(t), direction, t_min: 0.0, ..self.ray };
+            u = self.stream.unit();
+        }
+        End::Back
+    }
+
+    /// What ends the walk within a distance `t`, and how far that is. Whatever else is there is crossed.
+    fn nearest(&mut self, t: f64, media: &mut Media) -> Option<(End, f64)> {
+        let mut ray = Ray { t_max: t + self.margin, ..self.ray };
+        for _ in 0..MAX_CROSSINGS {
+            let hit = self.scene.intersect(&ray)?;
+            let surface = self.scene.surface(&ray, &hit);
+            let outside = ray.direction.dot(surface.ng) < 0.0;
+            let material = self.scene.material_at(&hit);
+            let id = self.scene.primitive_id(&hit);
+            match material {
+                _ if material.has_walk(self.scene) => match (outside, self.depth) {
+                    // Rounding has left the body, or it folds into itself.
+                    (true, _) if id == self.primitive => {}
+                    (true, _) => self.depth += 1,
+                    (false, 0..=1) => return Some((End::Out(hit), hit.shape.t)),
+                    (false, _) => self.depth -= 1,
+                },
+                Material::Physical(m) if m.boundary || m.has_inside() => {
+                    media.cross(self.scene, &surface, m, outside);
+                }
+                _ => return Some((End::Met(hit), hit.shape.t)),
+            }
+            ray.t_min = self.scene.beyond(&ray, &hit, &surface);
+        }
+        Some((End::Lost, t))
+    }
+}
+
+impl<'a, R: Record> Wave<'a, R> {
+    /// A path that enters the body of `material` at a vertex, to where it comes out, and on from there. `u` is for the first distance.
+    #[inline(never)]
+    pub(super) fn walk(
+        &mut self,
+        at: &Arrival<'_>,
+        material: &Physical,
+        entry: &Entry,
+        u: f64,
+        pixel: &mut Radiance,
+        stats: &mut RayStats,
+    ) {
+        let (scene, sample) = (self.scene, at.sample);
+        let surface = at.surface;
+        let path = &mut self.paths[sample as usize];
+        path.beta = path.beta * entry.weight;
+        // By the law of cosines around the true normal: all of it goes in.
+        let direction = Frame::from_z(surface.ng).to_world(entry.wi);
+        self.record.note(|r| r.entered(direction, entry, path.beta));
+        let body = material.body(scene, surface, SHORTEST * surface.error);
+        let carried = path.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        let mut walk = Walk {
+            scene,
+            body: &body,
+            carried,
+            first: carried.iter().sum(),
+            ray: Ray { time: surface.time(), ..Ray::new(surface.leave(direction), direction) },
+            primitive: scene.primitive_id(&surface.hit),
+            depth: 1,
+            margin: surface.error,
+            steps: 0,
+            length: 0.0,
+            stream: path.sampler.stream(FIRST_SET + 2 * path.vertex),
+        };
+        let end = walk.run(u, &mut path.media);
+        let (ray, steps, length) = (walk.ray, walk.steps, walk.length);
+        stats.reflected += u64::from(steps);
+        let mut weight = walk.carried;
+        for (weight, before) in weight.iter_mut().zip(carried) {
+            *weight = if before > 0.0 { *weight / before } else { 0.0 };
+        }
+        let weight = Spectrum::from(weight.map(|v| v as f32));
+        path.beta = path.beta * weight;
+        path.vertex += 1;
+        path.from_camera = false;
+        self.forget_light_paths(sample);
+        let path = &mut self.paths[sample as usize];
+        if path.beta.is_black() {
+            return;
+        }
+        let (out, hit) = match end {
+            End::Lost => return,
+            End::Met(hit) => {
+                let met = scene.surface(&ray, &hit);
+                let outside = ray.direction.dot(met.ng) < 0.0;
+                if let Material::Physical(m) = scene.material_at(&hit)
+                    && m.is_emissive()
+                    && (outside || m.shines_backwards())
+                {
+                    // No light is sampled from within.
+                    path.alone = true;
+                    self.record.note(|r| r.met(scene, path, &ray, &hit, &met, None));
+                    self.record.note(|r| r.walked(Passage::Surface, WalkRecord { steps, length, weight }));
+                    self.found_light(sample, m, &met, pixel);
+                }
+                return;
+            }
+            End::Out(hit) => (scene.surface(&ray, &hit), hit),
+            End::Back => (*surface, surface.hit),
+        };
+        path.numbers = VertexNumbers::of(&path.sampler, FIRST_SET + 2 * (path.vertex - 1));
+        self.record.note(|r| r.met(scene, path, &ray, &hit, &out, None));
+        self.record.note(|r| r.walked(Passage::Exit, WalkRecord { steps, length, weight }));
+        let (bsdf, material) = self.way_out(sample, material, &out);
+        let from_above = Ray { direction: -out.ng, ..Ray::new(out.p, -out.ng) };
+        let vertex = prepare(scene, &from_above, material, &out, &bsdf, true);
+        let lit = match self.settings.light_sampling {
+            LightSampling::Bsdf => None,
+            LightSampling::Both | LightSampling::Light => {
+                let [u0, u1, u2, _] = self.paths[sample as usize].numbers.first();
+                scene.emitters.sample(scene, scene.receiver(&out, -out.ng), [u0, u1, u2])
+            }
+        };
+        let arrival = Arrival { sample, ray: from_above, surface: &out, lit: lit.as_ref() };
+        self.scatter(&arrival, &vertex, material, true, pixel, stats);
+    }
+
+    /// What is above the body where the path comes out of it: of the material there, if light walks in that; else nothing.
+    fn way_out<'m>(
+        &self,
+        sample: u32,
+        entered: &'m Physical,
+        out: &SurfaceInteraction,
+    ) -> (Bsdf, &'m Physical)
+    where
+        'a: 'm,
+    {
+        let scene: &'a Scene = self.scene;
+        let u = self.paths[sample as usize].numbers.first()[3];
+        let there = match scene.material_at(&out.hit) {
+            Material::Physical(m) => Some(&**m),
+            Material::Mix(m) => m.choose(scene, out, true, u),
+            Material::Classic(_) | Material::Principled(..) => None,
+        };
+        match there.filter(|m| m.walks) {
+            Some(m) => {
+                let bsdf = match m.constant_bsdf(true) {
+                    Some(bsdf) => bsdf.leaving(),
+                    None => m.bsdf(scene, out, 1.0, true).leaving(),
+                };
+                (bsdf, m)
+            }
+            None => (Bsdf::lambert(Spectrum::WHITE), entered),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Translucent bodies: what is inside of a material with `subsurface_weight`.
+
+use super::{Material, Physical, PrincipledMaterial, color_at};
+use crate::color::Spectrum;
+use crate::medium::Homogeneous;
+use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+
+/// The mean cosine of scattering is no nearer to −1 and 1.
+const MAX_ANISOTROPY: f64 = 0.999;
+
+impl PrincipledMaterial {
+    /// Whether light enters it, if only somewhere, and is scattered inside.
+    pub(crate) fn has_walk(&self) -> bool {
+        let any = |source: ColorSource| !matches!(source, ColorSource::Constant(c) if c.is_black());
+        let all = |source: ColorSource| matches!(source, ColorSource::Constant(c) if c == Spectrum::WHITE);
+        !self.thin_walled
+            && !self.unlit
+            && any(self.subsurface_weight)
+            && self.subsurface_radius > 0.0
+            && any(self.subsurface_radius_scale)
+            && !all(self.base_metalness)
+            && !all(self.transmission_weight)
+    }
+}
+
+impl Physical {
+    /// The medium inside, by the colours of a place of the surface; no mean way of light in it is shorter than `shortest`.
+    pub(crate) fn body(&self, scene: &Scene, surface: &SurfaceInteraction, shortest: f64) -> Homogeneous {
+        let d = &self.desc;
+        let color = color_at(d.subsurface_color, scene, surface);
+        let scale = color_at(d.subsurface_radius_scale, scene, surface);
+        // Textures may hold what is no number.
+        let sound = |v: f32| if v > 0.0 { v.min(1.0) } else { 0.0 };
+        let ways = scale.to_array().map(|s| {
+            let way = d.subsurface_radius * f64::from(s);
+            if way > shortest { way.min(1e30) } else { shortest }
+        });
+        let g = d.subsurface_scatter_anisotropy.clamp(-MAX_ANISOTROPY, MAX_ANISOTROPY);
+        Homogeneous::of_body(color.map(sound), ways, g)
+    }
+}
+
+impl Material {
+    /// Whether it encloses, if only by a part of a mix, a translucent body.
+    pub(crate) fn has_walk(&self, scene: &Scene) -> bool {
+        match self {
+            Material::Physical(m) => m.walks,
+            Material::Mix(m) => m.walks(scene),
+            Material::Classic(_) | Material::Principled(..) => false,
+        }
+    }
+}
