@@ -2,6 +2,7 @@
 
 use crate::assets::{AssetSource, printable};
 use crate::mesh;
+use crate::pbrt;
 use crate::scene::SceneFormat;
 use std::path::Path;
 use std::sync::Arc;
@@ -68,6 +69,7 @@ pub fn import(
         SceneFormat::Obj => mesh::import_obj(bytes, uri, assets, options),
         SceneFormat::Ply => mesh::import_ply(bytes, uri, assets, options),
         SceneFormat::Stl => mesh::import_stl(bytes, uri, assets, options),
+        SceneFormat::Pbrt => pbrt::import_from(Box::new(std::io::Cursor::new(bytes)), uri, assets, options),
         SceneFormat::Toml => {
             let message = format!("{}: is a scene, no model", printable(&assets.describe(uri)));
             Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))

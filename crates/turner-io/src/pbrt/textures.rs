@@ -1,0 +1,426 @@
+//! Textures.
+
+use super::assembly::{Assembly, Texture};
+use super::params::{Params, Type};
+use super::report::Fault;
+use super::source::Place;
+use super::spectra::{Role, color};
+use super::state::State;
+use super::transform::is_sound;
+use crate::assets::printable;
+use turner::color::{Spectrum, srgb_decode};
+use turner::image::{Image, Pixels};
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::scene::transform::Transform;
+use turner::scene::{ColorSource, ImageId};
+use turner::texture::{
+    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, MarbleDesc, MixDesc, NoiseDesc, NoiseKind, ProductDesc,
+    TextureDesc, Tint, Wrap,
+};
+
+/// The texture of a name.
+pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -> Result<ColorSource, Fault> {
+    match scene.textures.get(name) {
+        Some(texture) => Ok(texture.source),
+        None => {
+            let names: Vec<&str> = scene.textures.keys().map(String::as_str).collect();
+            Err(super::reader::unknown("texture", name, &names).or_at(place))
+        }
+    }
+}
+
+/// A picture of normals.
+pub(super) fn normal_picture(scene: &mut Assembly<'_>, file: &str, place: Place) -> Option<ColorSource> {
+    let image = scene.image(file, place)?;
+    let desc = ImageDesc { encoding: Encoding::Linear, ..picture(image) };
+    Some(scene.texture(TextureDesc::Image(desc)))
+}
+
+fn picture(file: ImageId) -> ImageDesc {
+    ImageDesc {
+        file,
+        filter: ImageFilter::Mipmap,
+        wrap: Wrap::Repeat,
+        wrap_u: None,
+        wrap_v: None,
+        gain: 1.0,
+        density: 1.0,
+        mapping: Mapping::Uv,
+        blend: 4.0,
+        transform: Transform::IDENTITY,
+        uv_matrix: None,
+        channel: ImageChannel::Rgb,
+        encoding: Encoding::Srgb,
+        tint: Spectrum::WHITE,
+        offset: Spectrum::BLACK,
+        uv_set: 0,
+    }
+}
+
+/// Defines a texture: its name, `float` or `spectrum`, and its class.
+pub(super) fn define(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    (name, kind, class): (&str, &str, &str),
+    params: Params,
+) -> Result<(), Fault> {
+    let place = params.place;
+    let is_float = match kind {
+        "float" => true,
+        "spectrum" => false,
+        // As pbrt-v3 has it.
+        "color" => false,
+        other => return Err(super::reader::unknown("type of texture", other, &["float", "spectrum"]).or_at(place)),
+    };
+    let mut maker = Maker { scene, state, params: &params, is_float };
+    let source = match class {
+        "constant" => maker.input("value", 1.0)?,
+        "scale" => {
+            let (a, b) = (maker.input("tex", 1.0)?, maker.input("scale", 1.0)?);
+            product(maker.scene, a, b)
+        }
+        "mix" | "directionmix" => {
+            let (a, b) = (maker.input("tex1", 0.0)?, maker.input("tex2", 1.0)?);
+            let amount = maker.float_input("amount", 0.5)?;
+            if class == "directionmix" {
+                params.pass(&["dir"]);
+                maker.scene.report.approximated(place, "a mix by direction: both textures have the same share");
+            }
+            mix(maker.scene, a, b, amount)
+        }
+        "imagemap" => maker.picture()?,
+        "checkerboard" => maker.checkerboard()?,
+        "bilerp" => maker.bilerp()?,
+        "dots" => {
+            let (inside, outside) = (maker.input("inside", 1.0)?, maker.input("outside", 0.0)?);
+            let _ = maker.uv();
+            maker.scene.report.approximated(place, "dots: about a fifth of the surface has the colour of the dots, evenly");
+            mix(maker.scene, outside, inside, ColorSource::Constant(Spectrum::grey(0.2)))
+        }
+        "fbm" | "wrinkled" | "windy" => {
+            let octaves = params.integer("octaves").unwrap_or(8).clamp(1, 16) as u32;
+            let gain = params.float("roughness").unwrap_or(0.5).clamp(0.0, 1.0);
+            maker.scene.report.approximated(place, format!("the texture \"{class}\": noise of the same sort"));
+            let desc = NoiseDesc {
+                kind: if class == "wrinkled" { NoiseKind::Turbulence } else { NoiseKind::Fbm },
+                octaves,
+                gain,
+                contrast: 1.0,
+                density: 1.0,
+                mapping: Mapping::Solid,
+                ..noise()
+            };
+            maker.scene.texture(TextureDesc::Noise(desc))
+        }
+        "marble" => {
+            let scale = params.float("scale").unwrap_or(1.0);
+            let distortion = params.float("variation").unwrap_or(0.2).clamp(0.0, 100.0) * 10.0;
+            params.pass(&["octaves", "roughness"]);
+            maker.scene.report.approximated(place, "the texture \"marble\": marble of the same sort");
+            let desc = MarbleDesc {
+                base: Tint::Display(0xe4e0d8),
+                cloud: Tint::Display(0xa9a7a4),
+                vein: Tint::Display(0x4a4d55),
+                veins: 2.0,
+                distortion,
+                sharp: 0.5,
+                seed: 0,
+                density: if scale.is_finite() { scale } else { 1.0 },
+                mapping: Mapping::Solid,
+                blend: 4.0,
+                transform: Transform::IDENTITY,
+            };
+            maker.scene.texture(TextureDesc::Marble(desc))
+        }
+        "ptex" => {
+            params.pass(&["filename", "encoding", "scale"]);
+            maker.scene.report.ignored(place, "a Ptex texture: it is grey");
+            ColorSource::Constant(Spectrum::grey(0.5))
+        }
+        other => {
+            let all = ["constant", "scale", "mix", "directionmix", "imagemap", "checkerboard", "bilerp", "dots", "fbm", "wrinkled", "windy", "marble", "ptex"];
+            return Err(super::reader::unknown("texture class", other, &all).or_at(place));
+        }
+    };
+    params.finish(&format!("the texture \"{}\"", printable(name)), &mut scene.report);
+    scene.textures.insert(name.to_owned(), Texture { source, is_float });
+    Ok(())
+}
+
+fn noise() -> NoiseDesc {
+    NoiseDesc {
+        low: ColorSource::Constant(Spectrum::BLACK),
+        high: ColorSource::Constant(Spectrum::WHITE),
+        kind: NoiseKind::Fbm,
+        octaves: 6,
+        lacunarity: 2.0,
+        gain: 0.5,
+        contrast: 2.0,
+        seed: 0,
+        density: 2.0,
+        mapping: Mapping::Solid,
+        blend: 4.0,
+        transform: Transform::IDENTITY,
+    }
+}
+
+/// Two sources multiplied.
+pub(super) fn product(scene: &mut Assembly<'_>, a: ColorSource, b: ColorSource) -> ColorSource {
+    match (a, b) {
+        (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
+        (ColorSource::Constant(c), texture) | (texture, ColorSource::Constant(c)) => {
+            if c == Spectrum::WHITE {
+                return texture;
+            }
+            match scene.texture_desc(texture) {
+                Some(TextureDesc::Image(image)) => {
+                    let desc = ImageDesc { tint: image.tint * c, offset: image.offset * c, ..image.clone() };
+                    scene.texture(TextureDesc::Image(desc))
+                }
+                _ => scene.texture(TextureDesc::Product(ProductDesc { a, b })),
+            }
+        }
+        _ => scene.texture(TextureDesc::Product(ProductDesc { a, b })),
+    }
+}
+
+fn mix(scene: &mut Assembly<'_>, a: ColorSource, b: ColorSource, amount: ColorSource) -> ColorSource {
+    match (a, b, amount) {
+        (ColorSource::Constant(a), ColorSource::Constant(b), ColorSource::Constant(t)) => {
+            ColorSource::Constant(a.lerp(b, t.r))
+        }
+        (a, _, ColorSource::Constant(t)) if t == Spectrum::BLACK => a,
+        (_, b, ColorSource::Constant(t)) if t == Spectrum::WHITE => b,
+        _ => scene.texture(TextureDesc::Mix(MixDesc { a, b, amount })),
+    }
+}
+
+/// A source whose values go through a function: that of numbers, or of a picture's texels, which are copied. Others are left as they are, and
+/// that is reported.
+pub(super) fn map_values(
+    scene: &mut Assembly<'_>,
+    source: ColorSource,
+    place: Place,
+    f: &dyn Fn(f64) -> f64,
+) -> ColorSource {
+    let each = |c: Spectrum| c.map(|v| f(f64::from(v)) as f32);
+    let desc = match source {
+        ColorSource::Constant(c) => return ColorSource::Constant(each(c)),
+        ColorSource::Texture(_) => match scene.texture_desc(source).cloned() {
+            Some(desc) => desc,
+            None => return source,
+        },
+    };
+    match desc {
+        TextureDesc::Image(image) => {
+            let Some(asset) = scene.images.get(image.file.index()) else { return source };
+            let (old, uri) = (asset.data.clone(), asset.uri.clone());
+            let is_encoded = old.is_display_encoded() && image.encoding != Encoding::Linear;
+            let (tint, offset) = (image.tint.to_array(), image.offset.to_array());
+            let mut pixels = Vec::new();
+            if pixels.try_reserve_exact(old.width as usize * old.height as usize * 3).is_err() {
+                return source;
+            }
+            for y in 0..old.height {
+                for x in 0..old.width {
+                    let c = old.rgb(x, y);
+                    for i in 0..3 {
+                        let v = if is_encoded { srgb_decode(c[i]) } else { c[i] };
+                        let v = f64::from(v * tint[i]) * image.gain + f64::from(offset[i]);
+                        pixels.push(f(if v.is_finite() { v } else { 0.0 }) as f32);
+                    }
+                }
+            }
+            let made = Image { width: old.width, height: old.height, channels: 3, pixels: Pixels::F32(pixels) };
+            let file = scene.add_image(&uri, made);
+            let desc = ImageDesc { file, tint: Spectrum::WHITE, offset: Spectrum::BLACK, gain: 1.0, ..image };
+            scene.texture(TextureDesc::Image(desc))
+        }
+        TextureDesc::Chessboard(board) => {
+            let even = map_values(scene, board.even, place, f);
+            let odd = map_values(scene, board.odd, place, f);
+            scene.texture(TextureDesc::Chessboard(ChessboardDesc { even, odd, ..board }))
+        }
+        _ => {
+            let message = "a texture of roughness that is neither a picture nor a checkerboard: its values are taken as they are";
+            scene.report.approximated(place, message);
+            source
+        }
+    }
+}
+
+struct Maker<'a, 'b> {
+    scene: &'a mut Assembly<'b>,
+    state: &'a State,
+    params: &'a Params,
+    is_float: bool,
+}
+
+impl Maker<'_, '_> {
+    /// A value or another texture.
+    fn input(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
+        if self.params.is(name, Type::Texture) {
+            let texture = self.params.texture(name).unwrap_or_default().to_owned();
+            return source_named(self.scene, &texture, self.params.place_of(name));
+        }
+        if self.is_float || self.params.is(name, Type::Float) {
+            return Ok(grey(self.params.float(name).unwrap_or(or)));
+        }
+        let found = color(self.scene, self.state.color_space, self.params, name, Role::Unbounded)?;
+        Ok(found.map_or(grey(or), ColorSource::Constant))
+    }
+
+    fn float_input(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
+        if self.params.is(name, Type::Texture) {
+            return self.input(name, or);
+        }
+        Ok(grey(self.params.float(name).unwrap_or(or)))
+    }
+
+    /// Scales and shifts of (u, v).
+    fn uv(&self) -> [f64; 4] {
+        let float = |name, or| self.params.float(name).filter(|v: &f64| v.is_finite()).unwrap_or(or);
+        let mapping = self.params.string("mapping").unwrap_or("uv");
+        if matches!(mapping, "uv") {
+            self.params.pass(&["v1", "v2"]);
+        }
+        [float("uscale", 1.0), float("vscale", 1.0), float("udelta", 0.0), float("vdelta", 0.0)]
+    }
+
+    /// Whether the texture lies by (u, v); if not, the projection of the plane, or what is reported.
+    fn planar(&mut self) -> Option<Transform> {
+        let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
+        let place = self.params.place_of("mapping");
+        match mapping.as_str() {
+            "uv" => None,
+            "planar" => {
+                let [_, _, du, dv] = self.uv();
+                let v1 = self.params.vector("v1").unwrap_or(DVec3::X);
+                let v2 = self.params.vector("v2").unwrap_or(DVec3::Y);
+                // Rows: 2(v·p + d) − 1, for a picture covers −1 to 1.
+                let rows = DMat3::from_cols(2.0 * v1, 2.0 * v2, v1.cross(v2)).transpose();
+                let shift = DVec3::new(2.0 * du - 1.0, 2.0 * dv - 1.0, 0.0);
+                let to_texture = DAffine3::from_mat3_translation(rows, shift);
+                let to_texture = to_texture * self.state.ctm[0].inverse();
+                if !is_sound(&to_texture) {
+                    self.scene.report.ignored(place, "a planar mapping whose directions are one");
+                    return None;
+                }
+                self.scene.report.approximated(place, "a planar mapping lies in the space of each shape");
+                Some(Transform(to_texture.inverse()))
+            }
+            other => {
+                let message = format!("the mapping \"{}\" of a texture: (u, v) takes its place", printable(other));
+                self.scene.report.approximated(place, message);
+                None
+            }
+        }
+    }
+
+    fn picture(&mut self) -> Result<ColorSource, Fault> {
+        let place = self.params.place_of("filename");
+        let Some(name) = self.params.string("filename").map(str::to_owned) else {
+            self.scene.report.ignored(self.params.place, "an imagemap without filename: it is grey");
+            return Ok(grey(0.5));
+        };
+        let planar = self.planar();
+        let [su, sv, du, dv] = self.uv();
+        let filter = match self.params.string("filter") {
+            Some("point") => ImageFilter::Nearest,
+            _ => ImageFilter::Mipmap,
+        };
+        let wrap = match self.params.string("wrap") {
+            None | Some("repeat" | "octahedralsphere") => Wrap::Repeat,
+            Some("clamp") => Wrap::Clamp,
+            Some("black") => Wrap::Black,
+            Some(other) => {
+                let message = format!("unknown wrap \"{}\" of a picture: it repeats", printable(other));
+                self.scene.report.ignored(self.params.place_of("wrap"), message);
+                Wrap::Repeat
+            }
+        };
+        let encoding = match self.params.string("encoding") {
+            Some("linear") => Encoding::Linear,
+            None | Some("sRGB") => Encoding::Srgb,
+            Some(other) => {
+                let message = format!("the encoding \"{}\" of a picture: sRGB takes its place", printable(other));
+                self.scene.report.approximated(self.params.place_of("encoding"), message);
+                Encoding::Srgb
+            }
+        };
+        let scale = self.params.float("scale").unwrap_or(1.0) as f32;
+        let invert = self.params.bool("invert").unwrap_or(false);
+        self.params.pass(&["maxanisotropy", "trilinear"]);
+        let Some(file) = self.scene.image(&name, place) else { return Ok(grey(0.5)) };
+        // A number from a picture with alpha is its alpha.
+        let has_alpha = self.scene.images.get(file.index()).is_some_and(|i| i.data.channels == 4);
+        let channel = if self.is_float && has_alpha { ImageChannel::A } else { ImageChannel::Rgb };
+        let plain = [su, sv, du, dv] == [1.0, 1.0, 0.0, 0.0];
+        let desc = ImageDesc {
+            filter,
+            wrap,
+            encoding,
+            channel,
+            tint: Spectrum::grey(if invert { -scale } else { scale }),
+            offset: if invert { Spectrum::WHITE } else { Spectrum::BLACK },
+            uv_matrix: (!plain && planar.is_none()).then_some([su, 0.0, du, 0.0, sv, dv]),
+            mapping: if planar.is_some() { Mapping::Planar } else { Mapping::Uv },
+            transform: planar.unwrap_or(Transform::IDENTITY),
+            ..picture(file)
+        };
+        Ok(self.scene.texture(TextureDesc::Image(desc)))
+    }
+
+    fn checkerboard(&mut self) -> Result<ColorSource, Fault> {
+        let (even, odd) = (self.input("tex1", 1.0)?, self.input("tex2", 0.0)?);
+        let solid = self.params.integer("dimension") == Some(3);
+        let (mapping, transform) = if solid {
+            self.scene.report.approximated(self.params.place, "a checkerboard of space lies in the space of each shape");
+            let ctm = self.state.ctm[0];
+            (Mapping::Solid, if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY })
+        } else {
+            let _ = self.planar();
+            let [su, sv, du, dv] = self.uv();
+            // Texture coordinates here are 2u − 1; pbrt counts squares in s·u + d.
+            let to_squares = DAffine3::from_mat3_translation(
+                DMat3::from_diagonal(DVec3::new(su / 2.0, sv / 2.0, 1.0)),
+                DVec3::new(su / 2.0 + du, sv / 2.0 + dv, 0.0),
+            );
+            if !is_sound(&to_squares) {
+                self.scene.report.doubtful(self.params.place, "a checkerboard without scale has one colour");
+                return Ok(even);
+            }
+            (Mapping::Uv, Transform(to_squares.inverse()))
+        };
+        let desc = ChessboardDesc { even, odd, density: 1.0, mapping, blend: 4.0, transform };
+        Ok(self.scene.texture(TextureDesc::Chessboard(desc)))
+    }
+
+    /// Four colours at the corners of (u, v), as a small picture.
+    fn bilerp(&mut self) -> Result<ColorSource, Fault> {
+        const SIDE: u32 = 32;
+        let mut corners = [Spectrum::BLACK; 4];
+        for (corner, (name, or)) in corners.iter_mut().zip([("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)]) {
+            if let ColorSource::Constant(c) = self.input(name, or)? {
+                *corner = c;
+            }
+        }
+        let [v00, v01, v10, v11] = corners;
+        let [su, sv, du, dv] = self.uv();
+        let mut pixels = Vec::with_capacity((SIDE * SIDE * 3) as usize);
+        for y in 0..SIDE {
+            for x in 0..SIDE {
+                let (u, v) = ((x as f32 + 0.5) / SIDE as f32, 1.0 - (y as f32 + 0.5) / SIDE as f32);
+                pixels.extend(v00.lerp(v10, u).lerp(v01.lerp(v11, u), v).to_array());
+            }
+        }
+        let image = Image { width: SIDE, height: SIDE, channels: 3, pixels: Pixels::F32(pixels) };
+        let file = self.scene.add_image("bilerp", image);
+        let desc = ImageDesc { wrap: Wrap::Clamp, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
+        Ok(self.scene.texture(TextureDesc::Image(desc)))
+    }
+}
+
+fn grey(v: f64) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v as f32))
+}
