@@ -32,7 +32,8 @@ fn member<'a>(bytes: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u
         return Err("is compressed by an unknown method".into());
     }
     if flags & 4 != 0 {
-        let len = usize::from(u16::from_le_bytes([*rest.first().ok_or_else(cut)?, *rest.get(1).ok_or_else(cut)?]));
+        let len =
+            usize::from(u16::from_le_bytes([*rest.first().ok_or_else(cut)?, *rest.get(1).ok_or_else(cut)?]));
         rest = rest.get(2 + len..).ok_or_else(cut)?;
     }
     for flag in [8, 16] {
@@ -54,7 +55,8 @@ fn member<'a>(bytes: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u
         if wanted <= at {
             return Err(format!("holds more than {limit} bytes"));
         }
-        out.try_reserve_exact(wanted - out.len()).map_err(|_| "there is no memory for what it holds".to_owned())?;
+        out.try_reserve_exact(wanted - out.len())
+            .map_err(|_| "there is no memory for what it holds".to_owned())?;
         out.resize(wanted, 0);
         let (status, used, written) = core::decompress(&mut inflate, rest, out, at, WHOLE);
         rest = rest.get(used..).unwrap_or_default();
@@ -87,7 +89,7 @@ mod tests {
 
     #[test]
     fn what_is_packed_comes_back() {
-        let data: Vec<u8> = (0..300_000_u32).map(|i| (i * i >> 7) as u8).collect();
+        let data: Vec<u8> = (0..300_000_u32).map(|i| (i.wrapping_mul(i) >> 7) as u8).collect();
         assert_eq!(decompress(&packed(&data), 1 << 20).unwrap(), data);
         let twice = [packed(b"one "), packed(b"two")].concat();
         assert_eq!(decompress(&twice, 100).unwrap(), b"one two");

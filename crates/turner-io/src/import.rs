@@ -77,6 +77,23 @@ pub fn import(
     }
 }
 
+/// As [`import`], from a file of `assets` that is read bit by bit where its format allows it: a text of gigabytes takes no more memory than the scene it becomes.
+pub fn import_file(
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    if SceneFormat::of_path(Path::new(uri)) == Some(SceneFormat::Pbrt) {
+        return pbrt::import(uri, assets, options);
+    }
+    let bytes =
+        assets.read(uri, MAX_FILE).map_err(|e| crate::scene::two_lines(ErrorCode::File, &e.to_string()))?;
+    import(bytes, uri, assets, options)
+}
+
+/// Most bytes of a file that is read whole.
+const MAX_FILE: u64 = 4 << 30;
+
 /// A scene of nothing, with the defaults of the scene format.
 pub(crate) fn empty_scene() -> Result<SceneDesc, SceneError> {
     struct NoFiles;

@@ -38,8 +38,8 @@ pub use format::ImageFormat;
 pub use limits::DecodeLimits;
 pub use metadata::{MetaValue, Metadata};
 pub use output::{OutputError, OutputFile};
-pub(crate) use shrink::to_fit;
 pub use output_image::{Display, OutputImage, Transfer};
+pub(crate) use shrink::to_fit;
 
 use turner::image::Image;
 

@@ -103,7 +103,8 @@ impl<'a> Assembly<'a> {
                 Ok(())
             }
             None => {
-                let message = format!("{vertices} vertices more than what is left for surfaces that are divided");
+                let message =
+                    format!("{vertices} vertices more than what is left for surfaces that are divided");
                 Err(Fault::at(place, ErrorCode::TooLarge, message).help("divide it less"))
             }
         }

@@ -33,7 +33,11 @@ struct Screen {
 impl Screen {
     /// Its size times a factor. Unless the file says both sides, its width follows the picture.
     fn viewport(self, by: f64) -> Viewport {
-        if self.is_own { Viewport::Size(self.half * 2.0 * by) } else { Viewport::Height(self.half.y * 2.0 * by) }
+        if self.is_own {
+            Viewport::Size(self.half * 2.0 * by)
+        } else {
+            Viewport::Height(self.half.y * 2.0 * by)
+        }
     }
 }
 
@@ -49,7 +53,8 @@ pub(super) fn define(
         scene.report.approximated(place, "the camera moves: it stands where it begins");
     }
     let pose = pose(scene, state, &params)?;
-    scene.frame.shutter = [params.float("shutteropen").unwrap_or(0.0), params.float("shutterclose").unwrap_or(1.0)];
+    scene.frame.shutter =
+        [params.float("shutteropen").unwrap_or(0.0), params.float("shutterclose").unwrap_or(1.0)];
     scene.frame.medium.clone_from(&state.media[1]);
     let screen = screen(scene, &params);
     let camera = match name {
@@ -62,7 +67,14 @@ pub(super) fn define(
             params.pass(&["focaldistance", "fov"]);
             let viewport = screen.viewport(pose.unit);
             let Pose { position, look_at, up, handedness, .. } = pose;
-            CameraDesc::Orthographic(OrthographicDesc { position, look_at, up, handedness, viewport, near: 0.0 })
+            CameraDesc::Orthographic(OrthographicDesc {
+                position,
+                look_at,
+                up,
+                handedness,
+                viewport,
+                near: 0.0,
+            })
         }
         "spherical" | "environment" => {
             if params.string("mapping").unwrap_or("equalarea") != "equirectangular" && name == "spherical" {
@@ -79,7 +91,11 @@ pub(super) fn define(
             perspective_of(pose, half_height(40.0), screen, None)
         }
         other => {
-            let fault = super::reader::unknown("camera", other, &["perspective", "orthographic", "spherical", "realistic"]);
+            let fault = super::reader::unknown(
+                "camera",
+                other,
+                &["perspective", "orthographic", "spherical", "realistic"],
+            );
             return Err(fault.or_at(place));
         }
     };
@@ -97,9 +113,13 @@ fn pose(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Pose
     let [right, up, forward] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis, to_world.matrix3.z_axis];
     let lengths = [right, up, forward].map(DVec3::length);
     let unit = lengths[2];
-    let askew = [right.dot(up), up.dot(forward), forward.dot(right)].iter().any(|d| d.abs() > 1e-3 * unit * unit);
+    let askew =
+        [right.dot(up), up.dot(forward), forward.dot(right)].iter().any(|d| d.abs() > 1e-3 * unit * unit);
     if askew || lengths.iter().any(|l| (l / unit - 1.0).abs() > 1e-3) {
-        scene.report.approximated(params.place, "the camera's transform shears or stretches: it is left as it stands");
+        scene.report.approximated(
+            params.place,
+            "the camera's transform shears or stretches: it is left as it stands",
+        );
     }
     let handedness = if to_world.matrix3.determinant() < 0.0 { Handedness::Right } else { Handedness::Left };
     let position = to_world.translation;
@@ -138,7 +158,16 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
     let viewport = Some(screen.viewport(half));
     let (fov, distance, near) = (None, Some(1.0), 0.0);
     match lens {
-        None => CameraDesc::Pinhole(PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, near }),
+        None => CameraDesc::Pinhole(PinholeDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            near,
+        }),
         Some((radius, focus)) => CameraDesc::ThinLens(ThinLensDesc {
             position,
             look_at,

@@ -42,7 +42,9 @@ pub(super) fn equirectangular(
     let count = (rows as usize) * (columns as usize) * 3;
     let mut pixels: Vec<f32> = Vec::new();
     if !to_light.is_finite() || pixels.try_reserve_exact(count).is_err() {
-        scene.report.ignored(place, "a picture of the surroundings whose transform cannot be undone, or too large");
+        scene
+            .report
+            .ignored(place, "a picture of the surroundings whose transform cannot be undone, or too large");
         return None;
     }
     let look = Look::new(&source);
@@ -61,7 +63,8 @@ pub(super) fn equirectangular(
             }
             let share = 1.0 / f64::from(LOOKS * LOOKS);
             let color = color.map(|c| c * share);
-            let band = cos(PI * f64::from(y) / f64::from(rows)) - cos(PI * f64::from(y + 1) / f64::from(rows));
+            let band =
+                cos(PI * f64::from(y) / f64::from(rows)) - cos(PI * f64::from(y + 1) / f64::from(rows));
             let [r, g, b] = color.map(|c| c as f32);
             sum += band * f64::from(Spectrum::new(r, g, b).luminance());
             weight += band;
@@ -141,9 +144,12 @@ impl Look<'_> {
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let (x, y) = (x.floor() as i64, y.floor() as i64);
         let mut sum = [0.0; 3];
-        for (dx, dy, w) in
-            [(0, 0, (1.0 - fx) * (1.0 - fy)), (1, 0, fx * (1.0 - fy)), (0, 1, (1.0 - fx) * fy), (1, 1, fx * fy)]
-        {
+        for (dx, dy, w) in [
+            (0, 0, (1.0 - fx) * (1.0 - fy)),
+            (1, 0, fx * (1.0 - fy)),
+            (0, 1, (1.0 - fx) * fy),
+            (1, 1, fx * fy),
+        ] {
             sum.iter_mut().zip(self.pixel(x + dx, y + dy)).for_each(|(s, c)| *s += w * c);
         }
         sum

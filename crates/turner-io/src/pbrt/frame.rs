@@ -91,7 +91,16 @@ impl Frame {
             report.approximated(params.place_of("maxcomponentvalue"), message);
         }
         // The output is named on the command line; half precision and layers are its choice, too.
-        params.pass(&["filename", "savefp16", "diagonal", "coordinatesystem", "nbuckets", "lambdamin", "lambdamax", "scale"]);
+        params.pass(&[
+            "filename",
+            "savefp16",
+            "diagonal",
+            "coordinatesystem",
+            "nbuckets",
+            "lambdamin",
+            "lambdamax",
+            "scale",
+        ]);
         params.finish("the film", report);
     }
 
@@ -115,7 +124,8 @@ impl Frame {
             "triangle" => (FilterKind::Tent, 2.0),
             "gaussian" => (FilterKind::Gaussian, 1.5),
             "mitchell" | "sinc" | "lanczossinc" => {
-                let message = format!("the filter \"{name}\" has negative parts: \"blackman-harris\" takes its place");
+                let message =
+                    format!("the filter \"{name}\" has negative parts: \"blackman-harris\" takes its place");
                 report.approximated(params.place, message);
                 (FilterKind::BlackmanHarris, 2.0)
             }
@@ -147,14 +157,29 @@ impl Frame {
 
     pub(super) fn integrator(&mut self, name: &str, params: Params, report: &mut Report) {
         let known = [
-            "path", "volpath", "simplepath", "simplevolpath", "bdpt", "mlt", "sppm", "lightpath", "randomwalk",
-            "ambientocclusion", "function", "whitted", "directlighting",
+            "path",
+            "volpath",
+            "simplepath",
+            "simplevolpath",
+            "bdpt",
+            "mlt",
+            "sppm",
+            "lightpath",
+            "randomwalk",
+            "ambientocclusion",
+            "function",
+            "whitted",
+            "directlighting",
         ];
         if !known.contains(&name) {
-            report.ignored(params.place, format!("unknown integrator \"{}\"; light is followed by paths", printable(name)));
+            report.ignored(
+                params.place,
+                format!("unknown integrator \"{}\"; light is followed by paths", printable(name)),
+            );
         }
         if name == "ambientocclusion" {
-            self.integrator = IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc { distance: 0.0, samples: 16 });
+            self.integrator =
+                IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc { distance: 0.0, samples: 16 });
             params.pass(&["cossample", "maxdistance"]);
         } else {
             let depth = params.integer("maxdepth").unwrap_or(5).clamp(0, 100_000) as u32;
@@ -164,20 +189,48 @@ impl Frame {
             report.ignored(params.place_of("regularize"), "regularize: paths are not made rougher here");
         }
         params.pass(&[
-            "maxdepth", "lightsampler", "lightsamplestrategy", "rrthreshold", "samplelights", "samplebsdf",
-            "visualizestrategies", "visualizeweights", "photonsperiteration", "radius", "seed", "bootstrapsamples",
-            "chains", "mutationsperpixel", "largestepprobability", "sigma", "pixelbounds", "iterations",
+            "maxdepth",
+            "lightsampler",
+            "lightsamplestrategy",
+            "rrthreshold",
+            "samplelights",
+            "samplebsdf",
+            "visualizestrategies",
+            "visualizeweights",
+            "photonsperiteration",
+            "radius",
+            "seed",
+            "bootstrapsamples",
+            "chains",
+            "mutationsperpixel",
+            "largestepprobability",
+            "sigma",
+            "pixelbounds",
+            "iterations",
         ]);
         params.finish("the integrator", report);
     }
 
     pub(super) fn options(&mut self, params: Params, report: &mut Report) {
         params.refuse(
-            &["disablepixeljitter", "disabletexturefiltering", "disablewavelengthjitter", "displacementedgescale", "forcediffuse"],
+            &[
+                "disablepixeljitter",
+                "disabletexturefiltering",
+                "disablewavelengthjitter",
+                "displacementedgescale",
+                "forcediffuse",
+            ],
             "Option",
             report,
         );
-        params.pass(&["msereferenceimage", "msereferenceout", "rendercoordsys", "seed", "pixelstats", "wavefront"]);
+        params.pass(&[
+            "msereferenceimage",
+            "msereferenceout",
+            "rendercoordsys",
+            "seed",
+            "pixelstats",
+            "wavefront",
+        ]);
         params.finish("Option", report);
     }
 

@@ -215,7 +215,9 @@ impl<'a> Lexer<'a> {
                     }
                     Next::Close => {
                         let count = list.len() * N + i;
-                        return Err(self.fault(format!("expected groups of {N} numbers, found {count} numbers")));
+                        return Err(
+                            self.fault(format!("expected groups of {N} numbers, found {count} numbers"))
+                        );
                     }
                     _ => return Err(self.fault("expected a number or ]")),
                 }

@@ -10,11 +10,13 @@ use super::report::Fault;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
+use std::f64::consts::{PI, TAU};
 use turner::color::Spectrum;
-use turner::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, ProfileUnits, SpotDesc};
+use turner::light::{
+    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, ProfileUnits, SpotDesc,
+};
 use turner::math::elementary::cos;
 use turner::math::{DMat3, DVec3, radians};
-use std::f64::consts::{PI, TAU};
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -60,7 +62,9 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
             let is_projection = name == "projection";
             let (cone, delta) = if is_projection {
                 params.pass(&["filename"]);
-                scene.report.approximated(place, "a projection light is shown as a spot light without its picture");
+                scene
+                    .report
+                    .approximated(place, "a projection light is shown as a spot light without its picture");
                 (params.float("fov").unwrap_or(90.0) / 2.0, 0.0)
             } else {
                 (params.float("coneangle").unwrap_or(30.0), params.float("conedeltaangle").unwrap_or(5.0))
@@ -121,7 +125,8 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
             let file = params.string("filename").map(str::to_owned);
             let color = match &file {
                 Some(_) if params.has("L") => {
-                    let message = "an infinite light has a picture or a colour L, not both: the picture is taken";
+                    let message =
+                        "an infinite light has a picture or a colour L, not both: the picture is taken";
                     scene.report.doubtful(params.place_of("L"), message);
                     params.pass(&["L"]);
                     Spectrum::WHITE
@@ -132,8 +137,12 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
             let (image, mean_irradiance) = match file {
                 None => (environment::constant(scene), PI),
                 Some(name) => {
-                    let Some(made) = environment::equirectangular(scene, &name, to_world.matrix3, params.place_of("filename"))
-                    else {
+                    let Some(made) = environment::equirectangular(
+                        scene,
+                        &name,
+                        to_world.matrix3,
+                        params.place_of("filename"),
+                    ) else {
                         return Ok(());
                     };
                     made
@@ -150,7 +159,11 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
             })
         }
         other => {
-            let fault = super::reader::unknown("light", other, &["point", "spot", "distant", "infinite", "goniometric", "projection"]);
+            let fault = super::reader::unknown(
+                "light",
+                other,
+                &["point", "spot", "distant", "infinite", "goniometric", "projection"],
+            );
             return Err(fault.or_at(place));
         }
     };

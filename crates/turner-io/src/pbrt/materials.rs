@@ -16,7 +16,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use turner::color::Spectrum;
 use turner::material::metals::{MetalColors, MetalName, colors_of_index};
-use turner::material::{AlphaMode, BoundaryMaterial, BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial};
+use turner::material::{
+    AlphaMode, BoundaryMaterial, BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial,
+};
 use turner::scene::error::ErrorCode;
 use turner::scene::{ColorSource, MaterialId, MediumId, Named};
 
@@ -78,7 +80,11 @@ impl Materials {
             return Ok(slot);
         }
         if self.slots.len() >= MAX_MATERIALS {
-            return Err(Fault::at(place, ErrorCode::TooLarge, format!("more than {MAX_MATERIALS} materials")));
+            return Err(Fault::at(
+                place,
+                ErrorCode::TooLarge,
+                format!("more than {MAX_MATERIALS} materials"),
+            ));
         }
         self.slots.push(Slot { name: name.clone(), written, place });
         let slot = self.slots.len() - 1;
@@ -127,7 +133,8 @@ pub(super) fn finish(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>
         let (name, place) = (entry.name.clone(), entry.place);
         let Some((kind, params, space)) = entry.written.take() else {
             let name = name.unwrap_or_default();
-            let names: Vec<&str> = scene.materials.named.keys().map(String::as_str).filter(|n| *n != name).collect();
+            let names: Vec<&str> =
+                scene.materials.named.keys().map(String::as_str).filter(|n| *n != name).collect();
             return Err(super::reader::unknown("material", &name, &names).or_at(place));
         };
         let value = make(scene, &kind, &params, space, usage).map_err(|f| f.or_at(place))?;
@@ -135,7 +142,11 @@ pub(super) fn finish(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>
             entry.written = Some((kind, params, space));
         }
         if made.len() >= MAX_MATERIALS {
-            return Err(Fault::at(place, ErrorCode::TooLarge, format!("more than {MAX_MATERIALS} materials")));
+            return Err(Fault::at(
+                place,
+                ErrorCode::TooLarge,
+                format!("more than {MAX_MATERIALS} materials"),
+            ));
         }
         made.push(Named { name, span: None, value });
     }
@@ -163,11 +174,16 @@ fn make(
             if usage.emission.is_none() {
                 return Ok(MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior }));
             }
-            maker.scene.report.approximated(params.place, "a shape that shines and is no surface: it is black");
+            maker
+                .scene
+                .report
+                .approximated(params.place, "a shape that shines and is no surface: it is black");
             PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() }
         }
         "mix" => return maker.mix(usage),
-        "diffuse" => PrincipledMaterial { base_color: maker.color("reflectance", 0.5)?, ..PrincipledMaterial::matte() },
+        "diffuse" => {
+            PrincipledMaterial { base_color: maker.color("reflectance", 0.5)?, ..PrincipledMaterial::matte() }
+        }
         "coateddiffuse" => maker.coated_diffuse()?,
         "conductor" => maker.conductor("", ["eta", "k", "reflectance"])?,
         "coatedconductor" => maker.coated_conductor()?,
@@ -187,11 +203,36 @@ fn make(
             PrincipledMaterial { base_color: grey(0.5), ..PrincipledMaterial::matte() }
         }
         other => {
-            let old = ["matte", "plastic", "glass", "mirror", "metal", "uber", "substrate", "translucent", "disney", "fourier", "kdsubsurface"];
+            let old = [
+                "matte",
+                "plastic",
+                "glass",
+                "mirror",
+                "metal",
+                "uber",
+                "substrate",
+                "translucent",
+                "disney",
+                "fourier",
+                "kdsubsurface",
+            ];
             let mut fault = super::reader::unknown(
                 "material",
                 other,
-                &["diffuse", "coateddiffuse", "conductor", "coatedconductor", "dielectric", "thindielectric", "diffusetransmission", "subsurface", "hair", "measured", "mix", "interface"],
+                &[
+                    "diffuse",
+                    "coateddiffuse",
+                    "conductor",
+                    "coatedconductor",
+                    "dielectric",
+                    "thindielectric",
+                    "diffusetransmission",
+                    "subsurface",
+                    "hair",
+                    "measured",
+                    "mix",
+                    "interface",
+                ],
             );
             if old.contains(&other) {
                 fault = fault.help("this is a material of pbrt-v3: convert the file by `pbrt --upgrade`");
@@ -285,17 +326,19 @@ impl Maker<'_, '_> {
     }
 
     /// An index of refraction, with the dispersion of a glass that is named.
-    fn with_index(&mut self, name: &'static str, surface: PrincipledMaterial) -> Result<PrincipledMaterial, Fault> {
-        if let Some(ior) = self.number(name)? {
-            return Ok(match ior {
-                ColorSource::Constant(c) => {
-                    PrincipledMaterial { specular_ior: f64::from(c.r).clamp(1e-3, 100.0), ..surface }
-                }
-                ColorSource::Texture(_) => {
-                    self.scene.report.ignored(self.params.place_of(name), "a texture of indices of refraction: it is 1.5");
-                    surface
-                }
-            });
+    fn with_index(
+        &mut self,
+        name: &'static str,
+        surface: PrincipledMaterial,
+    ) -> Result<PrincipledMaterial, Fault> {
+        if self.params.is(name, Type::Texture) {
+            let message = "a texture of indices of refraction: it is 1.5";
+            self.scene.report.ignored(self.params.place_of(name), message);
+            self.params.pass(&[name]);
+            return Ok(surface);
+        }
+        if let Some(ior) = self.params.float(name) {
+            return Ok(PrincipledMaterial { specular_ior: ior.clamp(1e-3, 100.0), ..surface });
         }
         let Some(param) = self.params.spectrum(name) else { return Ok(surface) };
         let found = curve(self.scene, self.space, param, Role::Unbounded)?;
@@ -355,13 +398,18 @@ impl Maker<'_, '_> {
                 if let Some(Curve::Named(b)) = &b
                     && a.strip_suffix("-eta") != b.strip_suffix("-k")
                 {
-                    self.scene.report.approximated(self.params.place, "eta and k of different metals: the metal of eta is shown");
+                    self.scene.report.approximated(
+                        self.params.place,
+                        "eta and k of different metals: the metal of eta is shown",
+                    );
                 }
                 metal_of(&a).unwrap_or(copper)
             }
             [Some(Curve::Sampled(eta)), Some(Curve::Sampled(k))] => metal_of_index(&eta, &k),
             [eta, k] => {
-                let or = |c: Option<Curve>, or: f32| c.map_or(Ok(Spectrum::grey(or)), |c| to_color(&c, Role::Unbounded));
+                let or = |c: Option<Curve>, or: f32| {
+                    c.map_or(Ok(Spectrum::grey(or)), |c| to_color(&c, Role::Unbounded))
+                };
                 colors_of_index(or(eta, 1.0)?, or(k, 0.0)?)
             }
         };
@@ -385,19 +433,30 @@ impl Maker<'_, '_> {
     }
 
     /// The clear layer of a coated material over a base.
-    fn coat(&mut self, base: PrincipledMaterial, names: [&'static str; 3], index: &'static str) -> Result<PrincipledMaterial, Fault> {
+    fn coat(
+        &mut self,
+        base: PrincipledMaterial,
+        names: [&'static str; 3],
+        index: &'static str,
+    ) -> Result<PrincipledMaterial, Fault> {
         let layer = self.with_index(index, PrincipledMaterial::default())?;
         let mut rough = PrincipledMaterial::default();
         self.roughness(names, &mut rough)?;
         if rough.specular_roughness_anisotropy != grey(0.0) {
-            self.scene.report.approximated(self.params.place, "an anisotropic clear layer: it is equally rough along and across");
+            self.scene.report.approximated(
+                self.params.place,
+                "an anisotropic clear layer: it is equally rough along and across",
+            );
         }
         let absorbs = match self.params.spectrum("albedo") {
             None => false,
             Some(param) => curve(self.scene, self.space, param, Role::Albedo)? != Curve::Rgb(Spectrum::BLACK),
         };
         if absorbs {
-            self.scene.report.approximated(self.params.place_of("albedo"), "what scatters within a clear layer: the layer is clear");
+            self.scene.report.approximated(
+                self.params.place_of("albedo"),
+                "what scatters within a clear layer: the layer is clear",
+            );
         }
         self.params.pass(&["albedo", "g", "maxdepth", "nsamples", "thickness", "interface.thickness"]);
         Ok(PrincipledMaterial {
@@ -409,13 +468,18 @@ impl Maker<'_, '_> {
     }
 
     fn coated_diffuse(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let base = PrincipledMaterial { base_color: self.color("reflectance", 0.5)?, ..PrincipledMaterial::matte() };
+        let base =
+            PrincipledMaterial { base_color: self.color("reflectance", 0.5)?, ..PrincipledMaterial::matte() };
         self.coat(base, ["roughness", "uroughness", "vroughness"], "eta")
     }
 
     fn coated_conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
         let base = self.conductor("conductor.", ["conductor.eta", "conductor.k", "reflectance"])?;
-        self.coat(base, ["interface.roughness", "interface.uroughness", "interface.vroughness"], "interface.eta")
+        self.coat(
+            base,
+            ["interface.roughness", "interface.uroughness", "interface.vroughness"],
+            "interface.eta",
+        )
     }
 
     /// A thin wall that reflects R and lets T through, both diffuse: with the share w of a translucent part of colour S, half of which comes back,
@@ -431,7 +495,9 @@ impl Maker<'_, '_> {
                 self.scene.report.approximated(self.params.place, message);
             }
             let texture = if matches!(sources[0], ColorSource::Texture(_)) { sources[0] } else { sources[1] };
-            let color = map_values(self.scene, texture, self.params.place, &|v| (2.0 * v * f64::from(scale)).min(1.0));
+            let color = map_values(self.scene, texture, self.params.place, &|v| {
+                (2.0 * v * f64::from(scale)).min(1.0)
+            });
             return Ok(PrincipledMaterial { subsurface_weight: grey(1.0), subsurface_color: color, ..thin });
         };
         let (r, t) = (r * scale, t * scale);
@@ -439,7 +505,10 @@ impl Maker<'_, '_> {
         let left = |r: f32, t: f32| r - t;
         let rest = Spectrum::new(left(r.r, t.r), left(r.g, t.g), left(r.b, t.b));
         if rest.to_array().iter().any(|v| *v < -1e-4) {
-            self.scene.report.approximated(self.params.place, "more light passes than comes back: as much comes back here");
+            self.scene.report.approximated(
+                self.params.place,
+                "more light passes than comes back: as much comes back here",
+            );
         }
         let base = rest.map(|v| if most < 1.0 { (v / (1.0 - most)).clamp(0.0, 1.0) } else { 0.0 });
         let through = t.map(|v| if most > 0.0 { (2.0 * v / most).clamp(0.0, 1.0) } else { 0.0 });
@@ -463,7 +532,8 @@ impl Maker<'_, '_> {
         } else {
             let found = named.as_deref().and_then(media::named);
             if let (Some(name), None) = (&named, found) {
-                let message = format!("the medium \"{}\" of a subsurface material is not known", printable(name));
+                let message =
+                    format!("the medium \"{}\" of a subsurface material is not known", printable(name));
                 self.scene.report.ignored(self.params.place_of("name"), message);
             }
             let (a, s) = match found {
@@ -471,7 +541,10 @@ impl Maker<'_, '_> {
                 None => {
                     let a = self::color(self.scene, self.space, self.params, "sigma_a", Role::Unbounded)?;
                     let s = self::color(self.scene, self.space, self.params, "sigma_s", Role::Unbounded)?;
-                    (a.unwrap_or(Spectrum::new(0.0011, 0.0024, 0.014)), s.unwrap_or(Spectrum::new(2.55, 3.21, 3.77)))
+                    (
+                        a.unwrap_or(Spectrum::new(0.0011, 0.0024, 0.014)),
+                        s.unwrap_or(Spectrum::new(2.55, 3.21, 3.77)),
+                    )
                 }
             };
             let g = self.params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999) as f32;
@@ -491,7 +564,9 @@ impl Maker<'_, '_> {
             (ColorSource::Constant(color.into()), radius)
         };
         self.params.pass(&["mfp", "reflectance", "sigma_a", "sigma_s", "g", "name"]);
-        self.scene.report.approximated(place, "a subsurface material: its colour and mean way of light are kept");
+        self.scene
+            .report
+            .approximated(place, "a subsurface material: its colour and mean way of light are kept");
         let base = PrincipledMaterial {
             subsurface_weight: grey(1.0),
             subsurface_color: color,
@@ -507,10 +582,28 @@ impl Maker<'_, '_> {
 
     fn hair(&mut self) -> Result<PrincipledMaterial, Fault> {
         let place = self.params.place;
-        let color = if self.params.has("reflectance") { self.color("reflectance", 0.3)? } else { ColorSource::Constant(Spectrum::new(0.25, 0.14, 0.07)) };
-        self.params.pass(&["sigma_a", "eumelanin", "pheomelanin", "eta", "beta_m", "beta_n", "alpha", "reflectance"]);
+        let color = if self.params.has("reflectance") {
+            self.color("reflectance", 0.3)?
+        } else {
+            ColorSource::Constant(Spectrum::new(0.25, 0.14, 0.07))
+        };
+        self.params.pass(&[
+            "sigma_a",
+            "eumelanin",
+            "pheomelanin",
+            "eta",
+            "beta_m",
+            "beta_n",
+            "alpha",
+            "reflectance",
+        ]);
         self.scene.report.approximated(place, "hair is shown as a glossy dielectric of its colour");
-        Ok(PrincipledMaterial { base_color: color, specular_roughness: grey(0.4), specular_ior: 1.55, ..PrincipledMaterial::default() })
+        Ok(PrincipledMaterial {
+            base_color: color,
+            specular_roughness: grey(0.4),
+            specular_ior: 1.55,
+            ..PrincipledMaterial::default()
+        })
     }
 
     fn mix(&mut self, usage: Use) -> Result<MaterialDesc, Fault> {
@@ -518,7 +611,8 @@ impl Maker<'_, '_> {
         let names = self.params.strings("materials").to_vec();
         let [a, b] = &names[..] else {
             let message = format!("a mix has two materials, found {}", names.len());
-            return Err(Fault::at(place, ErrorCode::MissingKey, message).help("as in \"string materials\" [ \"a\" \"b\" ]"));
+            return Err(Fault::at(place, ErrorCode::MissingKey, message)
+                .help("as in \"string materials\" [ \"a\" \"b\" ]"));
         };
         let amount = match self.number("amount")? {
             Some(ColorSource::Constant(c)) => ColorSource::Constant(c.map(|v| v.clamp(0.0, 1.0))),
@@ -533,7 +627,8 @@ impl Maker<'_, '_> {
             let materials = &mut self.scene.materials;
             let surface = usize::from(materials.is_interface(slots[0]));
             let slot = slots.get(surface).copied().unwrap_or_default();
-            let share = if surface == 1 { amount } else { map_values(self.scene, amount, place, &|v| 1.0 - v) };
+            let share =
+                if surface == 1 { amount } else { map_values(self.scene, amount, place, &|v| 1.0 - v) };
             let materials = &mut self.scene.materials;
             let id = materials.wanted(slot, Use { alpha: Some(share), ..usage });
             return Ok(MaterialDesc::Mix(MixMaterial { materials: vec![id, id], weights: vec![grey(0.0)] }));
@@ -548,7 +643,8 @@ impl Maker<'_, '_> {
         if self.params.is("displacement", Type::Texture) {
             let heights = self.texture("displacement")?;
             if matches!(heights, ColorSource::Texture(_)) {
-                (surface.bump_map, surface.bump_scale, surface.bump_unit) = (Some(heights), 1.0, BumpUnit::Scene);
+                (surface.bump_map, surface.bump_scale, surface.bump_unit) =
+                    (Some(heights), 1.0, BumpUnit::Scene);
             }
         } else {
             self.params.pass(&["displacement"]);

@@ -6,8 +6,8 @@ use super::report::Fault;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
-use turner::color::Spectrum;
 use std::sync::Arc;
+use turner::color::Spectrum;
 use turner::math::{DMat3, DVec3};
 use turner::medium::{GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
 use turner::scene::{MediumId, Named};
@@ -36,7 +36,12 @@ pub(super) fn named(name: &str) -> Option<(Spectrum, Spectrum)> {
 }
 
 /// Defines a medium.
-pub(super) fn define(scene: &mut Assembly<'_>, state: &State, name: String, params: Params) -> Result<(), Fault> {
+pub(super) fn define(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    name: String,
+    params: Params,
+) -> Result<(), Fault> {
     let place = params.place;
     let kind = params.string("type").unwrap_or("homogeneous").to_owned();
     let space = state.color_space;
@@ -62,7 +67,8 @@ pub(super) fn define(scene: &mut Assembly<'_>, state: &State, name: String, para
         }
     };
     let emission = color(scene, space, &params, "Le", Role::Light)?.unwrap_or(Spectrum::BLACK);
-    let emission = emission * (params.float("Lescale").unwrap_or(1.0) * scene.frame.exposure()).clamp(0.0, 1e15) as f32;
+    let emission =
+        emission * (params.float("Lescale").unwrap_or(1.0) * scene.frame.exposure()).clamp(0.0, 1e15) as f32;
     let anisotropy = params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999);
     let size = ["nx", "ny", "nz"].map(|n| params.integer(n).unwrap_or(1).max(0) as u32);
     let density = params.floats("density");
@@ -77,7 +83,11 @@ pub(super) fn define(scene: &mut Assembly<'_>, state: &State, name: String, para
             match GridData::new(size, values, None) {
                 Ok(data) => {
                     let m = state.ctm[0];
-                    let scales = DMat3::from_diagonal(DVec3::new(m.matrix3.x_axis.x, m.matrix3.y_axis.y, m.matrix3.z_axis.z));
+                    let scales = DMat3::from_diagonal(DVec3::new(
+                        m.matrix3.x_axis.x,
+                        m.matrix3.y_axis.y,
+                        m.matrix3.z_axis.z,
+                    ));
                     let (min, max) = (m.transform_point3(p0), m.transform_point3(p1));
                     if scales != m.matrix3 || !min.cmplt(max).all() {
                         let message = "the grid of a medium that is turned or mirrored: it lies along the axes of the world";
@@ -104,9 +114,17 @@ pub(super) fn define(scene: &mut Assembly<'_>, state: &State, name: String, para
             }
         }
         other => {
-            params.pass(&["filename", "density", "temperature", "temperaturescale", "temperatureoffset", "temperaturecutoff"]);
+            params.pass(&[
+                "filename",
+                "density",
+                "temperature",
+                "temperaturescale",
+                "temperatureoffset",
+                "temperaturecutoff",
+            ]);
             params.pass(&["wispiness", "frequency", "p0", "p1", "sigma_a_grid", "LeScale", "Lescale"]);
-            let message = format!("the medium type \"{}\" is not known here: nothing is there", printable(other));
+            let message =
+                format!("the medium type \"{}\" is not known here: nothing is there", printable(other));
             scene.report.ignored(place, message);
             homogeneous(0.0, absorption, scattering, anisotropy, Spectrum::BLACK)
         }
@@ -118,7 +136,13 @@ pub(super) fn define(scene: &mut Assembly<'_>, state: &State, name: String, para
     Ok(())
 }
 
-fn homogeneous(density: f64, absorption: Spectrum, scattering: Spectrum, anisotropy: f64, emission: Spectrum) -> MediumDesc {
+fn homogeneous(
+    density: f64,
+    absorption: Spectrum,
+    scattering: Spectrum,
+    anisotropy: f64,
+    emission: Spectrum,
+) -> MediumDesc {
     MediumDesc::Homogeneous(HomogeneousMedium {
         density,
         extinction: None,

@@ -6,7 +6,7 @@ use super::report::{Fault, Report};
 use super::source::Place;
 use crate::assets::{nearest, printable};
 use std::cell::{Cell, RefCell};
-use turner::math::{DVec2, DVec3};
+use turner::math::DVec3;
 use turner::scene::error::ErrorCode;
 
 /// Most elements of one list: 2^30.
@@ -113,7 +113,8 @@ impl Params {
             };
             let Some((_, kind)) = TYPES.iter().find(|(word, _)| *word == kind) else {
                 let all = TYPES.iter().map(|(word, _)| *word);
-                let message = format!("unknown type \"{}\" of the parameter {}", printable(kind), printable(name));
+                let message =
+                    format!("unknown type \"{}\" of the parameter {}", printable(kind), printable(name));
                 let help = match nearest(kind, all.clone()) {
                     Some(near) => format!("did you mean \"{near}\"?"),
                     None => format!("types are {}", all.collect::<Vec<_>>().join(", ")),
@@ -247,13 +248,6 @@ impl Params {
         }
     }
 
-    pub(super) fn pair(&self, name: &'static str) -> Option<DVec2> {
-        match &self.find(name, &[Type::Point2, Type::Vector2], "point2")?.value {
-            Value::Pairs(v) => v.first().map(|v| DVec2::new(f64::from(v[0]), f64::from(v[1]))),
-            _ => None,
-        }
-    }
-
     /// Points, vectors or normals, taken out of the list.
     pub(super) fn take_triples(&mut self, name: &'static str) -> Vec<[f32; 3]> {
         self.find(name, &[Type::Point3, Type::Vector3, Type::Normal], "point3");
@@ -301,7 +295,10 @@ impl Params {
         for (i, expected) in self.mistyped.borrow().iter() {
             let Some(p) = self.list.get(*i) else { continue };
             if p.value.len() == 0 {
-                report.doubtful(p.place, format!("the parameter {} of {what} has no value", printable(&p.name)));
+                report.doubtful(
+                    p.place,
+                    format!("the parameter {} of {what} has no value", printable(&p.name)),
+                );
                 continue;
             }
             let found = TYPES.iter().find(|(_, t)| *t == p.kind).map_or("", |(word, _)| word);

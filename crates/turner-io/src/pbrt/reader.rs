@@ -138,7 +138,10 @@ impl<'a> Reader<'a> {
     }
 
     fn lexer(&mut self) -> Result<&mut Lexer<'a>, Fault> {
-        self.files.last_mut().map(|f| &mut f.lexer).ok_or_else(|| Fault::new(ErrorCode::Internal, "no file is open"))
+        self.files
+            .last_mut()
+            .map(|f| &mut f.lexer)
+            .ok_or_else(|| Fault::new(ErrorCode::Internal, "no file is open"))
     }
 
     fn report(&mut self) -> &mut Report {
@@ -223,13 +226,19 @@ impl<'a> Reader<'a> {
                 let axis = self.vector()?;
                 match transform::rotate(degrees, axis) {
                     Some(by) => self.state.concat(by),
-                    None => self.report().doubtful(place, "Rotate about an axis without a direction is left out"),
+                    None => {
+                        self.report().doubtful(place, "Rotate about an axis without a direction is left out")
+                    }
                 }
             }
             "LookAt" => {
                 let (eye, look, up) = (self.vector()?, self.vector()?, self.vector()?);
                 let by = transform::look_at(eye, look, up).ok_or_else(|| {
-                    Fault::at(place, ErrorCode::Transform, "LookAt: the eye is the point looked at, or up lies along the view")
+                    Fault::at(
+                        place,
+                        ErrorCode::Transform,
+                        "LookAt: the eye is the point looked at, or up lies along the view",
+                    )
                 })?;
                 self.state.concat(by);
             }
@@ -261,7 +270,9 @@ impl<'a> Reader<'a> {
                     "EndTime" => [false, true],
                     "All" => [true, true],
                     other => {
-                        return Err(unknown("active transform", other, &["All", "EndTime", "StartTime"]).or_at(place));
+                        return Err(
+                            unknown("active transform", other, &["All", "EndTime", "StartTime"]).or_at(place)
+                        );
                     }
                 };
             }
@@ -554,7 +565,11 @@ impl<'a> Reader<'a> {
             self.lexer()?.bracket();
         }
         transform::of_numbers(&m).ok_or_else(|| {
-            Fault::at(place, ErrorCode::Transform, "a matrix whose last row is not 0 0 0 1 is no affine transform")
+            Fault::at(
+                place,
+                ErrorCode::Transform,
+                "a matrix whose last row is not 0 0 0 1 is no affine transform",
+            )
         })
     }
 }

@@ -63,7 +63,8 @@ pub(super) fn curve(
             let mut c = space.to_rec709([r, g, b]);
             let most = if role == Role::Albedo { 1.0 } else { f64::from(f32::MAX) };
             if [r, g, b].iter().any(|v| *v < 0.0 || *v > most) {
-                let message = format!("rgb {} has a value out of range, which is cut", printable(&param.name));
+                let message =
+                    format!("rgb {} has a value out of range, which is cut", printable(&param.name));
                 scene.report.doubtful(param.place, message);
             }
             c.iter_mut().for_each(|v| *v = v.clamp(0.0, most));
@@ -71,7 +72,10 @@ pub(super) fn curve(
         }
         (Value::Numbers(v), Type::Blackbody) => Ok(Curve::Blackbody(v.first().copied().unwrap_or(6500.0))),
         (Value::Numbers(v), _) => Sampled::of_pairs(v).map(Curve::Sampled).ok_or_else(|| {
-            let message = format!("spectrum {}: expected pairs of ascending wavelengths and values", printable(&param.name));
+            let message = format!(
+                "spectrum {}: expected pairs of ascending wavelengths and values",
+                printable(&param.name)
+            );
             Fault::at(param.place, ErrorCode::WrongType, message)
         }),
         (Value::Strings(v), _) => {
@@ -86,7 +90,8 @@ pub(super) fn curve(
             let (_, bytes) = scene.read(name, MAX_SPD, param.place)?;
             let text = String::from_utf8_lossy(&bytes);
             Sampled::of_text(&text).map(Curve::Sampled).ok_or_else(|| {
-                let message = format!("{}: expected lines of a wavelength and a value, ascending", printable(name));
+                let message =
+                    format!("{}: expected lines of a wavelength and a value, ascending", printable(name));
                 Fault::at(param.place, ErrorCode::File, message)
             })
         }
@@ -128,10 +133,33 @@ fn is_known(name: &str) -> bool {
 
 fn known_names() -> Vec<&'static str> {
     vec![
-        "metal-Ag-eta", "metal-Ag-k", "metal-Al-eta", "metal-Al-k", "metal-Au-eta", "metal-Au-k", "metal-Cu-eta",
-        "metal-Cu-k", "metal-CuZn-eta", "metal-CuZn-k", "metal-MgO-eta", "metal-MgO-k", "metal-TiO2-eta",
-        "metal-TiO2-k", "glass-BK7", "glass-BAF10", "glass-FK51A", "glass-LASF9", "glass-F5", "glass-F10",
-        "glass-F11", "stdillum-A", "stdillum-D50", "stdillum-D65", "stdillum-F1", "stdillum-F2", "stdillum-F11",
+        "metal-Ag-eta",
+        "metal-Ag-k",
+        "metal-Al-eta",
+        "metal-Al-k",
+        "metal-Au-eta",
+        "metal-Au-k",
+        "metal-Cu-eta",
+        "metal-Cu-k",
+        "metal-CuZn-eta",
+        "metal-CuZn-k",
+        "metal-MgO-eta",
+        "metal-MgO-k",
+        "metal-TiO2-eta",
+        "metal-TiO2-k",
+        "glass-BK7",
+        "glass-BAF10",
+        "glass-FK51A",
+        "glass-LASF9",
+        "glass-F5",
+        "glass-F10",
+        "glass-F11",
+        "stdillum-A",
+        "stdillum-D50",
+        "stdillum-D65",
+        "stdillum-F1",
+        "stdillum-F2",
+        "stdillum-F11",
         "illum-acesD60",
     ]
 }

@@ -14,8 +14,8 @@ use turner::math::{DAffine3, DMat3, DVec3};
 use turner::scene::transform::Transform;
 use turner::scene::{ColorSource, ImageId};
 use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, MarbleDesc, MixDesc, NoiseDesc, NoiseKind, ProductDesc,
-    TextureDesc, Tint, Wrap,
+    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, MarbleDesc, MixDesc, NoiseDesc,
+    NoiseKind, ProductDesc, TextureDesc, Tint, Wrap,
 };
 
 /// The texture of a name.
@@ -70,7 +70,9 @@ pub(super) fn define(
         "spectrum" => false,
         // As pbrt-v3 has it.
         "color" => false,
-        other => return Err(super::reader::unknown("type of texture", other, &["float", "spectrum"]).or_at(place)),
+        other => {
+            return Err(super::reader::unknown("type of texture", other, &["float", "spectrum"]).or_at(place));
+        }
     };
     let mut maker = Maker { scene, state, params: &params, is_float };
     let source = match class {
@@ -84,7 +86,10 @@ pub(super) fn define(
             let amount = maker.float_input("amount", 0.5)?;
             if class == "directionmix" {
                 params.pass(&["dir"]);
-                maker.scene.report.approximated(place, "a mix by direction: both textures have the same share");
+                maker
+                    .scene
+                    .report
+                    .approximated(place, "a mix by direction: both textures have the same share");
             }
             mix(maker.scene, a, b, amount)
         }
@@ -94,13 +99,19 @@ pub(super) fn define(
         "dots" => {
             let (inside, outside) = (maker.input("inside", 1.0)?, maker.input("outside", 0.0)?);
             let _ = maker.uv();
-            maker.scene.report.approximated(place, "dots: about a fifth of the surface has the colour of the dots, evenly");
+            maker
+                .scene
+                .report
+                .approximated(place, "dots: about a fifth of the surface has the colour of the dots, evenly");
             mix(maker.scene, outside, inside, ColorSource::Constant(Spectrum::grey(0.2)))
         }
         "fbm" | "wrinkled" | "windy" => {
             let octaves = params.integer("octaves").unwrap_or(8).clamp(1, 16) as u32;
             let gain = params.float("roughness").unwrap_or(0.5).clamp(0.0, 1.0);
-            maker.scene.report.approximated(place, format!("the texture \"{class}\": noise of the same sort"));
+            maker
+                .scene
+                .report
+                .approximated(place, format!("the texture \"{class}\": noise of the same sort"));
             let desc = NoiseDesc {
                 kind: if class == "wrinkled" { NoiseKind::Turbulence } else { NoiseKind::Fbm },
                 octaves,
@@ -138,7 +149,21 @@ pub(super) fn define(
             ColorSource::Constant(Spectrum::grey(0.5))
         }
         other => {
-            let all = ["constant", "scale", "mix", "directionmix", "imagemap", "checkerboard", "bilerp", "dots", "fbm", "wrinkled", "windy", "marble", "ptex"];
+            let all = [
+                "constant",
+                "scale",
+                "mix",
+                "directionmix",
+                "imagemap",
+                "checkerboard",
+                "bilerp",
+                "dots",
+                "fbm",
+                "wrinkled",
+                "windy",
+                "marble",
+                "ptex",
+            ];
             return Err(super::reader::unknown("texture class", other, &all).or_at(place));
         }
     };
@@ -231,7 +256,8 @@ pub(super) fn map_values(
                     }
                 }
             }
-            let made = Image { width: old.width, height: old.height, channels: 3, pixels: Pixels::F32(pixels) };
+            let made =
+                Image { width: old.width, height: old.height, channels: 3, pixels: Pixels::F32(pixels) };
             let file = scene.add_image(&uri, made);
             let desc = ImageDesc { file, tint: Spectrum::WHITE, offset: Spectrum::BLACK, gain: 1.0, ..image };
             scene.texture(TextureDesc::Image(desc))
@@ -310,7 +336,8 @@ impl Maker<'_, '_> {
                 Some(Transform(to_texture.inverse()))
             }
             other => {
-                let message = format!("the mapping \"{}\" of a texture: (u, v) takes its place", printable(other));
+                let message =
+                    format!("the mapping \"{}\" of a texture: (u, v) takes its place", printable(other));
                 self.scene.report.approximated(place, message);
                 None
             }
@@ -343,7 +370,8 @@ impl Maker<'_, '_> {
             Some("linear") => Encoding::Linear,
             None | Some("sRGB") => Encoding::Srgb,
             Some(other) => {
-                let message = format!("the encoding \"{}\" of a picture: sRGB takes its place", printable(other));
+                let message =
+                    format!("the encoding \"{}\" of a picture: sRGB takes its place", printable(other));
                 self.scene.report.approximated(self.params.place_of("encoding"), message);
                 Encoding::Srgb
             }
@@ -375,7 +403,9 @@ impl Maker<'_, '_> {
         let (even, odd) = (self.input("tex1", 1.0)?, self.input("tex2", 0.0)?);
         let solid = self.params.integer("dimension") == Some(3);
         let (mapping, transform) = if solid {
-            self.scene.report.approximated(self.params.place, "a checkerboard of space lies in the space of each shape");
+            self.scene
+                .report
+                .approximated(self.params.place, "a checkerboard of space lies in the space of each shape");
             let ctm = self.state.ctm[0];
             (Mapping::Solid, if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY })
         } else {
@@ -400,7 +430,9 @@ impl Maker<'_, '_> {
     fn bilerp(&mut self) -> Result<ColorSource, Fault> {
         const SIDE: u32 = 32;
         let mut corners = [Spectrum::BLACK; 4];
-        for (corner, (name, or)) in corners.iter_mut().zip([("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)]) {
+        for (corner, (name, or)) in
+            corners.iter_mut().zip([("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)])
+        {
             if let ColorSource::Constant(c) = self.input(name, or)? {
                 *corner = c;
             }
@@ -416,7 +448,8 @@ impl Maker<'_, '_> {
         }
         let image = Image { width: SIDE, height: SIDE, channels: 3, pixels: Pixels::F32(pixels) };
         let file = self.scene.add_image("bilerp", image);
-        let desc = ImageDesc { wrap: Wrap::Clamp, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
+        let desc =
+            ImageDesc { wrap: Wrap::Clamp, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
         Ok(self.scene.texture(TextureDesc::Image(desc)))
     }
 }

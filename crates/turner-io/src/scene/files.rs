@@ -1,9 +1,9 @@
 //! The files that a scene names: each is read, hashed and decoded once.
 
-use super::{LoadOptions, SceneFormat};
 use super::error::{asset_error, two_lines};
 use super::hash::SceneHash;
 use super::sources::Sources;
+use super::{LoadOptions, SceneFormat};
 use crate::assets::{AssetError, AssetSource};
 use crate::grid::{self, MAX_GRID};
 use crate::ies::{self, MAX_IES};
@@ -237,7 +237,13 @@ impl AssetSource for HashedAssets<'_> {
 
     fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
         let inner = self.inner.open(uri, limit)?;
-        Ok(Box::new(HashedReader { inner, uri: uri.to_owned(), hash: SceneHash::new(), block: Vec::new(), names: &self.read }))
+        Ok(Box::new(HashedReader {
+            inner,
+            uri: uri.to_owned(),
+            hash: SceneHash::new(),
+            block: Vec::new(),
+            names: &self.read,
+        }))
     }
 
     fn describe(&self, uri: &str) -> String {

@@ -112,7 +112,11 @@ pub(crate) fn blackbody(kelvin: f64) -> Spectrum {
     // Relative to the middle of what is seen: the numbers stay in range for the coldest bodies.
     let planck = |nm: f64| {
         let (x, x0) = (C2 / (nm * kelvin), C2 / (560.0 * kelvin));
-        let ratio = if x > 1.0 { exp(x0 - x) * (1.0 - exp(-x0)) / (1.0 - exp(-x)) } else { (exp(x0) - 1.0) / (exp(x) - 1.0) };
+        let ratio = if x > 1.0 {
+            exp(x0 - x) * (1.0 - exp(-x0)) / (1.0 - exp(-x))
+        } else {
+            (exp(x0) - 1.0) / (exp(x) - 1.0)
+        };
         ratio * pow_int(560.0 / nm, 5)
     };
     of_light(planck)
@@ -217,8 +221,10 @@ mod tests {
     #[test]
     fn spectral_metals_are_those_of_the_bands() {
         let flat = |v: f64| Sampled::of_pairs(&[400.0, v, 700.0, v]).unwrap();
-        let (found, expected) =
-            (metal_of_index(&flat(0.2), &flat(3.9)), colors_of_index(Spectrum::grey(0.2), Spectrum::grey(3.9)));
+        let (found, expected) = (
+            metal_of_index(&flat(0.2), &flat(3.9)),
+            colors_of_index(Spectrum::grey(0.2), Spectrum::grey(3.9)),
+        );
         near(found.f0, expected.f0.to_array(), 1e-5);
         near(found.tint, expected.tint.to_array(), 1e-5);
     }

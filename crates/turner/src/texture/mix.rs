@@ -91,7 +91,8 @@ mod tests {
     #[test]
     fn the_amount_is_the_share_of_the_second() {
         for (amount, red) in [(0.0, 1.0), (0.25, 0.75), (1.0, 0.0), (7.0, 0.0)] {
-            let mix = ready("mix", &[("a", text("red")), ("b", text("blue")), ("amount", Data::Number(amount))]);
+            let mix =
+                ready("mix", &[("a", text("red")), ("b", text("blue")), ("amount", Data::Number(amount))]);
             assert_eq!(at(&mix, 0.1, 0.2), Spectrum::new(red, 0.0, 1.0 - red), "{amount}");
         }
     }

@@ -24,32 +24,43 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     let width = params.float("width").unwrap_or(1.0);
     let widths = [params.float("width0").unwrap_or(width), params.float("width1").unwrap_or(width)];
     params.pass(&["splitdepth"]);
-    let points: Vec<DVec3> = params.take_triples("P").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
-    let normals: Vec<DVec3> = params.take_triples("N").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+    let points: Vec<DVec3> =
+        params.take_triples("P").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+    let normals: Vec<DVec3> =
+        params.take_triples("N").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
     if !matches!(degree, 2 | 3) {
         let message = format!("degree {degree} of a curve; expected 2 or 3");
         return Err(Fault::at(place, ErrorCode::OutOfRange, message));
     }
     if !matches!(kind.as_str(), "flat" | "cylinder" | "ribbon") {
-        return Err(super::super::reader::unknown("type of curve", &kind, &["flat", "cylinder", "ribbon"]).or_at(place));
+        return Err(super::super::reader::unknown("type of curve", &kind, &["flat", "cylinder", "ribbon"])
+            .or_at(place));
     }
     let d = degree as usize;
     let segments: Vec<Vec<DVec3>> = match basis.as_str() {
-        "bezier" if points.len() > d && (points.len() - 1) % d == 0 => {
-            (0..(points.len() - 1) / d).filter_map(|i| points.get(i * d..=i * d + d)).map(<[DVec3]>::to_vec).collect()
-        }
+        "bezier" if points.len() > d && (points.len() - 1) % d == 0 => (0..(points.len() - 1) / d)
+            .filter_map(|i| points.get(i * d..=i * d + d))
+            .map(<[DVec3]>::to_vec)
+            .collect(),
         "bspline" if points.len() > d => points.windows(d + 1).map(bezier_of_spline).collect(),
         "bezier" | "bspline" => {
-            let message = format!("{} control points do not fit a {} curve of degree {degree}", points.len(), basis);
+            let message =
+                format!("{} control points do not fit a {} curve of degree {degree}", points.len(), basis);
             return Err(Fault::at(place, ErrorCode::Mesh, message));
         }
-        other => return Err(super::super::reader::unknown("basis of a curve", other, &["bezier", "bspline"]).or_at(place)),
+        other => {
+            return Err(
+                super::super::reader::unknown("basis of a curve", other, &["bezier", "bspline"]).or_at(place)
+            );
+        }
     };
     let ribbon = kind == "ribbon" && !normals.is_empty();
     let across = if ribbon { 2 } else { SIDES };
     let rows = segments.len() as u64 * u64::from(STEPS) + 1;
     scene.divide(rows * u64::from(across), place)?;
-    scene.report.approximated(place, format!("curves of the type \"{}\" are swept to thin meshes", printable(&kind)));
+    scene
+        .report
+        .approximated(place, format!("curves of the type \"{}\" are swept to thin meshes", printable(&kind)));
     let mut data = sweep(&segments, widths, if ribbon { Some(&normals) } else { None }, across);
     orient(&mut data, state.reverse);
     Ok(Made::Mesh(data))
@@ -92,7 +103,9 @@ fn sweep(segments: &[Vec<DVec3>], widths: [f64; 2], normals: Option<&[DVec3]>, a
         let Some(points) = segments.get(segment as usize) else { break };
         let (p, d) = at(points, t);
         forward = d.try_normalize().unwrap_or(forward);
-        side = (side - forward * side.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        side = (side - forward * side.dot(forward))
+            .try_normalize()
+            .unwrap_or_else(|| forward.any_orthonormal_vector());
         let v = f64::from(row) / f64::from(total.max(1));
         let radius = 0.5 * (widths[0] + (widths[1] - widths[0]) * v);
         match normals {

@@ -37,7 +37,13 @@ pub(super) fn corners<const N: usize>(
 }
 
 /// Lists that do not have one entry for each vertex are left out.
-pub(super) fn fitting<T>(scene: &mut Assembly<'_>, params: &Params, name: &str, list: Vec<T>, count: usize) -> Vec<T> {
+pub(super) fn fitting<T>(
+    scene: &mut Assembly<'_>,
+    params: &Params,
+    name: &str,
+    list: Vec<T>,
+    count: usize,
+) -> Vec<T> {
     if !list.is_empty() && list.len() != count {
         let message = format!("{} values {name} for {count} vertices; expected one for each", list.len());
         scene.report.ignored(params.place_of(name), message);
@@ -95,13 +101,15 @@ pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> R
         return Ok(known.map_or(Made::Nothing, Made::Shared));
     }
     let (path, mut bytes) = scene.read(&name, MAX_PLY, place)?;
-    let damaged = |problem: String| Fault::at(place, ErrorCode::Mesh, format!("{}: {problem}", printable(&path)));
+    let damaged =
+        |problem: String| Fault::at(place, ErrorCode::Mesh, format!("{}: {problem}", printable(&path)));
     if gzip::is_gzip(&bytes) {
         let limit = bytes.len().saturating_mul(MAX_GROWTH).saturating_add(1 << 20);
         bytes = gzip::decompress(&bytes, limit).map_err(damaged)?;
     }
     let inner = path.strip_suffix(".gz").unwrap_or(&path);
-    let read = mesh::decode_any(&bytes, inner).map_err(|e| damaged(e.to_string().lines().next().unwrap_or_default().to_owned()))?;
+    let read = mesh::decode_any(&bytes, inner)
+        .map_err(|e| damaged(e.to_string().lines().next().unwrap_or_default().to_owned()))?;
     drop(bytes);
     for warning in read.warnings {
         scene.report.remark(warning);

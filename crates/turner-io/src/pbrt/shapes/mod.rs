@@ -19,8 +19,8 @@ use turner::color::Spectrum;
 use turner::math::{DMat3, DVec3};
 use turner::scene::error::ErrorCode;
 use turner::scene::{ColorSource, MaterialId, MeshId, ObjectContent};
-use turner::shape::mesh::{MeshData, MeshDesc};
 use turner::shape::ShapeDesc;
+use turner::shape::mesh::{MeshData, MeshDesc};
 
 /// What a directive `Shape` becomes.
 enum Made {
@@ -52,7 +52,16 @@ pub(super) fn add(
         "curve" => curve::curve(scene, state, &mut params)?,
         "sphere" | "disk" | "cylinder" => quadric::quadric(scene, state, name, &params)?,
         other => {
-            let all = ["sphere", "disk", "cylinder", "trianglemesh", "plymesh", "bilinearmesh", "loopsubdiv", "curve"];
+            let all = [
+                "sphere",
+                "disk",
+                "cylinder",
+                "trianglemesh",
+                "plymesh",
+                "bilinearmesh",
+                "loopsubdiv",
+                "curve",
+            ];
             return Err(super::reader::unknown("shape", other, &all).or_at(place));
         }
     };
@@ -109,7 +118,10 @@ fn material(
     if let Some(light) = &state.area_light {
         if in_object {
             // As in pbrt.
-            scene.report.ignored(place, "an area light within an object that is placed as instances: it does not shine");
+            scene.report.ignored(
+                place,
+                "an area light within an object that is placed as instances: it does not shine",
+            );
         } else {
             usage.emission = lights::area(scene, state, light, part_area)?;
         }

@@ -38,7 +38,8 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
     let mut data = MeshData::default();
     let single = |v: DVec3| v.as_vec3().to_array();
     for patch in &patches {
-        let p = patch.map(|i| DVec3::from(positions.get(i as usize).copied().unwrap_or_default().map(f64::from)));
+        let p =
+            patch.map(|i| DVec3::from(positions.get(i as usize).copied().unwrap_or_default().map(f64::from)));
         let [a, b, c, d] = p;
         let size = (b - a).length().max((c - a).length()).max((d - a).length());
         let is_flat = ((b - a).cross(c - a).dot(d - a)).abs() <= 1e-5 * size * size * size;
@@ -48,10 +49,11 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
             scene.divide(u64::from(parts + 1) * u64::from(parts + 1), params.place)?;
         }
         let first = data.positions.len() as u32;
-        let own = |list: &[[f32; 2]], i: usize, or: DVec2| match patch.get(i).and_then(|v| list.get(*v as usize)) {
-            Some(uv) => DVec2::new(f64::from(uv[0]), f64::from(uv[1])),
-            None => or,
-        };
+        let own =
+            |list: &[[f32; 2]], i: usize, or: DVec2| match patch.get(i).and_then(|v| list.get(*v as usize)) {
+                Some(uv) => DVec2::new(f64::from(uv[0]), f64::from(uv[1])),
+                None => or,
+            };
         let uv = [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE];
         let uv = [0, 1, 2, 3].map(|i| own(&uvs, i, uv[i]));
         for j in 0..=parts {
@@ -67,7 +69,9 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
                     let across = (c - a) * (1.0 - u) + (d - b) * u;
                     along.cross(across)
                 } else {
-                    let n = |i: u32| DVec3::from(normals.get(i as usize).copied().unwrap_or_default().map(f64::from));
+                    let n = |i: u32| {
+                        DVec3::from(normals.get(i as usize).copied().unwrap_or_default().map(f64::from))
+                    };
                     patch.iter().zip(weights).fold(DVec3::ZERO, |sum, (i, w)| sum + n(*i) * w)
                 };
                 data.normals.push(single(normal.normalize_or(DVec3::Z)));

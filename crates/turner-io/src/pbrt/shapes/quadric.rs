@@ -21,7 +21,12 @@ fn upright() -> DAffine3 {
 }
 
 /// `sphere`, `disk`, `cylinder`.
-pub(super) fn quadric(scene: &mut Assembly<'_>, state: &State, name: &str, params: &Params) -> Result<Made, Fault> {
+pub(super) fn quadric(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    name: &str,
+    params: &Params,
+) -> Result<Made, Fault> {
     let positive = |v: f64| v.is_finite() && v > 0.0;
     let radius = params.float("radius").unwrap_or(1.0);
     let phi = params.float("phimax").unwrap_or(360.0).clamp(0.0, 360.0);
@@ -34,13 +39,18 @@ pub(super) fn quadric(scene: &mut Assembly<'_>, state: &State, name: &str, param
     let whole = phi >= 360.0 && !state.reverse;
     let surface = match name {
         "sphere" => {
-            let (zmin, zmax) = (params.float("zmin").unwrap_or(-radius), params.float("zmax").unwrap_or(radius));
+            let (zmin, zmax) =
+                (params.float("zmin").unwrap_or(-radius), params.float("zmax").unwrap_or(radius));
             let (zmin, zmax) = (zmin.min(zmax).max(-radius), zmax.max(zmin).min(radius));
             if whole && zmin <= -radius && zmax >= radius {
                 let sphere = SphereDesc { center: DVec3::ZERO, radius };
                 return Ok(Made::Shape(ShapeDesc::Sphere(sphere), upright()));
             }
-            Surface::Sphere { radius, from: acos((zmin / radius).clamp(-1.0, 1.0)), to: acos((zmax / radius).clamp(-1.0, 1.0)) }
+            Surface::Sphere {
+                radius,
+                from: acos((zmin / radius).clamp(-1.0, 1.0)),
+                to: acos((zmax / radius).clamp(-1.0, 1.0)),
+            }
         }
         "disk" => {
             let height = params.float("height").unwrap_or(0.0);
@@ -55,14 +65,18 @@ pub(super) fn quadric(scene: &mut Assembly<'_>, state: &State, name: &str, param
         _ => {
             let (zmin, zmax) = (params.float("zmin").unwrap_or(-1.0), params.float("zmax").unwrap_or(1.0));
             if whole && zmin < zmax {
-                let cylinder = CylinderDesc { from: DVec3::Y * zmin, to: DVec3::Y * zmax, radius, capped: false };
+                let cylinder =
+                    CylinderDesc { from: DVec3::Y * zmin, to: DVec3::Y * zmax, radius, capped: false };
                 return Ok(Made::Shape(ShapeDesc::Cylinder(cylinder), upright()));
             }
             Surface::Cylinder { radius, from: zmin, to: zmax }
         }
     };
     scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), place)?;
-    scene.report.approximated(place, "a part of a sphere, disk or cylinder, or one turned inside out, is cut into triangles");
+    scene.report.approximated(
+        place,
+        "a part of a sphere, disk or cylinder, or one turned inside out, is cut into triangles",
+    );
     let mut data = surface.cut(radians(phi));
     orient(&mut data, state.reverse);
     Ok(Made::Mesh(data))
@@ -71,9 +85,21 @@ pub(super) fn quadric(scene: &mut Assembly<'_>, state: &State, name: &str, param
 /// Surfaces of revolution about z.
 enum Surface {
     /// Angles from the north pole at v = 0 and 1.
-    Sphere { radius: f64, from: f64, to: f64 },
-    Disk { radius: f64, inner: f64, height: f64 },
-    Cylinder { radius: f64, from: f64, to: f64 },
+    Sphere {
+        radius: f64,
+        from: f64,
+        to: f64,
+    },
+    Disk {
+        radius: f64,
+        inner: f64,
+        height: f64,
+    },
+    Cylinder {
+        radius: f64,
+        from: f64,
+        to: f64,
+    },
 }
 
 impl Surface {

@@ -101,7 +101,8 @@ fn divide(points: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]
         .iter()
         .enumerate()
         .map(|(i, p)| {
-            let (all, border) = (near.all.get(i).map_or(&[][..], |v| v), near.border.get(i).map_or(&[][..], |v| v));
+            let (all, border) =
+                (near.all.get(i).map_or(&[][..], |v| v), near.border.get(i).map_or(&[][..], |v| v));
             if border.len() == 2 {
                 *p * 0.75 + sum(points, border) * 0.125
             } else if all.is_empty() || !border.is_empty() {
@@ -139,7 +140,8 @@ fn limit(points: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<DVec3>) {
         .iter()
         .enumerate()
         .map(|(i, p)| {
-            let (all, border) = (near.all.get(i).map_or(&[][..], |v| v), near.border.get(i).map_or(&[][..], |v| v));
+            let (all, border) =
+                (near.all.get(i).map_or(&[][..], |v| v), near.border.get(i).map_or(&[][..], |v| v));
             if border.len() == 2 {
                 *p * 0.6 + sum(points, border) * 0.2
             } else if all.is_empty() || !border.is_empty() {
