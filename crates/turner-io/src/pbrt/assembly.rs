@@ -34,7 +34,6 @@ const MAX_OBJECTS: usize = 1 << 24;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Texture {
     pub(super) source: ColorSource,
-    pub(super) is_float: bool,
 }
 
 /// The scene in the making.
@@ -61,7 +60,11 @@ pub(super) struct Assembly<'a> {
     pub(super) groups: Vec<Named<GroupDesc>>,
     pub(super) objects: Vec<ObjectDesc>,
     pub(super) lights: Vec<SceneLight>,
+    /// Textures whose values went through a function, by texture and function.
+    pub(super) mapped: BTreeMap<(TextureId, String), ColorSource>,
     decoded: u64,
+    /// Bytes of pictures that may still be copied.
+    copies: u64,
     /// Elements that may still be made from few bytes: of subdivided, swept and divided surfaces.
     made: u64,
     pub(super) shapes: u64,
@@ -88,7 +91,9 @@ impl<'a> Assembly<'a> {
             groups: Vec::new(),
             objects: Vec::new(),
             lights: Vec::new(),
+            mapped: BTreeMap::new(),
             decoded: 0,
+            copies: 64 << 20,
             made: 1 << 22,
             shapes: 0,
         }
@@ -194,8 +199,11 @@ impl<'a> Assembly<'a> {
         if let Some(known) = self.image_ids.get(name) {
             return *known;
         }
-        let id = match self.load_image(name, place) {
-            Ok(image) => Some(self.add_image(name, image)),
+        let id = match self.load_image(name) {
+            Ok(image) => {
+                self.copies = self.copies.saturating_add(4 * image.memory() as u64);
+                Some(self.add_image(name, image))
+            }
             Err(problem) => {
                 self.report.ignored(place, format!("the picture {problem}; it is left out"));
                 None
@@ -205,6 +213,13 @@ impl<'a> Assembly<'a> {
         id
     }
 
+    /// Whether so many bytes of pictures may be made of others: a few times what these have.
+    pub(super) fn may_copy(&mut self, bytes: u64) -> bool {
+        let left = self.copies.checked_sub(bytes);
+        self.copies = left.unwrap_or(self.copies);
+        left.is_some()
+    }
+
     /// Adds a picture that was made.
     pub(super) fn add_image(&mut self, name: &str, image: Image) -> ImageId {
         self.decoded = self.decoded.saturating_add(image.memory() as u64);
@@ -212,10 +227,9 @@ impl<'a> Assembly<'a> {
         ImageId(self.images.len() as u32 - 1)
     }
 
-    fn load_image(&self, name: &str, place: Place) -> Result<Image, String> {
+    fn load_image(&self, name: &str) -> Result<Image, String> {
         let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
         let resolve = |e: crate::assets::AssetError| first(e.to_string());
-        let _ = place;
         let path = self.assets.resolve(&self.uri, name).map_err(resolve)?;
         let bytes = self.assets.read(&path, MAX_PICTURE).map_err(resolve)?;
         let mut limits = DecodeLimits::default();

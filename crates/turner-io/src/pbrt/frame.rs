@@ -24,9 +24,10 @@ pub(super) struct Frame {
     pub(super) shutter: [f64; 2],
     pub(super) transform_times: [f64; 2],
     iso: f64,
-    /// The sensor knows times of exposure.
+    /// The medium that the camera stands in, by name; empty for none.
     pub(super) medium: String,
-    pub(super) has_sensor: bool,
+    /// Whether the sensor knows times of exposure.
+    has_sensor: bool,
 }
 
 impl Default for Frame {
@@ -42,7 +43,7 @@ impl Default for Frame {
             transform_times: [0.0, 1.0],
             iso: 100.0,
             medium: String::new(),
-            has_sensor: false,
+            has_sensor: true,
         }
     }
 }

@@ -9,7 +9,7 @@ use super::report::Fault;
 use super::source::Place;
 use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
 use super::state::{ColorSpace, State};
-use super::textures::{map_values, normal_picture, source_named};
+use super::textures::{Through, map_values, normal_picture, source_named};
 use crate::assets::printable;
 use crate::spectral::metal_of_index;
 use std::collections::BTreeMap;
@@ -113,6 +113,11 @@ impl Materials {
             self.list.push((slot, usage));
         }
         id
+    }
+
+    /// Whether a shape encloses a medium.
+    pub(super) fn encloses(&self, medium: MediumId) -> bool {
+        self.list.iter().any(|(_, usage)| usage.interior == Some(medium))
     }
 
     /// Whether a slot is no surface, as far as is known.
@@ -258,6 +263,23 @@ fn make(
     Ok(MaterialDesc::Principled(surface))
 }
 
+/// What the inner side of a surface reflects of diffuse light, by its index of refraction: 1 − (1 − R) / η² with what the outer side does.
+fn inner_reflectance(ior: f64) -> f64 {
+    const STEPS: u32 = 256;
+    let ior = ior.clamp(1.0, 100.0);
+    // ∫ F(μ) 2μ dμ, the square of μ going in even steps.
+    let outer: f64 = (0..STEPS)
+        .map(|i| {
+            let cos = ((f64::from(i) + 0.5) / f64::from(STEPS)).sqrt();
+            let inside = (1.0 - (1.0 - cos * cos) / (ior * ior)).max(0.0).sqrt();
+            let s = (cos - ior * inside) / (cos + ior * inside);
+            let p = (ior * cos - inside) / (ior * cos + inside);
+            0.5 * (s * s + p * p)
+        })
+        .sum();
+    1.0 - (1.0 - outer / f64::from(STEPS)) / (ior * ior)
+}
+
 struct Maker<'a, 'b> {
     scene: &'a mut Assembly<'b>,
     params: &'a Params,
@@ -291,10 +313,7 @@ impl Maker<'_, '_> {
     /// not remapped; here it is the square of the roughness.
     fn roughness(&mut self, names: [&'static str; 3], surface: &mut PrincipledMaterial) -> Result<(), Fault> {
         let remap = self.params.bool("remaproughness").unwrap_or(true);
-        let to_roughness = move |v: f64| {
-            let v = v.clamp(0.0, 1.0);
-            if remap { v.sqrt().sqrt() } else { v.sqrt() }
-        };
+        let through = Through::Roughness { remap };
         let both = self.number(names[0])?;
         let along = self.number(names[1])?.or(both).unwrap_or(grey(0.0));
         let across = self.number(names[2])?.or(both).unwrap_or(grey(0.0));
@@ -304,11 +323,11 @@ impl Maker<'_, '_> {
                 self.scene.report.approximated(self.params.place, message);
             }
             let texture = if matches!(along, ColorSource::Texture(_)) { along } else { across };
-            surface.specular_roughness = map_values(self.scene, texture, self.params.place, &to_roughness);
+            surface.specular_roughness = map_values(self.scene, texture, self.params.place, through);
             return Ok(());
         };
         let alpha = |c: Spectrum| {
-            let r = to_roughness(f64::from(c.r));
+            let r = through.of(f64::from(c.r));
             r * r
         };
         let (u, v) = (alpha(u), alpha(v));
@@ -467,10 +486,21 @@ impl Maker<'_, '_> {
         })
     }
 
+    /// A diffuse base under a clear layer. Light that comes back from the base is reflected at the layer's inner side, and so on: of a base of
+    /// reflectance ρ, ρ (1 − R) / (1 − ρ R) gets out, R being what the inner side reflects of diffuse light. With that as its colour a dielectric here,
+    /// whose base has what the layer lets in, is the same.
     fn coated_diffuse(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let base =
-            PrincipledMaterial { base_color: self.color("reflectance", 0.5)?, ..PrincipledMaterial::matte() };
-        self.coat(base, ["roughness", "uroughness", "vroughness"], "eta")
+        let color = self.color("reflectance", 0.5)?;
+        let layer =
+            self.coat(PrincipledMaterial::default(), ["roughness", "uroughness", "vroughness"], "eta")?;
+        let inner = inner_reflectance(layer.coat_ior);
+        let color = map_values(self.scene, color, self.params.place, Through::Layer { inner });
+        Ok(PrincipledMaterial {
+            base_color: color,
+            specular_ior: layer.coat_ior,
+            specular_roughness: layer.coat_roughness,
+            ..PrincipledMaterial::default()
+        })
     }
 
     fn coated_conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
@@ -495,9 +525,8 @@ impl Maker<'_, '_> {
                 self.scene.report.approximated(self.params.place, message);
             }
             let texture = if matches!(sources[0], ColorSource::Texture(_)) { sources[0] } else { sources[1] };
-            let color = map_values(self.scene, texture, self.params.place, &|v| {
-                (2.0 * v * f64::from(scale)).min(1.0)
-            });
+            let color =
+                map_values(self.scene, texture, self.params.place, Through::Scale(2.0 * f64::from(scale)));
             return Ok(PrincipledMaterial { subsurface_weight: grey(1.0), subsurface_color: color, ..thin });
         };
         let (r, t) = (r * scale, t * scale);
@@ -628,7 +657,7 @@ impl Maker<'_, '_> {
             let surface = usize::from(materials.is_interface(slots[0]));
             let slot = slots.get(surface).copied().unwrap_or_default();
             let share =
-                if surface == 1 { amount } else { map_values(self.scene, amount, place, &|v| 1.0 - v) };
+                if surface == 1 { amount } else { map_values(self.scene, amount, place, Through::Rest) };
             let materials = &mut self.scene.materials;
             let id = materials.wanted(slot, Use { alpha: Some(share), ..usage });
             return Ok(MaterialDesc::Mix(MixMaterial { materials: vec![id, id], weights: vec![grey(0.0)] }));
@@ -653,5 +682,18 @@ impl Maker<'_, '_> {
             surface.normal_map = normal_picture(self.scene, &file, self.params.place_of("normalmap"));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::inner_reflectance;
+
+    #[test]
+    fn the_inner_side_reflects_most() {
+        // Egan and Hilgeman 1973: 0.5963 for 1.5, 0.4730 for 1.33.
+        assert!((inner_reflectance(1.5) - 0.5963).abs() < 1e-3, "{}", inner_reflectance(1.5));
+        assert!((inner_reflectance(1.33) - 0.473).abs() < 2e-3, "{}", inner_reflectance(1.33));
+        assert_eq!(inner_reflectance(1.0), 0.0);
     }
 }

@@ -98,6 +98,9 @@ fn finish(
         ("objects", count(assembly.groups.len())),
         ("media", count(assembly.medium_list.len())),
     ];
+    // What the camera stands in and no shape encloses is everywhere in the open.
+    let around = assembly.media.get(&assembly.frame.medium).copied();
+    scene.background.medium = around.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { mut report, frame, files, uri, objects, .. } = assembly;
     if objects.is_empty() {
         report.note("the file has nothing to show");

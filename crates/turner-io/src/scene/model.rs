@@ -6,7 +6,9 @@ use super::sources::{SourceFile, Sources};
 use super::{LoadError, LoadOptions, Loaded, SceneFormat, read};
 use crate::assets::{AssetError, AssetSource, printable};
 use std::io::Read;
+use turner::color::Spectrum;
 use turner::integrator::IntegratorDesc;
+use turner::medium::MediumDesc;
 use turner::scene::SceneDesc;
 
 /// The scene that shows a model: on a stage, in physical light. What it says can be replaced as in any other scene, its one
@@ -43,6 +45,19 @@ fn scene_around_whole(file: &str, scene: &SceneDesc) -> String {
     match &scene.integrator {
         IntegratorDesc::Path(path) => text += &format!("type = \"path\"\nmax_depth = {}\n", path.max_depth),
         _ => text += "type = \"ambient-occlusion\"\n",
+    }
+    if let Some(id) = scene.background.medium
+        && let Some(MediumDesc::Homogeneous(m)) = scene.media.get(id.index()).map(|m| &m.value)
+    {
+        let color = |c: Option<Spectrum>| format!("{:?}", c.unwrap_or(Spectrum::BLACK).to_array());
+        text += &format!(
+            "\n[background]\nmedium = {{ density = {:?}, absorption = {}, scattering = {}, anisotropy = {:?}, emission = {} }}\n",
+            m.density,
+            color(m.absorption),
+            color(m.scattering),
+            m.anisotropy,
+            color(Some(m.emission)),
+        );
     }
     // Nothing is added to it: what it does not light is dark.
     text += "\n[stage]\nground = false\nstudio = false\n\n";
