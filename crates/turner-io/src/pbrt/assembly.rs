@@ -94,14 +94,14 @@ impl<'a> Assembly<'a> {
             mapped: BTreeMap::new(),
             decoded: 0,
             copies: 64 << 20,
-            made: 1 << 22,
+            made: 1 << 21,
             shapes: 0,
         }
     }
 
-    /// Takes room for so many vertices that a surface is divided into. A shape in the file is worth a few thousand.
+    /// Takes room for so many vertices that a surface is divided into. Each shape in the file is worth some.
     pub(super) fn divide(&mut self, vertices: u64, place: Place) -> Result<(), Fault> {
-        self.made = self.made.saturating_add(1 << 10);
+        self.made = self.made.saturating_add(256);
         match self.made.checked_sub(vertices) {
             Some(left) => {
                 self.made = left;

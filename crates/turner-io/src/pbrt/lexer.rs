@@ -6,7 +6,7 @@ use crate::mesh::{parse_number, quick_number, quick_whole};
 use turner::scene::error::ErrorCode;
 
 /// Most bytes of a word or a string.
-const MAX_WORD: usize = 1 << 16;
+const MAX_WORD: usize = 1 << 12;
 
 /// What stands next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +103,7 @@ impl<'a> Lexer<'a> {
             word.extend_from_slice(rest.get(..len).unwrap_or_default());
             self.source.skip(len);
             if word.len() > MAX_WORD {
-                return Err(self.fault("a word of more than 65536 bytes"));
+                return Err(self.fault("a word of more than 4096 bytes"));
             }
             if done {
                 return Ok(String::from_utf8_lossy(&word).into_owned());
@@ -148,7 +148,7 @@ impl<'a> Lexer<'a> {
             }
             self.source.skip(used);
             if text.len() > MAX_WORD {
-                return Err(self.fault("a string of more than 65536 bytes").help("is a \" missing?"));
+                return Err(self.fault("a string of more than 4096 bytes").help("is a \" missing?"));
             }
             if closed {
                 return Ok(String::from_utf8_lossy(&text).into_owned());
@@ -200,29 +200,85 @@ impl<'a> Lexer<'a> {
         Err(Fault::at(place, ErrorCode::Syntax, format!("expected a whole number, found {value}")))
     }
 
-    /// Numbers up to a closing bracket in groups of `N`, as single precision. `room` says how many groups more there may be.
-    pub(super) fn groups<const N: usize>(&mut self, limit: usize) -> Result<Vec<[f32; N]>, Fault> {
-        let mut list: Vec<[f32; N]> = Vec::new();
-        let mut group = [0.0; N];
-        loop {
-            for (i, slot) in group.iter_mut().enumerate() {
-                match self.next()? {
-                    Next::Word => *slot = self.number()? as f32,
-                    Next::Close if i == 0 => {
-                        self.bracket();
-                        list.shrink_to_fit();
-                        return Ok(list);
+    /// Numbers that follow one another, as many as are at hand, up to what needs a closer look.
+    #[inline]
+    fn run<T>(
+        &mut self,
+        parse: impl Fn(&[u8]) -> Option<(T, usize)>,
+        mut take: impl FnMut(T) -> Result<(), &'static str>,
+    ) -> Result<(), Fault> {
+        let (mut at, mut problem) = (0, None);
+        // What goes wrong with reading is told by who looks closer.
+        if let Ok(rest) = self.source.rest() {
+            while let Some(left) = rest.get(at..) {
+                match left.first() {
+                    Some(b' ' | b'\n' | b'\r' | b'\t') => at += 1,
+                    Some(_) => {
+                        let Some((value, len)) = parse(left) else { break };
+                        if !left.get(len).is_some_and(|b| is_end(*b)) {
+                            break;
+                        }
+                        at += len;
+                        if let Err(p) = take(value) {
+                            problem = Some(p);
+                            break;
+                        }
                     }
-                    Next::Close => {
-                        let count = list.len() * N + i;
-                        return Err(
-                            self.fault(format!("expected groups of {N} numbers, found {count} numbers"))
-                        );
-                    }
-                    _ => return Err(self.fault("expected a number or ]")),
+                    None => break,
                 }
             }
-            push(&mut list, group, limit).map_err(|p| self.fault(p).code(ErrorCode::TooLarge))?;
+        }
+        self.source.skip(at);
+        match problem {
+            Some(p) => Err(self.fault(p).code(ErrorCode::TooLarge)),
+            None => Ok(()),
+        }
+    }
+
+    /// Numbers up to what is none.
+    pub(super) fn numbers(&mut self, list: &mut Vec<f64>, limit: usize) -> Result<(), Fault> {
+        self.run(quick_number, |v| push(list, v, limit))
+    }
+
+    /// Whole numbers up to what is none.
+    pub(super) fn integers(&mut self, list: &mut Vec<i32>, limit: usize) -> Result<(), Fault> {
+        let parse = |text: &[u8]| Some(quick_whole(text)).filter(|(_, len)| *len > 0);
+        self.run(parse, |v| push(list, v, limit))
+    }
+
+    /// Numbers up to a closing bracket in groups of `N`, at most `limit` of these, as single precision.
+    pub(super) fn groups<const N: usize>(&mut self, limit: usize) -> Result<Vec<[f32; N]>, Fault> {
+        let mut list: Vec<[f32; N]> = Vec::new();
+        let (mut group, mut filled) = ([0.0; N], 0);
+        let mut add = |list: &mut Vec<[f32; N]>, filled: &mut usize, v: f64| {
+            if let Some(slot) = group.get_mut(*filled) {
+                *slot = v as f32;
+            }
+            *filled += 1;
+            if *filled < N {
+                return Ok(());
+            }
+            *filled = 0;
+            push(list, group, limit)
+        };
+        loop {
+            self.run(quick_number, |v| add(&mut list, &mut filled, v))?;
+            match self.next()? {
+                Next::Word => {
+                    let v = self.number()?;
+                    add(&mut list, &mut filled, v).map_err(|p| self.fault(p).code(ErrorCode::TooLarge))?;
+                }
+                Next::Close if filled == 0 => {
+                    self.bracket();
+                    list.shrink_to_fit();
+                    return Ok(list);
+                }
+                Next::Close => {
+                    let count = list.len() * N + filled;
+                    return Err(self.fault(format!("expected groups of {N} numbers, found {count} numbers")));
+                }
+                _ => return Err(self.fault("expected a number or ]")),
+            }
         }
     }
 }

@@ -65,6 +65,15 @@ pub(super) enum Value {
 }
 
 impl Value {
+    /// About how many numbers and letters it takes, and something for itself.
+    pub(super) fn cost(&self) -> usize {
+        let letters = match self {
+            Value::Strings(v) => v.iter().map(String::len).sum(),
+            _ => 0,
+        };
+        8 + 3 * self.len() + letters
+    }
+
     fn len(&self) -> usize {
         match self {
             Value::Numbers(v) => v.len(),
@@ -348,10 +357,16 @@ fn read_value(lexer: &mut Lexer<'_>, kind: Type, name: &str) -> Result<Value, Fa
                 let number = lexer.number()?;
                 push(list, number, MAX_LIST / 2)
                     .map_err(|p| Fault::at(lexer.place(), ErrorCode::TooLarge, p))?;
+                if bracketed {
+                    lexer.numbers(list, MAX_LIST / 2)?;
+                }
             }
             (Next::Word, Value::Integers(list)) => {
                 let number = lexer.integer()?;
                 push(list, number, MAX_LIST).map_err(|p| Fault::at(lexer.place(), ErrorCode::TooLarge, p))?;
+                if bracketed {
+                    lexer.integers(list, MAX_LIST)?;
+                }
             }
             (Next::Word, Value::Bools(list)) => {
                 let place = lexer.place();

@@ -22,7 +22,10 @@ const MAX_FILES: usize = 4096;
 /// Most bytes of one file: 64 GiB; they are not held in memory.
 const MAX_FILE: u64 = 64 << 30;
 /// Most attributes that are open at a time.
-const MAX_OPEN: usize = 1 << 14;
+const MAX_OPEN: usize = 1 << 12;
+
+/// Most numbers and letters of all defaults that `Attribute` gives.
+const MAX_DEFAULTS: usize = 1 << 12;
 
 /// What `AttributeEnd` and `ObjectEnd` go back to, and where its begin stands.
 struct Open {
@@ -297,11 +300,15 @@ impl<'a> Reader<'a> {
                 let Some((_, target)) = words.iter().find(|(word, _)| *word == name) else {
                     return Err(unknown("target of Attribute", &name, &words.map(|w| w.0)));
                 };
+                let defaults = Rc::make_mut(&mut self.state.defaults);
                 for param in params.into_list() {
-                    self.state.defaults.retain(|(t, p)| !(t == target && p.name == param.name));
-                    if self.state.defaults.len() < 256 {
-                        self.state.defaults.push((*target, param));
-                    }
+                    defaults.retain(|(t, p)| !(t == target && p.name == param.name));
+                    defaults.push((*target, param));
+                }
+                // Each attribute that is open may have its own.
+                if defaults.iter().map(|(_, p)| p.value.cost()).sum::<usize>() > MAX_DEFAULTS {
+                    let message = "more defaults of parameters than a few thousand numbers";
+                    return Err(Fault::at(place, ErrorCode::TooLarge, message));
                 }
             }
             "Material" => {

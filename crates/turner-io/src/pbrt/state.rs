@@ -1,6 +1,7 @@
 //! What holds until it is changed: transforms, material, light, media, defaults of parameters.
 
 use super::params::{Param, Params};
+use std::rc::Rc;
 use turner::math::DAffine3;
 
 /// The transforms at the beginning and the end of the motion.
@@ -82,12 +83,12 @@ pub(super) struct State {
     pub(super) reverse: bool,
     /// The slot of the material.
     pub(super) material: usize,
-    pub(super) area_light: Option<std::rc::Rc<Params>>,
+    pub(super) area_light: Option<Rc<Params>>,
     /// Names of the media inside and outside; empty for none.
     pub(super) media: [String; 2],
     pub(super) color_space: ColorSpace,
     /// Defaults of parameters; mostly none.
-    pub(super) defaults: Vec<(Target, Param)>,
+    pub(super) defaults: Rc<Vec<(Target, Param)>>,
 }
 
 impl State {
@@ -100,7 +101,7 @@ impl State {
             area_light: None,
             media: Default::default(),
             color_space: ColorSpace::Srgb,
-            defaults: Vec::new(),
+            defaults: Rc::default(),
         }
     }
 

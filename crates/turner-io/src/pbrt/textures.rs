@@ -294,7 +294,7 @@ fn mapped_texture(
     depth: u32,
 ) -> Option<ColorSource> {
     let desc = scene.texture_desc(source)?.clone();
-    let mut inner = |scene: &mut Assembly<'_>, source| mapped_source(scene, source, place, f, depth);
+    let inner = |scene: &mut Assembly<'_>, source| mapped_source(scene, source, place, f, depth);
     let desc = match desc {
         TextureDesc::Image(image) => {
             let asset = scene.images.get(image.file.index())?;

@@ -155,7 +155,10 @@ fn what_would_take_all_memory_or_time() {
     let cube = "\"point3 P\" [0 0 0 1 0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2 0 1 3 0 2 3 1 2 3]";
     assert!(!world(format!("Shape \"loopsubdiv\" \"integer levels\" 2000000000 {cube}")));
     assert!(world(format!("Shape \"loopsubdiv\" \"integer levels\" -5 {cube}")));
-    assert!(!world("Shape \"sphere\" \"float zmin\" 0\n".repeat(20_000)));
+    assert!(world("Shape \"sphere\" \"float zmin\" 0\n".repeat(20_000)));
+    let parts: String =
+        (0..20_000).map(|i| format!("Shape \"sphere\" \"float zmin\" {}\n", f64::from(i) * 1e-5)).collect();
+    assert!(!world(parts));
     // Grids that are larger than their lists, and lists that are not what they say.
     assert!(world("MakeNamedMedium \"m\" \"string type\" \"uniformgrid\" \"integer nx\" 2000000000 \"integer ny\" 2000000000 \"float density\" [1]".into()));
     for bad in ["[0 1 -1]", "[0 1 3]", "[0 1]", "[2147483647 0 1]", "[0.5 1 2]", "[1e10 0 1]"] {

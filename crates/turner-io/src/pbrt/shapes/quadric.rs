@@ -12,8 +12,8 @@ use turner::shape::mesh::MeshData;
 use turner::shape::{CylinderDesc, DiskDesc, ShapeDesc, SphereDesc};
 
 /// Steps around a whole turn, and from one pole or end to the other.
-const AROUND: u32 = 96;
-const ALONG: u32 = 48;
+const AROUND: u32 = 72;
+const ALONG: u32 = 36;
 
 /// From the space of a shape here, whose axis is y and whose u begins at −z, to pbrt's, whose axis is z and whose u begins at x.
 fn upright() -> DAffine3 {
@@ -72,17 +72,23 @@ pub(super) fn quadric(
             Surface::Cylinder { radius, from: zmin, to: zmax }
         }
     };
+    let message = "a part of a sphere, disk or cylinder, or one turned inside out, is cut into triangles";
+    scene.report.approximated(place, message);
+    // Equal ones are one mesh. No file has such a name.
+    let key = (format!("\0{surface:?} {phi}"), state.reverse);
+    if let Some(&Some(known)) = scene.mesh_ids.get(&key) {
+        return Ok(Made::Shared(known));
+    }
     scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), place)?;
-    scene.report.approximated(
-        place,
-        "a part of a sphere, disk or cylinder, or one turned inside out, is cut into triangles",
-    );
     let mut data = surface.cut(radians(phi));
     orient(&mut data, state.reverse);
-    Ok(Made::Mesh(data))
+    let id = scene.mesh(String::new(), data);
+    scene.mesh_ids.insert(key, Some(id));
+    Ok(Made::Shared(id))
 }
 
 /// Surfaces of revolution about z.
+#[derive(Debug)]
 enum Surface {
     /// Angles from the north pole at v = 0 and 1.
     Sphere {
