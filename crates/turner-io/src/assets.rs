@@ -94,6 +94,11 @@ pub trait AssetSource: Sync {
     /// The bytes of `uri`, at most `limit` of them: a larger file is an error, not a shortened one.
     fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError>;
 
+    /// The same, read bit by bit: for files too large to be held at once.
+    fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
+        self.read(uri, limit).map(|bytes| Box::new(io::Cursor::new(bytes)) as Box<dyn Read + 'a>)
+    }
+
     /// What to call `uri` in messages.
     fn describe(&self, uri: &str) -> String;
 
@@ -205,8 +210,9 @@ impl FolderAssets {
     }
 }
 
-impl AssetSource for FolderAssets {
-    fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
+impl FolderAssets {
+    /// The file and its size, which was taken from the budget.
+    fn file(&self, uri: &str, limit: u64) -> Result<(File, u64), AssetError> {
         let io = |source| AssetError::Io { uri: printable(uri), source };
         let path = self.locate(uri)?;
         // Looked at before it is opened: opening a pipe would wait for its writer.
@@ -219,6 +225,14 @@ impl AssetSource for FolderAssets {
             return Err(AssetError::TooLarge { uri: printable(uri), size, limit });
         }
         self.charge(uri, size)?;
+        Ok((file, size))
+    }
+}
+
+impl AssetSource for FolderAssets {
+    fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
+        let io = |source| AssetError::Io { uri: printable(uri), source };
+        let (file, size) = self.file(uri, limit)?;
         let mut bytes = Vec::new();
         let reserved = usize::try_from(size).map(|n| bytes.try_reserve_exact(n));
         if !matches!(reserved, Ok(Ok(()))) {
@@ -227,6 +241,11 @@ impl AssetSource for FolderAssets {
         // No further than it said: a file that grows meanwhile must not evade the limits.
         file.take(size).read_to_end(&mut bytes).map_err(io)?;
         Ok(bytes)
+    }
+
+    fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
+        let (file, size) = self.file(uri, limit)?;
+        Ok(Box::new(file.take(size)))
     }
 
     fn describe(&self, uri: &str) -> String {

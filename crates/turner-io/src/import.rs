@@ -2,6 +2,7 @@
 
 use crate::assets::{AssetSource, printable};
 use crate::mesh;
+use crate::pbrt;
 use crate::scene::SceneFormat;
 use std::path::Path;
 use std::sync::Arc;
@@ -68,12 +69,30 @@ pub fn import(
         SceneFormat::Obj => mesh::import_obj(bytes, uri, assets, options),
         SceneFormat::Ply => mesh::import_ply(bytes, uri, assets, options),
         SceneFormat::Stl => mesh::import_stl(bytes, uri, assets, options),
+        SceneFormat::Pbrt => pbrt::import_from(Box::new(std::io::Cursor::new(bytes)), uri, assets, options),
         SceneFormat::Toml => {
             let message = format!("{}: is a scene, no model", printable(&assets.describe(uri)));
             Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))
         }
     }
 }
+
+/// As [`import`], from a file of `assets` that is read bit by bit where its format allows it: a text of gigabytes takes no more memory than the scene it becomes.
+pub fn import_file(
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    if SceneFormat::of_path(Path::new(uri)) == Some(SceneFormat::Pbrt) {
+        return pbrt::import(uri, assets, options);
+    }
+    let bytes =
+        assets.read(uri, MAX_FILE).map_err(|e| crate::scene::two_lines(ErrorCode::File, &e.to_string()))?;
+    import(bytes, uri, assets, options)
+}
+
+/// Most bytes of a file that is read whole.
+const MAX_FILE: u64 = 4 << 30;
 
 /// A scene of nothing, with the defaults of the scene format.
 pub(crate) fn empty_scene() -> Result<SceneDesc, SceneError> {

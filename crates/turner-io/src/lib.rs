@@ -19,9 +19,12 @@
 pub mod assets;
 pub mod gltf;
 pub mod grid;
+mod gzip;
 pub mod ies;
 pub mod image;
 pub mod import;
 pub mod mesh;
+mod pbrt;
 pub mod scene;
+mod spectral;
 pub mod testing;

@@ -78,6 +78,10 @@ fn desk() -> Folder {
     let model = root().join("crates/turner-io/tests/assets/gltf/Fox.glb");
     std::fs::copy(model, f.path().join("model.glb")).unwrap();
     f.write("scene.toml", SCENE);
+    f.write(
+        "scene.pbrt",
+        "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nTranslate 0 0 4\nShape \"sphere\"\n",
+    );
     for picture in
         ["expected.png", "found.png", "expected.exr", "found.exr", "old.png", "new.png", "studio.hdr"]
     {

@@ -39,6 +39,7 @@ pub use limits::DecodeLimits;
 pub use metadata::{MetaValue, Metadata};
 pub use output::{OutputError, OutputFile};
 pub use output_image::{Display, OutputImage, Transfer};
+pub(crate) use shrink::to_fit;
 
 use turner::image::Image;
 

@@ -9,7 +9,7 @@ use turner::color::{srgb_decode, srgb_encode};
 use turner::image::{Image, Pixels};
 
 /// Halves a picture until no side is longer than `max` (at least 1).
-pub(super) fn to_fit(
+pub(crate) fn to_fit(
     mut image: Image,
     max: u32,
     used_as: ColorOrData,

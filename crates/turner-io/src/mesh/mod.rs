@@ -20,6 +20,7 @@ mod weld;
 pub use error::MeshError;
 use error::shortened;
 pub use import::{import_obj, import_ply, import_stl};
+pub(crate) use number::{parse_f64 as parse_number, quick_f64 as quick_number, quick_int as quick_whole};
 
 use crate::assets::printable;
 use crate::scene::SceneFormat;

@@ -1,9 +1,9 @@
 //! The files that a scene names: each is read, hashed and decoded once.
 
-use super::LoadOptions;
 use super::error::{asset_error, two_lines};
 use super::hash::SceneHash;
 use super::sources::Sources;
+use super::{LoadOptions, SceneFormat};
 use crate::assets::{AssetError, AssetSource};
 use crate::grid::{self, MAX_GRID};
 use crate::ies::{self, MAX_IES};
@@ -11,6 +11,8 @@ use crate::image::{DecodeLimits, decode};
 use crate::import::{ImportOptions, import};
 use crate::mesh;
 use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use turner::image::Image;
 use turner::light::LightProfile;
@@ -40,8 +42,41 @@ pub struct SceneFiles<'a> {
     warnings: Vec<Warning>,
     /// How the scene is loaded.
     pub(super) options: LoadOptions,
-    /// Name and bytes of a file that was read already: the one that the user named.
-    pub(super) given: Option<(String, Vec<u8>)>,
+    /// A file that was read already: the one that the user named.
+    pub(super) given: Option<Given>,
+}
+
+/// A file that was read already, by its path.
+pub(super) enum Given {
+    /// Its bytes.
+    Bytes(String, Vec<u8>),
+    /// The scene that it is, with what is hashed of it.
+    Scene(String, Arc<SceneDesc>, Vec<String>),
+}
+
+/// How a model is imported: as the scene says, unless something else is asked for.
+fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptions {
+    ImportOptions {
+        time: asked.models.time.or(model.map(|m| m.time)).unwrap_or(0.0),
+        animation: asked.models.animation.clone().or_else(|| model?.animation.clone()),
+        variant: asked.models.variant.clone().or_else(|| model?.variant.clone()),
+        scene: model.and_then(|m| m.scene.clone()),
+        nodes: model.map_or_else(Vec::new, |m| m.nodes.clone()),
+        max_texture_size: asked.max_texture_size,
+        threads: asked.threads,
+    }
+}
+
+/// Reads a scene of another renderer bit by bit.
+pub(super) fn import_whole(
+    path: &str,
+    assets: &dyn AssetSource,
+    options: &LoadOptions,
+) -> Result<Given, SceneError> {
+    let hashed = HashedAssets { inner: assets, read: Mutex::new(Vec::new()) };
+    let scene = crate::pbrt::import(path, &hashed, &import_options(options, None))?;
+    let names = hashed.read.into_inner().unwrap_or_else(|e| e.into_inner());
+    Ok(Given::Scene(path.to_owned(), Arc::new(scene), names))
 }
 
 impl<'a> SceneFiles<'a> {
@@ -81,7 +116,7 @@ impl<'a> SceneFiles<'a> {
 
     fn read(&mut self, kind: u8, path: &str) -> Result<Vec<u8>, SceneError> {
         let bytes = match self.given.take() {
-            Some((name, bytes)) if name == path => bytes,
+            Some(Given::Bytes(name, bytes)) if name == path => bytes,
             given => {
                 self.given = given;
                 self.assets.read(path, MAX_FILE).map_err(asset_error)?
@@ -152,19 +187,25 @@ impl SceneAssets for SceneFiles<'_> {
 
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
         let path = self.resolve(&model.file, from)?;
-        let asked = &self.options.models;
-        let options = ImportOptions {
-            time: asked.time.unwrap_or(model.time),
-            animation: asked.animation.clone().or_else(|| model.animation.clone()),
-            variant: asked.variant.clone().or_else(|| model.variant.clone()),
-            scene: model.scene.clone(),
-            nodes: model.nodes.clone(),
-            max_texture_size: self.options.max_texture_size,
-            threads: self.options.threads,
-        };
+        let options = import_options(&self.options, Some(model));
         let key = (path.clone(), format!("{options:?}"));
         if let Some(scene) = self.models.get(&key) {
             return Ok(scene.clone());
+        }
+        if SceneFormat::of_path(Path::new(&path)).is_some_and(SceneFormat::is_whole) {
+            let given = match self.given.take() {
+                Some(Given::Scene(name, scene, hashes)) if name == path => Given::Scene(name, scene, hashes),
+                other => {
+                    self.given = other;
+                    import_whole(&path, self.assets, &self.options)?
+                }
+            };
+            let Given::Scene(_, scene, hashes) = given else {
+                return Err(SceneError::new(ErrorCode::Internal, "a scene was read as bytes"));
+            };
+            hashes.iter().for_each(|hash| self.hash.add(b'f', hash.as_bytes()));
+            self.models.insert(key, scene.clone());
+            return Ok(scene);
         }
         let bytes = self.read(b'g', &path)?;
         let assets = HashedAssets { inner: self.assets, read: Mutex::new(Vec::new()) };
@@ -194,11 +235,59 @@ impl AssetSource for HashedAssets<'_> {
         Ok(bytes)
     }
 
+    fn open<'a>(&'a self, uri: &str, limit: u64) -> Result<Box<dyn Read + 'a>, AssetError> {
+        let inner = self.inner.open(uri, limit)?;
+        Ok(Box::new(HashedReader {
+            inner,
+            uri: uri.to_owned(),
+            hash: SceneHash::new(),
+            block: Vec::new(),
+            names: &self.read,
+        }))
+    }
+
     fn describe(&self, uri: &str) -> String {
         self.inner.describe(uri)
     }
 
     fn resolve(&self, from: &str, uri: &str) -> Result<String, AssetError> {
         self.inner.resolve(from, uri)
+    }
+}
+
+/// Bytes of a block that is hashed at once: reads of any size give the same hash.
+const HASH_BLOCK: usize = 1 << 16;
+
+/// A file that is hashed as it is read.
+struct HashedReader<'a> {
+    inner: Box<dyn Read + 'a>,
+    uri: String,
+    hash: SceneHash,
+    block: Vec<u8>,
+    names: &'a Mutex<Vec<String>>,
+}
+
+impl Read for HashedReader<'_> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.inner.read(into)?;
+        let mut new = into.get(..count).unwrap_or_default();
+        while !new.is_empty() {
+            let (now, later) = new.split_at(new.len().min(HASH_BLOCK - self.block.len()));
+            self.block.extend_from_slice(now);
+            new = later;
+            if self.block.len() == HASH_BLOCK {
+                self.hash.add(b'f', &self.block);
+                self.block.clear();
+            }
+        }
+        Ok(count)
+    }
+}
+
+impl Drop for HashedReader<'_> {
+    fn drop(&mut self) {
+        self.hash.add(b'f', &self.block);
+        let mut names = self.names.lock().unwrap_or_else(|e| e.into_inner());
+        names.push(format!("{}:{}", self.uri, self.hash.hex()));
     }
 }

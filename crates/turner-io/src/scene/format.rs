@@ -17,6 +17,8 @@ pub enum SceneFormat {
     Ply,
     /// STL: a mesh.
     Stl,
+    /// pbrt-v4: a scene of another renderer.
+    Pbrt,
 }
 
 /// One line of the table.
@@ -75,11 +77,17 @@ const TABLE: &[Row] = &[
         description: "a model of one mesh: triangles; ASCII and binary; z is taken for up",
         holds: Holds::Mesh,
     },
+    Row {
+        format: SceneFormat::Pbrt,
+        name: "pbrt-v4",
+        extensions: &["pbrt"],
+        description: "a scene of another renderer, with its camera, film, materials, lights and media",
+        holds: Holds::Model,
+    },
 ];
 
 /// Extensions of files that people try and that are not read as scenes.
 const FOREIGN: &[(&[&str], &str)] = &[
-    (&["pbrt"], "a pbrt scene"),
     (&["xml"], "an XML file (Mitsuba?)"),
     (&["json", "yaml", "yml"], "a JSON or YAML file"),
     (&["blend"], "a Blender file"),
@@ -124,6 +132,11 @@ impl SceneFormat {
     /// Whether it is a model of another program, which can be placed in a scene or rendered by itself.
     pub fn is_model(self) -> bool {
         !self.is_scene()
+    }
+
+    /// Whether it says by itself how it is to be rendered: with its own camera, film and integrator.
+    pub(crate) fn is_whole(self) -> bool {
+        self == SceneFormat::Pbrt
     }
 
     /// The format that a name asks for by its extension, in upper or lower case.
@@ -180,9 +193,14 @@ mod tests {
 
     #[test]
     fn the_table_has_each_format_once() {
-        for format in
-            [SceneFormat::Toml, SceneFormat::Gltf, SceneFormat::Obj, SceneFormat::Ply, SceneFormat::Stl]
-        {
+        for format in [
+            SceneFormat::Toml,
+            SceneFormat::Gltf,
+            SceneFormat::Obj,
+            SceneFormat::Ply,
+            SceneFormat::Stl,
+            SceneFormat::Pbrt,
+        ] {
             assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
             assert_eq!(
                 SceneFormat::of_path(Path::new(&format!("a.{}", format.extensions()[0]))),

@@ -101,6 +101,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
     };
     // The user named this file: a link may lead anywhere. Its clone shares the budget.
     let named = assets.clone().allow_outside(true);
+    if format.is_whole() {
+        return model::load_whole(&name, file, (&named, &assets), options);
+    }
     if format.is_model() {
         let bytes = named.read(file, files::MAX_FILE).map_err(|e| bare(asset_error(e)))?;
         return model::load(bytes, format, &name, file, &assets, options);
@@ -154,7 +157,7 @@ fn read(
     assets: &dyn AssetSource,
     options: &LoadOptions,
     sources: &mut Sources,
-    given: Option<(String, Vec<u8>)>,
+    given: Option<files::Given>,
 ) -> Result<(SceneDesc, String), SceneError> {
     let folder = name.strip_suffix(uri).unwrap_or_default().to_owned();
     let source = SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false };

@@ -270,7 +270,7 @@ impl Physical {
     /// Whether it shines on its inner side, too: where it has one.
     #[inline]
     pub fn shines_backwards(&self) -> bool {
-        self.desc.double_sided
+        self.desc.double_sided && !self.desc.emission_front_only
     }
 
     /// On how many sides it shines.

@@ -132,6 +132,8 @@ params! {
         emission_luminance: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Colour of that light.
         emission_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
+        /// Whether only the outer side shines, the one that the normal points to; the back is there, and dark.
+        emission_front_only: bool = false;
         /// How much of a surface there is; `alpha_mode` says what that means. A number, or a texture: the alpha of a picture that
         /// has one or of a vertex colour, the mean of any other colour.
         opacity: ColorSource = grey(1.0), in Range::UNIT;
@@ -229,6 +231,7 @@ impl Default for PrincipledMaterial {
             thin_film_ior: 1.4,
             emission_luminance: 0.0,
             emission_color: grey(1.0),
+            emission_front_only: false,
             opacity: grey(1.0),
             alpha_mode: AlphaMode::Mask,
             alpha_cutoff: 0.5,

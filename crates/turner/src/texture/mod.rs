@@ -17,6 +17,7 @@ mod image;
 mod mapping;
 mod marble;
 mod mipmap;
+mod mix;
 mod noise;
 mod perlin;
 mod placement;
@@ -41,6 +42,7 @@ pub use gradient::{GradientDesc, GradientKind, Stop};
 pub use image::{Encoding, ImageChannel, ImageDesc, ImageFilter};
 pub use mapping::Mapping;
 pub use marble::MarbleDesc;
+pub use mix::MixDesc;
 pub use noise::{NoiseDesc, NoiseKind};
 pub use perlin::{Fractal, Perlin};
 pub use placement::{Axis, Placement};
@@ -137,6 +139,7 @@ textures! {
     Noise(NoiseDesc => noise::Noise),
     VertexColor(VertexColorDesc => vertex_color::VertexColor),
     Product(ProductDesc => product::Product),
+    Mix(MixDesc => mix::Mix),
 }
 
 /// Where a texture is looked up.
@@ -348,6 +351,7 @@ impl Texture {
             Texture::VertexColor(_) => at.color().map(|c| c[3]),
             Texture::Product(p) => Some(textures.opacity(p.a, at) * textures.opacity(p.b, at)),
             Texture::Triplanar(t) => t.opacity(textures, at),
+            Texture::Mix(m) => Some(m.opacity(textures, at)),
             _ => None,
         }
     }

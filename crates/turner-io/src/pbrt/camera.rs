@@ -1,0 +1,186 @@
+//! Cameras.
+
+use super::assembly::Assembly;
+use super::params::Params;
+use super::report::Fault;
+use super::state::State;
+use super::transform::{half_height, is_sound};
+use crate::assets::printable;
+use turner::camera::{
+    CameraDesc, EquirectangularDesc, Handedness, OrthographicDesc, PinholeDesc, ThinLensDesc, Viewport,
+};
+use turner::math::{DVec2, DVec3};
+use turner::scene::Named;
+use turner::scene::error::ErrorCode;
+
+/// Where a camera is and how it lies.
+struct Pose {
+    position: DVec3,
+    look_at: DVec3,
+    up: DVec3,
+    handedness: Handedness,
+    /// Length in the world of one unit along the view.
+    unit: f64,
+}
+
+/// The screen.
+#[derive(Clone, Copy)]
+struct Screen {
+    half: DVec2,
+    is_own: bool,
+}
+
+impl Screen {
+    /// Its size times a factor. Unless the file says both sides, its width follows the picture.
+    fn viewport(self, by: f64) -> Viewport {
+        if self.is_own {
+            Viewport::Size(self.half * 2.0 * by)
+        } else {
+            Viewport::Height(self.half.y * 2.0 * by)
+        }
+    }
+}
+
+/// Takes the camera of the file. The transform leads from the world to it.
+pub(super) fn define(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    name: &str,
+    params: Params,
+) -> Result<(), Fault> {
+    let place = params.place;
+    if state.ctm[0] != state.ctm[1] {
+        scene.report.approximated(place, "the camera moves: it stands where it begins");
+    }
+    let pose = pose(scene, state, &params)?;
+    scene.frame.shutter =
+        [params.float("shutteropen").unwrap_or(0.0), params.float("shutterclose").unwrap_or(1.0)];
+    scene.frame.medium.clone_from(&state.media[1]);
+    let screen = screen(scene, &params);
+    let camera = match name {
+        "perspective" => perspective(&params, pose, screen),
+        "orthographic" => {
+            if params.float("lensradius").is_some_and(|r| r > 0.0) {
+                let message = "the lens of an orthographic camera: everything is sharp";
+                scene.report.ignored(params.place_of("lensradius"), message);
+            }
+            params.pass(&["focaldistance", "fov"]);
+            let viewport = screen.viewport(pose.unit);
+            let Pose { position, look_at, up, handedness, .. } = pose;
+            CameraDesc::Orthographic(OrthographicDesc {
+                position,
+                look_at,
+                up,
+                handedness,
+                viewport,
+                near: 0.0,
+            })
+        }
+        "spherical" | "environment" => {
+            if params.string("mapping").unwrap_or("equalarea") != "equirectangular" && name == "spherical" {
+                let message = "the spherical camera's equal-area mapping: the picture is equirectangular";
+                scene.report.approximated(place, message);
+            }
+            let Pose { position, look_at, up, handedness, .. } = pose;
+            CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, handedness, near: 0.0 })
+        }
+        "realistic" => {
+            params.pass(&["lensfile", "aperturediameter", "focusdistance", "aperture"]);
+            let message = "a camera of lens elements is shown as a pinhole camera of 40°";
+            scene.report.approximated(place, message);
+            perspective_of(pose, half_height(40.0), screen, None)
+        }
+        other => {
+            let fault = super::reader::unknown(
+                "camera",
+                other,
+                &["perspective", "orthographic", "spherical", "realistic"],
+            );
+            return Err(fault.or_at(place));
+        }
+    };
+    params.finish(&format!("the camera \"{}\"", printable(name)), &mut scene.report);
+    scene.frame.camera = Some(Named { name: None, span: None, value: camera });
+    Ok(())
+}
+
+fn pose(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Pose, Fault> {
+    if !is_sound(&state.ctm[0]) {
+        let message = "the camera's transform cannot be undone";
+        return Err(Fault::at(params.place, ErrorCode::Transform, message));
+    }
+    let to_world = state.ctm[0].inverse();
+    let [right, up, forward] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis, to_world.matrix3.z_axis];
+    let lengths = [right, up, forward].map(DVec3::length);
+    let unit = lengths[2];
+    let askew =
+        [right.dot(up), up.dot(forward), forward.dot(right)].iter().any(|d| d.abs() > 1e-3 * unit * unit);
+    if askew || lengths.iter().any(|l| (l / unit - 1.0).abs() > 1e-3) {
+        scene.report.approximated(
+            params.place,
+            "the camera's transform shears or stretches: it is left as it stands",
+        );
+    }
+    let handedness = if to_world.matrix3.determinant() < 0.0 { Handedness::Right } else { Handedness::Left };
+    let position = to_world.translation;
+    // Not so near that the direction is lost by rounding.
+    let look_at = position + forward / unit * (1.0 + position.abs().max_element());
+    Ok(Pose { position, look_at, up, handedness, unit })
+}
+
+/// Half the screen's size, the shorter side being 1 unless something else is said, and whether something else is.
+fn screen(scene: &mut Assembly<'_>, params: &Params) -> Screen {
+    let aspect = params.float("frameaspectratio").filter(|a| *a > 0.0).unwrap_or(scene.frame.aspect());
+    let mut half = if aspect > 1.0 { DVec2::new(aspect, 1.0) } else { DVec2::new(1.0, 1.0 / aspect) };
+    if let &[x0, x1, y0, y1] = params.floats("screenwindow") {
+        let window = DVec2::new(x1 - x0, y1 - y0) / 2.0;
+        if window.min_element() > 0.0 {
+            half = window;
+        }
+        if (x0 + x1).abs() > 1e-6 * half.x || (y0 + y1).abs() > 1e-6 * half.y {
+            let message = "a screen window that is not in the middle: the middle is shown";
+            scene.report.ignored(params.place_of("screenwindow"), message);
+        }
+    }
+    Screen { half, is_own: params.has("screenwindow") || params.has("frameaspectratio") }
+}
+
+fn perspective(params: &Params, pose: Pose, screen: Screen) -> CameraDesc {
+    let fov = params.float("fov").or_else(|| params.float("halffov").map(|v| 2.0 * v)).unwrap_or(90.0);
+    let radius = params.float("lensradius").unwrap_or(0.0);
+    let focus = params.float("focaldistance").unwrap_or(1e6);
+    let lens = (radius > 0.0 && focus > 0.0).then_some((radius, focus));
+    perspective_of(pose, half_height(fov), screen, lens)
+}
+
+fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)>) -> CameraDesc {
+    let Pose { position, look_at, up, handedness, unit } = pose;
+    let viewport = Some(screen.viewport(half));
+    let (fov, distance, near) = (None, Some(1.0), 0.0);
+    match lens {
+        None => CameraDesc::Pinhole(PinholeDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            near,
+        }),
+        Some((radius, focus)) => CameraDesc::ThinLens(ThinLensDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            lens_radius: radius * unit,
+            blades: 0,
+            blade_rotation: 0.0,
+            focus: Some(focus * unit),
+            near,
+        }),
+    }
+}

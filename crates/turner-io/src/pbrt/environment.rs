@@ -1,0 +1,188 @@
+//! Light from all around: pbrt's square pictures in the equal-area octahedral mapping become equirectangular ones in the world's directions.
+//!
+//! The mapping is that of Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere using SIMD".
+
+use super::assembly::Assembly;
+use super::source::Place;
+use std::f64::consts::{FRAC_2_PI, PI, TAU};
+use turner::color::{Spectrum, srgb_decode};
+use turner::image::{Image, Pixels};
+use turner::math::elementary::{atan2, cos, sin_cos, sin_cos_turns};
+use turner::math::{DMat3, DVec3};
+use turner::scene::ImageId;
+
+/// Looks per pixel along either side.
+const LOOKS: u32 = 2;
+/// The most rows of a picture that is made.
+const MAX_ROWS: u32 = 8192;
+
+/// The same light from everywhere: a picture of white.
+pub(super) fn constant(scene: &mut Assembly<'_>) -> ImageId {
+    let image = Image { width: 2, height: 1, channels: 3, pixels: Pixels::F32(vec![1.0; 6]) };
+    scene.add_image("", image)
+}
+
+/// The picture `name` seen through a transform to the world, and its irradiance on a surface, averaged over all that face it (π for white).
+pub(super) fn equirectangular(
+    scene: &mut Assembly<'_>,
+    name: &str,
+    to_world: DMat3,
+    place: Place,
+) -> Option<(ImageId, f64)> {
+    let id = scene.image(name, place)?;
+    let source = scene.images.get(id.index())?.data.clone();
+    if source.width != source.height {
+        let message = "a picture of the surroundings that is not square: pbrt-v4 takes squares (equal-area octahedral); it is taken as equirectangular";
+        scene.report.doubtful(place, message);
+    }
+    let square = source.width == source.height;
+    let rows = source.height.clamp(1, MAX_ROWS);
+    let columns = rows * 2;
+    let to_light = to_world.inverse();
+    let count = (rows as usize) * (columns as usize) * 3;
+    let mut pixels: Vec<f32> = Vec::new();
+    if !to_light.is_finite() || pixels.try_reserve_exact(count).is_err() {
+        scene
+            .report
+            .ignored(place, "a picture of the surroundings whose transform cannot be undone, or too large");
+        return None;
+    }
+    let look = Look::new(&source);
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for y in 0..rows {
+        for x in 0..columns {
+            let mut color = [0.0; 3];
+            for i in 0..LOOKS * LOOKS {
+                let (i, j) = (i % LOOKS, i / LOOKS);
+                let u = (f64::from(x) + (f64::from(i) + 0.5) / f64::from(LOOKS)) / f64::from(columns);
+                let v = (f64::from(y) + (f64::from(j) + 0.5) / f64::from(LOOKS)) / f64::from(rows);
+                let world = direction(u, v);
+                let own = (to_light * world).normalize_or(DVec3::Z);
+                let found = if square { look.at(square_of(own)) } else { look.at(lat_long_of(own)) };
+                color.iter_mut().zip(found).for_each(|(c, f)| *c += f);
+            }
+            let share = 1.0 / f64::from(LOOKS * LOOKS);
+            let color = color.map(|c| c * share);
+            let band =
+                cos(PI * f64::from(y) / f64::from(rows)) - cos(PI * f64::from(y + 1) / f64::from(rows));
+            let [r, g, b] = color.map(|c| c as f32);
+            sum += band * f64::from(Spectrum::new(r, g, b).luminance());
+            weight += band;
+            pixels.extend(color.map(|c| c as f32));
+        }
+    }
+    let image = Image { width: columns, height: rows, channels: 3, pixels: Pixels::F32(pixels) };
+    Some((scene.add_image(name, image), PI * sum / weight))
+}
+
+/// The direction in the world of a place in an equirectangular picture, as environments here have it.
+fn direction(u: f64, v: f64) -> DVec3 {
+    let (sin_theta, cos_theta) = sin_cos(PI * v);
+    let (sin_phi, cos_phi) = sin_cos_turns(u - 0.5);
+    DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+}
+
+/// Where in a latitude-longitude picture of pbrt's older versions a direction lies: z is up.
+fn lat_long_of(d: DVec3) -> [f64; 2] {
+    let phi = atan2(d.y, d.x);
+    let theta = atan2((d.x * d.x + d.y * d.y).sqrt(), d.z);
+    [(phi / TAU).rem_euclid(1.0), theta / PI]
+}
+
+/// Where in the unit square a unit direction lies.
+fn square_of(d: DVec3) -> [f64; 2] {
+    let [x, y, z] = d.abs().to_array();
+    let r = (1.0 - z).max(0.0).sqrt();
+    let (least, most) = (x.min(y), x.max(y));
+    let phi = if most == 0.0 { 0.0 } else { atan2(least, most) * FRAC_2_PI };
+    // The share of the quarter turn, from the x axis.
+    let phi = if x < y { 1.0 - phi } else { phi };
+    let (mut u, mut v) = (r - phi * r, phi * r);
+    if d.z < 0.0 {
+        // The southern hemisphere folds outwards.
+        (u, v) = (1.0 - v, 1.0 - u);
+    }
+    let signed = |v: f64, like: f64| if like < 0.0 { -v } else { v };
+    [(signed(u, d.x) + 1.0) / 2.0, (signed(v, d.y) + 1.0) / 2.0]
+}
+
+/// A picture that is looked at between the middles of its pixels.
+struct Look<'a> {
+    image: &'a Image,
+    is_encoded: bool,
+}
+
+impl Look<'_> {
+    fn new(image: &Image) -> Look<'_> {
+        Look { image, is_encoded: image.is_display_encoded() }
+    }
+
+    /// The pixel at a column and row; beyond an edge of an octahedral map the neighbour is found by mirroring across the edge's middle.
+    fn pixel(&self, mut x: i64, mut y: i64) -> [f64; 3] {
+        let (w, h) = (i64::from(self.image.width), i64::from(self.image.height));
+        if w == h {
+            if x < 0 || x >= w {
+                x = if x < 0 { -x - 1 } else { 2 * w - 1 - x };
+                y = h - 1 - y;
+            }
+            if y < 0 || y >= h {
+                y = if y < 0 { -y - 1 } else { 2 * h - 1 - y };
+                x = w - 1 - x;
+            }
+        } else {
+            x = x.rem_euclid(w);
+        }
+        let c = self.image.rgb(x.clamp(0, w - 1) as u32, y.clamp(0, h - 1) as u32);
+        c.map(|v| {
+            let v = if self.is_encoded { srgb_decode(v) } else { v };
+            if v.is_finite() { f64::from(v.max(0.0)) } else { 0.0 }
+        })
+    }
+
+    fn at(&self, [u, v]: [f64; 2]) -> [f64; 3] {
+        let (x, y) = (u * f64::from(self.image.width) - 0.5, v * f64::from(self.image.height) - 0.5);
+        let (fx, fy) = (x - x.floor(), y - y.floor());
+        let (x, y) = (x.floor() as i64, y.floor() as i64);
+        let mut sum = [0.0; 3];
+        for (dx, dy, w) in [
+            (0, 0, (1.0 - fx) * (1.0 - fy)),
+            (1, 0, fx * (1.0 - fy)),
+            (0, 1, (1.0 - fx) * fy),
+            (1, 1, fx * fy),
+        ] {
+            sum.iter_mut().zip(self.pixel(x + dx, y + dy)).for_each(|(s, c)| *s += w * c);
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The inverse, as Clarberg writes it.
+    fn sphere_of([u, v]: [f64; 2]) -> DVec3 {
+        let (u, v) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+        let (up, vp) = (u.abs(), v.abs());
+        let distance = 1.0 - (up + vp);
+        let r = 1.0 - distance.abs();
+        let phi = (if r == 0.0 { 1.0 } else { (vp - up) / r + 1.0 }) * PI / 4.0;
+        let z = (1.0 - r * r).copysign(distance);
+        let across = r * (2.0 - r * r).max(0.0).sqrt();
+        let (s, c) = sin_cos(phi);
+        DVec3::new(c.copysign(u) * across, s.copysign(v) * across, z)
+    }
+
+    #[test]
+    fn squares_and_spheres_are_inverse() {
+        for i in 0..40 {
+            for j in 0..40 {
+                let uv = [(f64::from(i) + 0.5) / 40.0, (f64::from(j) + 0.5) / 40.0];
+                let d = sphere_of(uv);
+                assert!((d.length() - 1.0).abs() < 1e-12);
+                let back = square_of(d);
+                assert!((back[0] - uv[0]).abs() + (back[1] - uv[1]).abs() < 1e-9, "{uv:?} {d} {back:?}");
+            }
+        }
+    }
+}

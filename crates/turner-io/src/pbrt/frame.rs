@@ -1,0 +1,258 @@
+//! What is said before the world: film, sampler, filter, integrator, options.
+
+use super::params::Params;
+use super::report::Report;
+use crate::assets::printable;
+use turner::camera::CameraDesc;
+use turner::film::Antialias;
+use turner::filter::FilterKind;
+use turner::integrator::{AmbientOcclusionDesc, IntegratorDesc, PathDesc};
+use turner::scene::{Named, SceneDesc};
+
+/// Most columns or rows.
+const MAX_SIDE: i32 = 65536;
+
+/// Camera, film and so on as the file says, with pbrt's defaults.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    pub(super) camera: Option<Named<CameraDesc>>,
+    pub(super) size: [u32; 2],
+    crop: Option<[u32; 4]>,
+    samples: u32,
+    filter: (FilterKind, f64),
+    integrator: IntegratorDesc,
+    pub(super) shutter: [f64; 2],
+    pub(super) transform_times: [f64; 2],
+    iso: f64,
+    /// The medium that the camera stands in, by name; empty for none.
+    pub(super) medium: String,
+    /// Whether the sensor knows times of exposure.
+    has_sensor: bool,
+}
+
+impl Default for Frame {
+    fn default() -> Frame {
+        Frame {
+            camera: None,
+            size: [1280, 720],
+            crop: None,
+            samples: 16,
+            filter: (FilterKind::Gaussian, 1.5),
+            integrator: IntegratorDesc::Path(PathDesc { max_depth: 5, ..PathDesc::default() }),
+            shutter: [0.0, 1.0],
+            transform_times: [0.0, 1.0],
+            iso: 100.0,
+            medium: String::new(),
+            has_sensor: true,
+        }
+    }
+}
+
+fn size(v: Option<i32>, or: u32) -> u32 {
+    v.map_or(or, |v| v.clamp(1, MAX_SIDE) as u32)
+}
+
+impl Frame {
+    /// What all light is multiplied with: exposure time times sensitivity.
+    pub(super) fn exposure(&self) -> f64 {
+        let time = if self.has_sensor { self.shutter[1] - self.shutter[0] } else { 1.0 };
+        (time.max(0.0) * self.iso / 100.0).clamp(0.0, 1e12)
+    }
+
+    /// Width over height.
+    pub(super) fn aspect(&self) -> f64 {
+        f64::from(self.size[0]) / f64::from(self.size[1])
+    }
+
+    pub(super) fn film(&mut self, name: &str, params: Params, report: &mut Report) {
+        if !matches!(name, "rgb" | "gbuffer" | "spectral" | "image") {
+            report.ignored(params.place, format!("unknown film \"{}\"; taken for \"rgb\"", printable(name)));
+        }
+        self.has_sensor = name != "image";
+        self.size = [size(params.integer("xresolution"), 1280), size(params.integer("yresolution"), 720)];
+        let [w, h] = self.size;
+        let bounds = params.integers("pixelbounds");
+        if let &[x0, x1, y0, y1] = bounds {
+            self.crop = crop([x0, x1, y0, y1].map(f64::from), [w, h]);
+        }
+        if let &[x0, x1, y0, y1] = params.floats("cropwindow") {
+            let (w, h) = (f64::from(w), f64::from(h));
+            self.crop = crop([(x0 * w).ceil(), (x1 * w).ceil(), (y0 * h).ceil(), (y1 * h).ceil()], self.size);
+        }
+        self.iso = params.float("iso").unwrap_or(100.0);
+        if let Some(sensor) = params.string("sensor").filter(|s| *s != "cie1931") {
+            let message = format!("the sensor \"{}\" is taken for \"cie1931\"", printable(sensor));
+            report.approximated(params.place_of("sensor"), message);
+        }
+        if params.float("whitebalance").is_some_and(|v| v != 0.0) {
+            report.ignored(params.place_of("whitebalance"), "the white balance of the film");
+        }
+        if params.float("maxcomponentvalue").is_some_and(|v| v < 1e6) {
+            let message = "maxcomponentvalue: bright samples are not cut here";
+            report.approximated(params.place_of("maxcomponentvalue"), message);
+        }
+        // The output is named on the command line; half precision and layers are its choice, too.
+        params.pass(&[
+            "filename",
+            "savefp16",
+            "diagonal",
+            "coordinatesystem",
+            "nbuckets",
+            "lambdamin",
+            "lambdamax",
+            "scale",
+        ]);
+        params.finish("the film", report);
+    }
+
+    pub(super) fn sampler(&mut self, name: &str, params: Params, report: &mut Report) {
+        let samples = match name {
+            "stratified" => {
+                let x = params.integer("xsamples").unwrap_or(4).clamp(1, 65536);
+                let y = params.integer("ysamples").unwrap_or(4).clamp(1, 65536);
+                x.saturating_mul(y)
+            }
+            _ => params.integer("pixelsamples").unwrap_or(16),
+        };
+        self.samples = samples.clamp(1, 1 << 24) as u32;
+        params.pass(&["seed", "randomization", "jitter", "dimensions", "pixelsamples"]);
+        params.finish("the sampler", report);
+    }
+
+    pub(super) fn filter(&mut self, name: &str, params: Params, report: &mut Report) {
+        let (kind, radius) = match name {
+            "box" => (FilterKind::Box, 0.5),
+            "triangle" => (FilterKind::Tent, 2.0),
+            "gaussian" => (FilterKind::Gaussian, 1.5),
+            "mitchell" | "sinc" | "lanczossinc" => {
+                let message =
+                    format!("the filter \"{name}\" has negative parts: \"blackman-harris\" takes its place");
+                report.approximated(params.place, message);
+                (FilterKind::BlackmanHarris, 2.0)
+            }
+            other => {
+                report.ignored(params.place, format!("unknown pixel filter \"{}\"", printable(other)));
+                return;
+            }
+        };
+        let (x, y) = (params.float("xradius"), params.float("yradius"));
+        if let (Some(x), Some(y)) = (x, y)
+            && x != y
+        {
+            report.approximated(params.place, "the filter's two radii are different: the mean is taken");
+        }
+        let mut radius = (x.unwrap_or(radius) + y.unwrap_or(radius)) / 2.0;
+        match kind {
+            FilterKind::Gaussian => {
+                // Here a bell ends at three standard deviations.
+                let sigma = params.float("sigma").or_else(|| params.float("alpha").map(|a| (0.5 / a).sqrt()));
+                radius = (3.0 * sigma.unwrap_or(0.5)).min(2.0 * radius);
+            }
+            FilterKind::BlackmanHarris => radius = 1.5,
+            _ => {}
+        }
+        params.pass(&["B", "C", "tau", "sigma", "alpha"]);
+        params.finish("the pixel filter", report);
+        self.filter = (kind, if radius.is_finite() { radius.clamp(0.01, 16.0) } else { 0.5 });
+    }
+
+    pub(super) fn integrator(&mut self, name: &str, params: Params, report: &mut Report) {
+        let known = [
+            "path",
+            "volpath",
+            "simplepath",
+            "simplevolpath",
+            "bdpt",
+            "mlt",
+            "sppm",
+            "lightpath",
+            "randomwalk",
+            "ambientocclusion",
+            "function",
+            "whitted",
+            "directlighting",
+        ];
+        if !known.contains(&name) {
+            report.ignored(
+                params.place,
+                format!("unknown integrator \"{}\"; light is followed by paths", printable(name)),
+            );
+        }
+        if name == "ambientocclusion" {
+            self.integrator =
+                IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc { distance: 0.0, samples: 16 });
+            params.pass(&["cossample", "maxdistance"]);
+        } else {
+            let depth = params.integer("maxdepth").unwrap_or(5).clamp(0, 100_000) as u32;
+            self.integrator = IntegratorDesc::Path(PathDesc { max_depth: depth, ..PathDesc::default() });
+        }
+        if params.bool("regularize") == Some(true) {
+            report.ignored(params.place_of("regularize"), "regularize: paths are not made rougher here");
+        }
+        params.pass(&[
+            "maxdepth",
+            "lightsampler",
+            "lightsamplestrategy",
+            "rrthreshold",
+            "samplelights",
+            "samplebsdf",
+            "visualizestrategies",
+            "visualizeweights",
+            "photonsperiteration",
+            "radius",
+            "seed",
+            "bootstrapsamples",
+            "chains",
+            "mutationsperpixel",
+            "largestepprobability",
+            "sigma",
+            "pixelbounds",
+            "iterations",
+        ]);
+        params.finish("the integrator", report);
+    }
+
+    pub(super) fn options(&mut self, params: Params, report: &mut Report) {
+        params.refuse(
+            &[
+                "disablepixeljitter",
+                "disabletexturefiltering",
+                "disablewavelengthjitter",
+                "displacementedgescale",
+                "forcediffuse",
+            ],
+            "Option",
+            report,
+        );
+        params.pass(&[
+            "msereferenceimage",
+            "msereferenceout",
+            "rendercoordsys",
+            "seed",
+            "pixelstats",
+            "wavefront",
+        ]);
+        params.finish("Option", report);
+    }
+
+    /// Puts all into a scene.
+    pub(super) fn apply(self, scene: &mut SceneDesc) {
+        let film = &mut scene.film;
+        [film.width, film.height] = self.size;
+        film.crop = self.crop;
+        film.antialias = Antialias::MonteCarlo;
+        film.samples = self.samples;
+        (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
+        film.transfer = turner::color::Transfer::Srgb;
+        scene.integrator = self.integrator;
+        scene.cameras = self.camera.iter().cloned().collect();
+        scene.camera = self.camera;
+    }
+}
+
+/// `[first column, first row, columns, rows]` of `x0 x1 y0 y1`; nothing if it is the whole picture or empty.
+fn crop([x0, x1, y0, y1]: [f64; 4], [w, h]: [u32; 2]) -> Option<[u32; 4]> {
+    let cut = |v: f64, most: u32| if v.is_finite() { v.clamp(0.0, f64::from(most)) as u32 } else { 0 };
+    let (x0, x1, y0, y1) = (cut(x0, w), cut(x1, w), cut(y0, h), cut(y1, h));
+    (x1 > x0 && y1 > y0 && [x0, y0, x1, y1] != [0, 0, w, h]).then(|| [x0, y0, x1 - x0, y1 - y0])
+}

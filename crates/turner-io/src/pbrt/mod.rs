@@ -1,0 +1,120 @@
+//! pbrt-v4 scenes (Pharr, Jakob and Humphreys, "Physically Based Rendering", 4th edition; format: pbrt.org/fileformat-v4).
+//!
+//! [`source`] moves over the bytes of a file, [`lexer`] makes words and numbers of them, [`reader`] follows the directives, and a file per
+//! kind of thing maps it onto what there is here, into an [`assembly`]. Lists of numbers go straight from the text into the arrays of the scene. What
+//! is not known is reported at its place.
+
+mod assembly;
+mod camera;
+mod environment;
+mod frame;
+mod lexer;
+mod lights;
+mod materials;
+mod media;
+mod params;
+mod reader;
+mod report;
+mod shapes;
+mod source;
+mod spectra;
+mod state;
+#[cfg(test)]
+mod tests;
+mod textures;
+mod transform;
+
+use crate::assets::{AssetSource, printable};
+use crate::gzip;
+use crate::import::{ImportOptions, empty_scene};
+use crate::scene::two_lines;
+use assembly::Assembly;
+use reader::Reader;
+use report::Fault;
+use std::io::Read;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::{ImportSummary, SceneDesc};
+
+/// Most bytes of the file itself.
+const MAX_FILE: u64 = 64 << 30;
+/// Most bytes that a compressed text becomes.
+const MAX_TEXT: usize = 4 << 30;
+
+/// Reads a scene: with its camera, its film and its integrator. `uri` is its name relative to the root of `assets`.
+pub(crate) fn import(
+    uri: &str,
+    assets: &dyn AssetSource,
+    options: &ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    let bytes = assets.open(uri, MAX_FILE).map_err(|e| two_lines(ErrorCode::File, &e.to_string()))?;
+    import_from(bytes, uri, assets, options)
+}
+
+/// The same with the bytes of the file itself from elsewhere.
+pub(crate) fn import_from<'a>(
+    bytes: Box<dyn Read + 'a>,
+    uri: &str,
+    assets: &'a dyn AssetSource,
+    options: &'a ImportOptions,
+) -> Result<SceneDesc, SceneError> {
+    let named = |f: Fault| f.into_error(&[uri.to_owned()]);
+    let bytes = opened(bytes, uri).map_err(named)?;
+    let mut reader = Reader::new(assets, uri, bytes, Assembly::new(assets, uri, options));
+    let read = reader.read();
+    let mut scene = reader.scene;
+    let made = read.and_then(|()| materials::finish(&mut scene));
+    let materials = made.map_err(|fault| fault.into_error(&scene.files))?;
+    finish(scene, materials)
+}
+
+/// The text of a file that may be compressed.
+fn opened<'a>(mut bytes: Box<dyn Read + 'a>, name: &str) -> Result<Box<dyn Read + 'a>, Fault> {
+    let fault = |problem: String| Fault::new(ErrorCode::File, format!("{}: {problem}", printable(name)));
+    let mut head = Vec::new();
+    bytes.by_ref().take(2).read_to_end(&mut head).map_err(|e| fault(format!("cannot be read: {e}")))?;
+    if !gzip::is_gzip(&head) {
+        return Ok(Box::new(std::io::Cursor::new(head).chain(bytes)));
+    }
+    bytes.take(MAX_TEXT as u64).read_to_end(&mut head).map_err(|e| fault(format!("cannot be read: {e}")))?;
+    let limit = head.len().saturating_mul(256).min(MAX_TEXT);
+    let text = gzip::decompress(&head, limit).map_err(fault)?;
+    Ok(Box::new(std::io::Cursor::new(text)))
+}
+
+fn finish(
+    assembly: Assembly<'_>,
+    materials: Vec<turner::scene::Named<turner::material::MaterialDesc>>,
+) -> Result<SceneDesc, SceneError> {
+    let mut scene = empty_scene()?;
+    let count = |n: usize| n as u64;
+    let counts = vec![
+        ("files", count(assembly.files.len())),
+        ("shapes", assembly.shapes),
+        ("triangles", assembly.meshes.iter().map(|m| count(m.data.triangles.len())).sum()),
+        ("materials", count(materials.len())),
+        ("textures", count(assembly.textures.len())),
+        ("pictures", count(assembly.images.len())),
+        ("lights", count(assembly.lights.len())),
+        ("objects", count(assembly.groups.len())),
+        ("media", count(assembly.medium_list.len())),
+    ];
+    // What the camera stands in and no shape encloses is everywhere in the open.
+    let around = assembly.media.get(&assembly.frame.medium).copied();
+    scene.background.medium = around.filter(|id| !assembly.materials.encloses(*id));
+    let Assembly { mut report, frame, files, uri, objects, .. } = assembly;
+    if objects.is_empty() {
+        report.note("the file has nothing to show");
+    }
+    frame.apply(&mut scene);
+    scene.textures = assembly.texture_list;
+    scene.materials = materials;
+    scene.media = assembly.medium_list;
+    scene.groups = assembly.groups;
+    scene.objects = objects;
+    scene.lights = assembly.lights;
+    scene.images = assembly.images;
+    scene.meshes = assembly.meshes;
+    scene.imports = vec![ImportSummary { file: printable(&uri), format: "pbrt-v4", counts }];
+    scene.warnings = report.into_warnings(&files);
+    Ok(scene)
+}

@@ -1,0 +1,151 @@
+//! Curves: swept by a polygon to tubes, for there is no such shape here; ribbons by a line.
+
+use super::super::assembly::Assembly;
+use super::super::params::Params;
+use super::super::report::Fault;
+use super::super::state::State;
+use super::{Made, orient};
+use crate::assets::printable;
+use turner::math::DVec3;
+use turner::math::elementary::sin_cos_turns;
+use turner::scene::error::ErrorCode;
+use turner::shape::mesh::MeshData;
+
+/// Steps along one segment, sides of a tube.
+const STEPS: u32 = 6;
+const SIDES: u32 = 5;
+
+/// `curve`.
+pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params) -> Result<Made, Fault> {
+    let place = params.place;
+    let kind = params.string("type").unwrap_or("flat").to_owned();
+    let basis = params.string("basis").unwrap_or("bezier").to_owned();
+    let degree = params.integer("degree").unwrap_or(3);
+    let width = params.float("width").unwrap_or(1.0);
+    let widths = [params.float("width0").unwrap_or(width), params.float("width1").unwrap_or(width)];
+    params.pass(&["splitdepth"]);
+    let points: Vec<DVec3> =
+        params.take_triples("P").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+    let normals: Vec<DVec3> =
+        params.take_triples("N").into_iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+    if !matches!(degree, 2 | 3) {
+        let message = format!("degree {degree} of a curve; expected 2 or 3");
+        return Err(Fault::at(place, ErrorCode::OutOfRange, message));
+    }
+    if !matches!(kind.as_str(), "flat" | "cylinder" | "ribbon") {
+        return Err(super::super::reader::unknown("type of curve", &kind, &["flat", "cylinder", "ribbon"])
+            .or_at(place));
+    }
+    let d = degree as usize;
+    let segments: Vec<Vec<DVec3>> = match basis.as_str() {
+        "bezier" if points.len() > d && (points.len() - 1) % d == 0 => (0..(points.len() - 1) / d)
+            .filter_map(|i| points.get(i * d..=i * d + d))
+            .map(<[DVec3]>::to_vec)
+            .collect(),
+        "bspline" if points.len() > d => points.windows(d + 1).map(bezier_of_spline).collect(),
+        "bezier" | "bspline" => {
+            let message =
+                format!("{} control points do not fit a {} curve of degree {degree}", points.len(), basis);
+            return Err(Fault::at(place, ErrorCode::Mesh, message));
+        }
+        other => {
+            return Err(
+                super::super::reader::unknown("basis of a curve", other, &["bezier", "bspline"]).or_at(place)
+            );
+        }
+    };
+    let ribbon = kind == "ribbon" && !normals.is_empty();
+    let across = if ribbon { 2 } else { SIDES };
+    let rows = segments.len() as u64 * u64::from(STEPS) + 1;
+    scene.divide(rows * u64::from(across), place)?;
+    scene
+        .report
+        .approximated(place, format!("curves of the type \"{}\" are swept to thin meshes", printable(&kind)));
+    let mut data = sweep(&segments, widths, if ribbon { Some(&normals) } else { None }, across);
+    orient(&mut data, state.reverse);
+    Ok(Made::Mesh(data))
+}
+
+/// The Bézier points of one span of a uniform spline of degree 2 or 3.
+fn bezier_of_spline(p: &[DVec3]) -> Vec<DVec3> {
+    match *p {
+        [a, b, c, d] => {
+            vec![(a + 4.0 * b + c) / 6.0, (2.0 * b + c) / 3.0, (b + 2.0 * c) / 3.0, (b + 4.0 * c + d) / 6.0]
+        }
+        [a, b, c] => vec![(a + b) / 2.0, b, (b + c) / 2.0],
+        _ => p.to_vec(),
+    }
+}
+
+/// Place and direction on a Bézier curve, by de Casteljau's construction.
+fn at(points: &[DVec3], t: f64) -> (DVec3, DVec3) {
+    let mut level = points.to_vec();
+    let mut direction = DVec3::ZERO;
+    while level.len() > 1 {
+        if let [a, b] = level[..] {
+            direction = b - a;
+        }
+        level = level.windows(2).map(|w| w[0].lerp(w[1], t)).collect();
+    }
+    (level.first().copied().unwrap_or_default(), direction)
+}
+
+fn sweep(segments: &[Vec<DVec3>], widths: [f64; 2], normals: Option<&[DVec3]>, across: u32) -> MeshData {
+    let mut data = MeshData::default();
+    let single = |v: DVec3| v.as_vec3().to_array();
+    let total = segments.len() as u32 * STEPS;
+    // The frame is carried along with as little turning as can be.
+    let mut side = DVec3::ZERO;
+    let mut forward = DVec3::Z;
+    for row in 0..=total {
+        let segment = (row / STEPS).min((segments.len() as u32).saturating_sub(1));
+        let t = f64::from(row - segment * STEPS) / f64::from(STEPS);
+        let Some(points) = segments.get(segment as usize) else { break };
+        let (p, d) = at(points, t);
+        forward = d.try_normalize().unwrap_or(forward);
+        side = (side - forward * side.dot(forward))
+            .try_normalize()
+            .unwrap_or_else(|| forward.any_orthonormal_vector());
+        let v = f64::from(row) / f64::from(total.max(1));
+        let radius = 0.5 * (widths[0] + (widths[1] - widths[0]) * v);
+        match normals {
+            Some(normals) => {
+                let i = segment as usize;
+                let (a, b) = (normals.get(i), normals.get(i + 1));
+                let normal = match (a, b) {
+                    (Some(a), Some(b)) => a.lerp(*b, t),
+                    (Some(a), None) => *a,
+                    _ => side,
+                };
+                let out = normal.cross(forward).normalize_or(side);
+                for (u, sign) in [(0.0, 1.0), (1.0, -1.0)] {
+                    data.positions.push(single(p + out * (sign * radius)));
+                    data.normals.push(single(normal.normalize_or(DVec3::Z)));
+                    data.uvs.push([u, v as f32]);
+                }
+            }
+            None => {
+                let up = forward.cross(side);
+                for i in 0..across {
+                    let (s, c) = sin_cos_turns(f64::from(i) / f64::from(across));
+                    let out = side * c + up * s;
+                    data.positions.push(single(p + out * radius));
+                    data.normals.push(single(out));
+                    data.uvs.push([(f64::from(i) / f64::from(across)) as f32, v as f32]);
+                }
+            }
+        }
+    }
+    let closed = normals.is_none();
+    let sides = if closed { across } else { across - 1 };
+    let rows = data.positions.len() as u32 / across;
+    for row in 1..rows {
+        for i in 0..sides {
+            let j = (i + 1) % across;
+            let (a, b) = ((row - 1) * across + i, (row - 1) * across + j);
+            let (c, d) = (row * across + i, row * across + j);
+            data.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    data
+}

@@ -1,0 +1,142 @@
+//! Triangle meshes: `trianglemesh` and `plymesh`.
+
+use super::super::assembly::Assembly;
+use super::super::params::Params;
+use super::super::report::Fault;
+use super::super::state::State;
+use super::{Made, orient};
+use crate::assets::printable;
+use crate::{gzip, mesh};
+use turner::math::{DMat3, DVec3};
+use turner::scene::error::ErrorCode;
+use turner::shape::mesh::MeshData;
+
+/// Most bytes of a file.
+const MAX_PLY: u64 = 16 << 30;
+/// A compressed file holds at most so many bytes for each of its own: deflate makes at most 1032 of one.
+const MAX_GROWTH: usize = 64;
+
+/// Triples of corners from a flat list, each checked against the number of vertices.
+pub(super) fn corners<const N: usize>(
+    params: &Params,
+    name: &'static str,
+    vertices: usize,
+) -> Result<Vec<[u32; N]>, Fault> {
+    let flat = params.integers(name);
+    let (groups, rest) = flat.as_chunks::<N>();
+    let place = params.place_of(name);
+    if !rest.is_empty() {
+        let message = format!("{} indices; expected groups of {N}", flat.len());
+        return Err(Fault::at(place, ErrorCode::Mesh, message));
+    }
+    if let Some(bad) = flat.iter().find(|i| usize::try_from(**i).map_or(true, |i| i >= vertices)) {
+        let message = format!("index {bad} of a mesh of {vertices} vertices; they are counted from 0");
+        return Err(Fault::at(place, ErrorCode::Mesh, message));
+    }
+    Ok(groups.iter().map(|g| g.map(|i| i as u32)).collect())
+}
+
+/// Lists that do not have one entry for each vertex are left out.
+pub(super) fn fitting<T>(
+    scene: &mut Assembly<'_>,
+    params: &Params,
+    name: &str,
+    list: Vec<T>,
+    count: usize,
+) -> Vec<T> {
+    if !list.is_empty() && list.len() != count {
+        let message = format!("{} values {name} for {count} vertices; expected one for each", list.len());
+        scene.report.ignored(params.place_of(name), message);
+        return Vec::new();
+    }
+    list
+}
+
+/// `trianglemesh`.
+pub(super) fn triangles(scene: &mut Assembly<'_>, state: &State, params: &mut Params) -> Result<Made, Fault> {
+    let positions = params.take_triples("P");
+    let count = positions.len();
+    let triangles = if params.has("indices") {
+        corners(params, "indices", count)?
+    } else if count == 3 {
+        params.pass(&["indices"]);
+        vec![[0, 1, 2]]
+    } else {
+        let message = format!("a trianglemesh of {count} vertices needs \"integer indices\"");
+        return Err(Fault::at(params.place, ErrorCode::MissingKey, message));
+    };
+    let normals = params.take_triples("N");
+    let uvs = match params.take_pairs("uv") {
+        list if list.is_empty() => params.take_pairs("st"),
+        list => list,
+    };
+    // Tangents turn anisotropic highlights alone; face indices tell Ptex faces apart.
+    params.pass(&["S", "faceIndices", "uv", "st", "edgelength"]);
+    let normals = fitting(scene, params, "N", normals, count);
+    let uvs = fitting(scene, params, "uv", uvs, count);
+    let uvs = if uvs.is_empty() { default_uvs(count, &triangles) } else { uvs };
+    let mut data = MeshData { positions, normals, uvs, triangles, ..MeshData::default() };
+    orient(&mut data, state.reverse);
+    Ok(Made::Mesh(data))
+}
+
+/// Without (u, v) each triangle has (0, 0), (1, 0), (1, 1). That is kept for a single triangle, where it can be said.
+fn default_uvs(count: usize, triangles: &[[u32; 3]]) -> Vec<[f32; 2]> {
+    if count == 3 && triangles == [[0, 1, 2]] { vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]] } else { Vec::new() }
+}
+
+/// `plymesh`, perhaps compressed.
+pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Made, Fault> {
+    let place = params.place_of("filename");
+    let Some(name) = params.string("filename").map(str::to_owned) else {
+        return Err(Fault::at(params.place, ErrorCode::MissingKey, "a plymesh needs \"string filename\""));
+    };
+    if params.has("displacement") {
+        let message = "the displacement of a plymesh";
+        scene.report.ignored(params.place_of("displacement"), message);
+    }
+    params.pass(&["displacement", "edgelength", "displacement.edgelength"]);
+    let key = (name.clone(), state.reverse);
+    if let Some(known) = scene.mesh_ids.get(&key) {
+        return Ok(known.map_or(Made::Nothing, Made::Shared));
+    }
+    let (path, mut bytes) = scene.read(&name, MAX_PLY, place)?;
+    let damaged =
+        |problem: String| Fault::at(place, ErrorCode::Mesh, format!("{}: {problem}", printable(&path)));
+    if gzip::is_gzip(&bytes) {
+        let limit = bytes.len().saturating_mul(MAX_GROWTH).saturating_add(1 << 20);
+        bytes = gzip::decompress(&bytes, limit).map_err(damaged)?;
+    }
+    let inner = path.strip_suffix(".gz").unwrap_or(&path);
+    let read = mesh::decode_any(&bytes, inner)
+        .map_err(|e| damaged(e.to_string().lines().next().unwrap_or_default().to_owned()))?;
+    drop(bytes);
+    for warning in read.warnings {
+        scene.report.remark(warning);
+    }
+    let mut data = read.mesh;
+    if data.triangles.is_empty() {
+        scene.report.doubtful(place, format!("{} has no triangles", printable(&path)));
+        scene.mesh_ids.insert(key, None);
+        return Ok(Made::Nothing);
+    }
+    orient(&mut data, state.reverse);
+    // Colours of vertices are not shown by pbrt.
+    data.colors = Vec::new();
+    let id = scene.mesh(printable(&name), data);
+    scene.mesh_ids.insert(key, Some(id));
+    Ok(Made::Shared(id))
+}
+
+/// The mean area of the triangles of a mesh that is transformed: in pbrt each is a light of the whole power.
+pub(super) fn mean_area(data: &MeshData, m: &DMat3) -> f64 {
+    let corner = |i: u32| {
+        let p = data.positions.get(i as usize).copied().unwrap_or_default();
+        *m * DVec3::from(p.map(f64::from))
+    };
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(corner);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    data.triangles.iter().map(area).sum::<f64>() / data.triangles.len().max(1) as f64
+}

@@ -1,0 +1,167 @@
+//! Spheres, disks and cylinders. Whole ones that face outwards are shapes here, too; others are cut into triangles with the true normals.
+
+use super::super::assembly::Assembly;
+use super::super::params::Params;
+use super::super::report::Fault;
+use super::super::state::State;
+use super::{Made, orient};
+use std::f64::consts::{PI, TAU};
+use turner::math::elementary::{acos, sin_cos};
+use turner::math::{DAffine3, DMat3, DVec3, radians};
+use turner::shape::mesh::MeshData;
+use turner::shape::{CylinderDesc, DiskDesc, ShapeDesc, SphereDesc};
+
+/// Steps around a whole turn, and from one pole or end to the other.
+const AROUND: u32 = 72;
+const ALONG: u32 = 36;
+
+/// From the space of a shape here, whose axis is y and whose u begins at −z, to pbrt's, whose axis is z and whose u begins at x.
+fn upright() -> DAffine3 {
+    DAffine3::from_mat3(DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X))
+}
+
+/// `sphere`, `disk`, `cylinder`.
+pub(super) fn quadric(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    name: &str,
+    params: &Params,
+) -> Result<Made, Fault> {
+    let positive = |v: f64| v.is_finite() && v > 0.0;
+    let radius = params.float("radius").unwrap_or(1.0);
+    let phi = params.float("phimax").unwrap_or(360.0).clamp(0.0, 360.0);
+    let place = params.place;
+    if !positive(radius) {
+        scene.report.doubtful(place, "a shape whose radius is not greater than 0 is left out");
+        params.pass(&["zmin", "zmax", "height", "innerradius"]);
+        return Ok(Made::Nothing);
+    }
+    let whole = phi >= 360.0 && !state.reverse;
+    let surface = match name {
+        "sphere" => {
+            let (zmin, zmax) =
+                (params.float("zmin").unwrap_or(-radius), params.float("zmax").unwrap_or(radius));
+            let (zmin, zmax) = (zmin.min(zmax).max(-radius), zmax.max(zmin).min(radius));
+            if whole && zmin <= -radius && zmax >= radius {
+                let sphere = SphereDesc { center: DVec3::ZERO, radius };
+                return Ok(Made::Shape(ShapeDesc::Sphere(sphere), upright()));
+            }
+            Surface::Sphere {
+                radius,
+                from: acos((zmin / radius).clamp(-1.0, 1.0)),
+                to: acos((zmax / radius).clamp(-1.0, 1.0)),
+            }
+        }
+        "disk" => {
+            let height = params.float("height").unwrap_or(0.0);
+            let inner = params.float("innerradius").unwrap_or(0.0).clamp(0.0, radius);
+            if phi >= 360.0 && inner < radius {
+                let normal = if state.reverse { DVec3::NEG_Z } else { DVec3::Z };
+                let disk = DiskDesc { center: DVec3::Z * height, normal, radius, inner_radius: inner };
+                return Ok(Made::Shape(ShapeDesc::Disk(disk), DAffine3::IDENTITY));
+            }
+            Surface::Disk { radius, inner, height }
+        }
+        _ => {
+            let (zmin, zmax) = (params.float("zmin").unwrap_or(-1.0), params.float("zmax").unwrap_or(1.0));
+            if whole && zmin < zmax {
+                let cylinder =
+                    CylinderDesc { from: DVec3::Y * zmin, to: DVec3::Y * zmax, radius, capped: false };
+                return Ok(Made::Shape(ShapeDesc::Cylinder(cylinder), upright()));
+            }
+            Surface::Cylinder { radius, from: zmin, to: zmax }
+        }
+    };
+    let message = "a part of a sphere, disk or cylinder, or one turned inside out, is cut into triangles";
+    scene.report.approximated(place, message);
+    // Equal ones are one mesh. No file has such a name.
+    let key = (format!("\0{surface:?} {phi}"), state.reverse);
+    if let Some(&Some(known)) = scene.mesh_ids.get(&key) {
+        return Ok(Made::Shared(known));
+    }
+    scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), place)?;
+    let mut data = surface.cut(radians(phi));
+    orient(&mut data, state.reverse);
+    let id = scene.mesh(String::new(), data);
+    scene.mesh_ids.insert(key, Some(id));
+    Ok(Made::Shared(id))
+}
+
+/// Surfaces of revolution about z.
+#[derive(Debug)]
+enum Surface {
+    /// Angles from the north pole at v = 0 and 1.
+    Sphere {
+        radius: f64,
+        from: f64,
+        to: f64,
+    },
+    Disk {
+        radius: f64,
+        inner: f64,
+        height: f64,
+    },
+    Cylinder {
+        radius: f64,
+        from: f64,
+        to: f64,
+    },
+}
+
+impl Surface {
+    /// Place and normal at an angle about the axis, and at v.
+    fn at(&self, (sin, cos): (f64, f64), v: f64) -> (DVec3, DVec3) {
+        match *self {
+            Surface::Sphere { radius, from, to } => {
+                let (s, c) = sin_cos(from + (to - from) * v);
+                let n = DVec3::new(s * cos, s * sin, c);
+                (n * radius, n)
+            }
+            Surface::Disk { radius, inner, height } => {
+                let r = radius + (inner - radius) * v;
+                (DVec3::new(r * cos, r * sin, height), DVec3::Z)
+            }
+            Surface::Cylinder { radius, from, to } => {
+                let n = DVec3::new(cos, sin, 0.0);
+                (n * radius + DVec3::Z * (from + (to - from) * v), n)
+            }
+        }
+    }
+
+    fn cut(&self, phi: f64) -> MeshData {
+        let mut data = MeshData::default();
+        let single = |v: DVec3| v.as_vec3().to_array();
+        for j in 0..=ALONG {
+            for i in 0..=AROUND {
+                let (u, v) = (f64::from(i) / f64::from(AROUND), f64::from(j) / f64::from(ALONG));
+                let (p, n) = self.at(sin_cos(phi * u), v);
+                data.positions.push(single(p));
+                data.normals.push(single(n));
+                data.uvs.push([u as f32, v as f32]);
+            }
+        }
+        for j in 0..ALONG {
+            for i in 0..AROUND {
+                let a = j * (AROUND + 1) + i;
+                let (b, c, d) = (a + 1, a + AROUND + 1, a + AROUND + 2);
+                data.triangles.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        data
+    }
+}
+
+/// The area of a shape under a transform; of a sphere that becomes an ellipsoid, about.
+pub(super) fn area(shape: &ShapeDesc, m: &DMat3) -> f64 {
+    let scale = m.determinant().abs();
+    let even = turner::math::elementary::cbrt(scale);
+    match shape {
+        ShapeDesc::Sphere(s) => 4.0 * PI * s.radius * s.radius * even * even,
+        ShapeDesc::Disk(d) => {
+            let own = PI * (d.radius * d.radius - d.inner_radius * d.inner_radius);
+            own * (*m * DVec3::X).cross(*m * DVec3::Y).length()
+        }
+        ShapeDesc::Cylinder(c) => TAU * c.radius * (c.to - c.from).length() * even * even,
+        _ => 1.0,
+    }
+}

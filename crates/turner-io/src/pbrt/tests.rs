@@ -1,0 +1,334 @@
+//! What files say and what becomes of it.
+
+use super::import;
+use crate::assets::MemoryAssets;
+use crate::import::ImportOptions;
+use turner::camera::{CameraDesc, Handedness, Viewport};
+use turner::color::Spectrum;
+use turner::filter::FilterKind;
+use turner::integrator::IntegratorDesc;
+use turner::light::LightDesc;
+use turner::material::{MaterialDesc, PrincipledMaterial};
+use turner::math::{DAffine3, DVec3};
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
+use turner::shape::ShapeDesc;
+use turner::texture::TextureDesc;
+
+fn read_with(text: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, SceneError> {
+    let mut assets = MemoryAssets::default();
+    assets.files.insert("scene.pbrt".into(), text.as_bytes().to_vec());
+    for (name, bytes) in files {
+        assets.files.insert((*name).into(), bytes.to_vec());
+    }
+    import("scene.pbrt", &assets, &ImportOptions::default())
+}
+
+fn read(text: &str) -> SceneDesc {
+    read_with(text, &[]).unwrap_or_else(|e| panic!("{e} {:?}", e.help))
+}
+
+fn refused(text: &str) -> SceneError {
+    read_with(text, &[]).expect_err("refused")
+}
+
+/// In a world.
+fn world(text: &str) -> SceneDesc {
+    read(&format!("WorldBegin\n{text}"))
+}
+
+/// The material of the only object.
+fn material(text: &str) -> PrincipledMaterial {
+    let scene = world(&format!("{text}\nShape \"sphere\""));
+    match &scene.materials[scene.objects[0].material.unwrap().index()].value {
+        MaterialDesc::Principled(m) => m.clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn grey(v: f32) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v))
+}
+
+fn value(source: ColorSource) -> f32 {
+    match source {
+        ColorSource::Constant(c) => c.r,
+        ColorSource::Texture(_) => panic!("a texture"),
+    }
+}
+
+#[test]
+fn the_frame_is_the_files_own() {
+    let scene = read(
+        "LookAt 3 4 1.5  .5 .5 0  0 0 1\nCamera \"perspective\" \"float fov\" 45\nSampler \"halton\" \"integer pixelsamples\" 128\n\
+         Integrator \"volpath\" \"integer maxdepth\" [ 7 ]\nPixelFilter \"gaussian\" \"float xradius\" [1.5] \"float yradius\" [1.5]\n\
+         Film \"rgb\" \"string filename\" \"simple.png\" \"integer xresolution\" [400] \"integer yresolution\" [300]\nWorldBegin",
+    );
+    assert!(scene.warnings.iter().all(|w| w.kind == WarningKind::Note), "{:?}", scene.warnings);
+    let f = &scene.film;
+    assert_eq!(
+        (f.width, f.height, f.samples, f.filter, f.filter_radius),
+        (400, 300, 128, FilterKind::Gaussian, Some(1.5))
+    );
+    assert!(matches!(&scene.integrator, IntegratorDesc::Path(p) if p.max_depth == 7));
+    let Some(CameraDesc::Pinhole(c)) = scene.camera.map(|c| c.value) else { panic!("a pinhole camera") };
+    assert!((c.position - DVec3::new(3.0, 4.0, 1.5)).length() < 1e-9);
+    assert!(
+        (c.look_at - c.position).normalize().dot((DVec3::new(0.5, 0.5, 0.0) - c.position).normalize())
+            > 1.0 - 1e-9
+    );
+    // A camera of pbrt is left-handed unless it is mirrored.
+    assert_eq!(c.handedness, Handedness::Left);
+    let Some(Viewport::Height(h)) = c.viewport else { panic!("a height") };
+    assert!((h / 2.0 - 0.414_213_562).abs() < 1e-6);
+}
+
+#[test]
+fn the_field_of_view_is_that_of_the_shorter_side() {
+    let height = |film: &str| {
+        let scene = read(&format!(
+            "Film \"rgb\" {film}\nScale -1 1 1\nCamera \"perspective\" \"float fov\" 90\nWorldBegin"
+        ));
+        let Some(CameraDesc::Pinhole(c)) = scene.camera.map(|c| c.value) else { panic!("a pinhole camera") };
+        assert_eq!(c.handedness, Handedness::Right);
+        let Some(Viewport::Height(h)) = c.viewport else { panic!("a height") };
+        h
+    };
+    assert!((height("\"integer xresolution\" 200 \"integer yresolution\" 100") - 2.0).abs() < 1e-9);
+    assert!((height("\"integer xresolution\" 100 \"integer yresolution\" 200") - 4.0).abs() < 1e-9);
+}
+
+#[test]
+fn transforms_multiply_from_the_right() {
+    let scene = world("Translate 1 2 3\nScale 2 2 2\nRotate 90 0 0 1\nShape \"disk\"");
+    let t = scene.objects[0].transform.0;
+    assert!((t.transform_point3(DVec3::X) - DVec3::new(1.0, 4.0, 3.0)).length() < 1e-12);
+    let text = "AttributeBegin Translate 1 0 0 CoordinateSystem \"here\" AttributeEnd\nTransformBegin CoordSysTransform \"here\" Shape \"disk\" TransformEnd Shape \"disk\"";
+    let scene = world(text);
+    assert_eq!(scene.objects[0].transform.0, DAffine3::from_translation(DVec3::X));
+    assert_eq!(scene.objects[1].transform.0, DAffine3::IDENTITY);
+    let scene = world("ActiveTransform EndTime Translate 0 1 0 ActiveTransform All Shape \"disk\"");
+    assert_eq!(scene.objects[0].motion.unwrap().0, DAffine3::from_translation(DVec3::Y));
+}
+
+#[test]
+fn normals_decide_which_side_is_outside() {
+    let mesh = |before: &str, n: &str| {
+        let scene = world(&format!(
+            "{before}\nShape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] {n}"
+        ));
+        scene.meshes[0].data.triangles[0]
+    };
+    assert_eq!(mesh("", ""), [0, 1, 2]);
+    assert_eq!(mesh("ReverseOrientation", ""), [0, 2, 1]);
+    let down = "\"normal N\" [0 0 -1 0 0 -1 0 0 -1]";
+    assert_eq!(mesh("", down), [0, 2, 1]);
+    assert_eq!(mesh("ReverseOrientation", down), [0, 1, 2]);
+}
+
+#[test]
+fn roughness_is_remapped_unless_it_is_not() {
+    // α = √r, and here the roughness is √α.
+    let m = material(
+        "Material \"conductor\" \"float roughness\" 0.0625 \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"",
+    );
+    assert!((value(m.specular_roughness) - 0.5).abs() < 1e-6);
+    assert_eq!(m.base_metalness, grey(1.0));
+    let m = material(
+        "Material \"dielectric\" \"float roughness\" 0.25 \"bool remaproughness\" false \"float eta\" 1.33",
+    );
+    assert!((value(m.specular_roughness) - 0.5).abs() < 1e-6);
+    assert_eq!(m.specular_ior, 1.33);
+    let m = material(
+        "Material \"conductor\" \"float uroughness\" 0.4 \"float vroughness\" 0.1 \"bool remaproughness\" false",
+    );
+    let (r, a) = (f64::from(value(m.specular_roughness)), f64::from(value(m.specular_roughness_anisotropy)));
+    let long = r * r * (2.0 / (1.0 + (1.0 - a) * (1.0 - a))).sqrt();
+    assert!(
+        (long - 0.4).abs() < 1e-6 && (long * (1.0 - a) - 0.1).abs() < 1e-6 && m.anisotropy_rotation == 0.0
+    );
+}
+
+#[test]
+fn lights_have_the_strength_of_pbrt() {
+    let light = |text: &str| world(text).lights[0].value.clone();
+    let LightDesc::Point(p) =
+        light("Translate 1 0 0 LightSource \"point\" \"rgb I\" [10 20 30] \"float scale\" 2")
+    else {
+        panic!()
+    };
+    assert_eq!((p.position, p.color, p.intensity), (DVec3::X, Spectrum::new(10.0, 20.0, 30.0), 2.0));
+    let LightDesc::Point(p) = light("LightSource \"point\" \"float power\" 100 \"blackbody I\" 5000") else {
+        panic!()
+    };
+    assert!(
+        (p.intensity - 100.0 / (4.0 * std::f64::consts::PI)).abs() < 1e-9
+            && (p.color.luminance() - 1.0).abs() < 1e-3
+    );
+    let LightDesc::Directional(d) = light(
+        "LightSource \"distant\" \"point3 from\" [0 5 0] \"point3 to\" [0 0 0] \"float illuminance\" 3",
+    ) else {
+        panic!()
+    };
+    assert_eq!((d.direction, d.intensity), (Some(DVec3::NEG_Y), 3.0));
+    let LightDesc::Environment(e) = light("LightSource \"infinite\" \"rgb L\" [.4 .45 .5]") else { panic!() };
+    assert_eq!((e.tint, e.strength), (Spectrum::new(0.4, 0.45, 0.5), 1.0));
+    // The film's sensitivity and the time of exposure make all light brighter.
+    let scene = read(
+        "Film \"rgb\" \"float iso\" 200\nCamera \"perspective\" \"float shutterclose\" 0.25\nWorldBegin LightSource \"point\"",
+    );
+    let LightDesc::Point(p) = &scene.lights[0].value else { panic!() };
+    assert!((p.intensity - 0.5).abs() < 1e-9);
+    let m = material("AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"float scale\" 5");
+    assert_eq!((m.emission_luminance, m.emission_front_only), (5.0, true));
+    let m = material("AreaLightSource \"diffuse\" \"bool twosided\" true \"float power\" 8");
+    let expected = 8.0 / (2.0 * std::f64::consts::PI * 4.0 * std::f64::consts::PI);
+    assert!((m.emission_luminance - expected).abs() < 1e-9 && !m.emission_front_only);
+}
+
+#[test]
+fn what_is_misspelled_is_named_at_its_place() {
+    let scene = world("Shape \"sphere\"\n  \"float radus\" 2 \"string radius\" \"a\"");
+    let texts: Vec<&str> = scene.warnings.iter().map(|w| w.message.as_str()).collect();
+    assert!(scene.warnings.iter().all(|w| w.kind == WarningKind::Ignored));
+    assert!(
+        texts.contains(
+            &"scene.pbrt:3:3: unknown parameter radus of the shape \"sphere\"; did you mean radius?"
+        ),
+        "{texts:?}"
+    );
+    assert!(
+        texts.contains(&"scene.pbrt:3:19: radius of the shape \"sphere\" is of type string; expected float"),
+        "{texts:?}"
+    );
+    for (text, message, help) in [
+        ("WorldBegin\nShap \"sphere\"", "scene.pbrt:2:1: unknown directive Shap", "did you mean Shape?"),
+        (
+            "WorldBegin Shape \"spher\"",
+            "scene.pbrt:1:12: unknown shape \"spher\"",
+            "did you mean \"sphere\"?",
+        ),
+        (
+            "WorldBegin Shape \"sphere\" \"flot radius\" 1",
+            "scene.pbrt:1:27: unknown type \"flot\"",
+            "did you mean \"float\"?",
+        ),
+        (
+            "WorldBegin NamedMaterial \"a\" Shape \"sphere\" MakeNamedMaterial \"b\" \"string type\" \"diffuse\"",
+            "unknown material \"a\"",
+            "b",
+        ),
+        ("WorldBegin Material \"matte\" Shape \"sphere\"", "unknown material \"matte\"", "pbrt --upgrade"),
+        (
+            "WorldBegin Material \"diffuse\" \"texture reflectance\" \"wod\" Shape \"sphere\"",
+            "unknown texture \"wod\"",
+            "no texture",
+        ),
+        ("Translate 1 x 3", "scene.pbrt:1:13: expected a finite number, found x", ""),
+        ("Shape \"sphere\" \"float radius\" [ 1", "the file ends", "missing"),
+        ("Shape \"sphere", "a string is not closed", "close"),
+        ("WorldBegin ObjectInstance \"o\"", "unknown object \"o\"", ""),
+    ] {
+        let error = refused(text);
+        assert!(error.message.contains(message), "{text}: {}", error.message);
+        assert!(error.help.clone().unwrap_or_default().contains(help), "{text}: {:?}", error.help);
+    }
+}
+
+#[test]
+fn names_may_be_used_before_they_are_defined() {
+    let scene = world(
+        "NamedMaterial \"m\" Shape \"sphere\" MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25\n\
+         MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"b\" \"string type\" \"dielectric\"",
+    );
+    let MaterialDesc::Mix(mix) = &scene.materials[0].value else { panic!("a mix") };
+    // The amount is the share of the second.
+    assert_eq!((mix.materials.len(), &mix.weights[..]), (2, &[grey(0.25)][..]));
+    let circle = world(
+        "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"m\" \"m\"] NamedMaterial \"m\" Shape \"sphere\"",
+    );
+    assert_eq!(circle.prepare(&Default::default()).expect_err("a circle").code, ErrorCode::Cycle);
+}
+
+#[test]
+fn objects_are_placed_as_instances() {
+    let scene = world(
+        "Translate 1 0 0 ObjectBegin \"o\" Translate 0 1 0 Shape \"sphere\" ObjectEnd ObjectInstance \"o\" Scale 2 2 2 ObjectInstance \"o\"",
+    );
+    assert_eq!((scene.groups.len(), scene.objects.len()), (1, 2));
+    assert!(matches!(scene.objects[1].content, ObjectContent::Instance(_)));
+    assert_eq!(scene.objects[0].transform.0, DAffine3::from_translation(DVec3::X));
+    let own = &scene.groups[0].value.objects[0];
+    assert_eq!(own.transform.0.translation, DVec3::new(1.0, 1.0, 0.0));
+}
+
+#[test]
+fn textures_are_pictures_boards_and_mixes() {
+    let board = world(
+        "Texture \"c\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [1 0 0] \"rgb tex2\" [0 0 1] \"float uscale\" 8 \"float vscale\" 4\n\
+         Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"c\" \"float scale\" .5\nTexture \"m\" \"spectrum\" \"mix\" \"texture tex1\" \"c\" \"texture tex2\" \"s\" \"float amount\" .3\n\
+         Material \"diffuse\" \"texture reflectance\" \"m\" Shape \"sphere\"",
+    );
+    assert!(board.warnings.is_empty(), "{:?}", board.warnings);
+    let TextureDesc::Chessboard(c) = &board.textures[0].value else { panic!("a board") };
+    // u = 0.3 lies in the third of eight columns: 8·0.3 = 2.4.
+    let at = c.transform.0.inverse().transform_point3(DVec3::new(2.0 * 0.3 - 1.0, 0.0, 0.0));
+    assert!((at.x - 2.4).abs() < 1e-9 && (at.y - 2.0).abs() < 1e-9);
+    assert!(
+        matches!(board.textures[1].value, TextureDesc::Product(_))
+            && matches!(board.textures[2].value, TextureDesc::Mix(_))
+    );
+}
+
+#[test]
+fn includes_are_read_and_circles_refused() {
+    let main = "WorldBegin Include \"geometry/a.pbrt\" Import \"b.pbrt\" Shape \"disk\"";
+    let files: &[(&str, &[u8])] = &[
+        ("geometry/a.pbrt", b"Translate 1 0 0 Shape \"sphere\" # no end of line"),
+        ("b.pbrt", b"AttributeBegin Translate 0 9 0 Shape \"disk\""),
+    ];
+    let scene = read_with(main, files).unwrap();
+    assert_eq!(scene.objects.len(), 3);
+    // What an Import leaves open or changes ends with it; an Include changes what follows.
+    assert_eq!(scene.objects[2].transform.0, DAffine3::from_translation(DVec3::X));
+    let circle = read_with("Include \"a.pbrt\"", &[("a.pbrt", b"Include \"scene.pbrt\"")]).unwrap_err();
+    assert_eq!(circle.code, ErrorCode::Cycle);
+    assert!(circle.message.starts_with("a.pbrt:1:1: "), "{}", circle.message);
+    for outside in ["../secret.pbrt", "/etc/passwd", "a/../../b.pbrt"] {
+        assert!(read_with(&format!("Include \"{outside}\""), &[]).is_err());
+        assert!(
+            read_with(&format!("WorldBegin Shape \"plymesh\" \"string filename\" \"{outside}\""), &[])
+                .is_err()
+        );
+    }
+}
+
+#[test]
+fn meshes_of_files_may_be_compressed() {
+    let ply = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+    let mut packed = vec![0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 0];
+    packed.extend(miniz_oxide::deflate::compress_to_vec(ply, 6));
+    packed.extend([0; 4]);
+    packed.extend((ply.len() as u32).to_le_bytes());
+    let text = "WorldBegin Shape \"plymesh\" \"string filename\" \"m.ply.gz\" Translate 1 0 0 Shape \"plymesh\" \"string filename\" \"m.ply.gz\"";
+    let scene = read_with(text, &[("m.ply.gz", &packed)]).unwrap();
+    assert_eq!((scene.meshes.len(), scene.objects.len(), scene.meshes[0].data.triangles.len()), (1, 2, 2));
+}
+
+#[test]
+fn every_shape_is_shown() {
+    let text = include_str!("../../tests/assets/pbrt/every-directive.pbrt");
+    let part = b"Shape \"disk\"";
+    let scene = read_with(text, &[("part.pbrt", part)]).unwrap_or_else(|e| panic!("{e} {:?}", e.help));
+    let ignored: Vec<_> = scene.warnings.iter().filter(|w| w.kind == WarningKind::Ignored).collect();
+    assert!(ignored.is_empty(), "{ignored:?}");
+    let has = |f: &dyn Fn(&ShapeDesc) -> bool| {
+        scene.objects.iter().any(|o| matches!(&o.content, ObjectContent::Shape(s) if f(s)))
+    };
+    assert!(has(&|s| matches!(s, ShapeDesc::Sphere(_))) && has(&|s| matches!(s, ShapeDesc::Cylinder(_))));
+    assert!(has(&|s| matches!(s, ShapeDesc::Disk(_))) && scene.meshes.len() >= 6);
+    for mesh in &scene.meshes {
+        mesh.data.check().unwrap();
+    }
+    scene.prepare(&Default::default()).unwrap();
+}

@@ -1,0 +1,549 @@
+//! Textures.
+
+use super::assembly::{Assembly, Texture};
+use super::params::{Params, Type};
+use super::report::Fault;
+use super::source::Place;
+use super::spectra::{Role, color};
+use super::state::State;
+use super::transform::is_sound;
+use crate::assets::printable;
+use turner::color::{Spectrum, srgb_decode, srgb_encode};
+use turner::image::{Image, Pixels};
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::scene::transform::Transform;
+use turner::scene::{ColorSource, ImageId};
+use turner::texture::{
+    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, MarbleDesc, MixDesc, NoiseDesc,
+    NoiseKind, ProductDesc, TextureDesc, Tint, Wrap,
+};
+
+/// The texture of a name.
+pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -> Result<ColorSource, Fault> {
+    match scene.textures.get(name) {
+        Some(texture) => Ok(texture.source),
+        None => {
+            let names: Vec<&str> = scene.textures.keys().map(String::as_str).collect();
+            Err(super::reader::unknown("texture", name, &names).or_at(place))
+        }
+    }
+}
+
+/// A picture of normals.
+pub(super) fn normal_picture(scene: &mut Assembly<'_>, file: &str, place: Place) -> Option<ColorSource> {
+    let image = scene.image(file, place)?;
+    let desc = ImageDesc { encoding: Encoding::Linear, ..picture(image) };
+    Some(scene.texture(TextureDesc::Image(desc)))
+}
+
+fn picture(file: ImageId) -> ImageDesc {
+    ImageDesc {
+        file,
+        filter: ImageFilter::Mipmap,
+        wrap: Wrap::Repeat,
+        wrap_u: None,
+        wrap_v: None,
+        gain: 1.0,
+        density: 1.0,
+        mapping: Mapping::Uv,
+        blend: 4.0,
+        transform: Transform::IDENTITY,
+        uv_matrix: None,
+        channel: ImageChannel::Rgb,
+        encoding: Encoding::Srgb,
+        tint: Spectrum::WHITE,
+        offset: Spectrum::BLACK,
+        uv_set: 0,
+    }
+}
+
+/// Defines a texture: its name, `float` or `spectrum`, and its class.
+pub(super) fn define(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    (name, kind, class): (&str, &str, &str),
+    params: Params,
+) -> Result<(), Fault> {
+    let place = params.place;
+    let is_float = match kind {
+        "float" => true,
+        "spectrum" => false,
+        // As pbrt-v3 has it.
+        "color" => false,
+        other => {
+            return Err(super::reader::unknown("type of texture", other, &["float", "spectrum"]).or_at(place));
+        }
+    };
+    let mut maker = Maker { scene, state, params: &params, is_float };
+    let source = match class {
+        "constant" => maker.input("value", 1.0)?,
+        "scale" => {
+            let (a, b) = (maker.input("tex", 1.0)?, maker.input("scale", 1.0)?);
+            product(maker.scene, a, b)
+        }
+        "mix" | "directionmix" => {
+            let (a, b) = (maker.input("tex1", 0.0)?, maker.input("tex2", 1.0)?);
+            let amount = maker.float_input("amount", 0.5)?;
+            if class == "directionmix" {
+                params.pass(&["dir"]);
+                maker
+                    .scene
+                    .report
+                    .approximated(place, "a mix by direction: both textures have the same share");
+            }
+            mix(maker.scene, a, b, amount)
+        }
+        "imagemap" => maker.picture()?,
+        "checkerboard" => maker.checkerboard()?,
+        "bilerp" => maker.bilerp()?,
+        "dots" => {
+            let (inside, outside) = (maker.input("inside", 1.0)?, maker.input("outside", 0.0)?);
+            let _ = maker.uv();
+            maker
+                .scene
+                .report
+                .approximated(place, "dots: about a fifth of the surface has the colour of the dots, evenly");
+            mix(maker.scene, outside, inside, ColorSource::Constant(Spectrum::grey(0.2)))
+        }
+        "fbm" | "wrinkled" | "windy" => {
+            let octaves = params.integer("octaves").unwrap_or(8).clamp(1, 16) as u32;
+            let gain = params.float("roughness").unwrap_or(0.5).clamp(0.0, 1.0);
+            maker
+                .scene
+                .report
+                .approximated(place, format!("the texture \"{class}\": noise of the same sort"));
+            let desc = NoiseDesc {
+                kind: if class == "wrinkled" { NoiseKind::Turbulence } else { NoiseKind::Fbm },
+                octaves,
+                gain,
+                contrast: 1.0,
+                density: 1.0,
+                mapping: Mapping::Solid,
+                ..noise()
+            };
+            maker.scene.texture(TextureDesc::Noise(desc))
+        }
+        "marble" => {
+            let scale = params.float("scale").unwrap_or(1.0);
+            let distortion = params.float("variation").unwrap_or(0.2).clamp(0.0, 100.0) * 10.0;
+            params.pass(&["octaves", "roughness"]);
+            maker.scene.report.approximated(place, "the texture \"marble\": marble of the same sort");
+            let desc = MarbleDesc {
+                base: Tint::Display(0xe4e0d8),
+                cloud: Tint::Display(0xa9a7a4),
+                vein: Tint::Display(0x4a4d55),
+                veins: 2.0,
+                distortion,
+                sharp: 0.5,
+                seed: 0,
+                density: if scale.is_finite() { scale } else { 1.0 },
+                mapping: Mapping::Solid,
+                blend: 4.0,
+                transform: Transform::IDENTITY,
+            };
+            maker.scene.texture(TextureDesc::Marble(desc))
+        }
+        "ptex" => {
+            params.pass(&["filename", "encoding", "scale"]);
+            maker.scene.report.ignored(place, "a Ptex texture: it is grey");
+            ColorSource::Constant(Spectrum::grey(0.5))
+        }
+        other => {
+            let all = [
+                "constant",
+                "scale",
+                "mix",
+                "directionmix",
+                "imagemap",
+                "checkerboard",
+                "bilerp",
+                "dots",
+                "fbm",
+                "wrinkled",
+                "windy",
+                "marble",
+                "ptex",
+            ];
+            return Err(super::reader::unknown("texture class", other, &all).or_at(place));
+        }
+    };
+    params.finish(&format!("the texture \"{}\"", printable(name)), &mut scene.report);
+    scene.textures.insert(name.to_owned(), Texture { source });
+    Ok(())
+}
+
+fn noise() -> NoiseDesc {
+    NoiseDesc {
+        low: ColorSource::Constant(Spectrum::BLACK),
+        high: ColorSource::Constant(Spectrum::WHITE),
+        kind: NoiseKind::Fbm,
+        octaves: 6,
+        lacunarity: 2.0,
+        gain: 0.5,
+        contrast: 2.0,
+        seed: 0,
+        density: 2.0,
+        mapping: Mapping::Solid,
+        blend: 4.0,
+        transform: Transform::IDENTITY,
+    }
+}
+
+/// Two sources multiplied.
+pub(super) fn product(scene: &mut Assembly<'_>, a: ColorSource, b: ColorSource) -> ColorSource {
+    match (a, b) {
+        (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
+        (ColorSource::Constant(c), texture) | (texture, ColorSource::Constant(c)) => {
+            if c == Spectrum::WHITE {
+                return texture;
+            }
+            match scene.texture_desc(texture) {
+                Some(TextureDesc::Image(image)) => {
+                    let desc = ImageDesc { tint: image.tint * c, offset: image.offset * c, ..image.clone() };
+                    scene.texture(TextureDesc::Image(desc))
+                }
+                _ => scene.texture(TextureDesc::Product(ProductDesc { a, b })),
+            }
+        }
+        _ => scene.texture(TextureDesc::Product(ProductDesc { a, b })),
+    }
+}
+
+fn mix(scene: &mut Assembly<'_>, a: ColorSource, b: ColorSource, amount: ColorSource) -> ColorSource {
+    match (a, b, amount) {
+        (ColorSource::Constant(a), ColorSource::Constant(b), ColorSource::Constant(t)) => {
+            ColorSource::Constant(a.lerp(b, t.r))
+        }
+        (a, _, ColorSource::Constant(t)) if t == Spectrum::BLACK => a,
+        (_, b, ColorSource::Constant(t)) if t == Spectrum::WHITE => b,
+        _ => scene.texture(TextureDesc::Mix(MixDesc { a, b, amount })),
+    }
+}
+
+/// What values of a texture go through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Through {
+    /// From pbrt's roughness, remapped or not, to the one here.
+    Roughness { remap: bool },
+    /// From the reflectance of a base to what gets out of a clear layer, whose inner side reflects so much.
+    Layer { inner: f64 },
+    /// Times a factor, at most 1.
+    Scale(f64),
+    /// What is left of 1.
+    Rest,
+}
+
+impl Through {
+    /// The value for a value.
+    pub(super) fn of(self, v: f64) -> f64 {
+        let unit = v.clamp(0.0, 1.0);
+        match self {
+            Through::Roughness { remap: true } => unit.sqrt().sqrt(),
+            Through::Roughness { remap: false } => unit.sqrt(),
+            Through::Layer { inner } => unit * (1.0 - inner) / (1.0 - unit * inner),
+            Through::Scale(by) => (v * by).min(1.0),
+            Through::Rest => 1.0 - unit,
+        }
+    }
+}
+
+/// How deep textures are looked into.
+const MAX_DEPTH: u32 = 32;
+
+/// A source whose values go through a function: that of numbers, or of a picture's texels, which are copied. Others are left as they are, and
+/// that is reported.
+pub(super) fn map_values(
+    scene: &mut Assembly<'_>,
+    source: ColorSource,
+    place: Place,
+    f: Through,
+) -> ColorSource {
+    mapped_source(scene, source, place, f, 0)
+}
+
+fn mapped_source(
+    scene: &mut Assembly<'_>,
+    source: ColorSource,
+    place: Place,
+    f: Through,
+    depth: u32,
+) -> ColorSource {
+    let id = match source {
+        ColorSource::Constant(c) => return ColorSource::Constant(c.map(|v| f.of(f64::from(v)) as f32)),
+        ColorSource::Texture(id) => id,
+    };
+    let key = (id, format!("{f:?}"));
+    if let Some(&known) = scene.mapped.get(&key) {
+        return known;
+    }
+    let made = if depth < MAX_DEPTH { mapped_texture(scene, source, place, f, depth + 1) } else { None };
+    let made = made.unwrap_or_else(|| {
+        let message = "a texture whose values go through a function and that is no picture, checkerboard or mix of them: its values are taken as they are";
+        scene.report.approximated(place, message);
+        source
+    });
+    scene.mapped.insert(key, made);
+    made
+}
+
+fn mapped_texture(
+    scene: &mut Assembly<'_>,
+    source: ColorSource,
+    place: Place,
+    f: Through,
+    depth: u32,
+) -> Option<ColorSource> {
+    let desc = scene.texture_desc(source)?.clone();
+    let inner = |scene: &mut Assembly<'_>, source| mapped_source(scene, source, place, f, depth);
+    let desc = match desc {
+        TextureDesc::Image(image) => {
+            let asset = scene.images.get(image.file.index())?;
+            let (old, uri) = (asset.data.clone(), asset.uri.clone());
+            let is_encoded = old.is_display_encoded() && image.encoding != Encoding::Linear;
+            let (tint, offset) = (image.tint.to_array(), image.offset.to_array());
+            let value = |v: f32, i: usize| {
+                let (tint, offset) =
+                    (tint.get(i).copied().unwrap_or(1.0), offset.get(i).copied().unwrap_or(0.0));
+                let v = f64::from(v * tint) * image.gain + f64::from(offset);
+                f.of(if v.is_finite() { v } else { 0.0 }) as f32
+            };
+            if !scene.may_copy(u64::from(old.width) * u64::from(old.height) * 12) {
+                return None;
+            }
+            let made = mapped_picture(&old, is_encoded, &value)?;
+            let file = scene.add_image(&uri, made);
+            TextureDesc::Image(ImageDesc {
+                file,
+                tint: Spectrum::WHITE,
+                offset: Spectrum::BLACK,
+                gain: 1.0,
+                ..image
+            })
+        }
+        TextureDesc::Chessboard(board) => {
+            let (even, odd) = (inner(scene, board.even), inner(scene, board.odd));
+            TextureDesc::Chessboard(ChessboardDesc { even, odd, ..board })
+        }
+        // Of a mix the values at both ends are right.
+        TextureDesc::Mix(mix) => {
+            let (a, b) = (inner(scene, mix.a), inner(scene, mix.b));
+            TextureDesc::Mix(MixDesc { a, b, ..mix })
+        }
+        _ => return None,
+    };
+    Some(scene.texture(desc))
+}
+
+/// A picture whose values, by channel, go through a function; one of bytes stays one. `None` where there is no memory.
+fn mapped_picture(old: &Image, is_encoded: bool, value: &dyn Fn(f32, usize) -> f32) -> Option<Image> {
+    let count = (old.width as usize).checked_mul(old.height as usize)?.checked_mul(3)?;
+    let rgb = |i: usize| old.rgb((i % old.width as usize) as u32, (i / old.width as usize) as u32);
+    let pixels = if let (Pixels::U8(_), true) = (&old.pixels, is_encoded) {
+        let byte = |v: f32| (srgb_encode(v.clamp(0.0, 1.0)) * 255.0 + 0.5) as u8;
+        let table: Vec<[u8; 3]> = (0..=u8::MAX)
+            .map(|v| [0, 1, 2].map(|i| byte(value(srgb_decode(f32::from(v) / 255.0), i))))
+            .collect();
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(count).ok()?;
+        for i in 0..count / 3 {
+            for (channel, v) in rgb(i).into_iter().enumerate() {
+                let of = table.get((v * 255.0 + 0.5) as usize).copied().unwrap_or_default();
+                bytes.push(of[channel]);
+            }
+        }
+        Pixels::U8(bytes)
+    } else {
+        let mut floats = Vec::new();
+        floats.try_reserve_exact(count).ok()?;
+        for i in 0..count / 3 {
+            for (channel, v) in rgb(i).into_iter().enumerate() {
+                floats.push(value(if is_encoded { srgb_decode(v) } else { v }, channel));
+            }
+        }
+        Pixels::F32(floats)
+    };
+    Some(Image { width: old.width, height: old.height, channels: 3, pixels })
+}
+
+struct Maker<'a, 'b> {
+    scene: &'a mut Assembly<'b>,
+    state: &'a State,
+    params: &'a Params,
+    is_float: bool,
+}
+
+impl Maker<'_, '_> {
+    /// A value or another texture.
+    fn input(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
+        if self.params.is(name, Type::Texture) {
+            let texture = self.params.texture(name).unwrap_or_default().to_owned();
+            return source_named(self.scene, &texture, self.params.place_of(name));
+        }
+        if self.is_float || self.params.is(name, Type::Float) {
+            return Ok(grey(self.params.float(name).unwrap_or(or)));
+        }
+        let found = color(self.scene, self.state.color_space, self.params, name, Role::Unbounded)?;
+        Ok(found.map_or(grey(or), ColorSource::Constant))
+    }
+
+    fn float_input(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
+        if self.params.is(name, Type::Texture) {
+            return self.input(name, or);
+        }
+        Ok(grey(self.params.float(name).unwrap_or(or)))
+    }
+
+    /// Scales and shifts of (u, v).
+    fn uv(&self) -> [f64; 4] {
+        let float = |name, or| self.params.float(name).filter(|v: &f64| v.is_finite()).unwrap_or(or);
+        let mapping = self.params.string("mapping").unwrap_or("uv");
+        if matches!(mapping, "uv") {
+            self.params.pass(&["v1", "v2"]);
+        }
+        [float("uscale", 1.0), float("vscale", 1.0), float("udelta", 0.0), float("vdelta", 0.0)]
+    }
+
+    /// Whether the texture lies by (u, v); if not, the projection of the plane, or what is reported.
+    fn planar(&mut self) -> Option<Transform> {
+        let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
+        let place = self.params.place_of("mapping");
+        match mapping.as_str() {
+            "uv" => None,
+            "planar" => {
+                let [_, _, du, dv] = self.uv();
+                let v1 = self.params.vector("v1").unwrap_or(DVec3::X);
+                let v2 = self.params.vector("v2").unwrap_or(DVec3::Y);
+                // Rows: 2(v·p + d) − 1, for a picture covers −1 to 1.
+                let rows = DMat3::from_cols(2.0 * v1, 2.0 * v2, v1.cross(v2)).transpose();
+                let shift = DVec3::new(2.0 * du - 1.0, 2.0 * dv - 1.0, 0.0);
+                let to_texture = DAffine3::from_mat3_translation(rows, shift);
+                let to_texture = to_texture * self.state.ctm[0].inverse();
+                if !is_sound(&to_texture) {
+                    self.scene.report.ignored(place, "a planar mapping whose directions are one");
+                    return None;
+                }
+                self.scene.report.approximated(place, "a planar mapping lies in the space of each shape");
+                Some(Transform(to_texture.inverse()))
+            }
+            other => {
+                let message =
+                    format!("the mapping \"{}\" of a texture: (u, v) takes its place", printable(other));
+                self.scene.report.approximated(place, message);
+                None
+            }
+        }
+    }
+
+    fn picture(&mut self) -> Result<ColorSource, Fault> {
+        let place = self.params.place_of("filename");
+        let Some(name) = self.params.string("filename").map(str::to_owned) else {
+            self.scene.report.ignored(self.params.place, "an imagemap without filename: it is grey");
+            return Ok(grey(0.5));
+        };
+        let planar = self.planar();
+        let [su, sv, du, dv] = self.uv();
+        let filter = match self.params.string("filter") {
+            Some("point") => ImageFilter::Nearest,
+            _ => ImageFilter::Mipmap,
+        };
+        let wrap = match self.params.string("wrap") {
+            None | Some("repeat" | "octahedralsphere") => Wrap::Repeat,
+            Some("clamp") => Wrap::Clamp,
+            Some("black") => Wrap::Black,
+            Some(other) => {
+                let message = format!("unknown wrap \"{}\" of a picture: it repeats", printable(other));
+                self.scene.report.ignored(self.params.place_of("wrap"), message);
+                Wrap::Repeat
+            }
+        };
+        let encoding = match self.params.string("encoding") {
+            Some("linear") => Encoding::Linear,
+            None | Some("sRGB") => Encoding::Srgb,
+            Some(other) => {
+                let message =
+                    format!("the encoding \"{}\" of a picture: sRGB takes its place", printable(other));
+                self.scene.report.approximated(self.params.place_of("encoding"), message);
+                Encoding::Srgb
+            }
+        };
+        let scale = self.params.float("scale").unwrap_or(1.0) as f32;
+        let invert = self.params.bool("invert").unwrap_or(false);
+        self.params.pass(&["maxanisotropy", "trilinear"]);
+        let Some(file) = self.scene.image(&name, place) else { return Ok(grey(0.5)) };
+        // A number from a picture with alpha is its alpha.
+        let has_alpha = self.scene.images.get(file.index()).is_some_and(|i| i.data.channels == 4);
+        let channel = if self.is_float && has_alpha { ImageChannel::A } else { ImageChannel::Rgb };
+        let plain = [su, sv, du, dv] == [1.0, 1.0, 0.0, 0.0];
+        let desc = ImageDesc {
+            filter,
+            wrap,
+            encoding,
+            channel,
+            tint: Spectrum::grey(if invert { -scale } else { scale }),
+            offset: if invert { Spectrum::WHITE } else { Spectrum::BLACK },
+            uv_matrix: (!plain && planar.is_none()).then_some([su, 0.0, du, 0.0, sv, dv]),
+            mapping: if planar.is_some() { Mapping::Planar } else { Mapping::Uv },
+            transform: planar.unwrap_or(Transform::IDENTITY),
+            ..picture(file)
+        };
+        Ok(self.scene.texture(TextureDesc::Image(desc)))
+    }
+
+    fn checkerboard(&mut self) -> Result<ColorSource, Fault> {
+        let (even, odd) = (self.input("tex1", 1.0)?, self.input("tex2", 0.0)?);
+        let solid = self.params.integer("dimension") == Some(3);
+        let (mapping, transform) = if solid {
+            self.scene
+                .report
+                .approximated(self.params.place, "a checkerboard of space lies in the space of each shape");
+            let ctm = self.state.ctm[0];
+            (Mapping::Solid, if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY })
+        } else {
+            let _ = self.planar();
+            let [su, sv, du, dv] = self.uv();
+            // Texture coordinates here are 2u − 1; pbrt counts squares in s·u + d.
+            let to_squares = DAffine3::from_mat3_translation(
+                DMat3::from_diagonal(DVec3::new(su / 2.0, sv / 2.0, 1.0)),
+                DVec3::new(su / 2.0 + du, sv / 2.0 + dv, 0.0),
+            );
+            if !is_sound(&to_squares) {
+                self.scene.report.doubtful(self.params.place, "a checkerboard without scale has one colour");
+                return Ok(even);
+            }
+            (Mapping::Uv, Transform(to_squares.inverse()))
+        };
+        let desc = ChessboardDesc { even, odd, density: 1.0, mapping, blend: 4.0, transform };
+        Ok(self.scene.texture(TextureDesc::Chessboard(desc)))
+    }
+
+    /// Four colours at the corners of (u, v), as a small picture.
+    fn bilerp(&mut self) -> Result<ColorSource, Fault> {
+        const SIDE: u32 = 32;
+        let mut corners = [Spectrum::BLACK; 4];
+        for (corner, (name, or)) in
+            corners.iter_mut().zip([("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)])
+        {
+            if let ColorSource::Constant(c) = self.input(name, or)? {
+                *corner = c;
+            }
+        }
+        let [v00, v01, v10, v11] = corners;
+        let [su, sv, du, dv] = self.uv();
+        let mut pixels = Vec::with_capacity((SIDE * SIDE * 3) as usize);
+        for y in 0..SIDE {
+            for x in 0..SIDE {
+                let (u, v) = ((x as f32 + 0.5) / SIDE as f32, 1.0 - (y as f32 + 0.5) / SIDE as f32);
+                pixels.extend(v00.lerp(v10, u).lerp(v01.lerp(v11, u), v).to_array());
+            }
+        }
+        let image = Image { width: SIDE, height: SIDE, channels: 3, pixels: Pixels::F32(pixels) };
+        let file = self.scene.add_image("bilerp", image);
+        let desc =
+            ImageDesc { wrap: Wrap::Clamp, uv_matrix: Some([su, 0.0, du, 0.0, sv, dv]), ..picture(file) };
+        Ok(self.scene.texture(TextureDesc::Image(desc)))
+    }
+}
+
+fn grey(v: f64) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v as f32))
+}

@@ -1,0 +1,231 @@
+//! Spectra as colours: what scenes of spectral renderers say by wavelength becomes linear Rec. 709 here.
+//!
+//! Reflectances are lit by CIE D65, lights are seen as they are; both by the CIE 1931 observer.
+
+mod cie;
+mod named;
+
+pub(crate) use named::{Glass, glass, illuminant, metal};
+
+use cie::{D65, FIRST, OBSERVER, STEP};
+use turner::color::Spectrum;
+use turner::material::metals::{MetalColors, colors_of_index};
+use turner::math::elementary::{exp, pow_int};
+
+/// Values by wavelength in nanometres, straight lines between them; 0 beyond both ends for light, the values of the ends for the rest.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Sampled {
+    /// Ascending wavelengths with their values; at least one.
+    points: Vec<(f64, f64)>,
+}
+
+impl Sampled {
+    /// From wavelengths and values in turns; `None` if they are not pairs in ascending order of finite numbers.
+    pub(crate) fn of_pairs(numbers: &[f64]) -> Option<Sampled> {
+        let (pairs, rest) = numbers.as_chunks::<2>();
+        if pairs.is_empty() || !rest.is_empty() || !numbers.iter().all(|v| v.is_finite()) {
+            return None;
+        }
+        let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p[0], p[1])).collect();
+        points.is_sorted_by(|a, b| a.0 < b.0).then_some(Sampled { points })
+    }
+
+    /// From the text of a .spd file: a wavelength and a value in each line, `#` before comments.
+    pub(crate) fn of_text(text: &str) -> Option<Sampled> {
+        let mut numbers = Vec::new();
+        for line in text.lines() {
+            let line = line.split('#').next().unwrap_or_default();
+            for word in line.split([' ', '\t', ',']).filter(|w| !w.trim().is_empty()) {
+                numbers.push(word.trim().parse().ok()?);
+            }
+        }
+        Sampled::of_pairs(&numbers)
+    }
+
+    /// The same value everywhere, as far as one is seen.
+    fn constant(&self) -> Option<f64> {
+        let first = self.points.first()?.1;
+        self.points.iter().all(|p| p.1 == first).then_some(first)
+    }
+
+    /// The value at a wavelength; beyond the ends that of the end, or 0 for light.
+    fn at(&self, nm: f64, is_light: bool) -> f64 {
+        let after = self.points.partition_point(|p| p.0 <= nm);
+        let below = after.checked_sub(1).and_then(|i| self.points.get(i));
+        match (below, self.points.get(after)) {
+            (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (nm - a.0) / (b.0 - a.0),
+            (Some(end), None) if !is_light || end.0 == nm => end.1,
+            (None, Some(end)) if !is_light => end.1,
+            _ => 0.0,
+        }
+    }
+
+    /// The colour of a surface of this reflectance in daylight, or of a coefficient that light meets.
+    pub(crate) fn reflectance(&self) -> Spectrum {
+        if let Some(v) = self.constant() {
+            return Spectrum::grey(v as f32);
+        }
+        seen_in_daylight(|nm| self.at(nm, false))
+    }
+
+    /// The colour of this light, of luminance 1; black if there is none.
+    pub(crate) fn light(&self) -> Spectrum {
+        of_light(|nm| self.at(nm, true))
+    }
+
+    /// One number for all wavelengths: the mean as the eye weighs them.
+    pub(crate) fn mean(&self) -> f64 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (nm, [_, y, _], _) in bins() {
+            sum += y * self.at(nm, false);
+            weight += y;
+        }
+        sum / weight
+    }
+}
+
+/// A metal of the index of refraction `eta` + i·`k` by wavelength.
+pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled) -> MetalColors {
+    // Fresnel's equations at each wavelength, head-on and at 82°.
+    let at = |nm: f64| {
+        let index = |s: &Sampled| Spectrum::grey(s.at(nm, false).clamp(0.0, 1e6) as f32);
+        let c = colors_of_index(index(eta), index(k));
+        let head_on = f64::from(c.f0.r);
+        let schlick = head_on + (1.0 - head_on) * pow_int(6.0 / 7.0, 5);
+        (head_on, schlick * f64::from(c.tint.r))
+    };
+    let f0 = seen_in_daylight(|nm| at(nm).0);
+    let grazing = seen_in_daylight(|nm| at(nm).1);
+    let tint = |f0: f32, grazing: f32| {
+        let schlick = f0 + (1.0 - f0) * pow_int(6.0 / 7.0, 5) as f32;
+        if schlick > 0.0 { (grazing / schlick).clamp(0.0, 1.0) } else { 1.0 }
+    };
+    let tint = Spectrum::new(tint(f0.r, grazing.r), tint(f0.g, grazing.g), tint(f0.b, grazing.b));
+    MetalColors { f0: f0.map(|v| v.clamp(0.0, 1.0)), tint }
+}
+
+/// The light of a black body, of luminance 1. `kelvin` is its temperature.
+pub(crate) fn blackbody(kelvin: f64) -> Spectrum {
+    // Planck's law, without its constant factor; the second radiation constant in nm·K.
+    const C2: f64 = 1.438_776_877e7;
+    let kelvin = kelvin.clamp(100.0, 1e7);
+    // Relative to the middle of what is seen: the numbers stay in range for the coldest bodies.
+    let planck = |nm: f64| {
+        let (x, x0) = (C2 / (nm * kelvin), C2 / (560.0 * kelvin));
+        let ratio = if x > 1.0 {
+            exp(x0 - x) * (1.0 - exp(-x0)) / (1.0 - exp(-x))
+        } else {
+            (exp(x0) - 1.0) / (exp(x) - 1.0)
+        };
+        ratio * pow_int(560.0 / nm, 5)
+    };
+    of_light(planck)
+}
+
+/// Wavelength, observer and D65 every ten nanometres.
+fn bins() -> impl Iterator<Item = (f64, [f64; 3], f64)> {
+    OBSERVER.iter().zip(&D65).enumerate().map(|(i, (seen, light))| (FIRST + STEP * i as f64, *seen, *light))
+}
+
+fn seen_in_daylight(value: impl Fn(f64) -> f64) -> Spectrum {
+    let (mut sum, mut white) = ([0.0; 3], [0.0; 3]);
+    for (nm, seen, light) in bins() {
+        let v = value(nm);
+        for ((s, w), c) in sum.iter_mut().zip(&mut white).zip(seen) {
+            *s += v * c * light;
+            *w += c * light;
+        }
+    }
+    // Relative to white, so that a surface that reflects all light is white to the last digit.
+    let d65 = [0.950_470, 1.0, 1.088_830];
+    let mut xyz = [0.0; 3];
+    for (i, v) in xyz.iter_mut().enumerate() {
+        *v = sum[i] / white[i] * d65[i];
+    }
+    rgb(xyz)
+}
+
+fn of_light(power: impl Fn(f64) -> f64) -> Spectrum {
+    let mut xyz = [0.0; 3];
+    for (nm, seen, _) in bins() {
+        let v = power(nm);
+        xyz.iter_mut().zip(seen).for_each(|(s, c)| *s += v * c);
+    }
+    if !(xyz[1] > 0.0 && xyz.iter().all(|v| v.is_finite())) {
+        return Spectrum::BLACK;
+    }
+    rgb(xyz.map(|v| v / xyz[1]))
+}
+
+/// From a chromaticity, of luminance 1.
+fn of_chromaticity(x: f64, y: f64) -> Spectrum {
+    rgb([x / y, 1.0, (1.0 - x - y) / y])
+}
+
+/// Linear Rec. 709 of CIE XYZ; colours outside it lose what is below 0, but not their luminance.
+fn rgb([x, y, z]: [f64; 3]) -> Spectrum {
+    let v = [
+        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
+        -0.969_266 * x + 1.876_010_8 * y + 0.041_556 * z,
+        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
+    ];
+    let cut = v.map(|v| v.max(0.0));
+    let luminance = 0.212_672_9 * cut[0] + 0.715_152_2 * cut[1] + 0.072_175 * cut[2];
+    let factor = if v != cut && luminance > 0.0 && y > 0.0 { y / luminance } else { 1.0 };
+    Spectrum::new((cut[0] * factor) as f32, (cut[1] * factor) as f32, (cut[2] * factor) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(c: Spectrum, expected: [f32; 3], within: f32) {
+        let all = c.to_array().into_iter().zip(expected).all(|(a, b)| (a - b).abs() <= within);
+        assert!(all, "{c:?}, expected {expected:?}");
+    }
+
+    #[test]
+    fn daylight_is_white() {
+        let pairs: Vec<f64> = bins().flat_map(|(nm, _, light)| [nm, light]).collect();
+        near(Sampled::of_pairs(&pairs).unwrap().light(), [1.0; 3], 4e-3);
+        near(Sampled::of_pairs(&[400.0, 0.5, 700.0, 0.5]).unwrap().reflectance(), [0.5; 3], 0.0);
+        near(Sampled::of_pairs(&[300.0, 0.5, 350.0, 0.2, 360.0, 0.5]).unwrap().reflectance(), [0.5; 3], 1e-6);
+        near(of_chromaticity(0.312_71, 0.329_02), [1.0; 3], 1e-3);
+    }
+
+    #[test]
+    fn bodies_glow_in_their_colours() {
+        // CIE illuminant A is a black body of 2856 K: x = 0.44757, y = 0.40745.
+        let a = of_chromaticity(0.447_57, 0.407_45);
+        near(blackbody(2855.5), a.to_array(), 5e-3);
+        // 6504 K lies near D65, a little below the locus.
+        near(blackbody(6504.0), [1.03, 0.99, 1.0], 0.04);
+        for kelvin in [0.0, 1.0, 500.0, 1e4, 1e9, f64::MAX] {
+            let c = blackbody(kelvin);
+            assert!(c.is_finite() && (c.luminance() - 1.0).abs() < 0.01, "{kelvin}: {c:?}");
+        }
+        let [r, _, b] = blackbody(1500.0).to_array();
+        assert!(r > 2.0 && b < 0.05);
+    }
+
+    #[test]
+    fn pairs_must_ascend() {
+        for bad in [&[][..], &[1.0], &[2.0, 1.0, 1.0, 1.0], &[1.0, f64::NAN], &[1.0, 1.0, 1.0, 2.0]] {
+            assert_eq!(Sampled::of_pairs(bad), None, "{bad:?}");
+        }
+        let text = "# a comment\n400 0.5\n500.5\t1e-1 # more\n\n";
+        assert_eq!(Sampled::of_text(text), Sampled::of_pairs(&[400.0, 0.5, 500.5, 0.1]));
+        assert_eq!(Sampled::of_text("400 x"), None);
+    }
+
+    #[test]
+    fn spectral_metals_are_those_of_the_bands() {
+        let flat = |v: f64| Sampled::of_pairs(&[400.0, v, 700.0, v]).unwrap();
+        let (found, expected) = (
+            metal_of_index(&flat(0.2), &flat(3.9)),
+            colors_of_index(Spectrum::grey(0.2), Spectrum::grey(3.9)),
+        );
+        near(found.f0, expected.f0.to_array(), 1e-5);
+        near(found.tint, expected.tint.to_array(), 1e-5);
+    }
+}

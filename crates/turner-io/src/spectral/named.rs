@@ -1,0 +1,77 @@
+//! Spectra that scenes name: metals, glasses, illuminants.
+
+use super::of_chromaticity;
+use turner::color::Spectrum;
+use turner::material::metals::{MetalColors, MetalName, colors_of_index};
+
+/// A glass: index of refraction at 587.6 nm and Abbe number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Glass {
+    pub(crate) ior: f64,
+    pub(crate) abbe: f64,
+}
+
+/// Glasses by their names in catalogues.
+const GLASSES: &[(&str, Glass)] = &[
+    ("BK7", Glass { ior: 1.5168, abbe: 64.17 }),
+    ("BAF10", Glass { ior: 1.67003, abbe: 47.11 }),
+    ("FK51A", Glass { ior: 1.48656, abbe: 84.47 }),
+    ("LASF9", Glass { ior: 1.85025, abbe: 32.17 }),
+    ("F5", Glass { ior: 1.60342, abbe: 38.03 }),
+    ("F10", Glass { ior: 1.62299, abbe: 36.9 }),
+    ("F11", Glass { ior: 1.62066, abbe: 36.2 }),
+    ("SF5", Glass { ior: 1.6727, abbe: 32.25 }),
+    ("SF10", Glass { ior: 1.72825, abbe: 28.53 }),
+    ("SF11", Glass { ior: 1.78472, abbe: 25.68 }),
+];
+
+/// Chromaticities of illuminants (CIE 15) and of the ACES white.
+const ILLUMINANTS: &[(&str, [f64; 2])] = &[
+    ("stdillum-A", [0.44757, 0.40745]),
+    ("stdillum-D50", [0.34567, 0.3585]),
+    ("stdillum-D65", [0.31271, 0.32902]),
+    ("stdillum-F1", [0.3131, 0.33727]),
+    ("stdillum-F2", [0.37208, 0.37529]),
+    ("stdillum-F3", [0.4091, 0.3943]),
+    ("stdillum-F4", [0.44018, 0.40329]),
+    ("stdillum-F5", [0.31379, 0.34531]),
+    ("stdillum-F6", [0.3779, 0.38835]),
+    ("stdillum-F7", [0.31292, 0.32933]),
+    ("stdillum-F8", [0.34588, 0.35875]),
+    ("stdillum-F9", [0.37417, 0.37281]),
+    ("stdillum-F10", [0.34609, 0.35986]),
+    ("stdillum-F11", [0.38052, 0.37713]),
+    ("stdillum-F12", [0.43695, 0.40441]),
+    ("illum-acesD60", [0.32168, 0.33767]),
+];
+
+/// A glass by its name.
+pub(crate) fn glass(name: &str) -> Option<Glass> {
+    GLASSES.iter().find(|(n, _)| *n == name).map(|(_, g)| *g)
+}
+
+/// The colour of an illuminant, of luminance 1. A standard illuminant that is white here is exactly so.
+pub(crate) fn illuminant(name: &str) -> Option<Spectrum> {
+    if name == "stdillum-D65" {
+        return Some(Spectrum::WHITE);
+    }
+    ILLUMINANTS.iter().find(|(n, _)| *n == name).map(|(_, [x, y])| of_chromaticity(*x, *y))
+}
+
+/// The colours of a metal by its chemical symbol.
+pub(crate) fn metal(symbol: &str) -> Option<MetalColors> {
+    let name = match symbol {
+        "Ag" => MetalName::Silver,
+        "Al" => MetalName::Aluminium,
+        "Au" => MetalName::Gold,
+        "Cu" => MetalName::Copper,
+        "CuZn" => MetalName::Brass,
+        "Cr" => MetalName::Chromium,
+        "W" => MetalName::Tungsten,
+        // Oxides that hardly absorb.
+        "MgO" => return Some(colors_of_index(Spectrum::grey(1.74), Spectrum::BLACK)),
+        "TiO2" => return Some(colors_of_index(Spectrum::new(2.58, 2.65, 2.8), Spectrum::BLACK)),
+        _ => return None,
+    };
+    Some(name.colors())
+}

@@ -1,0 +1,99 @@
+//! Two textures, one passing into the other.
+
+use super::prepare::{Kind, Preparing};
+use super::{Mapping, TexturePoint, Textures};
+use crate::color::Spectrum;
+use crate::scene::schema::params;
+use crate::scene::{ColorSource, SceneError};
+
+params! {
+    /// Two colours or textures mixed by a third: (1 − amount)·a + amount·b. The opacity of the mix is mixed in the same way.
+    pub struct MixDesc as "mix" {
+        /// What shows where the amount is 0.
+        a: ColorSource;
+        /// What shows where it is 1.
+        b: ColorSource;
+        /// The share of `b`: the mean of its colour, cut to 0..1.
+        amount: ColorSource = ColorSource::Constant(Spectrum::grey(0.5));
+    }
+    example r##"[texture.worn]
+type = "mix"
+a = "firebrick"
+b = { type = "chessboard", density = 4 }
+amount = { type = "noise" }
+
+[[object]]
+type = "sphere"
+material = { color = "worn" }
+"##
+}
+
+/// Two textures mixed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mix {
+    a: ColorSource,
+    b: ColorSource,
+    amount: ColorSource,
+}
+
+impl Kind for MixDesc {
+    type Ready = Mix;
+    const AT_ONCE: u64 = 3;
+
+    fn sources(&self, visit: &mut dyn FnMut(ColorSource)) {
+        visit(self.a);
+        visit(self.b);
+        visit(self.amount);
+    }
+
+    fn mapping(&self) -> Mapping {
+        Mapping::Solid
+    }
+
+    fn prepare(&self, _: &mut Preparing<'_>) -> Result<Mix, SceneError> {
+        Ok(Mix { a: self.a, b: self.b, amount: self.amount })
+    }
+}
+
+impl Mix {
+    fn share(&self, textures: &Textures, at: &TexturePoint<'_>) -> f64 {
+        let c = textures.color(self.amount, at);
+        f64::from((c.r + c.g + c.b) / 3.0).clamp(0.0, 1.0)
+    }
+
+    pub(super) fn eval(&self, textures: &Textures, at: &TexturePoint<'_>) -> Spectrum {
+        textures.mix(self.a, self.b, self.share(textures, at), at)
+    }
+
+    pub(super) fn opacity(&self, textures: &Textures, at: &TexturePoint<'_>) -> f32 {
+        let t = self.share(textures, at) as f32;
+        let [a, b] = [self.a, self.b].map(|source| textures.opacity(source, at));
+        a + (b - a) * t
+    }
+
+    /// The shortest of theirs.
+    pub(super) fn spacing(&self, textures: &Textures, at: &TexturePoint<'_>) -> Option<f64> {
+        let own = [self.a, self.b, self.amount].map(|source| textures.spacing(source, at));
+        own.into_iter().flatten().reduce(f64::min)
+    }
+
+    pub(super) fn memory(&self) -> usize {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{at, ready, text};
+    use super::*;
+    use crate::scene::value::Data;
+
+    #[test]
+    fn the_amount_is_the_share_of_the_second() {
+        for (amount, red) in [(0.0, 1.0), (0.25, 0.75), (1.0, 0.0), (7.0, 0.0)] {
+            let mix =
+                ready("mix", &[("a", text("red")), ("b", text("blue")), ("amount", Data::Number(amount))]);
+            assert_eq!(at(&mix, 0.1, 0.2), Spectrum::new(red, 0.0, 1.0 - red), "{amount}");
+        }
+    }
+}
