@@ -190,7 +190,7 @@ impl<'a> Lexer<'a> {
         let (value, len) = quick_whole(rest);
         if len > 0 && rest.get(len).is_none_or(|b| is_end(*b)) {
             self.source.skip(len);
-            return Ok(value as i32);
+            return Ok(value);
         }
         let place = self.source.place();
         let value = self.slow_number()?;

@@ -79,7 +79,7 @@ pub(super) fn define(
         "uniformgrid" if !density.is_empty() => {
             let p0 = params.vector("p0").unwrap_or(DVec3::ZERO);
             let p1 = params.vector("p1").unwrap_or(DVec3::ONE);
-            let values: Vec<f32> = density.iter().map(|v| (v.max(0.0)).min(1e30) as f32).collect();
+            let values: Vec<f32> = density.iter().map(|v| v.clamp(0.0, 1e30) as f32).collect();
             match GridData::new(size, values, None) {
                 Ok(data) => {
                     let m = state.ctm[0];

@@ -38,7 +38,7 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     }
     let d = degree as usize;
     let segments: Vec<Vec<DVec3>> = match basis.as_str() {
-        "bezier" if points.len() > d && (points.len() - 1) % d == 0 => (0..(points.len() - 1) / d)
+        "bezier" if points.len() > d && (points.len() - 1).is_multiple_of(d) => (0..(points.len() - 1) / d)
             .filter_map(|i| points.get(i * d..=i * d + d))
             .map(<[DVec3]>::to_vec)
             .collect(),
