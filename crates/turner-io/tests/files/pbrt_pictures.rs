@@ -55,8 +55,8 @@ struct Shot {
     noise: [f64; 2],
 }
 
-/// Renders a file with its own camera, and compares the means of 4 × 4 parts and of all. `within` is what the pictures may differ beside their noise.
-fn compare(name: &str, shot: &Shot, expected: &Blocks, within: f64) {
+/// Renders a file with its own camera, and compares the means of 4 × 4 parts and of all. `within` is by how much each part may differ beside its noise.
+fn compare(name: &str, shot: &Shot, expected: &Blocks, within: impl Fn(usize) -> f64) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/assets/pbrt").join(name);
     let set = |key: &str, value: u32| Override::parse(&format!("{key}={value}")).unwrap();
     let overrides = vec![
@@ -83,7 +83,7 @@ fn compare(name: &str, shot: &Shot, expected: &Blocks, within: f64) {
             assert!(error < shot.noise[0] * expected, "too noisy: {i} {band}: {mean} ± {error}");
             let off = (mean - expected).abs();
             assert!(
-                off < 5.0 * error + within * expected,
+                off < 5.0 * error + within(i) * expected,
                 "{i} {band}: {mean} ± {error}, expected {expected}"
             );
         }
@@ -101,11 +101,18 @@ fn compare(name: &str, shot: &Shot, expected: &Blocks, within: f64) {
 #[test]
 fn the_cornell_box_is_tungstens() {
     let shot = Shot { size: [64, 64], samples: 24, noise: [0.05, 0.005] };
-    compare("cornell-box/scene-v4.pbrt", &shot, &CORNELL, 0.01);
+    compare("cornell-box/scene-v4.pbrt", &shot, &CORNELL, |_| 0.01);
 }
 
 #[test]
 fn the_veach_scene_is_mitsubas() {
     let shot = Shot { size: [64, 36], samples: 48, noise: [0.1, 0.02] };
-    compare("veach-mis/scene-v4.pbrt", &shot, &VEACH, 0.03);
+    // The plate in front (α = 0.25), seen at a grazing angle in two of the parts, keeps a sixth of the light between its facets: Turner gives it back, the other
+    // does not.
+    compare(
+        "veach-mis/scene-v4.pbrt",
+        &shot,
+        &VEACH,
+        |part| if part == 13 || part == 14 { 0.09 } else { 0.03 },
+    );
 }

@@ -162,7 +162,7 @@ impl Interface {
             compensation: None,
         };
         if !smooth {
-            if opaque > 0.0 && opaque_index != f64::INFINITY {
+            if opaque > 0.0 {
                 interface.rough = Some(Reflected::new(&ggx, opaque_index));
             }
             interface.compensation = interface.compensate();

@@ -17,12 +17,14 @@ const COAT: usize = 1;
 const INTERFACE: usize = 2;
 pub(super) const REFLECT: usize = 3;
 const TRANSMIT: usize = 4;
-/// Straight through a thin wall, or into a translucent body, which no thin wall has.
-pub(super) const PASS: usize = 5;
+/// Straight through a thin wall, or a boundary between equal indices.
+const PASS: usize = 5;
 /// What scatters several times between the facets of the base, reflected and transmitted.
 const AGAIN: usize = 6;
 const ACROSS: usize = 7;
-pub(super) const LOBES: usize = 8;
+/// Into a translucent body.
+pub(super) const ENTER: usize = 8;
+pub(super) const LOBES: usize = 9;
 
 /// What lies over the base on the way to or from a direction.
 #[derive(Clone, Copy)]
@@ -187,7 +189,7 @@ impl Bsdf {
             out[ACROSS] = across * above.through * tint;
         }
         if self.diffuse.enter != Rgb::ZERO {
-            out[PASS] += self.diffuse.enter * body * tint;
+            out[ENTER] = self.diffuse.enter * body * tint;
         }
         out
     }
@@ -335,8 +337,8 @@ impl Bsdf {
                     Some(_) => return None,
                 }
             }
-            // Into a body: see Bsdf::enter.
-            PASS if !self.thin => return None,
+            // See Towards::enter.
+            ENTER => return None,
             PASS => {
                 let interface = self.interface.as_ref()?;
                 let i = self.above_on(Toward::all(wo.z), !self.inside);

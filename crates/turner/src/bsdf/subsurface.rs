@@ -7,7 +7,7 @@
 
 use super::albedo::Toward;
 use super::diffuse::sample_cosine;
-use super::mixture::{Above, LOBES, MIN_COSINE, PASS, REFLECT, Shares, choose};
+use super::mixture::{Above, ENTER, LOBES, MIN_COSINE, REFLECT, Shares, choose};
 use super::{Bsdf, BsdfSample, Lobe, Rgb, Towards, spectrum};
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -93,8 +93,8 @@ impl Towards<'_> {
 
     fn enter_body(&self, u: [f64; 3]) -> Option<Entry> {
         let bsdf = self.bsdf;
-        let probability = self.p[PASS];
-        if self.wo.z <= MIN_COSINE || choose(&self.p, u[0])?.0 != PASS || probability <= 0.0 {
+        let probability = self.p[ENTER];
+        if self.wo.z <= MIN_COSINE || choose(&self.p, u[0])?.0 != ENTER || probability <= 0.0 {
             return None;
         }
         let wi = sample_cosine([u[1], u[2]]);

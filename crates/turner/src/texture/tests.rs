@@ -98,15 +98,15 @@ fn every_texture_is_finite_everywhere() {
         let file = ("file", text("picture.png"));
         let keys = match doc.name {
             "image" => vec![file],
-            "product" => vec![("a", Data::Number(1e30)), ("b", Data::Number(-1e30))],
+            "product" | "mix" => vec![("a", Data::Number(1e30)), ("b", Data::Number(-1e30))],
             _ => vec![],
         };
         let huge = match doc.name {
-            "constant" | "vertex-color" | "product" => vec![],
+            "constant" | "vertex-color" | "product" | "mix" => vec![],
             _ => vec![("density", Data::Number(-1e300))],
         };
         let turned = match doc.name {
-            "constant" | "vertex-color" | "product" => vec![],
+            "constant" | "vertex-color" | "product" | "mix" => vec![],
             _ => vec![("transform", table(&[("rotate", list(&[10.0, 20.0, 30.0]))]))],
         };
         [vec![], huge, turned].map(|more| (doc.name, [keys.clone(), more].concat()))

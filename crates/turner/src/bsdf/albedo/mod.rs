@@ -166,19 +166,26 @@ pub(super) struct Reflected {
 }
 
 impl Reflected {
-    /// Of a lobe and an index of at least 1.
+    /// Of a lobe and an index of at least 1; infinite is a perfect mirror, with what its facets lose left to what is below.
     pub(super) fn new(ggx: &Ggx, eta: f64) -> Reflected {
-        Reflected { line: Line::new(Grid::Reflected, ggx, eta), eta }
+        let grid = if eta == f64::INFINITY { Grid::MirrorLoss } else { Grid::Reflected };
+        Reflected { line: Line::new(grid, ggx, eta), eta }
     }
 
     /// Share of light from a direction, within 0..=1.
     pub(super) fn at(&self, w: Toward) -> f64 {
+        if self.eta == f64::INFINITY {
+            return (1.0 - self.line.at(w)).clamp(0.0, 1.0);
+        }
         let smooth = fresnel::dielectric(smoothed(w.mu, self.line.alpha), self.eta);
         (smooth + self.line.at(w)).clamp(0.0, 1.0)
     }
 
     /// Share of light from all around.
     pub(super) fn average(&self) -> f64 {
+        if self.eta == f64::INFINITY {
+            return (1.0 - self.line.average()).clamp(0.0, 1.0);
+        }
         self.line.mean(|row| row.average).clamp(0.0, 1.0)
     }
 }
