@@ -31,6 +31,8 @@ fn broken() -> Vec<(PathBuf, String)> {
             "spot-away" => "light-faces-away",
             "lamp-in-wall" | "shade-of-boxes" => "light-enclosed",
             "mesh-lamp-inside-out" => "mesh-inside-out",
+            "lamp-in-smoke" => "medium-too-dense",
+            "noise-rough-glass" => "noise-caustics",
             "night-sky" => "sun-below-horizon",
             "far-model" => "objects-too-small",
             stem => stem,

@@ -7,6 +7,7 @@ use super::Options;
 use super::grid::{Pixel, pixels};
 use super::kind::{PathKind, Source};
 use super::lights::{self, LightFacts};
+use super::media::{self, Without};
 use super::paths::{self, PixelPaths};
 use super::picture::{PictureFacts, quantile};
 use super::sights::{Met, Sight, sights};
@@ -35,6 +36,8 @@ pub(super) struct Gathered {
     pub(super) unclamped: Option<Trial>,
     pub(super) transparent: Option<Trial>,
     pub(super) both_ways: Option<Trial>,
+    /// Media and the insides of transparent materials left out, one at a time.
+    pub(super) without: Vec<Without>,
     /// The mean luminance within the crop, and outside of it, with the share of rays that meet something in each.
     pub(super) crop: Option<[(f64, f64); 2]>,
     /// The mean luminance of the picture that light paths bring, if there are any. They are left out of all else that is measured.
@@ -76,6 +79,7 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
         unclamped: None,
         transparent: None,
         both_ways: None,
+        without: Vec::new(),
         crop: crop.map(|crop| crop_facts(scene, crop, options)),
         by_light_paths,
         complete: true,
@@ -100,6 +104,9 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
     g.lights = lights::ask(scene, &points, options);
     if !stop() {
         try_changes(scene, &mut g, samples, options);
+    }
+    if physical && !stop() {
+        g.without = media::try_without(scene, &g.pixels, samples, options);
     }
     g
 }

@@ -37,6 +37,10 @@ pub(super) fn principled(desc: &SceneDesc, id: MaterialId) -> Option<PrincipledM
 
 /// Why nothing of a material is ever seen: its opacity, if that is a number that leaves nothing.
 pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
+    // The boundary of a medium is not meant to be seen.
+    if matches!(material, MaterialDesc::Boundary(_)) {
+        return None;
+    }
     let m = material.principled()?;
     let ColorSource::Constant(opacity) = m.opacity else { return None };
     let opacity = f64::from(opacity.max_component());
@@ -46,6 +50,14 @@ pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
         AlphaMode::Blend => opacity < 0.002,
     };
     gone.then_some(opacity)
+}
+
+/// The way after which the inside of a transparent material has the colour that it states; `None` if it does not absorb.
+pub(super) fn absorbing_depth(material: &Material) -> Option<f64> {
+    match material {
+        Material::Physical(m) => Some(m.desc.transmission_depth).filter(|d| *d > 0.0),
+        _ => None,
+    }
 }
 
 /// Whether a material of the description shines.

@@ -23,6 +23,7 @@ mod kind;
 mod lights;
 pub mod maps;
 mod materials;
+mod media;
 mod noisy;
 mod paths;
 mod picture;
@@ -88,6 +89,9 @@ fn settle(findings: &mut [Finding]) {
         ("albedo-too-high", "depth-too-low"),
         ("light-enclosed", "light-too-weak"),
         ("exposure-too-low", "light-too-weak"),
+        ("medium-too-dense", "light-too-weak"),
+        ("medium-too-dense", "depth-too-low"),
+        ("glass-too-dark", "light-too-weak"),
         ("objects-invisible", "objects-not-met"),
         ("seen-from-behind", "objects-not-met"),
         ("crop-misses", "objects-not-met"),
@@ -125,6 +129,7 @@ pub fn examine(scene: &mut Scene, desc: &SceneDesc, options: &Options) -> Examin
     broken::ask(&e, &mut findings);
     if !scene.integrator.is_for_looking() {
         black::ask(&e, &mut findings);
+        media::ask(&e, &mut findings);
         blocked::ask(&e, &mut findings);
         washed_out::ask(&e, &mut findings);
         noisy::ask(&e, &mut findings);

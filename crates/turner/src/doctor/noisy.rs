@@ -92,11 +92,13 @@ fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
         return None;
     }
     let (name, glass) = (e.shining(light.one), e.labels.object(blocker.primitive, blocker.shape));
+    // What is noisy by way of other surfaces then comes from there, too.
+    let weight = if share > 0.5 { 0.93 } else { 0.72 };
     let what = format!(
         "{} of the light goes through \"{glass}\", as caustics of \"{name}\", which paths hardly ever find",
         percent(share)
     );
-    let finding = Finding::new(Question::Noisy, Severity::Warning, "noise-caustics", 0.72, what)
+    let finding = Finding::new(Question::Noisy, Severity::Warning, "noise-caustics", weight, what)
         .why(format!("sampling a light asks for a straight way, which glass does not leave, and by chance one of {} paths hits a light of this size", short(1.0 / size)))
         .remedy("find it by light paths; or make the light larger, or the glass `thin_walled` with roughness 0, which lets light go straight")
         .flag("--integrator path --caustics full")

@@ -90,6 +90,15 @@ pub struct Place {
 }
 
 impl Homogeneous {
+    /// One that does nothing.
+    pub(super) fn void() -> Homogeneous {
+        let none = [0.0; 3];
+        let phase = super::HenyeyGreenstein { g: 0.0 };
+        Homogeneous {
+            coefficients: Coefficients { extinction: none, scattering: none, emission: none, phase },
+        }
+    }
+
     /// What is left after a way of length `t`, by band.
     #[inline]
     pub(super) fn bands_left(&self, t: f64) -> [f64; 3] {

@@ -170,6 +170,11 @@ impl Medium {
         }
     }
 
+    /// One that does nothing.
+    pub(crate) fn void() -> Medium {
+        Medium::Homogeneous(Homogeneous::void())
+    }
+
     /// Whether nothing is there.
     pub fn is_void(&self) -> bool {
         let c = self.coefficients();

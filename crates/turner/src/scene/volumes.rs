@@ -49,6 +49,23 @@ impl Volumes {
         }))
     }
 
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.media.len()
+    }
+
+    /// What is lost per unit of length at density 1, the mean of the bands; 0 for a medium that is not there.
+    pub(crate) fn extinction(&self, id: u32) -> f64 {
+        self.media.get(id as usize).map_or(0.0, |m| m.coefficients().extinction.iter().sum::<f64>() / 3.0)
+    }
+
+    /// Puts a medium in the place of another and gives that; `None` if that is none, or does nothing.
+    pub(crate) fn exchange(&mut self, id: u32, medium: Medium) -> Option<Medium> {
+        let place = self.media.get_mut(id as usize)?;
+        let own = std::mem::replace(place, medium);
+        (!own.is_void()).then_some(own)
+    }
+
     /// The medium inside a solid of a material, or in the open; `None` if there is none, or none that does anything.
     #[inline]
     pub(crate) fn within(&self, solid: Option<MaterialId>) -> Option<&Medium> {
