@@ -24,7 +24,7 @@ use super::peer::{Peer, PeerKind};
 use super::references::{self, Reference};
 use super::{install, median, plot, table};
 use crate::events::Events;
-use crate::failure::{Failure, Labels, two_lines};
+use crate::failure::{FAILED, Failure, Labels, two_lines};
 use crate::report::Reporter;
 use crate::text;
 
@@ -134,7 +134,9 @@ impl Series {
 pub(crate) fn run(args: &RenderBenchArgs) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
     match bench(args, &reporter) {
-        Ok(()) => 0,
+        Ok(true) => 0,
+        // What failed has been said.
+        Ok(false) => FAILED,
         Err(failure) => {
             reporter.failure(&failure);
             failure.exit
@@ -142,7 +144,8 @@ pub(crate) fn run(args: &RenderBenchArgs) -> u8 {
     }
 }
 
-fn bench(args: &RenderBenchArgs, reporter: &Reporter) -> Result<(), Failure> {
+/// False if another renderer failed; the rest was measured then.
+fn bench(args: &RenderBenchArgs, reporter: &Reporter) -> Result<bool, Failure> {
     let peers = PeerKind::expand(&args.peers);
     let installed =
         if args.install_peers { Some(install::install(args.python.as_deref(), &peers)?) } else { None };
@@ -151,11 +154,12 @@ fn bench(args: &RenderBenchArgs, reporter: &Reporter) -> Result<(), Failure> {
     let mut samples = args.samples.clone();
     samples.sort_unstable();
     samples.dedup();
-    let mut all = Vec::new();
+    let (mut all, mut complete) = (Vec::new(), true);
     for scene in &scenes {
         for &threads in &args.threads {
             let threads = crate::render::threads(usize::from(threads));
-            let series = measure(args, &samples, scene, threads, (&peers, python), reporter)?;
+            let (series, measured) = measure(args, &samples, scene, threads, (&peers, python), reporter)?;
+            complete &= measured;
             let text = if args.json { table::lines(&series) } else { table::rows(&series) };
             if !args.markdown {
                 text::print(&text);
@@ -173,7 +177,7 @@ fn bench(args: &RenderBenchArgs, reporter: &Reporter) -> Result<(), Failure> {
             .and_then(|file| file.commit(plot::svg(&all).as_bytes()))
             .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
     }
-    Ok(())
+    Ok(complete)
 }
 
 /// The scenes asked for, or those that other renderers have.
@@ -189,7 +193,7 @@ fn scenes(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     Ok((1..=4).map(|i| folder.join(format!("s{i}.toml"))).collect())
 }
 
-/// All renderers in turn on one scene.
+/// All renderers in turn on one scene, and whether none failed: one that does is reported and left out from then on.
 fn measure(
     args: &RenderBenchArgs,
     samples: &[u32],
@@ -197,7 +201,7 @@ fn measure(
     threads: usize,
     (peers, python): (&[PeerKind], Option<&Path>),
     reporter: &Reporter,
-) -> Result<Vec<Series>, Failure> {
+) -> Result<(Vec<Series>, bool), Failure> {
     let (mut turner, start) = Turner::prepare(path, threads)?;
     let size = turner.size;
     let reference = references::find(&args.references, path, size)?;
@@ -205,7 +209,7 @@ fn measure(
         reporter.line(remark);
     }
     let reference = reference.ok();
-    let mut others = start_peers(path, threads, peers, python, reporter)?;
+    let (mut others, mut complete) = start_peers(path, threads, peers, python, reporter);
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let new = |renderer: &str, version: &str, start: f64| Series {
         scene: name.clone(),
@@ -218,21 +222,31 @@ fn measure(
         measured: Vec::new(),
     };
     let mut series = vec![new("turner", env!("CARGO_PKG_VERSION"), start)];
-    series.extend(others.iter().map(|p| new(p.kind.name(), &p.version, p.start)));
+    series.extend(others.iter().flatten().map(|p| new(p.kind.name(), &p.version, p.start)));
     // As the others have had one.
     turner.render(1, 0)?;
     for &samples in samples {
-        for s in &mut series {
-            s.measured.push(Measured { samples, seconds: Vec::new(), errors: Vec::new() });
+        for (i, s) in series.iter_mut().enumerate() {
+            if i == 0 || others.get(i - 1).is_some_and(Option::is_some) {
+                s.measured.push(Measured { samples, seconds: Vec::new(), errors: Vec::new() });
+            }
         }
         for run in 0..args.runs {
             // Each begins in turn, so that none always runs after the same one.
             for i in 0..series.len() {
                 let i = (i + run as usize) % series.len();
                 let (seconds, taken, picture) = match i.checked_sub(1).and_then(|i| others.get_mut(i)) {
-                    Some(peer) => {
-                        let picture = peer.render(samples, run + 2, size)?;
-                        (picture.seconds, picture.samples, picture.pixels)
+                    Some(place) => {
+                        let Some(peer) = place else { continue };
+                        match peer.render(samples, run + 2, size) {
+                            Ok(picture) => (picture.seconds, picture.samples, picture.pixels),
+                            Err(failure) => {
+                                reporter.failure(&failure);
+                                (*place, complete) = (None, false);
+                                series.get_mut(i).map(|s| s.measured.pop());
+                                continue;
+                            }
+                        }
                     }
                     None => turner.render(samples, run + 2)?,
                 };
@@ -245,23 +259,31 @@ fn measure(
             }
         }
     }
-    Ok(series)
+    Ok((series, complete))
 }
 
-/// The others, if there is a description for them.
+/// The others that could be started, if there is a description for them, and whether all could.
 fn start_peers(
     scene: &Path,
     threads: usize,
     peers: &[PeerKind],
     python: Option<&Path>,
     reporter: &Reporter,
-) -> Result<Vec<Peer>, Failure> {
+) -> (Vec<Option<Peer>>, bool) {
     let description = scene.with_extension("json");
     if !peers.is_empty() && !description.is_file() {
         reporter.line(&format!("{}: no such file, so Turner renders alone", description.display()));
-        return Ok(Vec::new());
+        return (Vec::new(), true);
     }
-    peers.iter().map(|&kind| Peer::start(kind, python, &description, threads)).collect()
+    let mut started = Vec::new();
+    for &kind in peers {
+        match Peer::start(kind, python, &description, threads) {
+            Ok(peer) => started.push(Some(peer)),
+            Err(failure) => reporter.failure(&failure),
+        }
+    }
+    let all = started.len() == peers.len();
+    (started, all)
 }
 
 /// Turner and its scene.

@@ -141,5 +141,13 @@ done"#;
     for (i, (body, message)) in cases.iter().enumerate() {
         run(&peer(&f, &format!("case{i}"), body), &[]).fails(1, &[message]);
     }
+    // The others and Turner go on without it.
+    let lame = peer(&f, "lame", &answers.replace("done", "[ $samples = 1 ] || exit\ndone"));
+    let both = run(&lame, &["--json", "--peers", "mitsuba-scalar"]).fails(1, &["cycles: it ended"]);
+    let lines =
+        json(&both.stdout.lines().filter(|l| l.contains("\"renderer\"")).collect::<Vec<_>>().join("\n"));
+    let pictures =
+        |name: &str| lines.iter().filter(|l| l["renderer"] == name && !l["samples"].is_null()).count();
+    assert_eq!((pictures("turner"), pictures("cycles"), pictures("mitsuba-scalar")), (2, 1, 1), "{lines:?}");
     run("no-such-python", &[]).fails(1, &["no-such-python cannot be run", "--install-peers"]);
 }
