@@ -4,9 +4,9 @@ use std::cell::Cell;
 
 use turner_bvh::lanes::LANES;
 
-use super::batch::RayBatch;
 use super::faces::NO_FACES;
 use super::merged::Merged;
+use super::ray_batch::RayBatch;
 use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
 use crate::math::DVec3;
 use crate::shape::{BlockRays, NO_TRIANGLE, Shape, ShapeHit, TriangleMesh};

@@ -1,4 +1,5 @@
 use super::*;
+use crate::math::DVec3;
 use crate::shape::Sphere;
 use crate::shape::testing::Random;
 use turner_bvh::Kernel;

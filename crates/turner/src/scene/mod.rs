@@ -24,6 +24,7 @@ mod param;
 mod placed_emitters;
 mod planes;
 mod prepare;
+mod ray_batch;
 pub mod read;
 mod rectangles;
 #[allow(clippy::module_inception)]
@@ -40,7 +41,6 @@ pub mod transform;
 pub mod value;
 mod volumes;
 
-pub use batch::{RayBatch, RayOrigin};
 pub use desc::*;
 pub use emitter_batch::{AroundBatch, LightBatch};
 pub use error::{ErrorCode, SceneError};
@@ -53,6 +53,7 @@ pub use outline::Outline;
 pub use param::ColorSource;
 pub use placed_emitters::LightChoice;
 pub use prepare::PrepareOptions;
+pub use ray_batch::{RayBatch, RayOrigin};
 pub use read::{SceneAssets, read_scene};
 pub use scene::{Hit, Scene, SceneStats, SurfaceInteraction};
 pub use search_cost::SearchCost;
