@@ -16,7 +16,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use turner_bvh::{BuildOptions, Bvh, Hit, Triangles};
+use turner_bvh::{BuildError, BuildOptions, Bvh, Hit, Triangles};
 
 use super::mesh::MeshData;
 use super::mesh_search::{MeshRay, MeshSpace};
@@ -142,10 +142,22 @@ impl TriangleMesh {
         let moved = self.space.moved(&data.positions);
         let triangles = cleared.as_deref().unwrap_or(&data.triangles);
         let positions = moved.as_deref().unwrap_or(&data.positions);
-        let build =
-            BuildOptions { quality: options.quality, threads: options.threads, ..BuildOptions::default() };
-        let tree = Bvh::build(&Triangles { positions, triangles }, &build)
-            .map_err(|e| SceneError::new(ErrorCode::TooLarge, e.to_string()))?;
+        let memory = &options.limits.memory;
+        let build = BuildOptions {
+            quality: options.quality,
+            threads: options.threads,
+            memory_limit: usize::try_from(memory.left()).ok().filter(|left| *left != usize::MAX),
+            ..BuildOptions::default()
+        };
+        let tree = Bvh::build(&Triangles { positions, triangles }, &build).map_err(|e| {
+            let needed = match &e {
+                BuildError::OutOfMemory { needed } => memory.need(*needed as u64, || {
+                    format!("the search tree of a mesh of {} triangles", triangles.len())
+                }),
+                _ => Ok(()),
+            };
+            needed.err().unwrap_or_else(|| SceneError::new(ErrorCode::TooLarge, e.to_string()))
+        })?;
         // Another thread's tree is the same.
         let _ = self.tree.set(tree);
         Ok(())
