@@ -288,7 +288,7 @@ impl AssetSource for FolderAssets {
         let (file, size) = self.file(uri, limit)?;
         self.limits
             .memory
-            .need(size, || format!("reading {}", printable(uri)))
+            .need(size, || format!("{}: reading it", printable(uri)))
             .map_err(|e| AssetError::Memory { message: e.message, help: e.help.unwrap_or_default() })?;
         let mut bytes = Vec::new();
         let reserved = usize::try_from(size).map(|n| bytes.try_reserve_exact(n));

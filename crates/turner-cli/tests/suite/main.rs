@@ -10,6 +10,7 @@ mod explain;
 mod hostile;
 mod interrupt;
 mod kernels;
+mod limits;
 mod models;
 mod names;
 mod render;

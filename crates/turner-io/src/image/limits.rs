@@ -21,7 +21,7 @@ pub struct DecodeLimits {
 const SUSPICIOUS: u64 = 256 << 20;
 
 /// No picture of anything is packed so well.
-const PACKED: u64 = 256;
+const PACKED: u64 = 100;
 
 /// Memory that decoding takes at its peak, in sizes of what comes out.
 const PEAK: u64 = 2;

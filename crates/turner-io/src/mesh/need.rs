@@ -28,7 +28,7 @@ pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), Sce
             _ => 0,
         }
     };
-    limits.memory.need(need, || format!("reading {}", called()))
+    limits.memory.need(need, || format!("{}: reading it", called()))
 }
 
 /// Refuses a mesh of too many triangles.

@@ -78,7 +78,7 @@ fn opened<'a>(mut bytes: Box<dyn Read + 'a>, name: &str, left: u64) -> Result<Bo
     bytes.take(MAX_TEXT as u64).read_to_end(&mut head).map_err(|e| fault(format!("cannot be read: {e}")))?;
     // Once as it grows, once as it moves.
     let left = usize::try_from(left / 2).unwrap_or(usize::MAX);
-    let limit = head.len().saturating_mul(256).min(MAX_TEXT).min(left);
+    let limit = head.len().saturating_mul(64).saturating_add(1 << 20).min(MAX_TEXT).min(left);
     let text = gzip::decompress(&head, limit).map_err(fault)?;
     Ok(Box::new(std::io::Cursor::new(text)))
 }

@@ -74,7 +74,7 @@ pub(super) fn import_whole(
     assets: &dyn AssetSource,
     options: &LoadOptions,
 ) -> Result<Given, SceneError> {
-    options.limits.memory.begin(format!("reading {}", printable(path)));
+    options.limits.memory.begin(format!("{}: reading it", printable(path)));
     let hashed = HashedAssets { inner: assets, read: Mutex::new(Vec::new()) };
     let scene = crate::pbrt::import(path, &hashed, &import_options(options, None))?;
     let names = hashed.read.into_inner().unwrap_or_else(|e| e.into_inner());
@@ -136,7 +136,7 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(image.clone());
         }
         let bytes = self.read(b'i', &path)?;
-        self.options.limits.memory.begin(format!("reading {}", printable(&path)));
+        self.options.limits.memory.begin(format!("{}: reading it", printable(&path)));
         let mut limits = DecodeLimits::of_scene(&self.options.limits, self.options.max_texture_size, 1);
         limits.max_bytes = limits.max_bytes.min(MAX_DECODED.saturating_sub(self.decoded));
         let fit = |image| match self.options.max_texture_size {
@@ -159,7 +159,7 @@ impl SceneAssets for SceneFiles<'_> {
         }
         let bytes = self.read(b'm', &path)?;
         let limits = &self.options.limits;
-        limits.memory.begin(format!("reading {}", printable(&path)));
+        limits.memory.begin(format!("{}: reading it", printable(&path)));
         mesh::need::check(&bytes, &path, limits)?;
         let read = mesh::decode_any(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
         mesh::need::check_triangles(read.mesh.triangles.len(), &path, limits)?;
@@ -192,7 +192,7 @@ impl SceneAssets for SceneFiles<'_> {
         let bytes = self.assets.read(&path, MAX_GRID).map_err(asset_error)?;
         self.hash.add(b'v', &bytes);
         let memory = &self.options.limits.memory;
-        memory.need(2 * bytes.len() as u64, || format!("reading {}", printable(&path)))?;
+        memory.need(2 * bytes.len() as u64, || format!("{}: reading it", printable(&path)))?;
         let data = grid::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Volume, &e.to_string()))?;
         let grid = Arc::new(data);
         self.grids.insert(path, grid.clone());
@@ -202,7 +202,7 @@ impl SceneAssets for SceneFiles<'_> {
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
         let path = self.resolve(&model.file, from)?;
         let options = import_options(&self.options, Some(model));
-        options.limits.memory.begin(format!("reading {}", printable(&path)));
+        options.limits.memory.begin(format!("{}: reading it", printable(&path)));
         let key = (path.clone(), format!("{options:?}"));
         if let Some(scene) = self.models.get(&key) {
             return Ok(scene.clone());

@@ -55,10 +55,10 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn file(&mut self, file: FileId) -> Result<Value, SceneError> {
         let (text, name) = self.sources.get(file).map_or(("", ""), |f| (f.text.as_str(), f.name.as_str()));
-        self.limits.memory.begin(format!("reading {name}"));
+        self.limits.memory.begin(format!("{name}: reading it"));
         self.limits
             .memory
-            .need(text::PER_BYTE.saturating_mul(text.len() as u64), || format!("reading {name}"))?;
+            .need(text::PER_BYTE.saturating_mul(text.len() as u64), || format!("{name}: reading it"))?;
         let mut value = text::parse(text, file)?;
         let Data::Table(table) = &mut value.data else { return Ok(value) };
         let Some(at) = table.entries.iter().position(|e| e.key == "include") else { return Ok(value) };

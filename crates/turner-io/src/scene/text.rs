@@ -11,7 +11,7 @@ use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
 const MAX_DIGITS: usize = 1100;
 
 /// Bytes of memory for each byte of a text while it is parsed, measured on lists of numbers and of objects.
-pub(super) const PER_BYTE: u64 = 24;
+pub(super) const PER_BYTE: u64 = 32;
 
 /// The text of a file. What is no UTF-8 is an error with the place of the first bad byte.
 pub(super) fn utf8(bytes: Vec<u8>, name: &str) -> Result<String, SceneError> {

@@ -44,7 +44,7 @@ pub(super) fn cases() -> Vec<Case> {
         toml("a million empty objects", "[[object]]\n".repeat(1_000_000)).must(Error),
         toml("a million numbers", around(&format!("[camera]\nposition = [{}]", "1,".repeat(1_000_000))))
             .must(Error),
-        toml("groups that double", doubling("group", 40)).must(Error),
+        toml("groups that double", doubling(40)).must(Error),
         toml("a chain of groups", chain(100_000, false)).must(Picture),
         toml("a circle of groups", chain(1000, true)).must(Error),
         toml("a chain of textures", textures(100_000)).must(Error),
@@ -116,15 +116,15 @@ pub(super) fn cases() -> Vec<Case> {
 }
 
 /// Groups that each place the next twice.
-fn doubling(kind: &str, levels: usize) -> String {
+fn doubling(levels: usize) -> String {
     let mut text = around("");
     for i in 0..levels {
         for _ in 0..2 {
-            text += &format!("[[group.g{i}.object]]\ntype = \"{kind}\"\ngroup = \"g{}\"\n", i + 1);
+            text += &format!("[[group.g{i}.object]]\ntype = \"instance\"\ngroup = \"g{}\"\n", i + 1);
         }
     }
     text += &format!(
-        "[[group.g{levels}.object]]\ntype = \"sphere\"\n[[object]]\ntype = \"{kind}\"\ngroup = \"g0\"\n"
+        "[[group.g{levels}.object]]\ntype = \"sphere\"\n[[object]]\ntype = \"instance\"\ngroup = \"g0\"\n"
     );
     text
 }
@@ -133,10 +133,10 @@ fn doubling(kind: &str, levels: usize) -> String {
 fn chain(levels: usize, closed: bool) -> String {
     let mut text = around("");
     for i in 0..levels {
-        text += &format!("[[group.g{i}.object]]\ntype = \"group\"\ngroup = \"g{}\"\n", i + 1);
+        text += &format!("[[group.g{i}.object]]\ntype = \"instance\"\ngroup = \"g{}\"\n", i + 1);
     }
-    let last = if closed { "type = \"group\"\ngroup = \"g0\"" } else { "type = \"sphere\"" };
-    text += &format!("[[group.g{levels}.object]]\n{last}\n[[object]]\ntype = \"group\"\ngroup = \"g0\"\n");
+    let last = if closed { "type = \"instance\"\ngroup = \"g0\"" } else { "type = \"sphere\"" };
+    text += &format!("[[group.g{levels}.object]]\n{last}\n[[object]]\ntype = \"instance\"\ngroup = \"g0\"\n");
     text
 }
 
