@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""Writes scenes/peers/s1.toml to s4.toml and interior.toml from the neutral descriptions beside them, s1.json to s4.json and interior.json,
-that other renderers are measured with (render.py).
+"""Writes scenes/peers/s1.toml to s4.toml, interior.toml and night.toml from the neutral descriptions beside them, s1.json and so on, that other renderers are measured with (render.py).
 
     python3 benches/peers/convert.py
 
@@ -40,6 +39,12 @@ def material(name, m):
         'type = "principled"\nbase_weight = 0\nspecular_ior = 0\n'
         f'specular_color = {vec(m["reflectance"])}\nspecular_roughness = {num(rough)}\n'
     )
+
+
+def emission(radiance):
+    if len(set(radiance)) == 1:
+        return f"emission_luminance = {num(radiance[0])}"
+    return f"emission_luminance = 1, emission_color = {vec(radiance)}"
 
 
 def quad(light):
@@ -101,11 +106,10 @@ def convert(s):
         if light["type"] == "quad":
             parts.append(quad(light))
         elif light["type"] == "sphere":
-            assert len(set(light["radiance"])) == 1
             parts.append(
                 f'[[object]]\ntype = "sphere"\ncenter = {vec(light["center"])}\nradius = {num(light["radius"])}\n'
                 'material = { type = "principled", base_weight = 0, specular_weight = 0, '
-                f"emission_luminance = {num(light['radiance'][0])} }}\n"
+                f"{emission(light['radiance'])} }}\n"
             )
         else:
             parts.append('[[light]]\ntype = "environment"\nfile = "s4-sky.exr"\n')
@@ -113,7 +117,7 @@ def convert(s):
 
 
 def main():
-    for name in ("s1", "s2", "s3", "s4", "interior"):
+    for name in ("s1", "s2", "s3", "s4", "interior", "night"):
         convert(json.loads((OUT / f"{name}.json").read_text()))
 
 

@@ -1,4 +1,6 @@
 //! What an interrupt does, by phase.
+//!
+//! Ctrl-C is one, and so is a request to terminate: its exit code is the only difference.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,6 +22,8 @@ pub(crate) struct Control {
     memory: Mutex<Option<Arc<Memory>>>,
     /// Memory ran out while there was something to save.
     starved: AtomicBool,
+    /// The exit code of a program that was interrupted so.
+    code: AtomicU8,
 }
 
 /// How often memory is looked at, at most and at least.
@@ -52,8 +56,17 @@ impl Control {
         self.cancel.load(Ordering::SeqCst)
     }
 
-    /// Asks the work to stop. False if the program should leave at once: it was asked before, or has nothing to save.
-    pub(crate) fn interrupt(&self) -> bool {
+    /// The exit code of work that was interrupted: 128 and the signal's number.
+    pub(crate) fn exit_code(&self) -> u8 {
+        self.code.load(Ordering::SeqCst)
+    }
+
+    /// Asks the work to stop and end with this exit code. False if the program should leave at once: it was asked before,
+    /// or has nothing to save.
+    pub(crate) fn interrupt(&self, code: u8) -> bool {
+        if !self.is_interrupted() {
+            self.code.store(code, Ordering::SeqCst);
+        }
         self.phase.load(Ordering::SeqCst) != IDLE && !self.cancel.swap(true, Ordering::SeqCst)
     }
 
@@ -110,9 +123,10 @@ mod tests {
     #[test]
     fn the_first_interrupt_saves_and_the_second_leaves() {
         let control = Control::default();
-        assert!(!control.interrupt() && !control.is_interrupted(), "nothing to save while loading");
+        assert!(!control.interrupt(130) && !control.is_interrupted(), "nothing to save while loading");
         control.begin_rendering();
-        assert!(control.interrupt() && control.is_interrupted());
-        assert!(!control.interrupt());
+        assert!(control.interrupt(143) && control.is_interrupted());
+        assert!(!control.interrupt(130));
+        assert_eq!(control.exit_code(), 143);
     }
 }

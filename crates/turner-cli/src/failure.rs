@@ -9,8 +9,14 @@ use turner_io::scene::{LoadError, Sources};
 pub(crate) const FAILED: u8 = 1;
 /// Exit code of bad usage.
 pub(crate) const USAGE: u8 = 2;
-/// Exit code after Ctrl-C.
+/// Exit code after Ctrl-C: 128 and the signal's number.
 pub(crate) const INTERRUPTED: u8 = 130;
+/// Exit code after a request to terminate.
+#[cfg(unix)]
+pub(crate) const TERMINATED: u8 = 143;
+/// Exit code after the terminal was closed.
+#[cfg(unix)]
+pub(crate) const HUNG_UP: u8 = 129;
 
 /// How options of the command line are called in messages: by the override they became.
 pub(crate) type Labels = HashMap<String, String>;
@@ -37,6 +43,17 @@ impl Failure {
     /// Bad usage.
     pub(crate) fn usage(error: SceneError) -> Failure {
         Failure { exit: USAGE, ..Failure::new(error) }
+    }
+
+    /// The same with more to say at the end.
+    pub(crate) fn note(mut self, text: String) -> Failure {
+        if let Some(error) = self.errors.last_mut() {
+            error.help = Some(match error.help.take() {
+                Some(help) => format!("{help}; {text}"),
+                None => text,
+            });
+        }
+        self
     }
 
     /// An error of a scene; bad usage if its place is an argument.

@@ -43,6 +43,7 @@ mod report;
 mod scene;
 mod sequence;
 mod shell;
+mod signals;
 mod stage;
 mod text;
 mod topics;
@@ -63,23 +64,21 @@ use turner::scene::error::{ErrorCode, SceneError};
 enum Event {
     /// The command came to its end with this exit code.
     Done(u8),
-    /// Ctrl-C or a request to terminate.
-    Signal,
+    /// Ctrl-C or a request to terminate, with the exit code that goes with it.
+    Signal(u8),
 }
 
 /// How long the second Ctrl-C waits for a file that is being put in its place.
 const SAVING: Duration = Duration::from_secs(2);
 
 /// Runs the command of the process' arguments and returns its exit code: 0, 1 for bad input and failures, 2 for bad
-/// usage, 130 if interrupted.
+/// usage, 130 if interrupted, 143 if asked to terminate.
 pub fn start() -> ExitCode {
     let fault: Arc<Mutex<Option<String>>> = Arc::default();
     install_panic_hook(Arc::clone(&fault));
     let control = Arc::new(Control::default());
     let (sender, events) = channel();
-    let signals = sender.clone();
-    // Without a handler a signal ends the program as it ends any other.
-    let _ = ctrlc::set_handler(move || drop(signals.send(Event::Signal)));
+    signals::watch(sender.clone());
     let worker = spawn(sender, Arc::clone(&control), fault);
     if let Err(error) = worker {
         report::print_error(&internal(&format!("no thread can be started: {error}")));
@@ -98,12 +97,12 @@ pub fn start() -> ExitCode {
                 }
             }
             Ok(Event::Done(code)) => return ExitCode::from(code),
-            Ok(Event::Signal) if control.interrupt() => {}
-            Ok(Event::Signal) => {
+            Ok(Event::Signal(code)) if control.interrupt(code) => {}
+            Ok(Event::Signal(code)) => {
                 if control.is_saving() {
                     let _ = events.recv_timeout(SAVING);
                 }
-                return ExitCode::from(failure::INTERRUPTED);
+                return ExitCode::from(code);
             }
             Err(RecvTimeoutError::Disconnected) => return ExitCode::from(failure::FAILED),
         }

@@ -148,6 +148,14 @@ impl Output {
         .collect()
     }
 
+    /// Checks, before anything is rendered, that the disk has room for a picture of this size.
+    pub(crate) fn check_space(&self, width: u32, height: u32) -> Result<(), Failure> {
+        let Some(path) = &self.path else { return Ok(()) };
+        OutputFile::create(path)
+            .and_then(|file| file.check_space(self.format.most_bytes(width, height)))
+            .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))
+    }
+
     /// Whether the picture goes to standard output.
     pub(crate) fn is_stdout(&self) -> bool {
         self.path.is_none()
@@ -158,7 +166,8 @@ impl Output {
         self.path.as_ref().map_or("-".into(), |p| p.display().to_string())
     }
 
-    /// Encodes the picture and puts it in its place, whole or not at all.
+    /// Encodes the picture and puts it in its place, whole or not at all. What cannot be put there (a disk that has filled up
+    /// meanwhile) is kept in the folder for temporary files, so that hours of work are not lost.
     pub(crate) fn write(
         &self,
         picture: &Picture,
@@ -182,9 +191,13 @@ impl Output {
         };
         let bytes = encode(&image, self.format).map_err(|e| failed(&e.to_string()))?;
         match &self.path {
-            Some(path) => OutputFile::create(path)
-                .and_then(|file| file.commit(&bytes))
-                .map_err(|e| failed(&e.to_string())),
+            Some(path) => OutputFile::create(path).and_then(|file| file.commit(&bytes)).map_err(|e| {
+                let failure = failed(&e.to_string());
+                match rescue(&bytes, self.format) {
+                    Some(kept) => failure.note(format!("the picture was kept as {}", kept.display())),
+                    None => failure,
+                }
+            }),
             None => {
                 let mut out = std::io::stdout().lock();
                 out.write_all(&bytes)
@@ -193,6 +206,14 @@ impl Output {
             }
         }
     }
+}
+
+/// Keeps a picture among the temporary files, under a name of its own.
+fn rescue(bytes: &[u8], format: ImageFormat) -> Option<PathBuf> {
+    let suffix = format!(".{}", format.extensions()[0]);
+    let mut file = tempfile::Builder::new().prefix("turner-kept-").suffix(&suffix).tempfile().ok()?;
+    file.write_all(bytes).ok()?;
+    file.keep().ok().map(|(_, path)| path)
 }
 
 /// The fields of plain data as `name=value`: what stands between the outermost braces of its debug form.

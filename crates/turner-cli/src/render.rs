@@ -15,7 +15,7 @@ use turner_io::scene::ModelOverrides;
 
 use crate::control::Control;
 use crate::events::Events;
-use crate::failure::{Failure, INTERRUPTED};
+use crate::failure::Failure;
 use crate::output::{FormatArg, Output};
 use crate::progress::Progress;
 use crate::report::{Reporter, strict};
@@ -27,7 +27,7 @@ use crate::watch::{Changes, Watched};
 /// Render a scene into a picture (the command may be left out)
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Ctrl-C saves what is rendered and ends with exit code 130; a second one leaves at once.\n\
+    after_help = "Ctrl-C saves what is rendered and ends with exit code 130 (SIGTERM: 143); a second one leaves at once.\n\
                         Exit codes: 0 done, 1 bad scene or output, 2 bad usage. `turner help json` explains --json."
 )]
 pub(crate) struct RenderArgs {
@@ -206,6 +206,8 @@ fn render(
     let Ready { scene, sources, labels, hash, seconds: load_seconds, .. } = ready;
     let renderer = Renderer::new(scene).map_err(|e| Failure::in_scene(e, sources, labels))?;
     let samples_per_pixel = renderer.samples_per_pixel();
+    let crop = &renderer.film.crop;
+    output.check_space(crop.width, crop.height)?;
     if let Some(events) = reporter.events {
         events.send(json!({
             "event": "start",
@@ -243,7 +245,7 @@ fn render(
     }
     match traced.fault {
         Some(fault) => Err(Failure::new(fault)),
-        None if traced.interrupted => Ok(Some(INTERRUPTED)),
+        None if traced.interrupted => Ok(Some(control.exit_code())),
         None if args.strict && !late.is_empty() => Err(strict(&late, sources, labels)),
         None => Ok(Some(0)),
     }
@@ -279,6 +281,7 @@ fn trace<'a>(
     let mut fault = None;
     let mut left = total;
     let changed = AtomicBool::new(false);
+    let fault_after = fault_after();
     let cancel = if changes.is_some() { &changed } else { &control.cancel };
     while !renderer.is_complete() && !control.is_interrupted() && !is_set(&changed) && fault.is_none() {
         let samples = left.min(pass_samples(total - left));
@@ -286,6 +289,7 @@ fn trace<'a>(
         progress.begin_pass(samples);
         let tile = |done, tiles| {
             progress.tile(done, tiles);
+            assert!(Some(done) != fault_after, "injected by {FAULT_AFTER}");
             if changes.is_some_and(|c| control.is_interrupted() || c.any()) {
                 changed.store(true, Ordering::SeqCst);
             }
@@ -297,6 +301,14 @@ fn trace<'a>(
     let finished = progress.finish();
     let interrupted = !renderer.is_complete() && fault.is_none();
     Traced { renderer, seconds, finished, interrupted, fault }
+}
+
+/// For tests of what happens when a worker panics: names the variable with the number of parts of a pass (tiles, batches of
+/// light paths) after which one does.
+const FAULT_AFTER: &str = "TURNER_FAULT_AFTER";
+
+fn fault_after() -> Option<usize> {
+    std::env::var(FAULT_AFTER).ok()?.parse().ok()
 }
 
 fn is_set(flag: &AtomicBool) -> bool {

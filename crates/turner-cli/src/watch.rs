@@ -13,7 +13,7 @@ use turner::scene::error::{ErrorCode, SceneError};
 use turner_io::scene::Sources;
 
 use crate::control::Control;
-use crate::failure::{Failure, INTERRUPTED};
+use crate::failure::Failure;
 use crate::render::{self, RenderArgs};
 use crate::report::Reporter;
 
@@ -145,7 +145,7 @@ pub(crate) fn run(args: &WatchArgs, control: &Control) -> u8 {
         let result = render::again(&args.render, &output, &reporter, control, &mut now);
         control.end();
         if control.is_interrupted() {
-            return INTERRUPTED;
+            return control.exit_code();
         }
         if result.is_err() {
             // What cannot be read is likely to be made of the same files as before.
@@ -163,7 +163,7 @@ pub(crate) fn run(args: &WatchArgs, control: &Control) -> u8 {
             }
         }
         if !watched.wait(control, &reporter) {
-            return INTERRUPTED;
+            return control.exit_code();
         }
     }
 }

@@ -1,19 +1,21 @@
-//! Measured lights: IES files after ANSI/IESNA LM-63 (1986, 1991, 1995, 2002), photometry of type C.
+//! Measured lights: IES files after ANSI/IESNA LM-63 (1986, 1991, 1995, 2002), photometry of types C (lamps that hang), A and B (floodlights).
 //!
 //! A file is a heading of `[KEYWORD] text` lines, a line `TILT=…`, and numbers that follow one another however the lines are broken:
 //!
 //! | numbers | what they are |
 //! |---|---|
-//! | 10 | lamps, lumens per lamp, factor, vertical angles, horizontal angles, type (1 is C), units, width, length, height |
+//! | 10 | lamps, lumens per lamp, factor, vertical angles, horizontal angles, type (1 is C, 2 is B, 3 is A), units, width, length, height |
 //! | 3 | factor of the ballast, one for future use, watts |
 //! | as many as said | vertical angles, horizontal angles; then candela: for each horizontal angle all vertical ones |
 //!
-//! Angles that a lamp's symmetry leaves out are filled in: horizontal ones that end at 0, 90 or 180, or go from 90 to 270.
+//! Angles that a lamp's symmetry leaves out are filled in: horizontal ones that end at 0, 90 or 180, or go from 90 to 270; in types A and B
+//! those below 0.
 
 use turner::light::LightProfile;
 use turner::scene::{Warning, WarningKind};
 
 use crate::assets::printable;
+use crate::ies_floodlight::{Floodlight, Measured};
 
 /// Why a file of measurements could not be read: the file, what was found, what was expected, the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -129,14 +131,15 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
     let rows = numbers.count("vertical angles")?;
     let columns = numbers.count("horizontal angles")?;
     let kind = numbers.next("the type of photometry")?;
-    if kind != 1.0 {
-        let what = match kind {
-            2.0 => "photometry of type B".to_owned(),
-            3.0 => "photometry of type A".to_owned(),
-            other => format!("photometry of type {other}"),
-        };
-        return Err(IesError::Unsupported { name: printable(name), line: numbers.line, what });
-    }
+    let floodlight = match kind {
+        1.0 => None,
+        2.0 => Some(Floodlight::B),
+        3.0 => Some(Floodlight::A),
+        other => {
+            let what = format!("photometry of type {other}");
+            return Err(IesError::Unsupported { name: printable(name), line: numbers.line, what });
+        }
+    };
     numbers.list(4, "the lamp's size")?;
     let ballast = numbers.next("the factor of the ballast")?;
     numbers.list(2, "watts")?;
@@ -158,18 +161,28 @@ pub fn decode(bytes: &[u8], name: &str) -> Result<(LightProfile, Vec<Warning>), 
     if negative {
         warn(WarningKind::Doubtful, "intensities below 0 count as 0");
     }
-    let whole = whole_turn(&horizontal).ok_or_else(|| {
-        numbers.damaged(
-            "horizontal angles must increase from 0 to 0, 90, 180 or 360, or from 90 over 180 to 270".into(),
-        )
-    })?;
-    let candela = whole.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
-    let angles = whole.iter().map(|(angle, _)| *angle).collect();
-    let profile = LightProfile::new(vertical, angles, candela).map_err(|e| numbers.damaged(e.into()))?;
+    let profile = match floodlight {
+        Some(kind) => kind.profile(&Measured { horizontal, vertical, candela: planes }),
+        None => hanging(vertical, &horizontal, &planes),
+    };
+    let profile = profile.map_err(|e| numbers.damaged(e.into()))?;
     if profile.peak() == 0.0 {
         warn(WarningKind::Doubtful, "all intensities are 0: the light is dark");
     }
     Ok((profile, warnings))
+}
+
+/// The profile of type C, its symmetry filled in.
+fn hanging(
+    vertical: Vec<f64>,
+    horizontal: &[f64],
+    planes: &[Vec<f32>],
+) -> Result<LightProfile, &'static str> {
+    let whole = whole_turn(horizontal)
+        .ok_or("horizontal angles must increase from 0 to 0, 90, 180 or 360, or from 90 over 180 to 270")?;
+    let candela = whole.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
+    let angles = whole.iter().map(|(angle, _)| *angle).collect();
+    LightProfile::new(vertical, angles, candela)
 }
 
 /// The horizontal angles of a whole turn, each with the number of the one it is the same as; `None` if the given ones are of no symmetry.
@@ -246,6 +259,19 @@ mod tests {
     }
 
     #[test]
+    fn floodlights_are_aimed_along_the_axis() {
+        let good = String::from_utf8(file(&[0.0, 45.0, 90.0], &[6.0, 3.0, 0.0])).unwrap();
+        for kind in ["2", "3"] {
+            let text = good.replace("3 1 2 0 0 0", &format!("3 {kind} 2 0 0 0"));
+            let (profile, _) = decode(text.as_bytes(), "a.ies").unwrap();
+            assert!((profile.candela(0.0, 0.0) - 6.0).abs() < 1e-3, "{kind}");
+            for side in [0.0, 180.0] {
+                assert!((profile.candela(45.0, side) - 3.0).abs() < 0.05, "{kind} {side}");
+            }
+        }
+    }
+
+    #[test]
     fn numbers_may_stand_anywhere_and_factors_count() {
         let text = "IESNA91\r\n[X]\r\ntilt = INCLUDE\r\n1\r\n2\r\n0 90\r\n1 0.5\r\n1,1000 \t3\r\n2\r\n1 1 1 0,0,0\r\n\
                     0.5 1 9 0 45 0 10\r\n 4e1";
@@ -270,7 +296,8 @@ mod tests {
         says(&good.replace("2 2 1", "2 99999 1"), "no possible number of vertical angles");
         says(&good.replace("2 2 1", "2 2.5 1"), "no possible number");
         says(&good.replace("2 2 1", "2 0 1"), "no possible number");
-        says(&good.replace("1 1 2 0 0 0", "1 2 2 0 0 0"), "type B");
+        says(&good.replace("1 1 2 0 0 0", "1 4 2 0 0 0"), "photometry of type 4");
+        says(&good.replace("1 1 2 0 0 0", "1 2 2 0 0 0").replace("0 90", "0 91"), "types A and B");
         says(&good.replace("0 90\n", "90 0\n"), "vertical angles must increase");
         says(&good.replace("7 7", "7"), "the file ends before candela");
         says(&good.replace("7 7", "7 inf"), "expected a number");

@@ -21,6 +21,7 @@ pub mod gltf;
 pub mod grid;
 mod gzip;
 pub mod ies;
+mod ies_floodlight;
 pub mod image;
 pub mod import;
 pub mod mesh;

@@ -16,6 +16,7 @@ use turner::film::Antialias;
 use turner::render::{PassOptions, Renderer};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::{PrepareOptions, Scene};
+use turner_io::image::OutputFile;
 use turner_io::scene::{LoadOptions, load};
 
 use super::curve::{Point, Reach, seconds_to};
@@ -23,7 +24,7 @@ use super::peer::{Peer, PeerKind};
 use super::references::{self, Reference};
 use super::{install, median, plot, table};
 use crate::events::Events;
-use crate::failure::{Failure, Labels};
+use crate::failure::{Failure, Labels, two_lines};
 use crate::limits;
 use crate::report::Reporter;
 use crate::text;
@@ -169,10 +170,9 @@ fn bench(args: &RenderBenchArgs, reporter: &Reporter) -> Result<(), Failure> {
         text::print(&table::summary(&all));
     }
     if let Some(path) = &args.plot {
-        std::fs::write(path, plot::svg(&all)).map_err(|e| {
-            let message = format!("{}: the file cannot be written: {e}", path.display());
-            Failure::new(SceneError::new(ErrorCode::Output, message))
-        })?;
+        OutputFile::create(path)
+            .and_then(|file| file.commit(plot::svg(&all).as_bytes()))
+            .map_err(|e| Failure::new(two_lines(ErrorCode::Output, &e.to_string())))?;
     }
     Ok(())
 }

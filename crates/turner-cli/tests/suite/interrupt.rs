@@ -40,12 +40,12 @@ fn end(mut child: Child, mut events: BufReader<std::process::ChildStdout>) -> Ru
 
 #[test]
 fn an_interrupt_saves_the_picture() {
-    for name in ["-INT", "-TERM"] {
+    for (name, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         let f = folder();
         let (child, events) = long(&f, &[]);
         signal(&child, name);
         let run = end(child, events);
-        assert_eq!(run.code, Some(130), "{run:?}");
+        assert_eq!(run.code, Some(code), "{run:?}");
         let done: serde_json::Value = serde_json::from_str(run.stdout.lines().last().unwrap()).unwrap();
         assert_eq!((&done["event"], &done["complete"]), (&"done".into(), &false.into()));
         let share = done["finished"].as_f64().unwrap();
@@ -65,4 +65,17 @@ fn while_it_renders_there_is_no_other_file() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(f.names(), ["s.toml"]);
+}
+
+/// `nohup` and the like: what whoever started the program has turned off does not stop it.
+#[test]
+fn signals_that_are_turned_off_stay_so() {
+    let f = folder();
+    let script = r#"trap '' HUP; "$0" s.toml --width 200 --height 200 --antialias monte-carlo --samples 200 --json > said & pid=$!
+        while ! grep -q start said; do sleep 0.01; done
+        kill -HUP $pid; wait $pid"#;
+    let run =
+        Command::new("sh").args(["-c", script, env!("CARGO_BIN_EXE_turner")]).current_dir(f.path()).output();
+    assert_eq!(run.unwrap().status.code(), Some(0));
+    assert!(String::from_utf8(f.read("said")).unwrap().contains("\"complete\":true"));
 }

@@ -32,6 +32,8 @@ struct Row {
     /// Whether a file is in this format, by its bytes.
     is: fn(&[u8]) -> bool,
     can_write: bool,
+    /// Bytes per pixel and channel of a picture whose noise does not let it be packed.
+    bytes_per_channel: u64,
 }
 
 const TABLE: &[Row] = &[
@@ -42,6 +44,7 @@ const TABLE: &[Row] = &[
         description: "8 or 16 bits per channel, lossless: what the display shows",
         is: |b| b.starts_with(b"\x89PNG\r\n\x1a\n"),
         can_write: true,
+        bytes_per_channel: 1,
     },
     Row {
         format: ImageFormat::Exr,
@@ -50,6 +53,7 @@ const TABLE: &[Row] = &[
         description: "linear 32-bit floats with metadata, lossless: what was computed",
         is: |b| b.starts_with(b"\x76\x2f\x31\x01"),
         can_write: true,
+        bytes_per_channel: 4,
     },
     Row {
         format: ImageFormat::Hdr,
@@ -58,6 +62,7 @@ const TABLE: &[Row] = &[
         description: "linear light in 4 bytes per pixel, to 0.4 % of the brightest channel",
         is: |b| b.starts_with(b"#?"),
         can_write: true,
+        bytes_per_channel: 2,
     },
     Row {
         format: ImageFormat::Jpeg,
@@ -66,6 +71,7 @@ const TABLE: &[Row] = &[
         description: "8 bits per channel, lossy: for looking at, not for comparing",
         is: |b| b.starts_with(b"\xff\xd8\xff"),
         can_write: true,
+        bytes_per_channel: 1,
     },
     Row {
         format: ImageFormat::WebP,
@@ -74,6 +80,7 @@ const TABLE: &[Row] = &[
         description: "8 bits per channel, lossy or lossless, with or without alpha",
         is: |b| b.starts_with(b"RIFF") && b.get(8..12) == Some(b"WEBP"),
         can_write: false,
+        bytes_per_channel: 1,
     },
     Row {
         format: ImageFormat::Bmp,
@@ -82,6 +89,7 @@ const TABLE: &[Row] = &[
         description: "8 bits per channel, lossless",
         is: bmp::is_bmp,
         can_write: false,
+        bytes_per_channel: 1,
     },
     Row {
         format: ImageFormat::Tga,
@@ -90,6 +98,7 @@ const TABLE: &[Row] = &[
         description: "8 bits per channel, lossless; known by its footer or its extension",
         is: |b| b.ends_with(tga::FOOTER),
         can_write: false,
+        bytes_per_channel: 1,
     },
 ];
 
@@ -162,6 +171,13 @@ impl ImageFormat {
     fn row(self) -> &'static Row {
         // The table has a line for each variant: see the test below. The fallback keeps this free of panics.
         TABLE.iter().find(|row| row.format == self).unwrap_or(&TABLE[0])
+    }
+
+    /// Bytes that an opaque picture may take whose noise does not let it be packed, with 8 bits a channel where the format
+    /// holds display values.
+    pub fn most_bytes(self, width: u32, height: u32) -> u64 {
+        let pixels = u64::from(width) * u64::from(height);
+        pixels.saturating_mul(3 * self.row().bytes_per_channel).saturating_add(4096)
     }
 
     /// The format's name in messages: `PNG`, `OpenEXR`, …

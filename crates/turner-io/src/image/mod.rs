@@ -28,6 +28,7 @@ mod output;
 mod output_image;
 pub mod png;
 mod shrink;
+mod temporary;
 pub mod tga;
 pub mod webp;
 

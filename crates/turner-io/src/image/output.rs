@@ -1,13 +1,17 @@
 //! Putting a finished file on disk: the old one or the new one, complete, at any moment.
 //!
 //! The temporary file is made beside the destination before rendering starts, so that a path that cannot be
-//! written is reported then and not after an hour. A process that is killed may leave a `.turner-*.tmp` behind.
+//! written is reported then and not after an hour. A process that is killed may leave a `.turner-*.tmp` behind, which
+//! the next one that writes into the folder removes.
 
-use crate::assets::printable;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
 use tempfile::NamedTempFile;
+
+use super::temporary::{create_in, free_space, sync_folder};
+use crate::assets::printable;
 
 /// Why an output file could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -38,6 +42,17 @@ pub enum OutputError {
     ReadOnly {
         /// The output path.
         path: String,
+    },
+    /// The disk is too full.
+    #[error("{path}: may take {}, but its disk has {} left\n  free some space or choose another disk",
+        bytes_text(*need), bytes_text(*free))]
+    NoSpace {
+        /// The output path.
+        path: String,
+        /// Bytes that the file may take.
+        need: u64,
+        /// Bytes that are left.
+        free: u64,
     },
     /// The system refused a step.
     #[error("{path}: cannot {step}: {source}\n  {remedy}")]
@@ -97,8 +112,21 @@ impl OutputFile {
             let folder = printable(&folder.to_string_lossy());
             return Err(OutputError::NoFolder { path: shown, folder });
         }
-        let temporary = temporary_in(&folder).map_err(|e| failed(&path, "create a file in its folder", e))?;
+        let temporary = create_in(&folder).map_err(|e| failed(&path, "create a file in its folder", e))?;
         Ok(Self { path, target: Target::File { temporary, folder } })
+    }
+
+    /// Checks that the disk has room for `need` bytes, where the system says how much it has.
+    pub fn check_space(&self, need: u64) -> Result<(), OutputError> {
+        match &self.target {
+            Target::Stream => Ok(()),
+            Target::File { folder, .. } => match free_space(folder) {
+                Some(free) if free < need => {
+                    Err(OutputError::NoSpace { path: printable(&self.path.to_string_lossy()), need, free })
+                }
+                _ => Ok(()),
+            },
+        }
     }
 
     /// The path that will be written, links resolved.
@@ -130,21 +158,9 @@ impl OutputFile {
     }
 }
 
-/// `tempfile` makes files for their owner only; an output is for whom the umask says.
-fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".turner-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
-}
-
-/// The rename is on disk when the folder is. Only Unix lets a folder be opened for that.
-fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+/// Bytes for people: `1.5 MB`.
+fn bytes_text(bytes: u64) -> String {
+    if bytes < 1_000_000 { format!("{bytes} bytes") } else { format!("{:.1} MB", bytes as f64 / 1e6) }
 }
 
 fn failed(path: &Path, step: &'static str, source: io::Error) -> OutputError {

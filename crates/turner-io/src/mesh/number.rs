@@ -11,6 +11,39 @@ const POWERS: [f64; 23] = [
     1e19, 1e20, 1e21, 1e22,
 ];
 
+/// Reads the decimal digits from `at` on and adds them to `value`, eight at a time where so many bytes are at hand; gives the
+/// place behind them. Wraps around where there are too many: count them.
+#[inline]
+fn read_digits(text: &[u8], mut at: usize, value: &mut u64) -> usize {
+    while let Some(Ok(eight)) = text.get(at..at + 8).map(<[u8; 8]>::try_from) {
+        // Each byte's value, the first digit lowest; the highest bit is set in the bytes that are none.
+        let digits = u64::from_le_bytes(eight) ^ 0x3030_3030_3030_3030;
+        let others = ((digits.wrapping_add(0x7676_7676_7676_7676)) | digits) & 0x8080_8080_8080_8080;
+        let count = others.trailing_zeros() as usize / 8;
+        if count == 0 {
+            return at;
+        }
+        // Zeros in front, then pairs, fours and all eight.
+        let digits = digits << (64 - 8 * count);
+        let pairs = digits.wrapping_mul(10).wrapping_add(digits >> 8) & 0x00ff_00ff_00ff_00ff;
+        let fours = pairs.wrapping_mul(100).wrapping_add(pairs >> 16) & 0x0000_ffff_0000_ffff;
+        let all = fours.wrapping_mul(10_000).wrapping_add(fours >> 32) & 0xffff_ffff;
+        *value = value.wrapping_mul(TENS[count]).wrapping_add(all);
+        at += count;
+        if count < 8 {
+            return at;
+        }
+    }
+    while let Some(d) = text.get(at).map(|b| b.wrapping_sub(b'0')).filter(|d| *d <= 9) {
+        *value = value.wrapping_mul(10).wrapping_add(u64::from(d));
+        at += 1;
+    }
+    at
+}
+
+/// Powers of ten by the number of digits that [`read_digits`] takes at once.
+const TENS: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+
 /// Reads the number at the start of `text` as the nearest `f64`, and how many bytes it takes. `None` if there is no
 /// plain decimal number, or one that one operation does not round correctly: [`parse_f64`] reads these, too.
 #[inline]
@@ -20,27 +53,13 @@ pub(crate) fn quick_f64(text: &[u8]) -> Option<(f64, usize)> {
     let mut at = usize::from(negative || byte(0) == b'+');
     let first = at;
     let mut digits = 0_u64;
-    loop {
-        let d = byte(at).wrapping_sub(b'0');
-        if d > 9 {
-            break;
-        }
-        digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
-        at += 1;
-    }
+    at = read_digits(text, at, &mut digits);
     let mut count = at - first;
     let mut power = 0_i64;
     if byte(at) == b'.' {
         at += 1;
         let point = at;
-        loop {
-            let d = byte(at).wrapping_sub(b'0');
-            if d > 9 {
-                break;
-            }
-            digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
-            at += 1;
-        }
+        at = read_digits(text, at, &mut digits);
         count += at - point;
         power = -((at - point) as i64);
     }
@@ -110,22 +129,15 @@ pub(crate) fn parse_f32(word: &[u8]) -> Option<f32> {
 /// longer one.
 #[inline]
 pub(crate) fn quick_int(text: &[u8]) -> (i32, usize) {
-    let byte = |i: usize| text.get(i).copied().unwrap_or(b' ');
-    let negative = byte(0) == b'-';
+    let negative = text.first() == Some(&b'-');
     let first = usize::from(negative);
-    let (mut at, mut value) = (first, 0_i32);
-    while at - first < 9 {
-        let d = byte(at).wrapping_sub(b'0');
-        if d > 9 {
-            break;
-        }
-        value = value * 10 + i32::from(d);
-        at += 1;
-    }
-    if at == first || byte(at).is_ascii_digit() {
+    let mut value = 0;
+    let end = read_digits(text, first, &mut value);
+    if !(1..=9).contains(&(end - first)) {
         return (0, 0);
     }
-    (if negative { -value } else { value }, at)
+    let value = value as i32;
+    (if negative { -value } else { value }, end)
 }
 
 #[cfg(test)]

@@ -7,16 +7,20 @@ use super::assembly::Assembly;
 use super::environment;
 use super::params::Params;
 use super::report::Fault;
+use super::shapes::Made;
+use super::source::Place;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
 use std::f64::consts::{PI, TAU};
 use turner::color::Spectrum;
 use turner::light::{
-    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, ProfileUnits, SpotDesc,
+    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, ProfileUnits, SphereLightDesc,
+    SpotDesc,
 };
 use turner::math::elementary::cos;
 use turner::math::{DMat3, DVec3, radians};
+use turner::shape::ShapeDesc;
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -184,6 +188,46 @@ pub(super) struct Emission {
     /// Radiance, as a factor of the colour.
     pub(super) radiance: f64,
     pub(super) two_sided: bool,
+}
+
+/// A shape that shines but is not there (its alpha is 0): rays pass it, its light is sampled. A whole sphere becomes a light of its own kind; other
+/// shapes are reported.
+pub(super) fn unseen(
+    scene: &mut Assembly<'_>,
+    state: &State,
+    params: &Params,
+    made: &Made,
+    place: Place,
+) -> Result<(), Fault> {
+    let Made::Shape(ShapeDesc::Sphere(sphere), _) = made else {
+        scene
+            .report
+            .ignored(place, "a light that is not seen (alpha 0) and no whole sphere: it does not shine");
+        return Ok(());
+    };
+    let to_world = &state.ctm[0];
+    let size = to_world.matrix3.determinant().abs().cbrt();
+    let radius = sphere.radius * size;
+    let Some(emission) = area(scene, state, params, |_| 4.0 * PI * radius * radius)? else { return Ok(()) };
+    if !(radius > 0.0 && radius.is_finite()) {
+        scene.report.doubtful(place, "a light without extent is left out");
+        return Ok(());
+    }
+    scene
+        .report
+        .approximated(place, "a light that is not seen (alpha 0): it shines from all points of a ball");
+    // As strong as its radiance times the disk that it is seen as.
+    let light = SphereLightDesc {
+        center: to_world.transform_point3(DVec3::ZERO),
+        radius,
+        samples: 1,
+        jitter: true,
+        color: emission.color,
+        intensity: sound(emission.radiance * PI * radius * radius),
+        attenuation: INVERSE_SQUARE,
+    };
+    scene.lights.push(LightDesc::Sphere(light).into());
+    Ok(())
 }
 
 /// The emission of a shape whose parts have so much surface each, on average.

@@ -56,10 +56,10 @@ impl<'a> Source<'a> {
         let (from, place) = &mut self.mark;
         let passed = self.window.get(*from..self.at).unwrap_or_default();
         let characters = |bytes: &[u8]| bytes.iter().filter(|b| **b & 0xc0 != 0x80).count() as u32;
-        match passed.iter().rposition(|b| *b == b'\n') {
+        match memchr::memrchr(b'\n', passed) {
             None => place.column = place.column.saturating_add(characters(passed)),
             Some(last) => {
-                let lines = passed.iter().filter(|b| **b == b'\n').count() as u32;
+                let lines = memchr::memchr_iter(b'\n', passed).count() as u32;
                 place.line = place.line.saturating_add(lines);
                 place.column = 1 + characters(passed.get(last + 1..).unwrap_or_default());
             }

@@ -187,6 +187,21 @@ fn lights_have_the_strength_of_pbrt() {
 }
 
 #[test]
+fn lights_that_are_not_seen_shine() {
+    let scene = world(
+        "Translate 1 2 3 Scale 2 2 2 AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"float scale\" 5\n\
+         Shape \"sphere\" \"float radius\" 0.5 \"float alpha\" 0",
+    );
+    let LightDesc::Sphere(light) = &scene.lights[0].value else { panic!("{:?}", scene.lights) };
+    assert_eq!((light.center, light.radius), (DVec3::new(1.0, 2.0, 3.0), 1.0));
+    // Radiance times the disk that it is seen as.
+    assert!((light.intensity - 5.0 * std::f64::consts::PI).abs() < 1e-9);
+    assert!(scene.objects.is_empty());
+    let scene = world("AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" 0");
+    assert!(scene.warnings.iter().any(|w| w.message.contains("does not shine")), "{:?}", scene.warnings);
+}
+
+#[test]
 fn what_is_misspelled_is_named_at_its_place() {
     let scene = world("Shape \"sphere\"\n  \"float radus\" 2 \"string radius\" \"a\"");
     let texts: Vec<&str> = scene.warnings.iter().map(|w| w.message.as_str()).collect();

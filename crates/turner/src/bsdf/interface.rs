@@ -109,21 +109,23 @@ impl Interface {
         let index = ior / exterior;
         let bends = !thin && index > 0.0 && (index - 1.0).abs() >= MIN_CONTRAST;
         let refracting = if bends { index } else { 1.0 };
-        let glass_index = if index == 0.0 {
-            if weight > 0.0 { f64::INFINITY } else { 1.0 }
-        } else {
-            fresnel::scaled_index(index, weight)
+        let weighed = |index: f64| match index {
+            0.0 if weight > 0.0 => f64::INFINITY,
+            0.0 => 1.0,
+            _ => fresnel::scaled_index(index, weight),
         };
+        let glass_index = weighed(index);
         // Under a coat the dielectric's neighbour is the coat; a thinner dielectric would reflect totally there, which the coat's
-        // own boundary undoes, so the ratio is turned over (OpenPBR).
-        let mut opaque_index = glass_index;
+        // own boundary undoes, so the ratio is turned over; the weight counts for what is left (OpenPBR).
+        let mut opaque_index = index;
         let coat = unit(p.coat_weight);
-        if coat > 0.0 && opaque_index.is_finite() && p.coat_ior > 0.0 {
-            opaque_index += (opaque_index / p.coat_ior - opaque_index) * coat;
+        if coat > 0.0 && p.coat_ior > 0.0 {
+            opaque_index += (index / p.coat_ior - index) * coat;
         }
-        if opaque_index < 1.0 {
+        if opaque_index > 0.0 && opaque_index < 1.0 {
             opaque_index = 1.0 / opaque_index;
         }
+        let opaque_index = weighed(opaque_index);
         let film_weight = unit(p.thin_film_weight);
         let filmed = film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0;
         let reflects = metal > 0.0 || filmed || (opaque > 0.0 && opaque_index != 1.0);

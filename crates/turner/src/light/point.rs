@@ -18,7 +18,7 @@ params! {
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
         /// How it weakens with distance.
         attenuation: Attenuation = Attenuation::NONE;
-        /// Measurements that say how strongly it shines in each direction, relative to the scene file: IES (LM-63), photometry of type C.
+        /// Measurements that say how strongly it shines in each direction, relative to the scene file: IES (LM-63), photometry of types A, B and C.
         ies: Option<ProfileFile> = None;
         /// What the numbers of `ies` mean.
         ies_units: ProfileUnits = ProfileUnits::Relative;

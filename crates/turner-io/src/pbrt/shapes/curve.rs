@@ -7,13 +7,15 @@ use super::super::state::State;
 use super::{Made, orient};
 use crate::assets::printable;
 use turner::math::DVec3;
-use turner::math::elementary::sin_cos_turns;
+use turner::math::elementary::{acos, sin_cos_turns};
 use turner::scene::error::ErrorCode;
 use turner::shape::mesh::MeshData;
 
-/// Steps along one segment, sides of a tube.
-const STEPS: u32 = 6;
-const SIDES: u32 = 5;
+/// Most degrees by which the direction turns from one step to the next, on average over a segment; the least and the most steps of a segment.
+const TURN: f64 = 6.0;
+const STEPS: std::ops::RangeInclusive<u32> = 2..=48;
+/// Sides of a tube.
+const SIDES: u32 = 6;
 
 /// `curve`.
 pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params) -> Result<Made, Fault> {
@@ -56,8 +58,8 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     };
     let ribbon = kind == "ribbon" && !normals.is_empty();
     let across = if ribbon { 2 } else { SIDES };
-    let rows = segments.len() as u64 * u64::from(STEPS) + 1;
-    scene.divide(rows * u64::from(across), place)?;
+    let rows = segments.iter().map(|s| u64::from(steps(s))).sum::<u64>() + 1;
+    scene.divide(rows.saturating_mul(u64::from(across)), place)?;
     scene
         .report
         .approximated(place, format!("curves of the type \"{}\" are swept to thin meshes", printable(&kind)));
@@ -90,28 +92,38 @@ fn at(points: &[DVec3], t: f64) -> (DVec3, DVec3) {
     (level.first().copied().unwrap_or_default(), direction)
 }
 
+/// Steps that follow a segment well: by how much its control polygon turns.
+fn steps(points: &[DVec3]) -> u32 {
+    let edges: Vec<DVec3> = points.windows(2).filter_map(|w| (w[1] - w[0]).try_normalize()).collect();
+    let turned: f64 = edges.windows(2).map(|e| acos(e[0].dot(e[1]).clamp(-1.0, 1.0)).to_degrees()).sum();
+    ((turned / TURN).ceil() as u32).clamp(*STEPS.start(), *STEPS.end())
+}
+
 fn sweep(segments: &[Vec<DVec3>], widths: [f64; 2], normals: Option<&[DVec3]>, across: u32) -> MeshData {
     let mut data = MeshData::default();
     let single = |v: DVec3| v.as_vec3().to_array();
-    let total = segments.len() as u32 * STEPS;
+    // Which segment, and how far along it; the end of one is the beginning of the next.
+    let mut rows: Vec<(usize, f64)> = Vec::new();
+    for (i, points) in segments.iter().enumerate() {
+        let steps = steps(points);
+        rows.extend((0..steps).map(|k| (i, f64::from(k) / f64::from(steps))));
+    }
+    rows.push((segments.len().saturating_sub(1), 1.0));
     // The frame is carried along with as little turning as can be.
     let mut side = DVec3::ZERO;
     let mut forward = DVec3::Z;
-    for row in 0..=total {
-        let segment = (row / STEPS).min((segments.len() as u32).saturating_sub(1));
-        let t = f64::from(row - segment * STEPS) / f64::from(STEPS);
-        let Some(points) = segments.get(segment as usize) else { break };
+    for (segment, t) in rows {
+        let Some(points) = segments.get(segment) else { break };
         let (p, d) = at(points, t);
         forward = d.try_normalize().unwrap_or(forward);
         side = (side - forward * side.dot(forward))
             .try_normalize()
             .unwrap_or_else(|| forward.any_orthonormal_vector());
-        let v = f64::from(row) / f64::from(total.max(1));
+        let v = (segment as f64 + t) / segments.len() as f64;
         let radius = 0.5 * (widths[0] + (widths[1] - widths[0]) * v);
         match normals {
             Some(normals) => {
-                let i = segment as usize;
-                let (a, b) = (normals.get(i), normals.get(i + 1));
+                let (a, b) = (normals.get(segment), normals.get(segment + 1));
                 let normal = match (a, b) {
                     (Some(a), Some(b)) => a.lerp(*b, t),
                     (Some(a), None) => *a,
@@ -148,4 +160,30 @@ fn sweep(segments: &[Vec<DVec3>], widths: [f64; 2], normals: Option<&[DVec3]>, a
         }
     }
     data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_follow_the_turning() {
+        let straight: Vec<DVec3> = (0..4).map(|i| DVec3::X * f64::from(i)).collect();
+        assert_eq!(steps(&straight), 2);
+        // Half a turn, by the corners of a square.
+        let half = [DVec3::ZERO, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::X];
+        assert_eq!(steps(&half), 30);
+        assert_eq!(steps(&[DVec3::ZERO; 4]), 2);
+        // From one step to the next the swept direction turns little.
+        let data = sweep(&[half.to_vec()], [0.01, 0.01], None, SIDES);
+        let middle = |row: usize| {
+            let ring = &data.positions[row * SIDES as usize..][..SIDES as usize];
+            ring.iter().map(|p| DVec3::from(p.map(f64::from))).sum::<DVec3>() / f64::from(SIDES)
+        };
+        let rows = data.positions.len() / SIDES as usize;
+        let edges: Vec<DVec3> = (1..rows).map(|r| (middle(r) - middle(r - 1)).normalize()).collect();
+        let sharpest =
+            edges.windows(2).map(|e| acos(e[0].dot(e[1]).min(1.0)).to_degrees()).fold(0.0, f64::max);
+        assert!(sharpest < 2.0 * TURN, "{sharpest}");
+    }
 }

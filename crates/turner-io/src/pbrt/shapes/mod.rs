@@ -23,7 +23,7 @@ use turner::shape::ShapeDesc;
 use turner::shape::mesh::{MeshData, MeshDesc};
 
 /// What a directive `Shape` becomes.
-enum Made {
+pub(super) enum Made {
     /// A mesh of its own.
     Mesh(MeshData),
     /// A mesh that others may show, too.
@@ -67,6 +67,10 @@ pub(super) fn add(
     };
     params.finish(&format!("the shape \"{}\"", printable(name)), &mut scene.report);
     scene.shapes += 1;
+    let unseen = matches!(&alpha, Some(ColorSource::Constant(a)) if *a == Spectrum::BLACK);
+    if let (true, false, Some(light)) = (unseen, in_object, &state.area_light) {
+        return lights::unseen(scene, state, light, &made, place);
+    }
     let content = match made {
         Made::Nothing => return Ok(()),
         Made::Shape(shape, own) => {

@@ -1,9 +1,9 @@
 //! Energy: nothing is created, and what absorbs nothing loses nothing.
 
-use crate::bsdf::{Bsdf, PrincipledPoint};
+use crate::bsdf::{Bsdf, PrincipledPoint, fresnel};
 use crate::color::Spectrum;
 use crate::material::metals::MetalName;
-use crate::testing::{albedo, direction, materials};
+use crate::testing::{albedo, direction, materials, spread};
 
 #[test]
 fn energy_is_kept() {
@@ -85,6 +85,40 @@ fn named_metals_reflect_their_colour_head_on() {
             for ((f, f0), tint) in s.f.to_array().into_iter().zip(c.f0.to_array()).zip(tint.to_array()) {
                 let schlick = f0 + (1.0 - f0) * crate::math::elementary::pow_int(1.0 - mu, 5) as f32;
                 assert!((f * mu as f32 - schlick * tint).abs() < 1e-5, "{word} µ {mu}: {s:?}");
+            }
+        }
+    }
+}
+
+/// A smooth coat over Lambert's reflection: the mirrored share, and what comes out again of the light that goes to and fro under
+/// the boundary (Jakob et al. 2014's "plastic"). A base that has no boundary of its own, by its weight or by its index, changes
+/// nothing.
+#[test]
+fn a_coat_over_a_matte_base_is_plastic() {
+    for (ior, base) in [(1.5, 0.2_f64), (1.5, 0.8), (1.8, 0.5)] {
+        let coated = PrincipledPoint {
+            base_color: Spectrum::grey(base as f32),
+            coat_weight: 1.0,
+            coat_roughness: 0.0,
+            coat_ior: ior,
+            ..PrincipledPoint::default()
+        };
+        let without_weight = PrincipledPoint { specular_weight: 0.0, ..coated };
+        let without_contrast = PrincipledPoint { specular_ior: ior, ..coated };
+        for point in [without_weight, without_contrast] {
+            let bsdf = Bsdf::new(&point);
+            for z in [1.0, 0.7, 0.3] {
+                let wo = direction(z, 0.0);
+                let n = 1 << 14;
+                let mut albedo = 0.0;
+                for i in 0..n {
+                    let Some(s) = bsdf.sample(wo, spread(i)) else { continue };
+                    albedo += f64::from(s.f.g) * s.wi.z.abs() / s.pdf / f64::from(n);
+                }
+                let mirrored = fresnel::dielectric(z, ior);
+                let caught = 1.0 - (1.0 - fresnel::dielectric_average(ior)) / (ior * ior);
+                let expected = mirrored + (1.0 - mirrored) * base * (1.0 - caught) / (1.0 - base * caught);
+                assert!((albedo - expected).abs() < 3e-3, "{ior} {base} {z}: {albedo} {expected}");
             }
         }
     }

@@ -1,0 +1,41 @@
+//! Requests of the system to stop.
+
+use std::sync::mpsc::Sender;
+
+use crate::Event;
+use crate::failure::INTERRUPTED;
+
+/// Reports signals as they come. Without a handler a signal ends the program as it ends any other.
+#[cfg(not(unix))]
+pub(crate) fn watch(events: Sender<Event>) {
+    let _ = ctrlc::set_handler(move || drop(events.send(Event::Signal(INTERRUPTED))));
+}
+
+/// Reports signals as they come, but for those that whoever started the program has turned off (`nohup`, jobs in the
+/// background of a script). Without a handler a signal ends the program as it ends any other.
+#[cfg(unix)]
+pub(crate) fn watch(events: Sender<Event>) {
+    use crate::failure::{HUNG_UP, TERMINATED};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let ignored = ignored();
+    let kinds = [(SIGHUP, HUNG_UP), (SIGINT, INTERRUPTED), (SIGTERM, TERMINATED)];
+    let heard = kinds.iter().map(|(signal, _)| *signal).filter(|s| ignored >> (s - 1) & 1 == 0);
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(heard) else { return };
+    let report = move || {
+        for signal in signals.forever() {
+            let code = kinds.iter().find(|(kind, _)| *kind == signal).map_or(INTERRUPTED, |(_, code)| *code);
+            if events.send(Event::Signal(code)).is_err() {
+                return;
+            }
+        }
+    };
+    let _ = std::thread::Builder::new().name("signals".into()).spawn(report);
+}
+
+/// The signals that are ignored from the start, a bit each from signal 1 on; none where the system does not tell.
+#[cfg(unix)]
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
+}
