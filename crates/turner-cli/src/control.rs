@@ -3,6 +3,10 @@
 //! Ctrl-C is one, and so is a request to terminate: its exit code is the only difference.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use turner::scene::{Memory, SceneError};
 
 const IDLE: u8 = 0;
 const RENDERING: u8 = 1;
@@ -14,9 +18,22 @@ pub(crate) struct Control {
     /// Becomes true when rendering should stop and what there is should be saved.
     pub(crate) cancel: AtomicBool,
     phase: AtomicU8,
+    /// The memory that loading may take, while there is a scene.
+    memory: Mutex<Option<Arc<Memory>>>,
+    /// Memory ran out while there was something to save.
+    starved: AtomicBool,
     /// The exit code of a program that was interrupted so.
     code: AtomicU8,
 }
+
+/// How often memory is looked at, at most and at least.
+const INTERVALS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(100)];
+
+/// Bytes that all threads together fill in a millisecond.
+const GROWTH: u64 = 8 << 20;
+
+/// How near the limit memory ends: what may be filled between two looks.
+const MARGIN: u64 = 16 << 20;
 
 impl Control {
     /// From here on an interrupt asks for what is rendered to be saved.
@@ -51,6 +68,46 @@ impl Control {
             self.code.store(code, Ordering::SeqCst);
         }
         self.phase.load(Ordering::SeqCst) != IDLE && !self.cancel.swap(true, Ordering::SeqCst)
+    }
+
+    /// From here on the main thread looks at how much memory there is. Whatever is large asks for memory before it takes it
+    /// ([`Memory::need`]); this is for what is large because it is many small things.
+    pub(crate) fn watch_memory(&self, memory: &Arc<Memory>) {
+        *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(memory));
+    }
+
+    /// When to look at the memory again: sooner the less is left.
+    pub(crate) fn memory_interval(&self) -> Option<Duration> {
+        let Some(memory) = self.watched() else { return Some(5 * INTERVALS[0]) };
+        if memory.limit() == u64::MAX || self.starved.load(Ordering::SeqCst) {
+            return None;
+        }
+        let left = memory.limit().saturating_sub(memory.in_use()?).saturating_sub(MARGIN);
+        Some(Duration::from_millis(left / GROWTH).clamp(INTERVALS[0], INTERVALS[1]))
+    }
+
+    /// Why the program must end now, if memory has run out. While there is something to save it is saved first, and
+    /// [`Control::starved`] has the error.
+    pub(crate) fn out_of_memory(&self) -> Option<SceneError> {
+        let memory = self.watched()?;
+        if memory.in_use()?.saturating_add(MARGIN) <= memory.limit() {
+            return None;
+        }
+        if self.phase.load(Ordering::SeqCst) == IDLE {
+            return Some(memory.exhausted());
+        }
+        self.starved.store(true, Ordering::SeqCst);
+        self.cancel.store(true, Ordering::SeqCst);
+        None
+    }
+
+    /// The error of a render that was ended because memory ran out.
+    pub(crate) fn starved(&self) -> Option<SceneError> {
+        self.starved.load(Ordering::SeqCst).then(|| self.watched().map(|m| m.exhausted())).flatten()
+    }
+
+    fn watched(&self) -> Option<Arc<Memory>> {
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Whether a file is being put in its place.

@@ -9,6 +9,7 @@ use turner::color::Tonemap;
 use turner::film::FilmDesc;
 use turner::scene::{ImportSummary, ObjectContent, ObjectDesc, SceneDesc};
 
+use crate::control::Control;
 use crate::events::Events;
 use crate::report::{Reporter, summed};
 use crate::scene::{FilmArgs, Ready, SceneArgs};
@@ -25,9 +26,9 @@ pub(crate) struct InfoArgs {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &InfoArgs) -> u8 {
+pub(crate) fn run(args: &InfoArgs, control: &Control) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
-    match args.scene.ready(&FilmArgs::default(), args.scene.stage.models(), 0) {
+    match args.scene.ready(&FilmArgs::default(), args.scene.stage.models(), 0, control) {
         Ok(ready) if args.json => {
             text::print(&format!("{}\n", as_json(&ready)));
             0

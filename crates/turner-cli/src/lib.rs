@@ -30,6 +30,7 @@ mod explain;
 mod failure;
 mod help;
 mod info;
+mod limits;
 mod list;
 mod new;
 mod output;
@@ -51,7 +52,7 @@ mod watch;
 
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::process::ExitCode;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -84,7 +85,17 @@ pub fn start() -> ExitCode {
         return ExitCode::from(failure::FAILED);
     }
     loop {
-        match events.recv() {
+        let event = match control.memory_interval() {
+            None => events.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some(interval) => events.recv_timeout(interval),
+        };
+        match event {
+            Err(RecvTimeoutError::Timeout) => {
+                if let Some(error) = control.out_of_memory() {
+                    report::print_error(&Failure::new(error));
+                    return ExitCode::from(failure::FAILED);
+                }
+            }
             Ok(Event::Done(code)) => return ExitCode::from(code),
             Ok(Event::Signal(code)) if control.interrupt(code) => {}
             Ok(Event::Signal(code)) => {
@@ -93,7 +104,7 @@ pub fn start() -> ExitCode {
                 }
                 return ExitCode::from(code);
             }
-            Err(_) => return ExitCode::from(failure::FAILED),
+            Err(RecvTimeoutError::Disconnected) => return ExitCode::from(failure::FAILED),
         }
     }
 }

@@ -112,7 +112,7 @@ pub(crate) fn again(
     watched: &mut Watched,
 ) -> Result<Option<u8>, Failure> {
     let stage = &args.scene.stage;
-    let ready = load(args, stage.models(), output, reporter, true);
+    let ready = load(args, stage.models(), output, (reporter, control), true);
     match &ready {
         Ok(ready) => watched.add(&args.scene.scene, &ready.sources, Some(&ready.desc)),
         Err(failure) => watched.add(&args.scene.scene, &failure.sources, None),
@@ -142,7 +142,7 @@ fn render_all(
         // A turntable changes nothing but the camera.
         if ready.is_none() || matches!(step, Step::Frame(_)) {
             drop(ready.take());
-            ready = Some(load(args, models, output, reporter, i == 0)?);
+            ready = Some(load(args, models, output, (reporter, control), i == 0)?);
         }
         let Some(ready) = &mut ready else { continue };
         let fov = ready.desc.stage.as_ref().map_or(FOV, |s| s.fov);
@@ -166,10 +166,10 @@ fn load(
     args: &RenderArgs,
     models: ModelOverrides,
     output: &Output,
-    reporter: &Reporter,
+    (reporter, control): (&Reporter, &Control),
     first: bool,
 ) -> Result<Ready, Failure> {
-    let mut ready = args.scene.ready(&args.film, models, args.threads)?;
+    let mut ready = args.scene.ready(&args.film, models, args.threads, control)?;
     if args.film.has_samples()
         && !matches!(ready.scene.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
     {
@@ -240,6 +240,9 @@ fn render(
     }
     let report = Report { traced: &traced, written, load_seconds: *load_seconds, save_seconds, hash };
     report.send(output, reporter);
+    if let Some(error) = control.starved() {
+        return Err(Failure::new(error));
+    }
     match traced.fault {
         Some(fault) => Err(Failure::new(fault)),
         None if traced.interrupted => Ok(Some(control.exit_code())),

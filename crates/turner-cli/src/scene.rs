@@ -15,10 +15,13 @@ use turner::scene::value::{Data, Table};
 use turner::scene::{PrepareOptions, Quality, Scene, SceneDesc};
 use turner_io::assets::FolderAssets;
 use turner_io::scene::{
-    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, load, load_text, parse,
+    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, load, load_text, open_to,
+    parse,
 };
 
+use crate::control::Control;
 use crate::failure::{Failure, Labels, two_lines};
+use crate::limits::LimitArgs;
 use crate::stage::StageArgs;
 
 /// Which scene, and what is changed in it.
@@ -29,14 +32,13 @@ pub(crate) struct SceneArgs {
     /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
     #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
-    /// Let the scene name files outside its folder
-    #[arg(long)]
-    allow_outside: bool,
     /// Work put into the search trees of meshes: the picture is the same, the time to prepare and to render is not
     #[arg(long, value_name = "QUALITY", default_value = "balanced")]
     bvh_quality: BvhQuality,
     #[command(flatten)]
     pub(crate) stage: StageArgs,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// How much work goes into the trees of meshes.
@@ -179,8 +181,11 @@ impl SceneArgs {
         film: &FilmArgs,
         models: ModelOverrides,
         threads: usize,
+        control: &Control,
     ) -> Result<Ready, Failure> {
         let start = Instant::now();
+        let limits = self.limits.limits();
+        control.watch_memory(&limits.memory);
         let input = Input::new(&self.scene)?;
         let mut film_overrides = film.overrides();
         film_overrides.extend(self.stage.overrides());
@@ -190,8 +195,10 @@ impl SceneArgs {
         overrides.extend(self.set.iter().cloned());
         let mut options = LoadOptions {
             overrides,
-            allow_outside: self.allow_outside,
-            max_texture_size: self.stage.max_texture_size,
+            allow_outside: self.limits.allow_outside,
+            allow_paths: self.limits.allow_path.clone(),
+            max_texture_size: self.limits.max_texture_size,
+            limits: limits.clone(),
             models,
             threads,
         };
@@ -204,14 +211,14 @@ impl SceneArgs {
             loaded = input.load(&options);
         }
         let Loaded { mut desc, sources, mut hash } = loaded.map_err(|e| Failure::load(e, &labels))?;
-        self.stage.surround(&mut desc, &mut hash)?;
+        self.stage.surround(&mut desc, &mut hash, &options)?;
         let quality = match self.bvh_quality {
             BvhQuality::Fast => Quality::Fast,
             BvhQuality::Balanced => Quality::Balanced,
             BvhQuality::High => Quality::High,
         };
         let scene = desc
-            .prepare(&PrepareOptions { threads, quality })
+            .prepare(&PrepareOptions { threads, quality, limits })
             .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
         Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
     }
@@ -245,7 +252,10 @@ impl Input<'_> {
                     error: two_lines(ErrorCode::File, &e.to_string()),
                     sources: Sources::default(),
                 })?;
-                let assets = assets.allow_outside(options.allow_outside);
+                let assets = open_to(assets, options).map_err(|e| LoadError {
+                    error: two_lines(ErrorCode::File, &e.to_string()),
+                    sources: Sources::default(),
+                })?;
                 load_text(text.clone(), "-", &assets, options)
             }
         }

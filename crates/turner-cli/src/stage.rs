@@ -10,7 +10,7 @@ use turner::scene::stage::Orbit;
 use turner::scene::{Asset, ImageId, SceneDesc};
 use turner_io::assets::{AssetSource, FolderAssets};
 use turner_io::image::{DecodeLimits, decode};
-use turner_io::scene::{ModelOverrides, Override, hash_with};
+use turner_io::scene::{LoadOptions, ModelOverrides, Override, hash_with};
 
 use crate::failure::{Failure, two_lines};
 
@@ -57,9 +57,6 @@ pub(crate) struct StageArgs {
     /// Which variant of the model's materials, by name or number
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
-    /// Halve pictures until no side is longer
-    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) max_texture_size: Option<u32>,
 }
 
 fn parse_camera(text: &str) -> Result<String, String> {
@@ -126,11 +123,17 @@ impl StageArgs {
 
 impl StageArgs {
     /// Puts the environment that was asked for around the scene.
-    pub(crate) fn surround(&self, desc: &mut SceneDesc, hash: &mut String) -> Result<(), Failure> {
+    pub(crate) fn surround(
+        &self,
+        desc: &mut SceneDesc,
+        hash: &mut String,
+        options: &LoadOptions,
+    ) -> Result<(), Failure> {
         if let Some(path) = &self.environment {
             let bytes = read(path)?;
             let name = path.to_string_lossy();
-            let image = decode(&bytes, &name, &DecodeLimits::default())
+            let limits = DecodeLimits::of_scene(&options.limits, options.max_texture_size, 1);
+            let image = decode(&bytes, &name, &limits)
                 .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
             *hash = hash_with(hash, &bytes);
             desc.images.push(Asset { uri: name.into_owned(), data: Arc::new(image) });

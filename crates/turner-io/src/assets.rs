@@ -7,9 +7,10 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use turner::scene::Limits;
 
 /// Most bytes that all reads of a [`FolderAssets`] and its clones may take together: 4 GiB.
 pub const DEFAULT_BUDGET: u64 = 4 << 30;
@@ -32,7 +33,10 @@ pub enum AssetError {
         nearest: String,
     },
     /// The URI leads out of the scene's folder.
-    #[error("{uri}: {reason}; expected a path inside {root}\n  move the file there, or allow outside files")]
+    #[error(
+        "{uri}: {reason}; expected a path inside {root}\n  \
+         move the file there, or let the scene read its folder: --allow-path DIR"
+    )]
     Outside {
         /// As asked for.
         uri: String,
@@ -69,7 +73,7 @@ pub enum AssetError {
     },
     /// The scene reads more in all than it may.
     #[error(
-        "{uri}: its {size} bytes exceed what is left of {budget} for all files of the scene\n  raise the budget"
+        "{uri}: its {size} bytes exceed what is left of {budget} for all files of the scene\n  raise --max-memory"
     )]
     Budget {
         /// As asked for.
@@ -78,6 +82,14 @@ pub enum AssetError {
         size: u64,
         /// The whole budget.
         budget: u64,
+    },
+    /// There is no memory for it.
+    #[error("{message}\n  {help}")]
+    Memory {
+        /// What was asked for, and what is left.
+        message: String,
+        /// The remedy.
+        help: String,
     },
     /// The system refused.
     #[error("{uri}: cannot be read: {source}\n  check its permissions")]
@@ -113,7 +125,10 @@ pub trait AssetSource: Sync {
 #[derive(Clone, Debug)]
 pub struct FolderAssets {
     root: PathBuf,
+    /// More folders, resolved, from which it may be read.
+    more: Vec<PathBuf>,
     allow_outside: bool,
+    limits: Limits,
     budget: u64,
     used: Arc<AtomicU64>,
 }
@@ -128,7 +143,32 @@ impl FolderAssets {
             let reason = "is not a folder";
             return Err(AssetError::Invalid { uri: uri(), reason });
         }
-        Ok(Self { root: canonical, allow_outside: false, budget: DEFAULT_BUDGET, used: Arc::default() })
+        Ok(Self {
+            root: canonical,
+            more: Vec::new(),
+            allow_outside: false,
+            limits: Limits::default(),
+            budget: DEFAULT_BUDGET,
+            used: Arc::default(),
+        })
+    }
+
+    /// More folders from which files may be read, links resolved. A folder that is not there is an error.
+    pub fn allow_paths(mut self, folders: &[PathBuf]) -> Result<Self, AssetError> {
+        for folder in folders {
+            self.more.push(Self::new(folder)?.root);
+        }
+        Ok(self)
+    }
+
+    /// What reading may take of the memory; together files may have as many bytes as it may, and at least
+    /// [`DEFAULT_BUDGET`].
+    pub fn with_limits(mut self, limits: Limits) -> Self {
+        if limits.memory.limit() != u64::MAX {
+            self.budget = self.budget.max(limits.memory.limit());
+        }
+        self.limits = limits;
+        self
     }
 
     /// Whether `..`, absolute paths and links may lead out of the folder. For scenes that the user trusts.
@@ -141,6 +181,13 @@ impl FolderAssets {
     pub fn with_budget(mut self, bytes: u64) -> Self {
         self.budget = bytes;
         self
+    }
+
+    /// Whether a resolved path may be read.
+    fn may_read(&self, real: &Path) -> bool {
+        self.allow_outside
+            || real.starts_with(&self.root)
+            || self.more.iter().any(|folder| real.starts_with(folder))
     }
 
     /// The folder, resolved.
@@ -156,17 +203,24 @@ impl FolderAssets {
         for spelling in spellings {
             let path = match relative(spelling).and_then(|r| normalise(r, spelling)) {
                 Ok(inside) => self.root.join(inside),
-                Err(AssetError::Outside { .. }) if self.allow_outside => {
-                    self.root.join(spelling.strip_prefix("file://").unwrap_or(spelling).replace('\\', "/"))
+                Err(AssetError::Outside { reason, .. }) => {
+                    let path = spelling.strip_prefix("file://").unwrap_or(spelling).replace('\\', "/");
+                    let path = self.root.join(path);
+                    // Whether something is there is told of places alone that may be read.
+                    if !self.may_read(&without_dots(&path))
+                        && !fs::canonicalize(&path).is_ok_and(|p| self.may_read(&p))
+                    {
+                        return Err(self.outside(uri, reason));
+                    }
+                    path
                 }
-                Err(AssetError::Outside { reason, .. }) => return Err(self.outside(uri, reason)),
                 Err(AssetError::Invalid { reason, .. }) => {
                     return Err(AssetError::Invalid { uri: printable(uri), reason });
                 }
                 Err(e) => return Err(e),
             };
             match fs::canonicalize(&path) {
-                Ok(real) if self.allow_outside || real.starts_with(&self.root) => return Ok(real),
+                Ok(real) if self.may_read(&real) => return Ok(real),
                 Ok(_) => return Err(self.outside(uri, "a link leads out of the folder")),
                 Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
                     missing = path;
@@ -185,8 +239,7 @@ impl FolderAssets {
     /// Names the nearest file in the folder, where that folder is one that may be looked into.
     fn missing(&self, uri: &str, path: &Path) -> AssetError {
         let folder = path.parent().unwrap_or(&self.root);
-        let may_list =
-            fs::canonicalize(folder).is_ok_and(|f| self.allow_outside || f.starts_with(&self.root));
+        let may_list = fs::canonicalize(folder).is_ok_and(|f| self.may_read(&f));
         let wanted = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let names: Vec<String> = match fs::read_dir(folder) {
             Ok(entries) if may_list => {
@@ -233,6 +286,10 @@ impl AssetSource for FolderAssets {
     fn read(&self, uri: &str, limit: u64) -> Result<Vec<u8>, AssetError> {
         let io = |source| AssetError::Io { uri: printable(uri), source };
         let (file, size) = self.file(uri, limit)?;
+        self.limits
+            .memory
+            .need(size, || format!("{}: reading it", printable(uri)))
+            .map_err(|e| AssetError::Memory { message: e.message, help: e.help.unwrap_or_default() })?;
         let mut bytes = Vec::new();
         let reserved = usize::try_from(size).map(|n| bytes.try_reserve_exact(n));
         if !matches!(reserved, Ok(Ok(()))) {
@@ -254,7 +311,7 @@ impl AssetSource for FolderAssets {
 
     fn resolve(&self, from: &str, uri: &str) -> Result<String, AssetError> {
         match resolve_inside(from, uri) {
-            Err(AssetError::Outside { .. }) if self.allow_outside => {
+            Err(AssetError::Outside { .. }) if self.allow_outside || !self.more.is_empty() => {
                 let from = Path::new(from).parent().unwrap_or(Path::new(""));
                 Ok(from.join(uri.strip_prefix("file://").unwrap_or(uri)).to_string_lossy().into_owned())
             }
@@ -262,6 +319,19 @@ impl AssetSource for FolderAssets {
             other => other,
         }
     }
+}
+
+/// A path without `.` and `..`, by its text alone.
+fn without_dots(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir => drop(out.pop()),
+            Component::CurDir => {}
+            part => out.push(part),
+        }
+    }
+    out
 }
 
 fn regular(uri: &str, meta: &fs::Metadata) -> Result<(), AssetError> {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use turner::image::Image;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, FileId, Span, Table, Value};
-use turner::scene::{ModelDesc, SceneAssets, SceneDesc, read_scene};
+use turner::scene::{Limits, ModelDesc, SceneAssets, SceneDesc, read_scene};
 use turner::shape::mesh::MeshData;
 
 /// How to import a file of another program.
@@ -29,6 +29,8 @@ pub struct ImportOptions {
     pub max_texture_size: Option<u32>,
     /// Threads for decoding; 0 takes all there are. The result is the same for any number.
     pub threads: usize,
+    /// What the scene may take.
+    pub limits: Limits,
 }
 
 impl Default for ImportOptions {
@@ -41,6 +43,7 @@ impl Default for ImportOptions {
             nodes: Vec::new(),
             max_texture_size: None,
             threads: 0,
+            limits: Limits::default(),
         }
     }
 }

@@ -24,6 +24,17 @@ pub struct Image {
     pub pixels: Pixels,
 }
 
+impl Pixels {
+    /// Bytes of a sample.
+    pub fn sample_bytes(&self) -> u64 {
+        match self {
+            Pixels::U8(_) => 1,
+            Pixels::U16(_) => 2,
+            Pixels::F32(_) => 4,
+        }
+    }
+}
+
 impl Image {
     /// Bytes of memory that the samples take.
     pub fn memory(&self) -> usize {

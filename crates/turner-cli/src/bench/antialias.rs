@@ -20,6 +20,7 @@ use turner_io::scene::{LoadOptions, Override, load};
 use super::median;
 use crate::events::Events;
 use crate::failure::{Failure, Labels, two_lines};
+use crate::limits;
 use crate::povray::PovRay;
 use crate::report::Reporter;
 use crate::text;
@@ -205,8 +206,9 @@ fn render(
         vec![set("film.antialias", format!("\"{}\"", mode.word())), set("film.samples", samples.to_string())];
     overrides.extend(args.width.map(|n| set("film.width", n.to_string())));
     overrides.extend(args.height.map(|n| set("film.height", n.to_string())));
-    let loaded = load(&args.scene, &LoadOptions { overrides, ..LoadOptions::default() })
-        .map_err(|e| Failure::load(e, &Labels::new()))?;
+    let loaded =
+        load(&args.scene, &LoadOptions { overrides, limits: limits::of_machine(), ..LoadOptions::default() })
+            .map_err(|e| Failure::load(e, &Labels::new()))?;
     let (mut desc, sources) = (loaded.desc, loaded.sources);
     desc.film.seed = desc.film.seed.wrapping_add(more_seed);
     let scene = desc

@@ -25,6 +25,7 @@ use super::references::{self, Reference};
 use super::{install, median, plot, table};
 use crate::events::Events;
 use crate::failure::{FAILED, Failure, Labels, two_lines};
+use crate::limits;
 use crate::report::Reporter;
 use crate::text;
 
@@ -298,7 +299,7 @@ impl Turner {
     fn prepare(path: &Path, threads: usize) -> Result<(Turner, f64), Failure> {
         let labels = Labels::new();
         let start = Instant::now();
-        let options = LoadOptions { threads, ..LoadOptions::default() };
+        let options = LoadOptions { threads, limits: limits::of_machine(), ..LoadOptions::default() };
         let loaded = load(path, &options).map_err(|e| Failure::load(e, &labels))?;
         let options = PrepareOptions { threads, ..PrepareOptions::default() };
         let prepared = loaded.desc.prepare(&options);

@@ -16,6 +16,7 @@ use std::time::Instant;
 use clap::Args;
 use turner::doctor::{Options, examine};
 
+use crate::control::Control;
 use crate::events::Events;
 use crate::failure::{FAILED, Failure};
 use crate::report::Reporter;
@@ -61,17 +62,17 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &DoctorArgs) -> u8 {
+pub(crate) fn run(args: &DoctorArgs, control: &Control) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
-    doctor(args).unwrap_or_else(|failure| {
+    doctor(args, control).unwrap_or_else(|failure| {
         reporter.failure(&failure);
         failure.exit
     })
 }
 
-fn doctor(args: &DoctorArgs) -> Result<u8, Failure> {
+fn doctor(args: &DoctorArgs, control: &Control) -> Result<u8, Failure> {
     let target = args.output.as_deref().map(maps::Target::new).transpose()?;
-    let mut ready = args.scene.ready(&args.film, args.scene.stage.models(), args.threads)?;
+    let mut ready = args.scene.ready(&args.film, args.scene.stage.models(), args.threads, control)?;
     if let Some(target) = &target {
         target.check_against(&args.scene.scene, &ready.desc)?;
     }

@@ -35,6 +35,7 @@ use turner::render::pixel;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner_io::image::OutputFile;
 
+use crate::control::Control;
 use crate::events::Events;
 use crate::failure::{FAILED, Failure, two_lines};
 use crate::report::Reporter;
@@ -121,23 +122,23 @@ impl ExplainArgs {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &ExplainArgs) -> u8 {
+pub(crate) fn run(args: &ExplainArgs, control: &Control) -> u8 {
     let json = args.json || args.format == Some(Format::Json);
     let events = (json && args.output.is_none()).then_some(Events::Stdout);
     let reporter = Reporter { quiet: false, events };
-    explain(args, &reporter).unwrap_or_else(|failure| {
+    explain(args, &reporter, control).unwrap_or_else(|failure| {
         reporter.failure(&failure);
         failure.exit
     })
 }
 
-fn explain(args: &ExplainArgs, reporter: &Reporter) -> Result<u8, Failure> {
+fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result<u8, Failure> {
     let (format, path) = args.target()?;
     let output =
         |e: turner_io::image::OutputError| Failure::new(two_lines(ErrorCode::Output, &e.to_string()));
     // Before any work is done: whether it can be written.
     let file = path.map(OutputFile::create).transpose().map_err(output)?;
-    let ready = args.scene.ready(&args.film, args.scene.stage.models(), 0)?;
+    let ready = args.scene.ready(&args.film, args.scene.stage.models(), 0, control)?;
     let scene = &ready.scene;
     let bad = |e| Failure::in_scene(e, &ready.sources, &ready.labels);
     let names = names::Names { scene, desc: &ready.desc };

@@ -2,6 +2,7 @@
 
 use super::fault::{Fault, Outcome};
 use std::cell::Cell;
+use turner::scene::Memory;
 
 /// What any file may use: 256 MiB.
 const BASE: u64 = 256 << 20;
@@ -15,13 +16,24 @@ const PER_BYTE: u64 = 256;
 pub(super) struct Budget {
     left: Cell<u64>,
     all: u64,
+    remedy: &'static str,
 }
 
 impl Budget {
     /// For a file of so many bytes, those of its buffers included.
     pub(super) fn of_file(bytes: u64) -> Budget {
         let all = BASE.saturating_add(bytes.saturating_mul(PER_BYTE));
-        Budget { left: Cell::new(all), all }
+        Budget { left: Cell::new(all), all, remedy: "use a smaller file" }
+    }
+
+    /// No more than is left of the memory.
+    pub(super) fn within(self, memory: &Memory) -> Budget {
+        match memory.left() {
+            left if left < self.all => {
+                Budget { left: Cell::new(left), all: left, remedy: "raise --max-memory" }
+            }
+            _ => self,
+        }
     }
 
     /// Takes room for `count` elements of `size` bytes, wanted at `pointer`, before they are allocated.
@@ -38,7 +50,8 @@ impl Budget {
                     "{count} elements of {size} bytes exceed what is left of {} MiB for this file",
                     self.all >> 20
                 ),
-            )),
+            )
+            .help(self.remedy)),
         }
     }
 

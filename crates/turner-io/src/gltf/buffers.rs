@@ -217,7 +217,9 @@ fn strip_scheme(uri: &str) -> Option<&str> {
 
 fn asset_fault(error: &AssetError, pointer: &str) -> Fault {
     let code = match error {
-        AssetError::TooLarge { .. } | AssetError::Budget { .. } => ErrorCode::TooLarge,
+        AssetError::TooLarge { .. } | AssetError::Budget { .. } | AssetError::Memory { .. } => {
+            ErrorCode::TooLarge
+        }
         _ => ErrorCode::File,
     };
     let text = error.to_string();

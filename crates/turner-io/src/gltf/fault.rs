@@ -35,6 +35,16 @@ impl Fault {
         Fault { code: ErrorCode::TooLarge, ..Fault::at(pointer, message).help("use a smaller file") }
     }
 
+    /// An error of the limits.
+    pub(super) fn of_scene(error: SceneError) -> Fault {
+        Fault {
+            code: error.code,
+            at: String::new(),
+            message: error.message,
+            help: error.help.unwrap_or_default(),
+        }
+    }
+
     /// An index that names nothing.
     pub(super) fn dangling(pointer: impl Into<String>, kind: &str, index: u32, count: usize) -> Fault {
         Fault::at(pointer, format!("names {kind} {index}, but there are {count}"))

@@ -57,7 +57,11 @@ impl Images {
                     }
                 }
             }
-            let mut limits = DecodeLimits::default();
+            let mut limits = DecodeLimits::of_scene(
+                &options.limits,
+                options.max_texture_size,
+                ROUND.min(round.len()) as u64,
+            );
             limits.max_bytes = limits.max_bytes.min(left / ROUND as u64);
             let encoded: Vec<EncodedPicture<'_>> = read
                 .iter()

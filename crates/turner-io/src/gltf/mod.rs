@@ -84,6 +84,9 @@ const KNOWN: &[&str] = &[
 /// Extensions that say something about files, not about pictures.
 const SILENT: &[&str] = &["KHR_xmp_json_ld", "KHR_xmp", "KHR_draco_mesh_compression", "KHR_texture_basisu"];
 
+/// Bytes of memory for each byte of the JSON text, as exporters write it.
+const JSON_PER_BYTE: u64 = 4;
+
 /// Reads a glTF file, binary or JSON, as a scene of its own: objects, materials, lights and cameras, and nothing that
 /// the file has not. `uri` is its name relative to the root of `assets`, from which buffers and images are read.
 pub fn import(
@@ -99,11 +102,14 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     let mut report = Report::default();
     let parts = glb::split(&bytes)?;
     parts.doubts.iter().for_each(|doubt| report.doubtful(*doubt));
-    let document = json::parse(bytes.get(parts.json).unwrap_or_default())?;
+    let text = bytes.get(parts.json).unwrap_or_default();
+    let needed = JSON_PER_BYTE.saturating_mul(text.len() as u64);
+    options.limits.memory.need(needed, || "its JSON text".to_owned()).map_err(Fault::of_scene)?;
+    let document = json::parse(text)?;
     check_extensions(&document, &mut report)?;
 
     let mut buffers = Buffers::read(&document, bytes, parts.bin, uri, assets)?;
-    let budget = Budget::of_file(buffers.size());
+    let budget = Budget::of_file(buffers.size()).within(&options.limits.memory);
     buffers.open_views(&document, &budget)?;
     objects::check_accessors(&document, &buffers, &budget)?;
 
@@ -146,6 +152,7 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
 
     let count = |n: usize| n as u64;
     let triangles = meshes.iter().map(|m| count(m.data.triangles.len())).sum();
+    options.limits.check_triangles(triangles, || "the file".to_owned()).map_err(Fault::of_scene)?;
     let lights_in_file = document.extensions.lights.as_ref().map_or(0, |l| l.lights.len());
     let counts = vec![
         ("nodes", count(document.nodes.len())),

@@ -2,6 +2,7 @@
 
 use super::{ImageError, ImageFormat};
 use crate::assets::printable;
+use turner::scene::Limits;
 
 /// Limits on a picture that is read. The defaults hold for any texture that fits a workstation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,13 +13,43 @@ pub struct DecodeLimits {
     pub max_pixels: u64,
     /// Most bytes of decoded samples. Default 2 GiB.
     pub max_bytes: u64,
+    /// Pictures of up to so many columns and rows are meant, however well they are packed. Default 0.
+    pub meant_side: u32,
+}
+
+/// Decoded bytes from which on a picture is suspicious that is packed [`PACKED`] to one: 256 MiB.
+const SUSPICIOUS: u64 = 256 << 20;
+
+/// No picture of anything is packed so well.
+const PACKED: u64 = 100;
+
+/// Memory that decoding takes at its peak, in sizes of what comes out.
+const PEAK: u64 = 2;
+
+impl DecodeLimits {
+    /// What the limits of a scene leave for a picture, when `many` are decoded together. Whoever asks for pictures of up to
+    /// `max_texture_size` means those of that size.
+    pub fn of_scene(limits: &Limits, max_texture_size: Option<u32>, many: u64) -> DecodeLimits {
+        let asked = max_texture_size.unwrap_or(0);
+        let default = DecodeLimits::default();
+        let left = limits.memory.left();
+        let share = left / (PEAK * many.max(1));
+        DecodeLimits {
+            max_side: default.max_side.max(asked),
+            max_pixels: default.max_pixels.max(u64::from(asked) * u64::from(asked)),
+            max_bytes: if left == u64::MAX { default.max_bytes } else { share },
+            meant_side: asked,
+        }
+    }
 }
 
 impl Default for DecodeLimits {
     fn default() -> Self {
-        Self { max_side: 32768, max_pixels: 1 << 28, max_bytes: 2 << 30 }
+        Self { max_side: 32768, max_pixels: 1 << 28, max_bytes: 2 << 30, meant_side: 0 }
     }
 }
+
+const LARGE: &str = "scale it down, or raise --max-texture-size";
 
 /// A size that has passed [`DecodeLimits::check`].
 #[derive(Clone, Copy, Debug)]
@@ -60,20 +91,26 @@ impl DecodeLimits {
             return fail(format!("exceeds {} on a side", self.max_side), "the file is damaged");
         };
         if w > self.max_side || h > self.max_side {
-            return fail(format!("exceeds {} on a side", self.max_side), "scale it down");
+            return fail(format!("exceeds {} on a side", self.max_side), LARGE);
         }
         // Both sides are below 2^32: the product fits a u64.
         let pixels = width * height;
         if pixels > self.max_pixels {
-            return fail(format!("exceeds {} pixels", self.max_pixels), "scale it down");
+            return fail(format!("exceeds {} pixels", self.max_pixels), LARGE);
         }
         if pixels.checked_mul(pixel_bytes).is_none_or(|b| b > self.max_bytes) {
             let problem = format!("at {pixel_bytes} bytes each exceeds {} bytes", self.max_bytes);
-            return fail(problem, "scale it down");
+            return fail(problem, "scale it down, or raise --max-memory");
         }
         if pixels > (source.bytes as u64).saturating_mul(pixels_per_byte) {
             let problem = format!("cannot be held in a file of {} bytes", source.bytes);
             return fail(problem, "the file is damaged: export or download it again");
+        }
+        let bytes = pixels.saturating_mul(pixel_bytes);
+        let packed = bytes > SUSPICIOUS && bytes / PACKED > source.bytes as u64;
+        if packed && (w > self.meant_side || h > self.meant_side) {
+            let problem = format!("becomes {bytes} bytes from {} in the file", source.bytes);
+            return fail(problem, "scale it down; --max-texture-size PIXELS says that such a size is meant");
         }
         let Ok(pixels) = usize::try_from(pixels) else {
             return fail("exceeds this machine's memory".to_owned(), "scale it down");

@@ -3,7 +3,7 @@
 use super::error::shortened;
 use super::mtl::{self, MtlMaterial, physical};
 use super::pictures::Pictures;
-use super::{MeshError, ReadMesh, drop_not_finite, obj, ply, stl, warning};
+use super::{MeshError, ReadMesh, drop_not_finite, need, obj, ply, stl, warning};
 use crate::assets::{AssetSource, printable};
 use crate::image::ColorOrData;
 use crate::import::{ImportOptions, empty_scene};
@@ -38,6 +38,7 @@ pub fn import_obj(
     assets: &dyn AssetSource,
     options: &ImportOptions,
 ) -> Result<SceneDesc, SceneError> {
+    need::check(&bytes, uri, &options.limits)?;
     let file = obj::parse(&bytes, uri, &options.nodes, options.threads).map_err(mesh_error)?;
     // What is left is the mesh in parts: the text is not needed any more.
     drop(bytes);
@@ -52,7 +53,7 @@ pub fn import_obj(
     scene.count("objects", counts.objects);
     scene.count("groups", counts.groups);
     scene.count("polygons", counts.polygons);
-    scene.finish(read)
+    scene.finish(read, options)
 }
 
 /// Reads a PLY file: a mesh, or a cloud of points.
@@ -63,6 +64,7 @@ pub fn import_ply(
     options: &ImportOptions,
 ) -> Result<SceneDesc, SceneError> {
     no_nodes(uri, &options.nodes)?;
+    need::check(&bytes, uri, &options.limits)?;
     let mut read = ply::read(&bytes, uri).map_err(mesh_error)?;
     drop(bytes);
     drop_not_finite(&mut read, uri);
@@ -79,7 +81,7 @@ pub fn import_ply(
         }
     }
     scene.push_colored(None, material, &read.mesh);
-    scene.finish(read)
+    scene.finish(read, options)
 }
 
 /// Reads an STL file. `options.nodes` are names of solids.
@@ -89,6 +91,7 @@ pub fn import_stl(
     _assets: &dyn AssetSource,
     options: &ImportOptions,
 ) -> Result<SceneDesc, SceneError> {
+    need::check(&bytes, uri, &options.limits)?;
     let file = stl::parse(&bytes, uri, &options.nodes).map_err(mesh_error)?;
     drop(bytes);
     let mut read = ReadMesh { mesh: file.mesh, warnings: file.warnings, texture: None };
@@ -110,7 +113,7 @@ pub fn import_stl(
         }
         scene.push(None, material);
     }
-    scene.finish(read)
+    scene.finish(read, options)
 }
 
 fn no_nodes(uri: &str, nodes: &[String]) -> Result<(), SceneError> {
@@ -282,8 +285,9 @@ impl Import {
     }
 
     /// Puts the mesh, or the points, into the scene.
-    fn finish(mut self, read: ReadMesh) -> Result<SceneDesc, SceneError> {
+    fn finish(mut self, read: ReadMesh, options: &ImportOptions) -> Result<SceneDesc, SceneError> {
         let mesh = read.mesh;
+        need::check_triangles(mesh.triangles.len(), &self.uri, &options.limits)?;
         if mesh.positions.is_empty() || mesh.triangles.is_empty() && self.summary.format != "Stanford PLY" {
             let vertices = mesh.positions.len();
             let error = MeshError::Empty { name: self.summary.file, vertices };

@@ -9,6 +9,7 @@ mod corners;
 mod error;
 mod import;
 mod mtl;
+pub(crate) mod need;
 mod number;
 mod obj;
 mod pictures;

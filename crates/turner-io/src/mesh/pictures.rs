@@ -64,7 +64,11 @@ impl Pictures {
                     }
                 }
             }
-            let mut limits = DecodeLimits::default();
+            let mut limits = DecodeLimits::of_scene(
+                &options.limits,
+                options.max_texture_size,
+                ROUND.min(round.len()) as u64,
+            );
             limits.max_bytes = limits.max_bytes.min(left / ROUND as u64);
             let encoded: Vec<EncodedPicture<'_>> =
                 read.iter().map(|(_, used_as, path, bytes)| (&bytes[..], &path[..], *used_as)).collect();

@@ -232,7 +232,7 @@ impl<'a> Assembly<'a> {
         let resolve = |e: crate::assets::AssetError| first(e.to_string());
         let path = self.assets.resolve(&self.uri, name).map_err(resolve)?;
         let bytes = self.assets.read(&path, MAX_PICTURE).map_err(resolve)?;
-        let mut limits = DecodeLimits::default();
+        let mut limits = DecodeLimits::of_scene(&self.options.limits, self.options.max_texture_size, 1);
         limits.max_bytes = limits.max_bytes.min(MAX_DECODED.saturating_sub(self.decoded));
         let image = decode(&bytes, &path, &limits).map_err(|e| first(e.to_string()))?;
         match self.options.max_texture_size {

@@ -58,7 +58,7 @@ pub(crate) fn import_from<'a>(
     options: &'a ImportOptions,
 ) -> Result<SceneDesc, SceneError> {
     let named = |f: Fault| f.into_error(&[uri.to_owned()]);
-    let bytes = opened(bytes, uri).map_err(named)?;
+    let bytes = opened(bytes, uri, options.limits.memory.left()).map_err(named)?;
     let mut reader = Reader::new(assets, uri, bytes, Assembly::new(assets, uri, options));
     let read = reader.read();
     let mut scene = reader.scene;
@@ -68,7 +68,7 @@ pub(crate) fn import_from<'a>(
 }
 
 /// The text of a file that may be compressed.
-fn opened<'a>(mut bytes: Box<dyn Read + 'a>, name: &str) -> Result<Box<dyn Read + 'a>, Fault> {
+fn opened<'a>(mut bytes: Box<dyn Read + 'a>, name: &str, left: u64) -> Result<Box<dyn Read + 'a>, Fault> {
     let fault = |problem: String| Fault::new(ErrorCode::File, format!("{}: {problem}", printable(name)));
     let mut head = Vec::new();
     bytes.by_ref().take(2).read_to_end(&mut head).map_err(|e| fault(format!("cannot be read: {e}")))?;
@@ -76,7 +76,9 @@ fn opened<'a>(mut bytes: Box<dyn Read + 'a>, name: &str) -> Result<Box<dyn Read 
         return Ok(Box::new(std::io::Cursor::new(head).chain(bytes)));
     }
     bytes.take(MAX_TEXT as u64).read_to_end(&mut head).map_err(|e| fault(format!("cannot be read: {e}")))?;
-    let limit = head.len().saturating_mul(256).min(MAX_TEXT);
+    // Once as it grows, once as it moves.
+    let left = usize::try_from(left / 2).unwrap_or(usize::MAX);
+    let limit = head.len().saturating_mul(64).saturating_add(1 << 20).min(MAX_TEXT).min(left);
     let text = gzip::decompress(&head, limit).map_err(fault)?;
     Ok(Box::new(std::io::Cursor::new(text)))
 }

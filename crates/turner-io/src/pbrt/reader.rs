@@ -513,7 +513,8 @@ impl<'a> Reader<'a> {
                 (other, bytes)
             }
         };
-        let bytes = super::opened(bytes, &uri).map_err(|f| f.or_at(place))?;
+        let bytes = super::opened(bytes, &uri, self.scene.options.limits.memory.left())
+            .map_err(|f| f.or_at(place))?;
         let after = (word == "Import").then(|| self.state.clone());
         self.push(uri, bytes, after);
         Ok(())

@@ -71,7 +71,9 @@ impl std::error::Error for LoadError {
 /// An error of reading a file, as one of the scene.
 pub(super) fn asset_error(error: AssetError) -> SceneError {
     let code = match error {
-        AssetError::TooLarge { .. } | AssetError::Budget { .. } => ErrorCode::TooLarge,
+        AssetError::TooLarge { .. } | AssetError::Budget { .. } | AssetError::Memory { .. } => {
+            ErrorCode::TooLarge
+        }
         _ => ErrorCode::File,
     };
     two_lines(code, &error.to_string())

@@ -4,10 +4,10 @@ use super::error::{asset_error, two_lines};
 use super::hash::SceneHash;
 use super::sources::Sources;
 use super::{LoadOptions, SceneFormat};
-use crate::assets::{AssetError, AssetSource};
+use crate::assets::{AssetError, AssetSource, printable};
 use crate::grid::{self, MAX_GRID};
 use crate::ies::{self, MAX_IES};
-use crate::image::{DecodeLimits, decode};
+use crate::image::{ColorOrData, DecodeLimits, decode, to_fit};
 use crate::import::{ImportOptions, import};
 use crate::mesh;
 use std::collections::HashMap;
@@ -64,6 +64,7 @@ fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptio
         nodes: model.map_or_else(Vec::new, |m| m.nodes.clone()),
         max_texture_size: asked.max_texture_size,
         threads: asked.threads,
+        limits: asked.limits.clone(),
     }
 }
 
@@ -73,6 +74,7 @@ pub(super) fn import_whole(
     assets: &dyn AssetSource,
     options: &LoadOptions,
 ) -> Result<Given, SceneError> {
+    options.limits.memory.begin(format!("{}: reading it", printable(path)));
     let hashed = HashedAssets { inner: assets, read: Mutex::new(Vec::new()) };
     let scene = crate::pbrt::import(path, &hashed, &import_options(options, None))?;
     let names = hashed.read.into_inner().unwrap_or_else(|e| e.into_inner());
@@ -134,10 +136,16 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(image.clone());
         }
         let bytes = self.read(b'i', &path)?;
-        let mut limits = DecodeLimits::default();
-        limits.max_bytes = limits.max_bytes.min(MAX_DECODED - self.decoded);
-        let image =
-            decode(&bytes, &path, &limits).map_err(|e| two_lines(ErrorCode::Image, &e.to_string()))?;
+        self.options.limits.memory.begin(format!("{}: reading it", printable(&path)));
+        let mut limits = DecodeLimits::of_scene(&self.options.limits, self.options.max_texture_size, 1);
+        limits.max_bytes = limits.max_bytes.min(MAX_DECODED.saturating_sub(self.decoded));
+        let fit = |image| match self.options.max_texture_size {
+            Some(max) => to_fit(image, max, ColorOrData::Color, &path),
+            None => Ok(image),
+        };
+        let image = decode(&bytes, &path, &limits)
+            .and_then(fit)
+            .map_err(|e| two_lines(ErrorCode::Image, &e.to_string()))?;
         self.decoded += image.memory() as u64;
         let image = Arc::new(image);
         self.images.insert(path, image.clone());
@@ -150,7 +158,11 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(mesh.clone());
         }
         let bytes = self.read(b'm', &path)?;
+        let limits = &self.options.limits;
+        limits.memory.begin(format!("{}: reading it", printable(&path)));
+        mesh::need::check(&bytes, &path, limits)?;
         let read = mesh::decode_any(&bytes, &path).map_err(|e| two_lines(ErrorCode::Mesh, &e.to_string()))?;
+        mesh::need::check_triangles(read.mesh.triangles.len(), &path, limits)?;
         self.warnings.extend(read.warnings);
         let mesh = Arc::new(read.mesh);
         self.meshes.insert(path, mesh.clone());
@@ -179,6 +191,8 @@ impl SceneAssets for SceneFiles<'_> {
         }
         let bytes = self.assets.read(&path, MAX_GRID).map_err(asset_error)?;
         self.hash.add(b'v', &bytes);
+        let memory = &self.options.limits.memory;
+        memory.need(2 * bytes.len() as u64, || format!("{}: reading it", printable(&path)))?;
         let data = grid::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Volume, &e.to_string()))?;
         let grid = Arc::new(data);
         self.grids.insert(path, grid.clone());
@@ -188,6 +202,7 @@ impl SceneAssets for SceneFiles<'_> {
     fn model(&mut self, model: &ModelDesc, from: FileId) -> Result<Arc<SceneDesc>, SceneError> {
         let path = self.resolve(&model.file, from)?;
         let options = import_options(&self.options, Some(model));
+        options.limits.memory.begin(format!("{}: reading it", printable(&path)));
         let key = (path.clone(), format!("{options:?}"));
         if let Some(scene) = self.models.get(&key) {
             return Ok(scene.clone());

@@ -6,6 +6,7 @@ use super::{MAX_TEXT, SceneFormat, model, text};
 use crate::assets::{AssetSource, printable};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
+use turner::scene::Limits;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::schema::wrong_type;
 use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
@@ -23,6 +24,7 @@ pub(super) fn read(
     folder: &str,
     assets: &dyn AssetSource,
     sources: &mut Sources,
+    limits: &Limits,
 ) -> Result<Value, SceneError> {
     let mut seen = HashSet::new();
     // The scene's own name in the form in which others would name it.
@@ -30,7 +32,7 @@ pub(super) fn read(
     seen.insert(uri.clone());
     let bytes = root.text.len() as u64;
     let file = sources.add(root);
-    Reader { folder, assets, sources, seen, chain: vec![uri], bytes }.file(file)
+    Reader { folder, assets, sources, seen, chain: vec![uri], bytes, limits }.file(file)
 }
 
 fn last_part(uri: &str) -> &str {
@@ -47,11 +49,16 @@ struct Reader<'a> {
     /// The files on the way from the scene to the one that is being read.
     chain: Vec<String>,
     bytes: u64,
+    limits: &'a Limits,
 }
 
 impl Reader<'_> {
     fn file(&mut self, file: FileId) -> Result<Value, SceneError> {
-        let text = self.sources.get(file).map_or("", |f| f.text.as_str());
+        let (text, name) = self.sources.get(file).map_or(("", ""), |f| (f.text.as_str(), f.name.as_str()));
+        self.limits.memory.begin(format!("{name}: reading it"));
+        self.limits
+            .memory
+            .need(text::PER_BYTE.saturating_mul(text.len() as u64), || format!("{name}: reading it"))?;
         let mut value = text::parse(text, file)?;
         let Data::Table(table) = &mut value.data else { return Ok(value) };
         let Some(at) = table.entries.iter().position(|e| e.key == "include") else { return Ok(value) };

@@ -29,12 +29,12 @@ pub use overrides::Override;
 pub use sources::{Location, SourceFile, Sources};
 pub use text::parse;
 
-use crate::assets::{AssetSource, FolderAssets, printable};
+use crate::assets::{AssetError, AssetSource, FolderAssets, printable};
 use error::asset_error;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{SceneDesc, read_scene};
+use turner::scene::{Limits, SceneDesc, read_scene};
 
 /// Most bytes of one text: 1 GiB.
 pub const MAX_TEXT: u64 = 1 << 30;
@@ -55,6 +55,10 @@ pub struct LoadOptions {
     pub overrides: Vec<Override>,
     /// Whether the scene may name files outside its folder. For scenes that the user trusts.
     pub allow_outside: bool,
+    /// Folders beside its own from which the scene may read.
+    pub allow_paths: Vec<PathBuf>,
+    /// What the scene may take.
+    pub limits: Limits,
 }
 
 /// What takes the place of keys of every model in a scene.
@@ -134,7 +138,13 @@ pub fn load_text(
 
 fn folder(path: &Path, options: &LoadOptions) -> Result<FolderAssets, SceneError> {
     let assets = FolderAssets::new(path).map_err(asset_error)?;
-    Ok(assets.allow_outside(options.allow_outside))
+    open_to(assets, options).map_err(asset_error)
+}
+
+/// The assets of a folder with what `options` allow and limit.
+pub fn open_to(assets: FolderAssets, options: &LoadOptions) -> Result<FolderAssets, AssetError> {
+    let assets = assets.allow_outside(options.allow_outside).with_limits(options.limits.clone());
+    assets.allow_paths(&options.allow_paths)
 }
 
 fn load_named(
@@ -161,7 +171,7 @@ fn read(
 ) -> Result<(SceneDesc, String), SceneError> {
     let folder = name.strip_suffix(uri).unwrap_or_default().to_owned();
     let source = SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false };
-    let mut root = include::read(source, &folder, assets, sources)?;
+    let mut root = include::read(source, &folder, assets, sources, &options.limits)?;
     let mut hash = hash::SceneHash::new();
     sources.files().iter().for_each(|file| hash.add(b't', file.text.as_bytes()));
     for change in &options.overrides {

@@ -10,6 +10,9 @@ use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
 /// Most digits of a number: enough for any exact decimal, and parsing stays fast.
 const MAX_DIGITS: usize = 1100;
 
+/// Bytes of memory for each byte of a text while it is parsed, measured on lists of numbers and of objects.
+pub(super) const PER_BYTE: u64 = 32;
+
 /// The text of a file. What is no UTF-8 is an error with the place of the first bad byte.
 pub(super) fn utf8(bytes: Vec<u8>, name: &str) -> Result<String, SceneError> {
     String::from_utf8(bytes).map_err(|e| {

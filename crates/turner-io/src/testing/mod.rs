@@ -1,6 +1,7 @@
 //! Files of test scenes that are made, not kept: the mesh and the sky of `scenes/peers/s4.toml`, as other renderers were given them.
 
 mod noisy_sphere;
+pub mod seeds;
 mod sky;
 mod waves;
 

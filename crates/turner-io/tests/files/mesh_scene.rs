@@ -16,7 +16,7 @@ fn scene_with(text: &str, files: &[(&str, &[u8])], quality: Quality) -> Scene {
     }
     let loaded = load_text(text.to_owned(), "test.toml", &assets, &LoadOptions::default());
     let desc = loaded.unwrap_or_else(|e| panic!("{e}\n{text}")).desc;
-    desc.prepare(&PrepareOptions { threads: 1, quality }).unwrap()
+    desc.prepare(&PrepareOptions { threads: 1, quality, ..Default::default() }).unwrap()
 }
 
 fn scene(text: &str) -> Scene {

@@ -170,6 +170,15 @@ impl Film {
         Film::rects(desc).map(|(region, _)| region.area() * bytes)
     }
 
+    /// Bytes that the film and the picture that it becomes take together: the sums, the picture's values for files and for
+    /// displays, and the file before it is written.
+    pub fn peak(desc: &FilmDesc) -> Result<u64, SceneError> {
+        const PICTURE: u64 = 16 + 4;
+        const FILE: u64 = 20;
+        let (region, _) = Film::rects(desc)?;
+        Ok(Film::check(desc)?.saturating_add(region.area().saturating_mul(PICTURE + FILE)))
+    }
+
     /// An empty film for a description, or the reason why there can be none.
     pub fn new(desc: &FilmDesc) -> Result<Film, SceneError> {
         let (region, crop) = Film::rects(desc)?;

@@ -146,6 +146,8 @@ impl Merged {
         let (corners, triangles) = (total(|d| d.positions.len()), total(|d| d.triangles.len()));
         let mut data = MeshData::default();
         let mut owners = Vec::new();
+        let bytes = (corners as u64).saturating_mul(12).saturating_add((triangles as u64).saturating_mul(16));
+        options.limits.memory.need(bytes, || format!("{triangles} triangles in one tree"))?;
         let room = corners < u32::MAX as usize
             && triangles < u32::MAX as usize
             && data.positions.try_reserve_exact(corners).is_ok()

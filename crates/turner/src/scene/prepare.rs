@@ -1,5 +1,6 @@
 //! From a description to a scene that can be rendered.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use turner_bvh::{BoxBvh, BuildOptions, Quality};
@@ -11,6 +12,7 @@ use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::light_groups::LightGroups;
+use super::limits::{Limits, Memory};
 use super::merged::{self, Merged};
 use super::motion::Motion;
 use super::names::NameCollector;
@@ -23,24 +25,29 @@ use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::{Film, TextureFilter};
 use crate::integrator::path::Plan;
-use crate::light::Light;
+use crate::light::{Light, LightDesc};
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{MeshCache, Shape, ShapeDesc, TriangleMesh};
-use crate::texture::Textures;
+use crate::texture::{TextureDesc, Textures};
 
 /// How to prepare.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct PrepareOptions {
     /// Threads for building trees; 0 takes all there are. The scene is the same for any number.
     pub threads: usize,
     /// How much work goes into the trees of meshes. It changes how long pictures take, not what they show.
     pub quality: Quality,
+    /// What it may take.
+    pub limits: Limits,
 }
 
 /// The most shapes a scene may have, instances flattened.
 const MAX_PRIMITIVES: u64 = 1 << 24;
+
+/// Bytes that a placed object takes at most while the scene is prepared: itself, its box, its transform, its place in the tree.
+const PLACED: u64 = 640;
 
 /// Scenes of so many shapes or fewer have no tree. Together with a cheaper sphere test 1.5x faster at four spheres; the
 /// limit itself is a guess, not measured.
@@ -50,7 +57,12 @@ impl SceneDesc {
     /// Checks what only the whole scene shows and builds what rendering needs.
     pub fn prepare(&self, options: &PrepareOptions) -> Result<Scene, SceneError> {
         let mut warnings = self.warnings.clone();
+        let memory = &options.limits.memory;
+        memory.begin("preparing the scene");
         let film_bytes = Film::check(&self.film)?;
+        memory.promise(Film::peak(&self.film)?, || {
+            format!("a picture of {}x{} pixels", self.film.width, self.film.height)
+        })?;
         let [open, close] = self.film.shutter;
         if open > close {
             let message = format!("the shutter opens at {open} and closes before, at {close}");
@@ -66,6 +78,7 @@ impl SceneDesc {
             TextureFilter::Off => false,
         };
         let filtered = filtered && !self.textures.is_empty();
+        self.need_for_pictures(filtered, memory)?;
         let textures = Textures::prepare(&self.textures, &self.images, self.film.transfer, filtered)?;
         let physical = self.integrator.is_physical();
         crate::material::mix::check(&self.materials)?;
@@ -77,6 +90,9 @@ impl SceneDesc {
         materials.push(ready(&MaterialDesc::default()));
 
         let count = self.count_primitives()?;
+        let triangles = self.meshes.iter().map(|m| m.data.triangles.len() as u64).sum();
+        options.limits.check_triangles(triangles, || "the scene".to_owned())?;
+        memory.need(count.saturating_mul(PLACED), || format!("a scene of {count} objects and instances"))?;
         let shapes = self.prepare_shapes(options, &mut warnings)?;
         let mut flat = Flattener {
             shapes: &shapes,
@@ -233,6 +249,44 @@ impl SceneDesc {
         let doubts = doubts::of_scene(&scene, &self.lights);
         scene.warnings.extend(doubts);
         Ok(scene)
+    }
+
+    /// Asks for what is made of pictures: smaller sizes of those that textures show, tables of those that shine.
+    fn need_for_pictures(&self, filtered: bool, memory: &Memory) -> Result<(), SceneError> {
+        let samples = |id: ImageId| {
+            self.images.get(id.index()).map_or(0, |i| i.data.memory() as u64 / i.data.pixels.sample_bytes())
+        };
+        let shown: BTreeSet<ImageId> = self
+            .textures
+            .iter()
+            .filter_map(|t| match &t.value {
+                TextureDesc::Image(image) => Some(image.file),
+                _ => None,
+            })
+            .collect();
+        if filtered && !shown.is_empty() {
+            // A third of each, and the largest one's first two levels as numbers.
+            let third: u64 = shown
+                .iter()
+                .filter_map(|id| self.images.get(id.index()))
+                .map(|i| i.data.memory() as u64 / 3)
+                .sum();
+            let working = shown.iter().map(|id| samples(*id)).max().unwrap_or(0);
+            memory.need(third.saturating_add(working.saturating_mul(5) / 4), || {
+                format!("the smaller sizes of {} pictures", shown.len())
+            })?;
+        }
+        for light in &self.lights {
+            if let LightDesc::Environment(environment) = &light.value
+                && let Some(image) = environment.file.and_then(|id| self.images.get(id.index()))
+            {
+                // Four bytes of a pixel for its column, one for the guide, two while it is made.
+                let pixels = u64::from(image.data.width).saturating_mul(u64::from(image.data.height));
+                memory
+                    .need(pixels.saturating_mul(7), || format!("the environment {}", escape(&image.uri)))?;
+            }
+        }
+        Ok(())
     }
 
     /// What the scene lacks and its stage has; lights are added at once.

@@ -290,6 +290,9 @@ impl MeshDesc {
     }
 }
 
+/// Bytes that a vertex takes while its normal is computed.
+const NORMAL_MADE: u64 = 36;
+
 /// The meshes of a scene, prepared at first use and then shared by all objects that show them the same way.
 #[derive(Debug)]
 pub struct MeshCache<'a> {
@@ -308,7 +311,7 @@ impl<'a> MeshCache<'a> {
 
     /// The same, and how to build trees.
     pub fn with_options(meshes: &'a [Asset<MeshData>], options: &PrepareOptions) -> MeshCache<'a> {
-        MeshCache { meshes, options: *options, prepared: HashMap::new(), warnings: Vec::new() }
+        MeshCache { meshes, options: options.clone(), prepared: HashMap::new(), warnings: Vec::new() }
     }
 
     /// The meshes prepared so far.
@@ -338,6 +341,10 @@ impl<'a> MeshCache<'a> {
         let smooth = desc.smooth.unwrap_or(!asset.data.normals.is_empty());
         if let Some(mesh) = self.prepared.get(&(desc.mesh, smooth)) {
             return Ok(Arc::clone(mesh));
+        }
+        if smooth && asset.data.normals.is_empty() {
+            let bytes = (asset.data.positions.len() as u64).saturating_mul(NORMAL_MADE);
+            self.options.limits.memory.need(bytes, || "computing normals".to_owned())?;
         }
         let (mesh, left_out) = TriangleMesh::without_tree(&asset.data, smooth)?;
         let name = match asset.uri.as_str() {

@@ -147,6 +147,12 @@ impl Points {
         let all = (0..count).map(sphere).filter(is_there);
         let bounds = all.fold(Bounds::EMPTY, |b, s| b.union(&s.bounds()));
         let frame = TraversalFrame::new(&bounds);
+        /// Bytes of a point while the tree is built: its box, and what the builder takes.
+        const POINT: u64 = 24 + 208;
+        options
+            .limits
+            .memory
+            .need((count as u64).saturating_mul(POINT), || format!("the search tree of {count} points"))?;
         let mut boxes = Vec::new();
         boxes.try_reserve_exact(count).map_err(|e| too_many(&e))?;
         boxes.extend(

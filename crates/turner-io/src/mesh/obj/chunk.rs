@@ -362,7 +362,7 @@ impl<'a> Reader<'a, '_> {
                 let count = too_large.map_or(count, |(.., total)| total);
                 return Err(bad_index(KINDS[kind], self.face_number(), index, count, 1));
             }
-        } else if index == 0 || index.abs() > HALF {
+        } else if index == 0 || index.unsigned_abs() > HALF.unsigned_abs() {
             // The file is read again to say what is wrong.
             return Err(String::new());
         }

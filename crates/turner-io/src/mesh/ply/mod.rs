@@ -46,6 +46,25 @@ impl From<MeshError> for Stop {
     }
 }
 
+/// Bytes that reading a file takes at its peak, and the triangles that it announces; nothing for one that is damaged.
+pub(super) fn need(bytes: &[u8]) -> (u64, u64) {
+    /// Of a vertex: position, normal, (u, v), colour.
+    const VERTEX: u64 = 12 + 12 + 8 + 16;
+    /// Of a face, taken for a triangle: its corners, and those of its (u, v).
+    const FACE: u64 = 12;
+    let Ok(header) = header::read(bytes) else { return (0, 0) };
+    let size = bytes.len() as u64;
+    let count = |name: &str| {
+        let elements = header.elements.iter().filter(|e| e.name == name);
+        // No more than the file can hold.
+        elements
+            .map(|e| (e.count as u64).min(size / e.least_bytes(header.encoding).max(1) as u64))
+            .sum::<u64>()
+    };
+    let (vertices, faces) = (count("vertex"), count("face"));
+    (vertices.saturating_mul(VERTEX).saturating_add(faces.saturating_mul(FACE)), faces)
+}
+
 /// Reads a whole file.
 pub(super) fn read(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
     read_all(bytes, name).map_err(|stop| match stop {

@@ -104,10 +104,12 @@ pub(super) fn ply(scene: &mut Assembly<'_>, state: &State, params: &Params) -> R
     let damaged =
         |problem: String| Fault::at(place, ErrorCode::Mesh, format!("{}: {problem}", printable(&path)));
     if gzip::is_gzip(&bytes) {
-        let limit = bytes.len().saturating_mul(MAX_GROWTH).saturating_add(1 << 20);
+        let left = usize::try_from(scene.options.limits.memory.left() / 2).unwrap_or(usize::MAX);
+        let limit = bytes.len().saturating_mul(MAX_GROWTH).saturating_add(1 << 20).min(left);
         bytes = gzip::decompress(&bytes, limit).map_err(damaged)?;
     }
     let inner = path.strip_suffix(".gz").unwrap_or(&path);
+    mesh::need::check(&bytes, inner, &scene.options.limits).map_err(|e| Fault::from_scene(place, e))?;
     let read = mesh::decode_any(&bytes, inner)
         .map_err(|e| damaged(e.to_string().lines().next().unwrap_or_default().to_owned()))?;
     drop(bytes);

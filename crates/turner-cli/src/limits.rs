@@ -1,0 +1,173 @@
+//! What a scene may read and take: options, and defaults by the machine.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use turner::scene::{Limits, Memory};
+
+/// What files may make the program read and take. What is beyond is refused with the name of the option.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Limits")]
+pub(crate) struct LimitArgs {
+    /// Let the scene read files from this folder, too (repeatable)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) allow_path: Vec<PathBuf>,
+    /// Let the scene read files from anywhere
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Most memory, e.g. 4G or 500M; four fifths of what the machine has, unless given
+    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
+    max_memory: Option<u64>,
+    /// Longest side of pictures: larger ones are halved until they fit
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_texture_size: Option<u32>,
+    /// Most triangles of all meshes, each mesh counted once
+    #[arg(long, value_name = "N", value_parser = parse_count)]
+    max_triangles: Option<u64>,
+}
+
+/// Least memory that may be asked for: the program itself and its threads take some of it.
+const LEAST: u64 = 32 << 20;
+
+impl LimitArgs {
+    /// Those asked for, or those of the machine.
+    pub(crate) fn limits(&self) -> Limits {
+        let memory = match self.max_memory.or_else(default_memory) {
+            Some(limit) => Memory::new(limit, resident),
+            None => Memory::default(),
+        };
+        Limits { memory: Arc::new(memory), max_triangles: self.max_triangles.unwrap_or(u64::MAX) }
+    }
+}
+
+/// Those of the machine, for commands without options.
+pub(crate) fn of_machine() -> Limits {
+    LimitArgs::default().limits()
+}
+
+/// A number of bytes: `500M`, `4G`, `1.5GiB`, `2000000`. Letters are powers of 1024.
+fn parse_size(text: &str) -> Result<u64, String> {
+    let expected = || "expected a size such as 4G or 500M".to_owned();
+    let lower = text.trim().to_ascii_lowercase();
+    let digits = lower.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let shift = match lower.get(digits.len()..).unwrap_or_default() {
+        "" | "b" => 0,
+        "k" | "kb" | "kib" => 10,
+        "m" | "mb" | "mib" => 20,
+        "g" | "gb" | "gib" => 30,
+        "t" | "tb" | "tib" => 40,
+        _ => return Err(expected()),
+    };
+    let number: f64 = digits.parse().map_err(|_| expected())?;
+    let bytes = number * (1u64 << shift) as f64;
+    if !(bytes >= LEAST as f64) {
+        return Err(format!("expected at least {}M", LEAST >> 20));
+    }
+    if bytes >= u64::MAX as f64 { Err(expected()) } else { Ok(bytes as u64) }
+}
+
+/// A number of things: `2000000`, `20M`, `1.5k`. Letters are powers of 1000.
+fn parse_count(text: &str) -> Result<u64, String> {
+    let expected = || "expected a number such as 20000000 or 20M".to_owned();
+    let lower = text.trim().to_ascii_lowercase();
+    let digits = lower.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let factor = match lower.get(digits.len()..).unwrap_or_default() {
+        "" => 1.0,
+        "k" => 1e3,
+        "m" => 1e6,
+        "g" => 1e9,
+        _ => return Err(expected()),
+    };
+    match digits.parse::<f64>() {
+        Ok(n) if n >= 0.0 && n * factor < 1e18 => Ok((n * factor) as u64),
+        _ => Err(expected()),
+    }
+}
+
+/// Four fifths of the memory that the process could have; `None` where the system does not say.
+fn default_memory() -> Option<u64> {
+    let all = [machine(), control_group(), address_space()].into_iter().flatten().min()?;
+    Some((all / 5 * 4).max(LEAST))
+}
+
+/// Bytes that the process has in memory.
+#[cfg(target_os = "linux")]
+fn resident() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = text.split_ascii_whitespace().nth(1)?.parse().ok()?;
+    pages.checked_mul(rustix::param::page_size() as u64)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn resident() -> Option<u64> {
+    None
+}
+
+/// Memory of the machine.
+fn machine() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix("MemTotal:"))?;
+    line.split_ascii_whitespace().next()?.parse::<u64>().ok()?.checked_mul(1024)
+}
+
+/// What the process' control group, and those around it, may have (cgroup v2, or v1).
+fn control_group() -> Option<u64> {
+    let number = |path: PathBuf| std::fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
+    let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let mut found = None;
+    for line in groups.lines() {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (Some(kinds), Some(group)) = (parts.next(), parts.next()) else { continue };
+        let (root, file) = match kinds {
+            "" => ("/sys/fs/cgroup", "memory.max"),
+            _ if kinds.split(',').any(|k| k == "memory") => {
+                ("/sys/fs/cgroup/memory", "memory.limit_in_bytes")
+            }
+            _ => continue,
+        };
+        let mut folder = PathBuf::from(root).join(group.trim_start_matches('/'));
+        while folder.starts_with(root) {
+            let here = number(folder.join(file));
+            found = found.into_iter().chain(here).min();
+            folder.pop();
+        }
+    }
+    found
+}
+
+/// What `ulimit -v` leaves.
+fn address_space() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix("Max address space"))?;
+    line.split_ascii_whitespace().next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_as_people_write_them() {
+        assert_eq!(parse_size("4G"), Ok(4 << 30));
+        assert_eq!(parse_size("500M"), Ok(500 << 20));
+        assert_eq!(parse_size("1.5GiB"), Ok(3 << 29));
+        assert_eq!(parse_size("100000000"), Ok(100_000_000));
+        for bad in ["", "G", "-4G", "4X", "1M", "nan", "inf", "1e30G", "4 gigs"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_count("20M"), Ok(20_000_000));
+        assert_eq!(parse_count("0"), Ok(0));
+        for bad in ["", "-1", "many", "1e19", "nan"] {
+            assert!(parse_count(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_machine_says_what_it_has() {
+        let (limit, used) = (default_memory().unwrap(), resident().unwrap());
+        assert!(used > 1 << 20 && used < machine().unwrap(), "{used}");
+        assert!(limit <= machine().unwrap() / 5 * 4, "{limit}");
+    }
+}

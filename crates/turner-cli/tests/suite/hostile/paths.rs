@@ -1,0 +1,84 @@
+//! Names that lead out of the scene's folder, and things there that are no files.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::Command;
+
+use super::run::{Expected, SECRET, try_one};
+
+/// Scenes that name a file, with `$` in place of the name.
+const SCENES: [(&str, &str); 8] = [
+    ("s.toml", "include = \"$\"\n"),
+    ("s.toml", "[[object]]\ntype = \"sphere\"\nmaterial = { color = { type = \"image\", file = \"$\" } }\n"),
+    ("s.toml", "[[object]]\ntype = \"mesh\"\nfile = \"$\"\n"),
+    ("s.toml", "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nies = \"$\"\n"),
+    ("s.gltf", "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":4,\"uri\":\"$\"}]}"),
+    ("s.pbrt", "WorldBegin\nInclude \"$\"\n"),
+    ("s.pbrt", "WorldBegin\nShape \"plymesh\" \"string filename\" \"$\"\n"),
+    ("s.obj", "mtllib $\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+];
+
+/// Each lays something out; all of them are tried with each scene.
+pub(super) fn try_them() {
+    let top = tempfile::tempdir().unwrap();
+    let secret = format!("{SECRET} = 1\n");
+    fs::write(top.path().join("secret.toml"), &secret).unwrap();
+    fs::write(top.path().join("secret.bin"), &secret).unwrap();
+    let inside = top.path().join("in");
+    fs::create_dir_all(inside.join("folder")).unwrap();
+    symlink("../secret.toml", inside.join("link.toml")).unwrap();
+    symlink("..", inside.join("up")).unwrap();
+    symlink("loop", inside.join("loop")).unwrap();
+    symlink("/dev/zero", inside.join("zero")).unwrap();
+    symlink("/proc/self/mem", inside.join("mem")).unwrap();
+    fs::write(inside.join("empty"), "").unwrap();
+    assert!(Command::new("mkfifo").arg(inside.join("pipe")).status().unwrap().success());
+    let absolute = top.path().join("secret.toml");
+    let names = [
+        "../secret.toml",
+        "folder/../../secret.toml",
+        "%2e%2e/secret.toml",
+        "..%2fsecret.toml",
+        "%2e%2e%2fsecret.bin",
+        "..\\\\secret.toml",
+        "file:///etc/passwd",
+        "/etc/passwd",
+        "\\\\\\\\host\\\\share\\\\x",
+        "//host/share/x",
+        "C:\\\\secret.toml",
+        "http://127.0.0.1:9/x",
+        "link.toml",
+        "up/secret.toml",
+        "loop",
+        "zero",
+        "mem",
+        "pipe",
+        "folder",
+        ".",
+        "..",
+        "",
+        "empty",
+        "nowhere",
+        &"n".repeat(5000),
+        absolute.to_str().unwrap(),
+    ];
+    let mut faults = Vec::new();
+    for (file, text) in SCENES {
+        for name in names {
+            fs::write(inside.join(file), text.replace('$', name)).unwrap();
+            // What cannot be read of a library of materials is left out.
+            let expected =
+                if file == "s.obj" || name == "empty" { Expected::Either } else { Expected::Error };
+            if let Err(fault) = try_one(&inside, file, expected) {
+                faults.push(format!("{file} {name:.40}: {fault}"));
+            }
+        }
+    }
+    for main in ["folder", "pipe", "zero", "nowhere.toml", "loop"] {
+        if let Err(fault) = try_one(Path::new(&inside), main, Expected::Error) {
+            faults.push(format!("{main}: {fault}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}:\n{}", faults.len(), faults.join("\n"));
+}

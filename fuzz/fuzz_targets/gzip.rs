@@ -1,0 +1,7 @@
+//! Any bytes packed by gzip, and any bytes in their place, as a pbrt scene.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| {
+    turner_fuzz::model("scene.pbrt", &[&[0x1f, 0x8b], data].concat());
+    turner_fuzz::model("scene.pbrt", &turner_io::testing::seeds::gzip(data));
+});

@@ -1,0 +1,4 @@
+//! Any bytes as mtl.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::named("model.mtl", data));

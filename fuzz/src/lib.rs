@@ -1,0 +1,69 @@
+//! What the targets do with any bytes: read them as a file of a format, and see that what comes of it fits together.
+
+use turner::scene::SceneDesc;
+use turner_io::assets::MemoryAssets;
+use turner_io::import::{ImportOptions, import};
+use turner_io::scene::{LoadOptions, load_text};
+use turner_io::testing::seeds::{companions, seeds};
+
+/// Most samples that a scene may make the fuzzer prepare.
+const SMALL: usize = 1 << 20;
+
+/// The files that seeds name, and this one.
+fn assets(name: &str, data: &[u8]) -> MemoryAssets {
+    let mut assets = MemoryAssets::default();
+    assets.files.extend(companions().into_iter().map(|(name, bytes)| (name.to_owned(), bytes)));
+    assets.files.insert(name.to_owned(), data.to_vec());
+    assets
+}
+
+/// Meshes have sound indices; what is small can be made ready.
+fn check(scene: &SceneDesc) {
+    scene.meshes.iter().for_each(|m| m.data.check().expect("indices are checked"));
+    let images: usize = scene.images.iter().map(|i| i.data.memory()).sum();
+    let meshes: usize = scene.meshes.iter().map(|m| m.data.memory()).sum();
+    let film = scene.film.width as usize * scene.film.height as usize;
+    if images + meshes + film <= SMALL && scene.objects.len() + scene.groups.len() < 1000 {
+        let _ = scene.prepare(&turner::scene::PrepareOptions { threads: 1, ..Default::default() });
+    }
+}
+
+/// A model, or a scene of another renderer, by its name.
+pub fn model(name: &str, data: &[u8]) {
+    let options = ImportOptions { threads: 1, ..ImportOptions::default() };
+    match import(data.to_vec(), name, &assets(name, data), &options) {
+        Ok(scene) => check(&scene),
+        Err(error) => assert!(!error.message.is_empty() && !error.message.contains('\u{1b}')),
+    }
+}
+
+/// A scene in TOML.
+pub fn scene(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    let options = LoadOptions { threads: 1, ..LoadOptions::default() };
+    match load_text(text.to_owned(), "scene.toml", &assets("scene.toml", data), &options) {
+        Ok(loaded) => check(&loaded.desc),
+        Err(error) => drop(error.to_string()),
+    }
+}
+
+/// A file that a seed's scene names, through that scene.
+pub fn named(name: &str, data: &[u8]) {
+    let Some((scene, text)) = seeds().into_iter().find(|s| s.name == name).and_then(|s| s.scene) else { return };
+    let assets = assets(name, data);
+    if scene.ends_with(".pbrt") {
+        let options = ImportOptions { threads: 1, ..ImportOptions::default() };
+        let _ = import(text.into_bytes(), scene, &assets, &options).map(|scene| check(&scene));
+        return;
+    }
+    let options = LoadOptions { threads: 1, ..LoadOptions::default() };
+    let _ = load_text(text, scene, &assets, &options).map(|loaded| check(&loaded.desc));
+}
+
+/// A picture by its bytes; TGA by its name alone.
+pub fn picture(name: &str, data: &[u8]) {
+    let limits = turner_io::image::DecodeLimits { max_pixels: SMALL as u64, ..Default::default() };
+    if let Ok(image) = turner_io::image::decode(data, name, &limits) {
+        assert!(image.is_consistent());
+    }
+}
