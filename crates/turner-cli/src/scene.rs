@@ -14,6 +14,7 @@ use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
 use turner::scene::{PrepareOptions, Quality, Scene, SceneDesc};
 use turner_io::assets::FolderAssets;
+use turner_io::image::KeptPictures;
 use turner_io::scene::{
     LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, load, load_text, parse,
 };
@@ -172,6 +173,18 @@ pub(crate) struct Ready {
     pub(crate) seconds: f64,
 }
 
+/// A scene as it was asked for, with what its messages need.
+pub(crate) struct Described {
+    /// What was asked for.
+    pub(crate) desc: SceneDesc,
+    /// The texts.
+    pub(crate) sources: Sources,
+    /// Names of options.
+    pub(crate) labels: Labels,
+    /// Over all that makes the picture.
+    pub(crate) hash: String,
+}
+
 impl SceneArgs {
     /// Loads and prepares the scene.
     pub(crate) fn ready(
@@ -181,6 +194,26 @@ impl SceneArgs {
         threads: usize,
     ) -> Result<Ready, Failure> {
         let start = Instant::now();
+        let Described { desc, sources, labels, hash } = self.described(film, models, threads, None)?;
+        let quality = match self.bvh_quality {
+            BvhQuality::Fast => Quality::Fast,
+            BvhQuality::Balanced => Quality::Balanced,
+            BvhQuality::High => Quality::High,
+        };
+        let scene = desc
+            .prepare(&PrepareOptions { threads, quality })
+            .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
+        Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// Loads the scene and changes what is to be changed in it. Pictures are kept as their files have them where it is said.
+    pub(crate) fn described(
+        &self,
+        film: &FilmArgs,
+        models: ModelOverrides,
+        threads: usize,
+        kept_pictures: Option<KeptPictures>,
+    ) -> Result<Described, Failure> {
         let input = Input::new(&self.scene)?;
         let mut film_overrides = film.overrides();
         film_overrides.extend(self.stage.overrides());
@@ -194,6 +227,7 @@ impl SceneArgs {
             max_texture_size: self.stage.max_texture_size,
             models,
             threads,
+            kept_pictures,
         };
         let mut loaded = input.load(&options);
         if let (Err(error), Some(name)) = (&loaded, &film.integrator)
@@ -205,15 +239,7 @@ impl SceneArgs {
         }
         let Loaded { mut desc, sources, mut hash } = loaded.map_err(|e| Failure::load(e, &labels))?;
         self.stage.surround(&mut desc, &mut hash)?;
-        let quality = match self.bvh_quality {
-            BvhQuality::Fast => Quality::Fast,
-            BvhQuality::Balanced => Quality::Balanced,
-            BvhQuality::High => Quality::High,
-        };
-        let scene = desc
-            .prepare(&PrepareOptions { threads, quality })
-            .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
-        Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
+        Ok(Described { desc, sources, labels, hash })
     }
 }
 

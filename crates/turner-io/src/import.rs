@@ -1,6 +1,7 @@
 //! What all importers of foreign formats have in common.
 
 use crate::assets::{AssetSource, printable};
+use crate::image::KeptPictures;
 use crate::mesh;
 use crate::pbrt;
 use crate::scene::SceneFormat;
@@ -29,6 +30,8 @@ pub struct ImportOptions {
     pub max_texture_size: Option<u32>,
     /// Threads for decoding; 0 takes all there are. The result is the same for any number.
     pub threads: usize,
+    /// Where pictures are kept as their files have them.
+    pub kept_pictures: Option<KeptPictures>,
 }
 
 impl Default for ImportOptions {
@@ -41,7 +44,15 @@ impl Default for ImportOptions {
             nodes: Vec::new(),
             max_texture_size: None,
             threads: 0,
+            kept_pictures: None,
         }
+    }
+}
+
+impl ImportOptions {
+    /// Where pictures are kept, if they are and stay what their files hold.
+    pub(crate) fn keeps_pictures(&self) -> Option<&KeptPictures> {
+        self.kept_pictures.as_ref().filter(|_| self.max_texture_size.is_none())
     }
 }
 

@@ -64,6 +64,7 @@ fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptio
         nodes: model.map_or_else(Vec::new, |m| m.nodes.clone()),
         max_texture_size: asked.max_texture_size,
         threads: asked.threads,
+        kept_pictures: asked.kept_pictures.clone(),
     }
 }
 
@@ -140,6 +141,9 @@ impl SceneAssets for SceneFiles<'_> {
             decode(&bytes, &path, &limits).map_err(|e| two_lines(ErrorCode::Image, &e.to_string()))?;
         self.decoded += image.memory() as u64;
         let image = Arc::new(image);
+        if let Some(kept) = &self.options.kept_pictures {
+            kept.keep(&image, &path, bytes);
+        }
         self.images.insert(path, image.clone());
         Ok(image)
     }

@@ -30,6 +30,7 @@ pub use sources::{Location, SourceFile, Sources};
 pub use text::parse;
 
 use crate::assets::{AssetSource, FolderAssets, printable};
+use crate::image::KeptPictures;
 use error::asset_error;
 use std::io::Read;
 use std::path::Path;
@@ -55,6 +56,8 @@ pub struct LoadOptions {
     pub overrides: Vec<Override>,
     /// Whether the scene may name files outside its folder. For scenes that the user trusts.
     pub allow_outside: bool,
+    /// Where pictures are kept as their files have them, for who writes them again.
+    pub kept_pictures: Option<KeptPictures>,
 }
 
 /// What takes the place of keys of every model in a scene.

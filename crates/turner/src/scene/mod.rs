@@ -26,6 +26,7 @@ mod planes;
 mod prepare;
 pub mod read;
 mod rectangles;
+mod same;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;
@@ -39,6 +40,8 @@ mod tangent;
 pub mod transform;
 pub mod value;
 mod volumes;
+pub mod write;
+mod write_names;
 
 pub use batch::{RayBatch, RayOrigin};
 pub use desc::*;
@@ -61,3 +64,4 @@ pub use spectrum_block::SpectrumBlock;
 pub use stage::StageDesc;
 pub use turner_bvh::Quality;
 pub(crate) use volumes::Volumes;
+pub use write::{SceneAssetWriter, write_scene};
