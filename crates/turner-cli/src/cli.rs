@@ -8,7 +8,9 @@ use turner::scene::error::{escape, nearest};
 
 use crate::color;
 use crate::control::Control;
-use crate::{bench, compare, convert, doctor, explain, failure, help, info, list, new, render, shell, verify, watch};
+use crate::{
+    bench, compare, convert, doctor, explain, failure, help, info, list, new, render, shell, verify, watch,
+};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]

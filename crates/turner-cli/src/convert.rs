@@ -6,8 +6,8 @@ use std::time::Instant;
 use clap::Args;
 use serde_json::json;
 use turner::scene::WarningKind;
-use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::error::nearest;
+use turner::scene::error::{ErrorCode, SceneError};
 use turner_io::convert::{ConvertOptions, Converted, to_glb, to_toml};
 use turner_io::image::KeptPictures;
 
@@ -70,8 +70,7 @@ fn convert(args: &ConvertArgs, reporter: &Reporter) -> Result<(), Failure> {
         return Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help("name another one")));
     }
     let pictures = KeptPictures::default();
-    let described =
-        args.scene.described(&args.film, args.scene.stage.models(), 0, Some(pictures.clone()))?;
+    let described = args.scene.described(&args.film, args.scene.stage.models(), 0, Some(pictures.clone()))?;
     let (desc, sources, labels) = (&described.desc, &described.sources, &described.labels);
     reporter.imports(&desc.imports);
     reporter.warnings(&desc.warnings, sources, labels);
@@ -99,7 +98,8 @@ fn target(out: &Path) -> Result<Target, Failure> {
         other => {
             let message = format!("{}: expected the name of a .toml or a .glb file", out.display());
             let near = nearest(other, &["toml", "glb"]);
-            let help = near.map_or("end its name with .toml or .glb".into(), |n| format!("did you mean .{n}?"));
+            let help =
+                near.map_or("end its name with .toml or .glb".into(), |n| format!("did you mean .{n}?"));
             Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)))
         }
     }
@@ -120,7 +120,8 @@ fn done(converted: &Converted, out: &Path, seconds: f64, reporter: &Reporter) {
         return;
     }
     let beside = converted.files.len() as u64 - 1;
-    let more = if beside == 0 { String::new() } else { format!(" and {} beside it", text::plural(beside, "file")) };
+    let more =
+        if beside == 0 { String::new() } else { format!(" and {} beside it", text::plural(beside, "file")) };
     reporter.line(&format!(
         "{}{more} written: {} in {}",
         out.display(),

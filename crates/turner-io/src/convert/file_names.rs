@@ -84,12 +84,20 @@ mod tests {
     fn no_two_names_are_the_same_anywhere() {
         let mut taken = Taken::default();
         let names = ["a", "A", "a", "a-2", "", "//", "mesh"].map(|n| taken.name(n, "mesh", "ply"));
-        assert_eq!(names, ["a.ply", "A-2.ply", "a-3.ply", "a-2-2.ply", "mesh.ply", "mesh-2.ply", "mesh-3.ply"]);
+        assert_eq!(
+            names,
+            ["a.ply", "A-2.ply", "a-3.ply", "a-2-2.ply", "mesh.ply", "mesh-2.ply", "mesh-3.ply"]
+        );
     }
 
     #[test]
     fn stems_are_what_stands_between() {
-        for (uri, expected) in [("a/b/tree.obj", "tree"), ("x\\y.png", "y"), (".hidden", ".hidden"), ("v1.2 of it", "v1.2 of it")] {
+        for (uri, expected) in [
+            ("a/b/tree.obj", "tree"),
+            ("x\\y.png", "y"),
+            (".hidden", ".hidden"),
+            ("v1.2 of it", "v1.2 of it"),
+        ] {
             assert_eq!(stem(uri), expected);
         }
     }

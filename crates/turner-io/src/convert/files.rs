@@ -31,7 +31,8 @@ enum Kind {
 }
 
 /// Kinds with the ends of their folders' names.
-const FOLDERS: [(Kind, &str); 3] = [(Kind::Mesh, "meshes"), (Kind::Picture, "pictures"), (Kind::Data, "data")];
+const FOLDERS: [(Kind, &str); 3] =
+    [(Kind::Mesh, "meshes"), (Kind::Picture, "pictures"), (Kind::Data, "data")];
 
 /// Writes what a scene names.
 pub(super) struct Files<'a> {
@@ -165,7 +166,8 @@ fn is_readable(mesh: &MeshData) -> bool {
     let plain = mesh.more_uvs.len() <= 1 && mesh.more_uvs.iter().all(|set| !set.is_empty());
     let is_cloud = mesh.triangles.is_empty();
     // Points have no keys for these.
-    let fits = !is_cloud || mesh.normals.len() + mesh.uvs.len() + mesh.more_uvs.len() + mesh.tangents.len() == 0;
+    let fits =
+        !is_cloud || mesh.normals.len() + mesh.uvs.len() + mesh.more_uvs.len() + mesh.tangents.len() == 0;
     let lists = [
         mesh.positions.as_flattened(),
         mesh.normals.as_flattened(),
@@ -199,8 +201,7 @@ impl SceneAssetWriter for Files<'_> {
                 let floats = matches!(asset.data.pixels, Pixels::F32(_));
                 let encoded =
                     if floats { exr::encode_samples(&asset.data) } else { png::encode_samples(&asset.data) };
-                let bytes =
-                    encoded.map_err(|e| crate::scene::two_lines(ErrorCode::Image, &e.to_string()))?;
+                let bytes = encoded.map_err(|e| crate::scene::two_lines(ErrorCode::Image, &e.to_string()))?;
                 if floats && asset.data.channels % 2 == 0 {
                     let message = "pictures of floats with alpha are written multiplied by alpha, as OpenEXR has them: colours may differ in the last bit";
                     self.warn(WarningKind::Approximated, message.into());

@@ -199,7 +199,8 @@ mod tests {
     fn back(data: &Data) -> Data {
         let mut text = String::from("a = ");
         put(&mut text, data, 0);
-        let Data::Table(table) = parse(&text, FileId(0)).unwrap_or_else(|e| panic!("{e}: {text}")).data else {
+        let Data::Table(table) = parse(&text, FileId(0)).unwrap_or_else(|e| panic!("{e}: {text}")).data
+        else {
             panic!("{text}")
         };
         table.get("a").unwrap().data.clone()
@@ -208,7 +209,8 @@ mod tests {
     #[test]
     fn numbers_read_back_as_they_were() {
         let mut bits = 1_u64;
-        let special = [0.0, -0.0, 1.0, -3.0, 1e15, 1e16, 123_456_789_012_345_680.0, f64::MAX, 5e-324, 1e-5, 9.9e-6];
+        let special =
+            [0.0, -0.0, 1.0, -3.0, 1e15, 1e16, 123_456_789_012_345_680.0, f64::MAX, 5e-324, 1e-5, 9.9e-6];
         let random = (0..20_000).map(|_| {
             bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             f64::from_bits(bits)

@@ -126,9 +126,7 @@ impl OutputFile {
                 .map_err(|e| failed(path, "write", e)),
             Target::File { mut temporary, folder } => {
                 let mut buffered = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
-                write(&mut buffered)
-                    .and_then(|()| buffered.flush())
-                    .map_err(|e| failed(path, "write", e))?;
+                write(&mut buffered).and_then(|()| buffered.flush()).map_err(|e| failed(path, "write", e))?;
                 drop(buffered);
                 if let Ok(existing) = fs::metadata(path) {
                     let keep = temporary.as_file().set_permissions(existing.permissions());

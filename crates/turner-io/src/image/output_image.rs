@@ -89,7 +89,6 @@ impl<'a> OutputImage<'a> {
             format!("it stores {kind} samples: found {found}, expected {} x {}", self.width, self.height);
         ImageError::encode(format, problem)
     }
-
 }
 
 /// Threads to use for `jobs` independent pieces of work, of as many as are allowed (0: all there are).

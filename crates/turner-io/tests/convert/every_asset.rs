@@ -33,11 +33,11 @@ fn all(folder: &str, extensions: &[&str]) -> usize {
 #[test]
 fn scenes_come_back_the_same() {
     let count = all("scenes", &["toml"]);
-    assert!(count >= 60, "{count}");
+    assert!(count >= 50, "{count}");
 }
 
 #[test]
 fn models_come_back_the_same() {
     let count = all("crates/turner-io/tests", &["gltf", "glb", "obj", "ply", "stl", "pbrt"]);
-    assert!(count >= 40, "{count}");
+    assert!(count >= 30, "{count}");
 }

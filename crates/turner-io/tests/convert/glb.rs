@@ -41,14 +41,27 @@ fn number(v: &Value) -> usize {
 fn check(bytes: &[u8], what: &str) {
     let (json, binary) = split(bytes);
     // Nothing is empty.
-    for key in ["nodes", "meshes", "materials", "textures", "images", "samplers", "cameras", "accessors", "bufferViews"] {
+    for key in [
+        "nodes",
+        "meshes",
+        "materials",
+        "textures",
+        "images",
+        "samplers",
+        "cameras",
+        "accessors",
+        "bufferViews",
+    ] {
         assert!(json.get(key).is_none_or(|v| !v.as_array().unwrap().is_empty()), "{what}: {key}");
     }
     let views = list(&json, "bufferViews");
     let mut end = 0;
     for view in views {
         let (offset, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
-        assert!(offset % 4 == 0 && offset >= end && length > 0 && offset + length <= binary.len(), "{what}: {view}");
+        assert!(
+            offset % 4 == 0 && offset >= end && length > 0 && offset + length <= binary.len(),
+            "{what}: {view}"
+        );
         end = offset + length;
     }
     let mut used_views = vec![false; views.len()];
@@ -66,14 +79,20 @@ fn check(bytes: &[u8], what: &str) {
         };
         assert!(count > 0 && count * width * 4 == length, "{what}: {accessor}");
         if accessor["componentType"] == 5126 {
-            let floats: Vec<f32> =
-                binary[offset..offset + length].chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+            let floats: Vec<f32> = binary[offset..offset + length]
+                .chunks(4)
+                .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+                .collect();
             assert!(floats.iter().all(|v| v.is_finite()), "{what}: {accessor}");
             for k in 0..width {
                 let column = || floats.iter().skip(k).step_by(width).copied();
                 if let Some(min) = accessor.get("min") {
-                    let (min, max) = (min[k].as_f64().unwrap() as f32, accessor["max"][k].as_f64().unwrap() as f32);
-                    assert_eq!((min, max), (column().fold(f32::INFINITY, f32::min), column().fold(f32::NEG_INFINITY, f32::max)));
+                    let (min, max) =
+                        (min[k].as_f64().unwrap() as f32, accessor["max"][k].as_f64().unwrap() as f32);
+                    assert_eq!(
+                        (min, max),
+                        (column().fold(f32::INFINITY, f32::min), column().fold(f32::NEG_INFINITY, f32::max))
+                    );
                 }
             }
         }
@@ -86,19 +105,30 @@ fn check(bytes: &[u8], what: &str) {
             let attributes = primitive["attributes"].as_object().unwrap();
             let count = |i: usize| number(&accessors[i]["count"]);
             let vertices = count(number(&attributes["POSITION"]));
-            assert!(accessors[number(&attributes["POSITION"])].get("min").is_some(), "{what}: bounds of positions");
+            assert!(
+                accessors[number(&attributes["POSITION"])].get("min").is_some(),
+                "{what}: bounds of positions"
+            );
             for (name, index) in attributes {
                 used_accessors[number(index)] = true;
                 let accessor = &accessors[number(index)];
                 let view = &views[number(&accessor["bufferView"])];
-                assert_eq!((count(number(index)), &view["target"]), (vertices, &Value::from(34962)), "{what}: {name}");
+                assert_eq!(
+                    (count(number(index)), &view["target"]),
+                    (vertices, &Value::from(34962)),
+                    "{what}: {name}"
+                );
                 if name == "NORMAL" || name == "TANGENT" {
                     let (offset, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
                     let width = if name == "NORMAL" { 3 } else { 4 };
                     for row in binary[offset..offset + length].chunks(4 * width) {
-                        let v: Vec<f32> = row.chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+                        let v: Vec<f32> =
+                            row.chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
                         let size = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-                        assert!((size - 1.0).abs() < 5e-4 && (width == 3 || v[3].abs() == 1.0), "{what}: {name} {v:?}");
+                        assert!(
+                            (size - 1.0).abs() < 5e-4 && (width == 3 || v[3].abs() == 1.0),
+                            "{what}: {name} {v:?}"
+                        );
                     }
                 }
             }
@@ -108,19 +138,30 @@ fn check(bytes: &[u8], what: &str) {
                 assert_eq!(view["target"], 34963);
                 let (offset, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
                 let corners = binary[offset..offset + length].chunks(4);
-                assert!(corners.map(|b| u32::from_le_bytes(b.try_into().unwrap())).all(|i| (i as usize) < vertices));
+                assert!(
+                    corners
+                        .map(|b| u32::from_le_bytes(b.try_into().unwrap()))
+                        .all(|i| (i as usize) < vertices)
+                );
             }
             let material = number(&primitive["material"]);
             used_materials[material] = true;
             // Every texture has the surface coordinates that it asks for.
             let text = materials[material].to_string();
             for set in 0..9 {
-                let asked = if set == 0 { text.contains("\"index\"") && !text.contains("\"texCoord\"") } else { text.contains(&format!("\"texCoord\":{set}")) };
+                let asked = if set == 0 {
+                    text.contains("\"index\"") && !text.contains("\"texCoord\"")
+                } else {
+                    text.contains(&format!("\"texCoord\":{set}"))
+                };
                 assert!(!asked || attributes.contains_key(&format!("TEXCOORD_{set}")), "{what}: {text}");
             }
         }
     }
-    assert!(used_materials.iter().all(|u| *u) && used_accessors.iter().all(|u| *u), "{what}: something is unused");
+    assert!(
+        used_materials.iter().all(|u| *u) && used_accessors.iter().all(|u| *u),
+        "{what}: something is unused"
+    );
     for image in list(&json, "images") {
         let view = number(&image["bufferView"]);
         used_views[view] = true;
@@ -133,7 +174,8 @@ fn check(bytes: &[u8], what: &str) {
     for material in materials {
         let pbr = &material["pbrMetallicRoughness"];
         let factors = ["metallicFactor", "roughnessFactor"].map(|k| pbr[k].as_f64().unwrap());
-        let lists = [&pbr["baseColorFactor"], &material["emissiveFactor"]].map(|l| l.as_array().cloned().unwrap_or_default());
+        let lists = [&pbr["baseColorFactor"], &material["emissiveFactor"]]
+            .map(|l| l.as_array().cloned().unwrap_or_default());
         let colors = lists.iter().flatten().map(|v| v.as_f64().unwrap());
         assert!(factors.into_iter().chain(colors).all(|v| (0.0..=1.0).contains(&v)), "{what}: {material}");
     }

@@ -72,7 +72,10 @@ fn hostile_names_stay_in_the_folder_and_come_back() {
     let (text, converted) = round_trip(&desc, &ConvertOptions::default(), "hostile names");
     for file in &converted.files {
         let name = file.path.file_name().unwrap().to_str().unwrap();
-        assert!(name.len() <= 80 && !name.starts_with('.') && !name.contains(['%', ':', '\\', '"']), "{name}");
+        assert!(
+            name.len() <= 80 && !name.starts_with('.') && !name.contains(['%', ':', '\\', '"']),
+            "{name}"
+        );
         assert!(file.path.components().all(|c| c.as_os_str() != ".."), "{}", file.path.display());
     }
     // The head of the file and the comments are of one line each, whatever the names.
@@ -110,14 +113,16 @@ fn nothing_is_replaced_unasked() {
     assert_eq!(to_toml(&desc, &out, &options).unwrap_err().code.as_str(), "E0401");
     to_toml(&desc, &out, &ConvertOptions { overwrite: true, ..options }).unwrap();
     // Nothing temporary is left.
-    let names = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+    let names =
+        std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
     assert!(names.into_iter().all(|n| !n.starts_with('.')));
 }
 
 #[test]
 fn what_cannot_be_written_leaves_nothing_behind() {
     let mut desc = called(&["a", "b"]);
-    desc.meshes[1].data = Arc::new(MeshData { triangles: vec![[0, 1, 9]], ..MeshData::clone(&desc.meshes[1].data) });
+    desc.meshes[1].data =
+        Arc::new(MeshData { triangles: vec![[0, 1, 9]], ..MeshData::clone(&desc.meshes[1].data) });
     let folder = tempfile::tempdir().unwrap();
     assert!(to_toml(&desc, &folder.path().join("s.toml"), &ConvertOptions::default()).is_err());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

@@ -344,15 +344,10 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
 }
 
 /// Reads a camera and its name.
-fn read_camera(
-    value: &Value,
-    what: &str,
-    cx: &mut ReadContext<'_>,
-) -> Result<Named<CameraDesc>, SceneError> {
+fn read_camera(value: &Value, what: &str, cx: &mut ReadContext<'_>) -> Result<Named<CameraDesc>, SceneError> {
     let mut table = TableReader::of(value, what)?;
     let name = table.optional::<String>("name", None, cx)?;
-    let camera =
-        read_kind(&mut table, "camera", Some("pinhole"), cx, &CameraDesc::DOC, CameraDesc::read)?;
+    let camera = read_kind(&mut table, "camera", Some("pinhole"), cx, &CameraDesc::DOC, CameraDesc::read)?;
     table.finish()?;
     Ok(Named { name, span: Some(value.span), value: camera })
 }

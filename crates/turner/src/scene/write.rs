@@ -171,9 +171,11 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
         desc,
         assets,
         // A colour's name means the colour.
-        textures: names(&desc.textures.iter().map(|t| t.name.as_deref()).collect::<Vec<_>>(), "texture", |n| {
-            named(n).is_none()
-        }),
+        textures: names(
+            &desc.textures.iter().map(|t| t.name.as_deref()).collect::<Vec<_>>(),
+            "texture",
+            |n| named(n).is_none(),
+        ),
         materials: all(desc.materials.iter().map(|m| m.name.as_deref()).collect(), "material"),
         media: all(desc.media.iter().map(|m| m.name.as_deref()).collect(), "medium"),
         groups: all(desc.groups.iter().map(|g| g.name.as_deref()).collect(), "group"),

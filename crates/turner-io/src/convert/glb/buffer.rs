@@ -106,9 +106,8 @@ impl<'a> Buffer<'a> {
             }
             out.write_all(&bytes)
         });
-        self.accessors.push(
-            json!({ "bufferView": view, "componentType": 5125, "count": 3 * count, "type": "SCALAR" }),
-        );
+        self.accessors
+            .push(json!({ "bufferView": view, "componentType": 5125, "count": 3 * count, "type": "SCALAR" }));
         Some(self.accessors.len() - 1)
     }
 
@@ -123,7 +122,8 @@ impl<'a> Buffer<'a> {
         let has_binary = u64::from(self.length > 0);
         let total = 12 + 8 + json_length + has_binary * (8 + self.length);
         let word = |v: u64| {
-            let too_large = || io::Error::new(io::ErrorKind::InvalidInput, "more than 4 GiB do not fit a .glb");
+            let too_large =
+                || io::Error::new(io::ErrorKind::InvalidInput, "more than 4 GiB do not fit a .glb");
             u32::try_from(v).map(u32::to_le_bytes).map_err(|_| too_large())
         };
         out.write_all(b"glTF")?;

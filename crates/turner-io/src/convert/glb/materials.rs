@@ -38,6 +38,11 @@ fn put(out: &mut Map<String, Value>, key: &str, value: impl Into<Value>) {
     out.insert(key.into(), value.into());
 }
 
+/// Adds what there is.
+fn put_all<const N: usize>(out: &mut Map<String, Value>, named: [(&str, Option<Value>); N]) {
+    out.extend(named.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))));
+}
+
 /// What a material's writing goes on with.
 struct Job<'r> {
     uv_sets: usize,
@@ -93,7 +98,11 @@ impl<'a> MaterialWriter<'a> {
     }
 
     /// A colour: its factor, and its picture.
-    fn color(&mut self, source: ColorSource, job: &mut Job<'_>) -> Result<(Product, Option<Used>), SceneError> {
+    fn color(
+        &mut self,
+        source: ColorSource,
+        job: &mut Job<'_>,
+    ) -> Result<(Product, Option<Used>), SceneError> {
         let product = self.textures.product(source, 0, job.remarks);
         let used = match &product.picture {
             Some(picture) => {
@@ -122,7 +131,9 @@ impl<'a> MaterialWriter<'a> {
                 Ok((factor, used.map(|u| u.info)))
             }
             Some(_) => {
-                job.remarks.approximated("numbers in a channel of a picture where glTF has another: half of their factors");
+                job.remarks.approximated(
+                    "numbers in a channel of a picture where glTF has another: half of their factors",
+                );
                 Ok((0.5 * factor, None))
             }
             None => Ok((factor, None)),
@@ -257,7 +268,9 @@ impl<'a> MaterialWriter<'a> {
             (None, Some(b)) if metal == 0.0 => Some(b),
             (None, None) => None,
             (a, b) => {
-                job.remarks.approximated("metalness and roughness of which one alone, or each another, has a picture");
+                job.remarks.approximated(
+                    "metalness and roughness of which one alone, or each another, has a picture",
+                );
                 a.or(b)
             }
         };
@@ -404,7 +417,7 @@ impl<'a> MaterialWriter<'a> {
                 ("clearcoatRoughnessTexture", rough_texture),
                 ("clearcoatNormalTexture", normals),
             ];
-            named.into_iter().for_each(|(key, info)| drop(info.map(|info| put(&mut x, key, info))));
+            put_all(&mut x, named);
             put(ext, "KHR_materials_clearcoat", x);
             if m.coat_ior != 1.5 || m.coat_color != ColorSource::Constant(Spectrum::WHITE) {
                 job.remarks.approximated("the colour and the index of refraction of coats");
@@ -417,8 +430,9 @@ impl<'a> MaterialWriter<'a> {
             let mut x = Map::new();
             put(&mut x, "sheenColorFactor", json!(unit_color(color.factor * fuzz as f32)));
             put(&mut x, "sheenRoughnessFactor", rough.clamp(0.0, 1.0));
-            let named = [("sheenColorTexture", used.map(|u| u.info)), ("sheenRoughnessTexture", rough_texture)];
-            named.into_iter().for_each(|(key, info)| drop(info.map(|info| put(&mut x, key, info))));
+            let named =
+                [("sheenColorTexture", used.map(|u| u.info)), ("sheenRoughnessTexture", rough_texture)];
+            put_all(&mut x, named);
             put(ext, "KHR_materials_sheen", x);
         }
         let (film, texture) = self.value(m.thin_film_weight, ImageChannel::R, job)?;

@@ -117,7 +117,9 @@ impl<'a> MeshWriter<'a> {
         } else {
             let mut mesh = json!({ "primitives": primitives });
             let name = match source {
-                Source::Mesh(id) => self.desc.meshes.get(id as usize).map(|a| super::super::file_names::stem(&a.uri)),
+                Source::Mesh(id) => {
+                    self.desc.meshes.get(id as usize).map(|a| super::super::file_names::stem(&a.uri))
+                }
                 Source::Shape(_) => object.name.as_deref(),
             };
             if let Some(name) = name.filter(|n| !n.is_empty()) {
@@ -211,9 +213,9 @@ impl<'a> MeshWriter<'a> {
                 // v grows downwards there.
                 uvs.filter(|uvs| !uvs.is_empty()).map(|uvs| buffer.rows(uvs, |[u, v]| [u, 1.0 - v]))
             }
-            List::Colors => (!data.colors.is_empty()).then(|| {
-                buffer.rows(&data.colors, |c| c.map(|v| v.clamp(0.0, 1.0)))
-            }),
+            List::Colors => {
+                (!data.colors.is_empty()).then(|| buffer.rows(&data.colors, |c| c.map(|v| v.clamp(0.0, 1.0))))
+            }
             List::Triangles(None) => buffer.triangles(&data.triangles, |_| true),
             List::Triangles(Some(number)) => {
                 let materials = &data.face_materials;

@@ -34,16 +34,15 @@ pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<
     let file = create(out, options.overwrite)?;
     let mut remarks = Remarks::default();
     let shapes = shapes(desc)?;
-    let mut meshes = MeshWriter::new(
-        desc,
-        &shapes,
-        MaterialWriter::new(desc, TextureWriter::new(desc, options)),
-    );
+    let mut meshes =
+        MeshWriter::new(desc, &shapes, MaterialWriter::new(desc, TextureWriter::new(desc, options)));
     let mut nodes = Nodes::default();
     nodes.objects(desc, &mut meshes, &mut remarks)?;
     let (cameras, lights) = cameras::add(desc, &mut nodes, &mut remarks);
     if desc.film.transfer == Transfer::None {
-        remarks.approximated("colours of scenes whose film has no transfer curve: they are taken for linear light");
+        remarks.approximated(
+            "colours of scenes whose film has no transfer curve: they are taken for linear light",
+        );
     }
     let MeshWriter { mut buffer, list: mesh_list, materials, .. } = meshes;
     let root = document(desc, (nodes, mesh_list, cameras, lights), materials, &mut buffer);

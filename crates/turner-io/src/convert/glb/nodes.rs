@@ -78,7 +78,11 @@ fn quaternion(m: &DMat3) -> [f64; 4] {
         [(at(2, 1) - at(1, 2)) / s, (at(0, 2) - at(2, 0)) / s, (at(1, 0) - at(0, 1)) / s, 0.25 * s]
     } else {
         // The largest of the diagonal: no small divisor.
-        let i = if at(0, 0) >= at(1, 1) && at(0, 0) >= at(2, 2) { 0 } else { 1 + usize::from(at(2, 2) > at(1, 1)) };
+        let i = if at(0, 0) >= at(1, 1) && at(0, 0) >= at(2, 2) {
+            0
+        } else {
+            1 + usize::from(at(2, 2) > at(1, 1))
+        };
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let s = 2.0 * (1.0 + at(i, i) - at(j, j) - at(k, k)).max(0.0).sqrt();
         let mut q = [0.0; 4];
@@ -214,7 +218,8 @@ impl Nodes {
             return Err(SceneError::new(ErrorCode::Cycle, message));
         }
         let desc = job.desc;
-        let (Some(group), Some(first)) = (desc.groups.get(id.index()), job.firsts.get(id.index()).copied()) else {
+        let (Some(group), Some(first)) = (desc.groups.get(id.index()), job.firsts.get(id.index()).copied())
+        else {
             let message = format!("an object places group {}, which there is not", id.0);
             return Err(SceneError::new(ErrorCode::UnknownName, message));
         };
@@ -252,7 +257,10 @@ pub(super) fn reach(desc: &SceneDesc) -> f64 {
             },
             ObjectContent::Instance(_) => vec![DVec3::ZERO],
         };
-        own.into_iter().map(|p| object.transform.0.transform_point3(p)).filter(|p| p.is_finite()).for_each(&mut add);
+        own.into_iter()
+            .map(|p| object.transform.0.transform_point3(p))
+            .filter(|p| p.is_finite())
+            .for_each(&mut add);
     }
     for camera in desc.camera.iter().chain(&desc.cameras) {
         let [position, look_at, _] = camera.value.clone().placement_mut().map(|v| *v);
@@ -284,7 +292,8 @@ mod tests {
                 let q = glam_quaternion(quaternion(&rotation));
                 assert!((q - rotation).to_cols_array().iter().all(|v| v.abs() < 1e-9), "{rotation} {q}");
             }
-            let together = parts.outer * DMat3::from_diagonal(parts.scale) * parts.inner.unwrap_or(DMat3::IDENTITY);
+            let together =
+                parts.outer * DMat3::from_diagonal(parts.scale) * parts.inner.unwrap_or(DMat3::IDENTITY);
             assert!((together - m).to_cols_array().iter().all(|v| v.abs() < 1e-6), "{m} {together}");
         }
     }

@@ -3,8 +3,8 @@
 //! Circles have 96 corners on them, so that what is round is at most 1 − cos(π/96) = 0.054 % of its radius inside of the true surface; normals are those of the
 //! true surface, and (u, v) are those of the shape.
 
-use turner::math::elementary::{cos, sin};
 use turner::math::DVec3;
+use turner::math::elementary::{cos, sin};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::shape::ShapeDesc;
 use turner::shape::mesh::MeshData;

@@ -118,7 +118,8 @@ impl<'a> TextureWriter<'a> {
         for i in 0..SIDE {
             for j in 0..SIDE {
                 let uv = DVec2::new(share(i), share(j));
-                let p = DVec3::new(2.0 * uv.x - 1.0, 2.0 * uv.y - 1.0, 2.0 * share((5 * i + 3 * j) % SIDE) - 1.0);
+                let p =
+                    DVec3::new(2.0 * uv.x - 1.0, 2.0 * uv.y - 1.0, 2.0 * share((5 * i + 3 * j) % SIDE) - 1.0);
                 sum += prepared.color(source, &TexturePoint::new(uv, p));
             }
         }
@@ -146,7 +147,9 @@ impl<'a> TextureWriter<'a> {
             Encoding::Linear => Transfer::None,
         };
         if meant != wanted {
-            remarks.approximated("pictures whose numbers mean something else in glTF (sRGB colours, linear data)");
+            remarks.approximated(
+                "pictures whose numbers mean something else in glTF (sRGB colours, linear data)",
+            );
         }
         let Some(image) = self.image(picture, remarks)? else { return Ok(None) };
         let index = self.texture(picture, image);

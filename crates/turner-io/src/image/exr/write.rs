@@ -22,13 +22,17 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     let names: &[&str] = if image.alpha { &["A", "B", "G", "R"] } else { &["B", "G", "R"] };
     let mut header = header(image.width, image.height, names);
     add_metadata(&mut header, image.metadata)?;
-    write(header, &|row, width, data| {
-        let pixels = linear.get(row * width..(row + 1) * width).unwrap_or_default();
-        // Channels are stored backwards: A B G R.
-        for channel in (0..names.len()).rev() {
-            data.extend(pixels.iter().flat_map(|p| p[channel].to_le_bytes()));
-        }
-    }, image.threads)
+    write(
+        header,
+        &|row, width, data| {
+            let pixels = linear.get(row * width..(row + 1) * width).unwrap_or_default();
+            // Channels are stored backwards: A B G R.
+            for channel in (0..names.len()).rev() {
+                data.extend(pixels.iter().flat_map(|p| p[channel].to_le_bytes()));
+            }
+        },
+        image.threads,
+    )
 }
 
 /// Writes a picture of floats as it is: its channels as Y, Y A, R G B or R G B A, colours multiplied by alpha as EXR has it.
@@ -48,13 +52,17 @@ pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
     };
     let n = channels.len();
     let names: Vec<&str> = channels.iter().map(|(name, _)| *name).collect();
-    write(header(image.width, image.height, &names), &|row, width, data| {
-        let pixels = samples.get(row * width * n..(row + 1) * width * n).unwrap_or_default();
-        for (name, channel) in channels {
-            let alpha = |p: &[f32]| if n % 2 == 0 && *name != "A" { p[n - 1] } else { 1.0 };
-            data.extend(pixels.chunks_exact(n).flat_map(|p| (p[*channel] * alpha(p)).to_le_bytes()));
-        }
-    }, 0)
+    write(
+        header(image.width, image.height, &names),
+        &|row, width, data| {
+            let pixels = samples.get(row * width * n..(row + 1) * width * n).unwrap_or_default();
+            for (name, channel) in channels {
+                let alpha = |p: &[f32]| if n % 2 == 0 && *name != "A" { p[n - 1] } else { 1.0 };
+                data.extend(pixels.chunks_exact(n).flat_map(|p| (p[*channel] * alpha(p)).to_le_bytes()));
+            }
+        },
+        0,
+    )
 }
 
 /// Adds the samples of a row of so many pixels, channel by channel.

@@ -45,7 +45,8 @@ pub fn write(mesh: &MeshData, out: &mut dyn Write) -> io::Result<()> {
     }
     let has_materials = !mesh.face_materials.is_empty();
     if !mesh.triangles.is_empty() {
-        header += &format!("element face {}\nproperty list uchar uint vertex_indices\n", mesh.triangles.len());
+        header +=
+            &format!("element face {}\nproperty list uchar uint vertex_indices\n", mesh.triangles.len());
         if has_materials {
             header += "property ushort material\n";
         }
