@@ -4,6 +4,7 @@ mod bench;
 mod commands;
 mod common;
 mod compare;
+mod convert;
 mod docs;
 mod doctor;
 mod explain;

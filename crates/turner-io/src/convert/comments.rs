@@ -19,22 +19,22 @@ const LONGEST: usize = 90;
 
 /// Keys that all of a section have, beside those of their kind.
 const COMMON: &[(&str, &str, &str)] = &[
-    ("camera", "type", "the kind of camera: turner list cameras"),
-    ("integrator", "type", "how light is computed: turner list integrators"),
-    ("light", "type", "turner list lights"),
-    ("light", "name", "for reports"),
-    ("light", "group", "the group of lights it belongs to"),
-    ("view", "name", "for --camera"),
-    ("texture", "type", "turner list textures"),
-    ("material", "type", "turner list materials"),
-    ("medium", "type", "turner list media"),
-    ("object", "type", "turner list shapes"),
-    ("object", "name", "for reports and pictures of identities"),
-    ("object", "material", "one of [material.NAME]"),
-    ("object", "light_group", "the group of lights it belongs to where it shines"),
-    ("object", "transform", "scale first, then rotate, then translate; or the rows of a matrix"),
-    ("object", "motion", "the transform at the end of its motion"),
-    ("object", "group", "one of [group.NAME]"),
+    ("camera", "type", "The kind of camera: turner list cameras"),
+    ("integrator", "type", "How light is computed: turner list integrators"),
+    ("light", "type", "The kind: turner list lights"),
+    ("light", "name", "For reports"),
+    ("light", "group", "The group of lights it belongs to"),
+    ("view", "name", "For --camera"),
+    ("texture", "type", "The kind: turner list textures"),
+    ("material", "type", "The kind: turner list materials"),
+    ("medium", "type", "The kind: turner list media"),
+    ("object", "type", "The kind: turner list shapes"),
+    ("object", "name", "For reports and pictures of identities"),
+    ("object", "material", "One of [material.NAME]"),
+    ("object", "light_group", "The group of lights it belongs to where it shines"),
+    ("object", "transform", "Scale first, then rotate, then translate; or the rows of a matrix"),
+    ("object", "motion", "The transform at the end of its motion"),
+    ("object", "group", "One of [group.NAME]"),
 ];
 
 /// Which keys have been explained.
@@ -93,7 +93,10 @@ fn short(text: &str) -> String {
     }
     let cut: String = sentence.chars().take(LONGEST).collect();
     let end = cut.rfind([';', ':', ',']).or_else(|| cut.rfind(' ')).unwrap_or(cut.len());
-    cut.get(..end).unwrap_or_default().to_owned()
+    let cut = cut.get(..end).unwrap_or_default();
+    // Not within brackets.
+    let open = cut.rfind(" (").filter(|at| !cut[*at..].contains(')'));
+    cut.get(..open.unwrap_or(cut.len())).unwrap_or_default().to_owned()
 }
 
 #[cfg(test)]

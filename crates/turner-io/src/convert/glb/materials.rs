@@ -20,6 +20,8 @@ pub(super) struct MaterialWriter<'a> {
     pub(super) list: Vec<Value>,
     /// Those that have a picture of normals: their meshes keep their tangents.
     pub(super) normal_mapped: BTreeSet<usize>,
+    /// How many sets of surface coordinates each asks for.
+    pub(super) uv_sets: Vec<usize>,
     known: BTreeMap<Key, usize>,
     pub(super) extensions: BTreeSet<&'static str>,
 }
@@ -36,6 +38,14 @@ fn unit_color(c: Spectrum) -> [f64; 3] {
 /// Adds `key: value`.
 fn put(out: &mut Map<String, Value>, key: &str, value: impl Into<Value>) {
     out.insert(key.into(), value.into());
+}
+
+/// One more than the highest set of surface coordinates that a material's textures name; 0 without textures.
+fn sets_asked_for(json: &Value) -> usize {
+    let Value::Object(map) = json else { return 0 };
+    let set = map.get("texCoord").and_then(Value::as_u64).unwrap_or(0) as usize;
+    let own = if map.contains_key("index") { set + 1 } else { 0 };
+    map.values().map(sets_asked_for).fold(own, usize::max)
 }
 
 /// Adds what there is.
@@ -56,6 +66,7 @@ impl<'a> MaterialWriter<'a> {
             textures,
             list: Vec::new(),
             normal_mapped: BTreeSet::new(),
+            uv_sets: Vec::new(),
             known: BTreeMap::new(),
             extensions: BTreeSet::new(),
         }
@@ -88,6 +99,7 @@ impl<'a> MaterialWriter<'a> {
         let name = named.and_then(|m| m.name.as_deref());
         let mut job = Job { uv_sets, remarks };
         let written = self.write(&material, name, &mut job)?;
+        self.uv_sets.push(sets_asked_for(&written));
         self.list.push(written);
         let number = self.list.len() - 1;
         if self.list[number].get("normalTexture").is_some() {
@@ -204,8 +216,8 @@ impl<'a> MaterialWriter<'a> {
         if m.unlit {
             put(&mut ext, "KHR_materials_unlit", json!({}));
         }
-        // Glass has a back in any case.
-        if m.double_sided {
+        // Glass has a back in any case; what has an inside is not to say that it has two sides.
+        if m.double_sided && !ext.contains_key("KHR_materials_volume") {
             put(&mut out, "doubleSided", true);
         }
         for name in EXTENSIONS {
@@ -322,7 +334,7 @@ impl<'a> MaterialWriter<'a> {
         let (color, used) = self.color(m.emission_color, job)?;
         let color = color.factor * m.emission_luminance as f32;
         let most = color.max_component();
-        if !(most > 0.0) {
+        if most <= 0.0 || most.is_nan() {
             return Ok(());
         }
         let strength = most.max(1.0);

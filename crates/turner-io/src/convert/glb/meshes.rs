@@ -175,7 +175,8 @@ impl<'a> MeshWriter<'a> {
                     attributes.insert("TANGENT".into(), json!(tangents));
                 }
             }
-            for set in 0..uv_sets {
+            let asked_for = self.materials.uv_sets.get(material).copied().unwrap_or(0);
+            for set in 0..uv_sets.min(asked_for) {
                 if let Some(uvs) = self.list_number(source, List::Uvs(set), data) {
                     attributes.insert(format!("TEXCOORD_{set}"), json!(uvs));
                 }

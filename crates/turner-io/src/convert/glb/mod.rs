@@ -23,7 +23,8 @@ use std::path::Path;
 use textures::TextureWriter;
 use turner::color::Transfer;
 use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{SceneDesc, WarningKind};
+use turner::scene::{ObjectContent, ObjectDesc, SceneDesc, WarningKind};
+use turner::shape::ShapeDesc;
 use turner::shape::mesh::MeshData;
 
 /// Writes what glTF 2.0 can say of a scene as a binary file.
@@ -84,15 +85,22 @@ impl std::io::Write for Counted<'_> {
 type Shapes = Vec<Option<MeshData>>;
 
 fn shapes(desc: &SceneDesc) -> Result<Shapes, SceneError> {
-    let reach = nodes::reach(desc);
     let in_groups = desc.groups.iter().flat_map(|g| &g.value.objects);
-    in_groups
-        .chain(&desc.objects)
-        .map(|object| match &object.content {
-            turner::scene::ObjectContent::Shape(shape) => tessellate::triangles(shape, reach),
-            turner::scene::ObjectContent::Instance(_) => Ok(None),
-        })
-        .collect()
+    let all = || in_groups.clone().chain(&desc.objects);
+    let made = |object: &ObjectDesc, planes: Option<f64>| match (&object.content, planes) {
+        (ObjectContent::Shape(ShapeDesc::Plane(_)), None) | (ObjectContent::Instance(_), _) => Ok(None),
+        (ObjectContent::Shape(shape), reach) => tessellate::triangles(shape, reach.unwrap_or(1.0)),
+    };
+    let mut shapes: Shapes = all().map(|object| made(object, None)).collect::<Result<_, _>>()?;
+    // How far planes go depends on all else.
+    let is_plane = |o: &ObjectDesc| matches!(o.content, ObjectContent::Shape(ShapeDesc::Plane(_)));
+    if all().any(is_plane) {
+        let reach = nodes::reach(desc, &shapes);
+        for (shape, object) in shapes.iter_mut().zip(all()).filter(|(_, object)| is_plane(object)) {
+            *shape = made(object, Some(reach))?;
+        }
+    }
+    Ok(shapes)
 }
 
 /// The JSON of the file.

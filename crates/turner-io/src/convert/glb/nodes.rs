@@ -1,5 +1,6 @@
 //! Nodes: where things are.
 
+use super::Shapes;
 use super::meshes::MeshWriter;
 use super::remarks::Remarks;
 use serde_json::{Map, Value, json};
@@ -240,27 +241,20 @@ struct Job<'j, 'a> {
 }
 
 /// How far infinite planes are to go: twenty times as far as anything else, the camera's distance included.
-pub(super) fn reach(desc: &SceneDesc) -> f64 {
+pub(super) fn reach(desc: &SceneDesc, shapes: &Shapes) -> f64 {
     let mut bounds = Bounds::EMPTY;
     let mut add = |p: DVec3| bounds = bounds.union(&Bounds { min: p, max: p });
-    for object in &desc.objects {
-        let own: Vec<DVec3> = match &object.content {
-            ObjectContent::Shape(ShapeDesc::Plane(_)) => continue,
-            ObjectContent::Shape(ShapeDesc::Mesh(m)) => {
-                let data = desc.meshes.get(m.mesh.index()).map(|a| &a.data);
-                let points = data.into_iter().flat_map(|d| &d.positions);
-                Bounds::of(points.map(|p| DVec3::from(p.map(f64::from)))).corners().to_vec()
-            }
-            ObjectContent::Shape(shape) => match super::tessellate::triangles(shape, 1.0) {
-                Ok(Some(mesh)) => mesh.positions.iter().map(|p| DVec3::from(p.map(f64::from))).collect(),
-                _ => continue,
-            },
-            ObjectContent::Instance(_) => vec![DVec3::ZERO],
+    let first = shapes.len() - desc.objects.len().min(shapes.len());
+    for (object, shape) in desc.objects.iter().zip(shapes.iter().skip(first)) {
+        let data = match (&object.content, shape) {
+            (ObjectContent::Shape(ShapeDesc::Mesh(m)), _) => desc.meshes.get(m.mesh.index()).map(|a| &*a.data),
+            (_, shape) => shape.as_ref(),
         };
-        own.into_iter()
-            .map(|p| object.transform.0.transform_point3(p))
-            .filter(|p| p.is_finite())
-            .for_each(&mut add);
+        let points = data.into_iter().flat_map(|d| &d.positions).map(|p| DVec3::from(p.map(f64::from)));
+        let own = Bounds::of(points);
+        let corners = if own.is_empty() { [DVec3::ZERO; 8] } else { own.corners() };
+        let placed = corners.map(|p| object.transform.0.transform_point3(p));
+        placed.into_iter().filter(|p| p.is_finite()).for_each(&mut add);
     }
     for camera in desc.camera.iter().chain(&desc.cameras) {
         let [position, look_at, _] = camera.value.clone().placement_mut().map(|v| *v);
