@@ -8,7 +8,9 @@ use turner::scene::error::{escape, nearest};
 
 use crate::color;
 use crate::control::Control;
-use crate::{bench, compare, doctor, explain, failure, help, info, list, new, render, shell, verify, watch};
+use crate::{
+    bench, compare, convert, doctor, explain, failure, help, info, list, new, render, shell, verify, watch,
+};
 
 /// Turns a scene file into a picture by ray tracing.
 #[derive(Debug, Parser)]
@@ -35,6 +37,7 @@ enum Command {
     Explain(Box<explain::ExplainArgs>),
     Doctor(Box<doctor::DoctorArgs>),
     Compare(compare::CompareArgs),
+    Convert(Box<convert::ConvertArgs>),
     Info(info::InfoArgs),
     List(list::ListArgs),
     Bench(bench::BenchArgs),
@@ -54,6 +57,7 @@ pub(crate) fn run(args: Vec<OsString>, control: &Control) -> u8 {
         Ok(Command::Explain(args)) => explain::run(&args, control),
         Ok(Command::Doctor(args)) => doctor::run(&args, control),
         Ok(Command::Compare(args)) => compare::run(&args),
+        Ok(Command::Convert(args)) => convert::run(&args, control),
         Ok(Command::Info(args)) => info::run(&args, control),
         Ok(Command::List(args)) => list::run(&args),
         Ok(Command::Bench(args)) => bench::run(&args),

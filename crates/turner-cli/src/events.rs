@@ -39,6 +39,12 @@ the picture goes to standard output) and no other text. Keys may be added; none 
     scene_hash         over all files of the scene and the options that change it
     version            of turner
 
+{"event":"converted"}  `turner convert` is done
+    output             the scene that was written
+    files              [{file, bytes}]: all that was written, the scene last
+    seconds            all of it
+    version            of turner
+
 {"event":"error"}      the command failed; exit code 1, or 2 for a bad option
     code               stable: see `turner list errors`
     message            what is wrong

@@ -10,6 +10,7 @@
 //!                       ├─ explain  a pixel's rays
 //!                       ├─ doctor   why it is black, noisy, washed out, slow
 //!                       ├─ compare  two pictures
+//!                       ├─ convert  a scene as files of another format
 //!                       ├─ watch    render, again and again
 //!                       ├─ new      ── templates
 //!                       └─ completions, man ── shell
@@ -24,6 +25,7 @@ mod cli;
 mod color;
 mod compare;
 mod control;
+mod convert;
 mod doctor;
 mod events;
 mod explain;

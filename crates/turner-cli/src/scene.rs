@@ -12,8 +12,9 @@ use turner::filter::FilterKind;
 use turner::integrator::{Caustics, IntegratorDesc};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
-use turner::scene::{PrepareOptions, Quality, Scene, SceneDesc};
+use turner::scene::{Limits, PrepareOptions, Quality, Scene, SceneDesc};
 use turner_io::assets::FolderAssets;
+use turner_io::image::KeptPictures;
 use turner_io::scene::{
     LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, load, load_text, open_to,
     parse,
@@ -174,6 +175,18 @@ pub(crate) struct Ready {
     pub(crate) seconds: f64,
 }
 
+/// A scene as it was asked for, with what its messages need.
+pub(crate) struct Described {
+    /// What was asked for.
+    pub(crate) desc: SceneDesc,
+    /// The texts.
+    pub(crate) sources: Sources,
+    /// Names of options.
+    pub(crate) labels: Labels,
+    /// Over all that makes the picture.
+    pub(crate) hash: String,
+}
+
 impl SceneArgs {
     /// Loads and prepares the scene.
     pub(crate) fn ready(
@@ -184,8 +197,36 @@ impl SceneArgs {
         control: &Control,
     ) -> Result<Ready, Failure> {
         let start = Instant::now();
+        let limits = self.watched_limits(control);
+        let Described { desc, sources, labels, hash } =
+            self.described(film, models, threads, None, &limits)?;
+        let quality = match self.bvh_quality {
+            BvhQuality::Fast => Quality::Fast,
+            BvhQuality::Balanced => Quality::Balanced,
+            BvhQuality::High => Quality::High,
+        };
+        let scene = desc
+            .prepare(&PrepareOptions { threads, quality, limits })
+            .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
+        Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// What the scene may take, watched from here on.
+    pub(crate) fn watched_limits(&self, control: &Control) -> Limits {
         let limits = self.limits.limits();
         control.watch_memory(&limits.memory);
+        limits
+    }
+
+    /// Loads the scene and changes what is to be changed in it. Pictures are kept as their files have them where it is said.
+    pub(crate) fn described(
+        &self,
+        film: &FilmArgs,
+        models: ModelOverrides,
+        threads: usize,
+        kept_pictures: Option<KeptPictures>,
+        limits: &Limits,
+    ) -> Result<Described, Failure> {
         let input = Input::new(&self.scene)?;
         let mut film_overrides = film.overrides();
         film_overrides.extend(self.stage.overrides());
@@ -201,6 +242,7 @@ impl SceneArgs {
             limits: limits.clone(),
             models,
             threads,
+            kept_pictures,
         };
         let mut loaded = input.load(&options);
         if let (Err(error), Some(name)) = (&loaded, &film.integrator)
@@ -212,15 +254,7 @@ impl SceneArgs {
         }
         let Loaded { mut desc, sources, mut hash } = loaded.map_err(|e| Failure::load(e, &labels))?;
         self.stage.surround(&mut desc, &mut hash, &options)?;
-        let quality = match self.bvh_quality {
-            BvhQuality::Fast => Quality::Fast,
-            BvhQuality::Balanced => Quality::Balanced,
-            BvhQuality::High => Quality::High,
-        };
-        let scene = desc
-            .prepare(&PrepareOptions { threads, quality, limits })
-            .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
-        Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
+        Ok(Described { desc, sources, labels, hash })
     }
 }
 

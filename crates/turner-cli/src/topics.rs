@@ -80,14 +80,14 @@ pub(crate) const MEDIUM: &str = "An object that is nothing but a medium says `me
     `interior = \"NAME\"` in its material; all that is in the open has the `medium` of `[background]`. Shapes with a medium must be closed. Where they \
     overlap, the material that stands first in the scene counts, as glass does before both.";
 pub(crate) const TEXTURE: &str = "";
-pub(crate) const LIGHT: &str = "A light of any type may have a `group = \"NAME\"`: lights of one name, and objects with that `light_group`, belong together. `turner info` lists the groups.";
+pub(crate) const LIGHT: &str = "A light of any type may have a `group = \"NAME\"`: lights of one name, and objects with that `light_group`, belong together. `turner info` lists the groups. A `name` is for reports.";
 
 /// Sections as they are written, with what they hold.
 pub(crate) fn sections() -> Vec<(String, &'static str)> {
     let written = |name: &str| match name {
         "include" => "include = [\"FILE\", …]".to_owned(),
         "texture" | "material" | "group" => format!("[{name}.NAME]"),
-        "object" | "light" => format!("[[{name}]]"),
+        "object" | "light" | "view" => format!("[[{name}]]"),
         name => format!("[{name}]"),
     };
     // The tables say how it is written, too.

@@ -11,6 +11,7 @@
 //! Angles that a lamp's symmetry leaves out are filled in: horizontal ones that end at 0, 90 or 180, or go from 90 to 270; in types A and B
 //! those below 0.
 
+use std::io::{self, Write};
 use turner::light::LightProfile;
 use turner::scene::{Warning, WarningKind};
 
@@ -183,6 +184,21 @@ fn hanging(
     let candela = whole.iter().flat_map(|(_, plane)| planes[*plane].iter().copied()).collect();
     let angles = whole.iter().map(|(angle, _)| *angle).collect();
     LightProfile::new(vertical, angles, candela)
+}
+
+/// Writes measurements as a file that [`decode`] reads as the same.
+pub fn write(profile: &LightProfile, out: &mut dyn Write) -> io::Result<()> {
+    let (vertical, horizontal) = (profile.vertical(), profile.horizontal());
+    writeln!(out, "IESNA:LM-63-2002\n[OTHER] written by Turner\nTILT=NONE")?;
+    writeln!(out, "1 -1 1 {} {} 1 2 0 0 0\n1 1 0", vertical.len(), horizontal.len())?;
+    let mut line = |numbers: &mut dyn Iterator<Item = f64>| {
+        let words: Vec<String> = numbers.map(|v| v.to_string()).collect();
+        words.chunks(12).try_for_each(|words| writeln!(out, "{}", words.join(" ")))
+    };
+    line(&mut vertical.iter().copied())?;
+    line(&mut horizontal.iter().copied())?;
+    let rows = profile.intensities().chunks(vertical.len().max(1));
+    rows.into_iter().try_for_each(|row| line(&mut row.iter().map(|v| f64::from(*v))))
 }
 
 /// The horizontal angles of a whole turn, each with the number of the one it is the same as; `None` if the given ones are of no symmetry.

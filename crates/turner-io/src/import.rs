@@ -1,6 +1,7 @@
 //! What all importers of foreign formats have in common.
 
 use crate::assets::{AssetSource, printable};
+use crate::image::KeptPictures;
 use crate::mesh;
 use crate::pbrt;
 use crate::scene::SceneFormat;
@@ -31,6 +32,8 @@ pub struct ImportOptions {
     pub threads: usize,
     /// What the scene may take.
     pub limits: Limits,
+    /// Where pictures are kept as their files have them.
+    pub kept_pictures: Option<KeptPictures>,
 }
 
 impl Default for ImportOptions {
@@ -44,7 +47,15 @@ impl Default for ImportOptions {
             max_texture_size: None,
             threads: 0,
             limits: Limits::default(),
+            kept_pictures: None,
         }
+    }
+}
+
+impl ImportOptions {
+    /// Where pictures are kept, if they are and stay what their files hold.
+    pub(crate) fn keeps_pictures(&self) -> Option<&KeptPictures> {
+        self.kept_pictures.as_ref().filter(|_| self.max_texture_size.is_none())
     }
 }
 

@@ -17,6 +17,7 @@
 //! [`scene::load`] reads a file, a scene or a model, in the same way.
 
 pub mod assets;
+pub mod convert;
 pub mod gltf;
 pub mod grid;
 mod gzip;

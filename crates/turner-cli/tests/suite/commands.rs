@@ -39,11 +39,12 @@ fn arguments(line: &str) -> Option<Vec<String>> {
 
 /// What is run in place of the command.
 fn small(mut args: Vec<String>) -> Vec<String> {
-    const OTHERS: [&str; 11] = [
+    const OTHERS: [&str; 12] = [
         "new",
         "explain",
         "doctor",
         "compare",
+        "convert",
         "info",
         "list",
         "help",

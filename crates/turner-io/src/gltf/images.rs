@@ -71,12 +71,16 @@ impl Images {
                 })
                 .collect();
             let decoded = decode_all(&encoded, &limits, options.threads, options.max_texture_size);
-            for ((index, _, name, _), result) in read.iter().zip(decoded) {
+            for ((index, _, name, bytes), result) in read.iter().zip(decoded) {
                 match result {
                     Ok(image) => {
                         left = left.saturating_sub(image.memory() as u64);
                         images.ids.insert(*index, ImageId(images.assets.len() as u32));
-                        images.assets.push(Asset { uri: name.clone(), data: Arc::new(image) });
+                        let data = Arc::new(image);
+                        if let Some(kept) = options.keeps_pictures() {
+                            kept.keep(&data, name, bytes.to_vec());
+                        }
+                        images.assets.push(Asset { uri: name.clone(), data });
                     }
                     Err(error) => {
                         // The second line is the remedy.

@@ -5,7 +5,7 @@
 //! the next one that writes into the folder removes.
 
 use std::fs::{self, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -137,15 +137,25 @@ impl OutputFile {
     /// Writes the bytes, flushes them to the disk, and puts the file in its place in one step. An existing file's
     /// permissions are kept; a new file has those that any new file of the user has.
     pub fn commit(self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.commit_with(|out| out.write_all(bytes))
+    }
+
+    /// The same with what `write` writes, bit by bit.
+    pub fn commit_with(
+        self,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), OutputError> {
         let path = &self.path;
         match self.target {
             Target::Stream => OpenOptions::new()
                 .write(true)
                 .open(path)
-                .and_then(|mut f| f.write_all(bytes))
+                .and_then(|mut f| write(&mut f))
                 .map_err(|e| failed(path, "write", e)),
             Target::File { mut temporary, folder } => {
-                temporary.write_all(bytes).map_err(|e| failed(path, "write", e))?;
+                let mut buffered = BufWriter::with_capacity(1 << 16, temporary.as_file_mut());
+                write(&mut buffered).and_then(|()| buffered.flush()).map_err(|e| failed(path, "write", e))?;
+                drop(buffered);
                 if let Ok(existing) = fs::metadata(path) {
                     let keep = temporary.as_file().set_permissions(existing.permissions());
                     keep.map_err(|e| failed(path, "keep its permissions", e))?;

@@ -89,13 +89,13 @@ impl<'a> OutputImage<'a> {
             format!("it stores {kind} samples: found {found}, expected {} x {}", self.width, self.height);
         ImageError::encode(format, problem)
     }
+}
 
-    /// Threads to use for `jobs` independent pieces of work.
-    pub(super) fn workers(&self, jobs: usize) -> usize {
-        let most = match self.threads {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            n => n,
-        };
-        most.min(jobs).max(1)
-    }
+/// Threads to use for `jobs` independent pieces of work, of as many as are allowed (0: all there are).
+pub(super) fn workers(threads: usize, jobs: usize) -> usize {
+    let most = match threads {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        n => n,
+    };
+    most.min(jobs).max(1)
 }

@@ -119,6 +119,37 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     Ok(out)
 }
 
+/// Writes a picture of 8 or 16 bits as it is: grey or RGB, with or without alpha, nothing stated about its colours.
+pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
+    let failed = |e: png::EncodingError| ImageError::encode(FORMAT, e);
+    if !image.is_consistent() {
+        return Err(ImageError::encode(FORMAT, "samples that do not fit the size"));
+    }
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(&mut out, image.width, image.height);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_color(match image.channels {
+        1 => ColorType::Grayscale,
+        2 => ColorType::GrayscaleAlpha,
+        3 => ColorType::Rgb,
+        _ => ColorType::Rgba,
+    });
+    let wide: Vec<u8>;
+    let bytes = match &image.pixels {
+        Pixels::U8(samples) => samples,
+        Pixels::U16(samples) => {
+            encoder.set_depth(BitDepth::Sixteen);
+            wide = samples.iter().flat_map(|v| v.to_be_bytes()).collect();
+            &wide
+        }
+        Pixels::F32(_) => return Err(ImageError::encode(FORMAT, "samples that are floats")),
+    };
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(bytes).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(out)
+}
+
 /// The uncompressed text of a PNG (tEXt and plain iTXt chunks). Check sums are not verified.
 pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     let mut metadata = Metadata::new();

@@ -13,7 +13,7 @@ pub(crate) mod need;
 mod number;
 mod obj;
 mod pictures;
-mod ply;
+pub mod ply;
 mod polygon;
 mod stl;
 mod weld;
@@ -105,6 +105,7 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
             let dropped = positions.len() - kept;
             // Whatever else the points have is not shown.
             (mesh.normals, mesh.uvs) = (Vec::new(), Vec::new());
+            (mesh.tangents, mesh.more_uvs) = (Vec::new(), Vec::new());
             mesh.positions.retain(finite);
             (dropped, "points dropped: not finite")
         } else {
@@ -128,6 +129,8 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
     }
     let mut replaced = 0_u64;
     let flat = mesh.normals.as_flattened_mut().iter_mut().chain(mesh.uvs.as_flattened_mut());
+    let flat = flat.chain(mesh.tangents.as_flattened_mut());
+    let flat = flat.chain(mesh.more_uvs.iter_mut().flat_map(|set| set.as_flattened_mut()));
     for value in flat.chain(mesh.colors.as_flattened_mut()) {
         if !value.is_finite() {
             *value = 0.0;

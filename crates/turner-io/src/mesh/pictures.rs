@@ -73,13 +73,17 @@ impl Pictures {
             let encoded: Vec<EncodedPicture<'_>> =
                 read.iter().map(|(_, used_as, path, bytes)| (&bytes[..], &path[..], *used_as)).collect();
             let decoded = decode_all(&encoded, &limits, options.threads, options.max_texture_size);
-            for ((name, _, path, _), result) in read.into_iter().zip(decoded) {
+            for ((name, _, path, bytes), result) in read.into_iter().zip(decoded) {
                 match result {
                     Ok(image) => {
                         left = left.saturating_sub(image.memory() as u64);
                         let id = ImageId(pictures.images.len() as u32);
                         pictures.ids.insert(name.clone(), id);
-                        pictures.images.push(Asset { uri: printable(&name.1), data: Arc::new(image) });
+                        let data = Arc::new(image);
+                        if let Some(kept) = options.keeps_pictures() {
+                            kept.keep(&data, &path, bytes);
+                        }
+                        pictures.images.push(Asset { uri: printable(&name.1), data });
                         by_path.insert(path, id);
                     }
                     Err(error) => {

@@ -200,9 +200,13 @@ impl<'a> Assembly<'a> {
             return *known;
         }
         let id = match self.load_image(name) {
-            Ok(image) => {
+            Ok((image, path, bytes)) => {
                 self.copies = self.copies.saturating_add(4 * image.memory() as u64);
-                Some(self.add_image(name, image))
+                let id = self.add_image(name, image);
+                if let (Some(kept), Some(added)) = (self.options.keeps_pictures(), self.images.last()) {
+                    kept.keep(&added.data, &path, bytes);
+                }
+                Some(id)
             }
             Err(problem) => {
                 self.report.ignored(place, format!("the picture {problem}; it is left out"));
@@ -227,7 +231,7 @@ impl<'a> Assembly<'a> {
         ImageId(self.images.len() as u32 - 1)
     }
 
-    fn load_image(&self, name: &str) -> Result<Image, String> {
+    fn load_image(&self, name: &str) -> Result<(Image, String, Vec<u8>), String> {
         let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
         let resolve = |e: crate::assets::AssetError| first(e.to_string());
         let path = self.assets.resolve(&self.uri, name).map_err(resolve)?;
@@ -235,10 +239,11 @@ impl<'a> Assembly<'a> {
         let mut limits = DecodeLimits::of_scene(&self.options.limits, self.options.max_texture_size, 1);
         limits.max_bytes = limits.max_bytes.min(MAX_DECODED.saturating_sub(self.decoded));
         let image = decode(&bytes, &path, &limits).map_err(|e| first(e.to_string()))?;
-        match self.options.max_texture_size {
+        let image = match self.options.max_texture_size {
             Some(max) => crate::image::to_fit(image, max, crate::image::ColorOrData::Color, &path)
-                .map_err(|e| first(e.to_string())),
-            None => Ok(image),
-        }
+                .map_err(|e| first(e.to_string()))?,
+            None => image,
+        };
+        Ok((image, path, bytes))
     }
 }

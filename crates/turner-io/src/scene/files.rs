@@ -65,6 +65,7 @@ fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptio
         max_texture_size: asked.max_texture_size,
         threads: asked.threads,
         limits: asked.limits.clone(),
+        kept_pictures: asked.kept_pictures.clone(),
     }
 }
 
@@ -148,6 +149,10 @@ impl SceneAssets for SceneFiles<'_> {
             .map_err(|e| two_lines(ErrorCode::Image, &e.to_string()))?;
         self.decoded += image.memory() as u64;
         let image = Arc::new(image);
+        // What was made smaller is no longer what the file has.
+        if let (Some(kept), None) = (&self.options.kept_pictures, self.options.max_texture_size) {
+            kept.keep(&image, &path, bytes);
+        }
         self.images.insert(path, image.clone());
         Ok(image)
     }

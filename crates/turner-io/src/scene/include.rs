@@ -174,7 +174,7 @@ fn merge(base: &mut Table, over: Table, path: &mut Vec<String>) {
 
 fn is_appended(path: &[String]) -> bool {
     match path {
-        [list] => list == "object" || list == "light",
+        [list] => matches!(list.as_str(), "object" | "light" | "view"),
         [group, _, object] => group == "group" && object == "object",
         _ => false,
     }

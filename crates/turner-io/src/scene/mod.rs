@@ -30,6 +30,7 @@ pub use sources::{Location, SourceFile, Sources};
 pub use text::parse;
 
 use crate::assets::{AssetError, AssetSource, FolderAssets, printable};
+use crate::image::KeptPictures;
 use error::asset_error;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -59,6 +60,8 @@ pub struct LoadOptions {
     pub allow_paths: Vec<PathBuf>,
     /// What the scene may take.
     pub limits: Limits,
+    /// Where pictures are kept as their files have them, for who writes them again.
+    pub kept_pictures: Option<KeptPictures>,
 }
 
 /// What takes the place of keys of every model in a scene.

@@ -117,7 +117,7 @@ pub(super) fn included(file: &str, format: SceneFormat) -> String {
 }
 
 /// As a string of TOML.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
         match c {

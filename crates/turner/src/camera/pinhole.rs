@@ -8,6 +8,7 @@ use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, Range, params, wrong_type};
 use crate::scene::value::{Data, Value};
+use crate::scene::write::WriteContext;
 
 params! {
     /// A pinhole camera. What it sees is given by `fov`, or by the size of a `viewport` at a `distance` from the eye, as in the classic documents.
@@ -65,6 +66,12 @@ impl ParamType for Viewport {
         match self {
             Viewport::Height(h) => h.show(),
             Viewport::Size(s) => s.show(),
+        }
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        match self {
+            Viewport::Height(h) => h.write(cx),
+            Viewport::Size(s) => s.write(cx),
         }
     }
 }

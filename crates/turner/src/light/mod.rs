@@ -31,6 +31,7 @@ use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, choice, family, wrong_type};
 use crate::scene::value::{Data, Value};
+use crate::scene::write::WriteContext;
 
 family! {
     /// Lights: the `type` of a `[[light]]`. Each has a `color` and an `intensity`; what arrives is their product, weakened by `attenuation`.
@@ -103,6 +104,13 @@ impl ParamType for Attenuation {
             [1.0, 0.0, 0.0] => "\"none\"".into(),
             [0.0, 0.0, 1.0] => "\"inverse-square\"".into(),
             c => c.show(),
+        }
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        match self.coefficients {
+            [1.0, 0.0, 0.0] => AttenuationKind::None.write(cx),
+            [0.0, 0.0, 1.0] => AttenuationKind::InverseSquare.write(cx),
+            coefficients => coefficients.write(cx),
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, choice, wrong_type};
 use crate::scene::value::{Data, Value};
+use crate::scene::write::WriteContext;
 
 /// Intensities of a lamp by direction, on a grid of angles in degrees.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +53,21 @@ impl LightProfile {
         Ok(LightProfile { vertical, horizontal, candela, peak })
     }
 
+    /// The vertical angles, degrees: increasing, within 0..=180.
+    pub fn vertical(&self) -> &[f64] {
+        &self.vertical
+    }
+
+    /// The horizontal angles, degrees: increasing from 0 to 360, or 0 alone.
+    pub fn horizontal(&self) -> &[f64] {
+        &self.horizontal
+    }
+
+    /// The intensities, candela: for each horizontal angle those of all vertical ones.
+    pub fn intensities(&self) -> &[f32] {
+        &self.candela
+    }
+
     /// The largest intensity, candela.
     pub fn peak(&self) -> f32 {
         self.peak
@@ -85,13 +101,19 @@ fn between(values: &[f64], v: f64) -> (usize, f32) {
     }
 }
 
-/// A file of measurements that a light names.
-#[derive(Clone, Debug, PartialEq)]
+/// A file of measurements that a light names. Two are the same if they hold the same.
+#[derive(Clone, Debug)]
 pub struct ProfileFile {
     /// Its name as written.
     pub uri: String,
     /// What it holds.
     pub data: Arc<LightProfile>,
+}
+
+impl PartialEq for ProfileFile {
+    fn eq(&self, other: &ProfileFile) -> bool {
+        self.data == other.data
+    }
 }
 
 impl ParamType for ProfileFile {
@@ -108,6 +130,9 @@ impl ParamType for ProfileFile {
     }
     fn show(&self) -> String {
         "a file".into()
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        cx.light_profile(self).map(Some)
     }
 }
 

@@ -9,6 +9,7 @@ use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, Range, params, wrong_type};
 use crate::scene::value::{Data, Value};
+use crate::scene::write::WriteContext;
 
 /// The most values that one channel of a grid may have.
 pub const MAX_VALUES: u64 = 1 << 30;
@@ -48,6 +49,16 @@ impl GridData {
     /// How many cells there are along x, y and z.
     pub fn size(&self) -> [u32; 3] {
         self.size
+    }
+
+    /// The density of each cell, x fastest, then y, then z.
+    pub fn density(&self) -> &[f32] {
+        &self.density
+    }
+
+    /// The factor of the emission of each cell, if there is one.
+    pub fn emission(&self) -> Option<&[f32]> {
+        self.emission.as_deref()
     }
 
     /// Bytes of memory.
@@ -95,13 +106,19 @@ impl GridData {
     }
 }
 
-/// A file of a grid that a medium names.
-#[derive(Clone, Debug, PartialEq)]
+/// A file of a grid that a medium names. Two are the same if they hold the same.
+#[derive(Clone, Debug)]
 pub struct GridFile {
     /// Its name as written.
     pub uri: String,
     /// What it holds.
     pub data: Arc<GridData>,
+}
+
+impl PartialEq for GridFile {
+    fn eq(&self, other: &GridFile) -> bool {
+        Arc::ptr_eq(&self.data, &other.data) || self.data == other.data
+    }
 }
 
 impl ParamType for GridFile {
@@ -116,6 +133,9 @@ impl ParamType for GridFile {
     }
     fn show(&self) -> String {
         "a file".into()
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        cx.grid(self).map(Some)
     }
 }
 

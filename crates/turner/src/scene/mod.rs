@@ -28,6 +28,7 @@ mod prepare;
 mod ray_batch;
 pub mod read;
 mod rectangles;
+mod same;
 #[allow(clippy::module_inception)]
 mod scene;
 pub mod schema;
@@ -41,6 +42,8 @@ mod tangent;
 pub mod transform;
 pub mod value;
 mod volumes;
+pub mod write;
+mod write_names;
 
 pub use desc::*;
 pub use emitter_batch::{AroundBatch, LightBatch};
@@ -64,3 +67,4 @@ pub use spectrum_block::SpectrumBlock;
 pub use stage::StageDesc;
 pub use turner_bvh::Quality;
 pub(crate) use volumes::Volumes;
+pub use write::{SceneAssetWriter, write_scene};

@@ -6,9 +6,11 @@ use super::desc::*;
 use super::error::{ErrorCode, SceneError, unknown_name};
 use super::param::ColorSource;
 use super::read::ReadContext;
+use super::same::OrderOfUse;
 use super::schema::{ParamType, TableReader, choice, params, wrong_type};
 use super::transform::Transform;
-use super::value::{Data, Entry, Span, Value};
+use super::value::{Data, Entry, Span, Table, Value};
+use super::write::WriteContext;
 use crate::camera::CameraDesc;
 use crate::light::LightDesc;
 use crate::math::{DAffine3, DMat3, DVec3};
@@ -50,6 +52,13 @@ impl ParamType for MaterialsByName {
     fn show(&self) -> String {
         "materials".into()
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        let mut table = Table::default();
+        for (name, _, material) in &self.0 {
+            table.push(name, cx.material(*material)?);
+        }
+        Ok(Some(Data::Table(table)))
+    }
 }
 
 params! {
@@ -82,7 +91,7 @@ materials = { paint = { type = "principled", base_color = "tomato", specular_rou
 }
 
 /// How far the numbers of things move when one scene is put into another.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Renumber {
     textures: u32,
     materials: u32,
@@ -90,6 +99,8 @@ pub struct Renumber {
     meshes: u32,
     groups: u32,
     media: u32,
+    /// Pictures and meshes get numbers in the order of their use instead.
+    uses: Option<[OrderOfUse; 2]>,
 }
 
 impl Renumber {
@@ -103,11 +114,29 @@ impl Renumber {
     }
     /// The new number of a picture.
     pub(crate) fn image(&self, id: ImageId) -> ImageId {
-        ImageId(id.0 + self.images)
+        match &self.uses {
+            Some([images, _]) => ImageId(images.number(id.0)),
+            None => ImageId(id.0 + self.images),
+        }
     }
     /// The new number of a mesh.
     pub(crate) fn mesh(&self, id: MeshId) -> MeshId {
-        MeshId(id.0 + self.meshes)
+        match &self.uses {
+            Some([_, meshes]) => MeshId(meshes.number(id.0)),
+            None => MeshId(id.0 + self.meshes),
+        }
+    }
+    /// Numbers pictures and meshes in the order in which it meets them; all else keeps its number.
+    pub(super) fn in_order_of_use() -> Renumber {
+        Renumber { uses: Some(Default::default()), ..Renumber::default() }
+    }
+    /// The old numbers of the pictures it met, in order.
+    pub(super) fn images_in_order(&self) -> Vec<u32> {
+        self.uses.as_ref().map_or_else(Vec::new, |[images, _]| images.seen())
+    }
+    /// The old numbers of the meshes it met, in order.
+    pub(super) fn meshes_in_order(&self) -> Vec<u32> {
+        self.uses.as_ref().map_or_else(Vec::new, |[_, meshes]| meshes.seen())
     }
     /// The new number of a texture, where a source is one.
     pub(crate) fn source(&self, source: ColorSource) -> ColorSource {
@@ -161,6 +190,7 @@ impl ReadContext<'_> {
             meshes: self.meshes.len() as u32,
             groups: self.group_count,
             media: self.media.len() as u32,
+            uses: None,
         };
         self.textures.extend(model.textures.iter().cloned().map(|mut t| {
             t.value.renumber(&by);

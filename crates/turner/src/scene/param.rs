@@ -6,6 +6,7 @@ use super::model::Renumber;
 use super::read::ReadContext;
 use super::schema::{ParamType, Range, wrong_type};
 use super::value::{Data, Value};
+use super::write::{WriteContext, list, single};
 use crate::color::{NAMES, Spectrum, from_rgb24, named};
 use crate::math::{DVec2, DVec3};
 
@@ -36,6 +37,9 @@ impl ParamType for f64 {
     fn show(&self) -> String {
         show_number(*self)
     }
+    fn write(&self, _: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        Ok(Some(Data::Number(*self)))
+    }
     fn outside(&self, range: &Range) -> Option<f64> {
         (!range.contains(*self)).then_some(*self)
     }
@@ -62,6 +66,9 @@ impl ParamType for u32 {
     fn show(&self) -> String {
         self.to_string()
     }
+    fn write(&self, _: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        Ok(Some(Data::Integer(i64::from(*self))))
+    }
     fn outside(&self, range: &Range) -> Option<f64> {
         let v = f64::from(*self);
         (!range.contains(v)).then_some(v)
@@ -81,6 +88,9 @@ impl ParamType for bool {
     fn show(&self) -> String {
         self.to_string()
     }
+    fn write(&self, _: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        Ok(Some(Data::Bool(*self)))
+    }
 }
 
 impl ParamType for String {
@@ -96,6 +106,9 @@ impl ParamType for String {
     fn show(&self) -> String {
         format!("\"{self}\"")
     }
+    fn write(&self, _: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        Ok(Some(Data::String(self.clone())))
+    }
 }
 
 impl<T: ParamType> ParamType for Option<T> {
@@ -108,12 +121,21 @@ impl<T: ParamType> ParamType for Option<T> {
     fn show(&self) -> String {
         self.as_ref().map_or("none".into(), T::show)
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        self.as_ref().map_or(Ok(None), |v| v.write(cx))
+    }
     fn renumber(&mut self, by: &Renumber) {
         self.iter_mut().for_each(|v| v.renumber(by));
     }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.as_ref().and_then(|v| v.outside(range))
     }
+}
+
+/// Writes each element.
+fn write_list<T: ParamType>(items: &[T], cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+    let items: Result<Vec<_>, _> = items.iter().map(|v| v.write(cx)).collect();
+    Ok(Some(list(items?.into_iter().flatten())))
 }
 
 /// A list whose every element reads as `T`.
@@ -129,6 +151,9 @@ impl<T: ParamType> ParamType for Vec<T> {
     }
     fn show(&self) -> String {
         format!("[{}]", self.iter().map(T::show).collect::<Vec<_>>().join(", "))
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        write_list(self, cx)
     }
     fn renumber(&mut self, by: &Renumber) {
         self.iter_mut().for_each(|v| v.renumber(by));
@@ -159,6 +184,9 @@ impl<T: ParamType + Copy, const N: usize> ParamType for [T; N] {
     fn show(&self) -> String {
         format!("[{}]", self.iter().map(T::show).collect::<Vec<_>>().join(", "))
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        write_list(self, cx)
+    }
     fn renumber(&mut self, by: &Renumber) {
         self.iter_mut().for_each(|v| v.renumber(by));
     }
@@ -185,6 +213,9 @@ impl ParamType for DVec3 {
     fn show(&self) -> String {
         self.to_array().show()
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        self.to_array().write(cx)
+    }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.to_array().outside(range)
     }
@@ -199,6 +230,9 @@ impl ParamType for DVec2 {
     }
     fn show(&self) -> String {
         self.to_array().show()
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        self.to_array().write(cx)
     }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.to_array().outside(range)
@@ -233,6 +267,11 @@ impl ParamType for Spectrum {
     fn show(&self) -> String {
         let [r, g, b] = self.to_array();
         if r == g && g == b { format!("{r}") } else { format!("[{r}, {g}, {b}]") }
+    }
+    fn write(&self, _: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        let [r, g, b] = self.to_array();
+        let grey = r.to_bits() == g.to_bits() && g.to_bits() == b.to_bits();
+        Ok(Some(if grey { single(r) } else { list([r, g, b].map(single)) }))
     }
     fn outside(&self, range: &Range) -> Option<f64> {
         self.to_array().iter().map(|v| f64::from(*v)).find(|v| !range.contains(*v))
@@ -299,6 +338,12 @@ impl ParamType for ColorSource {
             ColorSource::Texture(_) => "a texture".into(),
         }
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        match self {
+            ColorSource::Constant(c) => c.write(cx),
+            ColorSource::Texture(id) => cx.texture(*id).map(Some),
+        }
+    }
     fn renumber(&mut self, by: &Renumber) {
         *self = by.source(*self);
     }
@@ -325,6 +370,9 @@ impl ParamType for ImageId {
     fn show(&self) -> String {
         "a file".into()
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        cx.image(*self).map(Some)
+    }
     fn renumber(&mut self, by: &Renumber) {
         *self = by.image(*self);
     }
@@ -341,6 +389,9 @@ impl ParamType for MaterialId {
     fn show(&self) -> String {
         "a material".into()
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        cx.material(*self).map(Some)
+    }
     fn renumber(&mut self, by: &Renumber) {
         *self = by.material(*self);
     }
@@ -356,6 +407,9 @@ impl ParamType for MediumId {
     }
     fn show(&self) -> String {
         "a medium".into()
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        cx.medium(*self).map(Some)
     }
     fn renumber(&mut self, by: &Renumber) {
         *self = by.medium(*self);

@@ -185,6 +185,7 @@ pub(super) fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
 pub const SECTIONS: &[(&str, &str)] = &[
     ("include", "names of scene files whose sections are read first"),
     ("camera", "where the picture is taken from"),
+    ("view", "other cameras, for `camera` in [stage] and --camera: [[view]]"),
     ("film", "size, sampling and transfer curve of the picture"),
     ("integrator", "how light is computed"),
     ("background", "what a ray sees that hits nothing"),
@@ -287,29 +288,23 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     let mut lights = Vec::new();
     for value in array_of_tables(top.take("light"), "light")? {
         let mut table = TableReader::of(value, "a light")?;
+        let name = table.optional::<String>("name", None, &mut cx)?;
         let group = light_group(&mut table, "group", &mut cx)?;
         let light =
             read_kind(&mut table, LightDesc::DOC.one, None, &mut cx, &LightDesc::DOC, LightDesc::read)?;
         table.finish()?;
-        lights.push(SceneLight { name: None, group, span: Some(value.span), value: light });
+        lights.push(SceneLight { name, group, span: Some(value.span), value: light });
     }
     lights.append(&mut cx.model_lights);
     let camera = match top.take("camera") {
         None => None,
-        Some(value) => {
-            let mut table = TableReader::of(value, "[camera]")?;
-            let camera = read_kind(
-                &mut table,
-                "camera",
-                Some("pinhole"),
-                &mut cx,
-                &CameraDesc::DOC,
-                CameraDesc::read,
-            )?;
-            table.finish()?;
-            Some(Named { name: None, span: Some(value.span), value: camera })
-        }
+        Some(value) => Some(read_camera(value, "[camera]", &mut cx)?),
     };
+    let mut cameras = Vec::new();
+    for value in array_of_tables(top.take("view"), "view")? {
+        cameras.push(read_camera(value, "a view", &mut cx)?);
+    }
+    cameras.append(&mut cx.cameras);
     let integrator = {
         let value = top.take("integrator").unwrap_or(&empty);
         let mut table = TableReader::of(value, "[integrator]")?;
@@ -341,11 +336,20 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         lights,
         images: cx.images,
         meshes: cx.meshes,
-        cameras: cx.cameras,
+        cameras,
         stage,
         imports: cx.imports,
         warnings: cx.warnings,
     })
+}
+
+/// Reads a camera and its name.
+fn read_camera(value: &Value, what: &str, cx: &mut ReadContext<'_>) -> Result<Named<CameraDesc>, SceneError> {
+    let mut table = TableReader::of(value, what)?;
+    let name = table.optional::<String>("name", None, cx)?;
+    let camera = read_kind(&mut table, "camera", Some("pinhole"), cx, &CameraDesc::DOC, CameraDesc::read)?;
+    table.finish()?;
+    Ok(Named { name, span: Some(value.span), value: camera })
 }
 
 /// Reads a table that has no `type` and refuses unknown keys.

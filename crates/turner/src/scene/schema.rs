@@ -8,6 +8,7 @@ use super::error::{ErrorCode, SceneError, escape, nearest, suggestion, unknown_n
 use super::model::Renumber;
 use super::read::ReadContext;
 use super::value::{Data, Span, Table, Value};
+use super::write::WriteContext;
 
 /// One key of a table in a scene file.
 #[derive(Clone, Copy, Debug)]
@@ -114,6 +115,10 @@ pub trait ParamType: Sized {
     fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Self, SceneError>;
     /// As it would be written in a scene; used to show defaults.
     fn show(&self) -> String;
+    /// As a value that reads back as the same; `None` for what is said by leaving the key out.
+    ///
+    /// Errors: those of the files that its data goes to.
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError>;
     /// Moves the numbers of things it refers to.
     fn renumber(&mut self, _by: &Renumber) {}
     /// The first number in it outside a range, if any. Types without numbers have none.
@@ -264,6 +269,9 @@ macro_rules! choice {
                 }
             }
             fn show(&self) -> String { format!("\"{}\"", self.word()) }
+            fn write(&self, _: &mut $crate::scene::write::WriteContext<'_>) -> Result<Option<$crate::scene::value::Data>, $crate::scene::error::SceneError> {
+                Ok(Some($crate::scene::value::Data::String(self.word().to_owned())))
+            }
         }
     };
 }
@@ -305,6 +313,14 @@ macro_rules! params {
             ) -> Result<$name, $crate::scene::error::SceneError> {
                 Ok($name { $($field: $crate::scene::schema::params!(@read table, cx, $field, $ty, ($($range)?) $(, $default)?),)* })
             }
+            /// Its keys, ones with their default left out: what [`Self::read`] reads.
+            #[allow(unused_variables)]
+            pub fn write(&self, cx: &mut $crate::scene::write::WriteContext<'_>) -> Result<$crate::scene::value::Table, $crate::scene::error::SceneError> {
+                #[allow(unused_mut)]
+                let mut table = $crate::scene::value::Table::default();
+                $($crate::scene::schema::params!(@write table, cx, self.$field, stringify!($field), $ty $(, $default)?);)*
+                Ok(table)
+            }
             /// Moves the numbers of things it refers to.
             #[allow(unused_variables)]
             pub fn renumber(&mut self, by: &$crate::scene::model::Renumber) {
@@ -314,6 +330,12 @@ macro_rules! params {
     };
     (@show $ty:ty) => { None };
     (@show $ty:ty, $default:expr) => { Some(|| { let v: $ty = $default; $crate::scene::schema::ParamType::show(&v) }) };
+    (@write $table:ident, $cx:ident, $value:expr, $key:expr, $ty:ty) => {
+        $cx.entry::<$ty>(&mut $table, $key, &$value, None)?
+    };
+    (@write $table:ident, $cx:ident, $value:expr, $key:expr, $ty:ty, $default:expr) => {
+        $cx.entry::<$ty>(&mut $table, $key, &$value, Some(&$default))?
+    };
     (@range) => { None };
     (@range $range:expr) => { Some($range) };
     (@read $table:ident, $cx:ident, $field:ident, $ty:ty, ($($range:expr)?)) => {
@@ -361,6 +383,13 @@ macro_rules! family {
                     return <$ty>::read(table, cx).map(|v| Some($name::$variant(v)));
                 })*
                 Ok(None)
+            }
+            /// Its `type` and its keys, ones with their default left out.
+            pub fn write(&self, cx: &mut $crate::scene::write::WriteContext<'_>) -> Result<$crate::scene::value::Table, $crate::scene::error::SceneError> {
+                let mut table = $crate::scene::value::Table::default();
+                table.push("type", $crate::scene::value::Data::String(self.type_name().to_owned()));
+                table.entries.extend(match self { $($name::$variant(v) => v.write(cx)?,)* }.entries);
+                Ok(table)
             }
             /// Moves the numbers of things it refers to.
             pub fn renumber(&mut self, by: &$crate::scene::model::Renumber) {

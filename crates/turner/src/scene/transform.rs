@@ -3,7 +3,8 @@
 use super::error::{ErrorCode, SceneError};
 use super::read::ReadContext;
 use super::schema::{ParamType, TableReader, wrong_type};
-use super::value::{Data, Value};
+use super::value::{Data, Table, Value};
+use super::write::{WriteContext, list};
 use crate::math::{DAffine3, DMat3, DVec3, elementary::sin_cos, radians};
 
 /// An affine transform that can be undone. Written as a table of `scale`, `rotate`, `translate`, `matrix`,
@@ -67,6 +68,37 @@ impl ParamType for Transform {
     fn show(&self) -> String {
         if self.is_identity() { "none".into() } else { format!("{:?}", self.0) }
     }
+    fn write(&self, _: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        Ok(written(&self.0).map(Data::Table))
+    }
+}
+
+/// As `scale` and `translate` where it is no more than that to the last bit, as `matrix` else; `None` where it changes nothing.
+fn written(m: &DAffine3) -> Option<Table> {
+    let bits = |m: &DAffine3| m.to_cols_array().map(f64::to_bits);
+    let numbers = |v: DVec3| list(v.to_array().map(Data::Number));
+    if bits(m) == bits(&DAffine3::IDENTITY) {
+        return None;
+    }
+    let scale = DVec3::new(m.matrix3.x_axis.x, m.matrix3.y_axis.y, m.matrix3.z_axis.z);
+    let mut plain = DAffine3::IDENTITY;
+    let mut table = Table::default();
+    if scale != DVec3::ONE {
+        plain = DAffine3::from_scale(scale);
+        let [x, y, z] = scale.to_array();
+        table.push("scale", if x == y && y == z { Data::Number(x) } else { numbers(scale) });
+    }
+    if m.translation != DVec3::ZERO {
+        plain = DAffine3::from_translation(m.translation) * plain;
+        table.push("translate", numbers(m.translation));
+    }
+    if bits(&plain) == bits(m) {
+        return Some(table);
+    }
+    let row = |i: usize| list(m.to_cols_array().into_iter().skip(i).step_by(3).map(Data::Number));
+    let mut table = Table::default();
+    table.push("matrix", list([0, 1, 2].map(row)));
+    Some(table)
 }
 
 fn invertible(m: DAffine3, value: &Value) -> Result<(), SceneError> {
@@ -115,7 +147,9 @@ fn read_step(value: &Value, cx: &mut ReadContext<'_>) -> Result<DAffine3, SceneE
         m = DAffine3::from_translation(DVec3::read(translate, cx)?) * m;
     }
     if let Some(matrix) = table.take("matrix") {
-        m = read_matrix(matrix, cx)? * m;
+        let matrix = read_matrix(matrix, cx)?;
+        // A matrix alone counts to the last bit, the signs of its zeros included.
+        m = if m == DAffine3::IDENTITY { matrix } else { matrix * m };
     }
     if let Some(look_at) = table.take("look_at") {
         m = read_look_at(look_at, cx)? * m;

@@ -7,10 +7,11 @@ use super::points::{Points, PointsDesc};
 use super::triangle_mesh::TriangleMesh;
 use crate::math::{DVec2, DVec3};
 use crate::scene::error::{escape, unknown_name};
-use crate::scene::model::Renumber;
+use crate::scene::model::{MaterialsByName, Renumber};
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{EntryDoc, ParamType, TableReader, params, wrong_type};
-use crate::scene::value::{Data, Entry, Span, Value};
+use crate::scene::value::{Data, Entry, Span, Table, Value};
+use crate::scene::write::{self, WriteContext};
 use crate::scene::{Asset, ErrorCode, MaterialId, MeshId, PrepareOptions, SceneError};
 
 /// A mesh as a file gives it: flat lists, indices checked by [`MeshData::check`].
@@ -93,13 +94,13 @@ impl MeshData {
 pub enum FaceMaterials {
     /// By the name in the file.
     ByName(Vec<(String, Span, MaterialId)>),
-    /// By number.
-    InOrder(Vec<MaterialId>),
+    /// By number; `None` for the object's own.
+    InOrder(Vec<Option<MaterialId>>),
 }
 
 impl ParamType for FaceMaterials {
     fn kind() -> String {
-        "{ NAME = material, … } | [material, …]".into()
+        "{ NAME = material, … } | [material | false, …]".into()
     }
     fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<FaceMaterials, SceneError> {
         match &value.data {
@@ -108,7 +109,11 @@ impl ParamType for FaceMaterials {
                 table.entries.iter().map(entry).collect::<Result<_, _>>().map(FaceMaterials::ByName)
             }
             Data::Array(items) => {
-                items.iter().map(|v| cx.material(v)).collect::<Result<_, _>>().map(FaceMaterials::InOrder)
+                let item = |v: &Value| match v.data {
+                    Data::Bool(false) => Ok(None),
+                    _ => cx.material(v).map(Some),
+                };
+                items.iter().map(item).collect::<Result<_, _>>().map(FaceMaterials::InOrder)
             }
             _ => Err(wrong_type(value, &Self::kind())),
         }
@@ -116,6 +121,36 @@ impl ParamType for FaceMaterials {
     fn show(&self) -> String {
         "materials".into()
     }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        match self {
+            FaceMaterials::ByName(list) => MaterialsByName(list.clone()).write(cx),
+            FaceMaterials::InOrder(list) => write_materials(list, cx).map(Some),
+        }
+    }
+}
+
+/// A list of materials, `false` for the object's own.
+fn write_materials(list: &[Option<MaterialId>], cx: &WriteContext<'_>) -> Result<Data, SceneError> {
+    let one = |m: &Option<MaterialId>| m.map_or(Ok(Data::Bool(false)), |m| cx.material(m));
+    Ok(write::list(list.iter().map(one).collect::<Result<Vec<_>, _>>()?))
+}
+
+/// The lists of a mesh that stands in the scene itself.
+pub(super) fn write_lists(data: &MeshData, table: &mut Table) {
+    fn vectors<const N: usize>(v: &[[f32; N]]) -> Option<Data> {
+        (!v.is_empty()).then(|| write::list(v.iter().map(|v| write::list(v.map(write::single)))))
+    }
+    let whole = |i: u32| Data::Integer(i64::from(i));
+    table.push("positions", vectors(&data.positions));
+    let triangles = data.triangles.iter().map(|t| write::list(t.map(whole)));
+    table.push("triangles", (!data.triangles.is_empty()).then(|| write::list(triangles)));
+    table.push("normals", vectors(&data.normals));
+    table.push("uvs", vectors(&data.uvs));
+    table.push("uvs_1", data.more_uvs.first().and_then(|set| vectors(set)));
+    table.push("tangents", vectors(&data.tangents));
+    table.push("colors", vectors(&data.colors));
+    let faces = data.face_materials.iter().map(|m| whole(u32::from(*m)));
+    table.push("face_materials", (!data.face_materials.is_empty()).then(|| write::list(faces)));
 }
 
 impl FaceMaterials {
@@ -126,7 +161,7 @@ impl FaceMaterials {
         cx: &mut ReadContext<'_>,
     ) -> Result<Vec<Option<MaterialId>>, SceneError> {
         match self {
-            FaceMaterials::InOrder(list) => Ok(list.into_iter().map(Some).collect()),
+            FaceMaterials::InOrder(list) => Ok(list),
             FaceMaterials::ByName(named) => {
                 let mut list = vec![None; data.material_names.len()];
                 for (name, span, material) in named {
@@ -181,7 +216,7 @@ params! {
         colors: Option<Vec<[f64; 4]>> = None;
         /// Which of `materials` each triangle has, counted from 0.
         face_materials: Option<Vec<u32>> = None;
-        /// Materials for parts of the mesh: a list for `face_materials`, or a table by the names after `usemtl` in an OBJ
+        /// Materials for parts of the mesh: a list for `face_materials`, `false` in it for the object's own; or a table by the names after `usemtl` in an OBJ
         /// file. What is not named here takes the object's `material`.
         materials: Option<FaceMaterials> = None;
         /// Whether to shade with vertex normals. If not given: where the mesh has normals. `true` for a mesh without normals
@@ -215,6 +250,20 @@ impl MeshDesc {
     pub fn renumber(&mut self, by: &Renumber) {
         self.mesh = by.mesh(self.mesh);
         self.materials.iter_mut().for_each(|m| *m = m.map(|m| by.material(m)));
+    }
+
+    /// Its keys: what [`MeshDesc::read`] reads.
+    pub fn write(&self, cx: &mut WriteContext<'_>) -> Result<Table, SceneError> {
+        let mut table = Table::default();
+        match cx.mesh(self.mesh)? {
+            (_, Some(file)) => table.push("file", Data::String(file)),
+            (data, None) => write_lists(data, &mut table),
+        }
+        if !self.materials.is_empty() {
+            table.push("materials", write_materials(&self.materials, cx)?);
+        }
+        table.push("smooth", self.smooth.map(Data::Bool));
+        Ok(table)
     }
 
     /// Reads its keys; puts data written in place into the scene's list of meshes.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use turner_bvh::{BoxBvh, BuildOptions};
 
-use super::mesh::MeshData;
+use super::mesh::{MeshData, write_lists};
 use super::sphere::Sphere;
 use super::traversal::TraversalFrame;
 use super::{ShapeHit, SurfacePoint};
@@ -12,6 +12,8 @@ use crate::math::{Bounds, DVec3, Ray};
 use crate::scene::model::Renumber;
 use crate::scene::read::ReadContext;
 use crate::scene::schema::{EntryDoc, Range, TableReader, params};
+use crate::scene::value::{Data, Table};
+use crate::scene::write::{WriteContext, list, single};
 use crate::scene::{Asset, ErrorCode, MeshId, PrepareOptions, SceneError};
 
 params! {
@@ -57,6 +59,19 @@ impl PointsDesc {
     /// Moves the numbers of things it refers to.
     pub fn renumber(&mut self, by: &Renumber) {
         self.points = by.mesh(self.points);
+    }
+
+    /// Its keys: what [`PointsDesc::read`] reads.
+    pub fn write(&self, cx: &mut WriteContext<'_>) -> Result<Table, SceneError> {
+        let mut table = Table::default();
+        match cx.mesh(self.points)? {
+            (_, Some(file)) => table.push("file", Data::String(file)),
+            (data, None) => write_lists(data, &mut table),
+        }
+        table.push("radius", self.radius.map(Data::Number));
+        let radii = self.radii.iter().map(|r| single(*r));
+        table.push("radii", (!self.radii.is_empty()).then(|| list(radii)));
+        Ok(table)
     }
 
     /// Reads its keys; puts points written in place into the scene's list of meshes.

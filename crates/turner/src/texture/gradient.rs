@@ -8,6 +8,7 @@ use crate::scene::read::ReadContext;
 use crate::scene::schema::{ParamType, Range, choice, params, wrong_type};
 use crate::scene::transform::Transform;
 use crate::scene::value::{Data, Value};
+use crate::scene::write::{WriteContext, list};
 use crate::scene::{ColorSource, ErrorCode, SceneError};
 
 choice! {
@@ -43,6 +44,9 @@ impl ParamType for Stop {
     }
     fn show(&self) -> String {
         format!("[{}, {}]", self.at.show(), self.color.show())
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        Ok(Some(list([Data::Number(self.at)].into_iter().chain(self.color.write(cx)?))))
     }
     fn renumber(&mut self, by: &Renumber) {
         self.color.renumber(by);

@@ -4,7 +4,8 @@ use crate::color::{Transfer, from_rgb24};
 use crate::scene::model::Renumber;
 use crate::scene::read::ReadContext;
 use crate::scene::schema::ParamType;
-use crate::scene::value::Value;
+use crate::scene::value::{Data, Value};
+use crate::scene::write::WriteContext;
 use crate::scene::{ColorSource, SceneError};
 
 /// A colour or texture as read from a scene, or a display colour 0xrrggbb, decoded by the film's transfer curve
@@ -50,6 +51,12 @@ impl ParamType for Tint {
         match self {
             Tint::Display(rgb) => format!("\"#{:06x}\"", rgb & 0xff_ffff),
             Tint::Source(source) => source.show(),
+        }
+    }
+    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+        match self {
+            Tint::Display(rgb) => Ok(Some(Data::String(format!("#{:06x}", rgb & 0xff_ffff)))),
+            Tint::Source(source) => source.write(cx),
         }
     }
 }

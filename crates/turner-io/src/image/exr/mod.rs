@@ -15,6 +15,6 @@ mod write;
 
 pub use attributes::read_metadata;
 pub use read::{decode, decode_as_stored};
-pub use write::encode;
+pub use write::{encode, encode_samples};
 
 const FORMAT: super::ImageFormat = super::ImageFormat::Exr;

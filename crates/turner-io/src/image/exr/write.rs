@@ -2,7 +2,8 @@
 
 use super::FORMAT;
 use super::attributes::sort_attributes;
-use crate::image::{ImageError, MetaValue, OutputImage, metadata};
+use crate::image::output_image::workers;
+use crate::image::{ImageError, MetaValue, Metadata, OutputImage};
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::ChunksWriter;
 use exr::compression::Compression;
@@ -12,18 +13,66 @@ use exr::meta::header::{Header, standard_names};
 use exr::meta::{BlockDescription, MetaData};
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use std::io::Cursor;
-
-/// Scan lines in a block of ZIP16.
-const BLOCK_ROWS: usize = 16;
+use turner::image::{Image, Pixels};
 
 /// Writes the linear samples and the metadata.
 pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     let linear = image.linear(FORMAT)?;
+    // In the order of the names, as the format wants it.
+    let names: &[&str] = if image.alpha { &["A", "B", "G", "R"] } else { &["B", "G", "R"] };
+    let mut header = header(image.width, image.height, names);
+    add_metadata(&mut header, image.metadata)?;
+    write(
+        header,
+        &|row, width, data| {
+            let pixels = linear.get(row * width..(row + 1) * width).unwrap_or_default();
+            // Channels are stored backwards: A B G R.
+            for channel in (0..names.len()).rev() {
+                data.extend(pixels.iter().flat_map(|p| p[channel].to_le_bytes()));
+            }
+        },
+        image.threads,
+    )
+}
+
+/// Writes a picture of floats as it is: its channels as Y, Y A, R G B or R G B A, colours multiplied by alpha as EXR has it.
+pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
+    let Pixels::F32(samples) = &image.pixels else {
+        return Err(ImageError::encode(FORMAT, "samples that are no floats"));
+    };
+    if !image.is_consistent() {
+        return Err(ImageError::encode(FORMAT, "samples that do not fit the size"));
+    }
+    // Names in the order of the alphabet, each with its place in a pixel.
+    let channels: &[(&str, usize)] = match image.channels {
+        1 => &[("Y", 0)],
+        2 => &[("A", 1), ("Y", 0)],
+        3 => &[("B", 2), ("G", 1), ("R", 0)],
+        _ => &[("A", 3), ("B", 2), ("G", 1), ("R", 0)],
+    };
+    let n = channels.len();
+    let names: Vec<&str> = channels.iter().map(|(name, _)| *name).collect();
+    write(
+        header(image.width, image.height, &names),
+        &|row, width, data| {
+            let pixels = samples.get(row * width * n..(row + 1) * width * n).unwrap_or_default();
+            for (name, channel) in channels {
+                let alpha = |p: &[f32]| if n % 2 == 0 && *name != "A" { p[n - 1] } else { 1.0 };
+                data.extend(pixels.chunks_exact(n).flat_map(|p| (p[*channel] * alpha(p)).to_le_bytes()));
+            }
+        },
+        0,
+    )
+}
+
+/// Adds the samples of a row of so many pixels, channel by channel.
+type Row<'a> = &'a (dyn Fn(usize, usize, &mut Vec<u8>) + Sync);
+
+fn write(header: Header, row: Row<'_>, threads: usize) -> Result<Vec<u8>, ImageError> {
     let failed = |e: Error| ImageError::encode(FORMAT, e);
-    let header = header(image)?;
     let mut out = Cursor::new(Vec::new());
     exr::block::write(&mut out, [header].into_iter().collect(), true, |meta, writer| {
-        for (index, chunk) in compress(image, linear, &meta)?.into_iter().enumerate() {
+        for (index, chunk) in compress(row, threads, &meta)?.into_iter().enumerate() {
             writer.write_chunk(index, chunk)?;
         }
         Ok(())
@@ -34,12 +83,9 @@ pub fn encode(image: &OutputImage<'_>) -> Result<Vec<u8>, ImageError> {
     Ok(bytes)
 }
 
-fn header(image: &OutputImage<'_>) -> Result<Header, ImageError> {
-    metadata::check(image.metadata, FORMAT)?;
-    // In the order of the names, as the format wants it.
-    let names: &[&str] = if image.alpha { &["A", "B", "G", "R"] } else { &["B", "G", "R"] };
+fn header(width: u32, height: u32, names: &[&str]) -> Header {
     let channels = names.iter().map(|n| ChannelDescription::new(*n, SampleType::F32, false)).collect();
-    let size = (image.width as usize, image.height as usize);
+    let size = (width as usize, height as usize);
     let mut header = Header::new(Text::new_or_none("").unwrap_or_default(), size, channels).with_encoding(
         Compression::ZIP16,
         BlockDescription::ScanLines,
@@ -47,7 +93,12 @@ fn header(image: &OutputImage<'_>) -> Result<Header, ImageError> {
     );
     // A lone part needs no name.
     header.own_attributes.layer_name = None;
-    for (name, value) in image.metadata {
+    header
+}
+
+fn add_metadata(header: &mut Header, metadata: &Metadata) -> Result<(), ImageError> {
+    crate::image::metadata::check(metadata, FORMAT)?;
+    for (name, value) in metadata {
         if standard_names::ALL.contains(&name.as_bytes()) {
             let problem =
                 format!("metadata \"{name}\" is a standard attribute; choose a name such as turner:{name}");
@@ -60,31 +111,25 @@ fn header(image: &OutputImage<'_>) -> Result<Header, ImageError> {
         };
         header.own_attributes.other.insert(Text::from_slice_unchecked(name.as_bytes()), value);
     }
-    Ok(header)
+    Ok(())
 }
 
 /// Compresses all blocks, each thread a run of neighbours, in the order of the rows.
-fn compress(image: &OutputImage<'_>, linear: &[[f32; 4]], meta: &MetaData) -> Result<Vec<Chunk>, Error> {
+fn compress(row: Row<'_>, threads: usize, meta: &MetaData) -> Result<Vec<Chunk>, Error> {
     let blocks: Vec<_> = meta.enumerate_ordered_header_block_indices().map(|(_, block)| block).collect();
-    let width = image.width as usize;
-    let first_channel = if image.alpha { 3 } else { 2 };
+    let channels = meta.headers.first().map_or(0, |h| h.channels.list.len());
     let one = |block: &exr::block::BlockIndex| {
-        let mut data = Vec::with_capacity(block.pixel_size.1 * width * 4 * (first_channel + 1));
+        let (width, rows) = (block.pixel_size.0, block.pixel_size.1);
+        let mut data = Vec::with_capacity(rows * width * 4 * channels);
         let first_row = block.pixel_position.1;
-        for row in linear.chunks_exact(width).skip(first_row).take(block.pixel_size.1) {
-            // Channels are stored backwards: A B G R.
-            for channel in (0..=first_channel).rev() {
-                data.extend(row.iter().flat_map(|p| p[channel].to_le_bytes()));
-            }
-        }
+        (first_row..first_row + rows).for_each(|y| row(y, width, &mut data));
         let block = CompressedScanLineBlock {
             y_coordinate: first_row as i32,
             compressed_pixels_le: compress_zip(data),
         };
         Chunk { layer_index: 0, compressed_block: CompressedBlock::ScanLine(block) }
     };
-    debug_assert_eq!(blocks.len(), (image.height as usize).div_ceil(BLOCK_ROWS));
-    let workers = image.workers(blocks.len());
+    let workers = workers(threads, blocks.len());
     if workers == 1 {
         return Ok(blocks.iter().map(one).collect());
     }

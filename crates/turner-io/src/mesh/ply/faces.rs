@@ -1,7 +1,7 @@
 //! The faces of a PLY file: triangles and quads straight from the bytes, or any polygons number by number.
 
 use super::header::{self, Element, Encoding, Scalar};
-use super::values::Values;
+use super::values::{Values, binary};
 use super::{Stop, Triangulator, bad_index, skip_list};
 use crate::mesh::error::{push, reserve, reserve_some};
 use crate::mesh::weld::Welder;
@@ -11,6 +11,8 @@ use turner::scene::{Warning, WarningKind};
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// A list of (u, v), one pair per corner.
 const WEDGES: &str = "texcoord";
+/// The number of a face's material.
+const MATERIAL: &str = "material";
 
 /// Triangles, and what is to be said about them.
 pub(super) struct Faces<'a> {
@@ -18,6 +20,8 @@ pub(super) struct Faces<'a> {
     name: &'a str,
     cutter: Triangulator,
     pub(super) triangles: Vec<[u32; 3]>,
+    /// The number of each triangle's material: as many as triangles, or none.
+    pub(super) materials: Vec<u16>,
     /// Numbers of (u, v) by corner: as many as triangles, or none.
     pub(super) wedges: Vec<[u32; 3]>,
     /// Vertices with the bits of their (u, v).
@@ -36,6 +40,7 @@ impl<'a> Faces<'a> {
             name,
             cutter: Triangulator::new(),
             triangles: Vec::new(),
+            materials: Vec::new(),
             wedges: Vec::new(),
             wedge_uvs: Welder::new(),
             numbers: Vec::new(),
@@ -79,6 +84,12 @@ impl<'a> Faces<'a> {
         };
         reserve(&mut self.triangles, element.count, self.name)?;
         let wedge = element.properties.iter().position(|p| p.count.is_some() && p.name == WEDGES);
+        // Whole numbers alone: what they count is up to 65535.
+        let is_material = |p: &header::Property| {
+            p.count.is_none() && p.name == MATERIAL && !matches!(p.item, Scalar::F32 | Scalar::F64)
+        };
+        let material_at = element.properties.iter().position(is_material);
+        reserve(&mut self.materials, if material_at.is_some() { element.count } else { 0 }, self.name)?;
         let mut face = 0;
         if let Some(layout) = FastFaces::of(element, at, encoding) {
             face = match encoding {
@@ -86,11 +97,14 @@ impl<'a> Faces<'a> {
                 _ => layout.read::<false>(element.count, data, self, positions),
             };
         }
-        let (mut polygon, mut uvs) = (Vec::new(), Vec::new());
+        let (mut polygon, mut uvs, mut material) = (Vec::new(), Vec::new(), 0);
         for face in face..element.count {
             for (i, property) in element.properties.iter().enumerate() {
                 let Some(count) = property.count else {
-                    data.next(property.item)?;
+                    let value = data.next(property.item)?;
+                    if Some(i) == material_at {
+                        material = value.clamp(0.0, f64::from(u16::MAX)) as u16;
+                    }
                     continue;
                 };
                 if i == at {
@@ -115,7 +129,18 @@ impl<'a> Faces<'a> {
             }
             let pairs = wedge.map(|_| uvs.as_slice());
             self.add(&polygon, pairs, positions)?;
+            if material_at.is_some() {
+                self.give_material(material)?;
+            }
         }
+        Ok(())
+    }
+
+    /// The triangles that have no material yet get this one.
+    fn give_material(&mut self, material: u16) -> Result<(), MeshError> {
+        let count = self.triangles.len().saturating_sub(self.materials.len());
+        reserve_some(&mut self.materials, count, self.name)?;
+        self.materials.extend(std::iter::repeat_n(material, count));
         Ok(())
     }
 
@@ -197,6 +222,8 @@ struct FastFaces {
     before: usize,
     after: usize,
     count: Scalar,
+    /// Where the material's number stands: whether behind the list, how many bytes behind its beginning or that of the face, and its type.
+    material: Option<(bool, usize, Scalar)>,
 }
 
 impl FastFaces {
@@ -209,7 +236,13 @@ impl FastFaces {
         let (before, after) = (size(&element.properties[..at]), size(&element.properties[at + 1..]));
         let count =
             list.count.filter(|c| matches!(c, Scalar::U8 | Scalar::I8 | Scalar::I32 | Scalar::U32))?;
-        (plain && ints).then_some(FastFaces { before, after, count })
+        let material = element.properties.iter().position(|p| p.count.is_none() && p.name == MATERIAL);
+        let material = material.map(|i| {
+            let from = if i > at { at + 1 } else { 0 };
+            (i > at, size(&element.properties[from..i]), element.properties[i].item)
+        });
+        let material = material.filter(|(.., item)| !matches!(item, Scalar::F32 | Scalar::F64));
+        (plain && ints).then_some(FastFaces { before, after, count, material })
     }
 
     /// Reads triangles and quads up to the first face that is anything else or wrong; returns how many.
@@ -251,6 +284,13 @@ impl FastFaces {
                 faces.triangles.push([a, b, c]);
             } else {
                 break;
+            }
+            if let Some((behind, offset, item)) = self.material {
+                let from = at + offset + if behind { self.before + len } else { 0 };
+                let value = binary(bytes.get(from..).unwrap_or_default(), item, BIG);
+                if faces.give_material(value.clamp(0.0, f64::from(u16::MAX)) as u16).is_err() {
+                    break;
+                }
             }
             at += self.before + len + self.after;
             face += 1;

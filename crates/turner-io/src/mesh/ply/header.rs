@@ -1,6 +1,7 @@
 //! The header of a PLY file: which elements of which properties follow, and how they are stored.
 
 use super::Fail;
+use super::write::unescaped;
 use crate::mesh::Place;
 
 /// Longest header. Real ones have less than 2 KiB; comments may be long.
@@ -117,12 +118,14 @@ pub(super) struct Header {
     pub(super) lines: u64,
     /// Pictures named by comments.
     pub(super) textures: Vec<String>,
+    /// Names of the faces' materials.
+    pub(super) materials: Vec<String>,
 }
 
 /// Reads lines up to and with `end_header`.
 pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
     let (mut encoding, mut elements, mut parts) = (None, Vec::<Element>::new(), 0);
-    let (mut at, mut number, mut textures) = (0, 0, Vec::new());
+    let (mut at, mut number, mut textures, mut materials) = (0, 0, Vec::new(), Vec::new());
     loop {
         number += 1;
         let fail = |problem: String| Fail { place: Place::Line(number), problem };
@@ -138,6 +141,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
             ["comment", "TextureFile", ..] => {
                 let name = line.split_once("TextureFile").map_or("", |(_, name)| name.trim());
                 textures.push(name.to_owned());
+            }
+            ["comment", "turner_material", ..] => {
+                let name = line.split_once("turner_material").map_or("", |(_, name)| name.trim());
+                materials.push(unescaped(name));
             }
             [] | ["ply" | "comment" | "obj_info", ..] => {}
             ["format", kind, ..] => {
@@ -180,7 +187,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, Fail> {
                 let Some(encoding) = encoding else {
                     return Err(fail("the line `format ascii 1.0` (or binary) is missing".into()));
                 };
-                return Ok(Header { encoding, elements, len: at, lines: number, textures });
+                return Ok(Header { encoding, elements, len: at, lines: number, textures, materials });
             }
             _ => return Err(fail(format!("unknown line \"{line}\" in the header"))),
         }

@@ -2,13 +2,14 @@
 //!
 //! Vertices: `x y z`, `nx ny nz`, (u, v) under several names, and colours `red green blue`, perhaps `alpha`, or the same after
 //! `diffuse_`. Faces: the list `vertex_indices` or `vertex_index`, perhaps `texcoord` with a (u, v) for each corner; or
-//! `tristrips`. Without faces the vertices are a cloud of points. `comment TextureFile NAME` names a picture. The layouts
+//! `tristrips`; and `material`, a number for each. More sets of (u, v), tangents and names of materials: see [`write()`]. Without faces the vertices are a cloud of points. `comment TextureFile NAME` names a picture. The layouts
 //! that programs write (binary, floats, one list of ints per face) are read straight from the bytes; all others number by number.
 
 mod faces;
 mod header;
 mod values;
 mod vertices;
+mod write;
 
 use super::corners::{Attributes, Corners, unify};
 use super::polygon::Triangulator;
@@ -20,6 +21,7 @@ use header::{Element, Encoding, Scalar};
 use turner::scene::WarningKind;
 use turner::shape::mesh::MeshData;
 use values::Values;
+pub use write::write;
 
 /// What is wrong, and where.
 #[derive(Debug)]
@@ -107,7 +109,7 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
         let message = "pictures after the first TextureFile are ignored";
         warnings.push(warning(WarningKind::Ignored, name, more, message));
     }
-    let Faces { triangles, wedges, wedge_uvs, .. } = faces;
+    let Faces { triangles, wedges, wedge_uvs, materials, .. } = faces;
     mesh.triangles = triangles;
     if !wedges.is_empty() && wedges.len() == mesh.triangles.len() {
         let pair = |k: [u32; 3]| [k[1], k[2]].map(f32::from_bits);
@@ -116,6 +118,10 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
         uvs.extend(wedge_uvs.keys.iter().copied().map(pair));
         mesh = with_wedges(mesh, wedges, uvs, name)?;
     }
+    if materials.len() == mesh.triangles.len() {
+        mesh.face_materials = materials;
+    }
+    mesh.material_names = header.materials;
     Ok(ReadMesh { mesh, warnings, texture: header.textures.into_iter().next() })
 }
 

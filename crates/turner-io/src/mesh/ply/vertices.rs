@@ -12,6 +12,19 @@ const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 /// The names under which (u, v) are found.
 const UV_NAMES: [[&str; 2]; 4] =
     [["u", "v"], ["s", "t"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
+/// The names of further sets of (u, v), the second first.
+pub(super) const MORE_UV_NAMES: [[&str; 2]; 8] = [
+    ["u_1", "v_1"],
+    ["u_2", "v_2"],
+    ["u_3", "v_3"],
+    ["u_4", "v_4"],
+    ["u_5", "v_5"],
+    ["u_6", "v_6"],
+    ["u_7", "v_7"],
+    ["u_8", "v_8"],
+];
+/// Tangents along u, and the side of the bitangent.
+const TANGENT: [&str; 4] = ["tx", "ty", "tz", "tw"];
 /// Those of colours, with opacity.
 const COLOR_NAMES: [[&str; 4]; 3] = [
     ["red", "green", "blue", "alpha"],
@@ -35,7 +48,15 @@ pub(super) fn read(
     let uv_names = UV_NAMES.iter().find(|names| names.iter().all(has));
     let color_names = COLOR_NAMES.iter().find(|names| names.iter().take(3).all(has));
     let has_colors = color_names.is_some();
+    let has_tangents = TANGENT.iter().all(has);
+    let is_there = |names: &[&str; 2]| names.iter().all(has);
+    let more_uvs = MORE_UV_NAMES.iter().rposition(is_there).map_or(0, |last| last + 1);
+    mesh.more_uvs = vec![Vec::new(); more_uvs];
     let n = element.count;
+    reserve(&mut mesh.tangents, if has_tangents { n } else { 0 }, name)?;
+    for (set, names) in mesh.more_uvs.iter_mut().zip(&MORE_UV_NAMES) {
+        reserve(set, if is_there(names) { n } else { 0 }, name)?;
+    }
     reserve(&mut mesh.colors, if has_colors { n } else { 0 }, name)?;
     reserve(&mut mesh.positions, n, name)?;
     reserve(&mut mesh.normals, if has_normals { n } else { 0 }, name)?;
@@ -53,6 +74,14 @@ pub(super) fn read(
     }
     if let Some(&names) = uv_names {
         columns(rows, stride, element, names, big_endian, &mut mesh.uvs);
+    }
+    for (set, names) in mesh.more_uvs.iter_mut().zip(MORE_UV_NAMES) {
+        if is_there(&names) {
+            columns(rows, stride, element, names, big_endian, set);
+        }
+    }
+    if has_tangents {
+        columns(rows, stride, element, TANGENT, big_endian, &mut mesh.tangents);
     }
     if let Some(names) = color_names {
         let bands = Band::all(element, names);
@@ -145,17 +174,24 @@ fn read_slowly(
     data: &mut Values<'_>,
     mesh: &mut MeshData,
 ) -> Result<(), Fail> {
-    // Where each property goes: 0 to 2 the position, 3 to 5 the normal, 6 and 7 (u, v), 8 to 11 the colour, 12 nowhere.
+    // Where each property goes: 0 to 2 the position, 3 to 5 the normal, 6 and 7 (u, v), 8 to 11 the colour, 12 to 15 the tangent, then
+    // more (u, v), and the last place is nowhere.
     let uv_names = uv_names.copied().unwrap_or_default();
     let colors = color_names.copied().unwrap_or_default();
-    let names: Vec<&str> = POSITION.into_iter().chain(NORMAL).chain(uv_names).chain(colors).collect();
+    let more = MORE_UV_NAMES.iter().take(mesh.more_uvs.len()).flatten().copied();
+    let names: Vec<&str> =
+        POSITION.into_iter().chain(NORMAL).chain(uv_names).chain(colors).chain(TANGENT).chain(more).collect();
+    let nowhere = names.len();
     let target = |p: &header::Property| match p.count {
-        None => names.iter().position(|n| *n == p.name).unwrap_or(12),
-        Some(_) => 12,
+        None => names.iter().position(|n| *n == p.name).unwrap_or(nowhere),
+        Some(_) => nowhere,
     };
     let targets: Vec<usize> = element.properties.iter().map(target).collect();
+    let has = |n: &&str| element.properties.iter().any(|p| p.name == *n && p.count.is_none());
+    let has_tangents = TANGENT.iter().all(has);
+    let more_there: Vec<bool> = MORE_UV_NAMES.iter().map(|names| names.iter().all(has)).collect();
     let bands = Band::all(element, &colors);
-    let mut row = [0.0_f64; 13];
+    let mut row = vec![0.0_f64; nowhere + 1];
     row[11] = 1.0;
     for _ in 0..element.count {
         for (property, &target) in element.properties.iter().zip(&targets) {
@@ -167,13 +203,21 @@ fn read_slowly(
         if color_names.is_some() {
             mesh.colors.push([0, 1, 2, 3].map(|i| bands[i].value(row[8 + i])));
         }
-        let [x, y, z, nx, ny, nz, u, v, ..] = row.map(|v| v as f32);
-        mesh.positions.push([x, y, z]);
+        let at = |i: usize| row[i] as f32;
+        mesh.positions.push([at(0), at(1), at(2)]);
         if has_normals {
-            mesh.normals.push([nx, ny, nz]);
+            mesh.normals.push([at(3), at(4), at(5)]);
         }
         if !uv_names[0].is_empty() {
-            mesh.uvs.push([u, v]);
+            mesh.uvs.push([at(6), at(7)]);
+        }
+        if has_tangents {
+            mesh.tangents.push([at(12), at(13), at(14), at(15)]);
+        }
+        for (i, (set, there)) in mesh.more_uvs.iter_mut().zip(&more_there).enumerate() {
+            if *there {
+                set.push([at(16 + 2 * i), at(17 + 2 * i)]);
+            }
         }
     }
     Ok(())

@@ -1,0 +1,134 @@
+//! `turner convert`: a scene as files of another format.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use serde_json::json;
+use turner::scene::WarningKind;
+use turner::scene::error::nearest;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner_io::convert::{ConvertOptions, Converted, to_glb, to_toml};
+use turner_io::image::KeptPictures;
+
+use crate::control::Control;
+use crate::events::Events;
+use crate::failure::Failure;
+use crate::report::{Reporter, strict};
+use crate::scene::{FilmArgs, SceneArgs};
+use crate::text;
+
+/// Write a scene or model as a TOML scene that can be edited by hand, or as a glTF model
+///
+/// A .toml holds everything and renders to the same picture; its meshes become PLY files in NAME-meshes, its pictures files in NAME-pictures, lamps and
+/// grids files in NAME-data. A .glb is one file with what glTF 2.0 can say; the rest is named.
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The file to write: .toml or .glb
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+    /// Replace files that are there already
+    #[arg(long)]
+    force: bool,
+    /// Refuse scenes of which something is ignored
+    #[arg(long)]
+    strict: bool,
+    /// Report as JSON lines on standard output
+    #[arg(long)]
+    json: bool,
+    #[command(flatten, next_help_heading = "Film")]
+    film: FilmArgs,
+}
+
+/// What can be written.
+#[derive(Clone, Copy)]
+enum Target {
+    Toml,
+    Glb,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &ConvertArgs, control: &Control) -> u8 {
+    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    match convert(args, &reporter, control) {
+        Ok(()) => 0,
+        Err(failure) => {
+            reporter.failure(&failure);
+            failure.exit
+        }
+    }
+}
+
+fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result<(), Failure> {
+    let start = Instant::now();
+    let target = target(&args.out)?;
+    if let (Ok(from), Ok(to)) = (args.scene.scene.canonicalize(), args.out.canonicalize())
+        && from == to
+    {
+        let message = format!("{}: the scene is read from this file", args.out.display());
+        return Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help("name another one")));
+    }
+    let pictures = KeptPictures::default();
+    let limits = args.scene.watched_limits(control);
+    let described =
+        args.scene.described(&args.film, args.scene.stage.models(), 0, Some(pictures.clone()), &limits)?;
+    let (desc, sources, labels) = (&described.desc, &described.sources, &described.labels);
+    reporter.imports(&desc.imports);
+    reporter.warnings(&desc.warnings, sources, labels);
+    if args.strict && desc.warnings.iter().any(|w| w.kind == WarningKind::Ignored) {
+        return Err(strict(&desc.warnings, sources, labels));
+    }
+    let name = args.scene.scene.file_name().unwrap_or(args.scene.scene.as_os_str()).to_string_lossy();
+    let source = if name == "-" { "standard input".to_owned() } else { name.into_owned() };
+    let options = ConvertOptions { source, overwrite: args.force, strict: args.strict, pictures };
+    let converted = match target {
+        Target::Toml => to_toml(desc, &args.out, &options),
+        Target::Glb => to_glb(desc, &args.out, &options),
+    };
+    let converted = converted.map_err(|e| Failure::in_scene(e, sources, labels))?;
+    reporter.warnings(&converted.warnings, sources, labels);
+    done(&converted, &args.out, start.elapsed().as_secs_f64(), reporter);
+    Ok(())
+}
+
+fn target(out: &Path) -> Result<Target, Failure> {
+    let extension = out.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    match extension.as_str() {
+        "toml" => Ok(Target::Toml),
+        "glb" => Ok(Target::Glb),
+        other => {
+            let message = format!("{}: expected the name of a .toml or a .glb file", out.display());
+            let near = nearest(other, &["toml", "glb"]);
+            let help =
+                near.map_or("end its name with .toml or .glb".into(), |n| format!("did you mean .{n}?"));
+            Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)))
+        }
+    }
+}
+
+/// Says what was written.
+fn done(converted: &Converted, out: &Path, seconds: f64, reporter: &Reporter) {
+    let bytes: u64 = converted.files.iter().map(|f| f.bytes).sum();
+    if let Some(events) = &reporter.events {
+        let file = |f: &turner_io::convert::WrittenFile| json!({ "file": f.path, "bytes": f.bytes });
+        events.send(json!({
+            "event": "converted",
+            "output": out,
+            "files": converted.files.iter().map(file).collect::<Vec<_>>(),
+            "seconds": seconds,
+            "version": env!("CARGO_PKG_VERSION"),
+        }));
+        return;
+    }
+    let beside = converted.files.len() as u64 - 1;
+    let more =
+        if beside == 0 { String::new() } else { format!(" and {} beside it", text::plural(beside, "file")) };
+    reporter.line(&format!(
+        "{}{more} written: {} in {}",
+        out.display(),
+        text::bytes(bytes),
+        text::seconds(seconds)
+    ));
+}

@@ -1,0 +1,138 @@
+//! What the comments of a converted scene say: what each section is, and each key where it first stands. The words are those of the scene format's documentation.
+
+use std::collections::BTreeSet;
+use turner::camera::CameraDesc;
+use turner::film::FilmDesc;
+use turner::integrator::IntegratorDesc;
+use turner::light::LightDesc;
+use turner::material::MaterialDesc;
+use turner::medium::MediumDesc;
+use turner::scene::StageDesc;
+use turner::scene::background::BackgroundDesc;
+use turner::scene::read::SECTIONS;
+use turner::scene::schema::{EntryDoc, FamilyDoc};
+use turner::shape::ShapeDesc;
+use turner::texture::TextureDesc;
+
+/// Most letters of a comment.
+const LONGEST: usize = 90;
+
+/// Keys that all of a section have, beside those of their kind.
+const COMMON: &[(&str, &str, &str)] = &[
+    ("camera", "type", "The kind of camera: turner list cameras"),
+    ("integrator", "type", "How light is computed: turner list integrators"),
+    ("light", "type", "The kind: turner list lights"),
+    ("light", "name", "For reports"),
+    ("light", "group", "The group of lights it belongs to"),
+    ("view", "name", "For --camera"),
+    ("texture", "type", "The kind: turner list textures"),
+    ("material", "type", "The kind: turner list materials"),
+    ("medium", "type", "The kind: turner list media"),
+    ("object", "type", "The kind: turner list shapes"),
+    ("object", "name", "For reports and pictures of identities"),
+    ("object", "material", "One of [material.NAME]"),
+    ("object", "light_group", "The group of lights it belongs to where it shines"),
+    ("object", "transform", "Scale first, then rotate, then translate; or the rows of a matrix"),
+    ("object", "motion", "The transform at the end of its motion"),
+    ("object", "group", "One of [group.NAME]"),
+];
+
+/// Which keys have been explained.
+#[derive(Debug, Default)]
+pub(super) struct Comments {
+    said: BTreeSet<(String, String, String)>,
+}
+
+impl Comments {
+    /// The explanation of a key of a kind of thing, the first time that it is asked for.
+    pub(super) fn first(&mut self, section: &str, kind: &str, key: &str) -> Option<String> {
+        let common = COMMON.iter().find(|(s, k, _)| (*s, *k) == (section, key));
+        // What all kinds have in common is said once.
+        let place = (section.to_owned(), if common.is_some() { "" } else { kind }.to_owned(), key.to_owned());
+        if !self.said.insert(place) {
+            return None;
+        }
+        if let Some((.., words)) = common {
+            return Some((*words).to_owned());
+        }
+        let entry = entry(section, kind)?;
+        let field = entry.fields.iter().find(|f| f.name == key)?;
+        Some(short(&field.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")))
+    }
+}
+
+fn entry(section: &str, kind: &str) -> Option<&'static EntryDoc> {
+    let of = |family: &FamilyDoc| family.entries.iter().copied().find(|e| e.name == kind);
+    match section {
+        "camera" | "view" => of(&CameraDesc::DOC),
+        "film" => Some(&FilmDesc::DOC),
+        "integrator" => of(&IntegratorDesc::DOC),
+        "background" => Some(&BackgroundDesc::DOC),
+        "stage" => Some(&StageDesc::DOC),
+        "light" => of(&LightDesc::DOC),
+        "medium" => of(&MediumDesc::DOC),
+        "texture" => of(&TextureDesc::DOC),
+        "material" => of(&MaterialDesc::DOC),
+        "object" => of(&ShapeDesc::DOC),
+        _ => None,
+    }
+}
+
+/// What a section is.
+pub(super) fn heading(section: &str) -> String {
+    let what = SECTIONS.iter().find(|(name, _)| *name == section).map_or(section, |(_, what)| what);
+    let mut letters = what.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// The first sentence, or the part of it that fits.
+fn short(text: &str) -> String {
+    let sentence = text.split_once(". ").map_or(text, |(first, _)| first).trim_end_matches('.');
+    if sentence.chars().count() <= LONGEST {
+        return sentence.to_owned();
+    }
+    let cut: String = sentence.chars().take(LONGEST).collect();
+    let end = cut.rfind([';', ':', ',']).or_else(|| cut.rfind(' ')).unwrap_or(cut.len());
+    let cut = cut.get(..end).unwrap_or_default();
+    // Not within brackets.
+    let open = cut.rfind(" (").filter(|at| !cut[*at..].contains(')'));
+    cut.get(..open.unwrap_or(cut.len())).unwrap_or_default().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_key_is_explained_once() {
+        let mut comments = Comments::default();
+        assert_eq!(comments.first("camera", "pinhole", "position").as_deref(), Some("The eye"));
+        assert_eq!(comments.first("camera", "pinhole", "position"), None);
+        assert!(comments.first("object", "sphere", "material").is_some());
+        assert_eq!(comments.first("object", "box", "material"), None);
+        assert_eq!(comments.first("object", "box", "no such key"), None);
+        assert!(heading("camera").starts_with("Where"));
+    }
+
+    #[test]
+    fn every_section_and_kind_is_known() {
+        let sections = SECTIONS.iter().filter(|(name, _)| !matches!(*name, "include" | "group"));
+        for (section, _) in sections {
+            let kind = match *section {
+                "camera" | "view" => "pinhole",
+                "integrator" => "path",
+                "light" => "point",
+                "medium" => "homogeneous",
+                "texture" => "image",
+                "material" => "principled",
+                "object" => "mesh",
+                _ => "",
+            };
+            let entry = entry(section, kind).unwrap_or_else(|| panic!("{section}"));
+            for field in entry.fields {
+                let words = short(&field.doc.join(" "));
+                assert!(!words.is_empty() && words.chars().count() <= LONGEST, "{section} {}", field.name);
+            }
+        }
+    }
+}

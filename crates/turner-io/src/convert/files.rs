@@ -1,0 +1,254 @@
+//! The files beside a scene: meshes, pictures, measured lamps, grids. Each is written once.
+
+use super::file_names::{Taken, safe, stem};
+use super::{ConvertOptions, Converted, WrittenFile, create, exists, output_error};
+use crate::image::{ImageFormat, exr, png};
+use crate::mesh::ply;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use turner::image::{Image, Pixels};
+use turner::light::ProfileFile;
+use turner::medium::GridFile;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::{
+    Asset, ImageId, MeshId, ObjectContent, SceneAssetWriter, SceneDesc, Warning, WarningKind,
+};
+use turner::shape::ShapeDesc;
+use turner::shape::mesh::MeshData;
+
+/// A mesh of so few vertices and triangles may stand in the scene itself: a person can read it.
+const FEW: usize = 12;
+
+/// One kind of files, and their folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Mesh,
+    Picture,
+    Data,
+}
+
+/// Kinds with the ends of their folders' names.
+const FOLDERS: [(Kind, &str); 3] =
+    [(Kind::Mesh, "meshes"), (Kind::Picture, "pictures"), (Kind::Data, "data")];
+
+/// Writes what a scene names.
+pub(super) struct Files<'a> {
+    options: &'a ConvertOptions,
+    /// The folder of the scene, and what the names of ours begin with.
+    beside: PathBuf,
+    stem: String,
+    taken: [Taken; 3],
+    /// Folders that were made here.
+    made: Vec<PathBuf>,
+    written: Vec<WrittenFile>,
+    warnings: Vec<Warning>,
+    images: BTreeMap<u32, String>,
+    meshes: BTreeMap<u32, Option<String>>,
+    profiles: Vec<(ProfileFile, String)>,
+    grids: Vec<(GridFile, String)>,
+    /// How many objects show each mesh.
+    uses: Vec<u32>,
+}
+
+impl<'a> Files<'a> {
+    /// Files for the scene that is to be written to `out`.
+    ///
+    /// Errors: folders that are there already, unless files may be replaced.
+    pub(super) fn new(
+        desc: &SceneDesc,
+        out: &Path,
+        options: &'a ConvertOptions,
+    ) -> Result<Files<'a>, SceneError> {
+        let beside = out.parent().map(Path::to_owned).unwrap_or_default();
+        let name = out.file_stem().unwrap_or_default().to_string_lossy();
+        let stem = Some(safe(&name)).filter(|s| !s.is_empty()).unwrap_or_else(|| "scene".to_owned());
+        for (_, end) in FOLDERS {
+            let folder = beside.join(format!("{stem}-{end}"));
+            match folder.symlink_metadata() {
+                Err(_) => {}
+                Ok(meta) if !meta.is_dir() => {
+                    return Err(exists(&folder, "is there and is no folder").help("choose another name"));
+                }
+                Ok(_) if options.overwrite => {}
+                Ok(_) => {
+                    if fs::read_dir(&folder).is_ok_and(|mut entries| entries.next().is_some()) {
+                        return Err(exists(&folder, "there is such a folder already, with files in it"));
+                    }
+                }
+            }
+        }
+        let mut uses = vec![0; desc.meshes.len()];
+        let in_groups = desc.groups.iter().flat_map(|g| &g.value.objects);
+        for object in desc.objects.iter().chain(in_groups) {
+            let mesh = match &object.content {
+                ObjectContent::Shape(ShapeDesc::Mesh(mesh)) => mesh.mesh,
+                ObjectContent::Shape(ShapeDesc::Points(points)) => points.points,
+                _ => continue,
+            };
+            if let Some(count) = uses.get_mut(mesh.index()) {
+                *count += 1;
+            }
+        }
+        Ok(Files {
+            options,
+            beside,
+            stem,
+            taken: Default::default(),
+            made: Vec::new(),
+            written: Vec::new(),
+            warnings: Vec::new(),
+            images: BTreeMap::new(),
+            meshes: BTreeMap::new(),
+            profiles: Vec::new(),
+            grids: Vec::new(),
+            uses,
+        })
+    }
+
+    /// What was written, with the scene itself.
+    pub(super) fn finish(mut self, main: WrittenFile) -> Converted {
+        self.written.push(main);
+        Converted { files: self.written, warnings: self.warnings }
+    }
+
+    /// Takes back what was written, as far as nothing was replaced.
+    pub(super) fn remove(self) {
+        if self.options.overwrite {
+            return;
+        }
+        // What cannot be removed stays: the error that led here is the one to report.
+        self.written.iter().for_each(|file| drop(fs::remove_file(&file.path)));
+        self.made.iter().for_each(|folder| drop(fs::remove_dir(folder)));
+    }
+
+    /// Writes a file into the folder of its kind and gives its name relative to the scene.
+    fn file(
+        &mut self,
+        kind: Kind,
+        (wanted, extension): (&str, &str),
+        write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> Result<String, SceneError> {
+        let (index, end) = match kind {
+            Kind::Mesh => (0, "mesh"),
+            Kind::Picture => (1, "picture"),
+            Kind::Data => (2, "data"),
+        };
+        let folder_name = format!("{}-{}", self.stem, FOLDERS[index].1);
+        let folder = self.beside.join(&folder_name);
+        match fs::create_dir(&folder) {
+            Ok(()) => self.made.push(folder.clone()),
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
+            Err(e) => {
+                let name = crate::assets::printable(&folder.to_string_lossy());
+                let message = format!("{name}: the folder cannot be made: {e}");
+                return Err(SceneError::new(ErrorCode::Output, message).help("choose another path"));
+            }
+        }
+        let name = self.taken[index].name(wanted, end, extension);
+        let path = folder.join(&name);
+        let file = create(&path, self.options.overwrite)?;
+        file.commit_with(write).map_err(output_error)?;
+        let bytes = fs::metadata(&path).map_or(0, |m| m.len());
+        self.written.push(WrittenFile { path, bytes });
+        Ok(format!("{folder_name}/{name}"))
+    }
+
+    fn warn(&mut self, kind: WarningKind, message: String) {
+        self.warnings.push(Warning::new(kind, message));
+    }
+}
+
+/// Whether a mesh may stand in the scene itself.
+fn is_readable(mesh: &MeshData) -> bool {
+    let plain = mesh.more_uvs.len() <= 1 && mesh.more_uvs.iter().all(|set| !set.is_empty());
+    let is_cloud = mesh.triangles.is_empty();
+    // Points have no keys for these.
+    let fits =
+        !is_cloud || mesh.normals.len() + mesh.uvs.len() + mesh.more_uvs.len() + mesh.tangents.len() == 0;
+    let lists = [
+        mesh.positions.as_flattened(),
+        mesh.normals.as_flattened(),
+        mesh.uvs.as_flattened(),
+        mesh.tangents.as_flattened(),
+        mesh.colors.as_flattened(),
+    ];
+    let mut numbers = lists.into_iter().chain(mesh.more_uvs.iter().map(|set| set.as_flattened())).flatten();
+    mesh.positions.len() <= FEW
+        && mesh.triangles.len() <= FEW
+        && plain
+        && fits
+        && mesh.material_names.is_empty()
+        && numbers.all(|v| v.is_finite())
+}
+
+impl SceneAssetWriter for Files<'_> {
+    fn image(&mut self, id: ImageId, asset: &Asset<Image>) -> Result<String, SceneError> {
+        if let Some(name) = self.images.get(&id.0) {
+            return Ok(name.clone());
+        }
+        let wanted = stem(&asset.uri);
+        let kept = self.options.pictures.find(&asset.data);
+        let kept = kept.and_then(|(name, bytes)| Some((ImageFormat::of_bytes(&bytes, &name).ok()?, bytes)));
+        let name = match kept {
+            Some((format, bytes)) => {
+                let extension = format.extensions().first().copied().unwrap_or("png");
+                self.file(Kind::Picture, (wanted, extension), |out| out.write_all(&bytes))?
+            }
+            None => {
+                let floats = matches!(asset.data.pixels, Pixels::F32(_));
+                let encoded =
+                    if floats { exr::encode_samples(&asset.data) } else { png::encode_samples(&asset.data) };
+                let bytes = encoded.map_err(|e| crate::scene::two_lines(ErrorCode::Image, &e.to_string()))?;
+                if floats && asset.data.channels % 2 == 0 {
+                    let message = "pictures of floats with alpha are written multiplied by alpha, as OpenEXR has them: colours may differ in the last bit";
+                    self.warn(WarningKind::Approximated, message.into());
+                }
+                let extension = if floats { "exr" } else { "png" };
+                self.file(Kind::Picture, (wanted, extension), |out| out.write_all(&bytes))?
+            }
+        };
+        self.images.insert(id.0, name.clone());
+        Ok(name)
+    }
+
+    fn mesh(&mut self, id: MeshId, asset: &Asset<MeshData>) -> Result<Option<String>, SceneError> {
+        if let Some(name) = self.meshes.get(&id.0) {
+            return Ok(name.clone());
+        }
+        let used_once = self.uses.get(id.index()).is_some_and(|count| *count == 1);
+        let name = if used_once && is_readable(&asset.data) {
+            None
+        } else {
+            asset.data.check()?;
+            let wanted = stem(&asset.uri);
+            Some(self.file(Kind::Mesh, (wanted, "ply"), |out| ply::write(&asset.data, out))?)
+        };
+        self.meshes.insert(id.0, name.clone());
+        Ok(name)
+    }
+
+    fn light_profile(&mut self, profile: &ProfileFile) -> Result<String, SceneError> {
+        let known = self.profiles.iter().find(|(p, _)| Arc::ptr_eq(&p.data, &profile.data));
+        if let Some((_, name)) = known {
+            return Ok(name.clone());
+        }
+        let wanted = stem(&profile.uri);
+        let name = self.file(Kind::Data, (wanted, "ies"), |out| crate::ies::write(&profile.data, out))?;
+        self.profiles.push((profile.clone(), name.clone()));
+        Ok(name)
+    }
+
+    fn grid(&mut self, grid: &GridFile) -> Result<String, SceneError> {
+        let known = self.grids.iter().find(|(g, _)| Arc::ptr_eq(&g.data, &grid.data));
+        if let Some((_, name)) = known {
+            return Ok(name.clone());
+        }
+        let wanted = stem(&grid.uri);
+        let name = self.file(Kind::Data, (wanted, "grid"), |out| crate::grid::write(&grid.data, out))?;
+        self.grids.push((grid.clone(), name.clone()));
+        Ok(name)
+    }
+}

@@ -1,0 +1,148 @@
+//! The binary part of a .glb: what is in it is noted first and written in one go, so that no mesh is copied.
+
+use serde_json::{Value, json};
+use std::io::{self, Write};
+
+/// What a part of the buffer is for (glTF's `target`).
+#[derive(Clone, Copy)]
+pub(super) enum Target {
+    /// Numbers of vertices.
+    Vertices = 34962,
+    /// Numbers of triangles' corners.
+    Indices = 34963,
+}
+
+/// Writes a part, as many bytes as were announced.
+type WritePart<'a> = Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>;
+
+/// All parts, and the JSON that says what they are.
+#[derive(Default)]
+pub(super) struct Buffer<'a> {
+    parts: Vec<(u64, WritePart<'a>)>,
+    length: u64,
+    pub(super) views: Vec<Value>,
+    pub(super) accessors: Vec<Value>,
+}
+
+/// Bytes up to the next multiple of four.
+fn padding(length: u64) -> u64 {
+    length.wrapping_neg() % 4
+}
+
+impl<'a> Buffer<'a> {
+    /// Adds a part of so many bytes; gives the number of its buffer view.
+    pub(super) fn view(
+        &mut self,
+        length: u64,
+        target: Option<Target>,
+        write: impl Fn(&mut dyn Write) -> io::Result<()> + 'a,
+    ) -> usize {
+        let mut view = json!({ "buffer": 0, "byteOffset": self.length, "byteLength": length });
+        if let Some(target) = target {
+            view["target"] = json!(target as u32);
+        }
+        self.views.push(view);
+        self.parts.push((length, Box::new(write)));
+        self.length += length + padding(length);
+        self.views.len() - 1
+    }
+
+    /// Adds rows of floats, one for each vertex, as `make` makes them of those of a mesh.
+    pub(super) fn rows<const N: usize>(
+        &mut self,
+        rows: &'a [[f32; N]],
+        make: impl Fn([f32; N]) -> [f32; N] + 'a,
+    ) -> usize {
+        let bounds = (N == 3).then(|| {
+            let range = |k: usize| {
+                let values = || rows.iter().map(|row| f64::from(make(*row)[k]));
+                (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+            };
+            [0, 1, 2].map(range)
+        });
+        let view = self.view(rows.len() as u64 * N as u64 * 4, Some(Target::Vertices), move |out| {
+            for block in rows.chunks(4096) {
+                let bytes: Vec<u8> =
+                    block.iter().flat_map(|row| make(*row)).flat_map(f32::to_le_bytes).collect();
+                out.write_all(&bytes)?;
+            }
+            Ok(())
+        });
+        let kind = match N {
+            2 => "VEC2",
+            3 => "VEC3",
+            _ => "VEC4",
+        };
+        let mut accessor =
+            json!({ "bufferView": view, "componentType": 5126, "count": rows.len(), "type": kind });
+        if let Some(bounds) = bounds {
+            accessor["min"] = json!(bounds.map(|b| b.0));
+            accessor["max"] = json!(bounds.map(|b| b.1));
+        }
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    /// Adds the corners of those triangles that `wanted` takes by their number.
+    pub(super) fn triangles(
+        &mut self,
+        triangles: &'a [[u32; 3]],
+        wanted: impl Fn(usize) -> bool + 'a,
+    ) -> Option<usize> {
+        let count = (0..triangles.len()).filter(|i| wanted(*i)).count();
+        if count == 0 {
+            return None;
+        }
+        let view = self.view(count as u64 * 12, Some(Target::Indices), move |out| {
+            let mut bytes = Vec::with_capacity(1 << 16);
+            for (i, triangle) in triangles.iter().enumerate() {
+                if wanted(i) {
+                    bytes.extend(triangle.iter().flat_map(|v| v.to_le_bytes()));
+                }
+                if bytes.len() > (1 << 16) - 12 {
+                    out.write_all(&bytes)?;
+                    bytes.clear();
+                }
+            }
+            out.write_all(&bytes)
+        });
+        self.accessors
+            .push(json!({ "bufferView": view, "componentType": 5125, "count": 3 * count, "type": "SCALAR" }));
+        Some(self.accessors.len() - 1)
+    }
+
+    /// Bytes of the whole buffer.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Writes a .glb: its header, the JSON, the parts (glTF 2.0, §4.4). Files have less than 4 GiB.
+    pub(super) fn write(&self, json: &[u8], out: &mut dyn Write) -> io::Result<()> {
+        let json_length = json.len() as u64 + padding(json.len() as u64);
+        let has_binary = u64::from(self.length > 0);
+        let total = 12 + 8 + json_length + has_binary * (8 + self.length);
+        let word = |v: u64| {
+            let too_large =
+                || io::Error::new(io::ErrorKind::InvalidInput, "more than 4 GiB do not fit a .glb");
+            u32::try_from(v).map(u32::to_le_bytes).map_err(|_| too_large())
+        };
+        out.write_all(b"glTF")?;
+        out.write_all(&2_u32.to_le_bytes())?;
+        out.write_all(&word(total)?)?;
+        out.write_all(&word(json_length)?)?;
+        out.write_all(b"JSON")?;
+        out.write_all(json)?;
+        // Blanks behind JSON, zeros behind numbers.
+        out.write_all(&b"   "[..padding(json.len() as u64) as usize])?;
+        if has_binary == 0 {
+            return Ok(());
+        }
+        out.write_all(&word(self.length)?)?;
+        out.write_all(b"BIN\0")?;
+        for (length, write) in &self.parts {
+            write(out)?;
+            out.write_all(&[0; 3][..padding(*length) as usize])?;
+        }
+        Ok(())
+    }
+}

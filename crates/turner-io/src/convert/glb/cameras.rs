@@ -1,0 +1,160 @@
+//! Cameras and lights, each on a node of its own.
+
+use super::nodes::Nodes;
+use super::remarks::Remarks;
+use serde_json::{Value, json};
+use std::f64::consts::FRAC_PI_2;
+use turner::camera::{CameraDesc, Handedness, PinholeDesc, Viewport};
+use turner::color::Spectrum;
+use turner::light::{Attenuation, LightDesc};
+use turner::math::elementary::atan2;
+use turner::math::{DAffine3, DMat3, DVec3, radians};
+use turner::scene::SceneDesc;
+
+/// Adds those of a scene; gives the document's cameras and lights.
+pub(super) fn add(desc: &SceneDesc, nodes: &mut Nodes, remarks: &mut Remarks) -> (Vec<Value>, Vec<Value>) {
+    let (mut cameras, mut lights) = (Vec::new(), Vec::new());
+    let aspect = f64::from(desc.film.width) / f64::from(desc.film.height.max(1));
+    for camera in desc.camera.iter().chain(&desc.cameras) {
+        let Some((json, transform)) = camera_json(&camera.value, aspect, remarks) else { continue };
+        if nodes.root(camera.name.as_deref(), &transform, "camera", json!(cameras.len())) {
+            cameras.push(json);
+        }
+    }
+    for light in &desc.lights {
+        let Some((json, transform)) = light_json(&light.value, remarks) else { continue };
+        let on_node = json!({ "KHR_lights_punctual": { "light": lights.len() } });
+        if nodes.root(light.name.as_deref(), &transform, "extensions", on_node) {
+            lights.push(json);
+        }
+    }
+    (cameras, lights)
+}
+
+/// Looks along −z with +y upwards.
+fn looking(position: DVec3, forward: DVec3, up: DVec3, mirrored: bool) -> Option<DAffine3> {
+    let z = -forward.try_normalize()?;
+    let x = up.cross(z).try_normalize()?;
+    let y = z.cross(x);
+    let x = if mirrored { -x } else { x };
+    Some(DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: position })
+}
+
+fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Option<(Value, DAffine3)> {
+    let mut placed = camera.clone();
+    let [position, look_at, up] = placed.placement_mut().map(|v| *v);
+    let distance = (look_at - position).length();
+    let (handedness, json) = match camera {
+        CameraDesc::Pinhole(c) => (c.handedness, perspective(c, distance, aspect)),
+        CameraDesc::ThinLens(c) => {
+            remarks.approximated("the lens of a camera: everything is sharp");
+            let pinhole = PinholeDesc {
+                position,
+                look_at,
+                up,
+                handedness: c.handedness,
+                fov: c.fov,
+                viewport: c.viewport,
+                distance: c.distance,
+                near: 0.0,
+            };
+            (c.handedness, perspective(&pinhole, distance, aspect))
+        }
+        CameraDesc::Orthographic(c) => {
+            let size = c.viewport.size(aspect);
+            let (near, far) = (c.near, c.near + 1000.0 * distance.max(size.y));
+            let json = json!({ "type": "orthographic", "orthographic": {
+                "xmag": 0.5 * size.x, "ymag": 0.5 * size.y, "znear": near, "zfar": far,
+            } });
+            (c.handedness, json)
+        }
+        _ => {
+            remarks.ignored("cameras that see all around");
+            return None;
+        }
+    };
+    let mirrored = handedness == Handedness::Left;
+    Some((json, looking(position, look_at - position, up, mirrored)?))
+}
+
+fn perspective(c: &PinholeDesc, to_target: f64, aspect: f64) -> Value {
+    let (fov, aspect) = match (c.fov, c.viewport) {
+        (None, Some(viewport)) => {
+            let size = viewport.size(aspect);
+            let shape = match viewport {
+                Viewport::Size(size) => size.x / size.y,
+                Viewport::Height(_) => aspect,
+            };
+            (2.0 * atan2(0.5 * size.y, c.distance.unwrap_or(to_target)), shape)
+        }
+        (fov, _) => (radians(fov.unwrap_or(40.0)), aspect),
+    };
+    // The least that counts must be above 0 there.
+    let near = if c.near > 0.0 { c.near } else { 1e-4 * to_target.max(1e-30) };
+    json!({ "type": "perspective", "perspective": { "yfov": fov, "aspectRatio": aspect, "znear": near } })
+}
+
+/// A colour whose largest part is at most 1, and the rest of its strength.
+fn strength(color: Spectrum, intensity: f64) -> (Value, f64) {
+    let most = color.max_component().max(1.0);
+    let color = color.to_array().map(|v| f64::from(v.max(0.0) / most));
+    (json!(color), intensity * f64::from(most))
+}
+
+fn light_json(light: &LightDesc, remarks: &mut Remarks) -> Option<(Value, DAffine3)> {
+    let weakens = |attenuation: &Attenuation, remarks: &mut Remarks| {
+        if attenuation.coefficients != [0.0, 0.0, 1.0] {
+            remarks.approximated("lights that do not weaken by the square of the distance");
+        }
+    };
+    match light {
+        LightDesc::Point(l) => {
+            weakens(&l.attenuation, remarks);
+            if l.ies.is_some() {
+                remarks.ignored("measurements of lamps (ies)");
+            }
+            let (color, intensity) = strength(l.color, l.intensity);
+            let json = json!({ "type": "point", "color": color, "intensity": intensity });
+            Some((json, DAffine3::from_translation(l.position)))
+        }
+        LightDesc::Spot(l) => {
+            weakens(&l.attenuation, remarks);
+            if l.ies.is_some() {
+                remarks.ignored("measurements of lamps (ies)");
+            }
+            let (color, intensity) = strength(l.color, l.intensity);
+            let outer = radians(l.angle).clamp(1e-6, FRAC_PI_2);
+            let inner = radians((l.angle - l.penumbra).max(0.0)).min(outer * 0.999_999);
+            let json = json!({ "type": "spot", "color": color, "intensity": intensity,
+                "spot": { "innerConeAngle": inner, "outerConeAngle": outer } });
+            Some((json, facing(l.position, l.look_at - l.position)?))
+        }
+        LightDesc::Directional(l) => {
+            let direction = l.direction.or(l.from.map(|from| -from))?;
+            if l.angle > 0.0 {
+                remarks.approximated("suns with a width: their shadows are sharp");
+            }
+            let (color, intensity) = strength(l.color, l.intensity);
+            let json = json!({ "type": "directional", "color": color, "intensity": intensity });
+            Some((json, facing(DVec3::ZERO, direction)?))
+        }
+        LightDesc::Ambient(_) => {
+            remarks.ignored("ambient light");
+            None
+        }
+        LightDesc::Environment(_) | LightDesc::Sky(_) => {
+            remarks.ignored("light from all around (environments, skies)");
+            None
+        }
+        LightDesc::Rectangle(_) | LightDesc::Disk(_) | LightDesc::Sphere(_) => {
+            remarks.ignored("lights with an extent that cannot be seen; shining surfaces are kept");
+            None
+        }
+    }
+}
+
+/// Shines along −z.
+fn facing(position: DVec3, direction: DVec3) -> Option<DAffine3> {
+    let direction = direction.try_normalize()?;
+    looking(position, direction, direction.any_orthonormal_vector(), false)
+}

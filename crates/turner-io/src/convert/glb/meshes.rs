@@ -1,0 +1,229 @@
+//! Meshes: one primitive for each material of a mesh.
+
+use super::Shapes;
+use super::buffer::Buffer;
+use super::materials::MaterialWriter;
+use super::remarks::Remarks;
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use turner::math::DVec3;
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::{MaterialId, MeshId, ObjectContent, ObjectDesc, SceneDesc};
+use turner::shape::ShapeDesc;
+use turner::shape::mesh::MeshData;
+
+/// Whose lists: a mesh of the scene, or what the shape of an object became.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Source {
+    Mesh(u32),
+    Shape(usize),
+}
+
+/// A list that is written once however many primitives use it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum List {
+    Positions,
+    Normals,
+    Tangents,
+    Uvs(usize),
+    Colors,
+    /// Corners of the triangles with this number of a material; of all of them without.
+    Triangles(Option<u16>),
+}
+
+/// What a mesh of the document is made of: its lists, whether normals are left out, and the materials of its parts.
+type Key = (Source, bool, bool, Vec<Option<MaterialId>>);
+
+/// The document's meshes.
+pub(super) struct MeshWriter<'a> {
+    desc: &'a SceneDesc,
+    shapes: &'a Shapes,
+    pub(super) buffer: Buffer<'a>,
+    pub(super) list: Vec<Value>,
+    pub(super) materials: MaterialWriter<'a>,
+    lists: BTreeMap<(Source, List), Option<usize>>,
+    known: BTreeMap<Key, Option<usize>>,
+}
+
+/// Of unit length in single precision; what has no direction points upwards.
+fn direction(v: [f32; 3]) -> [f32; 3] {
+    let unit = DVec3::from(v.map(f64::from)).try_normalize().unwrap_or(DVec3::Y);
+    unit.as_vec3().to_array()
+}
+
+impl<'a> MeshWriter<'a> {
+    pub(super) fn new(desc: &'a SceneDesc, shapes: &'a Shapes, materials: MaterialWriter<'a>) -> Self {
+        MeshWriter {
+            desc,
+            shapes,
+            buffer: Buffer::default(),
+            list: Vec::new(),
+            materials,
+            lists: BTreeMap::new(),
+            known: BTreeMap::new(),
+        }
+    }
+
+    /// The number of the mesh that an object shows with a material for what has none of its own; `None` where nothing is to be seen. `index` is the object's
+    /// place among all.
+    pub(super) fn number(
+        &mut self,
+        object: &ObjectDesc,
+        index: usize,
+        material: Option<MaterialId>,
+        remarks: &mut Remarks,
+    ) -> Result<Option<usize>, SceneError> {
+        let ObjectContent::Shape(shape) = &object.content else { return Ok(None) };
+        let mesh = |id: MeshId| {
+            let message = "an object shows a mesh that the description does not have";
+            self.desc
+                .meshes
+                .get(id.index())
+                .map(|a| &*a.data)
+                .ok_or_else(|| SceneError::new(ErrorCode::Mesh, message))
+        };
+        let (source, data, flat, parts, points): (Source, &'a MeshData, bool, Vec<_>, bool) = match shape {
+            ShapeDesc::Mesh(m) => {
+                let data = mesh(m.mesh)?;
+                if m.smooth == Some(true) && data.normals.is_empty() {
+                    remarks.approximated("smooth meshes without normals of their own: flat");
+                }
+                (Source::Mesh(m.mesh.0), data, m.smooth == Some(false), m.materials.clone(), false)
+            }
+            ShapeDesc::Points(p) => {
+                remarks.approximated("clouds of points: points without size");
+                (Source::Mesh(p.points.0), mesh(p.points)?, true, Vec::new(), true)
+            }
+            other => {
+                let Some(Some(data)) = self.shapes.get(index) else { return Ok(None) };
+                match other {
+                    ShapeDesc::Plane(_) => remarks.approximated("infinite planes: large squares"),
+                    ShapeDesc::Box(_) | ShapeDesc::Rectangle(_) => {}
+                    _ => remarks.approximated("round shapes: triangles within 0.06 % of the radius"),
+                }
+                (Source::Shape(index), data, false, Vec::new(), false)
+            }
+        };
+        data.check()?;
+        let mut materials: Vec<Option<MaterialId>> = parts.iter().map(|m| m.or(material)).collect();
+        materials.push(material);
+        let key = (source, flat, points, materials);
+        if let Some(known) = self.known.get(&key) {
+            return Ok(*known);
+        }
+        let primitives = self.primitives(source, data, (flat, points), &parts, material, remarks)?;
+        let number = if primitives.is_empty() {
+            None
+        } else {
+            let mut mesh = json!({ "primitives": primitives });
+            let name = match source {
+                Source::Mesh(id) => {
+                    self.desc.meshes.get(id as usize).map(|a| super::super::file_names::stem(&a.uri))
+                }
+                Source::Shape(_) => object.name.as_deref(),
+            };
+            if let Some(name) = name.filter(|n| !n.is_empty()) {
+                mesh["name"] = json!(name);
+            }
+            self.list.push(mesh);
+            Some(self.list.len() - 1)
+        };
+        self.known.insert(key, number);
+        Ok(number)
+    }
+
+    fn primitives(
+        &mut self,
+        source: Source,
+        data: &'a MeshData,
+        (flat, points): (bool, bool),
+        parts: &[Option<MaterialId>],
+        material: Option<MaterialId>,
+        remarks: &mut Remarks,
+    ) -> Result<Vec<Value>, SceneError> {
+        // The numbers of materials that triangles have.
+        let mut numbers: Vec<Option<u16>> = data.face_materials.iter().map(|m| Some(*m)).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        if points || numbers.is_empty() {
+            numbers = vec![None];
+        }
+        let uv_sets = if data.uvs.is_empty() || points {
+            0
+        } else {
+            // glTF's sets follow one another without a gap.
+            1 + data.more_uvs.iter().take_while(|set| !set.is_empty()).count()
+        };
+        let mut out = Vec::new();
+        for number in numbers {
+            let own = number.and_then(|n| parts.get(usize::from(n)).copied().flatten());
+            let indices = if points {
+                None
+            } else {
+                let Some(indices) = self.list_number(source, List::Triangles(number), data) else { continue };
+                Some(indices)
+            };
+            let Some(positions) = self.list_number(source, List::Positions, data) else { continue };
+            let (material, shows_colors) = self.materials.number(own.or(material), uv_sets, remarks)?;
+            let mut attributes = Map::new();
+            attributes.insert("POSITION".into(), json!(positions));
+            if !flat && let Some(normals) = self.list_number(source, List::Normals, data) {
+                attributes.insert("NORMAL".into(), json!(normals));
+                if self.materials.normal_mapped.contains(&material)
+                    && let Some(tangents) = self.list_number(source, List::Tangents, data)
+                {
+                    attributes.insert("TANGENT".into(), json!(tangents));
+                }
+            }
+            let asked_for = self.materials.uv_sets.get(material).copied().unwrap_or(0);
+            for set in 0..uv_sets.min(asked_for) {
+                if let Some(uvs) = self.list_number(source, List::Uvs(set), data) {
+                    attributes.insert(format!("TEXCOORD_{set}"), json!(uvs));
+                }
+            }
+            if shows_colors && let Some(colors) = self.list_number(source, List::Colors, data) {
+                attributes.insert("COLOR_0".into(), json!(colors));
+            }
+            let mut primitive = json!({ "attributes": attributes, "material": material });
+            match indices {
+                Some(indices) => primitive["indices"] = json!(indices),
+                None => primitive["mode"] = json!(0),
+            }
+            out.push(primitive);
+        }
+        Ok(out)
+    }
+
+    /// The accessor of a list; `None` of an empty one.
+    fn list_number(&mut self, source: Source, list: List, data: &'a MeshData) -> Option<usize> {
+        if let Some(known) = self.lists.get(&(source, list)) {
+            return *known;
+        }
+        let buffer = &mut self.buffer;
+        let number = match list {
+            List::Positions => (!data.positions.is_empty()).then(|| buffer.rows(&data.positions, |p| p)),
+            List::Normals => (!data.normals.is_empty()).then(|| buffer.rows(&data.normals, direction)),
+            List::Tangents => (!data.tangents.is_empty()).then(|| {
+                buffer.rows(&data.tangents, |[x, y, z, w]| {
+                    let [x, y, z] = direction([x, y, z]);
+                    [x, y, z, if w < 0.0 { -1.0 } else { 1.0 }]
+                })
+            }),
+            List::Uvs(set) => {
+                let uvs = if set == 0 { Some(&data.uvs) } else { data.more_uvs.get(set - 1) };
+                // v grows downwards there.
+                uvs.filter(|uvs| !uvs.is_empty()).map(|uvs| buffer.rows(uvs, |[u, v]| [u, 1.0 - v]))
+            }
+            List::Colors => {
+                (!data.colors.is_empty()).then(|| buffer.rows(&data.colors, |c| c.map(|v| v.clamp(0.0, 1.0))))
+            }
+            List::Triangles(None) => buffer.triangles(&data.triangles, |_| true),
+            List::Triangles(Some(number)) => {
+                let materials = &data.face_materials;
+                buffer.triangles(&data.triangles, move |i| materials.get(i) == Some(&number))
+            }
+        };
+        self.lists.insert((source, list), number);
+        number
+    }
+}

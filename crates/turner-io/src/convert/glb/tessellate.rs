@@ -1,0 +1,224 @@
+//! Shapes given by formulas as triangles.
+//!
+//! Circles have 96 corners on them, so that what is round is at most 1 − cos(π/96) = 0.054 % of its radius inside of the true surface; normals are those of the
+//! true surface, and (u, v) are those of the shape.
+
+use turner::math::DVec3;
+use turner::math::elementary::{cos, sin};
+use turner::scene::error::{ErrorCode, SceneError};
+use turner::shape::ShapeDesc;
+use turner::shape::mesh::MeshData;
+
+/// Corners of a circle.
+const AROUND: u32 = 96;
+const TURN: f64 = 2.0 * std::f64::consts::PI;
+
+/// What is added to a mesh.
+#[derive(Default)]
+struct Builder(MeshData);
+
+impl Builder {
+    fn vertex(&mut self, p: DVec3, n: DVec3, u: f64, v: f64) {
+        self.0.positions.push(p.as_vec3().to_array());
+        self.0.normals.push(n.as_vec3().to_array());
+        self.0.uvs.push([u as f32, v as f32]);
+    }
+
+    /// A grid of `columns` by `rows` squares; `at` gives place, normal and (u, v) by shares of the way. Corners turn counter-clockwise where the first direction
+    /// × the second is outward.
+    fn grid(&mut self, columns: u32, rows: u32, at: impl Fn(f64, f64) -> (DVec3, DVec3, f64, f64)) {
+        let first = self.0.positions.len() as u32;
+        for j in 0..=rows {
+            for i in 0..=columns {
+                let (p, n, u, v) = at(f64::from(i) / f64::from(columns), f64::from(j) / f64::from(rows));
+                self.vertex(p, n, u, v);
+            }
+        }
+        for j in 0..rows {
+            for i in 0..columns {
+                let a = first + j * (columns + 1) + i;
+                let [b, c, d] = [a + 1, a + columns + 2, a + columns + 1];
+                for triangle in [[a, b, c], [a, c, d]] {
+                    // None at poles and tips, where two corners are one place.
+                    let [p, q, r] = triangle.map(|k| self.0.positions[k as usize]);
+                    if p != q && q != r && r != p {
+                        self.0.triangles.push(triangle);
+                    }
+                }
+            }
+        }
+    }
+
+    /// A disk or ring that faces along `n`, with its (u, v) around it.
+    fn disk(&mut self, center: DVec3, n: DVec3, radius: f64, inner: f64) {
+        let (right, up) = plane_axes(n);
+        let rows = 1;
+        self.grid(AROUND, rows, |s, t| {
+            // Inwards, so that the first direction × the second is along n.
+            let r = radius + (inner - radius) * t;
+            let (x, y) = (cos(TURN * s) * r, sin(TURN * s) * r);
+            (center + right * x + up * y, n, 0.5 + 0.5 * x / radius, 0.5 + 0.5 * y / radius)
+        });
+    }
+
+    /// The side of a cone or cylinder around an axis.
+    fn side(&mut self, from: DVec3, to: DVec3, [bottom, top]: [f64; 2]) {
+        let axis = to - from;
+        let length = axis.length();
+        let direction = axis / length;
+        let (zero, quarter) = around(direction);
+        // The normal leans by what the radius loses along the axis.
+        let lean = (bottom - top) / length;
+        self.grid(AROUND, 1, |s, t| {
+            let out = zero * cos(TURN * s) + quarter * sin(TURN * s);
+            let p = from + axis * t + out * (bottom + (top - bottom) * t);
+            (p, (out + direction * lean).normalize(), s, t)
+        });
+    }
+}
+
+/// Directions at right angles to an axis: where u is 0 and a quarter, counter-clockwise seen from its tip; with +y they are −z and −x.
+fn around(axis: DVec3) -> (DVec3, DVec3) {
+    let flat = |v: DVec3| (v - axis * axis.dot(v)).try_normalize();
+    let zero = if axis.z.abs() > 1.0 - 1e-6 { None } else { flat(DVec3::NEG_Z) };
+    let zero = zero.or_else(|| flat(DVec3::NEG_Y)).unwrap_or(DVec3::NEG_Z);
+    (zero, axis.cross(zero))
+}
+
+/// To the right and up, seen from the side that a normal points to.
+fn plane_axes(n: DVec3) -> (DVec3, DVec3) {
+    if n.y.abs() > 1.0 - 1e-9 {
+        return (DVec3::X, n.cross(DVec3::X));
+    }
+    let right = DVec3::Y.cross(n).try_normalize().unwrap_or(DVec3::X);
+    (right, n.cross(right))
+}
+
+fn unit(v: DVec3) -> Result<DVec3, SceneError> {
+    let message = "a shape with a direction of no length cannot be made of triangles";
+    v.try_normalize().ok_or_else(|| SceneError::new(ErrorCode::OutOfRange, message))
+}
+
+/// The triangles of a shape; `reach` is how far infinite planes go. `None` for meshes and points.
+pub(super) fn triangles(shape: &ShapeDesc, reach: f64) -> Result<Option<MeshData>, SceneError> {
+    let mut b = Builder::default();
+    match shape {
+        ShapeDesc::Sphere(s) => b.grid(AROUND, AROUND / 2, |u, v| {
+            let (height, around) = (TURN / 2.0 * (v - 0.5), TURN * u);
+            let flat = if v == 0.0 || v == 1.0 { 0.0 } else { cos(height) };
+            let n = DVec3::new(-sin(around) * flat, sin(height), -cos(around) * flat);
+            // The seam closes to the last bit.
+            let n = if u == 1.0 { DVec3::new(0.0, n.y, -flat) } else { n };
+            (s.center + n * s.radius, n, u, v)
+        }),
+        ShapeDesc::Plane(p) => {
+            let n = unit(p.normal)?;
+            let (right, up) = plane_axes(n);
+            b.grid(1, 1, |s, t| {
+                let (x, y) = ((2.0 * s - 1.0) * reach, (2.0 * t - 1.0) * reach);
+                (p.point + right * x + up * y, n, 0.5 + 0.5 * x, 0.5 + 0.5 * y)
+            });
+        }
+        ShapeDesc::Box(desc) => {
+            let (min, max) = match (desc.min, desc.max) {
+                (Some(min), Some(max)) => (min, max),
+                _ => {
+                    let center = desc.center.unwrap_or(DVec3::ZERO);
+                    let half = desc.size.unwrap_or(DVec3::splat(2.0)) * 0.5;
+                    (center - half, center + half)
+                }
+            };
+            let (middle, half) = ((min + max) * 0.5, (max - min) * 0.5);
+            for n in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
+                let (right, up) = plane_axes(n);
+                b.grid(1, 1, |s, t| {
+                    let p = n + right * (2.0 * s - 1.0) + up * (2.0 * t - 1.0);
+                    (middle + p * half, n, s, t)
+                });
+            }
+        }
+        ShapeDesc::Disk(d) => b.disk(d.center, unit(d.normal)?, d.radius, d.inner_radius),
+        ShapeDesc::Rectangle(r) => {
+            let n = unit(r.edge_u.cross(r.edge_v))?;
+            b.grid(1, 1, |s, t| (r.center + r.edge_u * (s - 0.5) + r.edge_v * (t - 0.5), n, s, t));
+        }
+        ShapeDesc::Cylinder(c) => {
+            let axis = unit(c.to - c.from)?;
+            b.side(c.from, c.to, [c.radius; 2]);
+            if c.capped {
+                b.disk(c.from, -axis, c.radius, 0.0);
+                b.disk(c.to, axis, c.radius, 0.0);
+            }
+        }
+        ShapeDesc::Cone(c) => {
+            let axis = unit(c.to - c.from)?;
+            b.side(c.from, c.to, [c.radius, c.tip_radius]);
+            if c.capped {
+                b.disk(c.from, -axis, c.radius, 0.0);
+                if c.tip_radius > 0.0 {
+                    b.disk(c.to, axis, c.tip_radius, 0.0);
+                }
+            }
+        }
+        ShapeDesc::Torus(t) => {
+            let axis = unit(t.axis)?;
+            let (zero, quarter) = around(axis);
+            b.grid(AROUND, AROUND / 2, |u, v| {
+                let out = zero * cos(TURN * u) + quarter * sin(TURN * u);
+                // From the inner side, then below.
+                let n = out * -cos(TURN * v) - axis * sin(TURN * v);
+                (t.center + out * t.radius + n * t.tube_radius, n, u, v)
+            });
+        }
+        ShapeDesc::Mesh(_) | ShapeDesc::Points(_) => return Ok(None),
+    }
+    Ok(Some(b.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles face the way that their normals point, and normals have unit length.
+    #[test]
+    fn triangles_face_outwards() {
+        let scenes = [
+            "\"sphere\"",
+            "\"plane\"\nnormal = [1, 2, -1]",
+            "\"box\"\nmin = [0, 1, 2]\nmax = [1, 5, 3]",
+            "\"disk\"",
+            "\"disk\"\ninner_radius = 0.3\nnormal = [1, 2, 3]",
+            "\"rectangle\"",
+            "\"cylinder\"",
+            "\"cylinder\"\nfrom = [0, 1, 2]\nto = [3, 1, 1]",
+            "\"cone\"",
+            "\"cone\"\ntip_radius = 0.4",
+            "\"torus\"",
+            "\"torus\"\naxis = [1, -1, 0.4]",
+        ];
+        for scene in scenes {
+            let text = format!("[[object]]\ntype = {scene}\n");
+            let assets = crate::assets::MemoryAssets::default();
+            let loaded = crate::scene::load_text(text.clone(), "s.toml", &assets, &Default::default());
+            let desc = loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error)).desc;
+            let turner::scene::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };
+            let mesh = triangles(shape, 10.0).unwrap().unwrap();
+            mesh.check().unwrap();
+            assert!(!mesh.triangles.is_empty());
+            for t in &mesh.triangles {
+                let p = t.map(|i| glam_of(mesh.positions[i as usize]));
+                let n = t.map(|i| glam_of(mesh.normals[i as usize]));
+                let face = (p[1] - p[0]).cross(p[2] - p[0]);
+                assert!(face.length() > 0.0, "{scene}");
+                for n in n {
+                    assert!((n.length() - 1.0).abs() < 1e-6, "{scene}");
+                    assert!(face.normalize().dot(n) > 0.9, "{scene} {t:?} {face} {n}");
+                }
+            }
+        }
+    }
+
+    fn glam_of(v: [f32; 3]) -> DVec3 {
+        DVec3::from(v.map(f64::from))
+    }
+}

@@ -1,0 +1,48 @@
+//! Names for things that are referred to.
+
+use std::collections::BTreeSet;
+
+/// A name for each thing of a list, no two the same: its own where it has one that is allowed and not taken, else one made of it or of its kind and a number.
+pub(super) fn names(own: &[Option<&str>], kind: &str, allowed: impl Fn(&str) -> bool) -> Vec<String> {
+    // Names that are somebody's own are not made for others.
+    let mut taken: BTreeSet<String> = own.iter().flatten().map(|n| (*n).to_owned()).collect();
+    let mut given: BTreeSet<&str> = BTreeSet::new();
+    let mut out = Vec::with_capacity(own.len());
+    // The number to go on from, by name: a thousand things of one name are numbered at once.
+    let mut last = std::collections::BTreeMap::new();
+    for (i, name) in own.iter().enumerate() {
+        if let Some(name) = name
+            && allowed(name)
+            && given.insert(name)
+        {
+            out.push((*name).to_owned());
+            continue;
+        }
+        let base = name.filter(|name| !name.is_empty()).unwrap_or(kind);
+        let start = if name.is_some() { 2 } else { i + 1 };
+        let next = last.entry(base).or_insert(start);
+        *next = (*next).max(start);
+        let made = loop {
+            let made = format!("{base}-{next}");
+            *next += 1;
+            if allowed(&made) && taken.insert(made.clone()) {
+                break made;
+            }
+        };
+        out.push(made);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_kept_and_made_where_there_are_none() {
+        let own = [Some("a"), None, Some("a"), Some("red"), Some("a-2"), None, Some(""), Some(""), Some("a")];
+        let made = names(&own, "thing", |n| n != "red");
+        assert_eq!(made, ["a", "thing-2", "a-3", "red-2", "a-2", "thing-6", "", "thing-7", "a-4"]);
+        assert_eq!(made.iter().collect::<BTreeSet<_>>().len(), own.len());
+    }
+}
