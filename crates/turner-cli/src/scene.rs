@@ -29,6 +29,9 @@ pub(crate) struct SceneArgs {
     /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
     #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
+    /// Give a value for a $name of a Mitsuba scene, e.g. --define spp=256 (repeatable)
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse_define)]
+    define: Vec<(String, String)>,
     /// Let the scene name files outside its folder
     #[arg(long)]
     allow_outside: bool,
@@ -106,6 +109,15 @@ fn parse_override(text: &str) -> Result<Override, String> {
         Some(help) => format!("{}; {help}", e.message),
         None => e.message,
     })
+}
+
+fn parse_define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => {
+            Ok((name.trim_start_matches('$').to_owned(), value.to_owned()))
+        }
+        _ => Err("expected NAME=VALUE".to_owned()),
+    }
 }
 
 /// Four numbers, kept as text: whether they fit the picture is for the film to say.
@@ -190,6 +202,7 @@ impl SceneArgs {
         overrides.extend(self.set.iter().cloned());
         let mut options = LoadOptions {
             overrides,
+            defines: self.define.clone(),
             allow_outside: self.allow_outside,
             max_texture_size: self.stage.max_texture_size,
             models,
