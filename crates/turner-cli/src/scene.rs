@@ -33,6 +33,9 @@ pub(crate) struct SceneArgs {
     /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
     #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
+    /// Give a value for a $name of a Mitsuba scene, e.g. --define spp=256 (repeatable)
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse_define)]
+    define: Vec<(String, String)>,
     /// Work put into the search trees of meshes: the picture is the same, the time to prepare and to render is not
     #[arg(long, value_name = "QUALITY", default_value = "balanced")]
     bvh_quality: BvhQuality,
@@ -109,6 +112,15 @@ fn parse_override(text: &str) -> Result<Override, String> {
         Some(help) => format!("{}; {help}", e.message),
         None => e.message,
     })
+}
+
+fn parse_define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => {
+            Ok((name.trim_start_matches('$').to_owned(), value.to_owned()))
+        }
+        _ => Err("expected NAME=VALUE".to_owned()),
+    }
 }
 
 /// Four numbers, kept as text: whether they fit the picture is for the film to say.
@@ -236,6 +248,7 @@ impl SceneArgs {
         overrides.extend(self.set.iter().cloned());
         let mut options = LoadOptions {
             overrides,
+            defines: self.define.clone(),
             allow_outside: self.limits.allow_outside,
             allow_paths: self.limits.allow_path.clone(),
             max_texture_size: self.limits.max_texture_size,

@@ -1,4 +1,4 @@
-//! Files that are compressed by gzip (RFC 1952): one member or several.
+//! What is compressed by gzip (RFC 1952), in one member or several, or by zlib (RFC 1950).
 
 use miniz_oxide::inflate::core::DecompressorOxide;
 use miniz_oxide::inflate::core::inflate_flags::TINFL_FLAG_USING_NON_WRAPPING_OUTPUT_BUF as WHOLE;
@@ -46,6 +46,30 @@ fn member<'a>(bytes: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u
         rest = rest.get(2..).ok_or_else(cut)?;
     }
     let start = out.len();
+    let rest = inflate(rest, out, limit)?;
+    let size = rest.get(4..8).and_then(|s| s.try_into().ok()).map(u32::from_le_bytes);
+    if size != Some((out.len() - start) as u32) {
+        return Err("its length is not what its end says".into());
+    }
+    Ok(rest.get(8..).unwrap_or_default())
+}
+
+/// What zlib compressed (RFC 1950), at most `limit` bytes; the sum at its end is not asked for.
+///
+/// Errors: damaged bytes and larger ones, in words.
+pub(crate) fn decompress_zlib(bytes: &[u8], limit: usize) -> Result<Vec<u8>, String> {
+    let rest = match bytes {
+        [method, flags, rest @ ..] if method & 15 == 8 && flags & 32 == 0 => rest,
+        _ => return Err("is not compressed by zlib".into()),
+    };
+    let mut out = Vec::new();
+    inflate(rest, &mut out, limit)?;
+    Ok(out)
+}
+
+/// Appends what deflate compressed and gives what comes after it.
+fn inflate<'a>(mut rest: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u8], String> {
+    let start = out.len();
     let mut inflate = Box::<DecompressorOxide>::default();
     let mut at = start;
     // Deflate grows by at most 1032; room is made as it is needed.
@@ -68,11 +92,7 @@ fn member<'a>(bytes: &'a [u8], out: &mut Vec<u8>, limit: usize) -> Result<&'a [u
         }
     }
     out.truncate(at);
-    let size = rest.get(4..8).and_then(|s| s.try_into().ok()).map(u32::from_le_bytes);
-    if size != Some((at - start) as u32) {
-        return Err("its length is not what its end says".into());
-    }
-    Ok(rest.get(8..).unwrap_or_default())
+    Ok(rest)
 }
 
 #[cfg(test)]

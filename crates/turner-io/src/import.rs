@@ -3,6 +3,7 @@
 use crate::assets::{AssetSource, printable};
 use crate::image::KeptPictures;
 use crate::mesh;
+use crate::mitsuba;
 use crate::pbrt;
 use crate::scene::SceneFormat;
 use std::path::Path;
@@ -26,6 +27,8 @@ pub struct ImportOptions {
     pub scene: Option<String>,
     /// Names of nodes (or groups) that are wanted, with all that hangs on them; all if empty.
     pub nodes: Vec<String>,
+    /// Values for the `$names` of a Mitsuba scene, which go before those that the file gives by `default`.
+    pub defines: Vec<(String, String)>,
     /// Pictures with a longer side are halved until they fit.
     pub max_texture_size: Option<u32>,
     /// Threads for decoding; 0 takes all there are. The result is the same for any number.
@@ -44,6 +47,7 @@ impl Default for ImportOptions {
             variant: None,
             scene: None,
             nodes: Vec::new(),
+            defines: Vec::new(),
             max_texture_size: None,
             threads: 0,
             limits: Limits::default(),
@@ -84,6 +88,7 @@ pub fn import(
         SceneFormat::Ply => mesh::import_ply(bytes, uri, assets, options),
         SceneFormat::Stl => mesh::import_stl(bytes, uri, assets, options),
         SceneFormat::Pbrt => pbrt::import_from(Box::new(std::io::Cursor::new(bytes)), uri, assets, options),
+        SceneFormat::Mitsuba => mitsuba::import_from(bytes, uri, assets, options),
         SceneFormat::Toml => {
             let message = format!("{}: is a scene, no model", printable(&assets.describe(uri)));
             Err(SceneError::new(ErrorCode::File, message).help("scenes are included: include = [\"FILE\"]"))
@@ -97,8 +102,10 @@ pub fn import_file(
     assets: &dyn AssetSource,
     options: &ImportOptions,
 ) -> Result<SceneDesc, SceneError> {
-    if SceneFormat::of_path(Path::new(uri)) == Some(SceneFormat::Pbrt) {
-        return pbrt::import(uri, assets, options);
+    match SceneFormat::of_path(Path::new(uri)) {
+        Some(SceneFormat::Pbrt) => return pbrt::import(uri, assets, options),
+        Some(SceneFormat::Mitsuba) => return mitsuba::import(uri, assets, options),
+        _ => {}
     }
     let bytes =
         assets.read(uri, MAX_FILE).map_err(|e| crate::scene::two_lines(ErrorCode::File, &e.to_string()))?;

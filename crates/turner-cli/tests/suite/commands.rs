@@ -83,6 +83,10 @@ fn desk() -> Folder {
         "scene.pbrt",
         "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"\nTranslate 0 0 4\nShape \"sphere\"\n",
     );
+    f.write(
+        "scene.xml",
+        "<scene version=\"3.0.0\"><default name=\"spp\" value=\"1\"/><sensor type=\"perspective\"><float name=\"fov\" value=\"40\"/><sampler type=\"independent\"><integer name=\"sample_count\" value=\"$spp\"/></sampler></sensor><shape type=\"sphere\"><point name=\"center\" x=\"0\" y=\"0\" z=\"5\"/></shape><emitter type=\"constant\"/></scene>",
+    );
     for picture in
         ["expected.png", "found.png", "expected.exr", "found.exr", "old.png", "new.png", "studio.hdr"]
     {

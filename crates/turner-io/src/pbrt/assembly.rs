@@ -1,34 +1,16 @@
-//! The scene as it comes about: lists that directives add to, and files that they name.
+//! The scene as it comes about: what directives name, and the lists of every import.
 
 use super::frame::Frame;
-use super::lexer::push;
 use super::materials::Materials;
-use super::report::{Fault, Report};
+use super::report::Fault;
 use super::source::Place;
 use super::state::State;
-use super::transform::is_sound;
-use crate::assets::{AssetSource, printable};
-use crate::image::{DecodeLimits, decode};
+use crate::assets::AssetSource;
 use crate::import::ImportOptions;
-use crate::scene::two_lines;
+use crate::whole::Stock;
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use turner::image::Image;
-use turner::scene::error::ErrorCode;
-use turner::scene::transform::Transform;
-use turner::scene::{
-    Asset, ColorSource, GroupDesc, GroupId, ImageId, MaterialId, MediumId, MeshId, Named, ObjectContent,
-    ObjectDesc, SceneLight, TextureId,
-};
-use turner::shape::mesh::MeshData;
-use turner::texture::TextureDesc;
-
-/// Most bytes of a picture in its file.
-const MAX_PICTURE: u64 = 1 << 30;
-/// Most bytes of all pictures, decoded.
-const MAX_DECODED: u64 = 16 << 30;
-/// Most objects, that of the renderer.
-const MAX_OBJECTS: usize = 1 << 24;
+use std::ops::{Deref, DerefMut};
+use turner::scene::{ColorSource, MaterialId, MediumId, ObjectContent};
 
 /// What a named texture is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,80 +20,36 @@ pub(super) struct Texture {
 
 /// The scene in the making.
 pub(super) struct Assembly<'a> {
-    pub(super) assets: &'a dyn AssetSource,
-    /// The scene file; names in it are relative to its folder.
-    pub(super) uri: String,
-    pub(super) options: &'a ImportOptions,
-    /// Names of the files read, for places.
-    pub(super) files: Vec<String>,
-    pub(super) report: Report,
+    /// What it is made of; all of that is at hand here, too.
+    pub(super) stock: Stock<'a>,
     pub(super) frame: Frame,
     pub(super) materials: Materials,
     /// By name.
     pub(super) textures: BTreeMap<String, Texture>,
-    pub(super) texture_list: Vec<Named<TextureDesc>>,
     pub(super) media: BTreeMap<String, MediumId>,
-    pub(super) medium_list: Vec<Named<turner::medium::MediumDesc>>,
-    pub(super) images: Vec<Asset<Image>>,
-    image_ids: BTreeMap<String, Option<ImageId>>,
-    pub(super) meshes: Vec<Asset<MeshData>>,
-    /// Meshes of files, by path and orientation.
-    pub(super) mesh_ids: BTreeMap<(String, bool), Option<MeshId>>,
-    pub(super) groups: Vec<Named<GroupDesc>>,
-    pub(super) objects: Vec<ObjectDesc>,
-    pub(super) lights: Vec<SceneLight>,
-    /// Textures whose values went through a function, by texture and function.
-    pub(super) mapped: BTreeMap<(TextureId, String), ColorSource>,
-    decoded: u64,
-    /// Bytes of pictures that may still be copied.
-    copies: u64,
-    /// Elements that may still be made from few bytes: of subdivided, swept and divided surfaces.
-    made: u64,
-    pub(super) shapes: u64,
+}
+
+impl<'a> Deref for Assembly<'a> {
+    type Target = Stock<'a>;
+    fn deref(&self) -> &Stock<'a> {
+        &self.stock
+    }
+}
+
+impl<'a> DerefMut for Assembly<'a> {
+    fn deref_mut(&mut self) -> &mut Stock<'a> {
+        &mut self.stock
+    }
 }
 
 impl<'a> Assembly<'a> {
     pub(super) fn new(assets: &'a dyn AssetSource, uri: &str, options: &'a ImportOptions) -> Assembly<'a> {
         Assembly {
-            assets,
-            uri: uri.to_owned(),
-            options,
-            files: Vec::new(),
-            report: Report::default(),
+            stock: Stock::new(assets, uri, options),
             frame: Frame::default(),
             materials: Materials::default(),
             textures: BTreeMap::new(),
-            texture_list: Vec::new(),
             media: BTreeMap::new(),
-            medium_list: Vec::new(),
-            images: Vec::new(),
-            image_ids: BTreeMap::new(),
-            meshes: Vec::new(),
-            mesh_ids: BTreeMap::new(),
-            groups: Vec::new(),
-            objects: Vec::new(),
-            lights: Vec::new(),
-            mapped: BTreeMap::new(),
-            decoded: 0,
-            copies: 64 << 20,
-            made: 1 << 21,
-            shapes: 0,
-        }
-    }
-
-    /// Takes room for so many vertices that a surface is divided into. Each shape in the file is worth some.
-    pub(super) fn divide(&mut self, vertices: u64, place: Place) -> Result<(), Fault> {
-        self.made = self.made.saturating_add(256);
-        match self.made.checked_sub(vertices) {
-            Some(left) => {
-                self.made = left;
-                Ok(())
-            }
-            None => {
-                let message =
-                    format!("{vertices} vertices more than what is left for surfaces that are divided");
-                Err(Fault::at(place, ErrorCode::TooLarge, message).help("divide it less"))
-            }
         }
     }
 
@@ -124,126 +62,5 @@ impl<'a> Assembly<'a> {
         place: Place,
     ) -> Result<(), Fault> {
         self.place_at(content, material, state.ctm, place)
-    }
-
-    /// Adds an object at a transform.
-    pub(super) fn place_at(
-        &mut self,
-        content: ObjectContent,
-        material: Option<MaterialId>,
-        [start, end]: super::state::Ctm,
-        place: Place,
-    ) -> Result<(), Fault> {
-        if !(is_sound(&start) && is_sound(&end)) {
-            self.report.doubtful(place, "a shape whose transform cannot be undone is left out");
-            return Ok(());
-        }
-        let object = ObjectDesc {
-            name: None,
-            span: None,
-            content,
-            material,
-            light_group: None,
-            transform: Transform(start),
-            motion: (start != end).then_some(Transform(end)),
-        };
-        push(&mut self.objects, object, MAX_OBJECTS).map_err(|p| Fault::at(place, ErrorCode::TooLarge, p))
-    }
-
-    /// The objects from `first` on as a group.
-    pub(super) fn group(&mut self, name: &str, first: usize, place: Place) -> Result<GroupId, Fault> {
-        let objects = self.objects.split_off(first.min(self.objects.len()));
-        let group = Named { name: Some(name.to_owned()), span: None, value: GroupDesc { objects } };
-        push(&mut self.groups, group, MAX_OBJECTS).map_err(|p| Fault::at(place, ErrorCode::TooLarge, p))?;
-        Ok(GroupId(self.groups.len() as u32 - 1))
-    }
-
-    /// Adds a mesh.
-    pub(super) fn mesh(&mut self, uri: String, data: MeshData) -> MeshId {
-        self.meshes.push(Asset { uri, data: Arc::new(data) });
-        MeshId(self.meshes.len() as u32 - 1)
-    }
-
-    /// One more texture; equal ones are shared.
-    pub(super) fn texture(&mut self, desc: TextureDesc) -> ColorSource {
-        // Those that follow one another are often equal.
-        let recent = self.texture_list.iter().enumerate().rev().take(16);
-        let known = recent.filter(|(_, t)| t.value == desc).map(|(i, _)| i).next();
-        let index = known.unwrap_or_else(|| {
-            self.texture_list.push(Named { name: None, span: None, value: desc });
-            self.texture_list.len() - 1
-        });
-        ColorSource::Texture(TextureId(index as u32))
-    }
-
-    /// What a texture is made of, if a source is one.
-    pub(super) fn texture_desc(&self, source: ColorSource) -> Option<&TextureDesc> {
-        match source {
-            ColorSource::Texture(id) => self.texture_list.get(id.index()).map(|t| &t.value),
-            ColorSource::Constant(_) => None,
-        }
-    }
-
-    /// The bytes of a file that the scene names, and its path. Names are relative to the scene's folder.
-    pub(super) fn read(&self, name: &str, limit: u64, place: Place) -> Result<(String, Vec<u8>), Fault> {
-        let fault = |e: crate::assets::AssetError| {
-            Fault::from_scene(place, two_lines(ErrorCode::File, &e.to_string()))
-        };
-        let path = self.assets.resolve(&self.uri, name).map_err(fault)?;
-        let bytes = self.assets.read(&path, limit).map_err(fault)?;
-        Ok((path, bytes))
-    }
-
-    /// A picture, read and decoded once; `None` if it cannot be, which is reported.
-    pub(super) fn image(&mut self, name: &str, place: Place) -> Option<ImageId> {
-        if let Some(known) = self.image_ids.get(name) {
-            return *known;
-        }
-        let id = match self.load_image(name) {
-            Ok((image, path, bytes)) => {
-                self.copies = self.copies.saturating_add(4 * image.memory() as u64);
-                let id = self.add_image(name, image);
-                if let (Some(kept), Some(added)) = (self.options.keeps_pictures(), self.images.last()) {
-                    kept.keep(&added.data, &path, bytes);
-                }
-                Some(id)
-            }
-            Err(problem) => {
-                self.report.ignored(place, format!("the picture {problem}; it is left out"));
-                None
-            }
-        };
-        self.image_ids.insert(name.to_owned(), id);
-        id
-    }
-
-    /// Whether so many bytes of pictures may be made of others: a few times what these have.
-    pub(super) fn may_copy(&mut self, bytes: u64) -> bool {
-        let left = self.copies.checked_sub(bytes);
-        self.copies = left.unwrap_or(self.copies);
-        left.is_some()
-    }
-
-    /// Adds a picture that was made.
-    pub(super) fn add_image(&mut self, name: &str, image: Image) -> ImageId {
-        self.decoded = self.decoded.saturating_add(image.memory() as u64);
-        self.images.push(Asset { uri: printable(name), data: Arc::new(image) });
-        ImageId(self.images.len() as u32 - 1)
-    }
-
-    fn load_image(&self, name: &str) -> Result<(Image, String, Vec<u8>), String> {
-        let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
-        let resolve = |e: crate::assets::AssetError| first(e.to_string());
-        let path = self.assets.resolve(&self.uri, name).map_err(resolve)?;
-        let bytes = self.assets.read(&path, MAX_PICTURE).map_err(resolve)?;
-        let mut limits = DecodeLimits::of_scene(&self.options.limits, self.options.max_texture_size, 1);
-        limits.max_bytes = limits.max_bytes.min(MAX_DECODED.saturating_sub(self.decoded));
-        let image = decode(&bytes, &path, &limits).map_err(|e| first(e.to_string()))?;
-        let image = match self.options.max_texture_size {
-            Some(max) => crate::image::to_fit(image, max, crate::image::ColorOrData::Color, &path)
-                .map_err(|e| first(e.to_string()))?,
-            None => image,
-        };
-        Ok((image, path, bytes))
     }
 }

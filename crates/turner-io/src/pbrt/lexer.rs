@@ -3,6 +3,7 @@
 use super::report::Fault;
 use super::source::{Place, Source};
 use crate::mesh::{parse_number, quick_number, quick_whole};
+use crate::whole::push;
 use turner::scene::error::ErrorCode;
 
 /// Most bytes of a word or a string.
@@ -281,17 +282,4 @@ impl<'a> Lexer<'a> {
             }
         }
     }
-}
-
-/// Adds to a list of at most `limit` elements; an error in words where there is no memory.
-pub(super) fn push<T>(list: &mut Vec<T>, value: T, limit: usize) -> Result<(), &'static str> {
-    if list.len() == list.capacity() {
-        if list.len() >= limit {
-            return Err("the list is longer than what a file may hold");
-        }
-        let more = list.len().clamp(4, limit.max(4));
-        list.try_reserve(more).map_err(|_| "there is no memory for the list")?;
-    }
-    list.push(value);
-    Ok(())
 }

@@ -9,9 +9,10 @@ use super::report::Fault;
 use super::source::Place;
 use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
 use super::state::{ColorSpace, State};
-use super::textures::{Through, map_values, normal_picture, source_named};
+use super::textures::{normal_picture, source_named};
 use crate::assets::printable;
 use crate::spectral::metal_of_index;
+use crate::whole::{Through, inner_reflectance, map_values};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use turner::color::Spectrum;
@@ -261,23 +262,6 @@ fn make(
         surface.interior = usage.interior;
     }
     Ok(MaterialDesc::Principled(surface))
-}
-
-/// What the inner side of a surface reflects of diffuse light, by its index of refraction: 1 − (1 − R) / η² with what the outer side does.
-fn inner_reflectance(ior: f64) -> f64 {
-    const STEPS: u32 = 256;
-    let ior = ior.clamp(1.0, 100.0);
-    // ∫ F(μ) 2μ dμ, the square of μ going in even steps.
-    let outer: f64 = (0..STEPS)
-        .map(|i| {
-            let cos = ((f64::from(i) + 0.5) / f64::from(STEPS)).sqrt();
-            let inside = (1.0 - (1.0 - cos * cos) / (ior * ior)).max(0.0).sqrt();
-            let s = (cos - ior * inside) / (cos + ior * inside);
-            let p = (ior * cos - inside) / (ior * cos + inside);
-            0.5 * (s * s + p * p)
-        })
-        .sum();
-    1.0 - (1.0 - outer / f64::from(STEPS)) / (ior * ior)
 }
 
 struct Maker<'a, 'b> {
@@ -682,18 +666,5 @@ impl Maker<'_, '_> {
             surface.normal_map = normal_picture(self.scene, &file, self.params.place_of("normalmap"));
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::inner_reflectance;
-
-    #[test]
-    fn the_inner_side_reflects_most() {
-        // Egan and Hilgeman 1973: 0.5963 for 1.5, 0.4730 for 1.33.
-        assert!((inner_reflectance(1.5) - 0.5963).abs() < 1e-3, "{}", inner_reflectance(1.5));
-        assert!((inner_reflectance(1.33) - 0.473).abs() < 2e-3, "{}", inner_reflectance(1.33));
-        assert_eq!(inner_reflectance(1.0), 0.0);
     }
 }

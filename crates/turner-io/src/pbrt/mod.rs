@@ -14,7 +14,6 @@ mod materials;
 mod media;
 mod params;
 mod reader;
-mod report;
 mod shapes;
 mod source;
 mod spectra;
@@ -28,6 +27,7 @@ use crate::assets::{AssetSource, printable};
 use crate::gzip;
 use crate::import::{ImportOptions, empty_scene};
 use crate::scene::two_lines;
+use crate::whole::{Stock, report};
 use assembly::Assembly;
 use reader::Reader;
 use report::Fault;
@@ -103,19 +103,20 @@ fn finish(
     // What the camera stands in and no shape encloses is everywhere in the open.
     let around = assembly.media.get(&assembly.frame.medium).copied();
     scene.background.medium = around.filter(|id| !assembly.materials.encloses(*id));
-    let Assembly { mut report, frame, files, uri, objects, .. } = assembly;
+    let Assembly { frame, stock, .. } = assembly;
+    let Stock { mut report, files, uri, objects, .. } = stock;
     if objects.is_empty() {
         report.note("the file has nothing to show");
     }
     frame.apply(&mut scene);
-    scene.textures = assembly.texture_list;
+    scene.textures = stock.texture_list;
     scene.materials = materials;
-    scene.media = assembly.medium_list;
-    scene.groups = assembly.groups;
+    scene.media = stock.medium_list;
+    scene.groups = stock.groups;
     scene.objects = objects;
-    scene.lights = assembly.lights;
-    scene.images = assembly.images;
-    scene.meshes = assembly.meshes;
+    scene.lights = stock.lights;
+    scene.images = stock.images;
+    scene.meshes = stock.meshes;
     scene.imports = vec![ImportSummary { file: printable(&uri), format: "pbrt-v4", counts }];
     scene.warnings = report.into_warnings(&files);
     Ok(scene)

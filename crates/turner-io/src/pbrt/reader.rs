@@ -9,6 +9,7 @@ use super::state::{ColorSpace, Ctm, IDENTITY, State, Target};
 use super::{camera, lights, media, shapes, textures, transform};
 use crate::assets::{AssetSource, nearest, printable};
 use crate::scene::two_lines;
+pub(super) use crate::whole::unknown;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use turner::math::{DAffine3, DVec3};
@@ -388,17 +389,17 @@ impl<'a> Reader<'a> {
             "Film" | "Sampler" | "PixelFilter" | "Filter" | "Integrator" | "Accelerator" => {
                 let (name, params) = self.typed(place)?;
                 match word {
-                    "Film" => self.scene.frame.film(&name, params, &mut self.scene.report),
-                    "Sampler" => self.scene.frame.sampler(&name, params, &mut self.scene.report),
-                    "Integrator" => self.scene.frame.integrator(&name, params, &mut self.scene.report),
+                    "Film" => self.scene.frame.film(&name, params, &mut self.scene.stock.report),
+                    "Sampler" => self.scene.frame.sampler(&name, params, &mut self.scene.stock.report),
+                    "Integrator" => self.scene.frame.integrator(&name, params, &mut self.scene.stock.report),
                     // How rays are searched for changes no picture.
                     "Accelerator" => {}
-                    _ => self.scene.frame.filter(&name, params, &mut self.scene.report),
+                    _ => self.scene.frame.filter(&name, params, &mut self.scene.stock.report),
                 }
             }
             "Option" => {
                 let params = self.params(place)?;
-                self.scene.frame.options(params, &mut self.scene.report);
+                self.scene.frame.options(params, &mut self.scene.stock.report);
             }
             other => {
                 let message = format!("unknown directive {}", printable(other));
@@ -579,20 +580,5 @@ impl<'a> Reader<'a> {
                 "a matrix whose last row is not 0 0 0 1 is no affine transform",
             )
         })
-    }
-}
-
-/// A name that does not exist, with the nearest one.
-pub(super) fn unknown(what: &str, name: &str, names: &[&str]) -> Fault {
-    let message = format!("unknown {what} \"{}\"", printable(name));
-    let fault = Fault::new(ErrorCode::UnknownName, message);
-    match nearest(name, names.iter().copied()) {
-        Some(near) => fault.help(format!("did you mean \"{}\"?", printable(near))),
-        None if names.is_empty() => fault.help(format!("there is no {what} before this place")),
-        None => {
-            let shown: Vec<String> = names.iter().take(12).map(|n| printable(n)).collect();
-            let more = if names.len() > 12 { ", …" } else { "" };
-            fault.help(format!("there are {}{more}", shown.join(", ")))
-        }
     }
 }

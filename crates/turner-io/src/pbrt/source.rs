@@ -1,5 +1,6 @@
 //! The bytes of one file as a window that moves over them, so that a text of any length is read in little memory.
 
+pub(super) use crate::whole::Place;
 use std::io::Read;
 
 /// Bytes that are read at a time.
@@ -7,15 +8,6 @@ const CHUNK: usize = 1 << 18;
 
 /// Bytes that are at hand wherever a token begins, if the file has so many left: more than any number takes.
 const AHEAD: usize = 512;
-
-/// A place in a file, for people: line and column in characters, from 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Place {
-    /// Which of the files read.
-    pub(super) file: u32,
-    pub(super) line: u32,
-    pub(super) column: u32,
-}
 
 /// A file that is being read.
 pub(super) struct Source<'a> {

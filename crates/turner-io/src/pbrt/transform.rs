@@ -1,5 +1,6 @@
 //! Transforms as directives write them. Matrices stand in the file column by column; points are columns.
 
+pub(super) use crate::whole::is_sound;
 use turner::math::elementary::tan;
 use turner::math::{DAffine3, DMat3, DVec3, radians};
 use turner::scene::transform::rotation;
@@ -24,13 +25,6 @@ pub(super) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DAffine3> {
     let up = forward.cross(right);
     let camera = DAffine3::from_mat3_translation(DMat3::from_cols(right, up, forward), eye);
     Some(camera.inverse())
-}
-
-/// Whether a transform can be undone, as scenes need it.
-pub(super) fn is_sound(m: &DAffine3) -> bool {
-    let inverse = m.inverse();
-    let round_trip = (m.matrix3 * inverse.matrix3 - DMat3::IDENTITY).to_cols_array();
-    m.is_finite() && inverse.is_finite() && round_trip.iter().all(|v| v.abs() < 1e-6)
 }
 
 /// Half the height of a screen at distance 1, of a field of view in degrees.

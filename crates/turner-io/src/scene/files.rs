@@ -62,6 +62,7 @@ fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptio
         variant: asked.models.variant.clone().or_else(|| model?.variant.clone()),
         scene: model.and_then(|m| m.scene.clone()),
         nodes: model.map_or_else(Vec::new, |m| m.nodes.clone()),
+        defines: asked.defines.clone(),
         max_texture_size: asked.max_texture_size,
         threads: asked.threads,
         limits: asked.limits.clone(),
@@ -77,7 +78,7 @@ pub(super) fn import_whole(
 ) -> Result<Given, SceneError> {
     options.limits.memory.begin(format!("{}: reading it", printable(path)));
     let hashed = HashedAssets { inner: assets, read: Mutex::new(Vec::new()) };
-    let scene = crate::pbrt::import(path, &hashed, &import_options(options, None))?;
+    let scene = crate::import::import_file(path, &hashed, &import_options(options, None))?;
     let names = hashed.read.into_inner().unwrap_or_else(|e| e.into_inner());
     Ok(Given::Scene(path.to_owned(), Arc::new(scene), names))
 }

@@ -19,6 +19,8 @@ pub enum SceneFormat {
     Stl,
     /// pbrt-v4: a scene of another renderer.
     Pbrt,
+    /// Mitsuba 3's XML: a scene of another renderer.
+    Mitsuba,
 }
 
 /// One line of the table.
@@ -84,11 +86,17 @@ const TABLE: &[Row] = &[
         description: "a scene of another renderer, with its camera, film, materials, lights and media",
         holds: Holds::Model,
     },
+    Row {
+        format: SceneFormat::Mitsuba,
+        name: "Mitsuba",
+        extensions: &["xml"],
+        description: "a scene of another renderer, with its sensor, film, BSDFs, emitters and media; XML of Mitsuba 3, 2 and 0.6",
+        holds: Holds::Model,
+    },
 ];
 
 /// Extensions of files that people try and that are not read as scenes.
 const FOREIGN: &[(&[&str], &str)] = &[
-    (&["xml"], "an XML file (Mitsuba?)"),
     (&["json", "yaml", "yml"], "a JSON or YAML file"),
     (&["blend"], "a Blender file"),
     (&["usd", "usda", "usdc", "usdz"], "a USD scene"),
@@ -136,7 +144,7 @@ impl SceneFormat {
 
     /// Whether it says by itself how it is to be rendered: with its own camera, film and integrator.
     pub(crate) fn is_whole(self) -> bool {
-        self == SceneFormat::Pbrt
+        matches!(self, SceneFormat::Pbrt | SceneFormat::Mitsuba)
     }
 
     /// The format that a name asks for by its extension, in upper or lower case.
@@ -200,6 +208,7 @@ mod tests {
             SceneFormat::Ply,
             SceneFormat::Stl,
             SceneFormat::Pbrt,
+            SceneFormat::Mitsuba,
         ] {
             assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
             assert_eq!(

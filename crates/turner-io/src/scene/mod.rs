@@ -52,6 +52,8 @@ pub struct LoadOptions {
     pub models: ModelOverrides,
     /// Threads for decoding; 0 takes all there are. The scene is the same for any number.
     pub threads: usize,
+    /// Values for the `$names` of Mitsuba scenes.
+    pub defines: Vec<(String, String)>,
     /// Values that replace those of the files, applied in order.
     pub overrides: Vec<Override>,
     /// Whether the scene may name files outside its folder. For scenes that the user trusts.
@@ -177,6 +179,10 @@ fn read(
     let mut root = include::read(source, &folder, assets, sources, &options.limits)?;
     let mut hash = hash::SceneHash::new();
     sources.files().iter().for_each(|file| hash.add(b't', file.text.as_bytes()));
+    for (name, value) in &options.defines {
+        hash.add(b'd', name.as_bytes());
+        hash.add(b'd', value.as_bytes());
+    }
     for change in &options.overrides {
         hash.add(b'o', change.text().as_bytes());
         overrides::apply(change, &mut root, uri, sources)?;

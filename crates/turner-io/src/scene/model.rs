@@ -6,6 +6,7 @@ use super::sources::{SourceFile, Sources};
 use super::{LoadError, LoadOptions, Loaded, SceneFormat, read};
 use crate::assets::{AssetError, AssetSource, printable};
 use std::io::Read;
+use std::path::Path;
 use turner::color::Spectrum;
 use turner::integrator::IntegratorDesc;
 use turner::medium::MediumDesc;
@@ -61,7 +62,7 @@ fn scene_around_whole(file: &str, scene: &SceneDesc) -> String {
     }
     // Nothing is added to it: what it does not light is dark.
     text += "\n[stage]\nground = false\nstudio = false\n\n";
-    text + &included(file, SceneFormat::Pbrt)
+    text + &included(file, SceneFormat::of_path(Path::new(file)).unwrap_or(SceneFormat::Pbrt))
 }
 
 /// Loads a scene of another renderer; `name` is the path as the user wrote it, `uri` its last part. The file itself is read through the first of the

@@ -73,6 +73,16 @@ impl Sampled {
         of_light(|nm| self.at(nm, true))
     }
 
+    /// How strong this light is: the mean of its power as the eye weighs it.
+    pub(crate) fn power(&self) -> f64 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (nm, [_, y, _], _) in bins() {
+            sum += y * self.at(nm, true);
+            weight += y;
+        }
+        sum / weight
+    }
+
     /// One number for all wavelengths: the mean as the eye weighs them.
     pub(crate) fn mean(&self) -> f64 {
         let (mut sum, mut weight) = (0.0, 0.0);
@@ -120,6 +130,20 @@ pub(crate) fn blackbody(kelvin: f64) -> Spectrum {
         ratio * pow_int(560.0 / nm, 5)
     };
     of_light(planck)
+}
+
+/// The strength of that light: watts per square metre, steradian and nanometre, the mean as the eye weighs them.
+pub(crate) fn blackbody_power(kelvin: f64) -> f64 {
+    // 2hc², for wavelengths in nanometres; the second radiation constant in nm·K.
+    const C1: f64 = 1.191_042_972e20;
+    const C2: f64 = 1.438_776_877e7;
+    let kelvin = kelvin.clamp(100.0, 1e7);
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for (nm, [_, y, _], _) in bins() {
+        sum += y * C1 * pow_int(1.0 / nm, 5) / (exp(C2 / (nm * kelvin)) - 1.0);
+        weight += y;
+    }
+    sum / weight
 }
 
 /// Wavelength, observer and D65 every ten nanometres.

@@ -15,6 +15,8 @@ mod mesh_hostile;
 mod mesh_import;
 mod mesh_read;
 mod mesh_scene;
+mod mitsuba_hostile;
+mod mitsuba_pictures;
 mod pbrt_hostile;
 mod pbrt_pictures;
 mod scene_errors;

@@ -24,6 +24,21 @@ impl PrincipledMaterial {
         all.then_some(point)
     }
 
+    /// The numbers as seen from outside (`entering`) or from inside.
+    pub(super) fn on_side(&self, point: PrincipledPoint, entering: bool) -> PrincipledPoint {
+        let point = PrincipledPoint { entering, ..point };
+        if entering || !self.front_only || self.thin_walled || self.is_transmissive() {
+            return point;
+        }
+        PrincipledPoint {
+            base_weight: 0.0,
+            specular_weight: 0.0,
+            coat_weight: 0.0,
+            fuzz_weight: 0.0,
+            ..point
+        }
+    }
+
     /// All numbers by the colours that `at` gives for their sources.
     fn point_by(&self, at: &mut dyn FnMut(ColorSource) -> Spectrum) -> PrincipledPoint {
         let strength = self.anisotropy_map.map_or(1.0, |map| f64::from(at(map).b));
@@ -84,8 +99,7 @@ impl Physical {
         let mut point = self.desc.point_by(&mut |source| scene.textures.color(source, &at));
         point.specular_ior = ior;
         point.exterior_ior = around;
-        point.entering = entering;
-        Bsdf::new(&point)
+        Bsdf::new(&self.desc.on_side(point, entering))
     }
 
     /// The shading frame: normal as the bump map and the normal map say, x along the direction of anisotropy.

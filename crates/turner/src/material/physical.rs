@@ -14,7 +14,7 @@
 
 use super::gloss::Gloss;
 use super::{AlphaMode, BoundaryMaterial, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
-use crate::bsdf::{Bsdf, PrincipledPoint, RoughMirror};
+use crate::bsdf::{Bsdf, RoughMirror};
 use crate::color::Spectrum;
 use crate::scene::{ColorSource, Scene};
 use crate::texture::TexturePoint;
@@ -170,9 +170,7 @@ impl Physical {
         let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
         let pane = desc.is_pane();
         let shadow = if see_through || pane { ShadowKind::Tinted } else { ShadowKind::Opaque };
-        let constant = desc
-            .constant_point()
-            .map(|p| [Bsdf::new(&p), Bsdf::new(&PrincipledPoint { entering: false, ..p })]);
+        let constant = desc.constant_point().map(|p| [Bsdf::new(&p), Bsdf::new(&desc.on_side(p, false))]);
         let dispersion = desc.dispersion();
         let focuses = !pane && desc.focuses();
         let gloss = Gloss::of(&desc);

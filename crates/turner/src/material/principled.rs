@@ -134,6 +134,8 @@ params! {
         emission_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// Whether only the outer side shines, the one that the normal points to; the back is there, and dark.
         emission_front_only: bool = false;
+        /// Whether only the outer side of an opaque surface reflects light; the back is there, and black, as in renderers whose surfaces have one side.
+        front_only: bool = false;
         /// How much of a surface there is; `alpha_mode` says what that means. A number, or a texture: the alpha of a picture that
         /// has one or of a vertex colour, the mean of any other colour.
         opacity: ColorSource = grey(1.0), in Range::UNIT;
@@ -232,6 +234,7 @@ impl Default for PrincipledMaterial {
             emission_luminance: 0.0,
             emission_color: grey(1.0),
             emission_front_only: false,
+            front_only: false,
             opacity: grey(1.0),
             alpha_mode: AlphaMode::Mask,
             alpha_cutoff: 0.5,

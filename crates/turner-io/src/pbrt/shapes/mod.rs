@@ -15,8 +15,9 @@ use super::source::Place;
 use super::state::{Ctm, State};
 use super::textures::source_named;
 use crate::assets::printable;
+use crate::whole::orient;
 use turner::color::Spectrum;
-use turner::math::{DMat3, DVec3};
+use turner::math::DMat3;
 use turner::scene::error::ErrorCode;
 use turner::scene::{ColorSource, MaterialId, MeshId, ObjectContent};
 use turner::shape::ShapeDesc;
@@ -139,28 +140,4 @@ fn material(
         usage.interior = Some(medium);
     }
     Ok(scene.materials.wanted(state.material, usage))
-}
-
-/// Turns each triangle so that its normal lies on the side of its vertices' normals, or, where there are none, to the other side if the
-/// orientation is reversed. Vertices' normals are turned around with it.
-fn orient(data: &mut MeshData, reverse: bool) {
-    if data.normals.is_empty() {
-        if reverse {
-            data.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        }
-        return;
-    }
-    if reverse {
-        data.normals.iter_mut().flatten().for_each(|v| *v = -*v);
-    }
-    let corner = |i: u32| data.positions.get(i as usize).copied().unwrap_or_default();
-    let normal = |i: u32| data.normals.get(i as usize).copied().unwrap_or_default();
-    for t in &mut data.triangles {
-        let [a, b, c] = t.map(|i| DVec3::from(corner(i).map(f64::from)));
-        let flat = (b - a).cross(c - a);
-        let shading = t.iter().fold(DVec3::ZERO, |sum, i| sum + DVec3::from(normal(*i).map(f64::from)));
-        if flat.dot(shading) < 0.0 {
-            t.swap(1, 2);
-        }
-    }
 }

@@ -1,17 +1,25 @@
 //! What is wrong with a file, and what is shown otherwise than it says.
 
-use super::source::Place;
-use crate::assets::printable;
+use crate::assets::{nearest, printable};
 use std::collections::BTreeMap;
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::{Warning, WarningKind};
+
+/// A place in a file, for people: line and column in characters, from 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// Which of the files read.
+    pub(crate) file: u32,
+    pub(crate) line: u32,
+    pub(crate) column: u32,
+}
 
 /// Most different remarks; what comes beyond is counted.
 const MAX_REMARKS: usize = 200;
 
 /// Why a file cannot be read.
 #[derive(Debug)]
-pub(super) struct Fault {
+pub(crate) struct Fault {
     place: Option<Place>,
     code: ErrorCode,
     problem: String,
@@ -19,36 +27,36 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    pub(super) fn new(code: ErrorCode, problem: impl Into<String>) -> Fault {
+    pub(crate) fn new(code: ErrorCode, problem: impl Into<String>) -> Fault {
         Fault { place: None, code, problem: problem.into(), help: None }
     }
 
-    pub(super) fn at(place: Place, code: ErrorCode, problem: impl Into<String>) -> Fault {
+    pub(crate) fn at(place: Place, code: ErrorCode, problem: impl Into<String>) -> Fault {
         Fault { place: Some(place), ..Fault::new(code, problem) }
     }
 
-    pub(super) fn help(mut self, help: impl Into<String>) -> Fault {
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Fault {
         self.help = Some(help.into());
         self
     }
 
-    pub(super) fn code(mut self, code: ErrorCode) -> Fault {
+    pub(crate) fn code(mut self, code: ErrorCode) -> Fault {
         self.code = code;
         self
     }
 
     /// From an error of another part, at a place of this file.
-    pub(super) fn from_scene(place: Place, error: SceneError) -> Fault {
+    pub(crate) fn from_scene(place: Place, error: SceneError) -> Fault {
         Fault { place: Some(place), code: error.code, problem: error.message, help: error.help }
     }
 
-    pub(super) fn or_at(mut self, place: Place) -> Fault {
+    pub(crate) fn or_at(mut self, place: Place) -> Fault {
         self.place.get_or_insert(place);
         self
     }
 
     /// As an error of the scene; `files` are the names of the files read.
-    pub(super) fn into_error(self, files: &[String]) -> SceneError {
+    pub(crate) fn into_error(self, files: &[String]) -> SceneError {
         let message = match self.place {
             Some(place) => format!("{}: {}", shown(place, files), self.problem),
             None => match files.first() {
@@ -64,6 +72,21 @@ impl Fault {
     }
 }
 
+/// A name that does not exist, with the nearest one.
+pub(crate) fn unknown(what: &str, name: &str, names: &[&str]) -> Fault {
+    let message = format!("unknown {what} \"{}\"", printable(name));
+    let fault = Fault::new(ErrorCode::UnknownName, message);
+    match nearest(name, names.iter().copied()) {
+        Some(near) => fault.help(format!("did you mean \"{}\"?", printable(near))),
+        None if names.is_empty() => fault.help(format!("there is no {what} before this place")),
+        None => {
+            let shown: Vec<String> = names.iter().take(12).map(|n| printable(n)).collect();
+            let more = if names.len() > 12 { ", …" } else { "" };
+            fault.help(format!("there are {}{more}", shown.join(", ")))
+        }
+    }
+}
+
 /// `file:line:column`.
 fn shown(place: Place, files: &[String]) -> String {
     let name = files.get(place.file as usize).map_or_else(|| "?".to_owned(), |f| printable(f));
@@ -72,7 +95,7 @@ fn shown(place: Place, files: &[String]) -> String {
 
 /// Remarks, each once, with its first place and how often it would have been made.
 #[derive(Debug, Default)]
-pub(super) struct Report {
+pub(crate) struct Report {
     remarks: BTreeMap<(WarningKind, String), (usize, Option<Place>, u64)>,
     beyond: u64,
 }
@@ -88,32 +111,37 @@ impl Report {
     }
 
     /// Something that has no effect on the picture though it should.
-    pub(super) fn ignored(&mut self, place: Place, message: impl Into<String>) {
+    pub(crate) fn ignored(&mut self, place: Place, message: impl Into<String>) {
         self.add(WarningKind::Ignored, Some(place), message.into());
     }
 
+    /// The same of something that stands in no file.
+    pub(crate) fn ignored_anywhere(&mut self, message: impl Into<String>) {
+        self.add(WarningKind::Ignored, None, message.into());
+    }
+
     /// Something that is shown, but not exactly so.
-    pub(super) fn approximated(&mut self, place: Place, message: impl Into<String>) {
+    pub(crate) fn approximated(&mut self, place: Place, message: impl Into<String>) {
         self.add(WarningKind::Approximated, Some(place), message.into());
     }
 
     /// Something that is hardly meant.
-    pub(super) fn doubtful(&mut self, place: Place, message: impl Into<String>) {
+    pub(crate) fn doubtful(&mut self, place: Place, message: impl Into<String>) {
         self.add(WarningKind::Doubtful, Some(place), message.into());
     }
 
     /// Something that was chosen.
-    pub(super) fn note(&mut self, message: impl Into<String>) {
+    pub(crate) fn note(&mut self, message: impl Into<String>) {
         self.add(WarningKind::Note, None, message.into());
     }
 
     /// A remark of another part, which names its file by itself.
-    pub(super) fn remark(&mut self, warning: Warning) {
+    pub(crate) fn remark(&mut self, warning: Warning) {
         self.add(warning.kind, None, warning.message);
     }
 
     /// In the order in which they were made first.
-    pub(super) fn into_warnings(self, files: &[String]) -> Vec<Warning> {
+    pub(crate) fn into_warnings(self, files: &[String]) -> Vec<Warning> {
         let mut list: Vec<_> = self.remarks.into_iter().collect();
         list.sort_by_key(|(_, (order, _, _))| *order);
         let mut out: Vec<Warning> = list

@@ -1,0 +1,283 @@
+//! Lights, and what shapes emit.
+
+use super::assembly::Assembly;
+use super::environment;
+use super::params::Object;
+use super::spectra::Role;
+use super::textures::{Surface, is_source, source};
+use crate::whole::report::Fault;
+use crate::whole::unknown;
+use std::sync::Arc;
+use turner::color::Spectrum;
+use turner::light::{
+    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, LightProfile, PointDesc, ProfileFile,
+    ProfileUnits, SkyDesc, SpotDesc,
+};
+use turner::math::{DAffine3, DVec3};
+use turner::scene::ColorSource;
+
+/// By 1/d².
+const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
+
+/// What a surface emits, from its outer side.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Emission {
+    pub(super) radiance: ColorSource,
+}
+
+/// The emission of a shape by its emitter.
+pub(super) fn area(
+    scene: &mut Assembly<'_>,
+    emitter: &Object,
+    on: Surface,
+) -> Result<Option<Emission>, Fault> {
+    if emitter.kind != "area" {
+        if emitter.kind == "directionalarea" {
+            emitter.pass_all();
+            scene.report.ignored(emitter.place, "a directionalarea emitter: it does not shine");
+            return Ok(None);
+        }
+        return Err(
+            unknown("emitter of a shape", &emitter.kind, &["area", "directionalarea"]).or_at(emitter.place)
+        );
+    }
+    emitter.pass(&["sampling_weight"]);
+    let radiance = match light_source(emitter, "radiance")? {
+        Some(node) => source(scene, node, Role::Light, on)?,
+        None => ColorSource::Constant(Spectrum::WHITE),
+    };
+    scene.finish(emitter);
+    Ok((radiance != ColorSource::Constant(Spectrum::BLACK)).then_some(Emission { radiance }))
+}
+
+fn light_source(object: &Object, name: &'static str) -> Result<Option<usize>, Fault> {
+    let Some((index, _)) = object.find(name) else { return Ok(None) };
+    let node = object.document.resolve(index)?;
+    Ok(object.document.node(node).filter(|n| is_source(&n.tag)).map(|_| node))
+}
+
+fn light_color(scene: &mut Assembly<'_>, object: &Object, name: &'static str) -> Result<Spectrum, Fault> {
+    match light_source(object, name)? {
+        Some(node) => match source(scene, node, Role::Light, Surface::Same)? {
+            ColorSource::Constant(c) => Ok(c),
+            ColorSource::Texture(_) => {
+                scene.report.ignored(
+                    object.place_of(name),
+                    format!("a texture as {name} of {}: it is white", object.title()),
+                );
+                Ok(Spectrum::WHITE)
+            }
+        },
+        None => Ok(Spectrum::WHITE),
+    }
+}
+
+/// Adds a light.
+pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
+    let place = object.place;
+    object.pass(&["sampling_weight"]);
+    let light = match object.kind.as_str() {
+        "point" => {
+            let to_world = object.transform("to_world")?;
+            let own = object.vector("position")?.unwrap_or(DVec3::ZERO);
+            let color = light_color(scene, object, "intensity")?;
+            Some(LightDesc::Point(PointDesc {
+                position: to_world.transform_point3(own),
+                color,
+                intensity: 1.0,
+                attenuation: INVERSE_SQUARE,
+                ies: None,
+                ies_units: ProfileUnits::Relative,
+                ies_axis: DVec3::NEG_Y,
+                ies_rotation: 0.0,
+            }))
+        }
+        "spot" => spot(scene, object)?,
+        "projector" => {
+            object.pass(&["irradiance", "scale", "fov", "fov_axis", "to_world"]);
+            object.objects(&["texture"])?;
+            scene.report.ignored(place, "a projector: it does not shine");
+            None
+        }
+        "directionalarea" => {
+            object.pass_all();
+            scene.report.ignored(place, "a directionalarea emitter: it does not shine");
+            None
+        }
+        "directional" => {
+            let to_world = object.transform("to_world")?;
+            let own = object.vector("direction")?;
+            let direction = own.unwrap_or(to_world.transform_vector3(DVec3::Z));
+            let color = light_color(scene, object, "irradiance")?;
+            match direction.try_normalize() {
+                Some(direction) => Some(LightDesc::Directional(DirectionalDesc {
+                    from: None,
+                    direction: Some(direction),
+                    color,
+                    intensity: 1.0,
+                    angle: 0.0,
+                    seen_angle: 0.25,
+                })),
+                None => {
+                    scene.report.doubtful(place, "a directional light without a direction is left out");
+                    None
+                }
+            }
+        }
+        "constant" => {
+            let tint = light_color(scene, object, "radiance")?;
+            let file = Some(environment::constant(&mut scene.stock));
+            Some(LightDesc::Environment(EnvironmentDesc { file, strength: 1.0, rotation: 0.0, tint }))
+        }
+        "envmap" => envmap(scene, object)?,
+        "sky" | "sun" | "sunsky" => Some(sky(scene, object)?),
+        "area" => {
+            object.pass_all();
+            scene.report.ignored(place, "an area emitter that stands in no shape");
+            None
+        }
+        other => {
+            let all = [
+                "area",
+                "point",
+                "constant",
+                "envmap",
+                "spot",
+                "projector",
+                "directional",
+                "directionalarea",
+                "sunsky",
+            ];
+            return Err(unknown("emitter", other, &all).or_at(place));
+        }
+    };
+    scene.finish(object);
+    scene.lights.extend(light.map(Into::into));
+    Ok(())
+}
+
+/// The rim of a spot falls in a straight line over the angle: as a measured lamp does between two measurements.
+fn spot(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, Fault> {
+    let to_world = object.transform("to_world")?;
+    let cutoff = object.float("cutoff_angle")?.unwrap_or(20.0).clamp(1e-3, 180.0);
+    let beam = object.float("beam_width")?.unwrap_or(cutoff * 0.75).clamp(0.0, cutoff);
+    if !object.objects(&["texture"])?.is_empty() {
+        scene.report.ignored(object.place, "the picture of a spot light: it shines evenly");
+    }
+    let color = light_color(scene, object, "intensity")?;
+    let position = to_world.translation;
+    let Some(axis) = to_world.transform_vector3(DVec3::Z).try_normalize() else {
+        scene.report.doubtful(object.place, "a spot light without a direction is left out");
+        return Ok(None);
+    };
+    let mut steps = vec![(0.0, 1.0), (beam, 1.0), (cutoff, 0.0), (180.0, 0.0)];
+    steps.dedup_by(|b, a| b.0 - a.0 < 1e-9);
+    let (angles, values): (Vec<f64>, Vec<f32>) = steps.into_iter().unzip();
+    let profile = LightProfile::new(angles, vec![0.0], values).ok();
+    let look_at = position + axis * (1.0 + position.abs().max_element());
+    Ok(Some(LightDesc::Spot(SpotDesc {
+        position,
+        look_at,
+        angle: cutoff,
+        penumbra: if profile.is_some() { 0.0 } else { cutoff - beam },
+        color,
+        intensity: 1.0,
+        attenuation: INVERSE_SQUARE,
+        ies: profile.map(|data| ProfileFile { uri: String::new(), data: Arc::new(data) }),
+        ies_units: ProfileUnits::Relative,
+        ies_rotation: 0.0,
+    })))
+}
+
+fn envmap(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, Fault> {
+    let to_world = object.transform("to_world")?;
+    let strength = object.float("scale")?.unwrap_or(1.0).clamp(0.0, 1e30);
+    object.pass(&["mis_compensation", "gamma", "cache"]);
+    let place = object.place_of("filename");
+    let mut name = object.string("filename")?.map(str::to_owned);
+    if name.is_none()
+        && let Some(bitmap) = object.object("texture")?
+    {
+        name = bitmap.string("filename")?.map(str::to_owned);
+    }
+    let Some(name) = name else {
+        scene.report.ignored(object.place, "an envmap without filename: it does not shine");
+        return Ok(None);
+    };
+    let name = scene.picture_name(&name);
+    let made = environment::picture(scene, &name, to_world.matrix3, place);
+    Ok(made.map(|file| {
+        LightDesc::Environment(EnvironmentDesc {
+            file: Some(file),
+            strength,
+            rotation: 0.0,
+            tint: Spectrum::WHITE,
+        })
+    }))
+}
+
+/// The sky of Hošek and Wilkie becomes the computed one of Turner, with the same sun and about its brightness.
+fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
+    let to_world = object.transform("to_world")?;
+    let turbidity = object.float("turbidity")?.unwrap_or(3.0).clamp(1.0, 10.0);
+    let albedo = match object.find("albedo") {
+        Some((node, _)) => match source(scene, node, Role::Albedo, Surface::Same)? {
+            ColorSource::Constant(c) => c,
+            ColorSource::Texture(_) => Spectrum::grey(0.3),
+        },
+        None => Spectrum::grey(0.3),
+    };
+    let own = object.vector("sun_direction")?;
+    let dated = ["latitude", "longitude", "hour", "day"].iter().any(|n| object.has(n));
+    if own.is_none() && dated {
+        let message = "a sun by place and time: it stands as without, 35° high; write sun_direction";
+        scene.report.ignored(object.place, message);
+    }
+    let scale = |name| object.float(name).map(|v| v.unwrap_or(1.0).clamp(0.0, 1e6));
+    let (sky_scale, sun_scale) = (scale("sky_scale")?, scale("sun_scale")?);
+    let all = scale("scale")?;
+    object.pass(&[
+        "latitude",
+        "longitude",
+        "timezone",
+        "year",
+        "month",
+        "day",
+        "hour",
+        "minute",
+        "second",
+        "sun_aperture",
+        "sun_radius_scale",
+        "complex_sun",
+        "stretch",
+        "resolution",
+    ]);
+    scene.report.approximated(object.place, "the sky of Mitsuba: Turner's own, computed from air and dust");
+    // z is up there.
+    let up = DAffine3::from_mat3(turner::math::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y));
+    let turned = (to_world.matrix3 * DVec3::Z).dot(DVec3::Y) > 0.9;
+    if !turned {
+        let message = "the zenith of a sky is not +y: here it is";
+        scene.report.approximated(object.place, message);
+    }
+    let direction = own.map(|d| if turned { to_world.transform_vector3(d) } else { up.transform_vector3(d) });
+    let is_sun_alone = object.kind == "sun";
+    let has_sun = object.kind != "sky" && sun_scale > 0.0;
+    let strength = if is_sun_alone { sun_scale } else { sky_scale } * all;
+    if is_sun_alone {
+        scene.report.approximated(object.place, "a sun without a sky: the sky shines, too");
+    }
+    Ok(LightDesc::Sky(SkyDesc {
+        elevation: 35.0,
+        azimuth: 225.0,
+        direction: direction.filter(|d| d.length() > 0.0),
+        air: 1.0,
+        dust: (turbidity - 1.0).max(0.0) / 2.0,
+        ozone: 1.0,
+        ground_albedo: albedo,
+        sun: has_sun,
+        sun_angle: 0.53,
+        sun_strength: if sky_scale > 0.0 && !is_sun_alone { sun_scale / sky_scale } else { 1.0 },
+        strength,
+    }))
+}

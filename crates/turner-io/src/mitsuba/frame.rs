@@ -1,0 +1,370 @@
+//! Sensor, film, sampler, filter and integrator.
+
+use super::assembly::Assembly;
+use super::media;
+use super::params::Object;
+use crate::assets::printable;
+use crate::whole::report::{Fault, Report};
+use crate::whole::{is_sound, unknown};
+use turner::camera::{CameraDesc, Handedness, OrthographicDesc, PinholeDesc, ThinLensDesc, Viewport};
+use turner::film::Antialias;
+use turner::filter::FilterKind;
+use turner::integrator::{IntegratorDesc, PathDesc};
+use turner::math::elementary::{atan2, tan};
+use turner::math::{DAffine3, DVec3, radians};
+use turner::scene::error::ErrorCode;
+use turner::scene::{MediumId, Named, SceneDesc};
+
+/// Most columns or rows.
+const MAX_SIDE: i64 = 65536;
+/// What stands for no limit of depth.
+const NO_LIMIT: u32 = 1000;
+
+/// Camera, film and so on as the file says, with Mitsuba's defaults.
+#[derive(Clone, Debug)]
+pub(super) struct Frame {
+    camera: Option<CameraDesc>,
+    size: [u32; 2],
+    crop: Option<[u32; 4]>,
+    samples: u32,
+    filter: (FilterKind, f64),
+    max_depth: u32,
+    /// The medium that the camera stands in.
+    pub(super) medium: Option<MediumId>,
+}
+
+impl Default for Frame {
+    fn default() -> Frame {
+        Frame {
+            camera: None,
+            size: [768, 576],
+            crop: None,
+            samples: 4,
+            filter: (FilterKind::Gaussian, 1.5),
+            max_depth: NO_LIMIT,
+            medium: None,
+        }
+    }
+}
+
+/// Takes an integrator; those within others count.
+pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
+    let inner = object.objects(&["integrator"])?;
+    if let Some(inner) = inner.first() {
+        let inner = Object::new(&scene.document, *inner)?;
+        if inner.objects(&["integrator"])?.is_empty() {
+            let message = format!("{} around {}: the latter alone", object.title(), inner.title());
+            scene.report.ignored(object.place, message);
+            object.pass_all();
+            return integrator(scene, &inner);
+        }
+    }
+    let depth = object.integer("max_depth")?.unwrap_or(-1);
+    object.pass(&[
+        "rr_depth",
+        "samples_per_pass",
+        "timeout",
+        "block_size",
+        "shading_samples",
+        "emitter_samples",
+        "bsdf_samples",
+        "aovs",
+    ]);
+    // The ray from the camera counts there.
+    let mut max_depth = u32::try_from(depth).map_or(NO_LIMIT, |d| d.clamp(1, 100_001) - 1);
+    match object.kind.as_str() {
+        "path" | "volpath" | "volpathmis" | "prb" | "prbvolpath" | "prb_basic" | "prb_projective"
+        | "bdpt" => {}
+        "direct" | "direct_projective" | "emission" => max_depth = u32::from(object.kind != "emission"),
+        "ptracer" | "particle" | "photonmapper" | "sppm" | "mlt" | "pssmlt" | "erpt" | "volpath_simple" => {
+            let message = format!("{}: light is followed by paths from the camera", object.title());
+            scene.report.approximated(object.place, message);
+        }
+        "aov" | "moment" | "stokes" | "depth" | "adaptive" | "irrcache" => {
+            let message = format!("{}: light is followed by paths", object.title());
+            scene.report.ignored(object.place, message);
+            object.pass_all();
+        }
+        other => {
+            let all =
+                ["path", "direct", "volpath", "volpathmis", "ptracer", "aov", "moment", "stokes", "depth"];
+            return Err(unknown("integrator", other, &all).or_at(object.place));
+        }
+    }
+    if object.boolean("hide_emitters")?.unwrap_or(false) {
+        let message = "hide_emitters: lamps and surroundings are seen";
+        scene.report.ignored(object.place_of("hide_emitters"), message);
+    }
+    if object.boolean("strict_normals")?.unwrap_or(false) {
+        object.pass(&["strict_normals"]);
+    }
+    scene.frame.max_depth = max_depth;
+    scene.finish(object);
+    Ok(())
+}
+
+/// Takes the camera of the file; of several the first.
+pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
+    if scene.frame.camera.is_some() {
+        scene.report.ignored(object.place, "another sensor: the first is the camera");
+        return Ok(());
+    }
+    if let Some(film) = object.object("film")? {
+        self::film(scene, &film)?;
+    }
+    if let Some(sampler) = object.object("sampler")? {
+        self::sampler(scene, &sampler)?;
+    }
+    let medium = object.objects(&["medium"])?;
+    if let Some(medium) = medium.first() {
+        scene.frame.medium = media::medium(scene, *medium)?;
+    }
+    let to_world = object.transform("to_world")?;
+    object.pass(&["shutter_open", "shutter_close", "srf", "far_clip"]);
+    let camera = match object.kind.as_str() {
+        "perspective" | "thinlens" => {
+            let pose = pose(scene, object, to_world)?;
+            let viewport = Viewport::Height(height(scene, object)?);
+            let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
+            for name in ["principal_point_offset_x", "principal_point_offset_y"] {
+                if object.float(name)?.is_some_and(|v| v != 0.0) {
+                    scene.report.ignored(object.place_of(name), "the offset of the principal point");
+                }
+            }
+            let Pose { position, look_at, up, handedness, .. } = pose;
+            let radius = object.float("aperture_radius")?.unwrap_or(0.0);
+            let focus = object.float("focus_distance")?.unwrap_or(0.0);
+            let (fov, viewport, distance) = (None, Some(viewport), Some(1.0));
+            if object.kind == "thinlens" && radius > 0.0 && focus > 0.0 {
+                CameraDesc::ThinLens(ThinLensDesc {
+                    position,
+                    look_at,
+                    up,
+                    handedness,
+                    fov,
+                    viewport,
+                    distance,
+                    lens_radius: radius,
+                    blades: 0,
+                    blade_rotation: 0.0,
+                    focus: Some(focus),
+                    near,
+                })
+            } else {
+                CameraDesc::Pinhole(PinholeDesc {
+                    position,
+                    look_at,
+                    up,
+                    handedness,
+                    fov,
+                    viewport,
+                    distance,
+                    near,
+                })
+            }
+        }
+        "orthographic" => {
+            // The picture's width is 2 in its own space.
+            let scale = to_world.matrix3.x_axis.length();
+            let pose = pose(scene, object, to_world)?;
+            let Pose { position, look_at, up, handedness, aspect } = pose;
+            let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
+            let viewport = Viewport::Height(2.0 * scale / aspect);
+            CameraDesc::Orthographic(OrthographicDesc { position, look_at, up, handedness, viewport, near })
+        }
+        "radiancemeter" | "irradiancemeter" | "distant" | "batch" => {
+            object.pass_all();
+            let message = format!("{} is no camera here: the scene is framed from the front", object.title());
+            scene.report.ignored(object.place, message);
+            return Ok(());
+        }
+        other => {
+            let all = [
+                "perspective",
+                "thinlens",
+                "orthographic",
+                "radiancemeter",
+                "irradiancemeter",
+                "distant",
+                "batch",
+            ];
+            return Err(unknown("sensor", other, &all).or_at(object.place));
+        }
+    };
+    object.pass(&["focus_distance", "aperture_radius", "near_clip", "fov", "fov_axis", "focal_length"]);
+    scene.finish(object);
+    scene.frame.camera = Some(camera);
+    Ok(())
+}
+
+/// Where a camera is and how it lies: it looks along its +z, y upwards, x to the left.
+struct Pose {
+    position: DVec3,
+    look_at: DVec3,
+    up: DVec3,
+    handedness: Handedness,
+    /// Width over height of the picture.
+    aspect: f64,
+}
+
+fn pose(scene: &mut Assembly<'_>, object: &Object, to_world: DAffine3) -> Result<Pose, Fault> {
+    if !is_sound(&to_world) {
+        let message = "the camera's transform cannot be undone";
+        return Err(Fault::at(object.place, ErrorCode::Transform, message));
+    }
+    let m = to_world.matrix3;
+    let [left, up, forward] = [m.x_axis, m.y_axis, m.z_axis];
+    let unit = forward.length();
+    let askew =
+        [left.dot(up), up.dot(forward), forward.dot(left)].iter().any(|d| d.abs() > 1e-3 * unit * unit);
+    if askew {
+        scene.report.approximated(object.place, "the camera's transform shears: it is left as it stands");
+    }
+    let handedness = if m.determinant() > 0.0 { Handedness::Right } else { Handedness::Left };
+    let position = to_world.translation;
+    // Not so near that the direction is lost by rounding.
+    let look_at = position + forward / unit * (1.0 + position.abs().max_element());
+    let [w, h] = scene.frame.size.map(f64::from);
+    Ok(Pose { position, look_at, up, handedness, aspect: w / h })
+}
+
+/// The height of the screen at distance 1.
+fn height(scene: &mut Assembly<'_>, object: &Object) -> Result<f64, Fault> {
+    let [w, h] = scene.frame.size.map(f64::from);
+    let aspect = w / h;
+    let mut axis =
+        object.word("fov_axis", &["x", "y", "diagonal", "smaller", "larger"], &mut scene.stock.report)?;
+    let fov = match (object.float("fov")?, object.string("focal_length")?) {
+        (Some(fov), _) => fov,
+        (None, length) => {
+            // Of a film of 36 × 24 mm, along its diagonal.
+            let length = length.unwrap_or("50mm");
+            let mm = super::params::number(length.trim().trim_end_matches("mm")).filter(|v| *v > 0.0);
+            let Some(mm) = mm else {
+                let message = format!("focal_length \"{}\"; expected a length as in 50mm", printable(length));
+                return Err(Fault::at(object.place_of("focal_length"), ErrorCode::WrongType, message));
+            };
+            axis = "diagonal";
+            2.0 * atan2((36.0f64 * 36.0 + 24.0 * 24.0).sqrt() / 2.0, mm).to_degrees()
+        }
+    };
+    let size = 2.0 * tan(radians(fov.clamp(1e-6, 179.999)) / 2.0);
+    let along_x = match axis {
+        "y" => false,
+        "smaller" => aspect <= 1.0,
+        "larger" => aspect > 1.0,
+        _ => true,
+    };
+    Ok(match (axis, along_x) {
+        ("diagonal", _) => size / (1.0 + aspect * aspect).sqrt(),
+        (_, true) => size / aspect,
+        (_, false) => size,
+    })
+}
+
+fn size(v: Option<i64>, or: u32) -> u32 {
+    v.map_or(or, |v| v.clamp(1, MAX_SIDE) as u32)
+}
+
+fn film(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
+    let known = ["hdrfilm", "ldrfilm", "specfilm", "mfilm", "film"];
+    if !known.contains(&object.kind.as_str()) {
+        return Err(unknown("film", &object.kind, &known).or_at(object.place));
+    }
+    let frame = &mut scene.frame;
+    frame.size = [size(object.integer("width")?, 768), size(object.integer("height")?, 576)];
+    let part = |name| object.integer(name).map(|v| v.map(|v| v.clamp(0, MAX_SIDE) as u32));
+    let [w, h] = frame.size;
+    let (x, y) =
+        (part("crop_offset_x")?.unwrap_or(0).min(w - 1), part("crop_offset_y")?.unwrap_or(0).min(h - 1));
+    let (cw, ch) =
+        (part("crop_width")?.unwrap_or(w).clamp(1, w - x), part("crop_height")?.unwrap_or(h).clamp(1, h - y));
+    frame.crop = ([x, y, cw, ch] != [0, 0, w, h]).then_some([x, y, cw, ch]);
+    // The output is named on the command line, and its format is its choice.
+    object.pass(&[
+        "file_format",
+        "pixel_format",
+        "component_format",
+        "banner",
+        "high_quality_edges",
+        "sample_border",
+        "filename",
+        "compensate",
+        "attach_log",
+        "gamma",
+        "exposure",
+        "tonemap_method",
+        "key",
+        "burn",
+    ]);
+    if let Some(filter) = object.object("rfilter")? {
+        scene.frame.filter = self::filter(&filter, &mut scene.stock.report)?;
+        scene.finish(&filter);
+    }
+    scene.finish(object);
+    Ok(())
+}
+
+fn filter(object: &Object, report: &mut Report) -> Result<(FilterKind, f64), Fault> {
+    object.pass(&["lobes", "b", "c", "B", "C"]);
+    let radius = object.float("radius")?;
+    let deviation = object.float("stddev")?.unwrap_or(0.5);
+    let (kind, radius) = match object.kind.as_str() {
+        "box" => (FilterKind::Box, radius.unwrap_or(0.5)),
+        "tent" => (FilterKind::Tent, radius.unwrap_or(1.0)),
+        // Here a bell ends at three standard deviations.
+        "gaussian" => (FilterKind::Gaussian, 3.0 * deviation),
+        "mitchell" | "catmullrom" | "lanczos" => {
+            let message = format!(
+                "the filter \"{}\" has negative parts: \"blackman-harris\" takes its place",
+                object.kind
+            );
+            report.approximated(object.place, message);
+            (FilterKind::BlackmanHarris, 1.5)
+        }
+        other => {
+            let all = ["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"];
+            return Err(unknown("rfilter", other, &all).or_at(object.place));
+        }
+    };
+    Ok((kind, radius.clamp(0.01, 16.0)))
+}
+
+fn sampler(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
+    let known = [
+        "independent",
+        "stratified",
+        "multijitter",
+        "orthogonal",
+        "ldsampler",
+        "halton",
+        "hammersley",
+        "sobol",
+    ];
+    if !known.contains(&object.kind.as_str()) {
+        return Err(unknown("sampler", &object.kind, &known).or_at(object.place));
+    }
+    let count = object.integer("sample_count")?.unwrap_or(4);
+    scene.frame.samples = count.clamp(1, 1 << 24) as u32;
+    object.pass(&["seed", "jitter", "strength", "dimension", "scramble"]);
+    scene.finish(object);
+    Ok(())
+}
+
+impl Frame {
+    /// Puts all into a scene.
+    pub(super) fn apply(self, scene: &mut SceneDesc) {
+        let film = &mut scene.film;
+        [film.width, film.height] = self.size;
+        film.crop = self.crop;
+        film.antialias = Antialias::MonteCarlo;
+        film.samples = self.samples;
+        (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
+        film.transfer = turner::color::Transfer::Srgb;
+        scene.integrator =
+            IntegratorDesc::Path(PathDesc { max_depth: self.max_depth, ..PathDesc::default() });
+        let camera = self.camera.map(|value| Named { name: None, span: None, value });
+        scene.cameras = camera.iter().cloned().collect();
+        scene.camera = camera;
+    }
+}

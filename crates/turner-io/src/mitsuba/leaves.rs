@@ -1,0 +1,407 @@
+//! BSDFs that scatter by themselves, as the physical material.
+
+use super::assembly::Assembly;
+use super::materials::{color_of, grey, number_of};
+use super::metals;
+use super::params::Object;
+use super::spectra::{Role, color, index, sampled};
+use super::textures::Surface;
+use crate::spectral::metal_of_index;
+use crate::whole::report::Fault;
+use crate::whole::{Through, inner_reflectance, map_values, product, unknown};
+use std::f64::consts::FRAC_PI_2;
+use turner::color::Spectrum;
+use turner::material::PrincipledMaterial;
+use turner::material::metals::{MetalColors, colors_of_index};
+use turner::scene::ColorSource;
+
+/// BSDFs that are known and not shown.
+const UNSUPPORTED: &[&str] = &[
+    "measured",
+    "measured_polarized",
+    "hair",
+    "pplastic",
+    "polarizer",
+    "retarder",
+    "circular",
+    "bsdf_hair",
+    "ward",
+    "coating",
+    "roughcoating",
+    "phong",
+    "irawan",
+    "hk",
+    "difftrans",
+];
+
+/// The BSDFs that are known.
+const KNOWN: &[&str] = &[
+    "diffuse",
+    "dielectric",
+    "thindielectric",
+    "roughdielectric",
+    "conductor",
+    "roughconductor",
+    "plastic",
+    "roughplastic",
+    "principled",
+    "principledthin",
+    "roughdiffuse",
+    "twosided",
+    "mask",
+    "bumpmap",
+    "normalmap",
+    "blendbsdf",
+    "null",
+    "measured",
+    "hair",
+    "pplastic",
+];
+
+/// The surface of a BSDF.
+pub(super) fn surface(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    on: Surface,
+) -> Result<PrincipledMaterial, Fault> {
+    let mut maker = Maker { scene, object, on };
+    match object.kind.as_str() {
+        "diffuse" => Ok(PrincipledMaterial {
+            base_color: maker.color("reflectance", 0.5)?,
+            ..PrincipledMaterial::matte()
+        }),
+        "roughdiffuse" => {
+            object.pass(&["use_fast_approx"]);
+            let roughness = maker.number("alpha", 0.2)?;
+            Ok(PrincipledMaterial {
+                base_color: maker.color("reflectance", 0.5)?,
+                base_diffuse_roughness: map_values(
+                    &mut maker.scene.stock,
+                    roughness,
+                    object.place,
+                    Through::Scale(1.0),
+                ),
+                ..PrincipledMaterial::matte()
+            })
+        }
+        "dielectric" => maker.dielectric(false),
+        "roughdielectric" => maker.dielectric(true),
+        "thindielectric" => {
+            let glass = maker.dielectric(false)?;
+            Ok(PrincipledMaterial { thin_walled: true, ..glass })
+        }
+        "conductor" => maker.conductor(false),
+        "roughconductor" => maker.conductor(true),
+        "plastic" => maker.plastic(false),
+        "roughplastic" => maker.plastic(true),
+        "principled" => maker.principled(),
+        "principledthin" => maker.principled_thin(),
+        kind if UNSUPPORTED.contains(&kind) => {
+            let message = format!("{} is not known here: it is shown as diffuse grey", object.title());
+            maker.scene.report.ignored(object.place, message);
+            let color = maker.color("diffuse_reflectance", 0.5)?;
+            object.pass_all();
+            Ok(PrincipledMaterial { base_color: color, ..PrincipledMaterial::matte() })
+        }
+        other => Err(unknown("bsdf", other, KNOWN).or_at(object.place)),
+    }
+}
+
+struct Maker<'a, 'b> {
+    scene: &'a mut Assembly<'b>,
+    object: &'a Object,
+    on: Surface,
+}
+
+impl Maker<'_, '_> {
+    fn color(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
+        color_of(self.scene, self.object, name, or, self.on)
+    }
+
+    fn number(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
+        number_of(self.scene, self.object, name, or, self.on)
+    }
+
+    /// The number, where it is the same everywhere; textures are reported and have the value `or`.
+    fn constant(&mut self, name: &'static str, or: f64) -> Result<f64, Fault> {
+        match self.number(name, or)? {
+            ColorSource::Constant(c) => Ok(f64::from(c.g)),
+            ColorSource::Texture(_) => {
+                let message = format!("a texture of {name}: it is {or} everywhere");
+                self.scene.report.approximated(self.object.place_of(name), message);
+                Ok(or)
+            }
+        }
+    }
+
+    /// A factor that is 1 if it is not given.
+    fn factor(&mut self, name: &'static str) -> Result<ColorSource, Fault> {
+        self.color(name, 1.0)
+    }
+
+    /// The width α of the lobe as roughness here, whose square it is.
+    fn roughness(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
+        let object = self.object;
+        object.pass(&["sample_visible"]);
+        match object.string("distribution")?.unwrap_or("beckmann") {
+            "ggx" => {}
+            "beckmann" | "phong" | "as" => {
+                let message = "Beckmann's distribution of microfacets: GGX of the same width";
+                self.scene.report.approximated(object.place, message);
+            }
+            other => {
+                let all = ["ggx", "beckmann"];
+                return Err(unknown("distribution", other, &all).or_at(object.place_of("distribution")));
+            }
+        }
+        let both = self.number("alpha", 0.1)?;
+        let (along, across) = match (object.has("alpha_u"), object.has("alpha_v")) {
+            (false, false) => (both, both),
+            _ => (self.number("alpha_u", 0.1)?, self.number("alpha_v", 0.1)?),
+        };
+        let through = Through::Roughness { remap: false };
+        let (ColorSource::Constant(u), ColorSource::Constant(v)) = (along, across) else {
+            if along != across {
+                let message = "a texture of roughness along one direction: it is taken for both";
+                self.scene.report.approximated(object.place, message);
+            }
+            let texture = if matches!(along, ColorSource::Texture(_)) { along } else { across };
+            surface.specular_roughness = map_values(&mut self.scene.stock, texture, object.place, through);
+            return Ok(());
+        };
+        stretched(f64::from(u.g), f64::from(v.g), surface);
+        Ok(())
+    }
+
+    fn index_ratio(&mut self, inside: f64) -> Result<f64, Fault> {
+        let outer = index(self.object, "ext_ior", 1.000277)?;
+        Ok((index(self.object, "int_ior", inside)? / outer).clamp(1e-3, 100.0))
+    }
+
+    fn dielectric(&mut self, is_rough: bool) -> Result<PrincipledMaterial, Fault> {
+        let ior = self.index_ratio(1.5046)?;
+        let mut glass = PrincipledMaterial {
+            transmission_weight: grey(1.0),
+            specular_roughness: grey(0.0),
+            specular_ior: ior,
+            transmission_color: self.factor("specular_transmittance")?,
+            ..PrincipledMaterial::default()
+        };
+        if self.object.has("eta") {
+            glass.specular_ior = self.object.float("eta")?.unwrap_or(1.5).clamp(1e-3, 100.0);
+        }
+        let reflected = self.factor("specular_reflectance")?;
+        if reflected != grey(1.0) {
+            glass.specular_color = reflected;
+            let message = "specular_reflectance of glass: it tints what is reflected head-on";
+            self.scene.report.approximated(self.object.place_of("specular_reflectance"), message);
+        }
+        if is_rough {
+            self.roughness(&mut glass)?;
+        }
+        Ok(glass)
+    }
+
+    /// Colours of the metal, or nothing for a perfect mirror.
+    fn metal(&mut self) -> Result<Option<MetalColors>, Fault> {
+        let object = self.object;
+        if let Some(name) = object.string("material")? {
+            object.pass(&["eta", "k"]);
+            if name == "none" {
+                return Ok(None);
+            }
+            let Some((eta, k)) = metals::index_of(name) else {
+                return Err(unknown("material", name, &metals::names()).or_at(object.place_of("material")));
+            };
+            return Ok(Some(colors_of_index(eta, k)));
+        }
+        let outer = index(object, "ext_eta", 1.0)?;
+        let mut found = [None, None];
+        for (slot, name) in found.iter_mut().zip(["eta", "k"]) {
+            let Some((node, element)) = object.find(name) else { continue };
+            let resolved = object.document.resolve(node)?;
+            if object.document.node(resolved).is_some_and(|n| n.tag == "texture") {
+                let message = format!("a texture of {name}: a perfect mirror is shown");
+                self.scene.report.ignored(element.place, message);
+                object.pass(&["eta", "k"]);
+                return Ok(None);
+            }
+            *slot = Some((color(self.scene, resolved, Role::Unbounded)?, sampled(self.scene, resolved)?));
+        }
+        Ok(match found {
+            // As in Mitsuba: η = 0 and k = 1 reflect all light.
+            [None, None] => None,
+            [Some((_, Some(eta))), Some((_, Some(k)))] if outer == 1.0 => Some(metal_of_index(&eta, &k)),
+            [eta, k] => {
+                let eta = eta.map_or(Spectrum::BLACK, |c| c.0);
+                let k = k.map_or(Spectrum::WHITE, |c| c.0);
+                if eta == Spectrum::BLACK {
+                    return Ok(None);
+                }
+                let by = (1.0 / outer) as f32;
+                Some(colors_of_index(eta * by, k * by))
+            }
+        })
+    }
+
+    fn conductor(&mut self, is_rough: bool) -> Result<PrincipledMaterial, Fault> {
+        let factor = self.factor("specular_reflectance")?;
+        let mut surface = match self.metal()? {
+            None => PrincipledMaterial {
+                base_weight: grey(0.0),
+                specular_ior: 0.0,
+                specular_color: factor,
+                specular_roughness: grey(0.0),
+                ..PrincipledMaterial::default()
+            },
+            Some(metal) => {
+                let mut surface = PrincipledMaterial {
+                    base_color: product(&mut self.scene.stock, ColorSource::Constant(metal.f0), factor),
+                    base_metalness: grey(1.0),
+                    specular_color: ColorSource::Constant(metal.tint),
+                    specular_roughness: grey(0.0),
+                    ..PrincipledMaterial::default()
+                };
+                match factor {
+                    // The same factor at all angles.
+                    ColorSource::Constant(c) if c.r == c.g && c.g == c.b => {
+                        surface.base_color = ColorSource::Constant(metal.f0);
+                        surface.specular_weight = factor;
+                    }
+                    _ => {}
+                }
+                surface
+            }
+        };
+        if is_rough {
+            self.roughness(&mut surface)?;
+        }
+        Ok(surface)
+    }
+
+    /// A diffuse base under a clear layer. As of pbrt's coated materials, what gets out of the layer after reflections at its inner side is its colour:
+    /// ρ (1 − R) / (1 − ρ R), or, where the file asks for what is linear in ρ, ρ itself.
+    fn plastic(&mut self, is_rough: bool) -> Result<PrincipledMaterial, Fault> {
+        let ior = self.index_ratio(1.49)?;
+        let mut color = self.color("diffuse_reflectance", 0.5)?;
+        if self.object.boolean("nonlinear")?.unwrap_or(false) {
+            let inner = inner_reflectance(ior);
+            color = map_values(&mut self.scene.stock, color, self.object.place, Through::Layer { inner });
+        }
+        let mut surface = PrincipledMaterial {
+            base_color: color,
+            specular_ior: ior,
+            specular_roughness: grey(0.0),
+            ..PrincipledMaterial::default()
+        };
+        let reflected = self.factor("specular_reflectance")?;
+        if reflected != grey(1.0) {
+            surface.specular_color = reflected;
+            let message = "specular_reflectance of plastic: it tints what is reflected head-on";
+            self.scene.report.approximated(self.object.place_of("specular_reflectance"), message);
+        }
+        if is_rough {
+            self.roughness(&mut surface)?;
+        }
+        Ok(surface)
+    }
+
+    /// Burley's model (2012, 2015), as OpenPBR's counterparts.
+    fn principled(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let object = self.object;
+        let base = self.color("base_color", 0.5)?;
+        let mut surface = PrincipledMaterial {
+            base_color: base,
+            specular_roughness: self.number("roughness", 0.5)?,
+            base_metalness: self.number("metallic", 0.0)?,
+            transmission_weight: self.number("spec_trans", 0.0)?,
+            transmission_color: base,
+            ..PrincipledMaterial::default()
+        };
+        if object.has("eta") {
+            surface.specular_ior = index(object, "eta", 1.5)?;
+        } else {
+            let specular = object.float("specular")?.unwrap_or(0.5).clamp(0.0, 1.0);
+            surface.specular_ior = 2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0;
+        }
+        let anisotropic = self.constant("anisotropic", 0.0)?.clamp(0.0, 1.0);
+        if anisotropic > 0.0
+            && let ColorSource::Constant(r) = surface.specular_roughness
+        {
+            let (alpha, aspect) = (f64::from(r.g * r.g), (1.0 - 0.9 * anisotropic).sqrt());
+            stretched(alpha / aspect, alpha * aspect, &mut surface);
+        }
+        let coat = self.number("clearcoat", 0.0)?;
+        if coat != grey(0.0) {
+            surface.coat_weight = map_values(&mut self.scene.stock, coat, object.place, Through::Scale(0.25));
+            surface.coat_ior = 1.5;
+            surface.coat_darkening = 0.0;
+            let gloss = self.constant("clearcoat_gloss", 0.0)?.clamp(0.0, 1.0);
+            surface.coat_roughness = grey((0.1 + (0.001 - 0.1) * gloss).sqrt());
+        }
+        let sheen = self.number("sheen", 0.0)?;
+        if sheen != grey(0.0) {
+            surface.fuzz_weight = sheen;
+            let message = "sheen: OpenPBR's fuzz takes its place";
+            self.scene.report.approximated(object.place_of("sheen"), message);
+        }
+        for name in ["flatness", "spec_tint", "sheen_tint"] {
+            if self.constant(name, 0.0)? != 0.0 && (name != "sheen_tint" || sheen != grey(0.0)) {
+                self.scene.report.ignored(object.place_of(name), format!("{name} of a principled BSDF"));
+            }
+        }
+        object.pass(&[
+            "clearcoat_gloss",
+            "main_specular_sampling_rate",
+            "clearcoat_sampling_rate",
+            "diffuse_reflectance_sampling_rate",
+        ]);
+        Ok(surface)
+    }
+
+    fn principled_thin(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let object = self.object;
+        let base = self.color("base_color", 0.5)?;
+        // Half of what is translucent goes through: 2 stands for all.
+        let through = self.number("diff_trans", 0.0)?;
+        let message = "principledthin: shares of OpenPBR's thin wall";
+        self.scene.report.approximated(object.place, message);
+        let surface = PrincipledMaterial {
+            base_color: base,
+            specular_roughness: self.number("roughness", 0.5)?,
+            transmission_weight: self.number("spec_trans", 0.0)?,
+            transmission_color: base,
+            subsurface_weight: map_values(&mut self.scene.stock, through, object.place, Through::Scale(1.0)),
+            subsurface_color: base,
+            specular_ior: index(object, "eta", 1.5)?,
+            thin_walled: true,
+            ..PrincipledMaterial::default()
+        };
+        object.pass(&[
+            "anisotropic",
+            "spec_tint",
+            "sheen",
+            "sheen_tint",
+            "flatness",
+            "diff_trans_sampling_rate",
+            "diffuse_reflectance_sampling_rate",
+            "specular_reflectance_sampling_rate",
+            "specular_transmittance_sampling_rate",
+        ]);
+        Ok(surface)
+    }
+}
+
+/// Widths along and across as roughness and anisotropy. OpenPBR: the longer width is r²·√(2 / (1 + ratio²)).
+fn stretched(u: f64, v: f64, surface: &mut PrincipledMaterial) {
+    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    let (long, short) = (u.max(v), u.min(v));
+    if long - short <= 1e-9 || long <= 0.0 {
+        surface.specular_roughness = grey(long.sqrt());
+        return;
+    }
+    let ratio = short / long;
+    surface.specular_roughness = grey((long / (2.0 / (1.0 + ratio * ratio)).sqrt()).sqrt().min(1.0));
+    surface.specular_roughness_anisotropy = grey(1.0 - ratio);
+    surface.anisotropy_rotation = if u >= v { 0.0 } else { FRAC_PI_2 };
+}

@@ -1,0 +1,281 @@
+//! BSDFs as materials: one for each way in which shapes use them: with light, with a medium inside, with coordinates of this or that kind. What
+//! stands around a BSDF (`twosided`, `mask`, `bumpmap`, `normalmap`) is gathered on the way in.
+
+use super::assembly::Assembly;
+use super::emitters::Emission;
+use super::leaves;
+use super::params::Object;
+use super::spectra::Role;
+use super::textures::{Surface, is_source, numbers, source};
+use crate::whole::report::Fault;
+use crate::whole::{Place, product};
+use std::collections::BTreeMap;
+use turner::color::Spectrum;
+use turner::material::{
+    AlphaMode, BoundaryMaterial, BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial,
+};
+use turner::scene::error::ErrorCode;
+use turner::scene::{ColorSource, MaterialId, MediumId, Named};
+
+/// Most materials.
+const MAX_MATERIALS: usize = 1 << 22;
+/// Most BSDFs within one another.
+const MAX_NESTING: u32 = 16;
+
+/// How a shape uses a BSDF, and what stood around it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Use {
+    pub(super) emission: Option<Emission>,
+    pub(super) interior: Option<MediumId>,
+    pub(super) surface: Surface,
+    pub(super) two_sided: bool,
+    pub(super) opacity: Option<ColorSource>,
+    pub(super) bump: Option<(ColorSource, u64)>,
+    pub(super) normal: Option<ColorSource>,
+    pub(super) depth: u32,
+}
+
+/// The materials of a scene.
+#[derive(Default)]
+pub(super) struct Materials {
+    wanted: BTreeMap<(Option<usize>, String), MaterialId>,
+    /// What each [`MaterialId`] is to be: the element of a BSDF, none for that of shapes without one.
+    list: Vec<(Option<usize>, Use)>,
+}
+
+impl Materials {
+    /// The material of a BSDF for a use.
+    pub(super) fn wanted(&mut self, node: Option<usize>, usage: Use) -> MaterialId {
+        let key = (node, if usage == Use::default() { String::new() } else { format!("{usage:?}") });
+        let next = MaterialId(self.list.len() as u32);
+        let id = *self.wanted.entry(key).or_insert(next);
+        if id == next {
+            self.list.push((node, usage));
+        }
+        id
+    }
+
+    /// Whether a shape encloses a medium.
+    pub(super) fn encloses(&self, medium: MediumId) -> bool {
+        self.list.iter().any(|(_, usage)| usage.interior == Some(medium))
+    }
+}
+
+/// Makes the materials that are used.
+pub(super) fn finish(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
+    let mut made = Vec::new();
+    // Mixes want more of them.
+    while let Some((node, usage)) = scene.materials.list.get(made.len()).cloned() {
+        let (name, value) = match node {
+            None => (None, plain(usage)),
+            Some(node) => {
+                let object = Object::new(&scene.document, node)?;
+                (object.id(), make(scene, object, usage)?)
+            }
+        };
+        if made.len() >= MAX_MATERIALS {
+            return Err(Fault::new(ErrorCode::TooLarge, format!("more than {MAX_MATERIALS} materials")));
+        }
+        made.push(Named { name, span: None, value });
+    }
+    Ok(made)
+}
+
+pub(super) fn grey(v: f64) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v as f32))
+}
+
+/// What shapes without a BSDF have: diffuse grey, or black where they shine.
+fn plain(usage: Use) -> MaterialDesc {
+    if usage.interior.is_some() && usage.emission.is_none() {
+        return MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior });
+    }
+    let reflectance = if usage.emission.is_some() { 0.0 } else { 0.5 };
+    let surface = PrincipledMaterial { base_color: grey(reflectance), ..PrincipledMaterial::matte() };
+    MaterialDesc::Principled(with_use(surface, usage))
+}
+
+/// One material for one use.
+fn make(scene: &mut Assembly<'_>, mut object: Object, mut usage: Use) -> Result<MaterialDesc, Fault> {
+    loop {
+        let place = object.place;
+        usage.depth += 1;
+        if usage.depth > MAX_NESTING {
+            let message = format!("more than {MAX_NESTING} BSDFs within one another");
+            return Err(Fault::at(place, ErrorCode::TooLarge, message));
+        }
+        let inner = match object.kind.as_str() {
+            "twosided" => {
+                usage.two_sided = true;
+                let inner = object.objects(&["bsdf"])?;
+                if inner.len() > 1 {
+                    let message =
+                        "a BSDF for the front and another for the back: the front's is shown on both sides";
+                    scene.report.approximated(place, message);
+                }
+                inner.first().copied()
+            }
+            "mask" => {
+                let opacity = match object.find("opacity") {
+                    Some((node, _)) => numbers(scene, node, Role::Albedo, usage.surface)?,
+                    None => grey(0.5),
+                };
+                usage.opacity = Some(match usage.opacity {
+                    Some(outer) => product(&mut scene.stock, outer, opacity),
+                    None => opacity,
+                });
+                object.objects(&["bsdf"])?.first().copied()
+            }
+            "bumpmap" | "bump" => {
+                let scale = object.float("scale")?.unwrap_or(1.0);
+                if let Some(texture) = only_texture(&object)? {
+                    let heights = numbers(scene, texture, Role::Unbounded, usage.surface)?;
+                    usage.bump = Some((heights, scale.to_bits()));
+                }
+                object.objects(&["bsdf"])?.first().copied()
+            }
+            "normalmap" => {
+                if let Some(texture) = only_texture(&object)? {
+                    usage.normal = Some(numbers(scene, texture, Role::Unbounded, usage.surface)?);
+                }
+                object.pass(&["use_shadowing_function", "flip_invalid_normals"]);
+                object.objects(&["bsdf"])?.first().copied()
+            }
+            "blendbsdf" => return blend(scene, &object, usage),
+            "null" => {
+                scene.finish(&object);
+                return Ok(null(scene, place, usage));
+            }
+            _ => return leaf(scene, &object, usage),
+        };
+        let Some(inner) = inner else {
+            let message = format!("{} has no BSDF in it", object.title());
+            return Err(Fault::at(place, ErrorCode::MissingKey, message));
+        };
+        scene.finish(&object);
+        object = Object::new(&scene.document, inner)?;
+    }
+}
+
+/// The texture in it, whatever its name.
+fn only_texture(object: &Object) -> Result<Option<usize>, Fault> {
+    object.pass(&["arbitrary", "normalmap", "normals", "bump"]);
+    Ok(object.objects(&["texture"])?.first().copied())
+}
+
+fn null(scene: &mut Assembly<'_>, place: Place, usage: Use) -> MaterialDesc {
+    if usage.emission.is_none() {
+        return MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior });
+    }
+    scene.report.approximated(place, "a shape that shines and is no surface: it is black");
+    let black = PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() };
+    MaterialDesc::Principled(with_use(black, usage))
+}
+
+fn blend(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {
+    let weight = match object.find("weight") {
+        Some((node, _)) => numbers(scene, node, Role::Albedo, usage.surface)?,
+        None => grey(0.5),
+    };
+    let parts = object.objects(&["bsdf"])?;
+    let &[a, b] = &parts[..] else {
+        let message = format!("a blendbsdf has two BSDFs, found {}", parts.len());
+        return Err(Fault::at(object.place, ErrorCode::MissingKey, message));
+    };
+    scene.finish(object);
+    let mut wanted = Vec::new();
+    for part in [a, b] {
+        if Object::new(&scene.document, part)?.kind == "null" {
+            let message = "a blend with null: the other BSDF is there with its share as opacity";
+            scene.report.approximated(object.place, message);
+            let share = match (part == a, weight) {
+                (true, w) => w,
+                (false, ColorSource::Constant(c)) => ColorSource::Constant(c.map(|v| 1.0 - v)),
+                (false, w) => {
+                    crate::whole::map_values(&mut scene.stock, w, object.place, crate::whole::Through::Rest)
+                }
+            };
+            let opacity = match usage.opacity {
+                Some(outer) => product(&mut scene.stock, outer, share),
+                None => share,
+            };
+            let other = if part == a { b } else { a };
+            let other = Object::new(&scene.document, other)?;
+            return make(scene, other, Use { opacity: Some(opacity), ..usage });
+        }
+        wanted.push(scene.materials.wanted(Some(part), usage.clone()));
+    }
+    Ok(MaterialDesc::Mix(MixMaterial { materials: wanted, weights: vec![weight] }))
+}
+
+fn leaf(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {
+    let mut surface = leaves::surface(scene, object, usage.surface)?;
+    scene.finish(object);
+    let is_transmissive = surface.transmission_weight != grey(0.0) || surface.thin_walled;
+    surface.front_only = !usage.two_sided && !is_transmissive;
+    if is_transmissive && !surface.thin_walled {
+        surface.interior = usage.interior;
+    }
+    Ok(MaterialDesc::Principled(with_use(surface, usage)))
+}
+
+/// Light, holes, and what bends the normal.
+fn with_use(mut surface: PrincipledMaterial, usage: Use) -> PrincipledMaterial {
+    surface.alpha_mode = AlphaMode::Opaque;
+    if let Some(opacity) = usage.opacity {
+        (surface.opacity, surface.alpha_mode) = (opacity, AlphaMode::Blend);
+    }
+    if let Some((heights @ ColorSource::Texture(_), scale)) = usage.bump {
+        (surface.bump_map, surface.bump_scale) = (Some(heights), f64::from_bits(scale));
+        surface.bump_unit = BumpUnit::Scene;
+    }
+    if let Some(normals @ ColorSource::Texture(_)) = usage.normal {
+        surface.normal_map = Some(normals);
+    }
+    if let Some(emission) = usage.emission {
+        surface.emission_luminance = 1.0;
+        surface.emission_color = emission.radiance;
+        surface.emission_front_only = true;
+    }
+    surface
+}
+
+/// A colour or a texture of a BSDF; `or` if it is not given.
+pub(super) fn color_of(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    name: &'static str,
+    or: f64,
+    surface: Surface,
+) -> Result<ColorSource, Fault> {
+    match value_of(object, name)? {
+        Some(node) => source(scene, node, Role::Albedo, surface),
+        None => Ok(grey(or)),
+    }
+}
+
+/// A number or a texture of numbers.
+pub(super) fn number_of(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    name: &'static str,
+    or: f64,
+    surface: Surface,
+) -> Result<ColorSource, Fault> {
+    match value_of(object, name)? {
+        Some(node) => source(scene, node, Role::Albedo, surface),
+        None => Ok(grey(or)),
+    }
+}
+
+/// The element of a colour, a number or a texture.
+fn value_of(object: &Object, name: &'static str) -> Result<Option<usize>, Fault> {
+    let Some((index, _)) = object.find(name) else { return Ok(None) };
+    let node = object.document.resolve(index)?;
+    let Some(element) = object.document.node(node) else { return Ok(None) };
+    if is_source(&element.tag) {
+        return Ok(Some(node));
+    }
+    let message = format!("{name} is written as <{}>; expected a colour, a number or a texture", element.tag);
+    Err(Fault::at(element.place, ErrorCode::WrongType, message))
+}

@@ -1,0 +1,171 @@
+//! Meshes: of files, and those that shapes stand for.
+
+use super::assembly::Assembly;
+use super::params::Object;
+use super::serialized;
+use super::textures::Surface;
+use crate::assets::printable;
+use crate::mesh;
+use crate::whole::orient;
+use crate::whole::report::Fault;
+use turner::math::DVec3;
+use turner::math::elementary::acos;
+use turner::scene::MeshId;
+use turner::scene::error::ErrorCode;
+use turner::shape::mesh::MeshData;
+
+/// Most bytes of a file.
+const MAX_FILE: u64 = 16 << 30;
+
+/// What a shape becomes.
+pub(super) enum Made {
+    /// A mesh, and what its (u, v) are.
+    Mesh(MeshId, Surface),
+    /// Nothing; that has been reported.
+    Nothing,
+}
+
+/// `obj`, `ply`, `serialized`. Without vertex normals triangles that a transform mirrors are turned around, as their corners go.
+pub(super) fn of_file(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    flip: bool,
+    mirrored: bool,
+) -> Result<Made, Fault> {
+    let place = object.place_of("filename");
+    let Some(name) = object.string("filename")?.map(str::to_owned) else {
+        let message = format!("{} needs a filename", object.title());
+        return Err(Fault::at(object.place, ErrorCode::MissingKey, message));
+    };
+    let face_normals = object.boolean("face_normals")?.unwrap_or(false);
+    let flip_v = object.boolean("flip_tex_coords")?.unwrap_or(object.kind == "obj");
+    let index = match object.kind.as_str() {
+        "serialized" => object.integer("shape_index")?.unwrap_or(0).clamp(0, i64::from(i32::MAX)),
+        _ => 0,
+    };
+    // Creases of 0.6.
+    object.pass(&["max_smooth_angle", "collapse", "srgb"]);
+    let surface = if flip_v { Surface::Flipped } else { Surface::Same };
+    let key = (format!("{name}\0{index} {face_normals} {mirrored}"), flip);
+    if let Some(known) = scene.mesh_ids.get(&key) {
+        return Ok(known.map_or(Made::Nothing, |id| Made::Mesh(id, surface)));
+    }
+    let (path, bytes) = scene.read(&name, MAX_FILE, place)?;
+    let damaged =
+        |problem: String| Fault::at(place, ErrorCode::Mesh, format!("{}: {problem}", printable(&path)));
+    let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
+    let mut data = if object.kind == "serialized" {
+        serialized::decode(&bytes, index as usize).map_err(damaged)?
+    } else {
+        // By what the shape says, whatever the file is called.
+        let read = mesh::decode_any(&bytes, if object.kind == "obj" { "a.obj" } else { "a.ply" });
+        let read =
+            read.map_err(|e| damaged(first(e.to_string()).replace("a.obj: ", "").replace("a.ply: ", "")))?;
+        for warning in read.warnings {
+            scene.report.remark(warning);
+        }
+        read.mesh
+    };
+    drop(bytes);
+    (data.face_materials, data.material_names) = (Vec::new(), Vec::new());
+    if data.triangles.is_empty() {
+        scene.report.doubtful(place, format!("{} has no triangles", printable(&path)));
+        scene.mesh_ids.insert(key, None);
+        return Ok(Made::Nothing);
+    }
+    if face_normals {
+        data.normals = Vec::new();
+    } else if data.normals.is_empty() {
+        smooth(&mut data);
+        // They follow the corners, as the triangles do.
+        if mirrored {
+            orient(&mut data, true);
+        }
+    }
+    if face_normals && mirrored {
+        orient(&mut data, true);
+    }
+    orient(&mut data, flip);
+    let id = scene.mesh(printable(&name), data);
+    scene.mesh_ids.insert(key, Some(id));
+    Ok(Made::Mesh(id, surface))
+}
+
+/// Normals of vertices: those of the triangles around each, weighted by their angles there (Thürmer and Wüthrich 1998).
+fn smooth(data: &mut MeshData) {
+    let mut sums = vec![DVec3::ZERO; data.positions.len()];
+    for t in &data.triangles {
+        let corner = |i: u32| {
+            let p = data.positions.get(i as usize).copied().unwrap_or_default();
+            DVec3::from(p.map(f64::from))
+        };
+        let p = t.map(corner);
+        let Some(n) = (p[1] - p[0]).cross(p[2] - p[0]).try_normalize() else { continue };
+        for (i, vertex) in t.iter().enumerate() {
+            let (here, next, last) = (p[i], p[(i + 1) % 3], p[(i + 2) % 3]);
+            let (Some(a), Some(b)) = ((next - here).try_normalize(), (last - here).try_normalize()) else {
+                continue;
+            };
+            if let Some(sum) = sums.get_mut(*vertex as usize) {
+                *sum += n * acos(a.dot(b).clamp(-1.0, 1.0));
+            }
+        }
+    }
+    data.normals = sums.into_iter().map(|n| n.normalize_or(DVec3::Z).as_vec3().to_array()).collect();
+}
+
+/// From −1 to 1 along x and y.
+pub(super) fn rectangle() -> MeshData {
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    MeshData {
+        positions: corners.iter().map(|[u, v]| [2.0 * u - 1.0, 2.0 * v - 1.0, 0.0]).collect(),
+        uvs: corners.to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..MeshData::default()
+    }
+}
+
+/// From −1 to 1 along all axes; each side has its own (u, v), as Mitsuba's cube.
+pub(super) fn cube() -> MeshData {
+    // Corners of each side in Mitsuba's order.
+    const SIDES: [[[i8; 3]; 4]; 6] = [
+        [[1, -1, -1], [1, -1, 1], [-1, -1, 1], [-1, -1, -1]],
+        [[1, 1, -1], [-1, 1, -1], [-1, 1, 1], [1, 1, 1]],
+        [[1, -1, -1], [1, 1, -1], [1, 1, 1], [1, -1, 1]],
+        [[1, -1, 1], [1, 1, 1], [-1, 1, 1], [-1, -1, 1]],
+        [[-1, -1, 1], [-1, 1, 1], [-1, 1, -1], [-1, -1, -1]],
+        [[1, 1, -1], [1, -1, -1], [-1, -1, -1], [-1, 1, -1]],
+    ];
+    let mut data = MeshData::default();
+    for (side, first) in SIDES.iter().zip((0..).step_by(4)) {
+        data.positions.extend(side.iter().map(|p| p.map(f32::from)));
+        data.uvs.extend([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]);
+        data.triangles.extend([[first, first + 1, first + 2], [first + 3, first, first + 2]]);
+    }
+    data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_are_weighted_by_angles() {
+        let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 1.0]];
+        let mut data = MeshData { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshData::default() };
+        smooth(&mut data);
+        // What Mitsuba 3.9.1 computes.
+        for (found, expected) in data.normals[0].iter().zip([0.370_482_77, -0.370_482_77, 0.851_754_07]) {
+            assert!((found - expected).abs() < 1e-5, "{:?}", data.normals);
+        }
+    }
+
+    #[test]
+    fn cubes_face_outwards() {
+        let data = cube();
+        for t in &data.triangles {
+            let [a, b, c] = t.map(|i| DVec3::from(data.positions[i as usize].map(f64::from)));
+            assert!((b - a).cross(c - a).dot(a + b + c) > 0.0);
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Shapes: spheres, rectangles, disks and cylinders as they are, all others as triangles.
+
+use super::assembly::Assembly;
+use super::emitters;
+use super::materials::Use;
+use super::media;
+use super::meshes::{self, Made};
+use super::params::Object;
+use super::textures::Surface;
+use crate::whole::report::Fault;
+use crate::whole::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
+use std::f64::consts::PI;
+use turner::math::{DAffine3, DVec3};
+use turner::scene::error::ErrorCode;
+use turner::scene::{GroupId, MaterialId, MeshId, ObjectContent};
+use turner::shape::mesh::{MeshData, MeshDesc};
+use turner::shape::{CylinderDesc, DiskDesc, RectangleDesc, ShapeDesc, SphereDesc};
+
+/// Shapes that are known and not shown.
+const UNSUPPORTED: &[&str] = &[
+    "bsplinecurve",
+    "linearcurve",
+    "sdfgrid",
+    "ellipsoids",
+    "ellipsoidsmesh",
+    "heightfield",
+    "hair",
+    "deformable",
+];
+
+/// Most groups within one another.
+const MAX_NESTING: u32 = 16;
+
+/// Adds a shape.
+pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
+    add_to(scene, object, 0)
+}
+
+fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), Fault> {
+    let place = object.place;
+    if depth > MAX_NESTING {
+        let message = format!("more than {MAX_NESTING} groups within one another");
+        return Err(Fault::at(place, ErrorCode::TooLarge, message));
+    }
+    // Rates of sampling of silhouettes are for differentiable rendering.
+    object.pass(&["silhouette_sampling_weight"]);
+    let kind = object.kind.as_str();
+    match kind {
+        // A group shows nothing by itself.
+        "shapegroup" => return Ok(()),
+        "instance" => return instance(scene, object, depth),
+        "merge" => {
+            for child in object.objects(&["shape"])? {
+                let child = Object::new(&scene.document, child)?;
+                add_to(scene, &child, depth + 1)?;
+            }
+            scene.finish(object);
+            return Ok(());
+        }
+        kind if UNSUPPORTED.contains(&kind) => {
+            object.pass_all();
+            scene.report.ignored(place, format!("{} is not known here and left out", object.title()));
+            return Ok(());
+        }
+        _ => {}
+    }
+    let to_world = object.transform("to_world")?;
+    let flip = object.boolean("flip_normals")?.unwrap_or(false);
+    let (content, own, surface) = match kind {
+        "sphere" => sphere(scene, object, flip)?,
+        "rectangle" if flip => {
+            let id = shared(scene, "\0rectangle", true, meshes::rectangle);
+            (mesh_of(id), DAffine3::IDENTITY, Surface::Same)
+        }
+        "rectangle" => (ShapeDesc::Rectangle(rectangle()), DAffine3::IDENTITY, Surface::Same),
+        "disk" => {
+            let normal = if flip { DVec3::NEG_Z } else { DVec3::Z };
+            let disk = DiskDesc { center: DVec3::ZERO, normal, radius: 1.0, inner_radius: 0.0 };
+            (ShapeDesc::Disk(disk), DAffine3::IDENTITY, Surface::Other)
+        }
+        "cylinder" => match cylinder(scene, object, flip)? {
+            Some(made) => made,
+            None => return Ok(()),
+        },
+        "cube" => {
+            let id = shared(scene, "\0cube", flip, meshes::cube);
+            (mesh_of(id), DAffine3::IDENTITY, Surface::Same)
+        }
+        "obj" | "ply" | "serialized" => {
+            let mirrored = to_world.matrix3.determinant() < 0.0;
+            match meshes::of_file(scene, object, flip, mirrored)? {
+                Made::Nothing => return Ok(()),
+                Made::Mesh(id, surface) => (mesh_of(id), DAffine3::IDENTITY, surface),
+            }
+        }
+        other => {
+            let all = [
+                "sphere",
+                "rectangle",
+                "disk",
+                "cube",
+                "cylinder",
+                "obj",
+                "ply",
+                "serialized",
+                "shapegroup",
+                "instance",
+                "merge",
+                "bsplinecurve",
+                "linearcurve",
+                "sdfgrid",
+            ];
+            return Err(unknown("shape", other, &all).or_at(place));
+        }
+    };
+    let material = material(scene, object, surface)?;
+    scene.finish(object);
+    scene.shapes += 1;
+    let at = to_world * own;
+    scene.place_at(ObjectContent::Shape(content), Some(material), [at, at], place)
+}
+
+fn mesh_of(mesh: MeshId) -> ShapeDesc {
+    ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials: Vec::new() })
+}
+
+/// A mesh that is made once; no file has such a name.
+fn shared(scene: &mut Assembly<'_>, name: &str, flip: bool, make: impl Fn() -> MeshData) -> MeshId {
+    let key = (name.to_owned(), flip);
+    if let Some(Some(known)) = scene.mesh_ids.get(&key) {
+        return *known;
+    }
+    let mut data = make();
+    if flip {
+        orient(&mut data, true);
+    }
+    let id = scene.mesh(String::new(), data);
+    scene.mesh_ids.insert(key, Some(id));
+    id
+}
+
+/// The shape, the way from its space to that of the file's shape, and what its (u, v) are.
+type Placed = (ShapeDesc, DAffine3, Surface);
+
+fn sphere(scene: &mut Assembly<'_>, object: &Object, flip: bool) -> Result<Placed, Fault> {
+    let center = object.vector("center")?.unwrap_or(DVec3::ZERO);
+    let radius = object.float("radius")?.unwrap_or(1.0).abs().clamp(1e-30, 1e30);
+    let to_center = DAffine3::from_translation(center);
+    if !flip {
+        let sphere = SphereDesc { center: DVec3::ZERO, radius };
+        return Ok((ShapeDesc::Sphere(sphere), to_center * upright(), Surface::Flipped));
+    }
+    scene.report.approximated(object.place, "a sphere turned inside out is cut into triangles");
+    scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), object.place)?;
+    let id =
+        shared(scene, "\0sphere", true, || Round::Sphere { radius: 1.0, from: PI, to: 0.0 }.cut(2.0 * PI));
+    Ok((mesh_of(id), to_center * DAffine3::from_scale(DVec3::splat(radius)), Surface::Flipped))
+}
+
+fn cylinder(scene: &mut Assembly<'_>, object: &Object, flip: bool) -> Result<Option<Placed>, Fault> {
+    let from = object.vector("p0")?.unwrap_or(DVec3::ZERO);
+    let to = object.vector("p1")?.unwrap_or(DVec3::Z);
+    let radius = object.float("radius")?.unwrap_or(1.0).abs().clamp(1e-30, 1e30);
+    let Some(axis) = (to - from).try_normalize() else {
+        scene.report.doubtful(object.place, "a cylinder without length is left out");
+        return Ok(None);
+    };
+    // From z to its axis.
+    let frame = turner::math::Frame::from_z(axis);
+    let matrix = turner::math::DMat3::from_cols(frame.x, frame.y, frame.z);
+    let lie = DAffine3::from_mat3_translation(matrix, from);
+    let length = (to - from).length();
+    if !flip {
+        let cylinder = CylinderDesc { from: DVec3::ZERO, to: DVec3::Y * length, radius, capped: false };
+        return Ok(Some((ShapeDesc::Cylinder(cylinder), lie * upright(), Surface::Same)));
+    }
+    scene.report.approximated(object.place, "a cylinder turned inside out is cut into triangles");
+    scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), object.place)?;
+    let id = shared(scene, "\0cylinder", true, || {
+        Round::Cylinder { radius: 1.0, from: 0.0, to: 1.0 }.cut(2.0 * PI)
+    });
+    let scale = DAffine3::from_scale(DVec3::new(radius, radius, length));
+    Ok(Some((mesh_of(id), lie * scale, Surface::Same)))
+}
+
+/// The shape's material: its BSDF with its emitter and its media.
+fn material(scene: &mut Assembly<'_>, object: &Object, surface: Surface) -> Result<MaterialId, Fault> {
+    let mut usage = Use { surface, ..Use::default() };
+    if let Some(emitter) = object.object("emitter")? {
+        usage.emission = emitters::area(scene, &emitter, surface)?;
+    }
+    if let Some((interior, _)) = object.find("interior") {
+        usage.interior = media::medium(scene, interior)?;
+    }
+    if let Some((exterior, _)) = object.find("exterior") {
+        // What is around a shape is inside of another, or where the camera stands.
+        media::medium(scene, exterior)?;
+    }
+    let bsdfs = object.objects(&["bsdf"])?;
+    if bsdfs.len() > 1 {
+        scene.report.doubtful(object.place, "a shape with several BSDFs: the first is its own");
+    }
+    if !object.objects(&["subsurface"])?.is_empty() {
+        scene.report.ignored(object.place, "the subsurface scattering of Mitsuba 0.6");
+    }
+    Ok(scene.materials.wanted(bsdfs.first().copied(), usage))
+}
+
+fn instance(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), Fault> {
+    let to_world = object.transform("to_world")?;
+    let groups = object.objects(&["shape"])?;
+    let Some(&group) = groups.first() else {
+        return Err(Fault::at(object.place, ErrorCode::MissingKey, "an instance needs a shapegroup"));
+    };
+    let group = Object::new(&scene.document, group)?;
+    scene.finish(object);
+    let Some(id) = shape_group(scene, &group, depth)? else { return Ok(()) };
+    scene.place_at(ObjectContent::Instance(id), None, [to_world, to_world], object.place)
+}
+
+/// A group, made when it is first placed; `None` if it is empty.
+fn shape_group(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<Option<GroupId>, Fault> {
+    if object.kind != "shapegroup" {
+        let message = format!("an instance of {}; expected a shapegroup", object.title());
+        return Err(Fault::at(object.place, ErrorCode::WrongType, message));
+    }
+    match scene.shape_groups.get(&object.node) {
+        Some(Some(known)) => return Ok(Some(*known)),
+        Some(None) => {
+            let message = "a shapegroup that contains itself, or nothing";
+            return Err(Fault::at(object.place, ErrorCode::Syntax, message));
+        }
+        None => {}
+    }
+    scene.shape_groups.insert(object.node, None);
+    let first = scene.objects.len();
+    for child in object.objects(&["shape"])? {
+        let child = Object::new(&scene.document, child)?;
+        add_to(scene, &child, depth + 1)?;
+    }
+    scene.finish(object);
+    if scene.objects.len() == first {
+        scene.report.doubtful(object.place, "a shapegroup without shapes");
+        return Ok(None);
+    }
+    let name = object.id().unwrap_or_default();
+    let id = scene.group(&name, first, object.place)?;
+    scene.shape_groups.insert(object.node, Some(id));
+    Ok(Some(id))
+}
+
+/// From −1 to 1 along x and y, facing +z.
+fn rectangle() -> RectangleDesc {
+    RectangleDesc { center: DVec3::ZERO, edge_u: DVec3::X * 2.0, edge_v: DVec3::Y * 2.0 }
+}

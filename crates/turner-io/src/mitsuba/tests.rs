@@ -1,0 +1,139 @@
+//! Small scenes, and what becomes of them.
+
+use super::import_from;
+use crate::assets::MemoryAssets;
+use crate::import::ImportOptions;
+use turner::camera::{CameraDesc, Handedness, Viewport};
+use turner::integrator::IntegratorDesc;
+use turner::light::LightDesc;
+use turner::material::{MaterialDesc, PrincipledMaterial};
+use turner::math::DVec3;
+use turner::scene::error::SceneError;
+use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
+
+fn read(inner: &str) -> Result<SceneDesc, SceneError> {
+    let text = format!("<scene version=\"3.0.0\">\n{inner}\n</scene>");
+    import_from(text.into_bytes(), "a.xml", &MemoryAssets::default(), &ImportOptions::default())
+}
+
+fn principled(scene: &SceneDesc, i: usize) -> &PrincipledMaterial {
+    match &scene.materials[i].value {
+        MaterialDesc::Principled(m) => m,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn cameras_look_along_z_with_x_to_the_left() {
+    let scene = read(
+        "<sensor type='perspective'><float name='fov' value='90'/>
+           <transform name='to_world'><lookat origin='1,2,3' target='1,2,8' up='0,1,0'/></transform>
+           <film type='hdrfilm'><integer name='width' value='200'/><integer name='height' value='100'/></film>
+           <sampler type='independent'><integer name='sample_count' value='7'/></sampler></sensor>
+         <integrator type='path'><integer name='max_depth' value='5'/></integrator>",
+    )
+    .unwrap();
+    let CameraDesc::Pinhole(camera) = &scene.camera.as_ref().unwrap().value else { panic!() };
+    assert_eq!(camera.position, DVec3::new(1.0, 2.0, 3.0));
+    assert!((camera.look_at - camera.position).normalize().dot(DVec3::Z) > 0.999_999);
+    assert_eq!(camera.handedness, Handedness::Right);
+    let Some(Viewport::Height(height)) = camera.viewport else { panic!() };
+    assert!((height - 1.0).abs() < 1e-9, "{height}");
+    assert_eq!((scene.film.width, scene.film.samples), (200, 7));
+    assert!(matches!(&scene.integrator, IntegratorDesc::Path(p) if p.max_depth == 4));
+}
+
+#[test]
+fn steps_of_transforms_follow_one_another() {
+    let scene = read(
+        "<shape type='disk'><transform name='to_world'><scale value='2'/><rotate y='1' angle='90'/><translate x='1'/></transform></shape>",
+    )
+    .unwrap();
+    let at = scene.objects[0].transform.0;
+    assert!((at.transform_point3(DVec3::Z) - DVec3::new(3.0, 0.0, 0.0)).length() < 1e-12);
+}
+
+#[test]
+fn wrappers_are_gathered() {
+    let scene = read(
+        "<bsdf type='mask' id='m'><float name='opacity' value='0.25'/><bsdf type='twosided'><bsdf type='diffuse'/></bsdf></bsdf>
+         <shape type='sphere'><ref id='m'/></shape>
+         <shape type='sphere'><bsdf type='diffuse'/></shape>
+         <shape type='sphere'><emitter type='area'><rgb name='radiance' value='3,2,1'/></emitter></shape>",
+    )
+    .unwrap();
+    let masked = principled(&scene, 0);
+    assert!(!masked.front_only && matches!(masked.opacity, ColorSource::Constant(c) if c.r == 0.25));
+    assert!(principled(&scene, 1).front_only);
+    let lamp = principled(&scene, 2);
+    assert!(lamp.emission_front_only && lamp.emission_luminance == 1.0);
+    assert!(matches!(lamp.base_color, ColorSource::Constant(c) if c.is_black()));
+    assert_eq!(scene.materials[0].name.as_deref(), Some("m"));
+}
+
+#[test]
+fn groups_are_placed_again_and_again() {
+    let scene = read(
+        "<shape type='instance'><ref id='g'/></shape><shape type='instance'><ref id='g'/></shape>
+         <shape type='shapegroup' id='g'><shape type='cube'/><shape type='cube'/></shape>",
+    )
+    .unwrap();
+    assert_eq!((scene.groups.len(), scene.objects.len(), scene.meshes.len()), (1, 2, 1));
+    assert!(scene.objects.iter().all(|o| matches!(o.content, ObjectContent::Instance(_))));
+}
+
+#[test]
+fn what_is_misspelled_is_named_at_its_place() {
+    let error = read("<shape type='spere'/>").unwrap_err();
+    assert!(error.message.starts_with("a.xml:2:1: unknown shape \"spere\""), "{}", error.message);
+    assert_eq!(error.help.as_deref(), Some("did you mean \"sphere\"?"));
+    let scene =
+        read("<shape type='sphere'><float name='radios' value='2'/><bsdf type='diffuse'/></shape>").unwrap();
+    let warning = &scene.warnings[0];
+    assert_eq!(warning.kind, WarningKind::Ignored);
+    assert!(
+        warning.message.contains("a.xml:2:22") && warning.message.contains("\"radius\""),
+        "{}",
+        warning.message
+    );
+    let error = read("<shape type='sphere'><ref id='b'/></shape><bsdf type='diffuse' id='bb'/>").unwrap_err();
+    assert!(error.message.contains("unknown id \"b\""), "{}", error.message);
+    let error = read("<shape type='sphere'><float name='radius' value='big'/></shape>").unwrap_err();
+    assert!(error.message.contains("expected a number"), "{}", error.message);
+    assert!(
+        read(
+            "<shape type='sphere'><bsdf type='conductor'><string name='material' value='Ax'/></bsdf></shape>"
+        )
+        .is_err()
+    );
+}
+
+#[test]
+fn lights_have_their_units() {
+    let scene = read(
+        "<emitter type='point'><transform name='to_world'><translate x='2'/></transform><rgb name='intensity' value='4'/></emitter>
+         <emitter type='spot'><float name='cutoff_angle' value='40'/></emitter>
+         <emitter type='constant'><spectrum name='radiance' value='1'/></emitter>
+         <emitter type='directional'><vector name='direction' x='0' y='-1' z='0'/></emitter>",
+    )
+    .unwrap();
+    let light = |i: usize| &scene.lights[i].value;
+    assert!(matches!(light(0), LightDesc::Point(p) if p.position.x == 2.0 && p.color.r == 4.0));
+    let LightDesc::Spot(spot) = light(1) else { panic!() };
+    let lamp = spot.ies.as_ref().unwrap();
+    // Halfway between 30° and 40°.
+    assert!((lamp.data.candela(35.0, 0.0) - 0.5).abs() < 1e-6);
+    assert!(matches!(light(2), LightDesc::Environment(e) if (e.tint.r - 1.2048).abs() < 1e-3));
+    assert!(matches!(light(3), LightDesc::Directional(d) if d.direction == Some(DVec3::NEG_Y)));
+}
+
+#[test]
+fn old_names_are_understood() {
+    let text = "<scene version='0.5.0'><sensor type='perspective'><transform name='toWorld'><lookAt origin='0,0,9' target='0,0,0' up='0,1,0'/></transform>
+        <float name='fov' value='40'/></sensor><shape type='sphere'><bsdf type='dielectric'><float name='intIOR' value='1.5'/></bsdf></shape></scene>";
+    let scene =
+        import_from(text.as_bytes().to_vec(), "a.xml", &MemoryAssets::default(), &ImportOptions::default())
+            .unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    assert!((principled(&scene, 0).specular_ior - 1.5 / 1.000277).abs() < 1e-9);
+}

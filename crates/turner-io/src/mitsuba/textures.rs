@@ -1,0 +1,256 @@
+//! Textures. In Mitsuba row 0 of a picture lies at v = 0, here at v = 1. What v a shape here has depends on the shape ([`Surface`]).
+
+use super::assembly::Assembly;
+use super::params::Object;
+use super::spectra::{COLORS, Role, color};
+use crate::assets::printable;
+use crate::whole::report::Fault;
+use crate::whole::{Place, is_sound, product, unknown};
+use turner::color::Spectrum;
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::scene::ColorSource;
+use turner::scene::error::ErrorCode;
+use turner::scene::transform::Transform;
+use turner::texture::{
+    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
+    Wrap,
+};
+
+/// Most textures within one another.
+const MAX_DEPTH: u32 = 16;
+
+/// How the (u, v) of a shape here lie to those that the shape has in Mitsuba.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Surface {
+    /// They are the same.
+    #[default]
+    Same,
+    /// v here is 1 − v there.
+    Flipped,
+    /// They are others.
+    Other,
+}
+
+/// What a texture is made for: its element, the surface, what it says, and whether numbers of pictures are plain.
+pub(super) type TextureKey = (usize, Surface, Role, bool);
+
+/// A colour or a texture: of the element `node`, on a surface.
+pub(super) fn source(
+    scene: &mut Assembly<'_>,
+    node: usize,
+    role: Role,
+    surface: Surface,
+) -> Result<ColorSource, Fault> {
+    of(scene, node, role, surface, false, 0)
+}
+
+/// The same of numbers that are no colours: a picture's are not decoded by a curve if it says nothing else, as normals and heights.
+pub(super) fn numbers(
+    scene: &mut Assembly<'_>,
+    node: usize,
+    role: Role,
+    surface: Surface,
+) -> Result<ColorSource, Fault> {
+    of(scene, node, role, surface, true, 0)
+}
+
+/// Whether an element is a colour or a texture.
+pub(super) fn is_source(tag: &str) -> bool {
+    tag == "texture" || COLORS.contains(&tag)
+}
+
+fn of(
+    scene: &mut Assembly<'_>,
+    node: usize,
+    role: Role,
+    surface: Surface,
+    raw: bool,
+    depth: u32,
+) -> Result<ColorSource, Fault> {
+    let object = Object::new(&scene.document, node)?;
+    if object.tag != "texture" {
+        return color(scene, object.node, role).map(ColorSource::Constant);
+    }
+    let key = (object.node, surface, role, raw);
+    if let Some(known) = scene.textures.get(&key) {
+        return Ok(*known);
+    }
+    if depth >= MAX_DEPTH {
+        let message = format!("more than {MAX_DEPTH} textures within one another");
+        return Err(Fault::at(object.place, ErrorCode::TooLarge, message));
+    }
+    let made = match object.kind.as_str() {
+        "bitmap" | "ldrtexture" => picture(scene, &object, surface, raw)?,
+        "checkerboard" => checkerboard(scene, &object, (role, surface, raw), depth)?,
+        "mesh_attribute" | "vertexcolors" => attribute(scene, &object)?,
+        // Of Mitsuba 0.6.
+        "scale" => {
+            let scale = object.find("scale").map(|(i, _)| i);
+            let by = match scale {
+                Some(i) => color(scene, i, Role::Unbounded)?,
+                None => Spectrum::WHITE,
+            };
+            let inner = object.objects(&["texture", "spectrum", "rgb"])?;
+            let inner = match inner.first() {
+                Some(inner) => of(scene, *inner, role, surface, raw, depth + 1)?,
+                None => ColorSource::Constant(Spectrum::WHITE),
+            };
+            product(&mut scene.stock, inner, ColorSource::Constant(by))
+        }
+        "uniform" | "srgb" | "d65" | "rawconstant" | "blackbody" | "regular" | "irregular" => {
+            let message = format!("{} is written as <texture>: it is grey", object.title());
+            scene.report.ignored(object.place, message);
+            grey(0.5)
+        }
+        "volume" => {
+            object.pass(&["volume"]);
+            scene.report.ignored(object.place, "a texture of a volume: it is grey");
+            grey(0.5)
+        }
+        other => {
+            let all = ["bitmap", "checkerboard", "mesh_attribute", "volume"];
+            return Err(unknown("texture", other, &all).or_at(object.place));
+        }
+    };
+    scene.finish(&object);
+    scene.textures.insert(key, made);
+    Ok(made)
+}
+
+fn grey(v: f64) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v as f32))
+}
+
+/// Rows of the change of (u, v) that an object says.
+type Rows = [f64; 6];
+
+fn uv_rows(object: &Object) -> Result<Rows, Fault> {
+    if object.has("to_uv") {
+        let t = object.transform("to_uv")?;
+        let (m, d) = (t.matrix3, t.translation);
+        return Ok([m.x_axis.x, m.y_axis.x, d.x, m.x_axis.y, m.y_axis.y, d.y]);
+    }
+    // Of Mitsuba 0.6.
+    let float = |name, or: f64| object.float(name).map(|v| v.unwrap_or(or));
+    let both = float("uvscale", 1.0)?;
+    let (su, sv) = (float("uscale", both)?, float("vscale", both)?);
+    Ok([su, 0.0, float("uoffset", 0.0)?, 0.0, sv, float("voffset", 0.0)?])
+}
+
+/// From (u, v) here to a place in the picture of Mitsuba: `rows` after the way from one shape to the other.
+fn from_here([a, b, c, d, e, f]: Rows, surface: Surface) -> Rows {
+    match surface {
+        Surface::Flipped => [a, -b, b + c, d, -e, e + f],
+        Surface::Same | Surface::Other => [a, b, c, d, e, f],
+    }
+}
+
+fn other_surface(scene: &mut Assembly<'_>, surface: Surface, place: Place) {
+    if surface == Surface::Other {
+        scene.report.approximated(place, "a texture on a disk lies flat on it, not around its middle");
+    }
+}
+
+fn picture(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    surface: Surface,
+    raw: bool,
+) -> Result<ColorSource, Fault> {
+    let place = object.place_of("filename");
+    let raw = object.boolean("raw")?.unwrap_or(raw);
+    let gamma = object.float("gamma")?;
+    let nearest = object.string("filter_type")? == Some("nearest");
+    object.pass(&["filter_type", "accel", "format", "max_anisotropy", "cache", "data"]);
+    let both = object.string("wrap_mode")?;
+    let wrap = |word: Option<&str>| match word.or(both) {
+        None | Some("repeat") => Some(Wrap::Repeat),
+        Some("mirror") => Some(Wrap::Mirror),
+        Some("clamp" | "one") => Some(Wrap::Clamp),
+        Some("zero") => Some(Wrap::Black),
+        Some(_) => None,
+    };
+    let (u, v) = (wrap(object.string("wrap_mode_u")?), wrap(object.string("wrap_mode_v")?));
+    if u.is_none() || v.is_none() {
+        let message = "an unknown wrap_mode: repeat, mirror or clamp are known; the picture repeats";
+        scene.report.ignored(object.place_of("wrap_mode"), message);
+    }
+    let channel = match object.string("channel")? {
+        Some("r") => ImageChannel::R,
+        Some("g") => ImageChannel::G,
+        Some("b") => ImageChannel::B,
+        Some("a") => ImageChannel::A,
+        _ => ImageChannel::Rgb,
+    };
+    let rows = uv_rows(object)?;
+    let Some(name) = object.string("filename")?.map(str::to_owned) else {
+        scene.report.ignored(object.place, "a bitmap without filename: it is grey");
+        return Ok(grey(0.5));
+    };
+    other_surface(scene, surface, object.place);
+    let name = scene.picture_name(&name);
+    let Some(file) = scene.image(&name, place) else { return Ok(grey(0.5)) };
+    let [a, b, c, d, e, f] = from_here(rows, surface);
+    // The picture's first row is at 0 there and at 1 here.
+    let rows = [a, b, c, -d, -e, 1.0 - f];
+    let desc = ImageDesc {
+        file,
+        filter: if nearest { ImageFilter::Nearest } else { ImageFilter::Mipmap },
+        wrap: Wrap::Repeat,
+        wrap_u: u.filter(|w| *w != Wrap::Repeat),
+        wrap_v: v.filter(|w| *w != Wrap::Repeat),
+        gain: 1.0,
+        density: 1.0,
+        mapping: Mapping::Uv,
+        blend: 4.0,
+        transform: Transform::IDENTITY,
+        uv_matrix: (rows != [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]).then_some(rows),
+        channel,
+        encoding: if raw || gamma == Some(1.0) { Encoding::Linear } else { Encoding::Srgb },
+        tint: Spectrum::WHITE,
+        offset: Spectrum::BLACK,
+        uv_set: 0,
+    };
+    Ok(scene.texture(TextureDesc::Image(desc)))
+}
+
+fn checkerboard(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    (role, surface, raw): (Role, Surface, bool),
+    depth: u32,
+) -> Result<ColorSource, Fault> {
+    let mut colors = [grey(0.4), grey(0.2)];
+    for (slot, name) in colors.iter_mut().zip(["color0", "color1"]) {
+        if let Some((node, _)) = object.find(name) {
+            *slot = of(scene, node, role, surface, raw, depth + 1)?;
+        }
+    }
+    let [even, odd] = colors;
+    let [a, b, c, d, e, f] = from_here(uv_rows(object)?, surface);
+    other_surface(scene, surface, object.place);
+    // Texture coordinates here are 2u − 1, and squares are 1 wide; there they are half a unit of u wide, of the first colour at its corner.
+    let to_squares = DAffine3::from_mat3_translation(
+        DMat3::from_cols(DVec3::new(a, d, 0.0), DVec3::new(b, e, 0.0), DVec3::Z),
+        DVec3::new(a + b + 2.0 * c, d + e + 2.0 * f, 0.0),
+    );
+    if !is_sound(&to_squares) {
+        scene.report.doubtful(object.place, "a checkerboard without extent has one colour");
+        return Ok(even);
+    }
+    let transform = Transform(to_squares.inverse());
+    let desc = ChessboardDesc { even, odd, density: 1.0, mapping: Mapping::Uv, blend: 4.0, transform };
+    Ok(scene.texture(TextureDesc::Chessboard(desc)))
+}
+
+fn attribute(scene: &mut Assembly<'_>, object: &Object) -> Result<ColorSource, Fault> {
+    let name = object.string("name")?.unwrap_or("vertex_color").to_owned();
+    let scale = object.float("scale")?.unwrap_or(1.0);
+    if !name.starts_with("vertex_") || !name.contains("color") {
+        let message =
+            format!("the mesh attribute \"{}\": the colours of vertices are taken", printable(&name));
+        scene.report.approximated(object.place, message);
+    }
+    let texture = scene.texture(TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::BLACK }));
+    Ok(product(&mut scene.stock, texture, grey(scale)))
+}

@@ -1,0 +1,15 @@
+//! What importers of whole scenes of other renderers have in common: lists in the making, remarks with their places, values of textures.
+
+mod layer;
+mod orient;
+pub(crate) mod report;
+mod revolution;
+mod stock;
+mod values;
+
+pub(crate) use layer::inner_reflectance;
+pub(crate) use orient::orient;
+pub(crate) use report::{Place, unknown};
+pub(crate) use revolution::{ALONG, AROUND, Surface, upright};
+pub(crate) use stock::{Stock, is_sound, push};
+pub(crate) use values::{Through, map_values, mix, product};

@@ -1,0 +1,79 @@
+//! Spheres, disks and cylinders about z, as triangles.
+
+use turner::math::elementary::sin_cos;
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::shape::mesh::MeshData;
+
+/// Steps around a whole turn, and from one pole or end to the other.
+pub(crate) const AROUND: u32 = 72;
+pub(crate) const ALONG: u32 = 36;
+
+/// From the space of a shape here, whose axis is y and whose u begins at −z, to that of others, whose axis is z and whose u begins at x.
+pub(crate) fn upright() -> DAffine3 {
+    DAffine3::from_mat3(DMat3::from_cols(DVec3::NEG_Y, DVec3::Z, DVec3::NEG_X))
+}
+
+/// Surfaces of revolution about z.
+#[derive(Debug)]
+pub(crate) enum Surface {
+    /// Angles from the north pole at v = 0 and 1.
+    Sphere {
+        radius: f64,
+        from: f64,
+        to: f64,
+    },
+    Disk {
+        radius: f64,
+        inner: f64,
+        height: f64,
+    },
+    Cylinder {
+        radius: f64,
+        from: f64,
+        to: f64,
+    },
+}
+
+impl Surface {
+    /// Place and normal at an angle about the axis, and at v.
+    fn at(&self, (sin, cos): (f64, f64), v: f64) -> (DVec3, DVec3) {
+        match *self {
+            Surface::Sphere { radius, from, to } => {
+                let (s, c) = sin_cos(from + (to - from) * v);
+                let n = DVec3::new(s * cos, s * sin, c);
+                (n * radius, n)
+            }
+            Surface::Disk { radius, inner, height } => {
+                let r = radius + (inner - radius) * v;
+                (DVec3::new(r * cos, r * sin, height), DVec3::Z)
+            }
+            Surface::Cylinder { radius, from, to } => {
+                let n = DVec3::new(cos, sin, 0.0);
+                (n * radius + DVec3::Z * (from + (to - from) * v), n)
+            }
+        }
+    }
+
+    /// In triangles, with normals and (u, v).
+    pub(crate) fn cut(&self, phi: f64) -> MeshData {
+        let mut data = MeshData::default();
+        let single = |v: DVec3| v.as_vec3().to_array();
+        for j in 0..=ALONG {
+            for i in 0..=AROUND {
+                let (u, v) = (f64::from(i) / f64::from(AROUND), f64::from(j) / f64::from(ALONG));
+                let (p, n) = self.at(sin_cos(phi * u), v);
+                data.positions.push(single(p));
+                data.normals.push(single(n));
+                data.uvs.push([u as f32, v as f32]);
+            }
+        }
+        for j in 0..ALONG {
+            for i in 0..AROUND {
+                let a = j * (AROUND + 1) + i;
+                let (b, c, d) = (a + 1, a + AROUND + 1, a + AROUND + 2);
+                data.triangles.extend([[a, b, d], [a, d, c]]);
+            }
+        }
+        data
+    }
+}
