@@ -61,7 +61,7 @@ fn parse_size(text: &str) -> Result<u64, String> {
     };
     let number: f64 = digits.parse().map_err(|_| expected())?;
     let bytes = number * (1u64 << shift) as f64;
-    if !(bytes >= LEAST as f64) {
+    if bytes.is_nan() || bytes < LEAST as f64 {
         return Err(format!("expected at least {}M", LEAST >> 20));
     }
     if bytes >= u64::MAX as f64 { Err(expected()) } else { Ok(bytes as u64) }

@@ -55,10 +55,16 @@ pub(super) fn of_file(
         |problem: String| Fault::at(place, ErrorCode::Mesh, format!("{}: {problem}", printable(&path)));
     let first = |text: String| text.lines().next().unwrap_or_default().to_owned();
     let mut data = if object.kind == "serialized" {
-        serialized::decode(&bytes, index as usize).map_err(damaged)?
+        let left = usize::try_from(scene.options.limits.memory.left() / 2).unwrap_or(usize::MAX);
+        serialized::decode(&bytes, index as usize, left).map_err(damaged)?
     } else {
         // By what the shape says, whatever the file is called.
-        let read = mesh::decode_any(&bytes, if object.kind == "obj" { "a.obj" } else { "a.ply" });
+        let called = if object.kind == "obj" { "a.obj" } else { "a.ply" };
+        mesh::need::check(&bytes, called, &scene.options.limits).map_err(|mut e| {
+            e.message = e.message.replace(called, &printable(&path));
+            Fault::from_scene(place, e)
+        })?;
+        let read = mesh::decode_any(&bytes, called);
         let read =
             read.map_err(|e| damaged(first(e.to_string()).replace("a.obj: ", "").replace("a.ply: ", "")))?;
         for warning in read.warnings {

@@ -18,10 +18,10 @@ const DOUBLE: u32 = 0x2000;
 /// A compressed mesh holds at most so many bytes for each of its own.
 const MAX_GROWTH: usize = 256;
 
-/// The mesh `index` of a file.
+/// The mesh `index` of a file, which may be `most` bytes long.
 ///
 /// Errors: damaged files, numbers that do not fit together; in words.
-pub(super) fn decode(bytes: &[u8], index: usize) -> Result<MeshData, String> {
+pub(super) fn decode(bytes: &[u8], index: usize, most: usize) -> Result<MeshData, String> {
     let cut = || "the file is cut off".to_owned();
     let version = header(bytes)?;
     let end = bytes.len().checked_sub(4).ok_or_else(cut)?;
@@ -43,7 +43,7 @@ pub(super) fn decode(bytes: &[u8], index: usize) -> Result<MeshData, String> {
     let part = bytes.get(start..next.min(table)).ok_or_else(outside)?;
     let version = header(part)?;
     let packed = part.get(4..).ok_or_else(cut)?;
-    let limit = packed.len().saturating_mul(MAX_GROWTH).saturating_add(1 << 16);
+    let limit = packed.len().saturating_mul(MAX_GROWTH).saturating_add(1 << 16).min(most);
     mesh(&gzip::decompress_zlib(packed, limit)?, version)
 }
 

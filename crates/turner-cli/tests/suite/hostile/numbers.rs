@@ -50,7 +50,7 @@ pub(super) fn cases() -> Vec<Case> {
         .enumerate()
         .flat_map(|(i, line)| {
             // Each number with each line takes long: a third of them, another one for each line.
-            let some = NUMBERS.iter().enumerate().filter(move |(n, _)| (n + i) % 3 == 0);
+            let some = NUMBERS.iter().enumerate().filter(move |(n, _)| (n + i).is_multiple_of(3));
             some.map(move |(_, number)| {
                 Case::one(format!("{line:?} with {number}"), "s.toml", around(&line.replace('$', number)))
             })
