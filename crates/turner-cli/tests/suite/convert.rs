@@ -23,7 +23,17 @@ fn a_scene_as_gltf_looks_the_same() {
     let f = folder();
     let scene = format!("{SCENES}/showcase/cornell-box.toml");
     f.turner(&["convert", &scene, "c.glb"]).ok();
-    let plain = ["--integrator", "path", "--no-ground", "-D", "stage.studio=false", "--background", "#000", "--tonemap", "none"];
+    let plain = [
+        "--integrator",
+        "path",
+        "--no-ground",
+        "-D",
+        "stage.studio=false",
+        "--background",
+        "#000",
+        "--tonemap",
+        "none",
+    ];
     for (scene, picture) in [(scene.as_str(), "a.exr"), ("c.glb", "b.exr")] {
         let mut args = vec![scene, "--width", "48", "--height", "36", "--samples", "16", "-o", picture];
         args.extend(plain);

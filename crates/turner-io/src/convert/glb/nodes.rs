@@ -247,7 +247,9 @@ pub(super) fn reach(desc: &SceneDesc, shapes: &Shapes) -> f64 {
     let first = shapes.len() - desc.objects.len().min(shapes.len());
     for (object, shape) in desc.objects.iter().zip(shapes.iter().skip(first)) {
         let data = match (&object.content, shape) {
-            (ObjectContent::Shape(ShapeDesc::Mesh(m)), _) => desc.meshes.get(m.mesh.index()).map(|a| &*a.data),
+            (ObjectContent::Shape(ShapeDesc::Mesh(m)), _) => {
+                desc.meshes.get(m.mesh.index()).map(|a| &*a.data)
+            }
             (_, shape) => shape.as_ref(),
         };
         let points = data.into_iter().flat_map(|d| &d.positions).map(|p| DVec3::from(p.map(f64::from)));
