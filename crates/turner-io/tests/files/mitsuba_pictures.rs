@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use turner::film::PixelRect;
-use turner::testing::render_runs;
+use turner::testing::{Estimate, render_runs};
 use turner_io::scene::{LoadOptions, Override, load};
 
 /// Means of 4 × 4 parts of a picture, row by row.
