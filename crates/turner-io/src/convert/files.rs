@@ -202,7 +202,7 @@ impl SceneAssetWriter for Files<'_> {
                 let encoded =
                     if floats { exr::encode_samples(&asset.data) } else { png::encode_samples(&asset.data) };
                 let bytes = encoded.map_err(|e| crate::scene::two_lines(ErrorCode::Image, &e.to_string()))?;
-                if floats && asset.data.channels % 2 == 0 {
+                if floats && asset.data.channels.is_multiple_of(2) {
                     let message = "pictures of floats with alpha are written multiplied by alpha, as OpenEXR has them: colours may differ in the last bit";
                     self.warn(WarningKind::Approximated, message.into());
                 }

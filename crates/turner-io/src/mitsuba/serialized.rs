@@ -175,11 +175,11 @@ mod tests {
     fn both_versions_are_read() {
         for (version, flags) in [(3, 0x1000), (4, 0x1000 | UVS), (4, DOUBLE | UVS), (3, DOUBLE)] {
             let bytes = file(version, &[body(version, 0x1000, 3, 1), body(version, flags, 3, 1)]);
-            let mesh = decode(&bytes, 1).unwrap();
+            let mesh = decode(&bytes, 1, usize::MAX).unwrap();
             assert_eq!(mesh.positions[2], [0.0, 2.0, 0.0]);
             assert_eq!(mesh.triangles, [[0, 1, 2]]);
             assert_eq!(mesh.uvs.len(), if flags & UVS != 0 { 3 } else { 0 });
-            assert!(decode(&bytes, 2).unwrap_err().contains("2 meshes"));
+            assert!(decode(&bytes, 2, usize::MAX).unwrap_err().contains("2 meshes"));
         }
     }
 
@@ -189,20 +189,20 @@ mod tests {
             [(u64::MAX, 1), (1 << 40, 1), (3, 1 << 60), (3, 2), (2, 1), (4, 1), (1 << 32, 0)]
         {
             let bytes = file(4, &[body(4, 0x1000, vertices, triangles)]);
-            assert!(decode(&bytes, 0).is_err(), "{vertices} {triangles}");
+            assert!(decode(&bytes, 0, usize::MAX).is_err(), "{vertices} {triangles}");
         }
         let good = file(4, &[body(4, 0x1000, 3, 1)]);
         for end in 0..good.len() {
-            assert!(decode(&good[..end], 0).is_err());
+            assert!(decode(&good[..end], 0, usize::MAX).is_err());
         }
         for at in 0..good.len() {
             for bit in 0..8 {
                 let mut bad = good.clone();
                 bad[at] ^= 1 << bit;
-                let _ = decode(&bad, 0);
+                let _ = decode(&bad, 0, usize::MAX);
             }
         }
         let bomb = file(4, &[vec![0; 1 << 26]]);
-        assert!(decode(&bomb, 0).is_err());
+        assert!(decode(&bomb, 0, usize::MAX).is_err());
     }
 }

@@ -195,9 +195,9 @@ fn rgb(text: &str, is_display: bool) -> Option<Spectrum> {
         let part = |shift: u32| srgb_decode(((v >> shift) & 0xff) as f32 / 255.0);
         return Some(Spectrum::new(part(16), part(8), part(0)));
     }
-    let c = match &numbers(text, 3)?[..] {
-        &[v] => Spectrum::grey(v as f32),
-        &[r, g, b] => Spectrum::new(r as f32, g as f32, b as f32),
+    let c = match numbers(text, 3)?[..] {
+        [v] => Spectrum::grey(v as f32),
+        [r, g, b] => Spectrum::new(r as f32, g as f32, b as f32),
         _ => return None,
     };
     Some(if is_display { c.map(|v| srgb_decode(v.clamp(0.0, 1.0))) } else { c })

@@ -59,9 +59,9 @@ fn one(step: &Node) -> Result<DAffine3, Fault> {
         "matrix" => {
             let text = step.attribute("value").unwrap_or_default();
             let m = numbers(text, 16).ok_or_else(|| bad("a matrix has 16 numbers, or 9"))?;
-            match &m[..] {
-                &[a, b, c, d, e, f, g, h, i] => DAffine3::from_mat3(rows([[a, b, c], [d, e, f], [g, h, i]])),
-                &[a, b, c, x, d, e, f, y, g, h, i, z, p, q, r, w] => {
+            match m[..] {
+                [a, b, c, d, e, f, g, h, i] => DAffine3::from_mat3(rows([[a, b, c], [d, e, f], [g, h, i]])),
+                [a, b, c, x, d, e, f, y, g, h, i, z, p, q, r, w] => {
                     if p != 0.0 || q != 0.0 || r != 0.0 || w == 0.0 {
                         return Err(bad("a matrix whose last row is not 0 0 0 1"));
                     }
@@ -84,9 +84,9 @@ fn rows(r: [[f64; 3]; 3]) -> DMat3 {
 
 /// Three numbers, or one for all.
 pub(super) fn triple(text: &str) -> Option<DVec3> {
-    match &numbers(text, 3)?[..] {
-        &[x, y, z] => Some(DVec3::new(x, y, z)),
-        &[v] => Some(DVec3::splat(v)),
+    match numbers(text, 3)?[..] {
+        [x, y, z] => Some(DVec3::new(x, y, z)),
+        [v] => Some(DVec3::splat(v)),
         _ => None,
     }
 }

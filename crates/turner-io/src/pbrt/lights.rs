@@ -18,7 +18,7 @@ use turner::light::{
     Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, ProfileUnits, SphereLightDesc,
     SpotDesc,
 };
-use turner::math::elementary::cos;
+use turner::math::elementary::{cbrt, cos};
 use turner::math::{DMat3, DVec3, radians};
 use turner::shape::ShapeDesc;
 
@@ -206,7 +206,7 @@ pub(super) fn unseen(
         return Ok(());
     };
     let to_world = &state.ctm[0];
-    let size = to_world.matrix3.determinant().abs().cbrt();
+    let size = cbrt(to_world.matrix3.determinant().abs());
     let radius = sphere.radius * size;
     let Some(emission) = area(scene, state, params, |_| 4.0 * PI * radius * radius)? else { return Ok(()) };
     if !(radius > 0.0 && radius.is_finite()) {

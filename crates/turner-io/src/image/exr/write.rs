@@ -57,7 +57,7 @@ pub fn encode_samples(image: &Image) -> Result<Vec<u8>, ImageError> {
         &|row, width, data| {
             let pixels = samples.get(row * width * n..(row + 1) * width * n).unwrap_or_default();
             for (name, channel) in channels {
-                let alpha = |p: &[f32]| if n % 2 == 0 && *name != "A" { p[n - 1] } else { 1.0 };
+                let alpha = |p: &[f32]| if n.is_multiple_of(2) && *name != "A" { p[n - 1] } else { 1.0 };
                 data.extend(pixels.chunks_exact(n).flat_map(|p| (p[*channel] * alpha(p)).to_le_bytes()));
             }
         },
