@@ -188,7 +188,7 @@ fn keys(
         // Meshes are in a file or in place.
         if matches!(entry.name, "mesh" | "points") {
             let of_both = matches!(field.name, "materials" | "smooth" | "radius");
-            if !of_both && (field.name == "file") == (round % 2 == 0) {
+            if !of_both && (field.name == "file") == round.is_multiple_of(2) {
                 continue;
             }
         }

@@ -78,7 +78,7 @@ fn exr_files() -> Vec<(String, Vec<u8>)> {
 
 /// Limits so small that a damaged size field cannot make a test slow.
 fn limits() -> DecodeLimits {
-    DecodeLimits { max_side: 4096, max_pixels: 1 << 20, max_bytes: 32 << 20 }
+    DecodeLimits { max_side: 4096, max_pixels: 1 << 20, max_bytes: 32 << 20, meant_side: 0 }
 }
 
 /// Decodes; the answer may be either, the time may not be long, and an error must be presentable.
