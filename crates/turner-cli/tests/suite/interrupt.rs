@@ -38,9 +38,20 @@ fn end(mut child: Child, mut events: BufReader<std::process::ChildStdout>) -> Ru
     Run { code: output.code(), bytes: Vec::new(), stdout, stderr: String::new() }
 }
 
+/// Whether whoever runs the tests has turned a signal off (jobs in the background of a script): then the program does not hear it either.
+fn is_off(signal: u32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    mask >> (signal - 1) & 1 == 1
+}
+
 #[test]
 fn an_interrupt_saves_the_picture() {
-    for (name, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+    for (name, number, code) in [("-INT", 2, 130), ("-TERM", 15, 143), ("-HUP", 1, 129)] {
+        if is_off(number) {
+            continue;
+        }
         let f = folder();
         let (child, events) = long(&f, &[]);
         signal(&child, name);

@@ -30,7 +30,9 @@ pub(super) fn picture(
 ) -> Option<ImageId> {
     let id = scene.image(name, place)?;
     let source = scene.images.get(id.index())?.data.clone();
-    let (columns, rows) = (source.width.clamp(2, 2 * MAX_ROWS), source.height.clamp(2, MAX_ROWS));
+    let finer = scene.finer(source.height);
+    let columns = source.width.saturating_mul(finer).clamp(2, 2 * MAX_ROWS);
+    let rows = source.height.saturating_mul(finer).clamp(2, MAX_ROWS);
     let to_light = to_world.inverse();
     let count = (rows as usize) * (columns as usize) * 3;
     let mut pixels: Vec<f32> = Vec::new();

@@ -36,7 +36,7 @@ pub(super) fn equirectangular(
         scene.report.doubtful(place, message);
     }
     let square = source.width == source.height;
-    let rows = source.height.clamp(1, MAX_ROWS);
+    let rows = source.height.saturating_mul(scene.finer(source.height)).clamp(1, MAX_ROWS);
     let columns = rows * 2;
     let to_light = to_world.inverse();
     let count = (rows as usize) * (columns as usize) * 3;

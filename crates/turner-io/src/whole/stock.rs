@@ -206,6 +206,15 @@ impl<'a> Stock<'a> {
         left.is_some()
     }
 
+    /// How many times as many rows and columns a picture of the surroundings gets that is looked up again: small ones so many that
+    /// little of them is lost between the new pixels.
+    pub(crate) fn finer(&mut self, rows: u32) -> u32 {
+        const FINE: u32 = 256;
+        let finer = FINE.div_ceil(rows.max(1)).min(FINE);
+        let bytes = 24 * u64::from(FINE) * u64::from(FINE);
+        if finer > 1 && self.may_copy(bytes) { finer } else { 1 }
+    }
+
     /// Adds a picture that was made.
     pub(crate) fn add_image(&mut self, name: &str, image: Image) -> ImageId {
         self.decoded = self.decoded.saturating_add(image.memory() as u64);

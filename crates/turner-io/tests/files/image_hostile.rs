@@ -178,7 +178,8 @@ fn hdr_with_an_impossible_size() {
         |size: &str| format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n\x02\x02\x02\x02").into_bytes();
     assert_refused(&claim("-Y 1000000000 +X 1000000000"), "exceeds 32768 on a side");
     assert_refused(&claim("-Y 16384 +X 16384"), "bytes");
-    assert_refused(&claim("-Y 8192 +X 8192"), "cannot hold 8192 rows");
+    assert_refused(&claim("-Y 8192 +X 8192"), "becomes 805306368 bytes from 55");
+    assert_refused(&claim("-Y 4096 +X 4096"), "cannot hold 4096 rows");
     assert_refused(&claim("-Y 99999999999999999999 +X 1"), "expected a size");
     assert_refused(&claim("-Y -5 +X 1"), "expected a size");
     assert_refused(&claim("+X 5 -Y 1"), "orientation");
