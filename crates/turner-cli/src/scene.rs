@@ -33,7 +33,7 @@ pub(crate) struct SceneArgs {
     /// Set any value of the scene, e.g. -D object.0.radius=2 (repeatable)
     #[arg(short = 'D', long = "set", value_name = "KEY.PATH=VALUE", value_parser = parse_override)]
     set: Vec<Override>,
-    /// Give a value for a $name of a Mitsuba scene, e.g. --define spp=256 (repeatable)
+    /// Give a value for a $name of a Mitsuba scene, e.g. --define spp=256 (repeatable); for .xml also -D spp=256
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_define)]
     define: Vec<(String, String)>,
     /// Work put into the search trees of meshes: the picture is the same, the time to prepare and to render is not
@@ -245,10 +245,15 @@ impl SceneArgs {
         let labels: Labels =
             film_overrides.iter().map(|(o, label)| (format!("-D {}", o.text()), label.clone())).collect();
         let mut overrides: Vec<Override> = film_overrides.into_iter().map(|(o, _)| o).collect();
-        overrides.extend(self.set.iter().cloned());
+        // As Mitsuba's own program has it: its scenes have no keys without a dot in their paths that could be set.
+        let is_mitsuba = self.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
+        let is_define = |o: &&Override| is_mitsuba && !o.path.contains('.');
+        let defined = self.set.iter().filter(is_define).map(|o| (o.path.clone(), o.value.clone()));
+        let defines = self.define.iter().cloned().chain(defined).collect();
+        overrides.extend(self.set.iter().filter(|o| !is_define(o)).cloned());
         let mut options = LoadOptions {
             overrides,
-            defines: self.define.clone(),
+            defines,
             allow_outside: self.limits.allow_outside,
             allow_paths: self.limits.allow_path.clone(),
             max_texture_size: self.limits.max_texture_size,

@@ -126,3 +126,34 @@ fn a_clamp_is_recorded_in_the_picture_and_no_clamp_is_not() {
     assert_eq!(clamp(&["--clamp-indirect", "2.5"]), Some("2.5".to_owned()));
     f.turner(&["s.toml", "--integrator", "path", "--clamp-indirect=-1"]).fails(2, &["--clamp-indirect"]);
 }
+
+#[test]
+fn names_of_mitsuba_scenes_are_given_values() {
+    let f = folder();
+    f.write(
+        "s.xml",
+        r#"<scene version="3.0.0">
+    <default name="spp" value="4"/><default name="size" value="8"/>
+    <sensor type="perspective">
+        <sampler type="independent"><integer name="sample_count" value="$spp"/></sampler>
+        <film type="hdrfilm"><integer name="width" value="$size"/><integer name="height" value="8"/></film>
+    </sensor>
+    <emitter type="constant"/>
+</scene>"#,
+    );
+    for (options, samples, width) in [
+        (&[][..], 4, 8),
+        (&["-D", "spp=3"], 3, 8),
+        (&["--define", "spp=5", "-D", "size=6"], 5, 6),
+        (&["-D", "film.samples=7"], 7, 8),
+    ] {
+        let run = f.turner(&[&["s.xml", "--json"][..], options].concat()).ok();
+        let start: serde_json::Value =
+            serde_json::from_str(run.stdout.lines().find(|l| l.contains("\"start\"")).unwrap()).unwrap();
+        assert_eq!(
+            (&start["samples_per_pixel"], &start["width"]),
+            (&samples.into(), &width.into()),
+            "{options:?}"
+        );
+    }
+}
