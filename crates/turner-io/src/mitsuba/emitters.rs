@@ -6,7 +6,7 @@ use super::params::Object;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, source};
 use crate::whole::report::Fault;
-use crate::whole::unknown;
+use crate::whole::{surroundings, unknown};
 use std::sync::Arc;
 use turner::color::Spectrum;
 use turner::light::{
@@ -126,7 +126,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
         }
         "constant" => {
             let tint = light_color(scene, object, "radiance")?;
-            let file = Some(environment::constant(&mut scene.stock));
+            let file = Some(surroundings::white(scene));
             Some(LightDesc::Environment(EnvironmentDesc { file, strength: 1.0, rotation: 0.0, tint }))
         }
         "envmap" => envmap(scene, object)?,

@@ -2,24 +2,13 @@
 //! are. Pictures are looked up again, in the world's directions.
 
 use super::assembly::Assembly;
-use crate::whole::{Place, Stock};
+use crate::whole::{Place, surroundings};
 use std::f64::consts::{PI, TAU};
 use turner::color::srgb_decode;
-use turner::image::{Image, Pixels};
-use turner::math::elementary::{acos, atan2, sin_cos, sin_cos_turns};
+use turner::image::Image;
+use turner::math::elementary::{acos, atan2};
 use turner::math::{DMat3, DVec3};
 use turner::scene::ImageId;
-
-/// Looks per pixel along either side.
-const LOOKS: u32 = 2;
-/// The most rows of a picture that is made.
-const MAX_ROWS: u32 = 8192;
-
-/// The same light from everywhere: a picture of white.
-pub(super) fn constant(stock: &mut Stock<'_>) -> ImageId {
-    let image = Image { width: 2, height: 1, channels: 3, pixels: Pixels::F32(vec![1.0; 6]) };
-    stock.add_image("", image)
-}
 
 /// The picture `name` seen through a transform to the world.
 pub(super) fn picture(
@@ -30,40 +19,10 @@ pub(super) fn picture(
 ) -> Option<ImageId> {
     let id = scene.image(name, place)?;
     let source = scene.images.get(id.index())?.data.clone();
-    let finer = scene.finer(source.height);
-    let columns = source.width.saturating_mul(finer).clamp(2, 2 * MAX_ROWS);
-    let rows = source.height.saturating_mul(finer).clamp(2, MAX_ROWS);
-    let to_light = to_world.inverse();
-    let count = (rows as usize) * (columns as usize) * 3;
-    let mut pixels: Vec<f32> = Vec::new();
-    if !to_light.is_finite() || pixels.try_reserve_exact(count).is_err() {
-        let message = "a picture of the surroundings whose transform cannot be undone, or too large";
-        scene.report.ignored(place, message);
-        return None;
-    }
     let look = Look { image: &source, is_encoded: source.is_display_encoded() };
-    for y in 0..rows {
-        for x in 0..columns {
-            let mut color = [0.0; 3];
-            for i in 0..LOOKS * LOOKS {
-                let (i, j) = (i % LOOKS, i / LOOKS);
-                let u = (f64::from(x) + (f64::from(i) + 0.5) / f64::from(LOOKS)) / f64::from(columns);
-                let v = (f64::from(y) + (f64::from(j) + 0.5) / f64::from(LOOKS)) / f64::from(rows);
-                let own = (to_light * direction(u, v)).normalize_or(DVec3::Y);
-                color.iter_mut().zip(look.towards(own)).for_each(|(c, f)| *c += f);
-            }
-            pixels.extend(color.map(|c| (c / f64::from(LOOKS * LOOKS)) as f32));
-        }
-    }
-    let image = Image { width: columns, height: rows, channels: 3, pixels: Pixels::F32(pixels) };
+    let size = [source.width, source.height];
+    let image = surroundings::equirectangular(&mut scene.stock, size, to_world, place, |d| look.towards(d))?;
     Some(scene.add_image(name, image))
-}
-
-/// The direction in the world of a place in an equirectangular picture, as environments here have it.
-fn direction(u: f64, v: f64) -> DVec3 {
-    let (sin_theta, cos_theta) = sin_cos(PI * v);
-    let (sin_phi, cos_phi) = sin_cos_turns(u - 0.5);
-    DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
 }
 
 /// A picture of the surroundings as Mitsuba looks at it.
@@ -106,6 +65,7 @@ impl Look<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use turner::image::Pixels;
 
     #[test]
     fn directions_are_mitsubas() {

@@ -4,23 +4,13 @@
 
 use super::assembly::Assembly;
 use super::source::Place;
+use crate::whole::surroundings;
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 use turner::color::{Spectrum, srgb_decode};
-use turner::image::{Image, Pixels};
-use turner::math::elementary::{atan2, cos, sin_cos, sin_cos_turns};
+use turner::image::Image;
+use turner::math::elementary::{atan2, cos};
 use turner::math::{DMat3, DVec3};
 use turner::scene::ImageId;
-
-/// Looks per pixel along either side.
-const LOOKS: u32 = 2;
-/// The most rows of a picture that is made.
-const MAX_ROWS: u32 = 8192;
-
-/// The same light from everywhere: a picture of white.
-pub(super) fn constant(scene: &mut Assembly<'_>) -> ImageId {
-    let image = Image { width: 2, height: 1, channels: 3, pixels: Pixels::F32(vec![1.0; 6]) };
-    scene.add_image("", image)
-}
 
 /// The picture `name` seen through a transform to the world, and its irradiance on a surface, averaged over all that face it (π for white).
 pub(super) fn equirectangular(
@@ -36,50 +26,20 @@ pub(super) fn equirectangular(
         scene.report.doubtful(place, message);
     }
     let square = source.width == source.height;
-    let rows = source.height.saturating_mul(scene.finer(source.height)).clamp(1, MAX_ROWS);
-    let columns = rows * 2;
-    let to_light = to_world.inverse();
-    let count = (rows as usize) * (columns as usize) * 3;
-    let mut pixels: Vec<f32> = Vec::new();
-    if !to_light.is_finite() || pixels.try_reserve_exact(count).is_err() {
-        scene
-            .report
-            .ignored(place, "a picture of the surroundings whose transform cannot be undone, or too large");
-        return None;
-    }
     let look = Look::new(&source);
+    let light = |own: DVec3| if square { look.at(square_of(own)) } else { look.at(lat_long_of(own)) };
+    let size = [source.height.saturating_mul(2), source.height];
+    let image = surroundings::equirectangular(scene, size, to_world, place, light)?;
     let (mut sum, mut weight) = (0.0, 0.0);
-    for y in 0..rows {
-        for x in 0..columns {
-            let mut color = [0.0; 3];
-            for i in 0..LOOKS * LOOKS {
-                let (i, j) = (i % LOOKS, i / LOOKS);
-                let u = (f64::from(x) + (f64::from(i) + 0.5) / f64::from(LOOKS)) / f64::from(columns);
-                let v = (f64::from(y) + (f64::from(j) + 0.5) / f64::from(LOOKS)) / f64::from(rows);
-                let world = direction(u, v);
-                let own = (to_light * world).normalize_or(DVec3::Z);
-                let found = if square { look.at(square_of(own)) } else { look.at(lat_long_of(own)) };
-                color.iter_mut().zip(found).for_each(|(c, f)| *c += f);
-            }
-            let share = 1.0 / f64::from(LOOKS * LOOKS);
-            let color = color.map(|c| c * share);
-            let band =
-                cos(PI * f64::from(y) / f64::from(rows)) - cos(PI * f64::from(y + 1) / f64::from(rows));
-            let [r, g, b] = color.map(|c| c as f32);
-            sum += band * f64::from(Spectrum::new(r, g, b).luminance());
+    for y in 0..image.height {
+        let edge = |y: u32| cos(PI * f64::from(y) / f64::from(image.height));
+        let band = edge(y) - edge(y + 1);
+        for x in 0..image.width {
+            sum += band * f64::from(Spectrum::from(image.rgb(x, y)).luminance());
             weight += band;
-            pixels.extend(color.map(|c| c as f32));
         }
     }
-    let image = Image { width: columns, height: rows, channels: 3, pixels: Pixels::F32(pixels) };
     Some((scene.add_image(name, image), PI * sum / weight))
-}
-
-/// The direction in the world of a place in an equirectangular picture, as environments here have it.
-fn direction(u: f64, v: f64) -> DVec3 {
-    let (sin_theta, cos_theta) = sin_cos(PI * v);
-    let (sin_phi, cos_phi) = sin_cos_turns(u - 0.5);
-    DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
 }
 
 /// Where in a latitude-longitude picture of pbrt's older versions a direction lies: z is up.
@@ -159,6 +119,7 @@ impl Look<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use turner::math::elementary::sin_cos;
 
     /// The inverse, as Clarberg writes it.
     fn sphere_of([u, v]: [f64; 2]) -> DVec3 {

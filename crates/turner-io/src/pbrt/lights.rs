@@ -12,6 +12,7 @@ use super::source::Place;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
+use crate::whole::surroundings;
 use std::f64::consts::{PI, TAU};
 use turner::color::Spectrum;
 use turner::light::{
@@ -139,7 +140,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
                 None => light_color(scene, "L")?,
             };
             let (image, mean_irradiance) = match file {
-                None => (environment::constant(scene), PI),
+                None => (surroundings::white(scene), PI),
                 Some(name) => {
                     let Some(made) = environment::equirectangular(
                         scene,

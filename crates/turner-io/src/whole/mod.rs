@@ -5,6 +5,7 @@ mod orient;
 pub(crate) mod report;
 mod revolution;
 mod stock;
+pub(crate) mod surroundings;
 mod values;
 
 pub(crate) use layer::inner_reflectance;

@@ -22,6 +22,7 @@ mod motion;
 mod names;
 mod outline;
 mod param;
+mod picture_needs;
 mod placed_emitters;
 mod planes;
 mod prepare;

@@ -1,6 +1,5 @@
 //! From a description to a scene that can be rendered.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use turner_bvh::{BoxBvh, BuildOptions, Quality};
@@ -12,7 +11,7 @@ use super::emitters::Emitters;
 use super::error::{ErrorCode, SceneError, escape};
 use super::faces::{Faces, NO_FACES};
 use super::light_groups::LightGroups;
-use super::limits::{Limits, Memory};
+use super::limits::Limits;
 use super::merged::{self, Merged};
 use super::motion::Motion;
 use super::names::NameCollector;
@@ -25,12 +24,12 @@ use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::{Film, TextureFilter};
 use crate::integrator::path::Plan;
-use crate::light::{Light, LightDesc};
+use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::{Bounds, DAffine3};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{MeshCache, Shape, ShapeDesc, TriangleMesh};
-use crate::texture::{TextureDesc, Textures};
+use crate::texture::Textures;
 
 /// How to prepare.
 #[derive(Clone, Debug, Default)]
@@ -249,44 +248,6 @@ impl SceneDesc {
         let doubts = doubts::of_scene(&scene, &self.lights);
         scene.warnings.extend(doubts);
         Ok(scene)
-    }
-
-    /// Asks for what is made of pictures: smaller sizes of those that textures show, tables of those that shine.
-    fn need_for_pictures(&self, filtered: bool, memory: &Memory) -> Result<(), SceneError> {
-        let samples = |id: ImageId| {
-            self.images.get(id.index()).map_or(0, |i| i.data.memory() as u64 / i.data.pixels.sample_bytes())
-        };
-        let shown: BTreeSet<ImageId> = self
-            .textures
-            .iter()
-            .filter_map(|t| match &t.value {
-                TextureDesc::Image(image) => Some(image.file),
-                _ => None,
-            })
-            .collect();
-        if filtered && !shown.is_empty() {
-            // A third of each, and the largest one's first two levels as numbers.
-            let third: u64 = shown
-                .iter()
-                .filter_map(|id| self.images.get(id.index()))
-                .map(|i| i.data.memory() as u64 / 3)
-                .sum();
-            let working = shown.iter().map(|id| samples(*id)).max().unwrap_or(0);
-            memory.need(third.saturating_add(working.saturating_mul(5) / 4), || {
-                format!("the smaller sizes of {} pictures", shown.len())
-            })?;
-        }
-        for light in &self.lights {
-            if let LightDesc::Environment(environment) = &light.value
-                && let Some(image) = environment.file.and_then(|id| self.images.get(id.index()))
-            {
-                // Four bytes of a pixel for its column, one for the guide, two while it is made.
-                let pixels = u64::from(image.data.width).saturating_mul(u64::from(image.data.height));
-                memory
-                    .need(pixels.saturating_mul(7), || format!("the environment {}", escape(&image.uri)))?;
-            }
-        }
-        Ok(())
     }
 
     /// What the scene lacks and its stage has; lights are added at once.

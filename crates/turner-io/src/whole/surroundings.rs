@@ -1,0 +1,64 @@
+//! Light from all around: pictures in the mappings of other renderers, looked up again in the world's directions.
+
+use std::f64::consts::PI;
+
+use turner::image::{Image, Pixels};
+use turner::math::elementary::{sin_cos, sin_cos_turns};
+use turner::math::{DMat3, DVec3};
+use turner::scene::ImageId;
+
+use super::{Place, Stock};
+
+/// Looks per pixel along either side.
+const LOOKS: u32 = 2;
+/// The most rows of a picture that is made.
+const MAX_ROWS: u32 = 8192;
+
+/// The same light from everywhere: a picture of white.
+pub(crate) fn white(stock: &mut Stock<'_>) -> ImageId {
+    let image = Image { width: 2, height: 1, channels: 3, pixels: Pixels::F32(vec![1.0; 6]) };
+    stock.add_image("", image)
+}
+
+/// An equirectangular picture of about `size` (columns, rows; small ones larger) of what `light` says of directions in the light's own space; `None`, which is
+/// reported, where its transform cannot be undone or there is no memory.
+pub(crate) fn equirectangular(
+    stock: &mut Stock<'_>,
+    size: [u32; 2],
+    to_world: DMat3,
+    place: Place,
+    light: impl Fn(DVec3) -> [f64; 3],
+) -> Option<Image> {
+    let finer = stock.finer(size[1]);
+    let columns = size[0].saturating_mul(finer).clamp(2, 2 * MAX_ROWS);
+    let rows = size[1].saturating_mul(finer).clamp(2, MAX_ROWS);
+    let to_light = to_world.inverse();
+    let count = (rows as usize) * (columns as usize) * 3;
+    let mut pixels: Vec<f32> = Vec::new();
+    if !to_light.is_finite() || pixels.try_reserve_exact(count).is_err() {
+        let message = "a picture of the surroundings whose transform cannot be undone, or too large";
+        stock.report.ignored(place, message);
+        return None;
+    }
+    for y in 0..rows {
+        for x in 0..columns {
+            let mut color = [0.0; 3];
+            for i in 0..LOOKS * LOOKS {
+                let (i, j) = (i % LOOKS, i / LOOKS);
+                let u = (f64::from(x) + (f64::from(i) + 0.5) / f64::from(LOOKS)) / f64::from(columns);
+                let v = (f64::from(y) + (f64::from(j) + 0.5) / f64::from(LOOKS)) / f64::from(rows);
+                let own = (to_light * direction(u, v)).normalize_or(DVec3::Y);
+                color.iter_mut().zip(light(own)).for_each(|(c, f)| *c += f);
+            }
+            pixels.extend(color.map(|c| (c / f64::from(LOOKS * LOOKS)) as f32));
+        }
+    }
+    Some(Image { width: columns, height: rows, channels: 3, pixels: Pixels::F32(pixels) })
+}
+
+/// The direction in the world of a place in an equirectangular picture, as environments here have it.
+fn direction(u: f64, v: f64) -> DVec3 {
+    let (sin_theta, cos_theta) = sin_cos(PI * v);
+    let (sin_phi, cos_phi) = sin_cos_turns(u - 0.5);
+    DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+}
