@@ -51,7 +51,7 @@ pub fn scene(data: &[u8]) {
 pub fn named(name: &str, data: &[u8]) {
     let Some((scene, text)) = seeds().into_iter().find(|s| s.name == name).and_then(|s| s.scene) else { return };
     let assets = assets(name, data);
-    if scene.ends_with(".pbrt") {
+    if !scene.ends_with(".toml") {
         let options = ImportOptions { threads: 1, ..ImportOptions::default() };
         let _ = import(text.into_bytes(), scene, &assets, &options).map(|scene| check(&scene));
         return;

@@ -8,6 +8,9 @@ use std::time::Duration;
 
 use turner::scene::{Memory, SceneError};
 
+use crate::events::Events;
+use crate::report::Reporter;
+
 const IDLE: u8 = 0;
 const RENDERING: u8 = 1;
 const SAVING: u8 = 2;
@@ -22,6 +25,8 @@ pub(crate) struct Control {
     memory: Mutex<Option<Arc<Memory>>>,
     /// Memory ran out while there was something to save.
     starved: AtomicBool,
+    /// Where programs hear why the command ends.
+    events: Mutex<Option<Events>>,
     /// The exit code of a program that was interrupted so.
     code: AtomicU8,
 }
@@ -68,6 +73,16 @@ impl Control {
             self.code.store(code, Ordering::SeqCst);
         }
         self.phase.load(Ordering::SeqCst) != IDLE && !self.cancel.swap(true, Ordering::SeqCst)
+    }
+
+    /// From here on errors that end the program from outside the command go where its own do.
+    pub(crate) fn hear(&self, reporter: &Reporter) {
+        *self.events.lock().unwrap_or_else(PoisonError::into_inner) = reporter.events;
+    }
+
+    /// Who hears why the program ends.
+    pub(crate) fn reporter(&self) -> Reporter {
+        Reporter { quiet: false, events: *self.events.lock().unwrap_or_else(PoisonError::into_inner) }
     }
 
     /// From here on the main thread looks at how much memory there is. Whatever is large asks for memory before it takes it

@@ -52,6 +52,7 @@ enum Target {
 /// Runs the command.
 pub(crate) fn run(args: &ConvertArgs, control: &Control) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    control.hear(&reporter);
     match convert(args, &reporter, control) {
         Ok(()) => 0,
         Err(failure) => {

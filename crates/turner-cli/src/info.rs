@@ -28,6 +28,7 @@ pub(crate) struct InfoArgs {
 /// Runs the command.
 pub(crate) fn run(args: &InfoArgs, control: &Control) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    control.hear(&reporter);
     match args.scene.ready(&FilmArgs::default(), args.scene.stage.models(), 0, control) {
         Ok(ready) if args.json => {
             text::print(&format!("{}\n", as_json(&ready)));

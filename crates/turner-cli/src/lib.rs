@@ -94,7 +94,7 @@ pub fn start() -> ExitCode {
         match event {
             Err(RecvTimeoutError::Timeout) => {
                 if let Some(error) = control.out_of_memory() {
-                    report::print_error(&Failure::new(error));
+                    control.reporter().failure(&Failure::new(error));
                     return ExitCode::from(failure::FAILED);
                 }
             }
@@ -122,7 +122,7 @@ fn spawn(
         let run = AssertUnwindSafe(|| cli::run(std::env::args_os().collect(), &control));
         let code = catch_unwind(run).unwrap_or_else(|_| {
             let fault = fault.lock().unwrap_or_else(|e| e.into_inner()).take();
-            report::print_error(&internal(&fault.unwrap_or_default()));
+            control.reporter().failure(&internal(&fault.unwrap_or_default()));
             failure::FAILED
         });
         // The main thread may have left already.

@@ -92,7 +92,10 @@ impl RenderArgs {
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs, control: &Control) -> u8 {
     let (result, reporter) = match args.begin() {
-        Ok((output, reporter)) => (render_all(args, &output, &reporter, control), reporter),
+        Ok((output, reporter)) => {
+            control.hear(&reporter);
+            (render_all(args, &output, &reporter, control), reporter)
+        }
         Err((failure, reporter)) => (Err(failure), reporter),
     };
     control.end();

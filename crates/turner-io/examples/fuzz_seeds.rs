@@ -11,6 +11,7 @@ fn main() -> std::io::Result<()> {
             "toml" => "scene",
             "spd" => "spectrum",
             "jpg" => "jpeg",
+            "xml" => "mitsuba",
             "pbrt" if seed.bytes.starts_with(&[0x1f, 0x8b]) => "gzip",
             same => same,
         };

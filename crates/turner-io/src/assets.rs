@@ -12,6 +12,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use turner::scene::Limits;
 
+pub(crate) use crate::words::{nearest, printable};
+
 /// Most bytes that all reads of a [`FolderAssets`] and its clones may take together: 4 GiB.
 pub const DEFAULT_BUDGET: u64 = 4 << 30;
 
@@ -445,57 +447,4 @@ fn percent_decode(uri: &str) -> Result<String, AssetError> {
     }
     let reason = "its percent codes are not UTF-8";
     String::from_utf8(out).map_err(|_| AssetError::Invalid { uri: printable(uri), reason })
-}
-
-/// Text from a file, made safe for a terminal: control and direction characters escaped, cut after 240.
-pub(crate) fn printable(text: &str) -> String {
-    let hidden = |c: char| {
-        c.is_control()
-            || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
-    };
-    let mut out = String::new();
-    for (i, c) in text.chars().enumerate() {
-        if i == 240 {
-            out.push('…');
-            break;
-        }
-        if hidden(c) { out.extend(c.escape_default()) } else { out.push(c) }
-    }
-    out
-}
-
-/// The name most like `wanted`, if one is like it: at most a third of its letters differ, in any case.
-pub(crate) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let wanted: Vec<char> = wanted.to_lowercase().chars().collect();
-    if wanted.len() > 255 {
-        return None;
-    }
-    let most = (wanted.len() / 3).max(1);
-    names
-        .filter(|name| name.len() <= 4 * 255)
-        .map(|name| (distance(&wanted, &name.to_lowercase().chars().collect::<Vec<_>>()), name))
-        .filter(|(distance, _)| *distance <= most)
-        .min()
-        .map(|(_, name)| name)
-}
-
-/// Letters to insert, remove, replace or swap with a neighbour to turn `a` into `b`.
-fn distance(a: &[char], b: &[char]) -> usize {
-    if a.len().abs_diff(b.len()) > a.len() / 3 + 1 {
-        return usize::MAX;
-    }
-    let mut before: Vec<usize> = Vec::new();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for i in 1..=a.len() {
-        let mut next = vec![i; b.len() + 1];
-        for j in 1..=b.len() {
-            let replace = row[j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            next[j] = replace.min(row[j] + 1).min(next[j - 1] + 1);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                next[j] = next[j].min(before[j - 2] + 1);
-            }
-        }
-        before = std::mem::replace(&mut row, next);
-    }
-    row[b.len()]
 }

@@ -32,3 +32,4 @@ pub mod scene;
 mod spectral;
 pub mod testing;
 mod whole;
+mod words;

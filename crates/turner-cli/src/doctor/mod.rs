@@ -64,6 +64,7 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(crate) fn run(args: &DoctorArgs, control: &Control) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
+    control.hear(&reporter);
     doctor(args, control).unwrap_or_else(|failure| {
         reporter.failure(&failure);
         failure.exit

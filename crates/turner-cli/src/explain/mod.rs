@@ -126,6 +126,7 @@ pub(crate) fn run(args: &ExplainArgs, control: &Control) -> u8 {
     let json = args.json || args.format == Some(Format::Json);
     let events = (json && args.output.is_none()).then_some(Events::Stdout);
     let reporter = Reporter { quiet: false, events };
+    control.hear(&reporter);
     explain(args, &reporter, control).unwrap_or_else(|failure| {
         reporter.failure(&failure);
         failure.exit

@@ -76,6 +76,11 @@ fn a_text_of_many_objects_ends_with_a_message() {
     f.write("nodes.gltf", &nodes);
     f.turner(&["nodes.gltf", "--max-memory", "100M"])
         .fails(1, &["error[E0109]", "nodes.gltf", "--max-memory"]);
+    // Programs hear of it as of every error.
+    let run = f.turner(&["nodes.gltf", "--max-memory", "100M", "--json"]);
+    let last: serde_json::Value = serde_json::from_str(run.stdout.lines().last().unwrap()).unwrap();
+    assert_eq!((&last["event"], &last["code"]), (&"error".into(), &"E0109".into()), "{run:?}");
+    assert!(run.stderr.is_empty(), "{run:?}");
 }
 
 #[test]

@@ -6,6 +6,7 @@
 
 mod assembly;
 mod camera;
+mod directives;
 mod environment;
 mod frame;
 mod lexer;
@@ -18,6 +19,7 @@ mod shapes;
 mod source;
 mod spectra;
 mod state;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod textures;

@@ -5,16 +5,15 @@ use super::lexer::{Lexer, Next};
 use super::params::Params;
 use super::report::{Fault, Report};
 use super::source::{Place, Source};
-use super::state::{ColorSpace, Ctm, IDENTITY, State, Target};
-use super::{camera, lights, media, shapes, textures, transform};
-use crate::assets::{AssetSource, nearest, printable};
+use super::state::{Ctm, State};
+use super::transform;
+use crate::assets::{AssetSource, printable};
 use crate::scene::two_lines;
 pub(super) use crate::whole::unknown;
 use std::collections::BTreeMap;
-use std::rc::Rc;
 use turner::math::{DAffine3, DVec3};
+use turner::scene::GroupId;
 use turner::scene::error::ErrorCode;
-use turner::scene::{GroupId, ObjectContent};
 
 /// Most files that include one another in a chain.
 const MAX_CHAIN: usize = 64;
@@ -25,24 +24,21 @@ const MAX_FILE: u64 = 64 << 30;
 /// Most attributes that are open at a time.
 const MAX_OPEN: usize = 1 << 12;
 
-/// Most numbers and letters of all defaults that `Attribute` gives.
-const MAX_DEFAULTS: usize = 1 << 12;
-
 /// What `AttributeEnd` and `ObjectEnd` go back to, and where its begin stands.
-struct Open {
+pub(super) struct Open {
     state: State,
     place: Place,
     begin: &'static str,
 }
 
 /// An object that is being defined, or was.
-struct Object {
+pub(super) struct Object {
     name: String,
     first: usize,
 }
 
 /// A file on the way from the scene to what is being read.
-struct File<'a> {
+pub(super) struct File<'a> {
     lexer: Lexer<'a>,
     uri: String,
     /// How many attributes were open where it began.
@@ -51,61 +47,17 @@ struct File<'a> {
     after: Option<State>,
 }
 
-/// The words of all directives.
-const DIRECTIVES: &[&str] = &[
-    "Accelerator",
-    "ActiveTransform",
-    "AreaLightSource",
-    "Attribute",
-    "AttributeBegin",
-    "AttributeEnd",
-    "Camera",
-    "ColorSpace",
-    "ConcatTransform",
-    "CoordinateSystem",
-    "CoordSysTransform",
-    "Film",
-    "Identity",
-    "Import",
-    "Include",
-    "Integrator",
-    "LightSource",
-    "LookAt",
-    "MakeNamedMaterial",
-    "MakeNamedMedium",
-    "Material",
-    "MediumInterface",
-    "NamedMaterial",
-    "ObjectBegin",
-    "ObjectEnd",
-    "ObjectInstance",
-    "Option",
-    "PixelFilter",
-    "ReverseOrientation",
-    "Rotate",
-    "Sampler",
-    "Scale",
-    "Shape",
-    "Texture",
-    "Transform",
-    "TransformBegin",
-    "TransformEnd",
-    "TransformTimes",
-    "Translate",
-    "WorldBegin",
-];
-
 /// The state of reading.
 pub(super) struct Reader<'a> {
-    assets: &'a dyn AssetSource,
-    files: Vec<File<'a>>,
-    stack: Vec<Open>,
-    state: State,
-    systems: BTreeMap<String, Ctm>,
+    pub(super) assets: &'a dyn AssetSource,
+    pub(super) files: Vec<File<'a>>,
+    pub(super) stack: Vec<Open>,
+    pub(super) state: State,
+    pub(super) systems: BTreeMap<String, Ctm>,
     /// Objects by name, with their groups.
-    objects: BTreeMap<String, GroupId>,
-    defining: Option<Object>,
-    in_world: bool,
+    pub(super) objects: BTreeMap<String, GroupId>,
+    pub(super) defining: Option<Object>,
+    pub(super) in_world: bool,
     pub(super) scene: Assembly<'a>,
 }
 
@@ -141,14 +93,14 @@ impl<'a> Reader<'a> {
         self.files.push(File { lexer, uri, open: self.stack.len(), after });
     }
 
-    fn lexer(&mut self) -> Result<&mut Lexer<'a>, Fault> {
+    pub(super) fn lexer(&mut self) -> Result<&mut Lexer<'a>, Fault> {
         self.files
             .last_mut()
             .map(|f| &mut f.lexer)
             .ok_or_else(|| Fault::new(ErrorCode::Internal, "no file is open"))
     }
 
-    fn report(&mut self) -> &mut Report {
+    pub(super) fn report(&mut self) -> &mut Report {
         &mut self.scene.report
     }
 
@@ -202,218 +154,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn directive(&mut self, word: &str, place: Place) -> Result<(), Fault> {
-        match word {
-            "AttributeBegin" => self.open("AttributeBegin", place)?,
-            "AttributeEnd" => self.close_of("AttributeBegin", "AttributeEnd", place)?,
-            "TransformBegin" => self.open("TransformBegin", place)?,
-            "TransformEnd" => self.close_of("TransformBegin", "TransformEnd", place)?,
-            "Shape" => {
-                let (name, params) = self.typed(place)?;
-                let params = self.state.with_defaults(params, Target::Shape);
-                let in_object = self.defining.is_some();
-                shapes::add(&mut self.scene, &self.state, &name, params, in_object)?;
-            }
-            "Translate" => {
-                let v = self.vector()?;
-                self.state.concat(DAffine3::from_translation(v));
-            }
-            "Scale" => {
-                let v = self.vector()?;
-                if v.min_element() <= 0.0 && v.to_array().contains(&0.0) {
-                    self.report().doubtful(place, "a scale of 0: what it is for cannot be shown");
-                }
-                self.state.concat(DAffine3::from_scale(v));
-            }
-            "Rotate" => {
-                let degrees = self.number()?;
-                let axis = self.vector()?;
-                match transform::rotate(degrees, axis) {
-                    Some(by) => self.state.concat(by),
-                    None => {
-                        self.report().doubtful(place, "Rotate about an axis without a direction is left out")
-                    }
-                }
-            }
-            "LookAt" => {
-                let (eye, look, up) = (self.vector()?, self.vector()?, self.vector()?);
-                let by = transform::look_at(eye, look, up).ok_or_else(|| {
-                    Fault::at(
-                        place,
-                        ErrorCode::Transform,
-                        "LookAt: the eye is the point looked at, or up lies along the view",
-                    )
-                })?;
-                self.state.concat(by);
-            }
-            "Identity" => self.state.set(IDENTITY),
-            "Transform" | "ConcatTransform" => {
-                let m = self.matrix(place)?;
-                if word == "Transform" { self.state.set([m; 2]) } else { self.state.concat(m) }
-            }
-            "CoordinateSystem" => {
-                let name = self.name()?;
-                self.systems.insert(name, self.state.ctm);
-            }
-            "CoordSysTransform" => {
-                let name = self.name()?;
-                match self.systems.get(&name) {
-                    Some(ctm) => self.state.set(*ctm),
-                    None => {
-                        let names: Vec<&str> = self.systems.keys().map(String::as_str).collect();
-                        return Err(unknown("coordinate system", &name, &names));
-                    }
-                }
-            }
-            "ActiveTransform" => {
-                let place = self.lexer()?.place();
-                self.lexer()?.next()?;
-                let which = self.lexer()?.word()?;
-                self.state.active = match which.as_str() {
-                    "StartTime" => [true, false],
-                    "EndTime" => [false, true],
-                    "All" => [true, true],
-                    other => {
-                        return Err(
-                            unknown("active transform", other, &["All", "EndTime", "StartTime"]).or_at(place)
-                        );
-                    }
-                };
-            }
-            "TransformTimes" => {
-                let times = [self.number()?, self.number()?];
-                self.scene.frame.transform_times = times;
-            }
-            "ReverseOrientation" => self.state.reverse = !self.state.reverse,
-            "ColorSpace" => {
-                let name = self.name()?;
-                let words = ColorSpace::WORDS;
-                match words.iter().find(|(word, _)| *word == name) {
-                    Some((_, space)) => self.state.color_space = *space,
-                    None => return Err(unknown("colour space", &name, &words.map(|w| w.0))),
-                }
-            }
-            "MediumInterface" => self.medium_interface()?,
-            "Attribute" => {
-                let name = self.name()?;
-                let params = self.params(place)?;
-                let words = Target::WORDS;
-                let Some((_, target)) = words.iter().find(|(word, _)| *word == name) else {
-                    return Err(unknown("target of Attribute", &name, &words.map(|w| w.0)));
-                };
-                let defaults = Rc::make_mut(&mut self.state.defaults);
-                for param in params.into_list() {
-                    defaults.retain(|(t, p)| !(t == target && p.name == param.name));
-                    defaults.push((*target, param));
-                }
-                // Each attribute that is open may have its own.
-                if defaults.iter().map(|(_, p)| p.value.cost()).sum::<usize>() > MAX_DEFAULTS {
-                    let message = "more defaults of parameters than a few thousand numbers";
-                    return Err(Fault::at(place, ErrorCode::TooLarge, message));
-                }
-            }
-            "Material" => {
-                let (name, params) = self.typed(place)?;
-                let params = self.state.with_defaults(params, Target::Material);
-                self.state.material = self.scene.materials.add(None, name, params, &self.state)?;
-            }
-            "MakeNamedMaterial" => {
-                let name = self.name()?;
-                let params = self.params(place)?;
-                let kind = params.string("type").map(str::to_owned);
-                let kind = kind.ok_or_else(|| {
-                    Fault::at(place, ErrorCode::MissingKey, "a named material needs \"string type\"")
-                        .help("as in \"string type\" \"diffuse\"")
-                })?;
-                let params = self.state.with_defaults(params, Target::Material);
-                self.scene.materials.add(Some(name), kind, params, &self.state)?;
-            }
-            "NamedMaterial" => {
-                let name = self.name()?;
-                self.state.material = self.scene.materials.named(&name, place);
-            }
-            "Texture" => {
-                let name = self.name()?;
-                let kind = self.name()?;
-                let (class, params) = self.typed(place)?;
-                let params = self.state.with_defaults(params, Target::Texture);
-                textures::define(&mut self.scene, &self.state, (&name, &kind, &class), params)?;
-            }
-            "AreaLightSource" => {
-                let (name, params) = self.typed(place)?;
-                if !matches!(name.as_str(), "diffuse" | "area") {
-                    return Err(unknown("area light", &name, &["diffuse"]));
-                }
-                let params = self.state.with_defaults(params, Target::Light);
-                self.state.area_light = Some(Rc::new(params));
-            }
-            "LightSource" => {
-                let (name, params) = self.typed(place)?;
-                let params = self.state.with_defaults(params, Target::Light);
-                lights::add(&mut self.scene, &self.state, &name, params)?;
-            }
-            "MakeNamedMedium" => {
-                let name = self.name()?;
-                let params = self.params(place)?;
-                let params = self.state.with_defaults(params, Target::Medium);
-                media::define(&mut self.scene, &self.state, name, params)?;
-            }
-            "ObjectBegin" => self.object_begin(place)?,
-            "ObjectEnd" => self.object_end(place)?,
-            "ObjectInstance" => {
-                let name = self.name()?;
-                let Some(&group) = self.objects.get(&name) else {
-                    let names: Vec<&str> = self.objects.keys().map(String::as_str).collect();
-                    return Err(unknown("object", &name, &names));
-                };
-                if self.defining.is_some() {
-                    self.report().ignored(place, "an ObjectInstance within an object");
-                    return Ok(());
-                }
-                self.scene.place(ObjectContent::Instance(group), None, &self.state, place)?;
-            }
-            "WorldBegin" => {
-                self.in_world = true;
-                self.state.ctm = IDENTITY;
-                self.state.active = [true, true];
-                self.systems.insert("world".into(), IDENTITY);
-            }
-            "WorldEnd" => {}
-            "Include" | "Import" => self.include(word, place)?,
-            "Camera" => {
-                let (name, params) = self.typed(place)?;
-                let inverse = self.state.ctm.map(|m| m.inverse());
-                self.systems.insert("camera".into(), inverse);
-                camera::define(&mut self.scene, &self.state, &name, params)?;
-            }
-            "Film" | "Sampler" | "PixelFilter" | "Filter" | "Integrator" | "Accelerator" => {
-                let (name, params) = self.typed(place)?;
-                match word {
-                    "Film" => self.scene.frame.film(&name, params, &mut self.scene.stock.report),
-                    "Sampler" => self.scene.frame.sampler(&name, params, &mut self.scene.stock.report),
-                    "Integrator" => self.scene.frame.integrator(&name, params, &mut self.scene.stock.report),
-                    // How rays are searched for changes no picture.
-                    "Accelerator" => {}
-                    _ => self.scene.frame.filter(&name, params, &mut self.scene.stock.report),
-                }
-            }
-            "Option" => {
-                let params = self.params(place)?;
-                self.scene.frame.options(params, &mut self.scene.stock.report);
-            }
-            other => {
-                let message = format!("unknown directive {}", printable(other));
-                let help = match nearest(other, DIRECTIVES.iter().copied()) {
-                    Some(near) => format!("did you mean {near}?"),
-                    None => "directives are words such as Shape, Material, Translate, AttributeBegin".into(),
-                };
-                return Err(Fault::at(place, ErrorCode::UnknownName, message).help(help));
-            }
-        }
-        Ok(())
-    }
-
-    fn open(&mut self, begin: &'static str, place: Place) -> Result<(), Fault> {
+    pub(super) fn open(&mut self, begin: &'static str, place: Place) -> Result<(), Fault> {
         if self.stack.len() >= MAX_OPEN {
             let message = format!("{begin} nests deeper than {MAX_OPEN}");
             return Err(Fault::at(place, ErrorCode::TooLarge, message).help("is an AttributeEnd missing?"));
@@ -422,7 +163,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn close(&mut self, _: Place) -> Result<(), Fault> {
+    pub(super) fn close(&mut self, _: Place) -> Result<(), Fault> {
         if let Some(open) = self.stack.pop() {
             if open.begin == "TransformBegin" {
                 (self.state.ctm, self.state.active) = (open.state.ctm, open.state.active);
@@ -433,7 +174,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn close_of(&mut self, begin: &str, end: &str, place: Place) -> Result<(), Fault> {
+    pub(super) fn close_of(&mut self, begin: &str, end: &str, place: Place) -> Result<(), Fault> {
         match self.stack.last() {
             Some(open) if open.begin == begin => self.close(place),
             Some(open) => {
@@ -447,7 +188,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn object_begin(&mut self, place: Place) -> Result<(), Fault> {
+    pub(super) fn object_begin(&mut self, place: Place) -> Result<(), Fault> {
         let name = self.name()?;
         if self.defining.is_some() {
             let message = "ObjectBegin within an object";
@@ -458,7 +199,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn object_end(&mut self, place: Place) -> Result<(), Fault> {
+    pub(super) fn object_end(&mut self, place: Place) -> Result<(), Fault> {
         let Some(object) = self.defining.take() else {
             return Err(Fault::at(place, ErrorCode::Syntax, "ObjectEnd without ObjectBegin"));
         };
@@ -473,7 +214,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn medium_interface(&mut self) -> Result<(), Fault> {
+    pub(super) fn medium_interface(&mut self) -> Result<(), Fault> {
         let inside = self.name()?;
         // One name is that of both.
         let outside = match self.lexer()?.next()? {
@@ -484,7 +225,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn include(&mut self, word: &str, place: Place) -> Result<(), Fault> {
+    pub(super) fn include(&mut self, word: &str, place: Place) -> Result<(), Fault> {
         let name = self.name()?;
         let root = self.files.first().map_or_else(String::new, |f| f.uri.clone());
         let from = self.files.last().map_or_else(String::new, |f| f.uri.clone());
@@ -522,7 +263,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A string in quotes.
-    fn name(&mut self) -> Result<String, Fault> {
+    pub(super) fn name(&mut self) -> Result<String, Fault> {
         let lexer = self.lexer()?;
         if lexer.next()? == Next::Quote {
             return lexer.string();
@@ -531,17 +272,17 @@ impl<'a> Reader<'a> {
         Err(Fault::at(place, ErrorCode::Syntax, "expected a name in quotes"))
     }
 
-    fn params(&mut self, place: Place) -> Result<Params, Fault> {
+    pub(super) fn params(&mut self, place: Place) -> Result<Params, Fault> {
         Params::read(self.lexer()?, place)
     }
 
     /// A name and the parameters that follow.
-    fn typed(&mut self, place: Place) -> Result<(String, Params), Fault> {
+    pub(super) fn typed(&mut self, place: Place) -> Result<(String, Params), Fault> {
         let name = self.name()?;
         Ok((name, self.params(place)?))
     }
 
-    fn number(&mut self) -> Result<f64, Fault> {
+    pub(super) fn number(&mut self) -> Result<f64, Fault> {
         let lexer = self.lexer()?;
         match lexer.next()? {
             Next::Word => lexer.number(),
@@ -552,12 +293,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn vector(&mut self) -> Result<DVec3, Fault> {
+    pub(super) fn vector(&mut self) -> Result<DVec3, Fault> {
         Ok(DVec3::new(self.number()?, self.number()?, self.number()?))
     }
 
     /// Sixteen numbers, in brackets or not.
-    fn matrix(&mut self, place: Place) -> Result<DAffine3, Fault> {
+    pub(super) fn matrix(&mut self, place: Place) -> Result<DAffine3, Fault> {
         let bracketed = self.lexer()?.next()? == Next::Open;
         if bracketed {
             self.lexer()?.bracket();

@@ -1,5 +1,6 @@
 //! Files of test scenes that are made, not kept: the mesh and the sky of `scenes/peers/s4.toml`, as other renderers were given them.
 
+mod mitsuba_seeds;
 mod noisy_sphere;
 pub mod seeds;
 mod sky;

@@ -38,6 +38,7 @@ pub fn seeds() -> Vec<Seed> {
             scene: Some(("show.pbrt", SPECTRAL.to_owned())),
         },
     ];
+    all.extend(super::mitsuba_seeds::seeds());
     let pixels: Vec<[u8; 4]> = (0..64u8).map(|i| [4 * i, 255 - i, i ^ 21, 200]).collect();
     let light: Vec<[f32; 4]> = pixels.iter().map(|p| p.map(|v| f32::from(v) / 64.0)).collect();
     let metadata = Metadata::new();
@@ -240,7 +241,7 @@ mod tests {
     #[test]
     fn every_seed_is_a_scene() {
         let all = seeds();
-        assert_eq!(all.len(), 21);
+        assert_eq!(all.len(), 24);
         let mut assets = MemoryAssets::default();
         assets.files.extend(companions().into_iter().map(|(n, b)| (n.to_owned(), b)));
         assets.files.extend(all.iter().map(|s| (s.name.to_owned(), s.bytes.clone())));

@@ -12,6 +12,7 @@ mod empty;
 pub mod error;
 mod faces;
 mod facets;
+mod flatten;
 mod footprint;
 mod labels;
 mod light_groups;
@@ -28,6 +29,7 @@ mod planes;
 mod prepare;
 mod ray_batch;
 pub mod read;
+mod read_object;
 mod rectangles;
 mod same;
 #[allow(clippy::module_inception)]

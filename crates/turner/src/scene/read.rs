@@ -7,9 +7,9 @@ use super::background::BackgroundDesc;
 use super::desc::*;
 use super::error::{ErrorCode, SceneError, escape, unknown_name};
 use super::model::{ModelDesc, PlacedModel};
+use super::read_object::read_object;
 use super::schema::{TableReader, wrong_type};
 use super::stage::StageDesc;
-use super::transform::Transform;
 use super::value::{Data, FileId, Span, Table, Value};
 use crate::camera::CameraDesc;
 use crate::color::{Transfer, named};
@@ -17,9 +17,9 @@ use crate::film::FilmDesc;
 use crate::image::Image;
 use crate::integrator::IntegratorDesc;
 use crate::light::{LightDesc, LightProfile};
-use crate::material::{BoundaryMaterial, MaterialDesc};
+use crate::material::MaterialDesc;
 use crate::medium::{GridData, MediumDesc};
-use crate::shape::{ShapeDesc, mesh::MeshData};
+use crate::shape::mesh::MeshData;
 use crate::texture::TextureDesc;
 
 /// Where the files come from that a scene names. Paths are relative to the file `from` that names them.
@@ -51,7 +51,7 @@ pub struct ReadContext<'a> {
     pub(super) assets: &'a mut dyn SceneAssets,
     texture_ids: HashMap<String, TextureId>,
     material_ids: HashMap<String, MaterialId>,
-    group_ids: HashMap<String, GroupId>,
+    pub(super) group_ids: HashMap<String, GroupId>,
     pub(super) medium_ids: HashMap<String, MediumId>,
     pub(super) textures: Vec<Option<Named<TextureDesc>>>,
     pub(super) materials: Vec<Option<Named<MaterialDesc>>>,
@@ -366,7 +366,7 @@ fn whole_table<T>(
 }
 
 /// Reads the `type` of a table and then what that type is made of.
-fn read_kind<T>(
+pub(super) fn read_kind<T>(
     table: &mut TableReader<'_>,
     kind: &str,
     default: Option<&str>,
@@ -439,61 +439,8 @@ fn read_objects(section: Option<&Value>, cx: &mut ReadContext<'_>) -> Result<Vec
     array_of_tables(section, "object")?.iter().map(|value| read_object(value, cx)).collect()
 }
 
-fn read_object(value: &Value, cx: &mut ReadContext<'_>) -> Result<ObjectDesc, SceneError> {
-    let mut table = TableReader::of(value, "an object")?;
-    let name = table.optional::<String>("name", None, cx)?;
-    let light_group = light_group(&mut table, "light_group", cx)?;
-    let mut transform = table.optional::<Transform>("transform", None, cx)?.unwrap_or(Transform::IDENTITY);
-    let mut motion = table.optional::<Transform>("motion", None, cx)?;
-    let material = match table.take("material") {
-        Some(value) => Some(cx.material(value)?),
-        None => None,
-    };
-    let material = match table.take("medium") {
-        Some(value) if material.is_some() => {
-            let message = "an object has a `material` or a `medium`, not both";
-            return Err(SceneError::at(ErrorCode::Conflict, value.span, message).help(
-                "write `interior = …` in a material of glass; an object with `medium` has no surface",
-            ));
-        }
-        Some(value) => {
-            let interior = Some(cx.medium(value)?);
-            let boundary = MaterialDesc::Boundary(BoundaryMaterial { interior });
-            cx.materials.push(Some(Named { name: None, span: Some(value.span), value: boundary }));
-            Some(MaterialId(cx.materials.len() as u32 - 1))
-        }
-        None => material,
-    };
-    let is = |table: &mut TableReader<'_>, kind| matches!(table.take("type").map(|v| &v.data), Some(Data::String(s)) if s == kind);
-    let content = if is(&mut table, ModelDesc::DOC.name) {
-        table.rename("a model");
-        ObjectContent::Instance(cx.read_model(&mut table, material, &mut transform, &mut motion)?)
-    } else if is(&mut table, "instance") {
-        table.rename("an instance");
-        let group: String = table.required("group", None, cx)?;
-        let id = cx.group_ids.get(&group).copied().ok_or_else(|| {
-            let names = sorted_names(&cx.group_ids);
-            unknown_name(ErrorCode::UnknownName, table.span_of("group"), "group", &group, &names)
-        })?;
-        ObjectContent::Instance(id)
-    } else {
-        ObjectContent::Shape(read_kind(&mut table, "shape", None, cx, &ShapeDesc::DOC, |name, table, cx| {
-            let shape = ShapeDesc::read(name, table, cx)?;
-            if shape.is_none() {
-                let mut valid: Vec<&str> = ShapeDesc::DOC.entries.iter().map(|e| e.name).collect();
-                valid.extend(["instance", ModelDesc::DOC.name]);
-                let span = table.span_of("type");
-                return Err(unknown_name(ErrorCode::UnknownName, span, "shape", name, &valid));
-            }
-            Ok(shape)
-        })?)
-    };
-    table.finish()?;
-    Ok(ObjectDesc { name, span: Some(value.span), content, material, light_group, transform, motion })
-}
-
 /// The name of a group of lights, which must not be empty.
-fn light_group(
+pub(super) fn light_group(
     table: &mut TableReader<'_>,
     key: &'static str,
     cx: &mut ReadContext<'_>,

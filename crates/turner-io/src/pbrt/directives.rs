@@ -1,0 +1,274 @@
+//! What each directive does.
+
+use super::reader::Reader;
+use super::report::Fault;
+use super::source::Place;
+use super::state::{ColorSpace, IDENTITY, Target};
+use super::{camera, lights, media, shapes, textures, transform};
+use crate::assets::{nearest, printable};
+use crate::whole::unknown;
+use std::rc::Rc;
+use turner::math::DAffine3;
+use turner::scene::ObjectContent;
+use turner::scene::error::ErrorCode;
+
+/// Most numbers and letters of all defaults that `Attribute` gives.
+const MAX_DEFAULTS: usize = 1 << 12;
+
+/// The words of all directives.
+const DIRECTIVES: &[&str] = &[
+    "Accelerator",
+    "ActiveTransform",
+    "AreaLightSource",
+    "Attribute",
+    "AttributeBegin",
+    "AttributeEnd",
+    "Camera",
+    "ColorSpace",
+    "ConcatTransform",
+    "CoordinateSystem",
+    "CoordSysTransform",
+    "Film",
+    "Identity",
+    "Import",
+    "Include",
+    "Integrator",
+    "LightSource",
+    "LookAt",
+    "MakeNamedMaterial",
+    "MakeNamedMedium",
+    "Material",
+    "MediumInterface",
+    "NamedMaterial",
+    "ObjectBegin",
+    "ObjectEnd",
+    "ObjectInstance",
+    "Option",
+    "PixelFilter",
+    "ReverseOrientation",
+    "Rotate",
+    "Sampler",
+    "Scale",
+    "Shape",
+    "Texture",
+    "Transform",
+    "TransformBegin",
+    "TransformEnd",
+    "TransformTimes",
+    "Translate",
+    "WorldBegin",
+];
+
+impl Reader<'_> {
+    /// Follows one.
+    pub(super) fn directive(&mut self, word: &str, place: Place) -> Result<(), Fault> {
+        match word {
+            "AttributeBegin" => self.open("AttributeBegin", place)?,
+            "AttributeEnd" => self.close_of("AttributeBegin", "AttributeEnd", place)?,
+            "TransformBegin" => self.open("TransformBegin", place)?,
+            "TransformEnd" => self.close_of("TransformBegin", "TransformEnd", place)?,
+            "Shape" => {
+                let (name, params) = self.typed(place)?;
+                let params = self.state.with_defaults(params, Target::Shape);
+                let in_object = self.defining.is_some();
+                shapes::add(&mut self.scene, &self.state, &name, params, in_object)?;
+            }
+            "Translate" => {
+                let v = self.vector()?;
+                self.state.concat(DAffine3::from_translation(v));
+            }
+            "Scale" => {
+                let v = self.vector()?;
+                if v.min_element() <= 0.0 && v.to_array().contains(&0.0) {
+                    self.report().doubtful(place, "a scale of 0: what it is for cannot be shown");
+                }
+                self.state.concat(DAffine3::from_scale(v));
+            }
+            "Rotate" => {
+                let degrees = self.number()?;
+                let axis = self.vector()?;
+                match transform::rotate(degrees, axis) {
+                    Some(by) => self.state.concat(by),
+                    None => {
+                        self.report().doubtful(place, "Rotate about an axis without a direction is left out")
+                    }
+                }
+            }
+            "LookAt" => {
+                let (eye, look, up) = (self.vector()?, self.vector()?, self.vector()?);
+                let by = transform::look_at(eye, look, up).ok_or_else(|| {
+                    Fault::at(
+                        place,
+                        ErrorCode::Transform,
+                        "LookAt: the eye is the point looked at, or up lies along the view",
+                    )
+                })?;
+                self.state.concat(by);
+            }
+            "Identity" => self.state.set(IDENTITY),
+            "Transform" | "ConcatTransform" => {
+                let m = self.matrix(place)?;
+                if word == "Transform" { self.state.set([m; 2]) } else { self.state.concat(m) }
+            }
+            "CoordinateSystem" => {
+                let name = self.name()?;
+                self.systems.insert(name, self.state.ctm);
+            }
+            "CoordSysTransform" => {
+                let name = self.name()?;
+                match self.systems.get(&name) {
+                    Some(ctm) => self.state.set(*ctm),
+                    None => {
+                        let names: Vec<&str> = self.systems.keys().map(String::as_str).collect();
+                        return Err(unknown("coordinate system", &name, &names));
+                    }
+                }
+            }
+            "ActiveTransform" => {
+                let place = self.lexer()?.place();
+                self.lexer()?.next()?;
+                let which = self.lexer()?.word()?;
+                self.state.active = match which.as_str() {
+                    "StartTime" => [true, false],
+                    "EndTime" => [false, true],
+                    "All" => [true, true],
+                    other => {
+                        return Err(
+                            unknown("active transform", other, &["All", "EndTime", "StartTime"]).or_at(place)
+                        );
+                    }
+                };
+            }
+            "TransformTimes" => {
+                let times = [self.number()?, self.number()?];
+                self.scene.frame.transform_times = times;
+            }
+            "ReverseOrientation" => self.state.reverse = !self.state.reverse,
+            "ColorSpace" => {
+                let name = self.name()?;
+                let words = ColorSpace::WORDS;
+                match words.iter().find(|(word, _)| *word == name) {
+                    Some((_, space)) => self.state.color_space = *space,
+                    None => return Err(unknown("colour space", &name, &words.map(|w| w.0))),
+                }
+            }
+            "MediumInterface" => self.medium_interface()?,
+            "Attribute" => {
+                let name = self.name()?;
+                let params = self.params(place)?;
+                let words = Target::WORDS;
+                let Some((_, target)) = words.iter().find(|(word, _)| *word == name) else {
+                    return Err(unknown("target of Attribute", &name, &words.map(|w| w.0)));
+                };
+                let defaults = Rc::make_mut(&mut self.state.defaults);
+                for param in params.into_list() {
+                    defaults.retain(|(t, p)| !(t == target && p.name == param.name));
+                    defaults.push((*target, param));
+                }
+                // Each attribute that is open may have its own.
+                if defaults.iter().map(|(_, p)| p.value.cost()).sum::<usize>() > MAX_DEFAULTS {
+                    let message = "more defaults of parameters than a few thousand numbers";
+                    return Err(Fault::at(place, ErrorCode::TooLarge, message));
+                }
+            }
+            "Material" => {
+                let (name, params) = self.typed(place)?;
+                let params = self.state.with_defaults(params, Target::Material);
+                self.state.material = self.scene.materials.add(None, name, params, &self.state)?;
+            }
+            "MakeNamedMaterial" => {
+                let name = self.name()?;
+                let params = self.params(place)?;
+                let kind = params.string("type").map(str::to_owned);
+                let kind = kind.ok_or_else(|| {
+                    Fault::at(place, ErrorCode::MissingKey, "a named material needs \"string type\"")
+                        .help("as in \"string type\" \"diffuse\"")
+                })?;
+                let params = self.state.with_defaults(params, Target::Material);
+                self.scene.materials.add(Some(name), kind, params, &self.state)?;
+            }
+            "NamedMaterial" => {
+                let name = self.name()?;
+                self.state.material = self.scene.materials.named(&name, place);
+            }
+            "Texture" => {
+                let name = self.name()?;
+                let kind = self.name()?;
+                let (class, params) = self.typed(place)?;
+                let params = self.state.with_defaults(params, Target::Texture);
+                textures::define(&mut self.scene, &self.state, (&name, &kind, &class), params)?;
+            }
+            "AreaLightSource" => {
+                let (name, params) = self.typed(place)?;
+                if !matches!(name.as_str(), "diffuse" | "area") {
+                    return Err(unknown("area light", &name, &["diffuse"]));
+                }
+                let params = self.state.with_defaults(params, Target::Light);
+                self.state.area_light = Some(Rc::new(params));
+            }
+            "LightSource" => {
+                let (name, params) = self.typed(place)?;
+                let params = self.state.with_defaults(params, Target::Light);
+                lights::add(&mut self.scene, &self.state, &name, params)?;
+            }
+            "MakeNamedMedium" => {
+                let name = self.name()?;
+                let params = self.params(place)?;
+                let params = self.state.with_defaults(params, Target::Medium);
+                media::define(&mut self.scene, &self.state, name, params)?;
+            }
+            "ObjectBegin" => self.object_begin(place)?,
+            "ObjectEnd" => self.object_end(place)?,
+            "ObjectInstance" => {
+                let name = self.name()?;
+                let Some(&group) = self.objects.get(&name) else {
+                    let names: Vec<&str> = self.objects.keys().map(String::as_str).collect();
+                    return Err(unknown("object", &name, &names));
+                };
+                if self.defining.is_some() {
+                    self.report().ignored(place, "an ObjectInstance within an object");
+                    return Ok(());
+                }
+                self.scene.place(ObjectContent::Instance(group), None, &self.state, place)?;
+            }
+            "WorldBegin" => {
+                self.in_world = true;
+                self.state.ctm = IDENTITY;
+                self.state.active = [true, true];
+                self.systems.insert("world".into(), IDENTITY);
+            }
+            "WorldEnd" => {}
+            "Include" | "Import" => self.include(word, place)?,
+            "Camera" => {
+                let (name, params) = self.typed(place)?;
+                let inverse = self.state.ctm.map(|m| m.inverse());
+                self.systems.insert("camera".into(), inverse);
+                camera::define(&mut self.scene, &self.state, &name, params)?;
+            }
+            "Film" | "Sampler" | "PixelFilter" | "Filter" | "Integrator" | "Accelerator" => {
+                let (name, params) = self.typed(place)?;
+                match word {
+                    "Film" => self.scene.frame.film(&name, params, &mut self.scene.stock.report),
+                    "Sampler" => self.scene.frame.sampler(&name, params, &mut self.scene.stock.report),
+                    "Integrator" => self.scene.frame.integrator(&name, params, &mut self.scene.stock.report),
+                    // How rays are searched for changes no picture.
+                    "Accelerator" => {}
+                    _ => self.scene.frame.filter(&name, params, &mut self.scene.stock.report),
+                }
+            }
+            "Option" => {
+                let params = self.params(place)?;
+                self.scene.frame.options(params, &mut self.scene.stock.report);
+            }
+            other => {
+                let message = format!("unknown directive {}", printable(other));
+                let help = match nearest(other, DIRECTIVES.iter().copied()) {
+                    Some(near) => format!("did you mean {near}?"),
+                    None => "directives are words such as Shape, Material, Translate, AttributeBegin".into(),
+                };
+                return Err(Fault::at(place, ErrorCode::UnknownName, message).help(help));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,434 @@
+//! What each type of material is here, from its parameters.
+
+use super::assembly::Assembly;
+use super::materials::Use;
+use super::media;
+use super::params::{Params, Type};
+use super::report::Fault;
+use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
+use super::state::ColorSpace;
+use super::textures::{normal_picture, source_named};
+use crate::assets::printable;
+use crate::spectral::metal_of_index;
+use crate::whole::{Through, inner_reflectance, map_values};
+use std::f64::consts::FRAC_PI_2;
+use turner::color::Spectrum;
+use turner::material::metals::{MetalColors, MetalName, colors_of_index};
+use turner::material::{BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial};
+use turner::scene::ColorSource;
+use turner::scene::error::ErrorCode;
+
+/// The same for all colours.
+pub(super) fn grey(v: f64) -> ColorSource {
+    ColorSource::Constant(Spectrum::grey(v as f32))
+}
+
+/// Makes one material of its parameters.
+pub(super) struct Maker<'a, 'b> {
+    pub(super) scene: &'a mut Assembly<'b>,
+    pub(super) params: &'a Params,
+    pub(super) space: ColorSpace,
+}
+
+impl Maker<'_, '_> {
+    /// A colour or a texture; `or` if it is not given.
+    pub(super) fn color(&mut self, name: &'static str, or: f64) -> Result<ColorSource, Fault> {
+        if self.params.is(name, Type::Texture) {
+            return self.texture(name);
+        }
+        let found = color(self.scene, self.space, self.params, name, Role::Albedo)?;
+        Ok(found.map_or(grey(or), ColorSource::Constant))
+    }
+
+    fn texture(&mut self, name: &'static str) -> Result<ColorSource, Fault> {
+        let texture = self.params.texture(name).unwrap_or_default().to_owned();
+        source_named(self.scene, &texture, self.params.place_of(name))
+    }
+
+    /// A number or a texture.
+    fn number(&mut self, name: &'static str) -> Result<Option<ColorSource>, Fault> {
+        if self.params.is(name, Type::Texture) {
+            return self.texture(name).map(Some);
+        }
+        Ok(self.params.float(name).map(grey))
+    }
+
+    /// The width of the lobe as roughness and anisotropy here: pbrt's distribution has the width α = √roughness, or the roughness itself if it is
+    /// not remapped; here it is the square of the roughness.
+    fn roughness(&mut self, names: [&'static str; 3], surface: &mut PrincipledMaterial) -> Result<(), Fault> {
+        let remap = self.params.bool("remaproughness").unwrap_or(true);
+        let through = Through::Roughness { remap };
+        let both = self.number(names[0])?;
+        let along = self.number(names[1])?.or(both).unwrap_or(grey(0.0));
+        let across = self.number(names[2])?.or(both).unwrap_or(grey(0.0));
+        let (ColorSource::Constant(u), ColorSource::Constant(v)) = (along, across) else {
+            if along != across {
+                let message = "a texture of roughness along one direction: it is taken for both";
+                self.scene.report.approximated(self.params.place, message);
+            }
+            let texture = if matches!(along, ColorSource::Texture(_)) { along } else { across };
+            surface.specular_roughness = map_values(self.scene, texture, self.params.place, through);
+            return Ok(());
+        };
+        let alpha = |c: Spectrum| {
+            let r = through.of(f64::from(c.r));
+            r * r
+        };
+        let (u, v) = (alpha(u), alpha(v));
+        let (long, short) = (u.max(v), u.min(v));
+        if long - short <= 1e-9 || long <= 0.0 {
+            surface.specular_roughness = grey(long.sqrt());
+            return Ok(());
+        }
+        let ratio = short / long;
+        // OpenPBR: the longer width is r²·√(2 / (1 + ratio²)).
+        surface.specular_roughness = grey((long / (2.0 / (1.0 + ratio * ratio)).sqrt()).sqrt().min(1.0));
+        surface.specular_roughness_anisotropy = grey(1.0 - ratio);
+        surface.anisotropy_rotation = if u >= v { 0.0 } else { FRAC_PI_2 };
+        Ok(())
+    }
+
+    /// An index of refraction, with the dispersion of a glass that is named.
+    pub(super) fn with_index(
+        &mut self,
+        name: &'static str,
+        surface: PrincipledMaterial,
+    ) -> Result<PrincipledMaterial, Fault> {
+        if self.params.is(name, Type::Texture) {
+            let message = "a texture of indices of refraction: it is 1.5";
+            self.scene.report.ignored(self.params.place_of(name), message);
+            self.params.pass(&[name]);
+            return Ok(surface);
+        }
+        if let Some(ior) = self.params.float(name) {
+            return Ok(PrincipledMaterial { specular_ior: ior.clamp(1e-3, 100.0), ..surface });
+        }
+        let Some(param) = self.params.spectrum(name) else { return Ok(surface) };
+        let found = curve(self.scene, self.space, param, Role::Unbounded)?;
+        if let Curve::Named(name) = &found
+            && let Some(glass) = glass_of(name)
+        {
+            return Ok(PrincipledMaterial {
+                specular_ior: glass.ior,
+                transmission_dispersion_scale: 1.0,
+                transmission_dispersion_abbe_number: glass.abbe,
+                ..surface
+            });
+        }
+        let ior = match &found {
+            Curve::Sampled(s) => s.mean(),
+            other => f64::from(to_color(other, Role::Unbounded)?.g),
+        };
+        Ok(PrincipledMaterial { specular_ior: ior.clamp(1e-3, 100.0), ..surface })
+    }
+
+    pub(super) fn dielectric(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let glass = PrincipledMaterial { transmission_weight: grey(1.0), ..PrincipledMaterial::default() };
+        let mut glass = self.with_index("eta", glass)?;
+        self.roughness(["roughness", "uroughness", "vroughness"], &mut glass)?;
+        Ok(glass)
+    }
+
+    /// The colours of a metal by its spectra or its reflectance.
+    fn metal(&mut self, [eta, k, reflectance]: [&'static str; 3]) -> Result<(ColorSource, Spectrum), Fault> {
+        if self.params.has(reflectance) {
+            // pbrt takes η = 1 and the k that reflects so much head-on.
+            let color = self.color(reflectance, 0.5)?;
+            let ColorSource::Constant(f0) = color else { return Ok((color, Spectrum::WHITE)) };
+            let index = f0.map(|r| {
+                let r = r.clamp(0.0, 0.9999);
+                2.0 * r.sqrt() / (1.0 - r).sqrt()
+            });
+            let colors = colors_of_index(Spectrum::WHITE, index);
+            return Ok((ColorSource::Constant(colors.f0), colors.tint));
+        }
+        let mut curves = [None, None];
+        for (slot, name) in curves.iter_mut().zip([eta, k]) {
+            if self.params.is(name, Type::Texture) {
+                let message = "a texture of a metal's index of refraction: it is copper";
+                self.scene.report.ignored(self.params.place_of(name), message);
+                self.params.pass(&[name]);
+            } else if let Some(param) = self.params.spectrum(name) {
+                *slot = Some(curve(self.scene, self.space, param, Role::Unbounded)?);
+            } else if let Some(v) = self.params.float(name) {
+                *slot = Some(Curve::Rgb(Spectrum::grey(v as f32)));
+            }
+        }
+        let copper = MetalName::Copper.colors();
+        let colors: MetalColors = match curves {
+            [None, None] => copper,
+            [Some(Curve::Named(a)), b] if b.is_none() || matches!(&b, Some(Curve::Named(_))) => {
+                if let Some(Curve::Named(b)) = &b
+                    && a.strip_suffix("-eta") != b.strip_suffix("-k")
+                {
+                    self.scene.report.approximated(
+                        self.params.place,
+                        "eta and k of different metals: the metal of eta is shown",
+                    );
+                }
+                metal_of(&a).unwrap_or(copper)
+            }
+            [Some(Curve::Sampled(eta)), Some(Curve::Sampled(k))] => metal_of_index(&eta, &k),
+            [eta, k] => {
+                let or = |c: Option<Curve>, or: f32| {
+                    c.map_or(Ok(Spectrum::grey(or)), |c| to_color(&c, Role::Unbounded))
+                };
+                colors_of_index(or(eta, 1.0)?, or(k, 0.0)?)
+            }
+        };
+        Ok((ColorSource::Constant(colors.f0), colors.tint))
+    }
+
+    pub(super) fn conductor(
+        &mut self,
+        prefix: &str,
+        names: [&'static str; 3],
+    ) -> Result<PrincipledMaterial, Fault> {
+        let (color, tint) = self.metal(names)?;
+        let mut surface = PrincipledMaterial {
+            base_color: color,
+            base_metalness: grey(1.0),
+            specular_color: ColorSource::Constant(tint),
+            ..PrincipledMaterial::default()
+        };
+        let names = match prefix {
+            "" => ["roughness", "uroughness", "vroughness"],
+            _ => ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"],
+        };
+        self.roughness(names, &mut surface)?;
+        Ok(surface)
+    }
+
+    /// The clear layer of a coated material over a base.
+    fn coat(
+        &mut self,
+        base: PrincipledMaterial,
+        names: [&'static str; 3],
+        index: &'static str,
+    ) -> Result<PrincipledMaterial, Fault> {
+        let layer = self.with_index(index, PrincipledMaterial::default())?;
+        let mut rough = PrincipledMaterial::default();
+        self.roughness(names, &mut rough)?;
+        if rough.specular_roughness_anisotropy != grey(0.0) {
+            self.scene.report.approximated(
+                self.params.place,
+                "an anisotropic clear layer: it is equally rough along and across",
+            );
+        }
+        let absorbs = match self.params.spectrum("albedo") {
+            None => false,
+            Some(param) => curve(self.scene, self.space, param, Role::Albedo)? != Curve::Rgb(Spectrum::BLACK),
+        };
+        if absorbs {
+            self.scene.report.approximated(
+                self.params.place_of("albedo"),
+                "what scatters within a clear layer: the layer is clear",
+            );
+        }
+        self.params.pass(&["albedo", "g", "maxdepth", "nsamples", "thickness", "interface.thickness"]);
+        Ok(PrincipledMaterial {
+            coat_weight: grey(1.0),
+            coat_roughness: rough.specular_roughness,
+            coat_ior: layer.specular_ior,
+            ..base
+        })
+    }
+
+    /// A diffuse base under a clear layer. Light that comes back from the base is reflected at the layer's inner side, and so on: of a base of
+    /// reflectance ρ, ρ (1 − R) / (1 − ρ R) gets out, R being what the inner side reflects of diffuse light. With that as its colour a dielectric here,
+    /// whose base has what the layer lets in, is the same.
+    pub(super) fn coated_diffuse(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let color = self.color("reflectance", 0.5)?;
+        let layer =
+            self.coat(PrincipledMaterial::default(), ["roughness", "uroughness", "vroughness"], "eta")?;
+        let inner = inner_reflectance(layer.coat_ior);
+        let color = map_values(self.scene, color, self.params.place, Through::Layer { inner });
+        Ok(PrincipledMaterial {
+            base_color: color,
+            specular_ior: layer.coat_ior,
+            specular_roughness: layer.coat_roughness,
+            ..PrincipledMaterial::default()
+        })
+    }
+
+    pub(super) fn coated_conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let base = self.conductor("conductor.", ["conductor.eta", "conductor.k", "reflectance"])?;
+        self.coat(
+            base,
+            ["interface.roughness", "interface.uroughness", "interface.vroughness"],
+            "interface.eta",
+        )
+    }
+
+    /// A thin wall that reflects R and lets T through, both diffuse: with the share w of a translucent part of colour S, half of which comes back,
+    /// T = w·S/2 and R = T + (1 − w)·C.
+    pub(super) fn diffuse_transmission(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let scale = self.params.float("scale").unwrap_or(1.0).clamp(0.0, 1e6) as f32;
+        let sources = [self.color("reflectance", 0.25)?, self.color("transmittance", 0.25)?];
+        let thin = PrincipledMaterial { thin_walled: true, ..PrincipledMaterial::matte() };
+        let [ColorSource::Constant(r), ColorSource::Constant(t)] = sources else {
+            // By textures the two shares cannot be told apart everywhere: half of the light goes through.
+            if sources[0] != sources[1] || scale != 1.0 {
+                let message = "textures of diffuse transmission: as much light passes as comes back";
+                self.scene.report.approximated(self.params.place, message);
+            }
+            let texture = if matches!(sources[0], ColorSource::Texture(_)) { sources[0] } else { sources[1] };
+            let color =
+                map_values(self.scene, texture, self.params.place, Through::Scale(2.0 * f64::from(scale)));
+            return Ok(PrincipledMaterial { subsurface_weight: grey(1.0), subsurface_color: color, ..thin });
+        };
+        let (r, t) = (r * scale, t * scale);
+        let most = (2.0 * t.max_component()).min(1.0);
+        let left = |r: f32, t: f32| r - t;
+        let rest = Spectrum::new(left(r.r, t.r), left(r.g, t.g), left(r.b, t.b));
+        if rest.to_array().iter().any(|v| *v < -1e-4) {
+            self.scene.report.approximated(
+                self.params.place,
+                "more light passes than comes back: as much comes back here",
+            );
+        }
+        let base = rest.map(|v| if most < 1.0 { (v / (1.0 - most)).clamp(0.0, 1.0) } else { 0.0 });
+        let through = t.map(|v| if most > 0.0 { (2.0 * v / most).clamp(0.0, 1.0) } else { 0.0 });
+        Ok(PrincipledMaterial {
+            base_color: ColorSource::Constant(base),
+            subsurface_weight: grey(f64::from(most)),
+            subsurface_color: ColorSource::Constant(through),
+            ..thin
+        })
+    }
+
+    pub(super) fn subsurface(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let place = self.params.place;
+        let scale = self.params.float("scale").unwrap_or(1.0).max(0.0);
+        let named = self.params.string("name").map(str::to_owned);
+        let (color, radius) = if self.params.has("reflectance") {
+            let color = self.color("reflectance", 0.5)?;
+            let mfp = self::color(self.scene, self.space, self.params, "mfp", Role::Unbounded)?;
+            let mfp = mfp.unwrap_or(Spectrum::WHITE);
+            (color, f64::from((mfp.r + mfp.g + mfp.b) / 3.0) * scale)
+        } else {
+            let found = named.as_deref().and_then(media::named);
+            if let (Some(name), None) = (&named, found) {
+                let message =
+                    format!("the medium \"{}\" of a subsurface material is not known", printable(name));
+                self.scene.report.ignored(self.params.place_of("name"), message);
+            }
+            let (a, s) = match found {
+                Some(found) => found,
+                None => {
+                    let a = self::color(self.scene, self.space, self.params, "sigma_a", Role::Unbounded)?;
+                    let s = self::color(self.scene, self.space, self.params, "sigma_s", Role::Unbounded)?;
+                    (
+                        a.unwrap_or(Spectrum::new(0.0011, 0.0024, 0.014)),
+                        s.unwrap_or(Spectrum::new(2.55, 3.21, 3.77)),
+                    )
+                }
+            };
+            let g = self.params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999) as f32;
+            let (a, s) = (a.to_array(), s.to_array());
+            let mut color = [0.0; 3];
+            let mut mean = 0.0;
+            for (i, c) in color.iter_mut().enumerate() {
+                let scattering = s[i] * (1.0 - g);
+                let extinction = a[i] + scattering;
+                let albedo = if extinction > 0.0 { scattering / extinction } else { 0.0 };
+                // Diffuse reflectance of a half-space under a rough estimate of its skin (van de Hulst's similarity).
+                let q = (1.0 - albedo).max(0.0).sqrt();
+                *c = (1.0 - q) * (1.0 - 0.139 * q) / (1.0 + 1.17 * q);
+                mean += f64::from(extinction) / 3.0;
+            }
+            let radius = if mean * scale > 0.0 { 1.0 / (mean * scale) } else { 0.0 };
+            (ColorSource::Constant(color.into()), radius)
+        };
+        self.params.pass(&["mfp", "reflectance", "sigma_a", "sigma_s", "g", "name"]);
+        self.scene
+            .report
+            .approximated(place, "a subsurface material: its colour and mean way of light are kept");
+        let base = PrincipledMaterial {
+            subsurface_weight: grey(1.0),
+            subsurface_color: color,
+            subsurface_radius: if radius.is_finite() { radius.clamp(0.0, 1e30) } else { 0.0 },
+            specular_ior: 1.33,
+            ..PrincipledMaterial::default()
+        };
+        let mut surface = self.with_index("eta", base)?;
+        self.roughness(["roughness", "uroughness", "vroughness"], &mut surface)?;
+        surface.transmission_dispersion_scale = 0.0;
+        Ok(surface)
+    }
+
+    pub(super) fn hair(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let place = self.params.place;
+        let color = if self.params.has("reflectance") {
+            self.color("reflectance", 0.3)?
+        } else {
+            ColorSource::Constant(Spectrum::new(0.25, 0.14, 0.07))
+        };
+        self.params.pass(&[
+            "sigma_a",
+            "eumelanin",
+            "pheomelanin",
+            "eta",
+            "beta_m",
+            "beta_n",
+            "alpha",
+            "reflectance",
+        ]);
+        self.scene.report.approximated(place, "hair is shown as a glossy dielectric of its colour");
+        Ok(PrincipledMaterial {
+            base_color: color,
+            specular_roughness: grey(0.4),
+            specular_ior: 1.55,
+            ..PrincipledMaterial::default()
+        })
+    }
+
+    pub(super) fn mix(&mut self, usage: Use) -> Result<MaterialDesc, Fault> {
+        let place = self.params.place;
+        let names = self.params.strings("materials").to_vec();
+        let [a, b] = &names[..] else {
+            let message = format!("a mix has two materials, found {}", names.len());
+            return Err(Fault::at(place, ErrorCode::MissingKey, message)
+                .help("as in \"string materials\" [ \"a\" \"b\" ]"));
+        };
+        let amount = match self.number("amount")? {
+            Some(ColorSource::Constant(c)) => ColorSource::Constant(c.map(|v| v.clamp(0.0, 1.0))),
+            Some(texture) => texture,
+            None => grey(0.5),
+        };
+        let materials = &mut self.scene.materials;
+        let slots = [materials.named(a, place), materials.named(b, place)];
+        if slots.iter().any(|s| materials.is_interface(*s)) {
+            let message = "a mix with an interface: the other material is there with its share as opacity";
+            self.scene.report.approximated(place, message);
+            let materials = &mut self.scene.materials;
+            let surface = usize::from(materials.is_interface(slots[0]));
+            let slot = slots.get(surface).copied().unwrap_or_default();
+            let share =
+                if surface == 1 { amount } else { map_values(self.scene, amount, place, Through::Rest) };
+            let materials = &mut self.scene.materials;
+            let id = materials.wanted(slot, Use { alpha: Some(share), ..usage });
+            return Ok(MaterialDesc::Mix(MixMaterial { materials: vec![id, id], weights: vec![grey(0.0)] }));
+        }
+        let ids = slots.map(|slot| materials.wanted(slot, usage.clone()));
+        self.params.finish("the material \"mix\"", &mut self.scene.report);
+        Ok(MaterialDesc::Mix(MixMaterial { materials: ids.to_vec(), weights: vec![amount] }))
+    }
+
+    /// What every surface may have: a texture of heights or a picture of normals.
+    pub(super) fn details(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
+        if self.params.is("displacement", Type::Texture) {
+            let heights = self.texture("displacement")?;
+            if matches!(heights, ColorSource::Texture(_)) {
+                (surface.bump_map, surface.bump_scale, surface.bump_unit) =
+                    (Some(heights), 1.0, BumpUnit::Scene);
+            }
+        } else {
+            self.params.pass(&["displacement"]);
+        }
+        if let Some(file) = self.params.string("normalmap").map(str::to_owned) {
+            surface.normal_map = normal_picture(self.scene, &file, self.params.place_of("normalmap"));
+        }
+        Ok(())
+    }
+}
