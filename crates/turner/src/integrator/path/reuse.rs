@@ -1,0 +1,329 @@
+//! Paths that neighbouring pixels use together (Bekaert, Sbert and Halton 2002, "Accelerating path tracing by re-using paths").
+//!
+//! Where the camera rays of a group of pixels end on surfaces that reflect light alike in all directions, each of their paths goes on to a second
+//! surface. What leaves that surface, if it reflects alike in all directions too, counts for all pixels of the group that see it from their own
+//! surfaces, not for its own pixel alone: a path is joined to its neighbours' first surfaces by shadow rays. The directions in which the
+//! group's first surfaces send their paths are ways of finding the same second surface, and the balance heuristic (Veach and Guibas 1995) weighs
+//! them, over those that nothing is in the way of. So the mean is that of paths which keep to themselves, and the noise of indirect light nearly that of
+//! eight times as many.
+//!
+//! A group is eight pixels of a cell of 4 x 4, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
+//! number and those of its neighbours, never on tiles, crops or threads.
+
+use super::bent_normal::bent_normal;
+use super::record::Record;
+use super::vertex::{Vertex, softened};
+use super::wave::Wave;
+use crate::bsdf::MIN_COSINE;
+use crate::color::Spectrum;
+use crate::film::Antialias;
+use crate::integrator::{Radiance, RayStats};
+use crate::material::{AlphaMode, Physical};
+use crate::math::{DVec3, Ray};
+use crate::sampler::SampleId;
+use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
+use std::f64::consts::PI;
+use turner_bvh::lanes::LANES;
+
+/// Samples that use one another's paths, at most.
+const GROUP: usize = 8;
+/// Edge of the cells that groups are part of, in pixels.
+pub(crate) const CELL: u32 = 4;
+/// No sample.
+const NONE: u32 = u32::MAX;
+
+/// Which half of its cell a pixel belongs to: other halves for each of four samples, so that noise does not look like blocks.
+fn half(id: &SampleId) -> u32 {
+    let (x, y) = (id.x % CELL, id.y % CELL);
+    match id.index % 4 {
+        0 => y / 2,
+        1 => x / 2,
+        2 => (x + y) % 2,
+        _ => (x / 2 + y / 2) % 2,
+    }
+}
+
+/// The samples that a sample may use the paths of, its own among them, row by row.
+pub(crate) fn group(scene: &Scene, id: SampleId) -> impl Iterator<Item = SampleId> {
+    let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
+    let (right, bottom) = ((left + CELL).min(scene.film.width), (top + CELL).min(scene.film.height));
+    (top..bottom)
+        .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
+        .filter(move |other| half(other) == half(&id))
+}
+
+/// Where a camera ray ends, if light is reflected there alike in all directions. Normals are on the side of the ray.
+pub(super) struct First {
+    pub(super) p: DVec3,
+    /// Where rays leave.
+    pub(super) origin: DVec3,
+    pub(super) from: RayOrigin,
+    /// The normal of shading, and that of the surface before bending.
+    pub(super) z: DVec3,
+    pub(super) ns: DVec3,
+    pub(super) ng: DVec3,
+    /// The BRDF.
+    pub(super) f: Spectrum,
+}
+
+/// Where the path of a sample goes on to, if light is reflected there alike in all directions. Normals are on the side of the ray.
+pub(super) struct Second {
+    pub(super) p: DVec3,
+    /// Where rays end that are to see it.
+    pub(super) target: DVec3,
+    pub(super) ng: DVec3,
+    /// The normal of shading before it is bent for who looks at it, and after; `None` where it is the surface's.
+    pub(super) bent: Option<[DVec3; 2]>,
+}
+
+impl First {
+    /// The share of light from a second surface that is reflected, over the BRDF, and the density with which the surface is sampled from here; both
+    /// per area there.
+    #[inline]
+    fn term(&self, to: &Second) -> [f64; 2] {
+        let way = to.p - self.p;
+        let square = way.length_squared();
+        let wi = way / square.sqrt();
+        let (cos, leaves, arrives) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
+        if !(cos > MIN_COSINE && leaves > 0.0 && arrives > MIN_COSINE) {
+            return [0.0; 2];
+        }
+        if let Some([z, bent]) = to.bent
+            && (bent_normal(-wi, z, to.ng) != bent || bent.dot(-wi) <= MIN_COSINE)
+        {
+            return [0.0; 2];
+        }
+        let density = cos * arrives / square;
+        if !density.is_finite() {
+            return [0.0; 2];
+        }
+        [density * softened(self.ns, self.ng, wi), density / PI]
+    }
+}
+
+/// A path that its neighbours may use.
+struct Offer {
+    sample: u32,
+    terms: [[f64; 2]; GROUP],
+    /// Which of the group reach it.
+    reached: u8,
+}
+
+/// What is known of the groups of a wave.
+#[derive(Default)]
+pub(super) struct Reuse {
+    pub(super) on: bool,
+    /// The samples of each group, in the order of its pixels, and the group of each sample.
+    groups: Vec<[u32; GROUP]>,
+    group_of: Vec<u32>,
+    /// Of each sample.
+    firsts: Vec<Option<First>>,
+    offers: Vec<Offer>,
+    seconds: Vec<Second>,
+    /// What leaves the second surfaces of paths that are lent.
+    pub(super) lent: Vec<Radiance>,
+    /// For each sample, the share of that which each of the group gets.
+    shares: Vec<[Spectrum; GROUP]>,
+    rays: RayBatch,
+    asked: Vec<(u32, u8)>,
+    through: Vec<SpectrumBlock>,
+    /// While groups are formed: their numbers by place, and how many each has.
+    table: Vec<u32>,
+    counts: Vec<u8>,
+}
+
+impl Reuse {
+    pub(super) fn new(on: bool) -> Reuse {
+        Reuse { on, ..Reuse::default() }
+    }
+
+    /// Whether paths of a scene are used by neighbours, if its integrator lets them.
+    pub(super) fn suits(scene: &Scene) -> bool {
+        scene.volumes.is_none()
+            && scene.caustics.is_none()
+            && !scene.moves
+            && scene.film.antialias != Antialias::Adaptive
+    }
+
+    /// Finds the groups among samples.
+    fn begin(&mut self, ids: &[SampleId]) {
+        let cells = |edge: fn(&SampleId) -> u32| {
+            let edges = ids.iter().map(edge);
+            (edges.clone().min().unwrap_or(0) / CELL, edges.max().unwrap_or(0) / CELL)
+        };
+        let ((left, right), (top, _)) = (cells(|id| id.x), cells(|id| id.y));
+        let across = right - left + 1;
+        self.groups.clear();
+        self.group_of.clear();
+        self.table.clear();
+        self.counts.clear();
+        for (i, id) in ids.iter().enumerate() {
+            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * 2 + half(id)) as usize;
+            if self.table.len() <= place {
+                self.table.resize(place + 1, NONE);
+            }
+            if self.table[place] == NONE {
+                self.table[place] = self.groups.len() as u32;
+                self.groups.push([NONE; GROUP]);
+                self.counts.push(0);
+            }
+            let group = self.table[place];
+            let (members, count) = (&mut self.groups[group as usize], &mut self.counts[group as usize]);
+            if let Some(member) = members.get_mut(usize::from(*count)) {
+                *member = i as u32;
+                *count += 1;
+            }
+            self.group_of.push(group);
+        }
+        self.firsts.clear();
+        self.firsts.resize_with(ids.len(), || None);
+        self.lent.clear();
+        self.lent.resize(ids.len(), Radiance { color: Spectrum::BLACK, alpha: 1.0 });
+        self.shares.resize(ids.len(), [Spectrum::BLACK; GROUP]);
+        self.offers.clear();
+        self.seconds.clear();
+    }
+
+    /// The members of a sample's group.
+    fn members(&self, sample: u32) -> &[u32; GROUP] {
+        &self.groups[self.group_of[sample as usize] as usize]
+    }
+
+    fn first(&self, sample: u32) -> Option<&First> {
+        self.firsts.get(sample as usize)?.as_ref()
+    }
+}
+
+impl<R: Record> Wave<'_, R> {
+    pub(super) fn begin_reuse(&mut self, ids: &[SampleId]) {
+        if self.reuse.on {
+            self.reuse.begin(ids);
+        }
+    }
+
+    /// Whether a path has just come to its first surface from the camera, or to the one behind it, and might share it.
+    #[inline]
+    pub(super) fn may_be_first(&self, sample: u32) -> bool {
+        let path = &self.paths[sample as usize];
+        self.reuse.on && path.vertex == 1 && path.media.is_empty()
+    }
+
+    /// The same for the surface behind it.
+    #[inline]
+    pub(super) fn may_lend(&self, sample: u32) -> bool {
+        let path = &self.paths[sample as usize];
+        self.reuse.on && path.vertex == 2 && path.bounces.total == 1 && self.reuse.first(sample).is_some()
+    }
+
+    /// Takes note of a vertex that is the first or the second of its path, if light is reflected there alike in all directions.
+    pub(super) fn take_part(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical) {
+        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+        if !first && !second {
+            return;
+        }
+        let Some(f) = v.bsdf.as_lambert() else { return };
+        let side = if v.wo.dot(v.surface.ng) >= 0.0 { 1.0 } else { -1.0 };
+        let (ng, origin) = (side * v.surface.ng, v.surface.leave(v.wo));
+        if first {
+            let (p, from, ns) = (v.surface.p, v.surface.hit.origin(), side * v.surface.ns);
+            self.set_first(sample, First { p, origin, from, z: v.frame.z, ns, ng, f });
+        } else if material.desc.alpha_mode != AlphaMode::Blend && !material.is_emissive() {
+            let unbent = || side * material.frame(self.scene, v.surface).z;
+            let bent = (v.frame.z != ng).then(|| [unbent(), v.frame.z]);
+            self.lend(sample, Second { p: v.surface.p, target: origin, ng, bent });
+        }
+    }
+
+    /// Notes where a camera ray ends.
+    #[inline]
+    pub(super) fn set_first(&mut self, sample: u32, first: First) {
+        self.reuse.firsts[sample as usize] = Some(first);
+    }
+
+    /// Lends a path from its second surface on, if it can be found from its first.
+    pub(super) fn lend(&mut self, sample: u32, second: Second) {
+        let path = &mut self.paths[sample as usize];
+        let importance = path.beta.max_component();
+        let own = self.reuse.first(sample).map_or([0.0; 2], |first| first.term(&second));
+        if own[1] <= 0.0 || !(importance > 0.0 && importance < f32::INFINITY) {
+            return;
+        }
+        path.beta = Spectrum::WHITE;
+        path.importance = importance;
+        path.lends = true;
+        let mut terms = [[0.0; 2]; GROUP];
+        let mut reached = 0;
+        for (lane, &other) in self.reuse.members(sample).iter().enumerate() {
+            if other == sample {
+                (terms[lane], reached) = (own, reached | 1 << lane);
+            } else if let Some(first) = self.reuse.first(other) {
+                terms[lane] = first.term(&second);
+            }
+        }
+        self.reuse.offers.push(Offer { sample, terms, reached });
+        self.reuse.seconds.push(second);
+    }
+
+    /// Finds out who sees the second surfaces of this round, and weighs them.
+    pub(super) fn weigh_offers(&mut self, stats: &mut RayStats) {
+        let reuse = &mut self.reuse;
+        if reuse.offers.is_empty() {
+            return;
+        }
+        reuse.rays.clear();
+        reuse.rays.coherent = true;
+        reuse.asked.clear();
+        for (number, (offer, second)) in reuse.offers.iter().zip(&reuse.seconds).enumerate() {
+            let members = &reuse.groups[reuse.group_of[offer.sample as usize] as usize];
+            for (lane, (&other, term)) in members.iter().zip(&offer.terms).enumerate() {
+                if other == offer.sample || term[1] <= 0.0 {
+                    continue;
+                }
+                let Some(first) = reuse.firsts.get(other as usize).and_then(Option::as_ref) else { continue };
+                let ray = Ray { t_max: 1.0, ..Ray::new(first.origin, second.target - first.origin) };
+                reuse.rays.push_leaving(&ray, first.from);
+                reuse.asked.push((number as u32, lane as u8));
+            }
+        }
+        stats.shadow += reuse.asked.len() as u64;
+        self.scene.transmittance_batch(&mut reuse.rays, &mut reuse.through);
+        for (i, &(offer, lane)) in reuse.asked.iter().enumerate() {
+            if reuse.through[i / LANES].get(i % LANES) == Spectrum::WHITE {
+                reuse.offers[offer as usize].reached |= 1 << lane;
+            }
+        }
+        for offer in &reuse.offers {
+            let reaches = |lane: usize| offer.reached >> lane & 1 == 1;
+            let sum: f64 = offer.terms.iter().enumerate().filter(|(i, _)| reaches(*i)).map(|(_, t)| t[1]).sum();
+            let members = &reuse.groups[reuse.group_of[offer.sample as usize] as usize];
+            let shares = &mut reuse.shares[offer.sample as usize];
+            for (lane, &other) in members.iter().enumerate() {
+                let first = reuse.firsts.get(other as usize).and_then(Option::as_ref);
+                shares[lane] = match first.filter(|_| reaches(lane)) {
+                    Some(first) => first.f * (offer.terms[lane][0] / sum) as f32,
+                    None => Spectrum::BLACK,
+                };
+            }
+        }
+        reuse.offers.clear();
+        reuse.seconds.clear();
+    }
+
+    /// Gives all samples their shares of what was lent.
+    pub(super) fn share(&mut self, out: &mut [Radiance]) {
+        let Wave { reuse, paths, .. } = self;
+        if !reuse.on {
+            return;
+        }
+        for members in &reuse.groups {
+            for &from in members.iter().filter(|&&m| m != NONE && paths[m as usize].lends) {
+                let (lent, shares) = (reuse.lent[from as usize].color, &reuse.shares[from as usize]);
+                for (&to, share) in members.iter().zip(shares) {
+                    if !share.is_black() {
+                        out[to as usize].color += *share * lent;
+                    }
+                }
+            }
+        }
+    }
+}
