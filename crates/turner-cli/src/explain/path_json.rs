@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 use turner::bsdf::Lobe;
 use turner::integrator::path::{
-    AroundRecord, EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, ScatterRecord,
-    VertexRecord, WayRecord,
+    AroundRecord, EmissionRecord, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord,
+    ScatterRecord, SharedRecord, VertexRecord, WayRecord,
 };
 
 use super::classic_json::caster;
@@ -23,7 +23,21 @@ pub(super) fn of(names: &Names<'_>, path: &PathRecord) -> Value {
         "vertices": vertices,
         "escape": path.escape.as_ref().map(|e| escape(names, e)),
         "end": path.end.word(),
+        "shared": path.shared.as_ref().map(shared),
     })
+}
+
+fn shared(s: &SharedRecord) -> Value {
+    let part = |p: &LentRecord| {
+        json!({
+            "pixel": [p.id.x, p.id.y],
+            "position": vector(p.p),
+            "radiance": color(p.radiance),
+            "share": color(p.share),
+            "contribution": color(p.contribution),
+        })
+    };
+    json!({ "from": s.from, "paths": s.parts.iter().map(part).collect::<Vec<Value>>() })
 }
 
 fn way(names: &Names<'_>, w: &WayRecord) -> Value {

@@ -23,8 +23,8 @@ mod volume_light;
 mod wave;
 
 pub use record::{
-    AroundRecord, EmissionRecord, End, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord,
-    Roulette, ScatterRecord, VertexRecord, WalkRecord, WayRecord,
+    AroundRecord, EmissionRecord, End, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord,
+    PhotonsRecord, Roulette, ScatterRecord, SharedRecord, VertexRecord, WalkRecord, WayRecord,
 };
 pub use replay::{replay, replay_at};
 pub(crate) use reuse::{CELL, group};

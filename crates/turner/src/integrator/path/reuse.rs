@@ -29,6 +29,8 @@ use turner_bvh::lanes::LANES;
 const GROUP: usize = 8;
 /// Edge of the cells that groups are part of, in pixels.
 pub(crate) const CELL: u32 = 4;
+/// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
+const NEARLY: f64 = 1.0 - 1.0 / 16384.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
@@ -112,7 +114,7 @@ struct Offer {
 /// What is known of the groups of a wave.
 #[derive(Default)]
 pub(super) struct Reuse {
-    pub(super) on: bool,
+    on: bool,
     /// The samples of each group, in the order of its pixels, and the group of each sample.
     groups: Vec<[u32; GROUP]>,
     group_of: Vec<u32>,
@@ -124,6 +126,8 @@ pub(super) struct Reuse {
     pub(super) lent: Vec<Radiance>,
     /// For each sample, the share of that which each of the group gets.
     shares: Vec<[Spectrum; GROUP]>,
+    /// The second surfaces of paths that are lent.
+    met: Vec<DVec3>,
     rays: RayBatch,
     asked: Vec<(u32, u8)>,
     through: Vec<SpectrumBlock>,
@@ -135,6 +139,12 @@ pub(super) struct Reuse {
 impl Reuse {
     pub(super) fn new(on: bool) -> Reuse {
         Reuse { on, ..Reuse::default() }
+    }
+
+    /// Whether it is done at all.
+    #[inline]
+    pub(super) fn is_on(&self) -> bool {
+        self.on
     }
 
     /// Whether paths of a scene are used by neighbours, if its integrator lets them.
@@ -180,6 +190,7 @@ impl Reuse {
         self.lent.clear();
         self.lent.resize(ids.len(), Radiance { color: Spectrum::BLACK, alpha: 1.0 });
         self.shares.resize(ids.len(), [Spectrum::BLACK; GROUP]);
+        self.met.resize(ids.len(), DVec3::ZERO);
         self.offers.clear();
         self.seconds.clear();
     }
@@ -260,6 +271,8 @@ impl<R: Record> Wave<'_, R> {
                 terms[lane] = first.term(&second);
             }
         }
+        self.record.note(|r| r.lent_from = r.vertices.len().checked_sub(1));
+        self.reuse.met[sample as usize] = second.p;
         self.reuse.offers.push(Offer { sample, terms, reached });
         self.reuse.seconds.push(second);
     }
@@ -280,7 +293,7 @@ impl<R: Record> Wave<'_, R> {
                     continue;
                 }
                 let Some(first) = reuse.firsts.get(other as usize).and_then(Option::as_ref) else { continue };
-                let ray = Ray { t_max: 1.0, ..Ray::new(first.origin, second.target - first.origin) };
+                let ray = Ray { t_max: NEARLY, ..Ray::new(first.origin, second.target - first.origin) };
                 reuse.rays.push_leaving(&ray, first.from);
                 reuse.asked.push((number as u32, lane as u8));
             }
@@ -307,6 +320,19 @@ impl<R: Record> Wave<'_, R> {
         }
         reuse.offers.clear();
         reuse.seconds.clear();
+    }
+
+    /// What the sample in this place of a wave got of its group: whose path it is, its second surface, the share, and what leaves that surface.
+    pub(super) fn shares_of(&self, place: usize) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
+        let Wave { reuse, paths, .. } = self;
+        let members = &reuse.groups[reuse.group_of[place] as usize];
+        let lane = members.iter().position(|&m| m as usize == place);
+        members.iter().map(|&m| m as usize).filter(|&m| paths.get(m).is_some_and(|p| p.lends)).filter_map(
+            move |from| {
+                let share = reuse.shares[from][lane?];
+                (!share.is_black()).then_some((from, reuse.met[from], share, reuse.lent[from].color))
+            },
+        )
     }
 
     /// Gives all samples their shares of what was lent.

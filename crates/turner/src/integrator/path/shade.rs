@@ -260,7 +260,7 @@ impl<R: Record> Wave<'_, R> {
         pixel: &mut Radiance,
         stats: &mut RayStats,
     ) {
-        if self.reuse.on {
+        if self.reuse.is_on() {
             self.take_part(at.sample, vertex, material);
         }
         if smooth && self.photons.is_some() {

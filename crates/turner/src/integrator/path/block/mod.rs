@@ -239,7 +239,7 @@ impl<R: Record> Wave<'_, R> {
                     continue;
                 }
                 lanes |= 1 << lane;
-                if self.reuse.on {
+                if self.reuse.is_on() {
                     self.take_part_in_block(block, lane);
                 }
                 let path = &self.paths[block.samples[lane] as usize];
