@@ -30,7 +30,7 @@ const GROUP: usize = 8;
 /// Edge of the cells that groups are part of, in pixels.
 pub(crate) const CELL: u32 = 4;
 /// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
-const NEARLY: f64 = 1.0 - 1.0 / 16384.0;
+const NEARLY: f64 = 1.0 - 1.0 / 4096.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
