@@ -5,9 +5,9 @@
 //! surfaces, not for its own pixel alone: a path is joined to its neighbours' first surfaces by shadow rays. The directions in which the
 //! group's first surfaces send their paths are ways of finding the same second surface, and the balance heuristic (Veach and Guibas 1995) weighs
 //! them, over those that nothing is in the way of. So the mean is that of paths which keep to themselves, and the noise of indirect light nearly that of
-//! eight times as many.
+//! sixteen times as many.
 //!
-//! A group is eight pixels of a cell of 4 x 4, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
+//! A group is sixteen pixels of a cell of 8 x 8, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
 //! number and those of its neighbours, never on tiles, crops or threads.
 
 use super::bent_normal::bent_normal;
@@ -26,22 +26,23 @@ use std::f64::consts::PI;
 use turner_bvh::lanes::LANES;
 
 /// Samples that use one another's paths, at most.
-const GROUP: usize = 8;
+const GROUP: usize = 16;
 /// Edge of the cells that groups are part of, in pixels.
-pub(crate) const CELL: u32 = 4;
+pub(crate) const CELL: u32 = 8;
 /// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
 const NEARLY: f64 = 1.0 - 1.0 / 4096.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
-/// Which half of its cell a pixel belongs to: other halves for each of four samples, so that noise does not look like blocks.
-fn half(id: &SampleId) -> u32 {
+/// Which quarter of its cell a pixel belongs to: other quarters for each of four samples, so that noise does not look like blocks. Those of the first
+/// sample lie between one another.
+fn quarter(id: &SampleId) -> u32 {
     let (x, y) = (id.x % CELL, id.y % CELL);
     match id.index % 4 {
-        0 => y / 2,
-        1 => x / 2,
-        2 => (x + y) % 2,
-        _ => (x / 2 + y / 2) % 2,
+        0 => 2 * (y % 2) + x % 2,
+        1 => y / 2,
+        2 => x / 2,
+        _ => 2 * (y / 4) + x / 4,
     }
 }
 
@@ -51,7 +52,7 @@ pub(crate) fn group(scene: &Scene, id: SampleId) -> impl Iterator<Item = SampleI
     let (right, bottom) = ((left + CELL).min(scene.film.width), (top + CELL).min(scene.film.height));
     (top..bottom)
         .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
-        .filter(move |other| half(other) == half(&id))
+        .filter(move |other| quarter(other) == quarter(&id))
 }
 
 /// Where a camera ray ends, if light is reflected there alike in all directions. Normals are on the side of the ray.
@@ -108,7 +109,7 @@ struct Offer {
     sample: u32,
     terms: [[f64; 2]; GROUP],
     /// Which of the group reach it.
-    reached: u8,
+    reached: u16,
 }
 
 /// What is known of the groups of a wave.
@@ -168,7 +169,7 @@ impl Reuse {
         self.table.clear();
         self.counts.clear();
         for (i, id) in ids.iter().enumerate() {
-            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * 2 + half(id)) as usize;
+            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + quarter(id)) as usize;
             if self.table.len() <= place {
                 self.table.resize(place + 1, NONE);
             }
