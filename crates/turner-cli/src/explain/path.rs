@@ -180,14 +180,18 @@ fn group(out: &mut SampleTree, path: &PathRecord, shared: &SharedRecord, places:
             out.parts.push((*place, "own path, shared", part.contribution));
             if let Some(node) = out.nodes.get_mut(*place) {
                 let rows = &mut node.rows;
-                rows.push(("shared", "from here on the path is one of the group's: what leaves, by share".to_owned()));
+                rows.push((
+                    "shared",
+                    "from here on the path is one of the group's: what leaves, by share".to_owned(),
+                ));
                 rows.push(("share", share));
                 rows.push(("adds", color(part.contribution)));
             }
             continue;
         }
         let (Some(first), Some(&parent)) = (path.vertices.first(), places.first()) else { continue };
-        let mut node = Node::new(Kind::Diffuse, Some(parent), first.p, (part.p - first.p).normalize_or_zero());
+        let mut node =
+            Node::new(Kind::Diffuse, Some(parent), first.p, (part.p - first.p).normalize_or_zero());
         node.to = Some(part.p);
         node.target = format!("what the path of column {}, row {} found", part.id.x, part.id.y);
         node.remark = "shared".to_owned();

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 use turner::bsdf::Lobe;
 use turner::integrator::path::{
-    AroundRecord, EmissionRecord, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord,
-    ScatterRecord, SharedRecord, VertexRecord, WayRecord,
+    AroundRecord, EmissionRecord, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord, ScatterRecord,
+    SharedRecord, VertexRecord, WayRecord,
 };
 
 use super::classic_json::caster;

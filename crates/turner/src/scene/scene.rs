@@ -76,6 +76,8 @@ pub struct Scene {
     pub emitters: Emitters,
     /// The light paths that go with the integrator's paths, if they help.
     pub caustics: Option<Plan>,
+    /// Whether pixels use their neighbours' paths, where the integrator lets them.
+    pub(crate) reuses_paths: bool,
     /// What objects are called.
     pub(super) object_names: ObjectNames,
     /// Which lights and objects belong together.

@@ -413,11 +413,10 @@ impl PathRecord {
                 .into_iter()
                 .flatten()
         });
-        let escape = self
-            .escape
-            .iter()
-            .filter(move |_| !lent)
-            .flat_map(move |e| [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten());
+        let escape =
+            self.escape.iter().filter(move |_| !lent).flat_map(move |e| {
+                [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
+            });
         let last = [shone(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !lent);
         let shared = self.shared.iter().flat_map(|s| s.parts.iter().map(|p| p.contribution));
         vertices.chain(escape).chain(last).chain(shared)

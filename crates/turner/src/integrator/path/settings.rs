@@ -41,7 +41,7 @@ impl Settings {
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
             // What is clamped or left to chance before the second surface is not the same for all.
-            reuse: d.reuse == PathReuse::Auto && d.clamp_indirect <= 0.0 && d.rr_start >= 2,
+            reuse: d.reuse != PathReuse::Off && d.clamp_indirect <= 0.0 && d.rr_start >= 2,
             direct: false,
         }
     }

@@ -214,7 +214,7 @@ impl<'a, R> Wave<'a, R> {
             numbers: Vec::new(),
             plan: scene.caustics.as_ref(),
             back: Vec::new(),
-            reuse: Reuse::new(settings.reuse && Reuse::suits(scene)),
+            reuse: Reuse::new(settings.reuse && scene.reuses_paths && Reuse::suits(scene)),
             photons: None,
             by_photons: 0.0,
             photon_variance: 0.0,

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8, Work};
 
 use super::{Lambert, Shading, VertexBlock};
-use crate::color::Spectrum;
 use crate::bsdf::{Lobe, MIN_COSINE, RoughMirrorBlock};
+use crate::color::Spectrum;
 use crate::math::elementary_x8::sin_cos_turns;
 use crate::math::frame_x8::FrameX8;
 

@@ -10,6 +10,8 @@
 //! A group is sixteen pixels of a cell of 8 x 8, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
 //! number and those of its neighbours, never on tiles, crops or threads.
 
+mod probe;
+
 use super::bent_normal::bent_normal;
 use super::record::Record;
 use super::vertex::{Vertex, softened};
@@ -24,6 +26,8 @@ use crate::sampler::SampleId;
 use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
 use std::f64::consts::PI;
 use turner_bvh::lanes::LANES;
+
+pub(crate) use probe::pays;
 
 /// Samples that use one another's paths, at most.
 const GROUP: usize = 16;
@@ -308,7 +312,8 @@ impl<R: Record> Wave<'_, R> {
         }
         for offer in &reuse.offers {
             let reaches = |lane: usize| offer.reached >> lane & 1 == 1;
-            let sum: f64 = offer.terms.iter().enumerate().filter(|(i, _)| reaches(*i)).map(|(_, t)| t[1]).sum();
+            let sum: f64 =
+                offer.terms.iter().enumerate().filter(|(i, _)| reaches(*i)).map(|(_, t)| t[1]).sum();
             let members = &reuse.groups[reuse.group_of[offer.sample as usize] as usize];
             let shares = &mut reuse.shares[offer.sample as usize];
             for (lane, &other) in members.iter().enumerate() {
