@@ -11,10 +11,10 @@
 //! number and those of its neighbours, never on tiles, crops or threads.
 
 mod probe;
+mod terms;
 
-use super::bent_normal::bent_normal;
 use super::record::Record;
-use super::vertex::{Vertex, softened};
+use super::vertex::Vertex;
 use super::wave::Wave;
 use crate::bsdf::MIN_COSINE;
 use crate::color::Spectrum;
@@ -24,8 +24,8 @@ use crate::material::{AlphaMode, Physical};
 use crate::math::{DVec3, Ray};
 use crate::sampler::SampleId;
 use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
-use std::f64::consts::PI;
-use turner_bvh::lanes::LANES;
+use terms::{Firsts, Terms};
+use turner_bvh::lanes::{Block, LANES, dispatch};
 
 pub(crate) use probe::pays;
 
@@ -34,7 +34,7 @@ const GROUP: usize = 16;
 /// Edge of the cells that groups are part of, in pixels.
 pub(crate) const CELL: u32 = 8;
 /// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
-const NEARLY: f64 = 1.0 - 1.0 / 4096.0;
+const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
@@ -84,36 +84,30 @@ pub(super) struct Second {
 }
 
 impl First {
-    /// The share of light from a second surface that is reflected, over the BRDF, and the density with which the surface is sampled from here; both
-    /// per area there.
-    #[inline]
-    fn term(&self, to: &Second) -> [f64; 2] {
+    /// Whether a path from here finds a second surface.
+    fn finds(&self, to: &Second) -> bool {
         let way = to.p - self.p;
         let square = way.length_squared();
         let wi = way / square.sqrt();
         let (cos, leaves, arrives) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
-        if !(cos > MIN_COSINE && leaves > 0.0 && arrives > MIN_COSINE) {
-            return [0.0; 2];
-        }
-        if let Some([z, bent]) = to.bent
-            && (bent_normal(-wi, z, to.ng) != bent || bent.dot(-wi) <= MIN_COSINE)
-        {
-            return [0.0; 2];
-        }
-        let density = cos * arrives / square;
-        if !density.is_finite() {
-            return [0.0; 2];
-        }
-        [density * softened(self.ns, self.ng, wi), density / PI]
+        cos > MIN_COSINE
+            && leaves > 0.0
+            && arrives > MIN_COSINE
+            && cos * arrives / square < f64::INFINITY
+            && !to.is_bent_otherwise(wi)
     }
 }
 
 /// A path that its neighbours may use.
 struct Offer {
     sample: u32,
-    terms: [[f64; 2]; GROUP],
-    /// Which of the group reach it.
+    group: u32,
+    /// Which of the group find its second surface, and which reach it.
+    sees: u16,
     reached: u16,
+    /// For each of the group: with what density it finds the place, and what share of light from there it reflects, over the BRDF; both per area.
+    pdf: [Block; GROUP / LANES],
+    share: [Block; GROUP / LANES],
 }
 
 /// What is known of the groups of a wave.
@@ -123,7 +117,10 @@ pub(super) struct Reuse {
     /// The samples of each group, in the order of its pixels, and the group of each sample.
     groups: Vec<[u32; GROUP]>,
     group_of: Vec<u32>,
-    /// Of each sample.
+    /// The place of each sample in its group.
+    member_of: Vec<u8>,
+    /// Of each group, and of each sample.
+    by_group: Vec<Firsts>,
     firsts: Vec<Option<First>>,
     offers: Vec<Offer>,
     seconds: Vec<Second>,
@@ -170,6 +167,7 @@ impl Reuse {
         let across = right - left + 1;
         self.groups.clear();
         self.group_of.clear();
+        self.member_of.clear();
         self.table.clear();
         self.counts.clear();
         for (i, id) in ids.iter().enumerate() {
@@ -184,12 +182,15 @@ impl Reuse {
             }
             let group = self.table[place];
             let (members, count) = (&mut self.groups[group as usize], &mut self.counts[group as usize]);
+            self.member_of.push(*count);
             if let Some(member) = members.get_mut(usize::from(*count)) {
                 *member = i as u32;
                 *count += 1;
             }
             self.group_of.push(group);
         }
+        self.by_group.resize_with(self.groups.len(), Firsts::default);
+        self.by_group.iter_mut().for_each(Firsts::clear);
         self.firsts.clear();
         self.firsts.resize_with(ids.len(), || None);
         self.lent.clear();
@@ -198,11 +199,6 @@ impl Reuse {
         self.met.resize(ids.len(), DVec3::ZERO);
         self.offers.clear();
         self.seconds.clear();
-    }
-
-    /// The members of a sample's group.
-    fn members(&self, sample: u32) -> &[u32; GROUP] {
-        &self.groups[self.group_of[sample as usize] as usize]
     }
 
     fn first(&self, sample: u32) -> Option<&First> {
@@ -253,32 +249,31 @@ impl<R: Record> Wave<'_, R> {
     /// Notes where a camera ray ends.
     #[inline]
     pub(super) fn set_first(&mut self, sample: u32, first: First) {
-        self.reuse.firsts[sample as usize] = Some(first);
+        let reuse = &mut self.reuse;
+        let member = usize::from(reuse.member_of[sample as usize]);
+        if member < GROUP {
+            reuse.by_group[reuse.group_of[sample as usize] as usize].set(member, &first);
+            reuse.firsts[sample as usize] = Some(first);
+        }
     }
 
     /// Lends a path from its second surface on, if it can be found from its first.
     pub(super) fn lend(&mut self, sample: u32, second: Second) {
         let path = &mut self.paths[sample as usize];
         let importance = path.beta.max_component();
-        let own = self.reuse.first(sample).map_or([0.0; 2], |first| first.term(&second));
-        if own[1] <= 0.0 || !(importance > 0.0 && importance < f32::INFINITY) {
+        let finds = self.reuse.first(sample).is_some_and(|first| first.finds(&second));
+        if !finds || !(importance > 0.0 && importance < f32::INFINITY) {
             return;
         }
         path.beta = Spectrum::WHITE;
         path.importance = importance;
         path.lends = true;
-        let mut terms = [[0.0; 2]; GROUP];
-        let mut reached = 0;
-        for (lane, &other) in self.reuse.members(sample).iter().enumerate() {
-            if other == sample {
-                (terms[lane], reached) = (own, reached | 1 << lane);
-            } else if let Some(first) = self.reuse.first(other) {
-                terms[lane] = first.term(&second);
-            }
-        }
         self.record.note(|r| r.lent_from = r.vertices.len().checked_sub(1));
         self.reuse.met[sample as usize] = second.p;
-        self.reuse.offers.push(Offer { sample, terms, reached });
+        let group = self.reuse.group_of[sample as usize];
+        let reached = 1 << self.reuse.member_of[sample as usize];
+        let none = [Block([0.0; LANES]); GROUP / LANES];
+        self.reuse.offers.push(Offer { sample, group, sees: 0, reached, pdf: none, share: none });
         self.reuse.seconds.push(second);
     }
 
@@ -291,35 +286,36 @@ impl<R: Record> Wave<'_, R> {
         reuse.rays.clear();
         reuse.rays.coherent = true;
         reuse.asked.clear();
-        for (number, (offer, second)) in reuse.offers.iter().zip(&reuse.seconds).enumerate() {
-            let members = &reuse.groups[reuse.group_of[offer.sample as usize] as usize];
-            for (lane, (&other, term)) in members.iter().zip(&offer.terms).enumerate() {
-                if other == offer.sample || term[1] <= 0.0 {
-                    continue;
-                }
-                let Some(first) = reuse.firsts.get(other as usize).and_then(Option::as_ref) else { continue };
+        dispatch(Terms { offers: &mut reuse.offers, seconds: &reuse.seconds, groups: &reuse.by_group });
+        for (number, (offer, second)) in reuse.offers.iter_mut().zip(&reuse.seconds).enumerate() {
+            let members = &reuse.groups[offer.group as usize];
+            let first = |m: usize| reuse.firsts.get(members[m] as usize)?.as_ref();
+            let group = &reuse.by_group[offer.group as usize];
+            offer.finish(group, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
+            for member in (0..GROUP).filter(|m| (offer.sees & !offer.reached) >> m & 1 == 1) {
+                let Some(first) = first(member) else { continue };
                 let ray = Ray { t_max: NEARLY, ..Ray::new(first.origin, second.target - first.origin) };
                 reuse.rays.push_leaving(&ray, first.from);
-                reuse.asked.push((number as u32, lane as u8));
+                reuse.asked.push((number as u32, member as u8));
             }
         }
         stats.shadow += reuse.asked.len() as u64;
         self.scene.transmittance_batch(&mut reuse.rays, &mut reuse.through);
-        for (i, &(offer, lane)) in reuse.asked.iter().enumerate() {
+        for (i, &(offer, member)) in reuse.asked.iter().enumerate() {
             if reuse.through[i / LANES].get(i % LANES) == Spectrum::WHITE {
-                reuse.offers[offer as usize].reached |= 1 << lane;
+                reuse.offers[offer as usize].reached |= 1 << member;
             }
         }
         for offer in &reuse.offers {
-            let reaches = |lane: usize| offer.reached >> lane & 1 == 1;
-            let sum: f64 =
-                offer.terms.iter().enumerate().filter(|(i, _)| reaches(*i)).map(|(_, t)| t[1]).sum();
-            let members = &reuse.groups[reuse.group_of[offer.sample as usize] as usize];
+            let reaches = |member: usize| offer.reached >> member & 1 == 1;
+            let of = |blocks: &[Block], member: usize| blocks[member / LANES].0[member % LANES];
+            let sum: f64 = (0..GROUP).filter(|m| reaches(*m)).map(|m| of(&offer.pdf, m)).sum();
+            let members = &reuse.groups[offer.group as usize];
             let shares = &mut reuse.shares[offer.sample as usize];
-            for (lane, &other) in members.iter().enumerate() {
+            for (member, &other) in members.iter().enumerate() {
                 let first = reuse.firsts.get(other as usize).and_then(Option::as_ref);
-                shares[lane] = match first.filter(|_| reaches(lane)) {
-                    Some(first) => first.f * (offer.terms[lane][0] / sum) as f32,
+                shares[member] = match first.filter(|_| reaches(member)) {
+                    Some(first) => first.f * (of(&offer.share, member) / sum) as f32,
                     None => Spectrum::BLACK,
                 };
             }
