@@ -16,7 +16,7 @@ use crate::scene::error::{ErrorCode, SceneError};
 pub fn sample(scene: &Scene, x: u32, y: u32, index: u32) -> Result<Radiance, SceneError> {
     let id = sample_id(scene, x, y, index)?;
     let mut buffers = TileBuffers::new(scene);
-    if scene.integrator.integrator().shares_paths(scene) {
+    if scene.shares_paths() {
         let points = group(scene, id).map(|id| (id, place_of(scene, &id).into()));
         take_points(scene, &mut buffers.samples, points);
     } else {

@@ -170,7 +170,7 @@ impl<'a> TileBuffers<'a> {
 
     /// The pixels that are traced for those of a tile: all that they share paths with.
     fn traced(&self, tile: &PixelRect) -> PixelRect {
-        if !self.scene.integrator.integrator().shares_paths(self.scene) {
+        if !self.scene.shares_paths() {
             return *tile;
         }
         let (film, down) = (&self.scene.film, |v: u32| v - v % CELL);

@@ -209,6 +209,11 @@ impl SurfaceInteraction {
 }
 
 impl Scene {
+    /// Whether pixels use the paths of their neighbours: see [`PathReuse`](crate::integrator::PathReuse).
+    pub fn shares_paths(&self) -> bool {
+        self.integrator.integrator().shares_paths(self)
+    }
+
     /// What a ray sees that hits nothing: the environment, where there is one and the background shows it, or the background's colour.
     pub fn surroundings(&self, direction: DVec3) -> Spectrum {
         let mut around = self.lights.iter().filter_map(|light| light.around(direction));
