@@ -14,7 +14,7 @@ use crate::scene::Scene;
 const SIDE: u32 = 8;
 
 /// What a shadow ray between neighbours takes, in rays of paths with all that belongs to them: measured.
-const PRICE: f64 = 0.5;
+const PRICE: f64 = 0.45;
 
 /// Where it is dark, errors count by the mean luminance: by so much of its square.
 const DARK: f64 = 0.1;
