@@ -68,7 +68,7 @@ impl Look {
             };
             let (x, y) = (corner(column, film.width), corner(row, film.height));
             let [first, second] = [0x51de, 0x9e37_79b9].map(|seed| {
-                let id = SampleId { x, y, index: 3, seed };
+                let id = SampleId { x, y, index: 0, seed };
                 let mut samples = CameraSamples::default();
                 let points = group(scene, id).map(|id| (id, place_of(scene, &id).into()));
                 take_points(scene, &mut samples, points);
