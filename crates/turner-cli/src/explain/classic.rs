@@ -18,15 +18,8 @@ pub(super) fn tree(
     sample: SampleRecord,
     wanted: Option<&str>,
 ) -> SampleTree {
-    let mut out = SampleTree {
-        number,
-        sample,
-        nodes: Vec::new(),
-        sum: record.sum(),
-        parts: Vec::new(),
-        unwritten: record.unwritten,
-        remarks: Vec::new(),
-    };
+    let mut out = SampleTree::new(number, sample, record.sum());
+    out.unwritten = record.unwritten;
     if record.rays.is_empty() {
         out.remarks.push("the camera shows nothing here".to_owned());
     }

@@ -54,6 +54,19 @@ pub(super) struct SampleTree {
 }
 
 impl SampleTree {
+    /// Without nodes, parts and remarks.
+    pub(super) fn new(number: usize, sample: SampleRecord, sum: Spectrum) -> SampleTree {
+        SampleTree {
+            number,
+            sample,
+            nodes: Vec::new(),
+            sum,
+            parts: Vec::new(),
+            unwritten: 0,
+            remarks: Vec::new(),
+        }
+    }
+
     /// Whether the parts sum to the sample to the last bit.
     pub(super) fn is_exact(&self) -> bool {
         let bits = |s: Spectrum| s.to_array().map(f32::to_bits);

@@ -54,15 +54,8 @@ pub(super) fn tree(
     sample: SampleRecord,
     wanted: Option<&str>,
 ) -> SampleTree {
-    let mut out = SampleTree {
-        number,
-        sample,
-        nodes: Vec::new(),
-        sum: path.sum(),
-        parts: Vec::new(),
-        unwritten: 0,
-        remarks: vec![format!("the path ends: {}", end(path.end))],
-    };
+    let mut out = SampleTree::new(number, sample, path.sum());
+    out.remarks.push(format!("the path ends: {}", end(path.end)));
     let (mut parent, mut kind) = (None, Kind::Camera);
     for v in &path.vertices {
         let place = out.nodes.len();
