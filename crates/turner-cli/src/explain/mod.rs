@@ -52,7 +52,7 @@ pub(crate) struct ExplainArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Column and row of the pixel, from 0 at the top left
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, allow_hyphen_values = true)]
     pixel: (u32, u32),
     /// Which of the pixel's samples, from 0; without it the one that carries most
     #[arg(long, value_name = "N")]

@@ -388,7 +388,7 @@ fn what_cannot_be_explained_is_said() {
         &["E0105", "no sample 1", "one sample, number 0"],
     );
     fails(2, &["g.toml", "--pixel", "0"], &["two whole numbers"]);
-    fails(2, &["g.toml", "--pixel", "-1,2"], &["X,Y"]);
+    fails(2, &["g.toml", "--pixel", "-1,2"], &["two whole numbers X,Y"]);
     fails(2, &["g.toml"], &["--pixel"]);
     fails(2, &["g.toml", "--pixel", "0,0", "-o", "e.png"], &["E0401", "e.png", ".html"]);
     let before = f.names();
