@@ -116,7 +116,7 @@ impl Builder<'_> {
         node.to = Some(hit.p);
         node.target = names.object(hit.primitive, hit.shape);
         node.material = Some(names.material(hit.material));
-        node.primitive = Some(hit.primitive);
+        (node.primitive, node.shape) = (Some(hit.primitive), hit.shape);
         node.touches = self.wanted.is_some_and(|w| names.is(w, hit.primitive, hit.shape, hit.material));
         node.surface = Some(hit.color);
         let [local, reflect, refract] = hit.weights;
@@ -180,7 +180,9 @@ impl Builder<'_> {
         } else {
             "lit".to_owned()
         };
-        node.primitive = casters.first().map(|c| c.primitive);
+        if let Some(first) = casters.first() {
+            (node.primitive, node.shape) = (Some(first.primitive), first.shape);
+        }
         if let (Some(first), Some(shadow)) = (casters.first(), &term.shadow)
             && through.is_black()
         {

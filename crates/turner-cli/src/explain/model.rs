@@ -155,6 +155,8 @@ pub(super) struct Node {
     pub(super) material: Option<String>,
     /// The primitive it meets; of a shadow ray the first in its way.
     pub(super) primitive: Option<u32>,
+    /// That primitive's shape, in a word.
+    pub(super) shape: &'static str,
     /// Its share of the pixel.
     pub(super) weight: Spectrum,
     /// A few words: lit, in shadow, enters, total internal reflection.
@@ -189,6 +191,7 @@ impl Node {
             target: String::new(),
             material: None,
             primitive: None,
+            shape: "object",
             weight: Spectrum::WHITE,
             remark: String::new(),
             open: true,

@@ -32,7 +32,7 @@ pub(super) fn tree(
             node.to = Some(surface.p);
             node.target = names.object(primitive, shape);
             node.material = Some(names.material(surface.material));
-            node.primitive = Some(primitive);
+            (node.primitive, node.shape) = (Some(primitive), shape);
             node.touches = wanted.is_some_and(|w| names.is(w, primitive, shape, surface.material));
             let uv = scene.texture_point(&surface).uv;
             node.rows = vec![
