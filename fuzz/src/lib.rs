@@ -1,18 +1,28 @@
 //! What the targets do with any bytes: read them as a file of a format, and see that what comes of it fits together.
 
+use std::sync::LazyLock;
+
 use turner::scene::SceneDesc;
 use turner_io::assets::MemoryAssets;
 use turner_io::import::{ImportOptions, import};
 use turner_io::scene::{LoadOptions, load_text};
-use turner_io::testing::seeds::{companions, seeds};
+use turner_io::testing::seeds::{Seed, companions, seeds};
+
+/// Made once: it takes longer than reading most files.
+static SEEDS: LazyLock<Vec<Seed>> = LazyLock::new(seeds);
+
+/// The files that seeds name.
+static COMPANIONS: LazyLock<MemoryAssets> = LazyLock::new(|| {
+    let files = companions().into_iter().map(|(name, bytes)| (name.to_owned(), bytes));
+    MemoryAssets { files: files.collect() }
+});
 
 /// Most samples that a scene may make the fuzzer prepare.
 const SMALL: usize = 1 << 20;
 
 /// The files that seeds name, and this one.
 fn assets(name: &str, data: &[u8]) -> MemoryAssets {
-    let mut assets = MemoryAssets::default();
-    assets.files.extend(companions().into_iter().map(|(name, bytes)| (name.to_owned(), bytes)));
+    let mut assets = COMPANIONS.clone();
     assets.files.insert(name.to_owned(), data.to_vec());
     assets
 }
@@ -49,7 +59,7 @@ pub fn scene(data: &[u8]) {
 
 /// A file that a seed's scene names, through that scene.
 pub fn named(name: &str, data: &[u8]) {
-    let Some((scene, text)) = seeds().into_iter().find(|s| s.name == name).and_then(|s| s.scene) else { return };
+    let Some((scene, text)) = SEEDS.iter().find(|s| s.name == name).and_then(|s| s.scene.clone()) else { return };
     let assets = assets(name, data);
     if !scene.ends_with(".toml") {
         let options = ImportOptions { threads: 1, ..ImportOptions::default() };

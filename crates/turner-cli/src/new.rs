@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::scene::error::{ErrorCode, SceneError, escape};
 use turner_io::image::OutputFile;
 
 use crate::failure::{Failure, two_lines};
@@ -55,10 +55,21 @@ pub(crate) fn run(args: &NewArgs) -> u8 {
 }
 
 fn write(args: &NewArgs) -> Result<PathBuf, Failure> {
-    let path = with_extension(&args.name);
     let refuse = |message: String, help: &str| {
         Err(Failure::new(SceneError::new(ErrorCode::Output, message).help(help)))
     };
+    let shown = args.name.to_string_lossy();
+    if args.name.file_name().is_none() || shown.ends_with(std::path::is_separator) || shown.ends_with("/.") {
+        return refuse(format!("\"{}\": names no file", escape(&shown)), "give a name, such as scene");
+    }
+    // The name stands in the scene's first lines and is shown to be typed.
+    if shown.chars().any(char::is_control) {
+        return refuse(
+            format!("\"{}\": has a character that cannot be shown", escape(&shown)),
+            "choose another name",
+        );
+    }
+    let path = with_extension(&args.name);
     if path.symlink_metadata().is_ok() {
         return refuse(
             format!("{}: there is such a file already", path.display()),

@@ -36,7 +36,7 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "NAME")]
     metric: Option<MetricArg>,
     /// Exit with 1 unless the metric is this good
-    #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
+    #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// Write the difference of each pixel as a PNG, from black (none) to pale yellow
     #[arg(long, value_name = "OUT.png")]

@@ -18,15 +18,8 @@ pub(super) fn tree(
     sample: SampleRecord,
     wanted: Option<&str>,
 ) -> SampleTree {
-    let mut out = SampleTree {
-        number,
-        sample,
-        nodes: Vec::new(),
-        sum: record.sum(),
-        parts: Vec::new(),
-        unwritten: record.unwritten,
-        remarks: Vec::new(),
-    };
+    let mut out = SampleTree::new(number, sample, record.sum());
+    out.unwritten = record.unwritten;
     if record.rays.is_empty() {
         out.remarks.push("the camera shows nothing here".to_owned());
     }
@@ -123,7 +116,7 @@ impl Builder<'_> {
         node.to = Some(hit.p);
         node.target = names.object(hit.primitive, hit.shape);
         node.material = Some(names.material(hit.material));
-        node.primitive = Some(hit.primitive);
+        (node.primitive, node.shape) = (Some(hit.primitive), hit.shape);
         node.touches = self.wanted.is_some_and(|w| names.is(w, hit.primitive, hit.shape, hit.material));
         node.surface = Some(hit.color);
         let [local, reflect, refract] = hit.weights;
@@ -187,7 +180,9 @@ impl Builder<'_> {
         } else {
             "lit".to_owned()
         };
-        node.primitive = casters.first().map(|c| c.primitive);
+        if let Some(first) = casters.first() {
+            (node.primitive, node.shape) = (Some(first.primitive), first.shape);
+        }
         if let (Some(first), Some(shadow)) = (casters.first(), &term.shadow)
             && through.is_black()
         {

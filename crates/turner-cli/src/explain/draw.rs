@@ -41,10 +41,8 @@ impl Views {
         ids.truncate(OBJECTS);
         let outlines = names.scene.outlines(&ids);
         let name = |id: u32| {
-            let nodes = trees.iter().flat_map(|t| &t.nodes);
-            let mut hits = nodes.filter(|n| n.kind != Kind::Shadow && n.primitive == Some(id));
-            let shape = || "object";
-            hits.next().map_or_else(|| names.object(id, shape()), |n| n.target.clone())
+            let mut met = trees.iter().flat_map(|t| &t.nodes).filter(|n| n.primitive == Some(id));
+            names.object(id, met.next().map_or("object", |n| n.shape))
         };
         let objects: Vec<(u32, Outline, String)> =
             ids.iter().zip(outlines).filter_map(|(&id, o)| Some((id, o?, name(id)))).collect();

@@ -143,7 +143,7 @@ fn write_row(out: &mut String, tree: &SampleTree, row: &Row, display: &Display<'
             *out += "<button type=\"button\" class=\"fold\" title=\"fold\">▾</button>";
             *out += &swatch(display, tree.found(node));
             *out += &format!(
-                "<span class=\"kind {word}\">{} {word}</span> <b>{}</b>{material}{remark}",
+                "<span class=\"what\"><span class=\"kind {word}\">{} {word}</span> <b>{}</b>{material}{remark}</span>",
                 node.badge,
                 xml(&node.target)
             );

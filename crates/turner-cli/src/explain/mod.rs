@@ -4,7 +4,7 @@
 //! run ── render::pixel ── samples ─┬─ classic ── model ── prune ─┬─ text
 //!        (the pixel as rendered)   ├─ path                       ├─ svg ── views (the rays in the scene)
 //!                                  └─ other                      └─ html
-//!                                  └────────────── records ───────── json
+//!                                  └────────────── records ───────── json (the records alone, but for --path-of)
 //! ```
 
 mod classic;
@@ -52,7 +52,7 @@ pub(crate) struct ExplainArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Column and row of the pixel, from 0 at the top left
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, allow_hyphen_values = true)]
     pixel: (u32, u32),
     /// Which of the pixel's samples, from 0; without it the one that carries most
     #[arg(long, value_name = "N")]
@@ -153,12 +153,16 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
         path_of: args.path_of.as_deref(),
         all: args.all,
         many: matches!(format, Format::Json | Format::Html),
+        nodes: format != Format::Json,
     };
     let name = args.scene.scene.to_string_lossy().into_owned();
     let explained = samples::explain(&names, name, pixel, &wanted).map_err(bad)?;
     let explanation = &explained.explanation;
     let text = match format {
-        Format::Json => format!("{}\n", json::of(&explained, &ready.hash)),
+        Format::Json => json::of(&explained, &ready.hash).map_err(|e| {
+            let message = format!("the explanation cannot be written: {e}");
+            Failure::new(SceneError::new(ErrorCode::Internal, message))
+        })?,
         Format::Text => text::of(explanation, &style(scene, args.all, file.is_some())),
         Format::Svg | Format::Html => {
             let views = draw::Views::new(&names, &explanation.trees);

@@ -54,6 +54,19 @@ pub(super) struct SampleTree {
 }
 
 impl SampleTree {
+    /// Without nodes, parts and remarks.
+    pub(super) fn new(number: usize, sample: SampleRecord, sum: Spectrum) -> SampleTree {
+        SampleTree {
+            number,
+            sample,
+            nodes: Vec::new(),
+            sum,
+            parts: Vec::new(),
+            unwritten: 0,
+            remarks: Vec::new(),
+        }
+    }
+
     /// Whether the parts sum to the sample to the last bit.
     pub(super) fn is_exact(&self) -> bool {
         let bits = |s: Spectrum| s.to_array().map(f32::to_bits);
@@ -142,6 +155,8 @@ pub(super) struct Node {
     pub(super) material: Option<String>,
     /// The primitive it meets; of a shadow ray the first in its way.
     pub(super) primitive: Option<u32>,
+    /// That primitive's shape, in a word.
+    pub(super) shape: &'static str,
     /// Its share of the pixel.
     pub(super) weight: Spectrum,
     /// A few words: lit, in shadow, enters, total internal reflection.
@@ -176,6 +191,7 @@ impl Node {
             target: String::new(),
             material: None,
             primitive: None,
+            shape: "object",
             weight: Spectrum::WHITE,
             remark: String::new(),
             open: true,

@@ -12,7 +12,7 @@ pub(super) struct Names<'a> {
     pub(super) desc: &'a SceneDesc,
 }
 
-impl Names<'_> {
+impl<'a> Names<'a> {
     fn labels(&self) -> Labels<'_> {
         Labels { scene: self.scene, desc: self.desc }
     }
@@ -23,7 +23,7 @@ impl Names<'_> {
     }
 
     /// The name of a material, if it has one.
-    pub(super) fn material_name(&self, id: MaterialId) -> Option<&str> {
+    pub(super) fn material_name(&self, id: MaterialId) -> Option<&'a str> {
         self.desc.materials.get(id.index())?.name.as_deref()
     }
 

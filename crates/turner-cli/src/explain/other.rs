@@ -15,15 +15,8 @@ pub(super) fn tree(
 ) -> SampleTree {
     let scene = names.scene;
     let shown = sample.radiance.color;
-    let mut out = SampleTree {
-        number: number_of,
-        sample,
-        nodes: Vec::new(),
-        sum: shown,
-        parts: vec![(0, "shown", shown)],
-        unwritten: 0,
-        remarks: Vec::new(),
-    };
+    let mut out = SampleTree::new(number_of, sample, shown);
+    out.parts.push((0, "shown", shown));
     let integrator = scene.integrator.type_name();
     let Some(ray) = camera_ray(scene, sample.id, sample.place) else {
         out.remarks.push("the camera shows nothing here".to_owned());
@@ -39,7 +32,7 @@ pub(super) fn tree(
             node.to = Some(surface.p);
             node.target = names.object(primitive, shape);
             node.material = Some(names.material(surface.material));
-            node.primitive = Some(primitive);
+            (node.primitive, node.shape) = (Some(primitive), shape);
             node.touches = wanted.is_some_and(|w| names.is(w, primitive, shape, surface.material));
             let uv = scene.texture_point(&surface).uv;
             node.rows = vec![

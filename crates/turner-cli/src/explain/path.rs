@@ -55,15 +55,8 @@ pub(super) fn tree(
     sample: SampleRecord,
     wanted: Option<&str>,
 ) -> SampleTree {
-    let mut out = SampleTree {
-        number,
-        sample,
-        nodes: Vec::new(),
-        sum: path.sum(),
-        parts: Vec::new(),
-        unwritten: 0,
-        remarks: vec![format!("the path ends: {}", end(path.end))],
-    };
+    let mut out = SampleTree::new(number, sample, path.sum());
+    out.remarks.push(format!("the path ends: {}", end(path.end)));
     let (mut parent, mut kind) = (None, Kind::Camera);
     let lent = path.shared.as_ref().and_then(|s| s.from);
     let own = path.shared.iter().flat_map(|s| &s.parts).find(|p| p.id == path.id).map(|p| p.share);
@@ -247,7 +240,7 @@ fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
     node.target = names.object(v.primitive, v.shape);
     let chosen = v.chosen.map_or(String::new(), |c| format!(", of which {}", names.material(c)));
     node.material = Some(format!("{}{chosen}", names.material(v.material)));
-    node.primitive = Some(v.primitive);
+    (node.primitive, node.shape) = (Some(v.primitive), v.shape);
     let transmits = v.scatter.as_ref().is_some_and(|s| s.lobe.is_transmission);
     let inside_mirror = v.scatter.as_ref().is_some_and(|s| s.lobe.is_delta && !s.lobe.is_transmission);
     node.remark = match (v.passage, v.outside) {
@@ -355,7 +348,9 @@ fn light(names: &Names<'_>, parent: usize, p: DVec3, l: &LightRecord, wanted: Op
         Some(visible) if l.casters.is_empty() => format!("through a medium: {}", color(visible)),
         Some(visible) => format!("through {}: {}", casters_of(names, &l.casters), color(visible)),
     };
-    node.primitive = l.casters.first().map(|c| c.primitive);
+    if let Some(first) = l.casters.first() {
+        (node.primitive, node.shape) = (Some(first.primitive), first.shape);
+    }
     node.touches =
         wanted.is_some_and(|w| l.casters.iter().any(|c| names.is(w, c.primitive, c.shape, c.material)));
     let rows = &mut node.rows;

@@ -26,6 +26,8 @@ pub(super) struct Wanted<'a> {
     pub(super) all: bool,
     /// Whether there is room for many samples.
     pub(super) many: bool,
+    /// Whether trees of classic samples and paths are read: JSON has their records.
+    pub(super) nodes: bool,
 }
 
 /// What happened to a sample, by whoever traced it.
@@ -90,7 +92,7 @@ pub(super) fn explain<'a>(
         }
     };
     if let (Some(name), None) = (wanted.path_of, wanted.sample) {
-        let touching = touching(names, &pixel, &order, name)?;
+        let touching = touching(names, &pixel, &order, wanted)?;
         let searched = listed.min(SEARCHED);
         if listed > 1 {
             choice = Some(match touching.len() {
@@ -106,7 +108,7 @@ pub(super) fn explain<'a>(
     let (mut trees, mut records) = (Vec::new(), Vec::new());
     for n in numbers {
         let Some(sample) = pixel.samples.get(n) else { continue };
-        let (tree, record) = one(names, n, *sample, wanted.path_of)?;
+        let (tree, record) = one(names, n, *sample, wanted)?;
         trees.push(tree);
         records.push(record);
     }
@@ -128,32 +130,41 @@ fn one(
     names: &Names<'_>,
     n: usize,
     sample: SampleRecord,
-    wanted: Option<&str>,
+    wanted: &Wanted<'_>,
 ) -> Result<(SampleTree, Record), SceneError> {
+    let nodes = wanted.nodes || wanted.path_of.is_some();
     Ok(match &names.scene.integrator {
         IntegratorDesc::Classic(_) => {
             let record = classic_record::replay_at(names.scene, sample.id, sample.place)?;
-            (classic::tree(names, &record, n, sample, wanted), Record::Tree(Box::new(record)))
+            let tree = match nodes {
+                true => classic::tree(names, &record, n, sample, wanted.path_of),
+                false => SampleTree::new(n, sample, record.sum()),
+            };
+            (tree, Record::Tree(Box::new(record)))
         }
         IntegratorDesc::Path(_) | IntegratorDesc::Direct(_) => {
             let record = path_record::replay_at(names.scene, sample.id, sample.place)?;
-            (path::tree(names, &record, n, sample, wanted), Record::Path(Box::new(record)))
+            let tree = match nodes {
+                true => path::tree(names, &record, n, sample, wanted.path_of),
+                false => SampleTree::new(n, sample, record.sum()),
+            };
+            (tree, Record::Path(Box::new(record)))
         }
-        _ => (other::tree(names, n, sample, wanted), Record::Other),
+        _ => (other::tree(names, n, sample, wanted.path_of), Record::Other),
     })
 }
 
-/// The samples that touch what has the name, those that carry most first.
+/// The samples that touch what is asked for, those that carry most first.
 fn touching(
     names: &Names<'_>,
     pixel: &PixelRecord,
     order: &[usize],
-    name: &str,
+    wanted: &Wanted<'_>,
 ) -> Result<Vec<usize>, SceneError> {
     let mut out = Vec::new();
     for &n in order.iter().take(SEARCHED) {
         let Some(sample) = pixel.samples.get(n) else { continue };
-        let (tree, _) = one(names, n, *sample, Some(name))?;
+        let (tree, _) = one(names, n, *sample, wanted)?;
         if tree.nodes.iter().any(|node| node.touches) {
             out.push(n);
         }

@@ -85,18 +85,34 @@ impl Frame {
     }
 }
 
+/// What is farther away than so many times the size of all that is nearer is not in sight: where a ray meets the floor near the horizon.
+const FAR: f64 = 6.0;
+
 /// The two views of some samples' rays, scaled so that what matters is in sight: the rays' ends, objects that are not much larger, near lights.
 pub(super) fn views(scene: &Scene, trees: &[SampleTree], outlines: &[Outline]) -> [View; 2] {
     let [forward, up, right] = axes(scene);
     let local = |p: DVec3| DVec3::new(p.dot(forward), p.dot(up), p.dot(right));
     let mut frame = Frame { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
     let rays = || trees.iter().flat_map(|t| &t.nodes).filter(|n| n.kind != Kind::Shadow && n.traced);
-    rays().filter_map(|n| n.to).for_each(|p| frame.add(local(p)));
-    let eye = rays().next().map(|n| n.from);
+    let ends = |first: bool| {
+        let of = move |n: &&Node| (n.kind == Kind::Camera) == first;
+        rays().filter(of).filter_map(|n| n.to).map(local)
+    };
+    ends(true).for_each(|p| frame.add(p));
+    let eye = rays().next().map(|n| local(n.from));
+    // From near to far, as seen from the first hits; what is not farther from them than the eye is near.
+    let near = eye.map_or(0.0, |eye| frame.distance(eye));
+    let mut others: Vec<DVec3> = ends(false).filter(|p| p.is_finite()).collect();
+    others.sort_by(|a, b| frame.distance(*a).total_cmp(&frame.distance(*b)));
+    for p in others {
+        if frame.distance(p) < FAR * frame.size().max(near) {
+            frame.add(p);
+        }
+    }
     if let Some(eye) = eye
-        && (!frame.low.is_finite() || frame.size() == 0.0 || frame.distance(local(eye)) < 6.0 * frame.size())
+        && (!frame.low.is_finite() || frame.size() == 0.0 || frame.distance(eye) < FAR * frame.size())
     {
-        frame.add(local(eye));
+        frame.add(eye);
     }
     if !frame.low.is_finite() {
         frame.add(DVec3::ZERO);

@@ -96,6 +96,7 @@ fn the_exit_code_is_the_verdict() {
     assert!(same.stdout.contains("no difference"), "{same:?}");
     for bad in ["-1", "nan", "inf", "much"] {
         f.turner(&["compare", &a, &b, &format!("--tolerance={bad}")]).fails(2, &["0 or more"]);
+        f.turner(&["compare", &a, &b, "--tolerance", bad]).fails(2, &["0 or more"]);
     }
     f.turner(&["compare", &a, &b, "--metric", "flop"]).fails(2, &["flip"]);
 }

@@ -361,6 +361,7 @@ fn drawings_and_pages_are_well_formed_and_need_nothing_else() {
                 assert!(!addresses.contains(word), "{scene} {name}: {word}");
             }
             assert!(text.contains("equal to the last bit") || text.contains("to the last bit"));
+            assert!(!text.contains("object #"), "{scene} {name}: a shape has no name");
             // Each ray of the views is in the tree as well.
             let once: std::collections::BTreeSet<&str> = text
                 .match_indices("data-ray=\"")
@@ -372,6 +373,25 @@ fn drawings_and_pages_are_well_formed_and_need_nothing_else() {
     // The same bytes each time.
     let page = || f.turner(&["explain", "c.toml", "--pixel", "12,7", "--format", "html"]).ok().stdout;
     assert_eq!(page(), page());
+}
+
+/// A ray that a ball sends to the floor, 150 units away.
+#[test]
+fn what_is_met_near_the_horizon_does_not_shrink_the_views() {
+    let f = folder();
+    let scene = "film = { width = 1001, height = 1001 }\n\
+                 camera = { position = [0, 1, 5], look_at = [0, 1, 0], fov = 40 }\n\
+                 integrator = { type = \"classic\" }\n\
+                 object = [{ type = \"plane\", material = { color = \"grey\" } }, \
+                 { type = \"sphere\", center = [0, 1, 0], radius = 1, material = { k_reflect = 0.5 } }]\n\
+                 light = [{ type = \"point\", position = [3, 4, 5] }]\n";
+    f.write("far.toml", scene);
+    let rays = explain(&f, "far.toml", "500,501", &[])["explained"][0]["rays"].clone();
+    assert!(rays[1]["hit"]["t"].as_f64().unwrap() > 50.0, "{rays}");
+    let svg = f.turner(&["explain", "far.toml", "--pixel", "500,501", "--format", "svg"]).ok().stdout;
+    let ball = svg.split("<circle class=\"object\"").nth(1).unwrap();
+    let radius: f64 = ball.split(" r=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+    assert!(radius > 30.0, "{radius}");
 }
 
 #[test]
@@ -388,7 +408,7 @@ fn what_cannot_be_explained_is_said() {
         &["E0105", "no sample 1", "one sample, number 0"],
     );
     fails(2, &["g.toml", "--pixel", "0"], &["two whole numbers"]);
-    fails(2, &["g.toml", "--pixel", "-1,2"], &["X,Y"]);
+    fails(2, &["g.toml", "--pixel", "-1,2"], &["two whole numbers X,Y"]);
     fails(2, &["g.toml"], &["--pixel"]);
     fails(2, &["g.toml", "--pixel", "0,0", "-o", "e.png"], &["E0401", "e.png", ".html"]);
     let before = f.names();

@@ -39,6 +39,10 @@ fn new_writes_over_nothing() {
     assert_eq!(f.read("s.toml"), SCENE.as_bytes());
     let run = f.turner(&["new", "no/such/folder/x"]);
     assert_eq!(run.code, Some(1), "{run:?}");
+    for name in [".", "..", "./", "x/", "no/."] {
+        f.turner(&["new", name]).fails(1, &["names no file"]);
+    }
+    f.turner(&["new", "a\u{1b}[31mb"]).fails(1, &["cannot be shown"]);
     assert_eq!(f.names(), ["s.toml"]);
 }
 

@@ -112,7 +112,8 @@ impl OutputFile {
             let folder = printable(&folder.to_string_lossy());
             return Err(OutputError::NoFolder { path: shown, folder });
         }
-        let temporary = create_in(&folder).map_err(|e| failed(&path, "create a file in its folder", e))?;
+        let temporary =
+            create_in(&folder).map_err(|e| failed(&path, "create a file in its folder", unnamed(e)))?;
         Ok(Self { path, target: Target::File { temporary, folder } })
     }
 
@@ -171,6 +172,19 @@ impl OutputFile {
 /// Bytes for people: `1.5 MB`.
 fn bytes_text(bytes: u64) -> String {
     if bytes < 1_000_000 { format!("{bytes} bytes") } else { format!("{:.1} MB", bytes as f64 / 1e6) }
+}
+
+/// The same without the name of a temporary file, which nobody asked for.
+fn unnamed(error: io::Error) -> io::Error {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied
+        | io::ErrorKind::ReadOnlyFilesystem
+        | io::ErrorKind::StorageFull
+        | io::ErrorKind::QuotaExceeded
+        | io::ErrorKind::NotFound
+        | io::ErrorKind::InvalidFilename => error.kind().into(),
+        _ => error,
+    }
 }
 
 fn failed(path: &Path, step: &'static str, source: io::Error) -> OutputError {

@@ -48,6 +48,7 @@ fn wrong_paths_are_refused_with_a_remedy() {
     assert!(OutputFile::create(folder.path().join("file/a.png")).is_err());
     let long = at(&"x".repeat(300));
     assert!(matches!(long, OutputError::Io { .. }) && long.to_string().lines().count() <= 3, "{long}");
+    assert!(!long.to_string().contains(".turner-"), "{long}");
     assert_eq!(names(folder.path()), ["file"]);
 }
 

@@ -111,7 +111,7 @@ pub trait Integrator: Sync {
     /// What a thread needs for its work on a scene.
     fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a>;
 
-    /// Whether samples are made of what their neighbours' paths found as well: those of [`path::group`].
+    /// Whether samples are made of what their neighbours' paths found as well.
     fn shares_paths(&self, _: &Scene) -> bool {
         false
     }

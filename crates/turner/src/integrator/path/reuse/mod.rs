@@ -263,7 +263,7 @@ impl<R: Record> Wave<'_, R> {
         let path = &mut self.paths[sample as usize];
         let importance = path.beta.max_component();
         let finds = self.reuse.first(sample).is_some_and(|first| first.finds(&second));
-        if !finds || !(importance > 0.0 && importance < f32::INFINITY) {
+        if !(finds && importance > 0.0 && importance < f32::INFINITY) {
             return;
         }
         path.beta = Spectrum::WHITE;
