@@ -22,8 +22,7 @@ use super::volumes::Volumes;
 use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::{Film, TextureFilter};
-use crate::integrator::IntegratorDesc;
-use crate::integrator::path::{Plan, pays};
+use crate::integrator::path::{Plan, decide};
 use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::Bounds;
@@ -245,9 +244,7 @@ impl SceneDesc {
         if physical {
             scene.choose_lights(LightChoice::Auto);
             scene.caustics = Plan::new(&scene);
-        }
-        if let IntegratorDesc::Path(path) = &scene.integrator {
-            scene.reuses_paths = pays(&scene, path);
+            decide(&mut scene);
         }
         let doubts = doubts::of_scene(&scene, &self.lights);
         scene.warnings.extend(doubts);

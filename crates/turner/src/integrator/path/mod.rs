@@ -27,7 +27,7 @@ pub use record::{
     PhotonsRecord, Roulette, ScatterRecord, SharedRecord, VertexRecord, WalkRecord, WayRecord,
 };
 pub use replay::{replay, replay_at};
-pub(crate) use reuse::{CELL, group, pays};
+pub(crate) use reuse::{CELL, decide, group};
 
 pub use caustics::{Caustics, Gathered, Photon, PhotonMap, Plan};
 

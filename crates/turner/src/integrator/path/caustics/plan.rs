@@ -29,6 +29,8 @@ pub struct Plan {
     pub merges: bool,
     /// How far photons count for the first sample, in scene units.
     pub first_radius: f64,
+    /// Work for the same noise, over that without light paths, where these are a matter of choice.
+    pub(crate) gain: Option<f64>,
     /// How far beyond the picture's edge light still counts for it, in pixels.
     pub(super) margin: f64,
 }
@@ -46,7 +48,7 @@ impl Plan {
         let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
         let margin = (scene.film.filter().radius() - 0.5).max(0.0);
         let paths = pixels.min(MOST_PATHS);
-        let mut plan = Plan { casters, paths, merges: true, first_radius: 0.0, margin };
+        let mut plan = Plan { casters, paths, merges: true, first_radius: 0.0, gain: None, margin };
         plan.first_radius = desc.photon_radius.unwrap_or_else(|| plan.guess_radius(scene));
         let found = probe(scene, &plan, Settings::path(desc));
         plan.merges = match desc.caustics {
@@ -57,6 +59,7 @@ impl Plan {
         if desc.caustics == Caustics::Auto && !found.pays && !plan.merges {
             return None;
         }
+        plan.gain = found.gain.filter(|_| desc.caustics == Caustics::Auto && !plan.merges);
         // Where nothing was found all groups are chosen as before.
         let _ = plan.casters.choose_by(&found.groups);
         let ratio = if plan.merges { found.ratio_with_photons } else { found.ratio };

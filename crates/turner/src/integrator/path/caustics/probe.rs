@@ -64,6 +64,8 @@ pub(super) struct Found {
     pub(super) ratio_with_photons: f64,
     /// Whether they pay.
     pub(super) pays: bool,
+    /// Work for the same noise, over that without light paths; `None` where they bring light that nothing else does.
+    pub(super) gain: Option<f64>,
     /// The share of the picture's light that photons bring.
     pub(super) by_photons: f64,
     /// For each group, how often it should be chosen.
@@ -232,8 +234,10 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
         RATIOS.into_iter().min_by(|a, b| cost(*a, more).total_cmp(&cost(*b, more))).unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
-    let pays = alone > LEAST || cost(ratio, 0.0) < GAIN * EVEN * (look.variance + by_chance);
+    let gain = cost(ratio, 0.0) / (EVEN * (look.variance + by_chance));
+    let pays = alone > LEAST || gain < GAIN;
+    let gain = (alone <= LEAST).then_some(gain);
     let groups =
         (0u32..).zip(&brought.of_group).map(|(g, m)| (m * plan.casters.probability(g)).sqrt()).collect();
-    Found { ratio, ratio_with_photons, pays, by_photons, groups }
+    Found { ratio, ratio_with_photons, pays, gain, by_photons, groups }
 }

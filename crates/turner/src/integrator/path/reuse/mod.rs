@@ -27,7 +27,7 @@ use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
 use terms::{Firsts, Terms};
 use turner_bvh::lanes::{Block, LANES, dispatch};
 
-pub(crate) use probe::pays;
+pub(crate) use probe::decide;
 
 /// Samples that use one another's paths, at most.
 const GROUP: usize = 16;

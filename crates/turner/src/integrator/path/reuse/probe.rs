@@ -1,11 +1,11 @@
 //! Whether neighbours' paths make up for the shadow rays that join them: measured by a few paths, the same on every run.
 
 use super::{CELL, Reuse, group};
+use crate::integrator::path::PathReuse;
 use crate::integrator::path::record::Off;
 use crate::integrator::path::settings::Settings;
 use crate::integrator::path::wave::Wave;
-use crate::integrator::path::{PathDesc, PathReuse};
-use crate::integrator::{CameraSamples, RayStats, Tracer};
+use crate::integrator::{CameraSamples, IntegratorDesc, RayStats, Tracer};
 use crate::render::{place_of, take_points};
 use crate::sampler::SampleId;
 use crate::scene::Scene;
@@ -28,15 +28,29 @@ struct Look {
     rays: f64,
 }
 
-/// Whether a scene's pixels use one another's paths.
-pub(crate) fn pays(scene: &Scene, desc: &PathDesc) -> bool {
+/// Decides how a scene that is otherwise ready is rendered: whether its pixels use one another's paths. If these help more than light paths that
+/// are a matter of choice, they take their place.
+pub(crate) fn decide(scene: &mut Scene) {
+    let IntegratorDesc::Path(desc) = &scene.integrator else { return };
     let settings = Settings::path(desc);
-    if !settings.reuse || !Reuse::suits(scene) {
-        return false;
+    if !settings.reuse {
+        return;
     }
     if desc.reuse == PathReuse::Always {
-        return true;
+        scene.reuses_paths = Reuse::suits(scene);
+        return;
     }
+    let plan = scene.caustics.take();
+    let least = plan.as_ref().map_or(Some(GAIN), |plan| plan.gain);
+    let pays = Reuse::suits(scene) && least.is_some_and(|least| gain(scene, settings) < least.min(GAIN));
+    scene.reuses_paths = pays;
+    if !pays {
+        scene.caustics = plan;
+    }
+}
+
+/// Work for the same noise, over that of paths which keep to themselves; infinite where there is no noise.
+fn gain(scene: &Scene, settings: Settings) -> f64 {
     let (alone, together) = (Look::new(scene, settings, false), Look::new(scene, settings, true));
     let means =
         || alone.luminance.iter().zip(&together.luminance).map(|(a, b)| (a[0] + a[1] + b[0] + b[1]) / 4.0);
@@ -51,7 +65,8 @@ pub(crate) fn pays(scene: &Scene, desc: &PathDesc) -> bool {
             .sum()
     };
     let joined = (together.rays - alone.rays).max(0.0) / alone.rays;
-    noise(&together) * (1.0 + PRICE * joined) < GAIN * noise(&alone)
+    let (alone, together) = (noise(&alone), noise(&together));
+    if alone > 0.0 { together * (1.0 + PRICE * joined) / alone } else { f64::INFINITY }
 }
 
 impl Look {
