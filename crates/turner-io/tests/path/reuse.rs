@@ -236,9 +236,8 @@ fn where_it_is_not_right_it_is_not_done() {
 /// The test that decides looks at noise: a room profits, a ball in the open does not.
 #[test]
 fn a_test_decides() {
-    let mut desc = room(PathReuse::Auto);
-    assert!(prepared(&desc).shares_paths());
-    desc = describe(
+    assert!(prepared(&room(PathReuse::Auto)).shares_paths());
+    let desc = describe(
         "integrator = { type = \"path\" }\nfilm = { width = 64, height = 48, antialias = \"monte-carlo\", samples = 4 }\n\
          light = [{ type = \"environment\" }]\n\
          object = [{ type = \"sphere\", material = { type = \"metal\", roughness = 0.3 } }]\n",

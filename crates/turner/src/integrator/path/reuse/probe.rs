@@ -22,9 +22,16 @@ const DARK: f64 = 0.1;
 /// How much of the work for the same noise may be left.
 const GAIN: f64 = 0.95;
 
+/// Looks at a picture, each at other groups, until it is clear whether there is a gain.
+const PLACES: [[u32; 2]; 4] = [[4, 4], [0, 2], [6, 0], [2, 6]];
+
+/// From here to its inverse a gain is in doubt.
+const DOUBT: f64 = 0.7;
+
 /// Samples of pixels, two of each, with the rays they took.
+#[derive(Default)]
 struct Look {
-    luminance: Vec<[f64; 2]>,
+    groups: Vec<Vec<[f64; 2]>>,
     rays: f64,
 }
 
@@ -51,50 +58,63 @@ pub(crate) fn decide(scene: &mut Scene) {
 
 /// Work for the same noise, over that of paths which keep to themselves; infinite where there is no noise.
 fn gain(scene: &Scene, settings: Settings) -> f64 {
-    let (alone, together) = (Look::new(scene, settings, false), Look::new(scene, settings, true));
-    let means =
-        || alone.luminance.iter().zip(&together.luminance).map(|(a, b)| (a[0] + a[1] + b[0] + b[1]) / 4.0);
-    let count = alone.luminance.len().max(1) as f64;
-    let mean = means().sum::<f64>() / count;
-    let dark = DARK * mean * mean;
-    let noise = |look: &Look| -> f64 {
-        look.luminance
-            .iter()
-            .zip(means())
-            .map(|([a, b], mean)| (a - b) * (a - b) / (mean * mean + dark))
-            .sum()
-    };
-    let joined = (together.rays - alone.rays).max(0.0) / alone.rays;
-    let (alone, together) = (noise(&alone), noise(&together));
-    if alone > 0.0 { together * (1.0 + PRICE * joined) / alone } else { f64::INFINITY }
+    let (mut alone, mut together) = (Look::default(), Look::default());
+    let mut gain = f64::INFINITY;
+    for place in PLACES {
+        alone.add(scene, settings, place, false);
+        together.add(scene, settings, place, true);
+        // Of whole groups: of few samples of one pixel one that is far from the mean would make it its own.
+        let means: Vec<f64> = alone.groups.iter().zip(&together.groups).map(|(a, b)| mean(a, b)).collect();
+        let all = means.iter().sum::<f64>() / means.len().max(1) as f64;
+        let squares: Vec<f64> = means.iter().map(|mean| mean * mean + DARK * all * all).collect();
+        let joined = (together.rays - alone.rays).max(0.0) / alone.rays;
+        let (alone, together) = (alone.noise(&squares), together.noise(&squares));
+        gain = if alone > 0.0 { together * (1.0 + PRICE * joined) / alone } else { f64::INFINITY };
+        if joined == 0.0 || !(DOUBT..1.0 / DOUBT).contains(&gain) {
+            break;
+        }
+    }
+    gain
+}
+
+/// Of all samples of a group.
+fn mean(alone: &[[f64; 2]], together: &[[f64; 2]]) -> f64 {
+    let sum: f64 = alone.iter().chain(together).flatten().sum();
+    sum / (2 * (alone.len() + together.len())).max(1) as f64
 }
 
 impl Look {
-    fn new(scene: &Scene, settings: Settings, together: bool) -> Look {
+    /// Squares of what samples of a pixel differ by, over those of their groups.
+    fn noise(&self, squares: &[f64]) -> f64 {
+        let of_group = |group: &[[f64; 2]]| group.iter().map(|[a, b]| (a - b) * (a - b)).sum::<f64>();
+        let terms = self.groups.iter().zip(squares).filter(|(_, square)| **square > 0.0);
+        terms.map(|(group, square)| of_group(group) / square).sum()
+    }
+
+    /// Looks at groups all over the picture, those at a place in eighths of the way from one to the next.
+    fn add(&mut self, scene: &Scene, settings: Settings, place: [u32; 2], together: bool) {
         let film = &scene.film;
         let mut wave = Wave::new(settings, scene, Off);
         wave.reuse = Reuse::new(together);
-        let mut look = Look { luminance: Vec::new(), rays: 0.0 };
         for cell in 0..SIDE * SIDE {
-            let (column, row) = (cell % SIDE, cell / SIDE);
-            let corner = |n: u32, size: u32| {
-                let at = (u64::from(size) * (2 * u64::from(n) + 1) / u64::from(2 * SIDE)) as u32;
+            let corner = |n: u32, place: u32, size: u32| {
+                let at = (u64::from(size) * u64::from(8 * n + place) / u64::from(8 * SIDE)) as u32;
                 at - at % CELL
             };
-            let (x, y) = (corner(column, film.width), corner(row, film.height));
+            let x = corner(cell % SIDE, place[0], film.width);
+            let y = corner(cell / SIDE, place[1], film.height);
             let [first, second] = [0x51de, 0x9e37_79b9].map(|seed| {
-                let id = SampleId { x, y, index: 0, seed };
+                let id = SampleId { x, y, index: 0, seed: seed + u64::from(place[0]) };
                 let mut samples = CameraSamples::default();
                 let points = group(scene, id).map(|id| (id, place_of(scene, &id).into()));
                 take_points(scene, &mut samples, points);
                 let (mut out, mut stats) = (Vec::new(), RayStats::default());
                 wave.radiance(&samples, &mut out, &mut stats);
-                look.rays += stats.total() as f64;
+                self.rays += stats.total() as f64;
                 let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
                 out.iter().map(|r| finite(f64::from(r.color.luminance()))).collect::<Vec<f64>>()
             });
-            look.luminance.extend(first.into_iter().zip(second).map(|(a, b)| [a, b]));
+            self.groups.push(first.into_iter().zip(second).map(|(a, b)| [a, b]).collect());
         }
-        look
     }
 }
