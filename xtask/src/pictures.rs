@@ -132,6 +132,8 @@ pub(crate) const PICTURES: &[Picture] = &[
         ),
     ),
     // Textures
+    picture("shared-off.png", Turner("scenes/peers/s1.toml --samples 4 --crop 120,120,240,240 --reuse off")),
+    picture("shared-auto.png", Turner("scenes/peers/s1.toml --samples 4 --crop 120,120,240,240 --reuse auto")),
     picture("horizon-points.png", Turner("scenes/textures/horizon.toml -D film.texture_filter=\"off\"")),
     picture("horizon-filtered.png", Turner("scenes/textures/horizon.toml")),
     picture("texture-mappings.jpg", Turner("scenes/textures/mappings.toml")),

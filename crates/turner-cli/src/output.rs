@@ -143,6 +143,7 @@ impl Output {
         ]
         .into_iter()
         .chain(scene.caustics.as_ref().map(|plan| ("turner:caustics", plan.to_string())))
+        .chain(scene.shares_paths().then(|| ("turner:reuse", "groups of 16 pixels".to_owned())))
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
         .collect()

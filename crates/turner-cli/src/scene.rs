@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
 use turner::film::Antialias;
 use turner::filter::FilterKind;
-use turner::integrator::{Caustics, IntegratorDesc};
+use turner::integrator::{Caustics, IntegratorDesc, PathReuse};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::value::{Data, Table};
 use turner::scene::{Limits, PrepareOptions, Quality, Scene, SceneDesc};
@@ -86,6 +86,9 @@ pub(crate) struct FilmArgs {
     /// How light is found that mirrors and glass gather, for "path"
     #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(Caustics::WORDS))]
     caustics: Option<String>,
+    /// Whether neighbouring pixels use one another's paths, for "path"
+    #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(PathReuse::WORDS))]
+    reuse: Option<String>,
     /// Seed of the random numbers
     #[arg(long)]
     seed: Option<u32>,
@@ -150,6 +153,7 @@ impl FilmArgs {
         let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
         set("integrator.clamp_indirect", clamp, "--clamp-indirect", None);
         set("integrator.caustics", quoted(&self.caustics), "--caustics", self.caustics.as_deref());
+        set("integrator.reuse", quoted(&self.reuse), "--reuse", self.reuse.as_deref());
         set("film.width", number(self.width), "--width", None);
         set("film.height", number(self.height), "--height", None);
         set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), "--crop", self.crop.as_deref());

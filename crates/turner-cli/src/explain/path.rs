@@ -3,7 +3,8 @@
 use turner::bsdf::Lobe;
 use turner::color::Spectrum;
 use turner::integrator::path::{
-    EmissionRecord, End, LightRecord, Passage, PathRecord, ScatterRecord, VertexRecord, WayRecord,
+    EmissionRecord, End, LightRecord, Passage, PathRecord, ScatterRecord, SharedRecord, VertexRecord,
+    WayRecord,
 };
 use turner::math::DVec3;
 use turner::render::SampleRecord;
@@ -57,8 +58,13 @@ pub(super) fn tree(
     let mut out = SampleTree::new(number, sample, path.sum());
     out.remarks.push(format!("the path ends: {}", end(path.end)));
     let (mut parent, mut kind) = (None, Kind::Camera);
-    for v in &path.vertices {
+    let lent = path.shared.as_ref().and_then(|s| s.from);
+    let own = path.shared.iter().flat_map(|s| &s.parts).find(|p| p.id == path.id).map(|p| p.share);
+    let mut places = Vec::new();
+    for (number, v) in path.vertices.iter().enumerate() {
         let place = out.nodes.len();
+        places.push(place);
+        let parts = out.parts.len();
         let mut node = Node::new(kind, parent, v.origin, v.direction);
         surface(names, &mut node, v);
         let mut second = None;
@@ -86,6 +92,11 @@ pub(super) fn tree(
         if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
             out.parts.push((place, "sampled light", l.contribution));
             node.contribution += l.contribution;
+        }
+        if lent.is_some_and(|from| number >= from) {
+            // The sample gets its share of all of it, below.
+            out.parts.truncate(parts);
+            node.contribution = node.contribution * own.unwrap_or(Spectrum::BLACK);
         }
         out.nodes.push(node);
         if let Some((t, l)) = second {
@@ -133,7 +144,11 @@ pub(super) fn tree(
         }
         rows.push(("adds", color(e.contribution)));
         let place = out.nodes.len();
-        out.parts.push((place, "outside", e.contribution));
+        if lent.is_some() {
+            node.contribution = e.contribution * own.unwrap_or(Spectrum::BLACK);
+        } else {
+            out.parts.push((place, "outside", e.contribution));
+        }
         if let Some(light) = second_light(second) {
             out.parts.push((place, "light sampled on the way", light));
             node.contribution += light;
@@ -143,8 +158,46 @@ pub(super) fn tree(
             out.nodes.push(light(names, place, e.origin + e.direction * *t, l, wanted));
         }
     }
+    if let Some(shared) = &path.shared {
+        group(&mut out, path, shared, &places);
+    }
     out.add_up();
     out
+}
+
+/// What the paths of the group bring: the sample's own as part of its tree, each other one as a ray to where it is shared.
+fn group(out: &mut SampleTree, path: &PathRecord, shared: &SharedRecord, places: &[usize]) {
+    for part in &shared.parts {
+        let share = color(part.share);
+        if let Some(place) = shared.from.filter(|_| part.id == path.id).and_then(|from| places.get(from)) {
+            out.parts.push((*place, "own path, shared", part.contribution));
+            if let Some(node) = out.nodes.get_mut(*place) {
+                let rows = &mut node.rows;
+                rows.push((
+                    "shared",
+                    "from here on the path is one of the group's: what leaves, by share".to_owned(),
+                ));
+                rows.push(("share", share));
+                rows.push(("adds", color(part.contribution)));
+            }
+            continue;
+        }
+        let (Some(first), Some(&parent)) = (path.vertices.first(), places.first()) else { continue };
+        let mut node =
+            Node::new(Kind::Diffuse, Some(parent), first.p, (part.p - first.p).normalize_or_zero());
+        node.to = Some(part.p);
+        node.target = format!("what the path of column {}, row {} found", part.id.x, part.id.y);
+        node.remark = "shared".to_owned();
+        node.weight = part.share;
+        node.contribution = part.contribution;
+        let rows = &mut node.rows;
+        rows.push(("hits", vector(part.p)));
+        rows.push(("radiance", color(part.radiance)));
+        rows.push(("share", share));
+        rows.push(("adds", color(part.contribution)));
+        out.parts.push((out.nodes.len(), "path of a neighbour", part.contribution));
+        out.nodes.push(node);
+    }
 }
 
 /// What a light that was sampled on the way adds.

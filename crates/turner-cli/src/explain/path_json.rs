@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 use turner::integrator::path::{
-    AroundRecord, EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord,
-    ScatterRecord, VertexRecord, WalkRecord, WayRecord,
+    AroundRecord, EmissionRecord, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord, PhotonsRecord,
+    ScatterRecord, SharedRecord, VertexRecord, WalkRecord, WayRecord,
 };
 
 use super::classic_json::{InTheWay, caster};
@@ -16,6 +16,7 @@ pub(super) struct Path<'a> {
     vertices: Vec<Vertex<'a>>,
     escape: Option<Escape<'a>>,
     end: &'a str,
+    shared: Option<Shared>,
 }
 
 #[derive(Serialize)]
@@ -35,6 +36,37 @@ pub(super) fn of<'a>(names: &Names<'a>, path: &'a PathRecord) -> Path<'a> {
         vertices: path.vertices.iter().map(|v| vertex(names, v)).collect(),
         escape: path.escape.as_ref().map(|e| escape(names, e)),
         end: path.end.word(),
+        shared: path.shared.as_ref().map(shared),
+    }
+}
+
+/// What the paths of a group give to the sample.
+#[derive(Serialize)]
+struct Shared {
+    from: Option<usize>,
+    paths: Vec<Lent>,
+}
+
+#[derive(Serialize)]
+struct Lent {
+    pixel: [u32; 2],
+    position: [f64; 3],
+    radiance: [f64; 3],
+    share: [f64; 3],
+    contribution: [f64; 3],
+}
+
+fn shared(s: &SharedRecord) -> Shared {
+    Shared { from: s.from, paths: s.parts.iter().map(lent).collect() }
+}
+
+fn lent(p: &LentRecord) -> Lent {
+    Lent {
+        pixel: [p.id.x, p.id.y],
+        position: vector(p.p),
+        radiance: color(p.radiance),
+        share: color(p.share),
+        contribution: color(p.contribution),
     }
 }
 

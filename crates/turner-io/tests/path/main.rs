@@ -20,6 +20,7 @@ mod motion;
 mod panes;
 mod pixels;
 mod replay;
+mod reuse;
 mod sameness;
 mod statistics;
 mod subsurface;

@@ -321,6 +321,12 @@ pub struct Towards<'a> {
 }
 
 impl Towards<'_> {
+    /// As [`Bsdf::as_lambert`].
+    #[inline]
+    pub fn as_lambert(&self) -> Option<Spectrum> {
+        self.bsdf.as_lambert()
+    }
+
     /// As [`Bsdf::eval_pdf`].
     #[inline]
     pub fn eval_pdf(&self, wi: DVec3) -> (Spectrum, f64) {

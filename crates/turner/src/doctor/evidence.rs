@@ -14,7 +14,7 @@ use super::sights::{Met, Sight, sights};
 use super::trees::{self, TreeFacts};
 use super::trial::{self, Trial};
 use crate::film::Antialias;
-use crate::integrator::{IntegratorDesc, RayStats};
+use crate::integrator::{IntegratorDesc, PathReuse, RayStats};
 use crate::math::DVec3;
 use crate::scene::{Labels, MaterialId, Scene, SceneDesc, Shining};
 
@@ -58,6 +58,10 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
     let crop = film.crop.filter(|crop| *crop != whole);
     scene.film.crop = None;
     scene.film.auto_exposure = false;
+    // Paths are looked at one by one.
+    if let IntegratorDesc::Path(path) = &mut scene.integrator {
+        path.reuse = PathReuse::Off;
+    }
     match (physical, film.antialias) {
         (true, _) => {
             (scene.film.antialias, scene.film.samples) = (Antialias::MonteCarlo, options.samples.max(TRIED));

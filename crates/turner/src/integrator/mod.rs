@@ -12,7 +12,7 @@ pub use looking::{
     AlbedoDesc, AmbientOcclusionDesc, CostDesc, DepthDesc, DepthMeasure, IdsDesc, NormalKind, NormalsDesc,
     PositionDesc, UvDesc, WireframeDesc,
 };
-pub use path::{Caustics, DirectDesc, LightSampling, PathDesc, Photon, PhotonMap};
+pub use path::{Caustics, DirectDesc, LightSampling, PathDesc, PathReuse, Photon, PhotonMap};
 
 use std::sync::Arc;
 
@@ -110,6 +110,11 @@ impl RayStats {
 pub trait Integrator: Sync {
     /// What a thread needs for its work on a scene.
     fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a>;
+
+    /// Whether samples are made of what their neighbours' paths found as well: those of [`path::group`].
+    fn shares_paths(&self, _: &Scene) -> bool {
+        false
+    }
 
     /// How many light paths there are to each sample of all pixels.
     fn light_paths(&self, _: &Scene) -> u64 {

@@ -2,6 +2,7 @@
 
 use super::tile::{TileBuffers, place, take_points};
 use crate::film::Antialias;
+use crate::integrator::path::group;
 use crate::integrator::{CameraSamples, Radiance};
 use crate::math::Ray;
 use crate::sampler::SampleId;
@@ -15,11 +16,17 @@ use crate::scene::error::{ErrorCode, SceneError};
 pub fn sample(scene: &Scene, x: u32, y: u32, index: u32) -> Result<Radiance, SceneError> {
     let id = sample_id(scene, x, y, index)?;
     let mut buffers = TileBuffers::new(scene);
-    camera_point(scene, id, place_of(scene, &id), &mut buffers.samples);
+    if scene.shares_paths() {
+        let points = group(scene, id).map(|id| (id, place_of(scene, &id).into()));
+        take_points(scene, &mut buffers.samples, points);
+    } else {
+        camera_point(scene, id, place_of(scene, &id), &mut buffers.samples);
+    }
     buffers.prepare(id.index);
     buffers.trace();
-    let first = buffers.radiance.first().copied();
-    first.ok_or_else(|| SceneError::new(ErrorCode::Internal, "a sample gave no radiance"))
+    let own = buffers.samples.ids.iter().position(|other| *other == id);
+    let radiance = own.and_then(|own| buffers.radiance.get(own).copied());
+    radiance.ok_or_else(|| SceneError::new(ErrorCode::Internal, "a sample gave no radiance"))
 }
 
 /// Whether the picture has such a pixel.

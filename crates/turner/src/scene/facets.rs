@@ -83,6 +83,12 @@ impl FacetBlock {
         vector(&self.ng, lane)
     }
 
+    /// Where rays leave to a side of the surface: 1 is that of the normal, -1 the other.
+    #[inline]
+    pub fn leave(&self, lane: usize, side: f64) -> DVec3 {
+        self.point(lane) + self.normal(lane) * (side * 4.0 * self.error.0[lane])
+    }
+
     /// All points, bounds on their errors, and normals.
     #[inline(always)]
     pub fn lanes<S: Simd>(&self, simd: S) -> (Vec3x8<S>, F64x8<S>, Vec3x8<S>) {

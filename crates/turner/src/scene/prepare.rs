@@ -22,7 +22,8 @@ use super::volumes::Volumes;
 use crate::camera::{CameraDesc, PixelCone};
 use crate::color::Spectrum;
 use crate::film::{Film, TextureFilter};
-use crate::integrator::path::Plan;
+use crate::integrator::IntegratorDesc;
+use crate::integrator::path::{Plan, pays};
 use crate::light::Light;
 use crate::material::{Material, MaterialDesc};
 use crate::math::Bounds;
@@ -234,6 +235,7 @@ impl SceneDesc {
             volumes,
             emitters: Emitters::default(),
             caustics: None,
+            reuses_paths: false,
             object_names: names.finish(),
             light_groups,
             light_sources,
@@ -243,6 +245,9 @@ impl SceneDesc {
         if physical {
             scene.choose_lights(LightChoice::Auto);
             scene.caustics = Plan::new(&scene);
+        }
+        if let IntegratorDesc::Path(path) = &scene.integrator {
+            scene.reuses_paths = pays(&scene, path);
         }
         let doubts = doubts::of_scene(&scene, &self.lights);
         scene.warnings.extend(doubts);

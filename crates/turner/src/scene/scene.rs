@@ -76,6 +76,8 @@ pub struct Scene {
     pub emitters: Emitters,
     /// The light paths that go with the integrator's paths, if they help.
     pub caustics: Option<Plan>,
+    /// Whether pixels use their neighbours' paths, where the integrator lets them.
+    pub(crate) reuses_paths: bool,
     /// What objects are called.
     pub(super) object_names: ObjectNames,
     /// Which lights and objects belong together.
@@ -207,6 +209,11 @@ impl SurfaceInteraction {
 }
 
 impl Scene {
+    /// Whether pixels use the paths of their neighbours: see [`PathReuse`](crate::integrator::PathReuse).
+    pub fn shares_paths(&self) -> bool {
+        self.integrator.integrator().shares_paths(self)
+    }
+
     /// What a ray sees that hits nothing: the environment, where there is one and the background shows it, or the background's colour.
     pub fn surroundings(&self, direction: DVec3) -> Spectrum {
         let mut around = self.lights.iter().filter_map(|light| light.around(direction));

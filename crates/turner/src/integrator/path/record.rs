@@ -63,6 +63,10 @@ pub struct PathRecord {
     pub escape: Option<EscapeRecord>,
     /// Its last way through a medium, if nothing is at the end of it.
     pub way: Option<WayRecord>,
+    /// What its group shares with it, where pixels use the paths of their neighbours; of other samples `None`.
+    pub shared: Option<SharedRecord>,
+    /// The vertex from which on the path is lent, as a number in `vertices`.
+    pub(super) lent_from: Option<usize>,
     /// Whether the shadow ray that is asked for begins at the second place of a way.
     pub(super) asks_second: bool,
     /// Why it ended.
@@ -106,6 +110,31 @@ impl End {
             End::LeftOut => "left-out",
         }
     }
+}
+
+/// What a sample gets of the paths that its group shares.
+#[derive(Clone, Debug)]
+pub struct SharedRecord {
+    /// The vertex from which on the sample's own path is lent, as a number in [`PathRecord::vertices`]: from there on throughputs and contributions are
+    /// those of light that leaves this surface, and the sample gets its share of their sum. `None` if the path keeps to itself.
+    pub from: Option<usize>,
+    /// The paths that bring something to the sample, its own among them, in the order in which they were added.
+    pub parts: Vec<LentRecord>,
+}
+
+/// A path that a sample shares.
+#[derive(Clone, Copy, Debug)]
+pub struct LentRecord {
+    /// Whose path it is.
+    pub id: SampleId,
+    /// The path's second surface, which the sample's first one sees.
+    pub p: DVec3,
+    /// Radiance that the path found to leave it.
+    pub radiance: Spectrum,
+    /// The share of that which the sample gets: BSDF and cosine over the density with which the group finds the place (balance heuristic).
+    pub share: Spectrum,
+    /// What was added to the sample.
+    pub contribution: Spectrum,
 }
 
 /// What a surface is to the path.
@@ -363,7 +392,7 @@ pub struct AroundRecord {
 
 impl PathRecord {
     /// What was added to the sample, in the order in which it was: emission and sampled light of each vertex and of the way to it, and what was found
-    /// outside.
+    /// outside; then what the group's paths brought.
     pub fn contributions(&self) -> impl Iterator<Item = Spectrum> + '_ {
         fn sampled(light: Option<&LightRecord>) -> Option<Spectrum> {
             light.filter(|l| l.visible.is_some()).map(|l| l.contribution)
@@ -373,19 +402,24 @@ impl PathRecord {
         let second = |way: &Option<WayRecord>| {
             way.as_ref().and_then(|w| sampled(w.second.as_ref().map(|(_, light)| light)))
         };
-        let vertices = self.vertices.iter().flat_map(move |v| {
+        let (own, lent) = match self.shared.as_ref().and_then(|s| s.from) {
+            Some(from) => (from, true),
+            None => (self.vertices.len(), false),
+        };
+        let vertices = self.vertices.iter().take(own).flat_map(move |v| {
             let emission = v.emission.map(|e| e.contribution);
             let photons = v.photons.map(|p| p.contribution);
             [shone(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]
                 .into_iter()
                 .flatten()
         });
-        let escape = self
-            .escape
-            .iter()
-            .flat_map(move |e| [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten());
-        let last = [shone(&self.way), second(&self.way)].into_iter().flatten();
-        vertices.chain(escape).chain(last)
+        let escape =
+            self.escape.iter().filter(move |_| !lent).flat_map(move |e| {
+                [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
+            });
+        let last = [shone(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !lent);
+        let shared = self.shared.iter().flat_map(|s| s.parts.iter().map(|p| p.contribution));
+        vertices.chain(escape).chain(last).chain(shared)
     }
 
     /// Their sum: the colour of [`PathRecord::radiance`], to the last bit.

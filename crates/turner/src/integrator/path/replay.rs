@@ -1,13 +1,14 @@
 //! One sample again, by pixel and number.
 
 use super::caustics::PhotonMap;
-use super::record::{End, PathRecord};
+use super::record::{End, LentRecord, Off, PathRecord, SharedRecord};
+use super::reuse::group;
 use super::settings::Settings;
 use super::wave::Wave;
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, IntegratorDesc, Radiance, RayStats, Tracer};
 use crate::math::DVec3;
-use crate::render::{camera_point, place_of, sample_id};
+use crate::render::{camera_point, place_of, sample_id, take_points};
 use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::scene::error::{ErrorCode, SceneError};
@@ -60,6 +61,8 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRec
         vertices: Vec::new(),
         escape: None,
         way: None,
+        shared: None,
+        lent_from: None,
         asks_second: false,
         end: End::Absorbed,
         radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
@@ -69,6 +72,7 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRec
         record.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(record);
     }
+    let shared = of_group(scene, settings, id);
     let mut wave = Wave::new(settings, scene, record);
     if let Some(plan) = scene.caustics.as_ref().filter(|plan| plan.merges) {
         wave.find_photons(Arc::new(PhotonMap::of_sample(scene, plan, settings, id.index)));
@@ -79,5 +83,27 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRec
     if let Some(radiance) = out.first() {
         record.radiance = *radiance;
     }
+    if let Some((radiance, parts)) = shared {
+        record.radiance = radiance;
+        record.shared = Some(SharedRecord { from: record.lent_from, parts });
+    }
     Ok(record)
+}
+
+/// What a sample is among its group, if it has one.
+fn of_group(scene: &Scene, settings: Settings, id: SampleId) -> Option<(Radiance, Vec<LentRecord>)> {
+    let mut wave = Wave::new(settings, scene, Off);
+    if !wave.reuse.is_on() {
+        return None;
+    }
+    let mut samples = CameraSamples::default();
+    take_points(scene, &mut samples, group(scene, id).map(|id| (id, place_of(scene, &id).into())));
+    let mut out = Vec::new();
+    wave.radiance(&samples, &mut out, &mut RayStats::default());
+    let own = samples.ids.iter().position(|other| *other == id)?;
+    let parts = wave.shares_of(own).filter_map(|(from, p, share, radiance)| {
+        let id = *samples.ids.get(from)?;
+        Some(LentRecord { id, p, radiance, share, contribution: share * radiance })
+    });
+    Some((*out.get(own)?, parts.collect()))
 }

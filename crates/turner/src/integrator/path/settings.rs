@@ -1,6 +1,6 @@
 //! What the two integrators of this folder have in common, as numbers.
 
-use super::{DirectDesc, LightSampling, PathDesc};
+use super::{DirectDesc, LightSampling, PathDesc, PathReuse};
 use crate::bsdf::Lobe;
 
 /// Limits and switches.
@@ -14,6 +14,8 @@ pub(super) struct Settings {
     pub(super) rr_start: u32,
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
+    /// Whether neighbours may use one another's paths.
+    pub(super) reuse: bool,
     /// Nothing is scattered after a lobe that is not a mirror's.
     pub(super) direct: bool,
 }
@@ -38,6 +40,8 @@ impl Settings {
             rr_start: d.rr_start,
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
+            // What is clamped or left to chance before the second surface is not the same for all.
+            reuse: d.reuse != PathReuse::Off && d.clamp_indirect <= 0.0 && d.rr_start >= 2,
             direct: false,
         }
     }
@@ -48,6 +52,7 @@ impl Settings {
             max_depth: d.max_depth.saturating_add(1),
             max_transparent: d.max_transparent,
             rr_start: u32::MAX,
+            reuse: PathReuse::Off,
             light_sampling: d.light_sampling,
             ..PathDesc::default()
         };

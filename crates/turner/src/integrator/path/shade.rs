@@ -46,7 +46,7 @@ impl Settings {
     #[inline]
     pub(super) fn survival(&self, path: &Path) -> Option<f32> {
         (path.bounces.total >= self.rr_start).then(|| {
-            let carried = path.beta.max_component() * path.eta2;
+            let carried = path.beta.max_component() * path.importance * path.eta2;
             carried.max(0.0).sqrt().clamp(0.05, 1.0)
         })
     }
@@ -260,6 +260,9 @@ impl<R: Record> Wave<'_, R> {
         pixel: &mut Radiance,
         stats: &mut RayStats,
     ) {
+        if self.reuse.is_on() {
+            self.take_part(at.sample, vertex, material);
+        }
         if smooth && self.photons.is_some() {
             self.merge(at.sample, vertex, material, pixel);
         }

@@ -72,18 +72,7 @@ impl Vertex<'_> {
     /// smooth normal does (Chiang, Li and Burley 2019, "Taming the shadow terminator", eq. 3 and 4). Never more than 1.
     #[inline]
     pub(super) fn terminator(&self, wi: DVec3) -> f64 {
-        let (ns, ng) = (self.surface.ns, self.surface.ng);
-        if ns == ng {
-            return 1.0;
-        }
-        let g = ng.dot(wi) / (ng.dot(ns) * ns.dot(wi));
-        if g >= 1.0 {
-            1.0
-        } else if g > 0.0 {
-            g * (1.0 + g * (1.0 - g))
-        } else {
-            0.0
-        }
+        softened(self.surface.ns, self.surface.ng, wi)
     }
 
     /// Whether light from `wi` goes through the surface; `None` where the frame and the surface disagree.
@@ -91,6 +80,22 @@ impl Vertex<'_> {
     pub(super) fn crosses(&self, wi: DVec3, wi_local: DVec3) -> Option<bool> {
         let crosses = (wi.dot(self.ng) > 0.0) != (self.wo.dot(self.ng) > 0.0);
         (crosses == ((wi_local.z > 0.0) != (self.wo_local.z > 0.0))).then_some(crosses)
+    }
+}
+
+/// The share of light from `wi` that is left for a smooth normal `ns` over a flat surface of normal `ng`: see [`Vertex::terminator`].
+#[inline]
+pub(super) fn softened(ns: DVec3, ng: DVec3, wi: DVec3) -> f64 {
+    if ns == ng {
+        return 1.0;
+    }
+    let g = ng.dot(wi) / (ng.dot(ns) * ns.dot(wi));
+    if g >= 1.0 {
+        1.0
+    } else if g > 0.0 {
+        g * (1.0 + g * (1.0 - g))
+    } else {
+        0.0
     }
 }
 

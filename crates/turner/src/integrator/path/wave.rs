@@ -4,6 +4,7 @@ use super::block::VertexBlocks;
 use super::caustics::{Back, PhotonMap, Plan};
 use super::media::Media;
 use super::record::{Off, Record};
+use super::reuse::Reuse;
 use super::settings::{Bounces, Settings};
 use super::shade::FIRST_SET;
 use super::volume_light::Carried;
@@ -29,6 +30,10 @@ pub(super) struct Path {
     time: f32,
     /// The share of what the next ray finds that reaches the pixel.
     pub(super) beta: Spectrum,
+    /// What that is the share of, for the chance to go on: 1, or of a path that is lent the share of its second surface in its own pixel.
+    pub(super) importance: f32,
+    /// Whether what it finds counts for its neighbours, too.
+    pub(super) lends: bool,
     /// Surfaces met so far, each with its own sets of random numbers.
     pub(super) vertex: u32,
     pub(super) bounces: Bounces,
@@ -58,6 +63,8 @@ impl Path {
         self.sampler = OwenSobol::new(id);
         self.time = time;
         self.beta = Spectrum::WHITE;
+        self.importance = 1.0;
+        self.lends = false;
         self.vertex = 0;
         self.bounces = Bounces::default();
         self.transparent = 0;
@@ -177,6 +184,8 @@ pub(super) struct Wave<'a, R = Off> {
     /// The light paths beside which these are weighed, and what each path knows of them; empty without.
     pub(super) plan: Option<&'a Plan>,
     pub(super) back: Vec<Back>,
+    /// Which paths are used by neighbours.
+    pub(super) reuse: Reuse,
     /// The photons of the samples' number, where samples find them.
     pub(super) photons: Option<Arc<PhotonMap>>,
     /// Luminance that they brought, of all samples together.
@@ -205,6 +214,7 @@ impl<'a, R> Wave<'a, R> {
             numbers: Vec::new(),
             plan: scene.caustics.as_ref(),
             back: Vec::new(),
+            reuse: Reuse::new(settings.reuse && scene.reuses_paths && Reuse::suits(scene)),
             photons: None,
             by_photons: 0.0,
             photon_variance: 0.0,
@@ -236,6 +246,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
         if let Some(volumes) = &self.scene.volumes {
             self.begin_within(volumes, samples);
         }
+        self.begin_reuse(&samples.ids);
         self.front.rays.copy(&samples.rays);
         self.front.rays.coherent = true;
         self.front.samples.clear();
@@ -243,6 +254,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
         while !self.front.samples.is_empty() {
             self.round(out, stats);
         }
+        self.share(out);
     }
 }
 
@@ -271,11 +283,13 @@ impl<R: Record> Wave<'_, R> {
             around.push(ray.direction);
         }
         self.scene.emitters.around_batch(self.scene, &mut around);
+        let mut lent = std::mem::take(&mut self.reuse.lent);
         let mut met = surfaces.iter();
         let mut missed = 0;
         for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
             let Some(ray) = front.rays.get(i) else { continue };
-            let pixel = &mut out[sample as usize];
+            let lends = self.paths[sample as usize].lends;
+            let pixel = if lends { &mut lent[sample as usize] } else { &mut out[sample as usize] };
             if hit.is_none() {
                 self.miss(sample, &ray, around.get(missed), pixel);
                 missed += 1;
@@ -289,6 +303,8 @@ impl<R: Record> Wave<'_, R> {
         self.shade_blocks(&lights, stats);
         (self.surfaces, self.lights, self.around) = (surfaces, lights, around);
         self.hits = hits;
+        self.reuse.lent = lent;
+        self.weigh_offers(stats);
         self.light(out, stats);
         front.clear();
         self.front = std::mem::replace(&mut self.next, front);
@@ -367,7 +383,8 @@ impl<R: Record> Wave<'_, R> {
             // Not even 0 · infinity of what does not arrive.
             if !through.is_black() {
                 let arrives = *light * through;
-                out[*sample as usize].color += arrives;
+                let to = if self.paths[*sample as usize].lends { &mut self.reuse.lent } else { &mut *out };
+                to[*sample as usize].color += arrives;
                 self.record.note(|r| r.arrived(through, arrives));
             } else {
                 self.record.note(|r| r.arrived(through, Spectrum::BLACK));

@@ -10,6 +10,7 @@ mod shade;
 use super::LightSampling;
 use super::caustics::Onward;
 use super::record::Record;
+use super::reuse::{First, Second};
 use super::shade::MAX_VERTICES;
 use super::wave::Wave;
 use crate::bsdf::RoughMirrorBlock;
@@ -238,6 +239,10 @@ impl<R: Record> Wave<'_, R> {
                     continue;
                 }
                 lanes |= 1 << lane;
+                if self.reuse.is_on() {
+                    self.take_part_in_block(block, lane);
+                }
+                let path = &self.paths[block.samples[lane] as usize];
                 set32(&mut room.beta, lane, path.beta);
                 let [u0, u1, ..] = path.numbers.second();
                 (room.u[0].0[lane], room.u[1].0[lane]) = (u0, u1);
@@ -255,6 +260,21 @@ impl<R: Record> Wave<'_, R> {
             for lane in bits(room.follows & lanes) {
                 self.follow_lane(block, room, lane, stats);
             }
+        }
+    }
+
+    /// As `take_part`, for a lane.
+    fn take_part_in_block<K: shade::Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
+        let sample = block.samples[lane];
+        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+        let Some(f) = block.kind.lambert(lane).filter(|_| first || second) else { return };
+        let (p, ng) = (block.facets.point(lane), block.facets.normal(lane));
+        let side = if get(&block.direction, lane).dot(ng) < 0.0 { 1.0 } else { -1.0 };
+        let (origin, ng) = (block.facets.leave(lane, side), side * ng);
+        if first {
+            self.set_first(sample, First { p, origin, from: block.from[lane], z: ng, ns: ng, ng, f });
+        } else {
+            self.lend(sample, Second { p, target: origin, ng, bent: None });
         }
     }
 

@@ -6,6 +6,7 @@ use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8, Work};
 
 use super::{Lambert, Shading, VertexBlock};
 use crate::bsdf::{Lobe, MIN_COSINE, RoughMirrorBlock};
+use crate::color::Spectrum;
 use crate::math::elementary_x8::sin_cos_turns;
 use crate::math::frame_x8::FrameX8;
 
@@ -17,6 +18,11 @@ pub(super) trait Kind: Default {
     /// What samples go through.
     const LOBE: Lobe;
 
+    /// The BRDF in a lane, if it is the same for all directions.
+    fn lambert(&self, _: usize) -> Option<Spectrum> {
+        None
+    }
+
     /// The BRDF and the density of directions above the surface.
     fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>);
 
@@ -26,6 +32,11 @@ pub(super) trait Kind: Default {
 
 impl Kind for Lambert {
     const LOBE: Lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: true };
+
+    #[inline]
+    fn lambert(&self, lane: usize) -> Option<Spectrum> {
+        Some(super::get32(&self.f, lane))
+    }
 
     #[inline(always)]
     fn eval_pdf<S: Simd>(&self, simd: S, _: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>) {

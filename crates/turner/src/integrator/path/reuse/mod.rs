@@ -1,0 +1,358 @@
+//! Paths that neighbouring pixels use together (Bekaert, Sbert and Halton 2002, "Accelerating path tracing by re-using paths").
+//!
+//! Where the camera rays of a group of pixels end on surfaces that reflect light alike in all directions, each of their paths goes on to a second
+//! surface. What leaves that surface, if it reflects alike in all directions too, counts for all pixels of the group that see it from their own
+//! surfaces, not for its own pixel alone: a path is joined to its neighbours' first surfaces by shadow rays. The directions in which the
+//! group's first surfaces send their paths are ways of finding the same second surface, and the balance heuristic (Veach and Guibas 1995) weighs
+//! them, over those that nothing is in the way of. So the mean is that of paths which keep to themselves, and the noise of indirect light nearly that of
+//! sixteen times as many.
+//!
+//! A group is sixteen pixels of a cell of 8 x 8, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
+//! number and those of its neighbours, never on tiles, crops or threads.
+
+mod probe;
+mod terms;
+
+use super::record::Record;
+use super::vertex::Vertex;
+use super::wave::Wave;
+use crate::bsdf::MIN_COSINE;
+use crate::color::Spectrum;
+use crate::film::Antialias;
+use crate::integrator::{Radiance, RayStats};
+use crate::material::{AlphaMode, Physical};
+use crate::math::{DVec3, Ray};
+use crate::sampler::SampleId;
+use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
+use terms::{Firsts, Terms};
+use turner_bvh::lanes::{Block, LANES, dispatch};
+
+pub(crate) use probe::pays;
+
+/// Samples that use one another's paths, at most.
+const GROUP: usize = 16;
+/// Edge of the cells that groups are part of, in pixels.
+pub(crate) const CELL: u32 = 8;
+/// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
+const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
+/// No sample.
+const NONE: u32 = u32::MAX;
+
+/// Which quarter of its cell a pixel belongs to: other quarters for each sixteen samples, so that noise does not look like blocks. Within sixteen the group
+/// stays, for these are spread evenly over what each of its pixels looks at: changing it from sample to sample left 12 % more noise in a Cornell
+/// box. Those of the first sixteen lie between one another.
+fn quarter(id: &SampleId) -> u32 {
+    let (x, y) = (id.x % CELL, id.y % CELL);
+    match id.index / 16 % 4 {
+        0 => 2 * (y % 2) + x % 2,
+        1 => 2 * (y / 4) + x / 4,
+        2 => y / 2,
+        _ => x / 2,
+    }
+}
+
+/// The samples that a sample may use the paths of, its own among them, row by row.
+pub(crate) fn group(scene: &Scene, id: SampleId) -> impl Iterator<Item = SampleId> {
+    let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
+    let (right, bottom) = ((left + CELL).min(scene.film.width), (top + CELL).min(scene.film.height));
+    (top..bottom)
+        .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
+        .filter(move |other| quarter(other) == quarter(&id))
+}
+
+/// Where a camera ray ends, if light is reflected there alike in all directions. Normals are on the side of the ray.
+pub(super) struct First {
+    pub(super) p: DVec3,
+    /// Where rays leave.
+    pub(super) origin: DVec3,
+    pub(super) from: RayOrigin,
+    /// The normal of shading, and that of the surface before bending.
+    pub(super) z: DVec3,
+    pub(super) ns: DVec3,
+    pub(super) ng: DVec3,
+    /// The BRDF.
+    pub(super) f: Spectrum,
+}
+
+/// Where the path of a sample goes on to, if light is reflected there alike in all directions. Normals are on the side of the ray.
+pub(super) struct Second {
+    pub(super) p: DVec3,
+    /// Where rays end that are to see it.
+    pub(super) target: DVec3,
+    pub(super) ng: DVec3,
+    /// The normal of shading before it is bent for who looks at it, and after; `None` where it is the surface's.
+    pub(super) bent: Option<[DVec3; 2]>,
+}
+
+impl First {
+    /// Whether a path from here finds a second surface.
+    fn finds(&self, to: &Second) -> bool {
+        let way = to.p - self.p;
+        let square = way.length_squared();
+        let wi = way / square.sqrt();
+        let (cos, leaves, arrives) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
+        cos > MIN_COSINE
+            && leaves > 0.0
+            && arrives > MIN_COSINE
+            && cos * arrives / square < f64::INFINITY
+            && !to.is_bent_otherwise(wi)
+    }
+}
+
+/// A path that its neighbours may use.
+struct Offer {
+    sample: u32,
+    group: u32,
+    /// Which of the group find its second surface, and which reach it.
+    sees: u16,
+    reached: u16,
+    /// For each of the group: with what density it finds the place, and what share of light from there it reflects, over the BRDF; both per area.
+    pdf: [Block; GROUP / LANES],
+    share: [Block; GROUP / LANES],
+}
+
+/// What is known of the groups of a wave.
+#[derive(Default)]
+pub(super) struct Reuse {
+    on: bool,
+    /// The samples of each group, in the order of its pixels, and the group of each sample.
+    groups: Vec<[u32; GROUP]>,
+    group_of: Vec<u32>,
+    /// The place of each sample in its group.
+    member_of: Vec<u8>,
+    /// Of each group, and of each sample.
+    by_group: Vec<Firsts>,
+    firsts: Vec<Option<First>>,
+    offers: Vec<Offer>,
+    seconds: Vec<Second>,
+    /// What leaves the second surfaces of paths that are lent.
+    pub(super) lent: Vec<Radiance>,
+    /// For each sample, the share of that which each of the group gets.
+    shares: Vec<[Spectrum; GROUP]>,
+    /// The second surfaces of paths that are lent.
+    met: Vec<DVec3>,
+    rays: RayBatch,
+    asked: Vec<(u32, u8)>,
+    through: Vec<SpectrumBlock>,
+    /// While groups are formed: their numbers by place, and how many each has.
+    table: Vec<u32>,
+    counts: Vec<u8>,
+}
+
+impl Reuse {
+    pub(super) fn new(on: bool) -> Reuse {
+        Reuse { on, ..Reuse::default() }
+    }
+
+    /// Whether it is done at all.
+    #[inline]
+    pub(super) fn is_on(&self) -> bool {
+        self.on
+    }
+
+    /// Whether paths of a scene are used by neighbours, if its integrator lets them.
+    pub(super) fn suits(scene: &Scene) -> bool {
+        scene.volumes.is_none()
+            && scene.caustics.is_none()
+            && !scene.moves
+            && scene.film.antialias != Antialias::Adaptive
+    }
+
+    /// Finds the groups among samples.
+    fn begin(&mut self, ids: &[SampleId]) {
+        let cells = |edge: fn(&SampleId) -> u32| {
+            let edges = ids.iter().map(edge);
+            (edges.clone().min().unwrap_or(0) / CELL, edges.max().unwrap_or(0) / CELL)
+        };
+        let ((left, right), (top, _)) = (cells(|id| id.x), cells(|id| id.y));
+        let across = right - left + 1;
+        self.groups.clear();
+        self.group_of.clear();
+        self.member_of.clear();
+        self.table.clear();
+        self.counts.clear();
+        for (i, id) in ids.iter().enumerate() {
+            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + quarter(id)) as usize;
+            if self.table.len() <= place {
+                self.table.resize(place + 1, NONE);
+            }
+            if self.table[place] == NONE {
+                self.table[place] = self.groups.len() as u32;
+                self.groups.push([NONE; GROUP]);
+                self.counts.push(0);
+            }
+            let group = self.table[place];
+            let (members, count) = (&mut self.groups[group as usize], &mut self.counts[group as usize]);
+            self.member_of.push(*count);
+            if let Some(member) = members.get_mut(usize::from(*count)) {
+                *member = i as u32;
+                *count += 1;
+            }
+            self.group_of.push(group);
+        }
+        self.by_group.resize_with(self.groups.len(), Firsts::default);
+        self.by_group.iter_mut().for_each(Firsts::clear);
+        self.firsts.clear();
+        self.firsts.resize_with(ids.len(), || None);
+        self.lent.clear();
+        self.lent.resize(ids.len(), Radiance { color: Spectrum::BLACK, alpha: 1.0 });
+        self.shares.resize(ids.len(), [Spectrum::BLACK; GROUP]);
+        self.met.resize(ids.len(), DVec3::ZERO);
+        self.offers.clear();
+        self.seconds.clear();
+    }
+
+    fn first(&self, sample: u32) -> Option<&First> {
+        self.firsts.get(sample as usize)?.as_ref()
+    }
+}
+
+impl<R: Record> Wave<'_, R> {
+    pub(super) fn begin_reuse(&mut self, ids: &[SampleId]) {
+        if self.reuse.on {
+            self.reuse.begin(ids);
+        }
+    }
+
+    /// Whether a path has just come to its first surface from the camera, or to the one behind it, and might share it.
+    #[inline]
+    pub(super) fn may_be_first(&self, sample: u32) -> bool {
+        let path = &self.paths[sample as usize];
+        self.reuse.on && path.vertex == 1 && path.media.is_empty()
+    }
+
+    /// The same for the surface behind it.
+    #[inline]
+    pub(super) fn may_lend(&self, sample: u32) -> bool {
+        let path = &self.paths[sample as usize];
+        self.reuse.on && path.vertex == 2 && path.bounces.total == 1 && self.reuse.first(sample).is_some()
+    }
+
+    /// Takes note of a vertex that is the first or the second of its path, if light is reflected there alike in all directions.
+    pub(super) fn take_part(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical) {
+        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+        if !first && !second {
+            return;
+        }
+        let Some(f) = v.bsdf.as_lambert() else { return };
+        let side = if v.wo.dot(v.surface.ng) >= 0.0 { 1.0 } else { -1.0 };
+        let (ng, origin) = (side * v.surface.ng, v.surface.leave(v.wo));
+        if first {
+            let (p, from, ns) = (v.surface.p, v.surface.hit.origin(), side * v.surface.ns);
+            self.set_first(sample, First { p, origin, from, z: v.frame.z, ns, ng, f });
+        } else if material.desc.alpha_mode != AlphaMode::Blend && !material.is_emissive() {
+            let unbent = || side * material.frame(self.scene, v.surface).z;
+            let bent = (v.frame.z != ng).then(|| [unbent(), v.frame.z]);
+            self.lend(sample, Second { p: v.surface.p, target: origin, ng, bent });
+        }
+    }
+
+    /// Notes where a camera ray ends.
+    #[inline]
+    pub(super) fn set_first(&mut self, sample: u32, first: First) {
+        let reuse = &mut self.reuse;
+        let member = usize::from(reuse.member_of[sample as usize]);
+        if member < GROUP {
+            reuse.by_group[reuse.group_of[sample as usize] as usize].set(member, &first);
+            reuse.firsts[sample as usize] = Some(first);
+        }
+    }
+
+    /// Lends a path from its second surface on, if it can be found from its first.
+    pub(super) fn lend(&mut self, sample: u32, second: Second) {
+        let path = &mut self.paths[sample as usize];
+        let importance = path.beta.max_component();
+        let finds = self.reuse.first(sample).is_some_and(|first| first.finds(&second));
+        if !finds || !(importance > 0.0 && importance < f32::INFINITY) {
+            return;
+        }
+        path.beta = Spectrum::WHITE;
+        path.importance = importance;
+        path.lends = true;
+        self.record.note(|r| r.lent_from = r.vertices.len().checked_sub(1));
+        self.reuse.met[sample as usize] = second.p;
+        let group = self.reuse.group_of[sample as usize];
+        let reached = 1 << self.reuse.member_of[sample as usize];
+        let none = [Block([0.0; LANES]); GROUP / LANES];
+        self.reuse.offers.push(Offer { sample, group, sees: 0, reached, pdf: none, share: none });
+        self.reuse.seconds.push(second);
+    }
+
+    /// Finds out who sees the second surfaces of this round, and weighs them.
+    pub(super) fn weigh_offers(&mut self, stats: &mut RayStats) {
+        let reuse = &mut self.reuse;
+        if reuse.offers.is_empty() {
+            return;
+        }
+        reuse.rays.clear();
+        reuse.rays.coherent = true;
+        reuse.asked.clear();
+        dispatch(Terms { offers: &mut reuse.offers, seconds: &reuse.seconds, groups: &reuse.by_group });
+        for (number, (offer, second)) in reuse.offers.iter_mut().zip(&reuse.seconds).enumerate() {
+            let members = &reuse.groups[offer.group as usize];
+            let first = |m: usize| reuse.firsts.get(members[m] as usize)?.as_ref();
+            let group = &reuse.by_group[offer.group as usize];
+            offer.finish(group, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
+            for member in (0..GROUP).filter(|m| (offer.sees & !offer.reached) >> m & 1 == 1) {
+                let Some(first) = first(member) else { continue };
+                let ray = Ray { t_max: NEARLY, ..Ray::new(first.origin, second.target - first.origin) };
+                reuse.rays.push_leaving(&ray, first.from);
+                reuse.asked.push((number as u32, member as u8));
+            }
+        }
+        stats.shadow += reuse.asked.len() as u64;
+        self.scene.transmittance_batch(&mut reuse.rays, &mut reuse.through);
+        for (i, &(offer, member)) in reuse.asked.iter().enumerate() {
+            if reuse.through[i / LANES].get(i % LANES) == Spectrum::WHITE {
+                reuse.offers[offer as usize].reached |= 1 << member;
+            }
+        }
+        for offer in &reuse.offers {
+            let reaches = |member: usize| offer.reached >> member & 1 == 1;
+            let of = |blocks: &[Block], member: usize| blocks[member / LANES].0[member % LANES];
+            let sum: f64 = (0..GROUP).filter(|m| reaches(*m)).map(|m| of(&offer.pdf, m)).sum();
+            let members = &reuse.groups[offer.group as usize];
+            let shares = &mut reuse.shares[offer.sample as usize];
+            for (member, &other) in members.iter().enumerate() {
+                let first = reuse.firsts.get(other as usize).and_then(Option::as_ref);
+                shares[member] = match first.filter(|_| reaches(member)) {
+                    Some(first) => first.f * (of(&offer.share, member) / sum) as f32,
+                    None => Spectrum::BLACK,
+                };
+            }
+        }
+        reuse.offers.clear();
+        reuse.seconds.clear();
+    }
+
+    /// What the sample in this place of a wave got of its group: whose path it is, its second surface, the share, and what leaves that surface.
+    pub(super) fn shares_of(&self, place: usize) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
+        let Wave { reuse, paths, .. } = self;
+        let members = &reuse.groups[reuse.group_of[place] as usize];
+        let lane = members.iter().position(|&m| m as usize == place);
+        members.iter().map(|&m| m as usize).filter(|&m| paths.get(m).is_some_and(|p| p.lends)).filter_map(
+            move |from| {
+                let share = reuse.shares[from][lane?];
+                (!share.is_black()).then_some((from, reuse.met[from], share, reuse.lent[from].color))
+            },
+        )
+    }
+
+    /// Gives all samples their shares of what was lent.
+    pub(super) fn share(&mut self, out: &mut [Radiance]) {
+        let Wave { reuse, paths, .. } = self;
+        if !reuse.on {
+            return;
+        }
+        for members in &reuse.groups {
+            for &from in members.iter().filter(|&&m| m != NONE && paths[m as usize].lends) {
+                let (lent, shares) = (reuse.lent[from as usize].color, &reuse.shares[from as usize]);
+                for (&to, share) in members.iter().zip(shares) {
+                    if !share.is_black() {
+                        out[to as usize].color += *share * lent;
+                    }
+                }
+            }
+        }
+    }
+}
