@@ -21,6 +21,7 @@ pub use point::PointDesc;
 pub use profile::{LightProfile, ProfileFile, ProfileUnits};
 pub use sky::SkyDesc;
 pub use spot::SpotDesc;
+pub(crate) use tree::WIDTH as TREE_WIDTH;
 pub use tree::{GlossyLobe, LightTree, Receiver};
 
 use crate::color::Spectrum;

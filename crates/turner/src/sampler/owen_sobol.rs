@@ -25,6 +25,12 @@ impl OwenSobol {
         OwenSobol { pixel: mix(pixel ^ mix(id.seed ^ 0x6a09_e667_f3bc_c909)), index: id.index }
     }
 
+    /// One of so many parts of the sample: those of all the pixel's samples are a sequence again.
+    #[inline]
+    pub fn part(&self, number: u32, of: u32) -> OwenSobol {
+        OwenSobol { index: self.index.wrapping_mul(of).wrapping_add(number), ..*self }
+    }
+
     /// Four numbers in 0..1; the first two are the best distributed pair.
     #[inline(always)] // what the caller does not use is not made
     pub fn four(&self, set: u32) -> [f64; 4] {

@@ -62,13 +62,18 @@ impl LightBatch {
         self.lit.clear();
     }
 
-    /// Asks for light at a point, by `u` as [`Emitters::sample`] takes it. The first to ask has number 0.
+    /// Asks for light at a point, by `u` as [`Emitters::sample`] takes it: for as many as are looked at there, each by its own. Gives the number of
+    /// the first of them.
     #[inline]
-    pub fn ask(&mut self, at: impl Into<Receiver>, u: [f64; 3]) {
-        self.asked.push((at.into(), u));
+    pub fn ask(&mut self, at: impl Into<Receiver>, u: impl Fn(u32) -> [f64; 3]) -> usize {
+        let (at, first) = (at.into(), self.asked.len());
+        for number in 0..=at.more {
+            self.asked.push((at, u(number)));
+        }
+        first
     }
 
-    /// How many have asked.
+    /// How many lights were asked for.
     pub fn len(&self) -> usize {
         self.asked.len()
     }
@@ -78,10 +83,11 @@ impl LightBatch {
         self.asked.is_empty()
     }
 
-    /// What one has got.
+    /// What those got who asked under this number; the densities count all of them.
     #[inline]
-    pub fn get(&self, number: usize) -> Option<&LightSample> {
-        self.lit.get(number)?.as_ref()
+    pub fn get(&self, number: usize) -> &[Option<LightSample>] {
+        let Some((at, _)) = self.asked.get(number) else { return &[] };
+        self.lit.get(number..number + at.more as usize + 1).unwrap_or_default()
     }
 }
 
@@ -151,8 +157,14 @@ impl Emitters {
         let mut environment = None;
         around.clear();
         places.clear();
+        let (mut root, mut again) = (None, 0);
         for (number, (at, u)) in asked.iter().enumerate() {
-            let Some(chosen) = self.choose(at, u[2]) else { continue };
+            if again == 0 {
+                root = None;
+            }
+            again = if again == 0 { at.more } else { again - 1 };
+            let Some(mut chosen) = self.choose(at, u[2], &mut root) else { continue };
+            chosen.choice *= at.candidates();
             let (p, emitter, choice) = (at.p, chosen.emitter, chosen.choice);
             if let Emitter::Light(i) = emitter
                 && matches!(scene.lights.get(*i as usize), Some(Light::Environment(_)))

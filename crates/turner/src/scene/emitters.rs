@@ -12,7 +12,7 @@ use super::placed_emitters::{LightChoice, PlacedEmitters};
 use super::scene::{Hit, Scene, SurfaceInteraction};
 use super::shape_emitters::{ShapeEmitter, shape_emitters};
 use crate::color::Spectrum;
-use crate::light::{EnvironmentSample, Light, Receiver};
+use crate::light::{EnvironmentSample, Light, Receiver, TREE_WIDTH};
 use crate::material::{Gloss, Material};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
@@ -192,12 +192,17 @@ impl Emitters {
             return None;
         }
         let at = at.into();
-        self.choose(&at, u[2])?.sample(scene, at.p, [u[0], u[1]])
+        self.choose(&at, u[2], &mut None)?.sample(scene, at.p, [u[0], u[1]])
     }
 
-    /// The emitter that `u` chooses for a point; `None` if none with a place brings light there.
+    /// The emitter that `u` chooses for a point; `None` if none with a place brings light there. What `root` keeps serves the next choice at the same point.
     #[inline]
-    pub(super) fn choose(&self, at: &Receiver, u: f64) -> Option<Chosen<'_>> {
+    pub(super) fn choose(
+        &self,
+        at: &Receiver,
+        u: f64,
+        root: &mut Option<[f32; TREE_WIDTH]>,
+    ) -> Option<Chosen<'_>> {
         let (chosen, choice, left) = self.choice.sample(u);
         let Some(placed) = &self.placed else {
             return Some(Chosen { emitter: &self.lights[chosen as usize], part: NONE, choice, left });
@@ -205,12 +210,13 @@ impl Emitters {
         if let Some(light) = self.beside.get(chosen as usize) {
             return Some(Chosen { emitter: &self.lights[*light as usize], part: NONE, choice, left });
         }
-        let (light, part, probability, left) = placed.choose(at, left)?;
+        let (light, part, probability, left) = placed.choose(at, left, root)?;
         let emitter = self.lights.get(light as usize)?;
         Some(Chosen { emitter, part, choice: choice * probability, left })
     }
 
-    /// The density with which `sample` at a point gives the direction to a hit of a shape that shines; 0 if it never does.
+    /// The density with which `sample` at a point gives the direction to a hit of a shape that shines, times the lights that are looked at there; 0 if
+    /// it never does.
     pub fn pdf_hit(&self, scene: &Scene, at: impl Into<Receiver>, surface: &SurfaceInteraction) -> f64 {
         let Hit { shape, primitive } = &surface.hit;
         let first = self.of_primitive.get(*primitive as usize).copied().unwrap_or(NONE);
@@ -223,7 +229,7 @@ impl Emitters {
         let Some(Emitter::Shape(emitter)) = self.lights.get(index as usize) else { return 0.0 };
         let at = at.into();
         let Some(placed) = &self.placed else {
-            return self.choice.probability(index) * emitter.pdf(scene, at.p, surface);
+            return self.choice.probability(index) * emitter.pdf(scene, at.p, surface) * at.candidates();
         };
         let (probability, of_part) = placed.probability(&at, index, emitter.place(surface));
         if probability <= 0.0 {
@@ -234,7 +240,7 @@ impl Emitters {
         } else {
             emitter.pdf(scene, at.p, surface)
         };
-        self.choice.probability(self.beside.len() as u32) * probability * pdf
+        self.choice.probability(self.beside.len() as u32) * probability * pdf * at.candidates()
     }
 
     /// The probability with which `sample` chooses a light of the scene at a point.

@@ -2,7 +2,7 @@
 
 use super::emitters::{Emitter, NONE};
 use super::scene::Scene;
-use crate::light::{LightBound, LightTree, Receiver};
+use crate::light::{LightBound, LightTree, Receiver, TREE_WIDTH};
 
 /// So many emitters with a place must there be to be chosen from, or so many parts of one: a mesh of few triangles is sampled better as a whole.
 const FEWEST: usize = 2;
@@ -100,10 +100,16 @@ impl PlacedEmitters {
         self.first.get(emitter as usize).is_some_and(|first| *first != NONE)
     }
 
-    /// The emitter that `u` chooses for a point, its part or [`NONE`], the probability of that, and what is left of `u`.
+    /// The emitter that `u` chooses for a point, its part or [`NONE`], the probability of that, and what is left of `u`; for the next choice at the point
+    /// what is known of its root.
     #[inline]
-    pub(super) fn choose(&self, at: &Receiver, u: f64) -> Option<(u32, u32, f64, f64)> {
-        let (light, probability, left) = self.tree.sample(at, u)?;
+    pub(super) fn choose(
+        &self,
+        at: &Receiver,
+        u: f64,
+        root: &mut Option<[f32; TREE_WIDTH]>,
+    ) -> Option<(u32, u32, f64, f64)> {
+        let (light, probability, left) = self.tree.sample_again(at, u, root)?;
         let &(emitter, part) = self.parts.get(light as usize)?;
         Some((emitter, part, probability, left))
     }

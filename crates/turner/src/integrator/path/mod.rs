@@ -6,6 +6,7 @@
 
 mod bent_normal;
 mod block;
+mod candidates;
 mod caustics;
 mod dispersion;
 mod media;

@@ -112,7 +112,7 @@ impl PathRecord {
         });
     }
 
-    /// A light was sampled.
+    /// A light was sampled: one of so many, that counts so many times.
     pub(super) fn lit(
         &mut self,
         lit: &LightSample,
@@ -120,8 +120,10 @@ impl PathRecord {
         bsdf: Spectrum,
         bsdf_pdf: f64,
         cosine: f64,
+        (candidates, counts): (u32, f32),
     ) {
-        self.at(|v| v.light = Some(sampled(lit, direction, bsdf, bsdf_pdf, cosine)));
+        let light = sampled(lit, direction, bsdf, bsdf_pdf, cosine);
+        self.at(|v| v.light = Some(LightRecord { candidates, counts, ..light }));
     }
 
     /// With which weight.
@@ -262,6 +264,8 @@ fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine:
         direction,
         distance: if lit.finite { lit.to_light.length() } else { f64::INFINITY },
         pdf: lit.pdf,
+        candidates: 1,
+        counts: 1.0,
         is_delta: lit.is_delta,
         radiance: lit.radiance,
         bsdf: f,

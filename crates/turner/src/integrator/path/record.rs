@@ -292,8 +292,13 @@ pub struct LightRecord {
     pub direction: DVec3,
     /// How far it is; infinite where it has no place.
     pub distance: f64,
-    /// Density of the direction, the choice of the light included; for a point or a direction the probability of its choice.
+    /// Density of the direction, the choice of the light included; for a point or a direction the probability of its choice. Times the number of
+    /// candidates.
     pub pdf: f64,
+    /// How many lights were looked at, of which this was taken: 1 or more.
+    pub candidates: u32,
+    /// How many times it counts for that: what all of them bring, over what it brings itself.
+    pub counts: f32,
     /// Whether rays cannot hit the light by chance.
     pub is_delta: bool,
     /// Its radiance; of a point or a direction, what arrives at a surface that faces it.

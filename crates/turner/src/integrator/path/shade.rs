@@ -1,9 +1,10 @@
 //! What happens to a path where its ray ends.
 
+use super::candidates::{CANDIDATES, pick};
 use super::dispersion::Prism;
 use super::media::Boundary;
 use super::record::{AroundRecord, End, Passage, Record, Roulette};
-use super::vertex::{Vertex, coated, prepare};
+use super::vertex::{Met, Vertex, coated, prepare};
 use super::wave::{Arrival, Path, Wave};
 use super::{LightSampling, settings::Settings};
 use crate::bsdf::{Bsdf, BsdfSample};
@@ -32,6 +33,19 @@ impl Settings {
             LightSampling::Light => return 0.0,
         };
         1.0 / (1.0 + sampling * sampling + back)
+    }
+
+    /// The weight of a light that was sampled, where light paths that of chance times the root of `back`, and what it brings if nothing is in its way.
+    #[inline]
+    fn unshadowed(&self, path: &Path, lit: &LightSample, met: &Met, back: f64) -> (f64, Spectrum) {
+        // The power heuristic with exponent 2 (Veach & Guibas 1995). An infinite ratio is right as weight 0.
+        let chance = match (lit.is_delta, self.light_sampling) {
+            (false, LightSampling::Both) => met.pdf / lit.pdf,
+            _ => 0.0,
+        };
+        let weight = 1.0 / (1.0 + chance * chance + back);
+        let k = weight * met.wi_local.z.abs() / lit.pdf;
+        (weight, path.beta * met.f * lit.radiance * k as f32)
     }
 
     /// Adds light to a pixel; gives what was added.
@@ -102,6 +116,7 @@ impl<R: Record> Wave<'_, R> {
                 }
                 None => 0.0,
             };
+            let light_pdf = light_pdf * path.origin.candidates();
             let weight = self.settings.weight_found(path, light_pdf, back);
             found += radiance * weight as f32;
             self.record.note(|r| r.outside(|e| e.lights.push(AroundRecord { radiance, light_pdf, weight })));
@@ -266,8 +281,8 @@ impl<R: Record> Wave<'_, R> {
         if smooth && self.photons.is_some() {
             self.merge(at.sample, vertex, material, pixel);
         }
-        if smooth && let Some(lit) = at.lit {
-            self.connect(at.sample, vertex, material, lit);
+        if smooth {
+            self.connect(at.sample, vertex, material, at.lit);
         }
         let [u0, u1, u2, u3] = self.paths[at.sample as usize].numbers.second();
         if let Some(entry) = vertex.bsdf.enter([u2, u0, u1]) {
@@ -310,33 +325,28 @@ impl<R: Record> Wave<'_, R> {
         self.record.note(|r| r.shone(path, radiance, pdf, weight, added));
     }
 
-    /// Sends a shadow ray to the light that was sampled.
-    fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, lit: &LightSample) {
+    /// Sends a shadow ray to the light that was sampled, or to one of several.
+    fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, lit: &[Option<LightSample>]) {
         let path = &self.paths[sample as usize];
-        let distance = lit.to_light.length();
-        let wi = lit.to_light / distance;
-        let wi_local = v.frame.to_local(wi);
-        let Some(crosses) = v.crosses(wi, wi_local) else { return };
-        let (mut f, pdf) = v.bsdf.eval_pdf(wi_local);
-        if !crosses {
-            f *= v.terminator(wi) as f32;
-        }
-        self.record.note(|r| r.lit(lit, wi, f, pdf, wi_local.z.abs()));
-        if f.is_black() {
+        let (taken, counts) = match lit.len() {
+            0 | 1 => (0, 1.0),
+            _ => self.choose_light(path, v, lit),
+        };
+        let Some(Some(lit)) = lit.get(taken) else { return };
+        let Some(met) = v.met(lit) else { return };
+        let (wi, wi_local, crosses) = (met.wi, met.wi_local, met.crosses);
+        let candidates = path.more + 1;
+        self.record.note(|r| r.lit(lit, wi, met.f, met.pdf, wi_local.z.abs(), (candidates, counts)));
+        if met.f.is_black() {
             return;
         }
         let back = match self.plan {
             Some(_) if material.focuses => self.light_paths_to_sample(sample, v, material, lit, wi),
             _ => 0.0,
         };
-        // The power heuristic with exponent 2 (Veach & Guibas 1995). An infinite ratio is right as weight 0.
-        let chance = match (lit.is_delta, self.settings.light_sampling) {
-            (false, LightSampling::Both) => pdf / lit.pdf,
-            _ => 0.0,
-        };
-        let weight = 1.0 / (1.0 + chance * chance + back);
-        let mut light = path.beta * f * lit.radiance * (weight * wi_local.z.abs() / lit.pdf) as f32;
-        let length = if lit.finite { distance } else { f64::INFINITY };
+        let (weight, mut light) = self.settings.unshadowed(path, lit, &met, back);
+        light *= counts;
+        let length = if lit.finite { met.distance } else { f64::INFINITY };
         let crossed = (crosses && material.has_inside()).then(|| {
             let mut media = path.media;
             media.cross(self.scene, v.surface, material, wi.dot(v.ng) < 0.0);
@@ -363,6 +373,21 @@ impl<R: Record> Wave<'_, R> {
             self.carry(sample, media);
         }
         self.shadows.push(&ray, v.surface, sample, light);
+    }
+
+    /// One of several lights, by what they bring: its place among them, and how many times it counts.
+    fn choose_light(&self, path: &Path, v: &Vertex<'_>, lit: &[Option<LightSample>]) -> (usize, f32) {
+        let mut brought = [0.0; CANDIDATES];
+        for (brought, lit) in brought.iter_mut().zip(lit) {
+            if let Some(lit) = lit
+                && let Some(met) = v.met(lit)
+                && !met.f.is_black()
+            {
+                *brought = self.settings.unshadowed(path, lit, &met, 0.0).1.luminance();
+            }
+        }
+        let first = || (lit.iter().position(Option::is_some).unwrap_or(0), 1.0);
+        pick(&brought, path.numbers.first()[0]).unwrap_or_else(first)
     }
 
     /// Goes on in a sampled direction, if the number `u` lets it.
@@ -406,7 +431,7 @@ impl<R: Record> Wave<'_, R> {
         path.alone = s.lobe.is_delta;
         path.scattered |= !s.lobe.is_delta;
         path.pdf = s.pdf;
-        path.origin = self.scene.receiver(v.surface, -v.wo);
+        path.origin = self.scene.receiver(v.surface, -v.wo).with_more(path.more);
         if let Some(pixel) = &self.scene.pixel_cone {
             path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
         }

@@ -227,7 +227,8 @@ impl<'a, R: Record> Wave<'a, R> {
                 scene.emitters.sample(scene, scene.receiver(&out, -out.ng), [u0, u1, u2])
             }
         };
-        let arrival = Arrival { sample, ray: from_above, surface: &out, lit: lit.as_ref() };
+        self.paths[sample as usize].more = 0;
+        let arrival = Arrival { sample, ray: from_above, surface: &out, lit: &[lit] };
         self.scatter(&arrival, &vertex, material, true, pixel, stats);
     }
 

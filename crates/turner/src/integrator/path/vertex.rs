@@ -5,6 +5,7 @@ use crate::bsdf::{Bsdf, BsdfSample, Towards};
 use crate::color::Spectrum;
 use crate::material::Physical;
 use crate::math::{DVec3, Frame, Ray};
+use crate::scene::emitters::LightSample;
 use crate::scene::{Scene, SurfaceInteraction};
 
 /// A surface with its scattering, turned to the ray that met it.
@@ -19,6 +20,19 @@ pub(super) struct Vertex<'a> {
     /// Towards where the ray came from, in the scene and in the frame.
     pub(super) wo: DVec3,
     pub(super) wo_local: DVec3,
+}
+
+/// How light of a sampled light meets a surface.
+pub(super) struct Met {
+    /// Towards the light, in the scene and in the frame, and how far it is.
+    pub(super) wi: DVec3,
+    pub(super) wi_local: DVec3,
+    pub(super) distance: f64,
+    /// Whether it goes through the surface.
+    pub(super) crosses: bool,
+    /// The BSDF, terminator included, and the density with which it is sampled.
+    pub(super) f: Spectrum,
+    pub(super) pdf: f64,
 }
 
 impl Vertex<'_> {
@@ -45,6 +59,20 @@ impl Vertex<'_> {
             f *= self.terminator(wi) as f32;
         }
         (f, pdf)
+    }
+
+    /// How light that was sampled meets the surface; `None` where the frame and the surface disagree.
+    #[inline]
+    pub(super) fn met(&self, lit: &LightSample) -> Option<Met> {
+        let distance = lit.to_light.length();
+        let wi = lit.to_light / distance;
+        let wi_local = self.frame.to_local(wi);
+        let crosses = self.crosses(wi, wi_local)?;
+        let (mut f, pdf) = self.bsdf.eval_pdf(wi_local);
+        if !crosses {
+            f *= self.terminator(wi) as f32;
+        }
+        Some(Met { wi, wi_local, distance, crosses, f, pdf })
     }
 
     /// Whether any lobe is not a mirror's.

@@ -47,6 +47,8 @@ pub(super) struct Path {
     /// Density of the ray's direction, and where it was chosen.
     pub(super) pdf: f64,
     pub(super) origin: Receiver,
+    /// How many more lights than one were looked at where the ray ends.
+    pub(super) more: u32,
     /// The square of the index of refraction of the medium it is in: radiance is larger by it there.
     pub(super) eta2: f32,
     /// The one colour band that is left, once dispersion has parted them.
@@ -73,6 +75,7 @@ impl Path {
         self.scattered = false;
         self.pdf = 1.0;
         self.origin = Receiver::from(DVec3::ZERO);
+        self.more = 0;
         self.eta2 = 1.0;
         self.band = None;
         self.media.clear();
@@ -85,7 +88,8 @@ pub(super) struct Arrival<'a> {
     pub(super) sample: u32,
     pub(super) ray: Ray,
     pub(super) surface: &'a SurfaceInteraction,
-    pub(super) lit: Option<&'a LightSample>,
+    /// One, or several to choose from.
+    pub(super) lit: &'a [Option<LightSample>],
 }
 
 /// The rays of one bounce, and whose they are.
@@ -345,12 +349,13 @@ impl<R: Record> Wave<'_, R> {
                 footprint::arrive(cone, &mut surface, ray.direction, hit.shape.t);
             }
             let path = &self.paths[sample as usize];
-            let mut number = u32::MAX;
+            let (mut number, mut more) = (u32::MAX, 0);
             if self.may_connect(path, &ray, hit, &surface) {
-                number = lights.len() as u32;
-                let [u0, u1, u2, _] = path.numbers.first();
-                lights.ask(self.scene.receiver(&surface, ray.direction), [u0, u1, u2]);
+                let at = self.scene.receiver(&surface, ray.direction);
+                more = self.more_lights(path, &at);
+                number = self.ask(path, at.with_more(more), lights);
             }
+            self.paths[sample as usize].more = more;
             surfaces.push((surface, number));
         }
         self.ask_in_blocks(lights);

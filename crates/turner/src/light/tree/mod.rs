@@ -12,6 +12,7 @@ mod node;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use node::WIDTH;
 use node::{LEAF, Node};
 
 use crate::math::DVec3;
@@ -25,6 +26,8 @@ pub struct Receiver {
     pub n: [f32; 3],
     /// Where the surface reflects more than elsewhere.
     pub lobe: GlossyLobe,
+    /// How many more lights than one are looked at here, of which one is taken.
+    pub more: u32,
 }
 
 /// Directions from which a glossy surface reflects more light to where it is seen from: around the mirrored direction, falling off as GGX's facets do
@@ -49,7 +52,19 @@ impl Receiver {
     /// A point of a surface that only light on the side of the unit normal `n` reaches.
     #[inline]
     pub fn facing(p: DVec3, n: DVec3) -> Receiver {
-        Receiver { p, n: n.as_vec3().to_array(), lobe: GlossyLobe::default() }
+        Receiver { n: n.as_vec3().to_array(), ..Receiver::from(p) }
+    }
+
+    /// The same point, where so many more lights than one are looked at.
+    #[inline]
+    pub fn with_more(self, more: u32) -> Receiver {
+        Receiver { more, ..self }
+    }
+
+    /// How many lights are looked at.
+    #[inline]
+    pub fn candidates(&self) -> f64 {
+        f64::from(self.more) + 1.0
     }
 }
 
@@ -57,7 +72,7 @@ impl From<DVec3> for Receiver {
     /// Light counts from everywhere.
     #[inline]
     fn from(p: DVec3) -> Receiver {
-        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default() }
+        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default(), more: 0 }
     }
 }
 
@@ -85,11 +100,26 @@ impl LightTree {
     /// brings any light.
     #[inline]
     pub fn sample(&self, at: &Receiver, u: f64) -> Option<(u32, f64, f64)> {
+        self.sample_again(at, u, &mut None)
+    }
+
+    /// The same, for one of several numbers at a point: what is known from the one before is kept in `root`.
+    #[inline]
+    pub(crate) fn sample_again(
+        &self,
+        at: &Receiver,
+        u: f64,
+        root: &mut Option<[f32; WIDTH]>,
+    ) -> Option<(u32, f64, f64)> {
         let p = self.local(at.p);
         let (mut child, mut probability, mut u) = (0, 1.0, u);
         while child & LEAF == 0 {
             let node = self.nodes.get(child as usize)?;
-            let weights = node.importance(p, at).map(f64::from);
+            let weights = match child {
+                0 => *root.get_or_insert_with(|| node.importance(p, at)),
+                _ => node.importance(p, at),
+            };
+            let weights = weights.map(f64::from);
             let sum = weights.iter().sum::<f64>();
             if !(sum > 0.0 && sum < f64::INFINITY) {
                 return None;

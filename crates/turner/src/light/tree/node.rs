@@ -3,7 +3,7 @@
 use super::{GlossyLobe, Receiver};
 
 /// Children of a node.
-pub(super) const WIDTH: usize = 4;
+pub(crate) const WIDTH: usize = 4;
 
 /// Marks a child that is a light.
 pub(super) const LEAF: u32 = 1 << 31;

@@ -8,6 +8,7 @@
 mod shade;
 
 use super::LightSampling;
+use super::candidates::{CANDIDATES, pick};
 use super::caustics::Onward;
 use super::record::Record;
 use super::reuse::{First, Second};
@@ -130,6 +131,8 @@ struct Shading {
     to_light: [Block; 3],
     radiance: [Block32; 3],
     light_pdf: Block,
+    /// How many times it counts.
+    counts: Block32,
     /// Whether it has a place, and whether rays might have found it as well.
     finite: u8,
     weighed: u8,
@@ -198,15 +201,14 @@ impl<R: Record> Wave<'_, R> {
         for (block, len) in vertices.used() {
             for lane in 0..len {
                 let (p, ng) = (block.facets.point(lane), block.facets.normal(lane));
+                let path = &self.paths[block.samples[lane] as usize];
                 let receiver =
                     self.scene.receiver_of(block.sides[lane], p, ng, ng, get(&block.direction, lane));
+                let receiver = receiver.with_more(self.more_lights(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
-                let path = &self.paths[block.samples[lane] as usize];
                 if asks && !self.is_spent(path) {
-                    let [u0, u1, u2, _] = path.numbers.first();
-                    block.lights[lane] = lights.len() as u32;
-                    lights.ask(receiver, [u0, u1, u2]);
+                    block.lights[lane] = self.ask(path, receiver, lights);
                 }
             }
         }
@@ -229,8 +231,9 @@ impl<R: Record> Wave<'_, R> {
         stats: &mut RayStats,
     ) {
         for (block, len) in vertices.used() {
-            let mut lanes = 0;
+            let (mut lanes, mut several) = (0, 0);
             room.lit = 0;
+            room.counts = Block32([1.0; LANES]);
             for lane in 0..len {
                 let path = &mut self.paths[block.samples[lane] as usize];
                 path.vertex += 1;
@@ -246,12 +249,17 @@ impl<R: Record> Wave<'_, R> {
                 set32(&mut room.beta, lane, path.beta);
                 let [u0, u1, ..] = path.numbers.second();
                 (room.u[0].0[lane], room.u[1].0[lane]) = (u0, u1);
-                if let Some(lit) = lights.get(block.lights[lane] as usize) {
-                    self.set_light(room, lane, lit);
+                match lights.get(block.lights[lane] as usize) {
+                    [] => {}
+                    [one] => self.set_light(room, lane, one.as_ref()),
+                    _ => several |= 1 << lane,
                 }
             }
             if lanes == 0 {
                 continue;
+            }
+            if several != 0 {
+                self.choose_lights(block, room, lights, several);
             }
             dispatch(shade::Shade { block, room });
             for lane in bits(room.connects & lanes) {
@@ -278,9 +286,46 @@ impl<R: Record> Wave<'_, R> {
         }
     }
 
+    /// One of several lights for lanes, as `choose_light` takes it.
+    fn choose_lights<K: shade::Kind>(
+        &self,
+        block: &VertexBlock<K>,
+        room: &mut Shading,
+        lights: &LightBatch,
+        lanes: u8,
+    ) {
+        let candidate = |lane: usize, number: usize| {
+            lights.get(block.lights[lane] as usize).get(number).and_then(Option::as_ref)
+        };
+        let mut brought = [[0.0; CANDIDATES]; LANES];
+        for number in 0..CANDIDATES {
+            for lane in bits(lanes) {
+                self.set_light(room, lane, candidate(lane, number));
+            }
+            dispatch(shade::Light { block, room });
+            for lane in bits(lanes & room.connects) {
+                brought[lane][number] = get32(&room.light, lane).luminance();
+            }
+        }
+        for lane in bits(lanes) {
+            let [u, ..] = self.paths[block.samples[lane] as usize].numbers.first();
+            match pick(&brought[lane], u) {
+                Some((taken, counts)) => {
+                    self.set_light(room, lane, candidate(lane, taken));
+                    room.counts.0[lane] = counts;
+                }
+                None => room.lit &= !(1 << lane),
+            }
+        }
+    }
+
     #[inline]
-    fn set_light(&self, room: &mut Shading, lane: usize, lit: &LightSample) {
+    fn set_light(&self, room: &mut Shading, lane: usize, lit: Option<&LightSample>) {
         let bit = 1 << lane;
+        let Some(lit) = lit else {
+            room.lit &= !bit;
+            return;
+        };
         room.lit |= bit;
         let weighed = !lit.is_delta && self.settings.light_sampling == LightSampling::Both;
         room.weighed = room.weighed & !bit | u8::from(weighed) << lane;

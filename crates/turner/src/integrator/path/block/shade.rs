@@ -67,6 +67,73 @@ impl Kind for RoughMirrorBlock {
     }
 }
 
+/// Surfaces as they are seen.
+struct Seen<S: Simd> {
+    p: Vec3x8<S>,
+    /// Where rays leave.
+    origin: Vec3x8<S>,
+    frame: FrameX8<S>,
+    /// In the frame.
+    wo: Vec3x8<S>,
+    /// Which of them are seen at all.
+    front: Mask8<S>,
+}
+
+impl<S: Simd> Seen<S> {
+    #[inline(always)]
+    fn new<K>(simd: S, block: &VertexBlock<K>) -> Seen<S> {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (p, error, ng) = block.facets.lanes(simd);
+        let direction = Vec3x8::load(simd, &block.direction);
+        let outside = direction.dot(ng).lt(splat(0.0));
+        let frame = FrameX8::from_z(simd, ng).turned_unless(outside);
+        let wo = frame.to_local(-direction);
+        // All rays leave on the side of the frame's z.
+        let side = outside.select(splat(4.0), splat(-4.0));
+        Seen { p, origin: p + ng * (side * error), frame, wo, front: wo.z.gt(splat(MIN_COSINE)) }
+    }
+
+    /// What lights that were sampled bring if nothing is in their way.
+    #[inline(always)]
+    fn light<K: Kind>(&self, simd: S, kind: &K, room: &mut Shading) {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (one, least) = (splat(1.0), splat(MIN_COSINE));
+        let to_light = Vec3x8::load(simd, &room.to_light);
+        let distance = to_light.dot(to_light).sqrt();
+        let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
+        let local = self.frame.to_local(wi);
+        let (f, pdf) = kind.eval_pdf(simd, self.wo, local);
+        let light_pdf = F64x8::load(simd, &room.light_pdf);
+        let r = pdf / light_pdf;
+        let weight = Mask8::new(simd, room.weighed).select(one / (one + r * r), one);
+        let k = (weight * local.z / light_pdf).narrow();
+        let light = times(times(times(load(simd, &room.beta), f), load(simd, &room.radiance)), [k, k, k]);
+        let counts = F32x8::load(simd, &room.counts);
+        let light = times(light, [counts, counts, counts]);
+        let lit = (self.front & local.z.gt(least)).and_not(dark(simd, f)).and_not(dark(simd, light));
+        room.connects = lit.bits() & room.lit;
+        store(light, &mut room.light);
+        let finite = Mask8::new(simd, room.finite);
+        Vec3x8::select(finite, self.p + to_light - self.origin, wi).store(&mut room.shadow);
+    }
+}
+
+/// Computes what the lights that were sampled bring to a block, and nothing else.
+pub(super) struct Light<'a, K> {
+    pub(super) block: &'a VertexBlock<K>,
+    pub(super) room: &'a mut Shading,
+}
+
+impl<K: Kind> Work for Light<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Light { block, room } = self;
+        Seen::new(simd, block).light(simd, &block.kind, room);
+    }
+}
+
 /// Shades a block: as `Wave::scatter` and what that calls, operation by operation, for a frame around the geometric normal.
 pub(super) struct Shade<'a, K> {
     pub(super) block: &'a VertexBlock<K>,
@@ -80,35 +147,12 @@ impl<K: Kind> Work for Shade<'_, K> {
     fn run<S: Simd>(self, simd: S) {
         let Shade { block, room } = self;
         let splat = |v: f64| F64x8::splat(simd, v);
-        let (zero, one, least) = (splat(0.0), splat(1.0), splat(MIN_COSINE));
-        let (p, error, ng) = block.facets.lanes(simd);
-        let direction = Vec3x8::load(simd, &block.direction);
-        let outside = direction.dot(ng).lt(zero);
-        let frame = FrameX8::from_z(simd, ng).turned_unless(outside);
-        let wo = frame.to_local(-direction);
-        let seen = wo.z.gt(least);
-        // All rays leave on the side of the frame's z.
-        let side = outside.select(splat(4.0), splat(-4.0));
-        let origin = p + ng * (side * error);
-        origin.store(&mut room.origin);
+        let (zero, least) = (splat(0.0), splat(MIN_COSINE));
+        let seen = Seen::new(simd, block);
+        seen.origin.store(&mut room.origin);
+        seen.light(simd, &block.kind, room);
+        let Seen { frame, wo, front, .. } = seen;
         let beta = load(simd, &room.beta);
-
-        let to_light = Vec3x8::load(simd, &room.to_light);
-        let distance = to_light.dot(to_light).sqrt();
-        let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
-        let local = frame.to_local(wi);
-        let (f, pdf) = block.kind.eval_pdf(simd, wo, local);
-        let light_pdf = F64x8::load(simd, &room.light_pdf);
-        let r = pdf / light_pdf;
-        let weight = Mask8::new(simd, room.weighed).select(one / (one + r * r), one);
-        let k = (weight * local.z / light_pdf).narrow();
-        let light = times(times(times(beta, f), load(simd, &room.radiance)), [k, k, k]);
-        let lit = (seen & local.z.gt(least)).and_not(dark(simd, f)).and_not(dark(simd, light));
-        room.connects = lit.bits() & room.lit;
-        store(light, &mut room.light);
-        let finite = Mask8::new(simd, room.finite);
-        Vec3x8::select(finite, p + to_light - origin, wi).store(&mut room.shadow);
-
         let u = [F64x8::load(simd, &room.u[0]), F64x8::load(simd, &room.u[1])];
         let local = block.kind.sample(simd, wo, u);
         let (f, pdf) = block.kind.eval_pdf(simd, wo, local);
@@ -118,7 +162,7 @@ impl<K: Kind> Work for Shade<'_, K> {
         let k = (local.z / pdf).narrow();
         store(times(times(beta, f), [k, k, k]), &mut room.beta_next);
         let dense = pdf.gt(zero) & pdf.lt(splat(f64::INFINITY));
-        room.follows = (seen & local.z.gt(least) & dense & next.dot(frame.z).gt(zero)).bits();
+        room.follows = (front & local.z.gt(least) & dense & next.dot(frame.z).gt(zero)).bits();
     }
 }
 
