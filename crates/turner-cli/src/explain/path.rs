@@ -360,6 +360,9 @@ fn light(names: &Names<'_>, parent: usize, p: DVec3, l: &LightRecord, wanted: Op
     let (f, pdf) = (color(l.bsdf), number(l.bsdf_pdf));
     rows.push(("BSDF", format!("{f}, pdf {pdf}, cosine {}", number(l.cosine))));
     rows.push(("MIS weight", number(l.weight)));
+    if l.candidates > 1 {
+        rows.push(("chosen", format!("of {} lights, counts {}", l.candidates, number(f64::from(l.counts)))));
+    }
     if let Some(left) = l.transmittance {
         rows.push(("transmittance", color(left)));
     }

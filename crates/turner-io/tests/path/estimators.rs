@@ -61,6 +61,47 @@ fn with_and_without_light_sampling() {
     both.agrees(&light, 0.03);
 }
 
+/// Where mirrors look at several lights before one is followed: flat ones that are shaded in blocks, and round ones.
+#[test]
+fn one_of_several_lights_stands_for_all() {
+    let plate = |x: f64, roughness: f64| {
+        format!(
+            "{{ type = \"mesh\", positions = [[{x}, 0, 0], [{0}, 0, 0], [{0}, 0, 2], [{x}, 0, 2]], triangles = [[0, 2, 1], [0, 3, 2]], \
+             material = {{ type = \"principled\", base_metalness = 1, base_color = [0.9, 0.8, 0.5], specular_roughness = {roughness} }} }}",
+            x + 1.0
+        )
+    };
+    let lamp = |center: &str, radius: f64, strength: f64| {
+        format!(
+            "{{ type = \"sphere\", center = {center}, radius = {radius}, material = {{ type = \"emissive\", strength = {strength} }} }}"
+        )
+    };
+    let round = "{ type = \"sphere\", center = [0.2, 0.3, 1.6], radius = 0.3, material = { type = \"principled\", base_metalness = 1, \
+                 specular_roughness = 0.25 } }";
+    // Something in the way of some light, too.
+    let scene = format!(
+        "camera = {{ position = [0, 2, 5], look_at = [0, 0.2, 1], fov = 32 }}\nlight = [{{ type = \"environment\" }}]\n\
+         object = [{}, {}, {}, {}, {}, {}, {round},\n\
+         {{ type = \"box\", min = [-0.3, 0.3, -0.4], max = [-0.1, 2, -0.2], material = {{ type = \"matte\" }} }}]\n",
+        plate(-1.5, 0.15),
+        plate(-0.5, 0.3),
+        plate(0.5, 0.45),
+        lamp("[-1, 0.8, -1]", 0.1, 40.0),
+        lamp("[0, 0.9, -1]", 0.3, 10.0),
+        lamp("[1.2, 1, -1]", 0.6, 4.0),
+    );
+    let with = |samples: u32, how: &str| {
+        estimate(
+            samples,
+            &format!("type = \"path\", max_depth = 3, caustics = \"off\", light_sampling = \"{how}\""),
+            &scene,
+        )
+    };
+    let (both, bsdf, light) = (with(32, "both"), with(256, "bsdf"), with(64, "light"));
+    both.agrees(&bsdf, 0.01);
+    both.agrees(&light, 0.02);
+}
+
 #[test]
 fn environments_sampled_and_hit() {
     let scene =

@@ -20,6 +20,8 @@ fn film(more: &str) -> String {
 
 const CAMERA: &str = "camera = { position = [0, 1.5, 5], look_at = [0, 0.7, 0], fov = 45 }\n";
 const LAMP: &str = "{ type = \"box\", min = [-1, 3, -1], max = [1, 3.2, 1], material = { type = \"emissive\", strength = 5 } }";
+const MIRROR: &str =
+    "{ type = \"principled\", base_metalness = 1, base_color = [0.9, 0.6, 0.3], specular_roughness = 0.3 }";
 const FLOOR: &str =
     "{ type = \"plane\", material = { type = \"matte\", color = { type = \"chessboard\" } } }";
 
@@ -57,6 +59,21 @@ fn scenes() -> Vec<(&'static str, String, Occurs)> {
             |p| {
                 let mixed = |w: f64| w > 0.0 && w < 1.0;
                 p.escape.as_ref().is_some_and(|e| e.pdf.is_some() && e.lights.iter().any(|l| mixed(l.weight)))
+            },
+        ),
+        (
+            "rough mirrors under several lights",
+            format!(
+                "{base}integrator = {{ type = \"path\", caustics = \"off\" }}\nlight = [{{ type = \"environment\" }}, \
+                 {{ type = \"point\", position = [-2, 2, 3], intensity = 9, attenuation = \"inverse-square\" }}]\nmaterial.mirror = {MIRROR}\n\
+                 object = [{LAMP}, {{ type = \"sphere\", center = [1.5, 1, 1], radius = 0.3, material = {{ type = \"emissive\", strength = 9 }} }},\n\
+                 {{ type = \"sphere\", center = [-0.6, 0.7, 0], radius = 0.7, material = \"mirror\" }},\n\
+                 {{ type = \"mesh\", positions = [[-3, 0, -3], [3, 0, -3], [3, 0, 3], [-3, 0, 3]], triangles = [[0, 2, 1], [0, 3, 2]], material = \"mirror\" }}]\n"
+            ),
+            |p| {
+                let several = |v: &VertexRecord| v.light.as_ref().is_some_and(|l| l.candidates > 1 && l.counts > 1.0);
+                let found = |v: &VertexRecord| v.emission.as_ref().is_some_and(|e| e.weight > 0.0 && e.weight < 1.0);
+                p.vertices.iter().any(several) && p.vertices.iter().any(found)
             },
         ),
         (
@@ -368,7 +385,8 @@ fn check(path: &PathRecord, at: &str) {
         let onward = v.dispersed.unwrap_or(v.throughput);
         if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
             let through = l.transmittance.unwrap_or(Spectrum::WHITE);
-            let expected = l.bsdf * l.radiance * (l.weight * l.cosine / l.pdf) as f32 * through;
+            let counts = f64::from(l.counts);
+            let expected = l.bsdf * l.radiance * (counts * l.weight * l.cosine / l.pdf) as f32 * through;
             let is = near(l.unshadowed, onward * expected);
             assert!(clamped || is, "light {i} {at}");
             assert!(near(l.contribution, l.unshadowed * l.visible.unwrap()), "visible light {i} {at}");
