@@ -297,19 +297,19 @@ impl<R: Record> Wave<'_, R> {
         let candidate = |lane: usize, number: usize| {
             lights.get(block.lights[lane] as usize).get(number).and_then(Option::as_ref)
         };
-        let mut brought = [[0.0; CANDIDATES]; LANES];
-        for number in 0..CANDIDATES {
+        let mut brought = [[0.0; LANES]; CANDIDATES];
+        for (number, brought) in brought.iter_mut().enumerate() {
             for lane in bits(lanes) {
                 self.set_light(room, lane, candidate(lane, number));
             }
             dispatch(shade::Light { block, room });
             for lane in bits(lanes & room.connects) {
-                brought[lane][number] = get32(&room.light, lane).luminance();
+                brought[lane] = get32(&room.light, lane).luminance();
             }
         }
         for lane in bits(lanes) {
             let [u, ..] = self.paths[block.samples[lane] as usize].numbers.first();
-            match pick(&brought[lane], u) {
+            match pick(&brought.map(|b| b[lane]), u) {
                 Some((taken, counts)) => {
                     self.set_light(room, lane, candidate(lane, taken));
                     room.counts.0[lane] = counts;
