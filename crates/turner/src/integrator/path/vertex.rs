@@ -52,13 +52,19 @@ impl Vertex<'_> {
 
     /// The BSDF for light from `wi`, terminator included, and the density with which it is sampled.
     pub(super) fn eval_towards(&self, wi: DVec3) -> (Spectrum, f64) {
-        let wi_local = self.frame.to_local(wi);
-        let Some(crosses) = self.crosses(wi, wi_local) else { return (Spectrum::BLACK, 0.0) };
+        let found = self.eval(wi, self.frame.to_local(wi));
+        found.map_or((Spectrum::BLACK, 0.0), |(_, f, pdf)| (f, pdf))
+    }
+
+    /// The same, with whether light goes through the surface; `None` where the frame and the surface disagree.
+    #[inline]
+    fn eval(&self, wi: DVec3, wi_local: DVec3) -> Option<(bool, Spectrum, f64)> {
+        let crosses = self.crosses(wi, wi_local)?;
         let (mut f, pdf) = self.bsdf.eval_pdf(wi_local);
         if !crosses {
             f *= self.terminator(wi) as f32;
         }
-        (f, pdf)
+        Some((crosses, f, pdf))
     }
 
     /// How light that was sampled meets the surface; `None` where the frame and the surface disagree.
@@ -67,11 +73,7 @@ impl Vertex<'_> {
         let distance = lit.to_light.length();
         let wi = lit.to_light / distance;
         let wi_local = self.frame.to_local(wi);
-        let crosses = self.crosses(wi, wi_local)?;
-        let (mut f, pdf) = self.bsdf.eval_pdf(wi_local);
-        if !crosses {
-            f *= self.terminator(wi) as f32;
-        }
+        let (crosses, f, pdf) = self.eval(wi, wi_local)?;
         Some(Met { wi, wi_local, distance, crosses, f, pdf })
     }
 
