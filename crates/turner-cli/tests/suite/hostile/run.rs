@@ -151,6 +151,11 @@ fn is_clear(said: &str) -> Result<(), String> {
 
 /// The most memory that a process had, bytes; 0 where the system does not say.
 fn peak(id: u32) -> u64 {
+    // A process that is about to become the program still has the memory of this one, which is more where there are many cases.
+    let this = std::env::current_exe().ok();
+    if this.is_some() && std::fs::read_link(format!("/proc/{id}/exe")).ok() == this {
+        return 0;
+    }
     let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:")).unwrap_or_default();
     line.split_ascii_whitespace().next().and_then(|n| n.parse::<u64>().ok()).unwrap_or(0) * 1024
