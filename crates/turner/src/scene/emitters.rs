@@ -186,7 +186,8 @@ impl Emitters {
         self.placed.is_some()
     }
 
-    /// Light that arrives at a point, by `u`: two numbers for the place on the light and one for the choice of the light.
+    /// Light that arrives at a point, by `u`: two numbers for the place on the light and one for the choice of the light. One alone, with its own density,
+    /// however many are looked at there: for all of them there is [`LightBatch`](super::LightBatch).
     pub fn sample(&self, scene: &Scene, at: impl Into<Receiver>, u: [f64; 3]) -> Option<LightSample> {
         if self.lights.is_empty() {
             return None;
