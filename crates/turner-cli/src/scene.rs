@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
-use turner::film::Antialias;
+use turner::film::{Antialias, FilmDesc};
 use turner::filter::FilterKind;
 use turner::integrator::{Caustics, IntegratorDesc, PathReuse};
 use turner::scene::error::{ErrorCode, SceneError};
@@ -16,8 +16,8 @@ use turner::scene::{Limits, PrepareOptions, Quality, Scene, SceneDesc};
 use turner_io::assets::FolderAssets;
 use turner_io::image::KeptPictures;
 use turner_io::scene::{
-    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, load, load_text, open_to,
-    parse,
+    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, hash_with, load, load_text,
+    open_to, parse,
 };
 
 use crate::control::Control;
@@ -59,10 +59,10 @@ enum BvhQuality {
 /// Values of `[film]` and `[integrator]` with options of their own.
 #[derive(Debug, Default, Args)]
 pub(crate) struct FilmArgs {
-    /// Columns of pixels
+    /// Columns of pixels; without --height the picture keeps its shape
     #[arg(long)]
     width: Option<u32>,
-    /// Rows of pixels
+    /// Rows of pixels; without --width the picture keeps its shape
     #[arg(long)]
     height: Option<u32>,
     /// Render a part of the picture: first column, first row, columns, rows
@@ -154,8 +154,10 @@ impl FilmArgs {
         set("integrator.clamp_indirect", clamp, "--clamp-indirect", None);
         set("integrator.caustics", quoted(&self.caustics), "--caustics", self.caustics.as_deref());
         set("integrator.reuse", quoted(&self.reuse), "--reuse", self.reuse.as_deref());
-        set("film.width", number(self.width), "--width", None);
-        set("film.height", number(self.height), "--height", None);
+        if self.side().is_none() {
+            set("film.width", number(self.width), "--width", None);
+            set("film.height", number(self.height), "--height", None);
+        }
         set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), "--crop", self.crop.as_deref());
         set("film.samples", number(self.samples), "--samples", None);
         set("film.antialias", quoted(&self.antialias), "--antialias", self.antialias.as_deref());
@@ -167,6 +169,37 @@ impl FilmArgs {
         let auto_exposure = self.auto_exposure.then(|| "true".to_owned());
         set("film.auto_exposure", auto_exposure, "--auto-exposure", Some(""));
         out
+    }
+
+    /// The one side that was given, and whether it is the width; a side of zero is for the film to refuse.
+    fn side(&self) -> Option<(u32, bool)> {
+        match (self.width, self.height) {
+            (Some(side @ 1..), None) => Some((side, true)),
+            (None, Some(side @ 1..)) => Some((side, false)),
+            _ => None,
+        }
+    }
+
+    /// Makes the picture as wide or as high as was asked, in the shape that it has. A part of it that the scene renders stays the same part.
+    fn fit(&self, film: &mut FilmDesc, hash: &mut String) {
+        let Some((side, is_width)) = self.side() else { return };
+        let (old, across) = if is_width { (film.width, film.height) } else { (film.height, film.width) };
+        let by = f64::from(side) / f64::from(old.max(1));
+        let scaled = |v: u32| (f64::from(v) * by).round().clamp(1.0, f64::from(u32::MAX)) as u32;
+        let across = scaled(across);
+        [film.width, film.height] = if is_width { [side, across] } else { [across, side] };
+        if self.crop.is_none()
+            && let Some([x, y, w, h]) = &mut film.crop
+        {
+            let part = |start: &mut u32, size: &mut u32, all: u32| {
+                let end = scaled(start.saturating_add(*size)).min(all);
+                *start = if *start == 0 { 0 } else { scaled(*start).min(all - 1) };
+                *size = end.saturating_sub(*start).max(1);
+            };
+            part(x, w, film.width);
+            part(y, h, film.height);
+        }
+        *hash = hash_with(hash, format!("{} {}", film.width, film.height).as_bytes());
     }
 
     /// Whether the number of samples was asked for.
@@ -275,6 +308,7 @@ impl SceneArgs {
             loaded = input.load(&options);
         }
         let Loaded { mut desc, sources, mut hash } = loaded.map_err(|e| Failure::load(e, &labels))?;
+        film.fit(&mut desc.film, &mut hash);
         self.stage.surround(&mut desc, &mut hash, &options)?;
         Ok(Described { desc, sources, labels, hash })
     }

@@ -4,6 +4,8 @@
 //! percent-encoded as in glTF. It may not leave that folder: not through `..` (encoded or not), an absolute path,
 //! `file://`, a Windows drive or share, or a link. Nothing is ever fetched from a network.
 
+mod spelling;
+
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -197,7 +199,8 @@ impl FolderAssets {
         &self.root
     }
 
-    /// The canonical path of a URI: of its literal name where that exists, else of the percent-decoded one.
+    /// The canonical path of a URI: of its literal name where that exists, else of the percent-decoded one; below the folder also of the one name that
+    /// differs in the case of its letters.
     fn locate(&self, uri: &str) -> Result<PathBuf, AssetError> {
         let decoded = percent_decode(uri)?;
         let spellings: &[&str] = if decoded == uri { &[uri] } else { &[uri, &decoded] };
@@ -221,12 +224,15 @@ impl FolderAssets {
                 }
                 Err(e) => return Err(e),
             };
-            match fs::canonicalize(&path) {
+            let found =
+                fs::canonicalize(&path).or_else(|error| match spelling::ignoring_case(&self.root, &path) {
+                    Some(other) if spelling::is_absent(&error) => fs::canonicalize(other),
+                    _ => Err(error),
+                });
+            match found {
                 Ok(real) if self.may_read(&real) => return Ok(real),
                 Ok(_) => return Err(self.outside(uri, "a link leads out of the folder")),
-                Err(e) if matches!(e.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
-                    missing = path;
-                }
+                Err(e) if spelling::is_absent(&e) => missing = path,
                 Err(source) => return Err(AssetError::Io { uri: printable(uri), source }),
             }
         }

@@ -49,6 +49,8 @@ pub(super) struct Document {
     pub(super) files: Vec<String>,
     /// Folders that files are looked for in, besides that of the scene.
     pub(super) paths: Vec<String>,
+    /// Whether names are those of Mitsuba 0.6: toWorld.
+    pub(super) is_old: bool,
     /// Names that were given and that nothing asked for.
     pub(super) unused: Vec<String>,
 }
@@ -82,8 +84,6 @@ pub(super) struct Loader<'a> {
     open: Vec<usize>,
     left: u64,
     replaced: usize,
-    /// Whether names are those of Mitsuba 0.6: toWorld.
-    is_old: bool,
     pub(super) document: Document,
 }
 
@@ -97,7 +97,6 @@ impl<'a> Loader<'a> {
             open: Vec::new(),
             left: MAX_TEXT,
             replaced: 0,
-            is_old: false,
             document: Document::default(),
         }
     }
@@ -189,14 +188,15 @@ impl<'a> Loader<'a> {
                     .help("a scene of Mitsuba begins with <scene version=\"3.0.0\">"));
             }
             let version = attributes.iter().find(|(k, _)| k == "version").map_or("", |(_, v)| v.as_str());
-            self.is_old = version.starts_with("0.") || version.starts_with("1.");
+            self.document.is_old = version.starts_with("0.") || version.starts_with("1.");
         }
         for (_, value) in &mut attributes {
             if value.contains('$') {
                 *value = self.substituted(value, place)?;
             }
         }
-        if self.is_old {
+        // What a parameter of the scene is called is the file's own choice.
+        if self.document.is_old && name != "default" {
             for (key, value) in &mut attributes {
                 if key == "name" {
                     *value = underscored(value);
@@ -412,6 +412,10 @@ mod tests {
         let given = read(text, &parts, &[("n", "given"), ("other", "1")]).unwrap();
         assert_eq!(given.node(given.node(0).unwrap().children[0]).unwrap().attribute("name"), Some("given"));
         assert_eq!(given.unused, ["other"]);
+        let old = "<scene version='0.6.0'><default name='aB' value='7'/><float name='rrDepth' value='$aB'/></scene>";
+        let old = read(old, &[], &[]).unwrap();
+        let float = old.node(old.node(0).unwrap().children[0]).unwrap();
+        assert_eq!((float.attribute("name"), float.attribute("value")), (Some("rr_depth"), Some("7")));
     }
 
     #[test]

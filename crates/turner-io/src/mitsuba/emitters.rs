@@ -253,14 +253,20 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
         "resolution",
     ]);
     scene.report.approximated(object.place, "the sky of Mitsuba: Turner's own, computed from air and dust");
-    // z is up there.
+    // In Mitsuba 0.6 y is up, and the direction is the world's; later z is up before the transform.
+    let is_old = scene.document.is_old;
     let up = DAffine3::from_mat3(turner::math::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y));
-    let turned = (to_world.matrix3 * DVec3::Z).dot(DVec3::Y) > 0.9;
+    let zenith = if is_old { DVec3::Y } else { DVec3::Z };
+    let turned = (to_world.matrix3 * zenith).dot(DVec3::Y) > 0.9;
     if !turned {
         let message = "the zenith of a sky is not +y: here it is";
         scene.report.approximated(object.place, message);
     }
-    let direction = own.map(|d| if turned { to_world.transform_vector3(d) } else { up.transform_vector3(d) });
+    let direction = own.map(|d| match (is_old, turned) {
+        (true, _) => d,
+        (false, true) => to_world.transform_vector3(d),
+        (false, false) => up.transform_vector3(d),
+    });
     let is_sun_alone = object.kind == "sun";
     let has_sun = object.kind != "sky" && sun_scale > 0.0;
     let strength = if is_sun_alone { sun_scale } else { sky_scale } * all;

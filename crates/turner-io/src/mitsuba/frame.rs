@@ -73,12 +73,13 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
     // The ray from the camera counts there.
     let mut max_depth = u32::try_from(depth).map_or(NO_LIMIT, |d| d.clamp(1, 100_001) - 1);
     match object.kind.as_str() {
-        "path" | "volpath" | "volpathmis" | "prb" | "prbvolpath" | "prb_basic" | "prb_projective"
-        | "bdpt" => {}
+        "path" | "volpath" | "volpathmis" | "prb" | "prbvolpath" | "prb_basic" | "prb_projective" => {}
         "direct" | "direct_projective" | "emission" => max_depth = u32::from(object.kind != "emission"),
-        "ptracer" | "particle" | "photonmapper" | "sppm" | "mlt" | "pssmlt" | "erpt" | "volpath_simple" => {
+        "volpath_simple" | "bdpt" => object.pass_all(),
+        "ptracer" | "particle" | "photonmapper" | "ppm" | "sppm" | "mlt" | "pssmlt" | "erpt" | "vpl" => {
             let message = format!("{}: light is followed by paths from the camera", object.title());
             scene.report.approximated(object.place, message);
+            object.pass_all();
         }
         "aov" | "moment" | "stokes" | "depth" | "adaptive" | "irrcache" => {
             let message = format!("{}: light is followed by paths", object.title());
@@ -86,9 +87,9 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
             object.pass_all();
         }
         other => {
-            let all =
-                ["path", "direct", "volpath", "volpathmis", "ptracer", "aov", "moment", "stokes", "depth"];
-            return Err(unknown("integrator", other, &all).or_at(object.place));
+            let known = "the integrator is not known, light is followed by paths";
+            scene.report.ignored(object.place, format!("\"{}\": {known}", printable(other)));
+            object.pass_all();
         }
     }
     if object.boolean("hide_emitters")?.unwrap_or(false) {

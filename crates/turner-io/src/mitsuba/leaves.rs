@@ -25,13 +25,8 @@ const UNSUPPORTED: &[&str] = &[
     "retarder",
     "circular",
     "bsdf_hair",
-    "ward",
-    "coating",
-    "roughcoating",
-    "phong",
     "irawan",
     "hk",
-    "difftrans",
 ];
 
 /// The BSDFs that are known.
@@ -56,6 +51,12 @@ const KNOWN: &[&str] = &[
     "measured",
     "hair",
     "pplastic",
+    "phong",
+    "ward",
+    "coating",
+    "roughcoating",
+    "mixturebsdf",
+    "difftrans",
 ];
 
 /// The surface of a BSDF.
@@ -206,7 +207,7 @@ impl Maker<'_, '_> {
     fn metal(&mut self) -> Result<Option<MetalColors>, Fault> {
         let object = self.object;
         if let Some(name) = object.string("material")? {
-            object.pass(&["eta", "k"]);
+            object.pass(&["eta", "k", "ext_eta"]);
             if name == "none" {
                 return Ok(None);
             }
@@ -231,7 +232,9 @@ impl Maker<'_, '_> {
         Ok(match found {
             // As in Mitsuba: η = 0 and k = 1 reflect all light.
             [None, None] => None,
-            [Some((_, Some(eta))), Some((_, Some(k)))] if outer == 1.0 => Some(metal_of_index(&eta, &k)),
+            [Some((_, Some(eta))), Some((_, Some(k)))] if (outer - 1.0).abs() < 1e-3 => {
+                Some(metal_of_index(&eta, &k))
+            }
             [eta, k] => {
                 let eta = eta.map_or(Spectrum::BLACK, |c| c.0);
                 let k = k.map_or(Spectrum::WHITE, |c| c.0);
@@ -393,7 +396,7 @@ impl Maker<'_, '_> {
 }
 
 /// Widths along and across as roughness and anisotropy. OpenPBR: the longer width is r²·√(2 / (1 + ratio²)).
-fn stretched(u: f64, v: f64, surface: &mut PrincipledMaterial) {
+pub(super) fn stretched(u: f64, v: f64, surface: &mut PrincipledMaterial) {
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     let (long, short) = (u.max(v), u.min(v));
     if long - short <= 1e-9 || long <= 0.0 {

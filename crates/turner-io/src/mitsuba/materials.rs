@@ -4,6 +4,7 @@
 use super::assembly::Assembly;
 use super::emitters::Emission;
 use super::leaves;
+use super::older::{self, Lobe};
 use super::params::Object;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, numbers, source};
@@ -33,6 +34,8 @@ pub(super) struct Use {
     pub(super) bump: Option<(ColorSource, u64)>,
     pub(super) normal: Option<ColorSource>,
     pub(super) depth: u32,
+    /// The part of a BSDF that is made as two.
+    pub(super) lobe: Option<Lobe>,
 }
 
 /// The materials of a scene.
@@ -96,7 +99,11 @@ fn plain(usage: Use) -> MaterialDesc {
 }
 
 /// One material for one use.
-fn make(scene: &mut Assembly<'_>, mut object: Object, mut usage: Use) -> Result<MaterialDesc, Fault> {
+pub(super) fn make(
+    scene: &mut Assembly<'_>,
+    mut object: Object,
+    mut usage: Use,
+) -> Result<MaterialDesc, Fault> {
     loop {
         let place = object.place;
         usage.depth += 1;
@@ -142,6 +149,10 @@ fn make(scene: &mut Assembly<'_>, mut object: Object, mut usage: Use) -> Result<
                 object.objects(&["bsdf"])?.first().copied()
             }
             "blendbsdf" => return blend(scene, &object, usage),
+            "mixturebsdf" => return older::mixture(scene, &object, usage),
+            "phong" | "ward" => return older::two_lobes(scene, &object, usage),
+            "coating" | "roughcoating" => return older::coat(scene, &object, usage),
+            "difftrans" => return older::translucent(scene, &object, usage),
             "null" => {
                 scene.finish(&object);
                 return Ok(null(scene, place, usage));
@@ -209,14 +220,24 @@ fn blend(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<Materi
 }
 
 fn leaf(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {
-    let mut surface = leaves::surface(scene, object, usage.surface)?;
+    let surface = leaves::surface(scene, object, usage.surface)?;
+    Ok(shown(scene, object, surface, usage))
+}
+
+/// A surface as it is used. What the BSDF has besides is reported.
+pub(super) fn shown(
+    scene: &mut Assembly<'_>,
+    object: &Object,
+    mut surface: PrincipledMaterial,
+    usage: Use,
+) -> MaterialDesc {
     scene.finish(object);
     let is_transmissive = surface.transmission_weight != grey(0.0) || surface.thin_walled;
     surface.front_only = !usage.two_sided && !is_transmissive;
     if is_transmissive && !surface.thin_walled {
         surface.interior = usage.interior;
     }
-    Ok(MaterialDesc::Principled(with_use(surface, usage)))
+    MaterialDesc::Principled(with_use(surface, usage))
 }
 
 /// Light, holes, and what bends the normal.

@@ -14,6 +14,7 @@ mod materials;
 mod media;
 mod meshes;
 mod metals;
+mod older;
 mod params;
 mod serialized;
 mod shapes;

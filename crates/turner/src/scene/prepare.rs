@@ -372,7 +372,7 @@ impl SceneDesc {
         };
         let objects = prepare(&self.objects)?;
         let groups = self.groups.iter().map(|g| prepare(&g.value.objects)).collect::<Result<_, _>>()?;
-        warnings.extend(cache.warnings.iter().map(|m| Warning::new(WarningKind::Doubtful, m.as_str())));
+        warnings.extend(cache.warnings().iter().map(|m| Warning::new(WarningKind::Doubtful, m.as_str())));
         let meshes = cache.prepared().cloned().collect();
         Ok(PreparedShapes { objects, groups, meshes })
     }

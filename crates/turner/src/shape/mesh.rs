@@ -348,8 +348,38 @@ pub struct MeshCache<'a> {
     meshes: &'a [Asset<MeshData>],
     options: PrepareOptions,
     prepared: HashMap<(MeshId, bool), Arc<TriangleMesh>>,
-    /// What was left out of the meshes prepared so far, a sentence each.
-    pub warnings: Vec<String>,
+    points_left_out: Vec<String>,
+    /// Of triangles with a vertex that is not finite, of those without area, and of meshes without any others.
+    left_out: [Without; 3],
+}
+
+/// What was left out of meshes: how many triangles, of how many meshes, and the first of these.
+#[derive(Debug, Default)]
+struct Without {
+    triangles: usize,
+    meshes: usize,
+    first: String,
+}
+
+impl Without {
+    fn add(&mut self, triangles: usize, name: &str) {
+        self.triangles += triangles;
+        self.meshes += 1;
+        if self.meshes == 1 {
+            self.first = match name {
+                "" => "a mesh".to_owned(),
+                name => format!("the mesh \"{}\"", crate::scene::error::escape(name)),
+            };
+        }
+    }
+
+    /// The meshes, in words.
+    fn meshes(&self) -> String {
+        match self.meshes {
+            1 => self.first.clone(),
+            n => format!("{n} meshes, the first of them {}", self.first),
+        }
+    }
 }
 
 impl<'a> MeshCache<'a> {
@@ -360,7 +390,30 @@ impl<'a> MeshCache<'a> {
 
     /// The same, and how to build trees.
     pub fn with_options(meshes: &'a [Asset<MeshData>], options: &PrepareOptions) -> MeshCache<'a> {
-        MeshCache { meshes, options: options.clone(), prepared: HashMap::new(), warnings: Vec::new() }
+        MeshCache {
+            meshes,
+            options: options.clone(),
+            prepared: HashMap::new(),
+            points_left_out: Vec::new(),
+            left_out: Default::default(),
+        }
+    }
+
+    /// What was left out of the meshes prepared so far: a sentence for each kind.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut out = self.points_left_out.clone();
+        let [infinite, flat, empty] = &self.left_out;
+        for (without, why) in [(infinite, "with a vertex that is not finite"), (flat, "without area")] {
+            let triangles = if without.triangles == 1 { "triangle" } else { "triangles" };
+            if without.meshes > 0 {
+                out.push(format!("{} {triangles} {why} left out of {}", without.triangles, without.meshes()));
+            }
+        }
+        if empty.meshes > 0 {
+            let verb = if empty.meshes == 1 { "has" } else { "have" };
+            out.push(format!("{} {verb} no triangles to show", empty.meshes()));
+        }
+        out
     }
 
     /// The meshes prepared so far.
@@ -374,7 +427,7 @@ impl<'a> MeshCache<'a> {
         let left_out =
             self.meshes.get(desc.points.index()).map_or(0, |a| a.data.positions.len()) - points.count();
         if left_out > 0 {
-            self.warnings
+            self.points_left_out
                 .push(format!("{left_out} points that are not finite, or without a radius, left out"));
         }
         Ok(points)
@@ -396,21 +449,16 @@ impl<'a> MeshCache<'a> {
             self.options.limits.memory.need(bytes, || "computing normals".to_owned())?;
         }
         let (mesh, left_out) = TriangleMesh::without_tree(&asset.data, smooth)?;
-        let name = match asset.uri.as_str() {
-            "" => "a mesh".to_owned(),
-            uri => format!("the mesh \"{}\"", crate::scene::error::escape(uri)),
-        };
         // Once per mesh, not once for each way it is shaded.
         if !self.prepared.contains_key(&(desc.mesh, !smooth)) {
-            for (count, why) in
-                [(left_out.non_finite, "with a vertex that is not finite"), (left_out.flat, "without area")]
-            {
+            let [infinite, flat, empty] = &mut self.left_out;
+            for (without, count) in [(infinite, left_out.non_finite), (flat, left_out.flat)] {
                 if count > 0 {
-                    self.warnings.push(format!("{count} triangles {why} left out of {name}"));
+                    without.add(count, &asset.uri);
                 }
             }
             if mesh.triangle_count() == 0 {
-                self.warnings.push(format!("{name} has no triangles to show"));
+                empty.add(0, &asset.uri);
             }
         }
         let mesh = Arc::new(mesh);

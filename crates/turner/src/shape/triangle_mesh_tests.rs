@@ -295,13 +295,20 @@ fn bad_data_is_refused_or_counted_and_meshes_are_shared() {
     assert!(Arc::ptr_eq(&a, &b) && !Arc::ptr_eq(&a, &c));
     assert_eq!(a.triangle_count(), 1);
     assert_eq!(
-        cache.warnings,
+        cache.warnings(),
         [
-            "1 triangles with a vertex that is not finite left out of the mesh \"a.obj\"",
-            "1 triangles without area left out of the mesh \"a.obj\""
+            "1 triangle with a vertex that is not finite left out of the mesh \"a.obj\"",
+            "1 triangle without area left out of the mesh \"a.obj\""
         ]
     );
-    assert!(cache.get(&MeshDesc { mesh: MeshId(1), ..desc }).is_err());
+    assert!(cache.get(&MeshDesc { mesh: MeshId(1), ..desc.clone() }).is_err());
+    let twice = [asset(&data), asset(&data)].concat();
+    let mut cache = MeshCache::new(&twice);
+    for mesh in [MeshId(0), MeshId(1)] {
+        cache.get(&MeshDesc { mesh, ..desc.clone() }).unwrap();
+    }
+    let flat = "2 triangles without area left out of 2 meshes, the first of them the mesh \"a.obj\"";
+    assert_eq!(cache.warnings()[1], flat);
     data.triangles.push([0, 1, 4]);
     let error = data.check().unwrap_err();
     assert_eq!(error.message, "triangle 3 of a mesh names vertex 4, but it has 4 vertices");
