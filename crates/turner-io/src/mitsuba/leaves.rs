@@ -108,6 +108,12 @@ pub(super) fn surface(
     }
 }
 
+/// Width of GGX for a width of 1 of Beckmann's distribution, which has no long tails: √(ln 2), so that half of the microfacets lie within the same angle.
+const BECKMANN: f64 = 0.832_554_611;
+
+/// Weight of OpenPBR's fuzz for a sheen of 1: with it, as much light comes back near the rim of a sphere (white furnace: .019 there, .214 of the full fuzz).
+const SHEEN: f64 = 0.09;
+
 struct Maker<'a, 'b> {
     scene: &'a mut Assembly<'b>,
     object: &'a Object,
@@ -144,17 +150,18 @@ impl Maker<'_, '_> {
     fn roughness(&mut self, surface: &mut PrincipledMaterial) -> Result<(), Fault> {
         let object = self.object;
         object.pass(&["sample_visible"]);
-        match object.string("distribution")?.unwrap_or("beckmann") {
-            "ggx" => {}
+        let width = match object.string("distribution")?.unwrap_or("beckmann") {
+            "ggx" => 1.0,
             "beckmann" | "phong" | "as" => {
-                let message = "Beckmann's distribution of microfacets: GGX of the same width";
+                let message = "Beckmann's distribution of microfacets: GGX with half of its light within the same angle";
                 self.scene.report.approximated(object.place, message);
+                BECKMANN
             }
             other => {
                 let all = ["ggx", "beckmann"];
                 return Err(unknown("distribution", other, &all).or_at(object.place_of("distribution")));
             }
-        }
+        };
         let both = self.number("alpha", 0.1)?;
         let (along, across) = match (object.has("alpha_u"), object.has("alpha_v")) {
             (false, false) => (both, both),
@@ -167,10 +174,13 @@ impl Maker<'_, '_> {
                 self.scene.report.approximated(object.place, message);
             }
             let texture = if matches!(along, ColorSource::Texture(_)) { along } else { across };
-            surface.specular_roughness = map_values(&mut self.scene.stock, texture, object.place, through);
+            let stock = &mut self.scene.stock;
+            let mapped = map_values(stock, texture, object.place, through);
+            surface.specular_roughness =
+                if width == 1.0 { mapped } else { product(stock, mapped, grey(width.sqrt())) };
             return Ok(());
         };
-        stretched(f64::from(u.g), f64::from(v.g), surface);
+        stretched(width * f64::from(u.g), width * f64::from(v.g), surface);
         Ok(())
     }
 
@@ -283,16 +293,11 @@ impl Maker<'_, '_> {
     }
 
     /// A diffuse base under a clear layer. As of pbrt's coated materials, what gets out of the layer after reflections at its inner side is its colour:
-    /// ρ (1 − R) / (1 − ρ R), or, where the file asks for what is linear in ρ, ρ itself.
+    /// ρ (1 − R) / (1 − ρ R), or, where the file asks for what is linear in ρ, ρ itself. Under a rough layer it is darker: see [`RoughLayer`].
     fn plastic(&mut self, is_rough: bool) -> Result<PrincipledMaterial, Fault> {
         let ior = self.index_ratio(1.49)?;
-        let mut color = self.color("diffuse_reflectance", 0.5)?;
-        if self.object.boolean("nonlinear")?.unwrap_or(false) {
-            let inner = inner_reflectance(ior);
-            color = map_values(&mut self.scene.stock, color, self.object.place, Through::Layer { inner });
-        }
+        let color = self.color("diffuse_reflectance", 0.5)?;
         let mut surface = PrincipledMaterial {
-            base_color: color,
             specular_ior: ior,
             specular_roughness: grey(0.0),
             ..PrincipledMaterial::default()
@@ -306,6 +311,22 @@ impl Maker<'_, '_> {
         if is_rough {
             self.roughness(&mut surface)?;
         }
+        let smooth = inner_reflectance(ior);
+        let (gain, inner) = match surface.specular_roughness {
+            ColorSource::Constant(r) if is_rough && ior >= 1.0 => {
+                self.scene.materials.rough_layer(f64::from(r.g * r.g), ior).gain(smooth)
+            }
+            _ => (1.0 - smooth, smooth),
+        };
+        let through = match self.object.boolean("nonlinear")? {
+            Some(true) => Through::Layer { gain, inner },
+            _ => Through::Scale(gain / (1.0 - inner)),
+        };
+        let changes = through != Through::Scale(1.0);
+        surface.base_color = match changes {
+            true => map_values(&mut self.scene.stock, color, self.object.place, through),
+            false => color,
+        };
         Ok(surface)
     }
 
@@ -344,8 +365,9 @@ impl Maker<'_, '_> {
         }
         let sheen = self.number("sheen", 0.0)?;
         if sheen != grey(0.0) {
-            surface.fuzz_weight = sheen;
-            let message = "sheen: OpenPBR's fuzz takes its place";
+            surface.fuzz_weight =
+                map_values(&mut self.scene.stock, sheen, object.place, Through::Scale(SHEEN));
+            let message = "sheen: a faint fuzz of OpenPBR's takes its place";
             self.scene.report.approximated(object.place_of("sheen"), message);
         }
         for name in ["flatness", "spec_tint", "sheen_tint"] {

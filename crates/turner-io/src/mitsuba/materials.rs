@@ -6,6 +6,7 @@ use super::emitters::Emission;
 use super::leaves;
 use super::older::{self, Lobe};
 use super::params::Object;
+use super::rough_layer::RoughLayer;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, numbers, source};
 use crate::whole::report::Fault;
@@ -44,6 +45,8 @@ pub(super) struct Materials {
     wanted: BTreeMap<(Option<usize>, String), MaterialId>,
     /// What each [`MaterialId`] is to be: the element of a BSDF, none for that of shapes without one.
     list: Vec<(Option<usize>, Use)>,
+    /// By width and index of refraction.
+    layers: BTreeMap<[u64; 2], RoughLayer>,
 }
 
 impl Materials {
@@ -56,6 +59,12 @@ impl Materials {
             self.list.push((node, usage));
         }
         id
+    }
+
+    /// What a rough boundary lets through: computed once.
+    pub(super) fn rough_layer(&mut self, alpha: f64, ior: f64) -> RoughLayer {
+        let key = [alpha.to_bits(), ior.to_bits()];
+        *self.layers.entry(key).or_insert_with(|| RoughLayer::new(alpha, ior))
     }
 
     /// Whether a shape encloses a medium.
@@ -233,6 +242,10 @@ pub(super) fn shown(
 ) -> MaterialDesc {
     scene.finish(object);
     let is_transmissive = surface.transmission_weight != grey(0.0) || surface.thin_walled;
+    if surface.thin_walled && usage.interior.is_some() {
+        let message = "a medium behind a thin wall: nothing is there";
+        scene.report.ignored(object.place, message);
+    }
     surface.front_only = !usage.two_sided && !is_transmissive;
     if is_transmissive && !surface.thin_walled {
         surface.interior = usage.interior;

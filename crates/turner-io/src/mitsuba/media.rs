@@ -76,7 +76,7 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
     let albedo = value(scene, object, "albedo", 0.75)?;
     let sigma_t = value(scene, object, "sigma_t", 1.0)?;
     let albedo = match albedo {
-        Volume::Constant(c) => c.map(|v| v.clamp(0.0, 1.0)),
+        Volume::Constant(c, _) => c.map(|v| v.clamp(0.0, 1.0)),
         Volume::Grid(..) => {
             let message = "a grid of albedos: it is 0.75 everywhere";
             scene.report.approximated(object.place_of("albedo"), message);
@@ -84,23 +84,18 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
         }
     };
     match (object.kind.as_str(), sigma_t) {
-        ("homogeneous" | "heterogeneous", Volume::Constant(sigma_t)) => {
+        // A heterogeneous medium ends with the box of its volume, also where that is the same everywhere.
+        ("heterogeneous", Volume::Constant(sigma_t, Some([min, max]))) => {
+            let data = GridData::new([2; 3], vec![1.0; 8], None).map_err(|problem| {
+                Fault::at(object.place, turner::scene::error::ErrorCode::Internal, problem)
+            })?;
+            Ok(Some(gridded(data, [min, max], (scale, sigma_t), albedo, anisotropy)))
+        }
+        ("homogeneous" | "heterogeneous", Volume::Constant(sigma_t, _)) => {
             Ok(Some(homogeneous(scale, sigma_t, albedo, anisotropy)))
         }
         ("homogeneous" | "heterogeneous", Volume::Grid(data, min, max)) => {
-            let file = GridFile { uri: String::new(), data: Arc::new(data) };
-            Ok(Some(MediumDesc::Grid(GridMedium {
-                file,
-                min,
-                max,
-                density: scale,
-                extinction: Some(Spectrum::WHITE),
-                albedo: Some(albedo),
-                absorption: None,
-                scattering: None,
-                anisotropy,
-                emission: Spectrum::BLACK,
-            })))
+            Ok(Some(gridded(data, [min, max], (scale, Spectrum::WHITE), albedo, anisotropy)))
         }
         (other, _) => Err(unknown("medium", other, &["homogeneous", "heterogeneous"]).or_at(object.place)),
     }
@@ -118,24 +113,54 @@ fn homogeneous(density: f64, extinction: Spectrum, albedo: Spectrum, anisotropy:
     })
 }
 
+fn gridded(
+    data: GridData,
+    [min, max]: [DVec3; 2],
+    (density, extinction): (f64, Spectrum),
+    albedo: Spectrum,
+    anisotropy: f64,
+) -> MediumDesc {
+    let file = GridFile { uri: String::new(), data: Arc::new(data) };
+    MediumDesc::Grid(GridMedium {
+        file,
+        min,
+        max,
+        density,
+        extinction: Some(extinction),
+        albedo: Some(albedo),
+        absorption: None,
+        scattering: None,
+        anisotropy,
+        emission: Spectrum::BLACK,
+    })
+}
+
 /// Values in space.
 enum Volume {
-    Constant(Spectrum),
+    /// The same everywhere, for a volume within its box.
+    Constant(Spectrum, Option<[DVec3; 2]>),
     Grid(GridData, DVec3, DVec3),
 }
 
 fn value(scene: &mut Assembly<'_>, object: &Object, name: &'static str, or: f64) -> Result<Volume, Fault> {
-    let Some((node, _)) = object.find(name) else { return Ok(Volume::Constant(Spectrum::grey(or as f32))) };
+    let Some((node, _)) = object.find(name) else {
+        return Ok(Volume::Constant(Spectrum::grey(or as f32), None));
+    };
     let volume = Object::new(&scene.document, node)?;
     if volume.tag != "volume" {
-        return color(scene, volume.node, Role::Unbounded).map(Volume::Constant);
+        return color(scene, volume.node, Role::Unbounded).map(|c| Volume::Constant(c, None));
     }
     let made = match volume.kind.as_str() {
-        "constvolume" => match volume.find("value") {
-            Some((node, _)) => Volume::Constant(color(scene, node, Role::Unbounded)?),
-            None => Volume::Constant(Spectrum::WHITE),
-        },
-        "gridvolume" => grid(scene, &volume)?.unwrap_or(Volume::Constant(Spectrum::BLACK)),
+        "constvolume" => {
+            let to_world = volume.transform("to_world")?;
+            let (a, b) = (to_world.transform_point3(DVec3::ZERO), to_world.transform_point3(DVec3::ONE));
+            let bounds = Some([a.min(b), a.max(b)]).filter(|[min, max]| min.cmplt(*max).all());
+            match volume.find("value") {
+                Some((node, _)) => Volume::Constant(color(scene, node, Role::Unbounded)?, bounds),
+                None => Volume::Constant(Spectrum::WHITE, bounds),
+            }
+        }
+        "gridvolume" => grid(scene, &volume)?.unwrap_or(Volume::Constant(Spectrum::BLACK, None)),
         other => return Err(unknown("volume", other, &["constvolume", "gridvolume"]).or_at(volume.place)),
     };
     scene.finish(&volume);

@@ -16,6 +16,7 @@ mod meshes;
 mod metals;
 mod older;
 mod params;
+mod rough_layer;
 mod serialized;
 mod shapes;
 mod spectra;

@@ -8,12 +8,26 @@ use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
+use turner::medium::MediumDesc;
 use turner::scene::error::SceneError;
 use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
+use turner::texture::TextureDesc;
 
 fn read(inner: &str) -> Result<SceneDesc, SceneError> {
     let text = format!("<scene version=\"3.0.0\">\n{inner}\n</scene>");
     import_from(text.into_bytes(), "a.xml", &MemoryAssets::default(), &ImportOptions::default())
+}
+
+fn read_old(inner: &str) -> SceneDesc {
+    let text = format!("<scene version='0.6.0'>{inner}</scene>");
+    import_from(text.into_bytes(), "a.xml", &MemoryAssets::default(), &ImportOptions::default()).unwrap()
+}
+
+fn constant(source: ColorSource) -> f32 {
+    match source {
+        ColorSource::Constant(c) => c.g,
+        ColorSource::Texture(_) => panic!("{source:?}"),
+    }
 }
 
 fn principled(scene: &SceneDesc, i: usize) -> &PrincipledMaterial {
@@ -136,4 +150,82 @@ fn old_names_are_understood() {
             .unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     assert!((principled(&scene, 0).specular_ior - 1.5 / 1.000277).abs() < 1e-9);
+}
+
+#[test]
+fn sums_of_two_lobes_keep_their_colours() {
+    let scene = read_old(
+        "<shape type='sphere'><bsdf type='twosided'><bsdf type='phong'><float name='exponent' value='40'/>
+           <rgb name='diffuseReflectance' value='0.3'/><rgb name='specularReflectance' value='0.4'/></bsdf></bsdf></shape>
+         <shape type='sphere'><bsdf type='ward'><rgb name='specularReflectance' value='0'/></bsdf></shape>
+         <shape type='sphere'><bsdf type='mixturebsdf'><string name='weights' value='0.7, 0.3'/>
+           <bsdf type='diffuse'/><bsdf type='conductor'><string name='material' value='none'/></bsdf></bsdf></shape>",
+    );
+    let MaterialDesc::Mix(mix) = &scene.materials[0].value else { panic!("{:?}", scene.materials[0]) };
+    let [diffuse, glossy] = [0, 1].map(|i| principled(&scene, mix.materials[i].index()));
+    let share = constant(mix.weights[0]);
+    let sums = [(1.0 - share) * constant(diffuse.base_color), share * constant(glossy.specular_color)];
+    assert!((sums[0] - 0.3).abs() < 1e-6 && (sums[1] - 0.4).abs() < 1e-6, "{sums:?}");
+    // α² = 1 / 81, of which roughness is the square root of the root.
+    assert!((constant(glossy.specular_roughness) - 1.0 / 3.0).abs() < 1e-6);
+    assert!(!diffuse.front_only && !glossy.front_only && constant(glossy.base_weight) == 0.0);
+    assert_eq!(constant(principled(&scene, 1).base_color), 0.5);
+    let MaterialDesc::Mix(mix) = &scene.materials[2].value else { panic!("{:?}", scene.materials[2]) };
+    assert_eq!(mix.weights.iter().map(|w| constant(*w)).collect::<Vec<_>>(), [0.7, 0.3]);
+}
+
+#[test]
+fn coats_lie_on_what_is_within() {
+    let scene = read_old(
+        "<shape type='sphere'><bsdf type='roughcoating'><float name='alpha' value='0.09'/><float name='intIOR' value='1.6'/><float name='extIOR' value='1'/>
+           <float name='thickness' value='0.5'/><rgb name='sigmaA' value='0.2'/>
+           <bsdf type='conductor'><string name='material' value='Au'/></bsdf></bsdf></shape>",
+    );
+    let coated = principled(&scene, 0);
+    assert_eq!((constant(coated.coat_weight), coated.coat_ior), (1.0, 1.6));
+    assert!((constant(coated.coat_roughness) - 0.3).abs() < 1e-6);
+    assert!((constant(coated.coat_color) - (-0.2f32).exp()).abs() < 1e-6);
+    assert_eq!(constant(coated.base_metalness), 1.0);
+}
+
+#[test]
+fn integrators_of_others_are_paths_and_their_values_are_not_asked_for() {
+    let scene = read("<integrator type='guided'><integer name='max_depth' value='9'/><float name='budget' value='3'/></integrator>").unwrap();
+    assert!(matches!(&scene.integrator, IntegratorDesc::Path(p) if p.max_depth == 8));
+    let said: Vec<&str> = scene.warnings.iter().map(|w| w.message.as_str()).collect();
+    assert!(said.len() == 2 && said[0].contains("\"guided\": the integrator is not known"), "{said:?}");
+}
+
+#[test]
+fn opacity_is_what_a_mask_shows_and_not_its_alpha() {
+    let mut png = Vec::new();
+    let mut encoder = png::Encoder::new(&mut png, 2, 1);
+    encoder.set_color(png::ColorType::GrayscaleAlpha);
+    // One row: grey 0 and 255, both of alpha 255.
+    encoder.write_header().unwrap().write_image_data(&[0, 255, 255, 255]).unwrap();
+    let text = "<scene version='3.0.0'><shape type='rectangle'><bsdf type='mask'><texture type='bitmap' name='opacity'><string name='filename' value='m.png'/></texture>
+        <bsdf type='diffuse'/></bsdf></shape></scene>";
+    let mut assets = MemoryAssets::default();
+    assets.files.insert("m.png".into(), png);
+    let scene = import_from(text.as_bytes().to_vec(), "a.xml", &assets, &ImportOptions::default()).unwrap();
+    let ColorSource::Texture(texture) = principled(&scene, 0).opacity else { panic!() };
+    let TextureDesc::Image(desc) = &scene.textures[texture.index()].value else { panic!() };
+    assert_eq!(scene.images[desc.file.index()].data.channels, 1);
+}
+
+#[test]
+fn a_heterogeneous_medium_ends_with_its_volume() {
+    let medium = |kind: &str| {
+        let scene = read(&format!(
+            "<shape type='sphere'><bsdf type='null'/><medium type='{kind}' name='interior'>
+               <volume type='constvolume' name='sigma_t'><rgb name='value' value='2'/><transform name='to_world'><translate x='-0.5'/></transform></volume>
+             </medium></shape>"
+        ))
+        .unwrap();
+        scene.media[0].value.clone()
+    };
+    let MediumDesc::Grid(grid) = medium("heterogeneous") else { panic!() };
+    assert_eq!((grid.min, grid.max), (DVec3::new(-0.5, 0.0, 0.0), DVec3::new(0.5, 1.0, 1.0)));
+    assert_eq!(grid.extinction.unwrap().g, 2.0);
+    assert!(matches!(medium("homogeneous"), MediumDesc::Homogeneous(_)));
 }

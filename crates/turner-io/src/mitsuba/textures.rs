@@ -6,11 +6,13 @@ use super::spectra::{COLORS, Role, color};
 use crate::assets::printable;
 use crate::whole::report::Fault;
 use crate::whole::{Place, is_sound, product, unknown};
+use std::sync::Arc;
 use turner::color::Spectrum;
+use turner::image::{Image, Pixels};
 use turner::math::{DAffine3, DMat3, DVec3};
-use turner::scene::ColorSource;
 use turner::scene::error::ErrorCode;
 use turner::scene::transform::Transform;
+use turner::scene::{ColorSource, ImageId};
 use turner::texture::{
     ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
     Wrap,
@@ -97,7 +99,18 @@ fn of(
             };
             product(&mut scene.stock, inner, ColorSource::Constant(by))
         }
-        "uniform" | "srgb" | "d65" | "rawconstant" | "blackbody" | "regular" | "irregular" => {
+        "uniform" | "srgb" | "rawconstant" => {
+            let value = object.find("value").or(object.find("color"));
+            match value {
+                Some((_, node)) if node.tag == "vector" => {
+                    let v = object.vector("value")?.unwrap_or_default().as_vec3();
+                    ColorSource::Constant(Spectrum::new(v.x, v.y, v.z))
+                }
+                Some((node, _)) => ColorSource::Constant(color(scene, node, role)?),
+                None => grey(1.0),
+            }
+        }
+        "d65" | "blackbody" | "regular" | "irregular" => {
             let message = format!("{} is written as <texture>: it is grey", object.title());
             scene.report.ignored(object.place, message);
             grey(0.5)
@@ -158,6 +171,7 @@ fn picture(
     raw: bool,
 ) -> Result<ColorSource, Fault> {
     let place = object.place_of("filename");
+    let is_number = raw;
     let raw = object.boolean("raw")?.unwrap_or(raw);
     let gamma = object.float("gamma")?;
     let nearest = object.string("filter_type")? == Some("nearest");
@@ -189,7 +203,11 @@ fn picture(
     };
     other_surface(scene, surface, object.place);
     let name = scene.picture_name(&name);
-    let Some(file) = scene.image(&name, place) else { return Ok(grey(0.5)) };
+    let Some(mut file) = scene.image(&name, place) else { return Ok(grey(0.5)) };
+    if is_number && channel == ImageChannel::Rgb {
+        // Mitsuba drops it; here it would count as opacity.
+        file = without_alpha(scene, &name, file);
+    }
     let [a, b, c, d, e, f] = from_here(rows, surface);
     // The picture's first row is at 0 there and at 1 here.
     let rows = [a, b, c, -d, -e, 1.0 - f];
@@ -212,6 +230,34 @@ fn picture(
         uv_set: 0,
     };
     Ok(scene.texture(TextureDesc::Image(desc)))
+}
+
+/// The picture without its alpha channel, if it has one.
+fn without_alpha(scene: &mut Assembly<'_>, name: &str, id: ImageId) -> ImageId {
+    let Some(image) = scene.images.get(id.index()).map(|a| Arc::clone(&a.data)) else { return id };
+    let from = usize::from(image.channels);
+    if !matches!(from, 2 | 4) {
+        return id;
+    }
+    let key = format!("{name}\0opaque");
+    if let Some(Some(known)) = scene.image_ids.get(&key) {
+        return *known;
+    }
+    if !scene.may_copy(image.memory() as u64) {
+        return id;
+    }
+    fn kept<T: Copy>(samples: &[T], from: usize) -> Vec<T> {
+        samples.chunks_exact(from).flat_map(|p| p.iter().take(from - 1).copied()).collect()
+    }
+    let pixels = match &image.pixels {
+        Pixels::U8(v) => Pixels::U8(kept(v, from)),
+        Pixels::U16(v) => Pixels::U16(kept(v, from)),
+        Pixels::F32(v) => Pixels::F32(kept(v, from)),
+    };
+    let opaque = Image { width: image.width, height: image.height, channels: image.channels - 1, pixels };
+    let made = scene.add_image(name, opaque);
+    scene.image_ids.insert(key, Some(made));
+    made
 }
 
 fn checkerboard(

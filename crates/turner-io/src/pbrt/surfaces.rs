@@ -242,7 +242,8 @@ impl Maker<'_, '_> {
         let layer =
             self.coat(PrincipledMaterial::default(), ["roughness", "uroughness", "vroughness"], "eta")?;
         let inner = inner_reflectance(layer.coat_ior);
-        let color = map_values(self.scene, color, self.params.place, Through::Layer { inner });
+        let color =
+            map_values(self.scene, color, self.params.place, Through::Layer { gain: 1.0 - inner, inner });
         Ok(PrincipledMaterial {
             base_color: color,
             specular_ior: layer.coat_ior,

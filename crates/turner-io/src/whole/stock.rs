@@ -50,7 +50,7 @@ pub(crate) struct Stock<'a> {
     pub(crate) texture_list: Vec<Named<TextureDesc>>,
     pub(crate) medium_list: Vec<Named<turner::medium::MediumDesc>>,
     pub(crate) images: Vec<Asset<Image>>,
-    image_ids: BTreeMap<String, Option<ImageId>>,
+    pub(crate) image_ids: BTreeMap<String, Option<ImageId>>,
     pub(crate) meshes: Vec<Asset<MeshData>>,
     /// Meshes of files, by path and orientation.
     pub(crate) mesh_ids: BTreeMap<(String, bool), Option<MeshId>>,

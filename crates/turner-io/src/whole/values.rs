@@ -44,8 +44,9 @@ pub(crate) fn mix(scene: &mut Stock<'_>, a: ColorSource, b: ColorSource, amount:
 pub(crate) enum Through {
     /// From pbrt's roughness, remapped or not, to the one here.
     Roughness { remap: bool },
-    /// From the reflectance of a base to what gets out of a clear layer, whose inner side reflects so much.
-    Layer { inner: f64 },
+    /// From the reflectance of a base to what gets out of a clear layer, whose inner side reflects so much: times `gain` (1 − `inner` of smooth layers)
+    /// over 1 − ρ · `inner`.
+    Layer { gain: f64, inner: f64 },
     /// Times a factor, at most 1.
     Scale(f64),
     /// What is left of 1.
@@ -59,7 +60,7 @@ impl Through {
         match self {
             Through::Roughness { remap: true } => unit.sqrt().sqrt(),
             Through::Roughness { remap: false } => unit.sqrt(),
-            Through::Layer { inner } => unit * (1.0 - inner) / (1.0 - unit * inner),
+            Through::Layer { gain, inner } => unit * gain / (1.0 - unit * inner),
             Through::Scale(by) => (v * by).min(1.0),
             Through::Rest => 1.0 - unit,
         }

@@ -154,7 +154,7 @@ fn a_missing_file_names_its_neighbour() {
     let assets = assets(&top);
     for (uri, nearest) in [
         ("wod.png", "wood.png"),
-        ("Wood.PNG", "wood.png"),
+        ("Wod.PNG", "wood.png"),
         ("wodo.png", "wood.png"),
         ("sub/tiles.png", "tile.png"),
     ] {
@@ -163,6 +163,12 @@ fn a_missing_file_names_its_neighbour() {
     }
     let message = assets.read("entirely-different.exr", 100).unwrap_err().to_string();
     assert!(message.contains("no such file") && !message.contains("nearest"), "{message}");
+    // Large letters for small ones are no other name, but for the folder's own.
+    assert_eq!(assets.read("Wood.PNG", u64::MAX).unwrap(), assets.read("wood.png", u64::MAX).unwrap());
+    assert_eq!(
+        assets.read("SUB/Tile.png", u64::MAX).unwrap(),
+        assets.read("sub/tile.png", u64::MAX).unwrap()
+    );
     assert!(assets.read("wood.png/inside.png", 100).is_err());
     assert!(assets.read(&"x".repeat(5000), 100).is_err());
 }

@@ -26,10 +26,11 @@ pub(super) const MORE_UV_NAMES: [[&str; 2]; 8] = [
 /// Tangents along u, and the side of the bitangent.
 const TANGENT: [&str; 4] = ["tx", "ty", "tz", "tw"];
 /// Those of colours, with opacity.
-const COLOR_NAMES: [[&str; 4]; 3] = [
+const COLOR_NAMES: [[&str; 4]; 4] = [
     ["red", "green", "blue", "alpha"],
     ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"],
     ["r", "g", "b", "a"],
+    ["color_0", "color_1", "color_2", "color_3"],
 ];
 
 /// Reads all vertices.
