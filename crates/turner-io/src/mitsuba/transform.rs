@@ -62,7 +62,7 @@ fn one(step: &Node) -> Result<DAffine3, Fault> {
             match m[..] {
                 [a, b, c, d, e, f, g, h, i] => DAffine3::from_mat3(rows([[a, b, c], [d, e, f], [g, h, i]])),
                 [a, b, c, x, d, e, f, y, g, h, i, z, p, q, r, w] => {
-                    if p != 0.0 || q != 0.0 || r != 0.0 || w == 0.0 {
+                    if [p, q, r].iter().any(|v| v.abs() > 1e-6 * w.abs()) || w == 0.0 {
                         return Err(bad("a matrix whose last row is not 0 0 0 1"));
                     }
                     let matrix = rows([[a, b, c], [d, e, f], [g, h, i]]) * w.recip();

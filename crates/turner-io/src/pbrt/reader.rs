@@ -314,12 +314,15 @@ impl<'a> Reader<'a> {
             }
             self.lexer()?.bracket();
         }
-        transform::of_numbers(&m).ok_or_else(|| {
-            Fault::at(
-                place,
-                ErrorCode::Transform,
-                "a matrix whose last row is not 0 0 0 1 is no affine transform",
-            )
-        })
+        let Some((matrix, is_affine)) = transform::of_numbers(&m) else {
+            let message = "a matrix whose last number is 0 is no affine transform";
+            return Err(Fault::at(place, ErrorCode::Transform, message));
+        };
+        if !is_affine {
+            let message =
+                "a matrix whose last row is not 0 0 0 1 is no affine transform: that row is left out";
+            self.report().doubtful(place, message);
+        }
+        Ok(matrix)
     }
 }

@@ -5,12 +5,12 @@ use turner::math::elementary::tan;
 use turner::math::{DAffine3, DMat3, DVec3, radians};
 use turner::scene::transform::rotation;
 
-/// From sixteen numbers; `None` if the last row is not that of an affine map.
-pub(super) fn of_numbers(m: &[f64; 16]) -> Option<DAffine3> {
+/// From sixteen numbers, and whether their last row is that of an affine map; else it is left out. `None` if it ends with 0.
+pub(super) fn of_numbers(m: &[f64; 16]) -> Option<(DAffine3, bool)> {
     let column = |i: usize| DVec3::new(m[i], m[i + 1], m[i + 2]) / m[15];
-    let affine = m[3] == 0.0 && m[7] == 0.0 && m[11] == 0.0 && m[15] != 0.0;
+    let is_affine = [m[3], m[7], m[11]].iter().all(|v| v.abs() <= 1e-6 * m[15].abs());
     let matrix = DMat3::from_cols(column(0), column(4), column(8));
-    affine.then(|| DAffine3::from_mat3_translation(matrix, column(12)))
+    (m[15] != 0.0).then(|| (DAffine3::from_mat3_translation(matrix, column(12)), is_affine))
 }
 
 /// Rotation about an axis of any length but 0.
@@ -41,9 +41,12 @@ mod tests {
         let mut m = [0.0; 16];
         (m[0], m[5], m[10], m[15]) = (1.0, 2.0, 3.0, 1.0);
         (m[12], m[13], m[14]) = (7.0, 8.0, 9.0);
-        let t = of_numbers(&m).unwrap();
+        let (t, is_affine) = of_numbers(&m).unwrap();
+        assert!(is_affine);
         assert_eq!(t.transform_point3(DVec3::ONE), DVec3::new(8.0, 10.0, 12.0));
         m[3] = 0.5;
+        assert_eq!(of_numbers(&m), Some((t, false)));
+        m[15] = 0.0;
         assert_eq!(of_numbers(&m), None);
     }
 

@@ -27,7 +27,7 @@ pub(crate) fn equirectangular(
     size: [u32; 2],
     to_world: DMat3,
     place: Place,
-    light: impl Fn(DVec3) -> [f64; 3],
+    light: impl Fn(DVec3) -> [f64; 3] + Sync,
 ) -> Option<Image> {
     let finer = stock.finer(size[1]);
     let columns = size[0].saturating_mul(finer).clamp(2, 2 * MAX_ROWS);
@@ -40,19 +40,34 @@ pub(crate) fn equirectangular(
         stock.report.ignored(place, message);
         return None;
     }
-    for y in 0..rows {
-        for x in 0..columns {
+    pixels.resize(count, 0.0);
+    let fill = |first: usize, part: &mut [f32]| {
+        for (i, pixel) in part.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            let at = first + i;
+            let (x, y) = ((at % columns as usize) as f64, (at / columns as usize) as f64);
             let mut color = [0.0; 3];
             for i in 0..LOOKS * LOOKS {
                 let (i, j) = (i % LOOKS, i / LOOKS);
-                let u = (f64::from(x) + (f64::from(i) + 0.5) / f64::from(LOOKS)) / f64::from(columns);
-                let v = (f64::from(y) + (f64::from(j) + 0.5) / f64::from(LOOKS)) / f64::from(rows);
+                let u = (x + (f64::from(i) + 0.5) / f64::from(LOOKS)) / f64::from(columns);
+                let v = (y + (f64::from(j) + 0.5) / f64::from(LOOKS)) / f64::from(rows);
                 let own = (to_light * direction(u, v)).normalize_or(DVec3::Y);
                 color.iter_mut().zip(light(own)).for_each(|(c, f)| *c += f);
             }
-            pixels.extend(color.map(|c| (c / f64::from(LOOKS * LOOKS)) as f32));
+            *pixel = color.map(|c| (c / f64::from(LOOKS * LOOKS)) as f32);
         }
-    }
+    };
+    let available = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = if stock.options.threads == 0 { available() } else { stock.options.threads };
+    let each = (count / 3).div_ceil(threads).max(1 << 14);
+    std::thread::scope(|scope| {
+        let mut parts = pixels.chunks_mut(3 * each).enumerate();
+        let own = parts.next();
+        for (i, part) in parts {
+            let fill = &fill;
+            scope.spawn(move || fill(i * each, part));
+        }
+        own.into_iter().for_each(|(i, part)| fill(i * each, part));
+    });
     Some(Image { width: columns, height: rows, channels: 3, pixels: Pixels::F32(pixels) })
 }
 
