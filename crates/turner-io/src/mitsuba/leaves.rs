@@ -20,7 +20,6 @@ const UNSUPPORTED: &[&str] = &[
     "measured",
     "measured_polarized",
     "hair",
-    "pplastic",
     "polarizer",
     "retarder",
     "circular",
@@ -95,6 +94,11 @@ pub(super) fn surface(
         "roughconductor" => maker.conductor(true),
         "plastic" => maker.plastic(false),
         "roughplastic" => maker.plastic(true),
+        "pplastic" => {
+            let message = "pplastic: roughplastic, without polarization";
+            maker.scene.report.approximated(object.place, message);
+            maker.plastic(true)
+        }
         "principled" => maker.principled(),
         "principledthin" => maker.principled_thin(),
         kind if UNSUPPORTED.contains(&kind) => {

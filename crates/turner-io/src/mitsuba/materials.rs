@@ -8,7 +8,7 @@ use super::older::{self, Lobe};
 use super::params::Object;
 use super::rough_layer::RoughLayer;
 use super::spectra::Role;
-use super::textures::{Surface, is_source, numbers, source};
+use super::textures::{Surface, is_source, numbers, shares, source};
 use crate::whole::report::Fault;
 use crate::whole::{Place, product};
 use std::collections::BTreeMap;
@@ -133,7 +133,7 @@ pub(super) fn make(
             }
             "mask" => {
                 let opacity = match object.find("opacity") {
-                    Some((node, _)) => numbers(scene, node, Role::Albedo, usage.surface)?,
+                    Some((node, _)) => shares(scene, node, usage.surface)?,
                     None => grey(0.5),
                 };
                 usage.opacity = Some(match usage.opacity {
@@ -194,7 +194,7 @@ fn null(scene: &mut Assembly<'_>, place: Place, usage: Use) -> MaterialDesc {
 
 fn blend(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<MaterialDesc, Fault> {
     let weight = match object.find("weight") {
-        Some((node, _)) => numbers(scene, node, Role::Albedo, usage.surface)?,
+        Some((node, _)) => shares(scene, node, usage.surface)?,
         None => grey(0.5),
     };
     let parts = object.objects(&["bsdf"])?;

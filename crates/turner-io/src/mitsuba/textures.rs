@@ -7,7 +7,7 @@ use crate::assets::printable;
 use crate::whole::report::Fault;
 use crate::whole::{Place, is_sound, product, unknown};
 use std::sync::Arc;
-use turner::color::Spectrum;
+use turner::color::{Spectrum, srgb_decode};
 use turner::image::{Image, Pixels};
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::scene::error::ErrorCode;
@@ -33,8 +33,19 @@ pub(super) enum Surface {
     Other,
 }
 
-/// What a texture is made for: its element, the surface, what it says, and whether numbers of pictures are plain.
-pub(super) type TextureKey = (usize, Surface, Role, bool);
+/// What a texture's values are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Values {
+    /// Colours, or numbers that are made of them as Mitsuba does it: decoded if the file says nothing else.
+    Colors,
+    /// Shares of a surface: decoded, too, but without the picture's own opacity.
+    Shares,
+    /// Normals and heights: taken as they are if the file says nothing else.
+    Plain,
+}
+
+/// What a texture is made for: its element, the surface, what it says, and what its values are.
+pub(super) type TextureKey = (usize, Surface, Role, Values);
 
 /// A colour or a texture: of the element `node`, on a surface.
 pub(super) fn source(
@@ -43,17 +54,22 @@ pub(super) fn source(
     role: Role,
     surface: Surface,
 ) -> Result<ColorSource, Fault> {
-    of(scene, node, role, surface, false, 0)
+    of(scene, node, role, surface, Values::Colors, 0)
 }
 
-/// The same of numbers that are no colours: a picture's are not decoded by a curve if it says nothing else, as normals and heights.
+/// The same of normals and heights: a picture's are not decoded by a curve if it says nothing else.
 pub(super) fn numbers(
     scene: &mut Assembly<'_>,
     node: usize,
     role: Role,
     surface: Surface,
 ) -> Result<ColorSource, Fault> {
-    of(scene, node, role, surface, true, 0)
+    of(scene, node, role, surface, Values::Plain, 0)
+}
+
+/// The same of opacity and of the weights of blends.
+pub(super) fn shares(scene: &mut Assembly<'_>, node: usize, surface: Surface) -> Result<ColorSource, Fault> {
+    of(scene, node, Role::Albedo, surface, Values::Shares, 0)
 }
 
 /// Whether an element is a colour or a texture.
@@ -66,14 +82,14 @@ fn of(
     node: usize,
     role: Role,
     surface: Surface,
-    raw: bool,
+    values: Values,
     depth: u32,
 ) -> Result<ColorSource, Fault> {
     let object = Object::new(&scene.document, node)?;
     if object.tag != "texture" {
         return color(scene, object.node, role).map(ColorSource::Constant);
     }
-    let key = (object.node, surface, role, raw);
+    let key = (object.node, surface, role, values);
     if let Some(known) = scene.textures.get(&key) {
         return Ok(*known);
     }
@@ -82,8 +98,8 @@ fn of(
         return Err(Fault::at(object.place, ErrorCode::TooLarge, message));
     }
     let made = match object.kind.as_str() {
-        "bitmap" | "ldrtexture" => picture(scene, &object, surface, raw)?,
-        "checkerboard" => checkerboard(scene, &object, (role, surface, raw), depth)?,
+        "bitmap" | "ldrtexture" => picture(scene, &object, surface, values)?,
+        "checkerboard" => checkerboard(scene, &object, (role, surface, values), depth)?,
         "mesh_attribute" | "vertexcolors" => attribute(scene, &object)?,
         // Of Mitsuba 0.6.
         "scale" => {
@@ -94,7 +110,7 @@ fn of(
             };
             let inner = object.objects(&["texture", "spectrum", "rgb"])?;
             let inner = match inner.first() {
-                Some(inner) => of(scene, *inner, role, surface, raw, depth + 1)?,
+                Some(inner) => of(scene, *inner, role, surface, values, depth + 1)?,
                 None => ColorSource::Constant(Spectrum::WHITE),
             };
             product(&mut scene.stock, inner, ColorSource::Constant(by))
@@ -168,11 +184,10 @@ fn picture(
     scene: &mut Assembly<'_>,
     object: &Object,
     surface: Surface,
-    raw: bool,
+    values: Values,
 ) -> Result<ColorSource, Fault> {
     let place = object.place_of("filename");
-    let is_number = raw;
-    let raw = object.boolean("raw")?.unwrap_or(raw);
+    let raw = object.boolean("raw")?.unwrap_or(values == Values::Plain);
     let gamma = object.float("gamma")?;
     let nearest = object.string("filter_type")? == Some("nearest");
     object.pass(&["filter_type", "accel", "format", "max_anisotropy", "cache", "data"]);
@@ -204,9 +219,12 @@ fn picture(
     other_surface(scene, surface, object.place);
     let name = scene.picture_name(&name);
     let Some(mut file) = scene.image(&name, place) else { return Ok(grey(0.5)) };
-    if is_number && channel == ImageChannel::Rgb {
-        // Mitsuba drops it; here it would count as opacity.
-        file = without_alpha(scene, &name, file);
+    let mut raw = raw || gamma == Some(1.0);
+    if values == Values::Shares
+        && channel == ImageChannel::Rgb
+        && let Some(made) = luminance(scene, &name, file, raw)
+    {
+        (file, raw) = (made, true);
     }
     let [a, b, c, d, e, f] = from_here(rows, surface);
     // The picture's first row is at 0 there and at 1 here.
@@ -224,7 +242,7 @@ fn picture(
         transform: Transform::IDENTITY,
         uv_matrix: (rows != [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]).then_some(rows),
         channel,
-        encoding: if raw || gamma == Some(1.0) { Encoding::Linear } else { Encoding::Srgb },
+        encoding: if raw { Encoding::Linear } else { Encoding::Srgb },
         tint: Spectrum::WHITE,
         offset: Spectrum::BLACK,
         uv_set: 0,
@@ -232,44 +250,39 @@ fn picture(
     Ok(scene.texture(TextureDesc::Image(desc)))
 }
 
-/// The picture without its alpha channel, if it has one.
-fn without_alpha(scene: &mut Assembly<'_>, name: &str, id: ImageId) -> ImageId {
-    let Some(image) = scene.images.get(id.index()).map(|a| Arc::clone(&a.data)) else { return id };
-    let from = usize::from(image.channels);
-    if !matches!(from, 2 | 4) {
-        return id;
+/// The picture's luminance as Mitsuba makes a number of a colour, without its opacity; the picture itself, where it is grey without opacity or there is no room.
+fn luminance(scene: &mut Assembly<'_>, name: &str, id: ImageId, raw: bool) -> Option<ImageId> {
+    let image = scene.images.get(id.index()).map(|a| Arc::clone(&a.data))?;
+    if image.channels < 2 {
+        return None;
     }
-    let key = format!("{name}\0opaque");
-    if let Some(Some(known)) = scene.image_ids.get(&key) {
+    let key = format!("{name}\0luminance {raw}");
+    if let Some(known) = scene.image_ids.get(&key) {
         return *known;
     }
-    if !scene.may_copy(image.memory() as u64) {
-        return id;
-    }
-    fn kept<T: Copy>(samples: &[T], from: usize) -> Vec<T> {
-        samples.chunks_exact(from).flat_map(|p| p.iter().take(from - 1).copied()).collect()
-    }
-    let pixels = match &image.pixels {
-        Pixels::U8(v) => Pixels::U8(kept(v, from)),
-        Pixels::U16(v) => Pixels::U16(kept(v, from)),
-        Pixels::F32(v) => Pixels::F32(kept(v, from)),
-    };
-    let opaque = Image { width: image.width, height: image.height, channels: image.channels - 1, pixels };
-    let made = scene.add_image(name, opaque);
-    scene.image_ids.insert(key, Some(made));
+    let pixels = u64::from(image.width) * u64::from(image.height);
+    let made = scene.may_copy(4 * pixels).then(|| {
+        let is_encoded = image.is_display_encoded() && !raw;
+        let decoded = |v: f32| if is_encoded { srgb_decode(v) } else { v };
+        let luminance = |x, y| Spectrum::from(image.rgb(x, y).map(decoded)).luminance();
+        let rows = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
+        let pixels = Pixels::F32(rows.map(|(x, y)| luminance(x, y)).collect());
+        scene.add_image(name, Image { width: image.width, height: image.height, channels: 1, pixels })
+    });
+    scene.image_ids.insert(key, made);
     made
 }
 
 fn checkerboard(
     scene: &mut Assembly<'_>,
     object: &Object,
-    (role, surface, raw): (Role, Surface, bool),
+    (role, surface, values): (Role, Surface, Values),
     depth: u32,
 ) -> Result<ColorSource, Fault> {
     let mut colors = [grey(0.4), grey(0.2)];
     for (slot, name) in colors.iter_mut().zip(["color0", "color1"]) {
         if let Some((node, _)) = object.find(name) {
-            *slot = of(scene, node, role, surface, raw, depth + 1)?;
+            *slot = of(scene, node, role, surface, values, depth + 1)?;
         }
     }
     let [even, odd] = colors;
