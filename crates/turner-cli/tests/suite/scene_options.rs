@@ -14,6 +14,25 @@ fn values_are_set_by_path() {
 }
 
 #[test]
+fn one_side_alone_keeps_the_shape_and_the_part() {
+    let f = folder();
+    let film =
+        |crop: &str| SCENE.replace("width = 24\nheight = 16", &format!("width = 40\nheight = 30\n{crop}"));
+    let size = |args: &[&str]| {
+        f.turner(&[&["t.toml", "-o", "t.png"][..], args].concat()).ok();
+        let (w, h, _) = pixels(&f.read("t.png"));
+        (w, h)
+    };
+    f.write("t.toml", &film(""));
+    assert_eq!(size(&["--width", "20"]), (20, 15));
+    assert_eq!(size(&["--height", "15"]), (20, 15));
+    assert_eq!(size(&["--width", "1"]), (1, 1));
+    f.write("t.toml", &film("crop = [20, 10, 10, 20]"));
+    assert_eq!(size(&["--width", "20"]), (5, 10));
+    assert_eq!(size(&["--width", "20", "--crop", "0,0,20,3"]), (20, 3));
+}
+
+#[test]
 fn bad_values_are_bad_usage_and_show_the_argument() {
     let f = folder();
     f.turner(&["s.toml", "-D", "film.widht=9"]).fails(2, &["E0102", "-D film.widht=9", "width"]);

@@ -316,20 +316,20 @@ impl Maker<'_, '_> {
             self.roughness(&mut surface)?;
         }
         let smooth = inner_reflectance(ior);
-        let (gain, inner) = match surface.specular_roughness {
+        let layer = match surface.specular_roughness {
             ColorSource::Constant(r) if is_rough && ior >= 1.0 => {
-                self.scene.materials.rough_layer(f64::from(r.g * r.g), ior).gain(smooth)
+                self.scene.materials.rough_layer(f64::from(r.g * r.g), ior)
             }
-            _ => (1.0 - smooth, smooth),
+            _ => None,
         };
+        let (gain, inner) = layer.map_or((1.0 - smooth, smooth), |layer| layer.gain(smooth));
         let through = match self.object.boolean("nonlinear")? {
             Some(true) => Through::Layer { gain, inner },
             _ => Through::Scale(gain / (1.0 - inner)),
         };
-        let changes = through != Through::Scale(1.0);
-        surface.base_color = match changes {
-            true => map_values(&mut self.scene.stock, color, self.object.place, through),
-            false => color,
+        surface.base_color = match through {
+            Through::Scale(1.0) => color,
+            through => map_values(&mut self.scene.stock, color, self.object.place, through),
         };
         Ok(surface)
     }

@@ -24,6 +24,9 @@ const MAX_MATERIALS: usize = 1 << 22;
 /// Most BSDFs within one another.
 const MAX_NESTING: u32 = 16;
 
+/// Most rough boundaries whose light is counted.
+const MAX_LAYERS: usize = 512;
+
 /// How a shape uses a BSDF, and what stood around it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Use {
@@ -46,7 +49,7 @@ pub(super) struct Materials {
     /// What each [`MaterialId`] is to be: the element of a BSDF, none for that of shapes without one.
     list: Vec<(Option<usize>, Use)>,
     /// By width and index of refraction.
-    layers: BTreeMap<[u64; 2], RoughLayer>,
+    layers: BTreeMap<[u32; 2], RoughLayer>,
 }
 
 impl Materials {
@@ -61,10 +64,15 @@ impl Materials {
         id
     }
 
-    /// What a rough boundary lets through: computed once.
-    pub(super) fn rough_layer(&mut self, alpha: f64, ior: f64) -> RoughLayer {
-        let key = [alpha.to_bits(), ior.to_bits()];
-        *self.layers.entry(key).or_insert_with(|| RoughLayer::new(alpha, ior))
+    /// What a rough boundary lets through: computed once for widths that are nearly the same. `None` after very many: each takes milliseconds.
+    pub(super) fn rough_layer(&mut self, alpha: f64, ior: f64) -> Option<RoughLayer> {
+        let steps = |v: f64, per: f64| (v * per).round().clamp(0.0, 1e6);
+        let (alpha, ior) = (steps(alpha, 200.0), steps(ior, 100.0));
+        let key = [alpha as u32, ior as u32];
+        if !self.layers.contains_key(&key) && self.layers.len() < MAX_LAYERS {
+            self.layers.insert(key, RoughLayer::new(alpha / 200.0, (ior / 100.0).max(1.0)));
+        }
+        self.layers.get(&key).copied()
     }
 
     /// Whether a shape encloses a medium.

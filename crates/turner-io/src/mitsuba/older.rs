@@ -5,7 +5,8 @@ use super::assembly::Assembly;
 use super::leaves::stretched;
 use super::materials::{Use, color_of, grey, number_of};
 use super::params::{Object, numbers};
-use super::spectra::index;
+use super::spectra::{Role, index};
+use super::textures::source;
 use crate::whole::report::Fault;
 use crate::whole::{Through, map_values};
 use turner::color::Spectrum;
@@ -120,7 +121,10 @@ pub(super) fn coat(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Res
     let outer = index(object, "ext_ior", 1.000277)?;
     let ior = (index(object, "int_ior", 1.5046)? / outer).clamp(1.0, 3.0);
     let thickness = object.float("thickness")?.unwrap_or(1.0).max(0.0);
-    let absorbed = color_of(scene, object, "sigma_a", 0.0, usage.surface)?;
+    let absorbed = match object.find("sigma_a") {
+        Some((node, _)) => source(scene, node, Role::Unbounded, usage.surface)?,
+        None => grey(0.0),
+    };
     let alpha = match (object.kind.as_str(), number_of(scene, object, "alpha", 0.1, usage.surface)?) {
         ("coating", _) => 0.0,
         (_, ColorSource::Constant(c)) => f64::from(c.g).clamp(0.0, 1.0),
