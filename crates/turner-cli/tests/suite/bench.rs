@@ -89,9 +89,9 @@ fn tables_say_what_is_not_known() {
     f.turner(&[&short[..], &["--references", "."]].concat()).fails(2, &["there is no picture tiny.exr"]);
     f.turner(&["tiny.toml", "-o", "tiny.exr", "--width", "8", "--samples", "1", "--quiet"]).ok();
     f.turner(&[&short[..], &["--references", "tiny.exr"]].concat())
-        .fails(1, &["8x16 pixels, the scene has 16x16"]);
+        .fails(1, &["8x8 pixels, the scene has 16x16"]);
     // Beside the scene it was not asked for.
-    assert!(f.turner(&short).ok().stderr.contains("8x16 pixels"));
+    assert!(f.turner(&short).ok().stderr.contains("8x8 pixels"));
     f.turner(&["bench", "render"]).fails(2, &["scenes/peers"]);
     f.turner(&["bench", "render", "--peers", "arnold"]).fails(2, &["mitsuba-llvm"]);
 }
