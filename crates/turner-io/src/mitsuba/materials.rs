@@ -26,6 +26,8 @@ const MAX_NESTING: u32 = 16;
 
 /// Most rough boundaries whose light is counted.
 const MAX_LAYERS: usize = 512;
+/// Steps of 1 in which their widths and indices of refraction go: an index off by 0.005 is 1.3 % of the light.
+const STEPS: f64 = 1000.0;
 
 /// How a shape uses a BSDF, and what stood around it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,11 +68,11 @@ impl Materials {
 
     /// What a rough boundary lets through: computed once for widths that are nearly the same. `None` after very many: each takes milliseconds.
     pub(super) fn rough_layer(&mut self, alpha: f64, ior: f64) -> Option<RoughLayer> {
-        let steps = |v: f64, per: f64| (v * per).round().clamp(0.0, 1e6);
-        let (alpha, ior) = (steps(alpha, 200.0), steps(ior, 100.0));
+        let steps = |v: f64| (v * STEPS).round().clamp(0.0, 1e6);
+        let (alpha, ior) = (steps(alpha), steps(ior));
         let key = [alpha as u32, ior as u32];
         if !self.layers.contains_key(&key) && self.layers.len() < MAX_LAYERS {
-            self.layers.insert(key, RoughLayer::new(alpha / 200.0, (ior / 100.0).max(1.0)));
+            self.layers.insert(key, RoughLayer::new(alpha / STEPS, (ior / STEPS).max(1.0)));
         }
         self.layers.get(&key).copied()
     }

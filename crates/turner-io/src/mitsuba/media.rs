@@ -10,6 +10,7 @@ use std::sync::Arc;
 use turner::color::Spectrum;
 use turner::math::{DAffine3, DVec3};
 use turner::medium::{GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
+use turner::scene::error::ErrorCode;
 use turner::scene::{MediumId, Named};
 
 /// Most bytes of a grid.
@@ -86,9 +87,8 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
     match (object.kind.as_str(), sigma_t) {
         // A heterogeneous medium ends with the box of its volume, also where that is the same everywhere.
         ("heterogeneous", Volume::Constant(sigma_t, Some([min, max]))) => {
-            let data = GridData::new([2; 3], vec![1.0; 8], None).map_err(|problem| {
-                Fault::at(object.place, turner::scene::error::ErrorCode::Internal, problem)
-            })?;
+            let data = GridData::new([2; 3], vec![1.0; 8], None)
+                .map_err(|problem| Fault::at(object.place, ErrorCode::Internal, problem))?;
             Ok(Some(gridded(data, [min, max], (scale, sigma_t), albedo, anisotropy)))
         }
         ("homogeneous" | "heterogeneous", Volume::Constant(sigma_t, _)) => {

@@ -11,6 +11,8 @@ use super::{Place, Stock};
 
 /// Looks per pixel along either side.
 const LOOKS: u32 = 2;
+/// Most threads that look.
+const MAX_THREADS: usize = 64;
 /// The most rows of a picture that is made.
 const MAX_ROWS: u32 = 8192;
 
@@ -58,7 +60,7 @@ pub(crate) fn equirectangular(
     };
     let available = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = if stock.options.threads == 0 { available() } else { stock.options.threads };
-    let each = (count / 3).div_ceil(threads).max(1 << 14);
+    let each = (count / 3).div_ceil(threads.min(MAX_THREADS)).max(1 << 14);
     std::thread::scope(|scope| {
         let mut parts = pixels.chunks_mut(3 * each).enumerate();
         let own = parts.next();
