@@ -246,9 +246,7 @@ impl Maker<'_, '_> {
         Ok(match found {
             // As in Mitsuba: η = 0 and k = 1 reflect all light.
             [None, None] => None,
-            [Some((_, Some(eta))), Some((_, Some(k)))] if (outer - 1.0).abs() < 1e-3 => {
-                Some(metal_of_index(&eta, &k))
-            }
+            [Some((_, Some(eta))), Some((_, Some(k)))] => Some(metal_of_index(&eta, &k, outer)),
             [eta, k] => {
                 let eta = eta.map_or(Spectrum::BLACK, |c| c.0);
                 let k = k.map_or(Spectrum::WHITE, |c| c.0);
@@ -324,7 +322,7 @@ impl Maker<'_, '_> {
         };
         let (gain, inner) = layer.map_or((1.0 - smooth, smooth), |layer| layer.gain(smooth));
         let through = match self.object.boolean("nonlinear")? {
-            Some(true) => Through::Layer { gain, inner },
+            Some(true) => Through::Layer { gain, inner, turns: None },
             _ => Through::Scale(gain / (1.0 - inner)),
         };
         surface.base_color = match through {

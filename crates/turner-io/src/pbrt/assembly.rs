@@ -1,6 +1,7 @@
 //! The scene as it comes about: what directives name, and the lists of every import.
 
 use super::frame::Frame;
+use super::layers::Layers;
 use super::materials::Materials;
 use super::report::Fault;
 use super::source::Place;
@@ -24,6 +25,7 @@ pub(super) struct Assembly<'a> {
     pub(super) stock: Stock<'a>,
     pub(super) frame: Frame,
     pub(super) materials: Materials,
+    pub(super) layers: Layers,
     /// By name.
     pub(super) textures: BTreeMap<String, Texture>,
     pub(super) media: BTreeMap<String, MediumId>,
@@ -48,6 +50,7 @@ impl<'a> Assembly<'a> {
             stock: Stock::new(assets, uri, options),
             frame: Frame::default(),
             materials: Materials::default(),
+            layers: Layers::default(),
             textures: BTreeMap::new(),
             media: BTreeMap::new(),
         }

@@ -9,6 +9,7 @@ use super::source::Place;
 use super::state::{ColorSpace, State};
 use super::surfaces::{Maker, grey};
 use crate::assets::printable;
+use crate::whole::one_facet_alone;
 use std::collections::BTreeMap;
 use turner::material::{AlphaMode, BoundaryMaterial, MaterialDesc, PrincipledMaterial};
 use turner::scene::error::ErrorCode;
@@ -178,7 +179,7 @@ fn make(
             PrincipledMaterial { base_color: maker.color("reflectance", 0.5)?, ..PrincipledMaterial::matte() }
         }
         "coateddiffuse" => maker.coated_diffuse()?,
-        "conductor" => maker.conductor("", ["eta", "k", "reflectance"])?,
+        "conductor" => maker.conductor()?,
         "coatedconductor" => maker.coated_conductor()?,
         "dielectric" => maker.dielectric()?,
         "thindielectric" => PrincipledMaterial {
@@ -235,6 +236,7 @@ fn make(
     };
     maker.details(&mut surface)?;
     params.finish(&what, &mut maker.scene.report);
+    one_facet_alone(&mut surface);
     surface.alpha_mode = AlphaMode::Opaque;
     if let Some(alpha) = usage.alpha {
         (surface.opacity, surface.alpha_mode) = (alpha, AlphaMode::Blend);

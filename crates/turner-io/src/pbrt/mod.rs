@@ -9,6 +9,7 @@ mod camera;
 mod directives;
 mod environment;
 mod frame;
+mod layers;
 mod lexer;
 mod lights;
 mod materials;

@@ -80,6 +80,9 @@ pub(super) fn curve(
         }),
         (Value::Strings(v), _) => {
             let name = v.first().map_or("", String::as_str);
+            if let Some(index) = metal_of(name) {
+                return Ok(Curve::Sampled(index));
+            }
             if is_known(name) {
                 return Ok(Curve::Named(name.to_owned()));
             }
@@ -107,10 +110,9 @@ pub(super) fn to_color(curve: &Curve, role: Role) -> Result<Spectrum, Fault> {
         (Curve::Sampled(s), Role::Light) => s.light(),
         (Curve::Sampled(s), Role::Albedo) => s.reflectance().map(|v| v.clamp(0.0, 1.0)),
         (Curve::Sampled(s), Role::Unbounded) => s.reflectance().map(|v| v.max(0.0)),
-        (Curve::Named(name), _) => match (spectral::illuminant(name), glass_of(name), metal_of(name)) {
-            (Some(light), _, _) => light,
-            (_, Some(glass), _) => Spectrum::grey(glass.ior as f32),
-            (_, _, Some(metal)) => metal.f0,
+        (Curve::Named(name), _) => match (spectral::illuminant(name), glass_of(name)) {
+            (Some(light), _) => light,
+            (_, Some(glass)) => Spectrum::grey(glass.ior as f32),
             _ => return Err(Fault::new(ErrorCode::UnknownName, "unknown spectrum")),
         },
     })
@@ -121,14 +123,19 @@ pub(super) fn glass_of(name: &str) -> Option<spectral::Glass> {
     spectral::glass(name.strip_prefix("glass-")?)
 }
 
-/// The metal that a spectrum is the index of refraction of.
-pub(super) fn metal_of(name: &str) -> Option<turner::material::metals::MetalColors> {
-    let symbol = name.strip_prefix("metal-")?;
-    spectral::metal(symbol.strip_suffix("-eta").or_else(|| symbol.strip_suffix("-k"))?)
+/// A metal's η or k by name.
+pub(super) fn metal_of(name: &str) -> Option<Sampled> {
+    let (symbol, part) = name.strip_prefix("metal-")?.rsplit_once('-')?;
+    let [eta, k] = spectral::metal(symbol)?;
+    match part {
+        "eta" => Some(eta),
+        "k" => Some(k),
+        _ => None,
+    }
 }
 
 fn is_known(name: &str) -> bool {
-    spectral::illuminant(name).is_some() || glass_of(name).is_some() || metal_of(name).is_some()
+    spectral::illuminant(name).is_some() || glass_of(name).is_some()
 }
 
 fn known_names() -> Vec<&'static str> {

@@ -1,6 +1,7 @@
 //! What each type of material is here, from its parameters.
 
 use super::assembly::Assembly;
+use super::layers::Layer;
 use super::materials::Use;
 use super::media;
 use super::params::{Params, Type};
@@ -13,14 +14,37 @@ use crate::spectral::metal_of_index;
 use crate::whole::{Through, inner_reflectance, map_values};
 use std::f64::consts::FRAC_PI_2;
 use turner::color::Spectrum;
-use turner::material::metals::{MetalColors, MetalName, colors_of_index};
+use turner::material::metals::{MetalColors, colors_of_index};
 use turner::material::{BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial};
+use turner::math::elementary::exp;
 use turner::scene::ColorSource;
 use turner::scene::error::ErrorCode;
 
 /// The same for all colours.
 pub(super) fn grey(v: f64) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v as f32))
+}
+
+/// What a metal reflects.
+#[derive(Clone, Copy)]
+enum Metal {
+    Constant(MetalColors),
+    Texture(ColorSource),
+}
+
+impl Metal {
+    fn surface(self) -> PrincipledMaterial {
+        let (color, tint) = match self {
+            Metal::Constant(colors) => (ColorSource::Constant(colors.f0), colors.tint),
+            Metal::Texture(color) => (color, Spectrum::WHITE),
+        };
+        PrincipledMaterial {
+            base_color: color,
+            base_metalness: grey(1.0),
+            specular_color: ColorSource::Constant(tint),
+            ..PrincipledMaterial::default()
+        }
+    }
 }
 
 /// Makes one material of its parameters.
@@ -129,23 +153,23 @@ impl Maker<'_, '_> {
         Ok(glass)
     }
 
-    /// The colours of a metal by its spectra or its reflectance.
-    fn metal(&mut self, [eta, k, reflectance]: [&'static str; 3]) -> Result<(ColorSource, Spectrum), Fault> {
+    /// The colours of a metal by its spectra or its reflectance, under what has the index `outer`.
+    fn metal(&mut self, [eta, k, reflectance]: [&'static str; 3], outer: f64) -> Result<Metal, Fault> {
+        let by = (1.0 / outer) as f32;
         if self.params.has(reflectance) {
             // pbrt takes η = 1 and the k that reflects so much head-on.
             let color = self.color(reflectance, 0.5)?;
-            let ColorSource::Constant(f0) = color else { return Ok((color, Spectrum::WHITE)) };
+            let ColorSource::Constant(f0) = color else { return Ok(Metal::Texture(color)) };
             let index = f0.map(|r| {
                 let r = r.clamp(0.0, 0.9999);
                 2.0 * r.sqrt() / (1.0 - r).sqrt()
             });
-            let colors = colors_of_index(Spectrum::WHITE, index);
-            return Ok((ColorSource::Constant(colors.f0), colors.tint));
+            return Ok(Metal::Constant(colors_of_index(Spectrum::grey(by), index * by)));
         }
         let mut curves = [None, None];
-        for (slot, name) in curves.iter_mut().zip([eta, k]) {
+        for ((slot, name), copper) in curves.iter_mut().zip([eta, k]).zip(["metal-Cu-eta", "metal-Cu-k"]) {
             if self.params.is(name, Type::Texture) {
-                let message = "a texture of a metal's index of refraction: it is copper";
+                let message = "a texture of a metal's index of refraction: it is copper's";
                 self.scene.report.ignored(self.params.place_of(name), message);
                 self.params.pass(&[name]);
             } else if let Some(param) = self.params.spectrum(name) {
@@ -153,60 +177,33 @@ impl Maker<'_, '_> {
             } else if let Some(v) = self.params.float(name) {
                 *slot = Some(Curve::Rgb(Spectrum::grey(v as f32)));
             }
+            *slot = slot.take().or_else(|| metal_of(copper).map(Curve::Sampled));
         }
-        let copper = MetalName::Copper.colors();
-        let colors: MetalColors = match curves {
-            [None, None] => copper,
-            [Some(Curve::Named(a)), b] if b.is_none() || matches!(&b, Some(Curve::Named(_))) => {
-                if let Some(Curve::Named(b)) = &b
-                    && a.strip_suffix("-eta") != b.strip_suffix("-k")
-                {
-                    self.scene.report.approximated(
-                        self.params.place,
-                        "eta and k of different metals: the metal of eta is shown",
-                    );
-                }
-                metal_of(&a).unwrap_or(copper)
-            }
-            [Some(Curve::Sampled(eta)), Some(Curve::Sampled(k))] => metal_of_index(&eta, &k),
+        Ok(Metal::Constant(match curves {
+            [Some(Curve::Sampled(eta)), Some(Curve::Sampled(k))] => metal_of_index(&eta, &k, outer),
             [eta, k] => {
                 let or = |c: Option<Curve>, or: f32| {
                     c.map_or(Ok(Spectrum::grey(or)), |c| to_color(&c, Role::Unbounded))
                 };
-                colors_of_index(or(eta, 1.0)?, or(k, 0.0)?)
+                colors_of_index(or(eta, 1.0)? * by, or(k, 0.0)? * by)
             }
-        };
-        Ok((ColorSource::Constant(colors.f0), colors.tint))
+        }))
     }
 
-    pub(super) fn conductor(
-        &mut self,
-        prefix: &str,
-        names: [&'static str; 3],
-    ) -> Result<PrincipledMaterial, Fault> {
-        let (color, tint) = self.metal(names)?;
-        let mut surface = PrincipledMaterial {
-            base_color: color,
-            base_metalness: grey(1.0),
-            specular_color: ColorSource::Constant(tint),
-            ..PrincipledMaterial::default()
-        };
-        let names = match prefix {
-            "" => ["roughness", "uroughness", "vroughness"],
-            _ => ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"],
-        };
-        self.roughness(names, &mut surface)?;
+    pub(super) fn conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
+        let mut surface = self.metal(["eta", "k", "reflectance"], 1.0)?.surface();
+        self.roughness(["roughness", "uroughness", "vroughness"], &mut surface)?;
         Ok(surface)
     }
 
-    /// The clear layer of a coated material over a base.
-    fn coat(
+    /// The clear layer of a coated material: its index and its roughness, and what is known of it where it is the same everywhere.
+    fn layer(
         &mut self,
-        base: PrincipledMaterial,
         names: [&'static str; 3],
         index: &'static str,
-    ) -> Result<PrincipledMaterial, Fault> {
-        let layer = self.with_index(index, PrincipledMaterial::default())?;
+        thickness: &'static str,
+    ) -> Result<(f64, ColorSource, Option<Layer>), Fault> {
+        let ior = self.with_index(index, PrincipledMaterial::default())?.specular_ior;
         let mut rough = PrincipledMaterial::default();
         self.roughness(names, &mut rough)?;
         if rough.specular_roughness_anisotropy != grey(0.0) {
@@ -225,40 +222,77 @@ impl Maker<'_, '_> {
                 "what scatters within a clear layer: the layer is clear",
             );
         }
-        self.params.pass(&["albedo", "g", "maxdepth", "nsamples", "thickness", "interface.thickness"]);
-        Ok(PrincipledMaterial {
-            coat_weight: grey(1.0),
-            coat_roughness: rough.specular_roughness,
-            coat_ior: layer.specular_ior,
-            ..base
-        })
+        let is_texture = self.params.is(thickness, Type::Texture);
+        if is_texture {
+            self.scene.report.approximated(
+                self.params.place_of(thickness),
+                "a texture of a layer's thickness: it is 0.01",
+            );
+        }
+        let thickness = match is_texture {
+            true => None,
+            false => self.params.float(thickness),
+        };
+        let depth = self.params.integer("maxdepth").unwrap_or(10).clamp(1, 100) as u32;
+        self.params.pass(&["albedo", "g", "nsamples", "thickness"]);
+        let layer = match rough.specular_roughness {
+            ColorSource::Constant(r) if ior >= 1.0 => Some(Layer {
+                alpha: f64::from(r.g * r.g),
+                ior,
+                // What scatters gives back what it takes.
+                thickness: if absorbs { 0.0 } else { thickness.unwrap_or(0.01).clamp(0.0, 1e3) },
+                depth,
+            }),
+            _ => None,
+        };
+        Ok((ior, rough.specular_roughness, layer))
     }
 
     /// A diffuse base under a clear layer. Light that comes back from the base is reflected at the layer's inner side, and so on: of a base of
     /// reflectance ρ, ρ (1 − R) / (1 − ρ R) gets out, R being what the inner side reflects of diffuse light. With that as its colour a dielectric here,
-    /// whose base has what the layer lets in, is the same.
+    /// whose base has what the layer lets in, is the same; less of it where the layer absorbs or is rough ([`Layer`]).
     pub(super) fn coated_diffuse(&mut self) -> Result<PrincipledMaterial, Fault> {
         let color = self.color("reflectance", 0.5)?;
-        let layer =
-            self.coat(PrincipledMaterial::default(), ["roughness", "uroughness", "vroughness"], "eta")?;
-        let inner = inner_reflectance(layer.coat_ior);
-        let color =
-            map_values(self.scene, color, self.params.place, Through::Layer { gain: 1.0 - inner, inner });
+        let (ior, roughness, layer) =
+            self.layer(["roughness", "uroughness", "vroughness"], "eta", "thickness")?;
+        let turns = layer.map(|l| l.depth.div_ceil(2));
+        let smooth = inner_reflectance(ior);
+        let (gain, inner) =
+            layer.and_then(|l| self.scene.layers.over_diffuse(l)).unwrap_or((1.0 - smooth, smooth));
+        let color = map_values(self.scene, color, self.params.place, Through::Layer { gain, inner, turns });
         Ok(PrincipledMaterial {
             base_color: color,
-            specular_ior: layer.coat_ior,
-            specular_roughness: layer.coat_roughness,
+            specular_ior: ior,
+            specular_roughness: roughness,
             ..PrincipledMaterial::default()
         })
     }
 
+    /// A metal under a clear layer: OpenPBR's coat, with a colour that leaves as much light as gets out in pbrt.
     pub(super) fn coated_conductor(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let base = self.conductor("conductor.", ["conductor.eta", "conductor.k", "reflectance"])?;
-        self.coat(
-            base,
-            ["interface.roughness", "interface.uroughness", "interface.vroughness"],
-            "interface.eta",
-        )
+        let names = ["interface.roughness", "interface.uroughness", "interface.vroughness"];
+        let (ior, roughness, layer) = self.layer(names, "interface.eta", "interface.thickness")?;
+        let metal = self.metal(["conductor.eta", "conductor.k", "reflectance"], ior.max(1e-3))?;
+        let mut surface = metal.surface();
+        self.roughness(
+            ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"],
+            &mut surface,
+        )?;
+        surface.coat_weight = grey(1.0);
+        surface.coat_roughness = roughness;
+        surface.coat_ior = ior;
+        if let Some(layer) = layer {
+            let known = match (metal, surface.specular_roughness) {
+                (Metal::Constant(metal), ColorSource::Constant(r)) => {
+                    self.scene.layers.over_metal(layer, metal, f64::from(r.g * r.g))
+                }
+                _ => None,
+            };
+            // A coat's colour is what is left after the ways in and out, head-on.
+            let absorbed = Spectrum::grey(exp(-2.0 * layer.thickness) as f32);
+            surface.coat_color = ColorSource::Constant(known.unwrap_or(absorbed));
+        }
+        Ok(surface)
     }
 
     /// A thin wall that reflects R and lets T through, both diffuse: with the share w of a translucent part of colour S, half of which comes back,

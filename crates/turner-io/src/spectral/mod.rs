@@ -3,6 +3,7 @@
 //! Reflectances are lit by CIE D65, lights are seen as they are; both by the CIE 1931 observer.
 
 mod cie;
+mod metals;
 mod named;
 
 pub(crate) use named::{Glass, glass, illuminant, metal};
@@ -28,6 +29,12 @@ impl Sampled {
         }
         let points: Vec<(f64, f64)> = pairs.iter().map(|p| (p[0], p[1])).collect();
         points.is_sorted_by(|a, b| a.0 < b.0).then_some(Sampled { points })
+    }
+
+    /// Values at even steps of wavelength.
+    fn of_steps(first: f64, step: f64, values: &[f32]) -> Sampled {
+        let at = |(i, v): (usize, &f32)| (first + step * i as f64, f64::from(*v));
+        Sampled { points: values.iter().enumerate().map(at).collect() }
     }
 
     /// From the text of a .spd file: a wavelength and a value in each line, `#` before comments.
@@ -94,11 +101,11 @@ impl Sampled {
     }
 }
 
-/// A metal of the index of refraction `eta` + i·`k` by wavelength.
-pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled) -> MetalColors {
+/// A metal of the index of refraction `eta` + i·`k` by wavelength, under what has the index `outer`.
+pub(crate) fn metal_of_index(eta: &Sampled, k: &Sampled, outer: f64) -> MetalColors {
     // Fresnel's equations at each wavelength, head-on and at 82°.
     let at = |nm: f64| {
-        let index = |s: &Sampled| Spectrum::grey(s.at(nm, false).clamp(0.0, 1e6) as f32);
+        let index = |s: &Sampled| Spectrum::grey((s.at(nm, false) / outer).clamp(0.0, 1e6) as f32);
         let c = colors_of_index(index(eta), index(k));
         let head_on = f64::from(c.f0.r);
         let schlick = head_on + (1.0 - head_on) * pow_int(6.0 / 7.0, 5);
@@ -246,7 +253,7 @@ mod tests {
     fn spectral_metals_are_those_of_the_bands() {
         let flat = |v: f64| Sampled::of_pairs(&[400.0, v, 700.0, v]).unwrap();
         let (found, expected) = (
-            metal_of_index(&flat(0.2), &flat(3.9)),
+            metal_of_index(&flat(0.4), &flat(7.8), 2.0),
             colors_of_index(Spectrum::grey(0.2), Spectrum::grey(3.9)),
         );
         near(found.f0, expected.f0.to_array(), 1e-5);

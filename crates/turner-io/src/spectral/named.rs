@@ -1,8 +1,8 @@
 //! Spectra that scenes name: metals, glasses, illuminants.
 
-use super::of_chromaticity;
+use super::metals::{self, METALS};
+use super::{Sampled, of_chromaticity};
 use turner::color::Spectrum;
-use turner::material::metals::{MetalColors, MetalName, colors_of_index};
 
 /// A glass: index of refraction at 587.6 nm and Abbe number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,20 +58,8 @@ pub(crate) fn illuminant(name: &str) -> Option<Spectrum> {
     ILLUMINANTS.iter().find(|(n, _)| *n == name).map(|(_, [x, y])| of_chromaticity(*x, *y))
 }
 
-/// The colours of a metal by its chemical symbol.
-pub(crate) fn metal(symbol: &str) -> Option<MetalColors> {
-    let name = match symbol {
-        "Ag" => MetalName::Silver,
-        "Al" => MetalName::Aluminium,
-        "Au" => MetalName::Gold,
-        "Cu" => MetalName::Copper,
-        "CuZn" => MetalName::Brass,
-        "Cr" => MetalName::Chromium,
-        "W" => MetalName::Tungsten,
-        // Oxides that hardly absorb.
-        "MgO" => return Some(colors_of_index(Spectrum::grey(1.74), Spectrum::BLACK)),
-        "TiO2" => return Some(colors_of_index(Spectrum::new(2.58, 2.65, 2.8), Spectrum::BLACK)),
-        _ => return None,
-    };
-    Some(name.colors())
+/// The index of refraction of a metal by its chemical symbol: η and k.
+pub(crate) fn metal(symbol: &str) -> Option<[Sampled; 2]> {
+    let found = METALS.iter().find(|m| m.symbol == symbol)?;
+    Some([found.eta, found.k].map(|values| Sampled::of_steps(metals::FIRST, metals::STEP, &values)))
 }

@@ -1,5 +1,6 @@
 //! What importers of whole scenes of other renderers have in common: lists in the making, remarks with their places, values of textures.
 
+mod facets;
 mod layer;
 mod orient;
 pub(crate) mod report;
@@ -8,6 +9,7 @@ mod stock;
 pub(crate) mod surroundings;
 mod values;
 
+pub(crate) use facets::{Facets, incoming, one_facet_alone};
 pub(crate) use layer::inner_reflectance;
 pub(crate) use orient::orient;
 pub(crate) use report::{Place, unknown};

@@ -4,6 +4,7 @@ use super::report::Place;
 use super::stock::Stock;
 use turner::color::{Spectrum, srgb_decode, srgb_encode};
 use turner::image::{Image, Pixels};
+use turner::math::elementary::pow_int;
 use turner::scene::ColorSource;
 use turner::texture::{ChessboardDesc, Encoding, ImageDesc, MixDesc, ProductDesc, TextureDesc};
 
@@ -45,8 +46,8 @@ pub(crate) enum Through {
     /// From pbrt's roughness, remapped or not, to the one here.
     Roughness { remap: bool },
     /// From the reflectance of a base to what gets out of a clear layer, whose inner side reflects so much: times `gain` (1 − `inner` of smooth layers)
-    /// over 1 − ρ · `inner`.
-    Layer { gain: f64, inner: f64 },
+    /// over 1 − ρ · `inner`, if light comes to the base as often as it will; `turns` is how often it is followed there.
+    Layer { gain: f64, inner: f64, turns: Option<u32> },
     /// Times a factor, at most 1.
     Scale(f64),
     /// What is left of 1.
@@ -60,7 +61,11 @@ impl Through {
         match self {
             Through::Roughness { remap: true } => unit.sqrt().sqrt(),
             Through::Roughness { remap: false } => unit.sqrt(),
-            Through::Layer { gain, inner } => unit * gain / (1.0 - unit * inner),
+            Through::Layer { gain, inner, turns } => {
+                let again = unit * inner;
+                let left = turns.map_or(0.0, |turns| pow_int(again, turns));
+                unit * gain * (1.0 - left) / (1.0 - again)
+            }
             Through::Scale(by) => (v * by).min(1.0),
             Through::Rest => 1.0 - unit,
         }

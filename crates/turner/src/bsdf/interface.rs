@@ -167,7 +167,7 @@ impl Interface {
             if opaque > 0.0 {
                 interface.rough = Some(Reflected::new(&ggx, opaque_index));
             }
-            interface.compensation = interface.compensate();
+            interface.compensation = p.specular_multiple_scattering.then(|| interface.compensate()).flatten();
         }
         Some(interface)
     }

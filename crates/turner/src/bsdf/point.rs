@@ -20,6 +20,8 @@ pub struct PrincipledPoint {
     pub specular_color: Spectrum,
     /// Roughness of reflection and transmission; its square is the width of the lobe.
     pub specular_roughness: f64,
+    /// Whether light that meets more than one microfacet of metal or glass is counted.
+    pub specular_multiple_scattering: bool,
     /// Index of refraction of the inside; 0 reflects all light (glTF).
     pub specular_ior: f64,
     /// Index of refraction of what is on the other side: 1 except inside another dielectric.
@@ -82,6 +84,7 @@ impl Default for PrincipledPoint {
             specular_weight: 1.0,
             specular_color: Spectrum::WHITE,
             specular_roughness: 0.3,
+            specular_multiple_scattering: true,
             specular_ior: 1.5,
             exterior_ior: 1.0,
             specular_roughness_anisotropy: 0.0,

@@ -50,6 +50,7 @@ impl PrincipledMaterial {
             specular_weight: mean(at(self.specular_weight)),
             specular_color: at(self.specular_color),
             specular_roughness: mean(at(self.specular_roughness)),
+            specular_multiple_scattering: self.specular_multiple_scattering,
             specular_ior: self.specular_ior,
             exterior_ior: 1.0,
             specular_roughness_anisotropy: strength * mean(at(self.specular_roughness_anisotropy)),

@@ -74,6 +74,9 @@ params! {
         specular_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// Roughness of reflection and transmission: 0 is a mirror. The width of the GGX lobe is its square.
         specular_roughness: ColorSource = grey(0.3), in Range::UNIT;
+        /// Whether light that meets several microfacets of rough metal or glass is counted. Without, they are darker the rougher they are, as in renderers that
+        /// follow light to one microfacet alone.
+        specular_multiple_scattering: bool = true;
         /// Index of refraction. 0 reflects all light.
         specular_ior: f64 = 1.5, in Range::closed(0.0, 100.0);
         /// How much longer highlights are along the tangent than across.
@@ -205,6 +208,7 @@ impl Default for PrincipledMaterial {
             specular_weight: grey(1.0),
             specular_color: grey(1.0),
             specular_roughness: grey(0.3),
+            specular_multiple_scattering: true,
             specular_ior: 1.5,
             specular_roughness_anisotropy: grey(0.0),
             anisotropy_rotation: 0.0,
