@@ -33,7 +33,7 @@ pub(crate) struct StageArgs {
     /// What is seen behind everything: transparent, environment, or a colour (a name or #rrggbb)
     #[arg(long, value_name = "WHAT")]
     background: Option<String>,
-    /// Light from a picture all around: .hdr or .exr, equirectangular
+    /// Light from a picture all around: .hdr, .exr or .pfm, equirectangular
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
     /// Turn the environment about the vertical, degrees

@@ -1,6 +1,6 @@
 //! The formats there are: one table for extensions, first bytes and listings.
 
-use super::{ImageError, bmp, tga};
+use super::{ImageError, bmp, pfm, tga};
 use crate::assets::{nearest, printable};
 use std::path::Path;
 
@@ -21,6 +21,8 @@ pub enum ImageFormat {
     Bmp,
     /// 8 bits, display-encoded. Read only.
     Tga,
+    /// Linear floats. Read only.
+    Pfm,
 }
 
 /// One line of the table.
@@ -100,6 +102,15 @@ const TABLE: &[Row] = &[
         can_write: false,
         bytes_per_channel: 1,
     },
+    Row {
+        format: ImageFormat::Pfm,
+        name: "PFM",
+        extensions: &["pfm"],
+        description: "linear 32-bit floats, grey or RGB",
+        is: pfm::is_pfm,
+        can_write: false,
+        bytes_per_channel: 4,
+    },
 ];
 
 /// What to do about most formats that are not read.
@@ -133,8 +144,6 @@ const FOREIGN: &[(usize, &[u8], &str, &str)] = &[
     (0, b"\0\0\x01\0", "an icon (ICO)", CONVERT),
     (0, b"P3", "a PPM picture", CONVERT),
     (0, b"P6", "a PPM picture", CONVERT),
-    (0, b"PF", "a PFM picture", CONVERT),
-    (0, b"Pf", "a PFM picture", CONVERT),
     (0, b"%PDF", "a PDF document", CONVERT_STILL),
     (0, b"\x89P", "a PNG with damaged first bytes (transferred as text?)", "export or download it again"),
     (0, b"version https://git-lfs", "a Git LFS pointer", "run `git lfs pull`"),
@@ -265,7 +274,7 @@ mod tests {
     #[test]
     fn the_table_has_each_format_once() {
         use ImageFormat::*;
-        for format in [Png, Exr, Hdr, Jpeg, WebP, Bmp, Tga] {
+        for format in [Png, Exr, Hdr, Jpeg, WebP, Bmp, Tga, Pfm] {
             assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
             assert_eq!(format.row().format, format);
         }

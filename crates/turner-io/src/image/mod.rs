@@ -1,4 +1,4 @@
-//! Pictures: PNG, OpenEXR, Radiance HDR and JPEG to and from memory, WebP, TGA and BMP from it, and the safe way to
+//! Pictures: PNG, OpenEXR, Radiance HDR and JPEG to and from memory, WebP, TGA, BMP and PFM from it, and the safe way to
 //! put one on disk.
 //!
 //! ```text
@@ -27,6 +27,7 @@ mod limits;
 mod metadata;
 mod output;
 mod output_image;
+pub mod pfm;
 pub mod png;
 mod shrink;
 mod temporary;
@@ -59,6 +60,7 @@ pub fn decode(bytes: &[u8], name: &str, limits: &DecodeLimits) -> Result<Image, 
         ImageFormat::WebP => webp::decode(bytes, name, limits),
         ImageFormat::Tga => tga::decode(bytes, name, limits),
         ImageFormat::Bmp => bmp::decode(bytes, name, limits),
+        ImageFormat::Pfm => pfm::decode(bytes, name, limits),
     }
 }
 
@@ -69,7 +71,7 @@ pub fn encode(image: &OutputImage<'_>, format: ImageFormat) -> Result<Vec<u8>, I
         ImageFormat::Exr => exr::encode(image),
         ImageFormat::Hdr => hdr::encode(image),
         ImageFormat::Jpeg => jpeg::encode(image),
-        ImageFormat::WebP | ImageFormat::Tga | ImageFormat::Bmp => {
+        ImageFormat::WebP | ImageFormat::Tga | ImageFormat::Bmp | ImageFormat::Pfm => {
             Err(ImageError::encode(format, "it is read, not written; use PNG"))
         }
     }

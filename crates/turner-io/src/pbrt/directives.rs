@@ -4,7 +4,7 @@ use super::reader::Reader;
 use super::report::Fault;
 use super::source::Place;
 use super::state::{ColorSpace, IDENTITY, Target};
-use super::{camera, lights, media, shapes, textures, transform};
+use super::{lights, media, shapes, textures, transform};
 use crate::assets::{nearest, printable};
 use crate::whole::unknown;
 use std::rc::Rc;
@@ -232,6 +232,7 @@ impl Reader<'_> {
                 self.scene.place(ObjectContent::Instance(group), None, &self.state, place)?;
             }
             "WorldBegin" => {
+                self.take_camera()?;
                 self.in_world = true;
                 self.state.ctm = IDENTITY;
                 self.state.active = [true, true];
@@ -243,7 +244,8 @@ impl Reader<'_> {
                 let (name, params) = self.typed(place)?;
                 let inverse = self.state.ctm.map(|m| m.inverse());
                 self.systems.insert("camera".into(), inverse);
-                camera::define(&mut self.scene, &self.state, &name, params)?;
+                // The film, which may follow, has its say.
+                self.camera = Some((self.state.clone(), name, params));
             }
             "Film" | "Sampler" | "PixelFilter" | "Filter" | "Integrator" | "Accelerator" => {
                 let (name, params) = self.typed(place)?;

@@ -24,6 +24,8 @@ pub(super) struct Frame {
     pub(super) shutter: [f64; 2],
     pub(super) transform_times: [f64; 2],
     iso: f64,
+    /// Whether the integrator counts media: those that do not pass through them as through nothing.
+    pub(super) shows_media: bool,
     /// The medium that the camera stands in, by name; empty for none.
     pub(super) medium: String,
     /// Whether the sensor knows times of exposure.
@@ -42,6 +44,7 @@ impl Default for Frame {
             shutter: [0.0, 1.0],
             transform_times: [0.0, 1.0],
             iso: 100.0,
+            shows_media: true,
             medium: String::new(),
             has_sensor: true,
         }
@@ -178,6 +181,9 @@ impl Frame {
                 format!("unknown integrator \"{}\"; light is followed by paths", printable(name)),
             );
         }
+        let without_media =
+            ["path", "simplepath", "lightpath", "randomwalk", "sppm", "ambientocclusion", "function"];
+        self.shows_media = !without_media.contains(&name);
         if name == "ambientocclusion" {
             self.integrator =
                 IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc { distance: 0.0, samples: 16 });

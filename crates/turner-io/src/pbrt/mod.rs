@@ -104,7 +104,7 @@ fn finish(
         ("media", count(assembly.medium_list.len())),
     ];
     // What the camera stands in and no shape encloses is everywhere in the open.
-    let around = assembly.media.get(&assembly.frame.medium).copied();
+    let around = assembly.media.get(&assembly.frame.medium).filter(|_| assembly.frame.shows_media).copied();
     scene.background.medium = around.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
     let Stock { mut report, files, uri, objects, .. } = stock;

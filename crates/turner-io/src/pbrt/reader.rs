@@ -6,7 +6,7 @@ use super::params::Params;
 use super::report::{Fault, Report};
 use super::source::{Place, Source};
 use super::state::{Ctm, State};
-use super::transform;
+use super::{camera, transform};
 use crate::assets::{AssetSource, printable};
 use crate::scene::two_lines;
 pub(super) use crate::whole::unknown;
@@ -58,6 +58,8 @@ pub(super) struct Reader<'a> {
     pub(super) objects: BTreeMap<String, GroupId>,
     pub(super) defining: Option<Object>,
     pub(super) in_world: bool,
+    /// The camera as written, until all is said that comes before the world.
+    pub(super) camera: Option<(State, String, Params)>,
     pub(super) scene: Assembly<'a>,
 }
 
@@ -80,6 +82,7 @@ impl<'a> Reader<'a> {
             objects: BTreeMap::new(),
             defining: None,
             in_world: false,
+            camera: None,
             scene,
         };
         reader.push(uri.to_owned(), start, None);
@@ -142,7 +145,16 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Makes the camera that is written.
+    pub(super) fn take_camera(&mut self) -> Result<(), Fault> {
+        match self.camera.take() {
+            Some((state, name, params)) => camera::define(&mut self.scene, &state, &name, params),
+            None => Ok(()),
+        }
+    }
+
     fn finish(&mut self, place: Place) -> Result<(), Fault> {
+        self.take_camera()?;
         if let Some(open) = self.stack.last() {
             let message = format!("{} is not closed", open.begin);
             let at = open.place;

@@ -85,14 +85,19 @@ fn the_frame_is_the_files_own() {
 
 #[test]
 fn the_field_of_view_is_that_of_the_shorter_side() {
-    let height = |film: &str| {
-        let scene = read(&format!(
-            "Film \"rgb\" {film}\nScale -1 1 1\nCamera \"perspective\" \"float fov\" 90\nWorldBegin"
-        ));
+    let height_of = |text: &str| {
+        let scene = read(&format!("{text}\nWorldBegin"));
         let Some(CameraDesc::Pinhole(c)) = scene.camera.map(|c| c.value) else { panic!("a pinhole camera") };
         assert_eq!(c.handedness, Handedness::Right);
         let Some(Viewport::Height(h)) = c.viewport else { panic!("a height") };
         h
+    };
+    let height = |film: &str| {
+        let camera = "Scale -1 1 1\nCamera \"perspective\" \"float fov\" 90";
+        let before = height_of(&format!("Film \"rgb\" {film}\n{camera}"));
+        // The order of the two does not matter.
+        assert_eq!(before, height_of(&format!("{camera}\nFilm \"rgb\" {film}")));
+        before
     };
     assert!((height("\"integer xresolution\" 200 \"integer yresolution\" 100") - 2.0).abs() < 1e-9);
     assert!((height("\"integer xresolution\" 100 \"integer yresolution\" 200") - 4.0).abs() < 1e-9);
@@ -147,6 +152,50 @@ fn roughness_is_remapped_unless_it_is_not() {
     assert!(
         (long - 0.4).abs() < 1e-6 && (long * (1.0 - a) - 0.1).abs() < 1e-6 && m.anisotropy_rotation == 0.0
     );
+}
+
+#[test]
+fn metals_have_the_colours_of_pbrt() {
+    // From pbrt-v4's η and k at each nanometre, under D65; red, 1.022, beyond what Rec. 709 has is cut.
+    let m =
+        material("Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"");
+    let ColorSource::Constant(gold) = m.base_color else { panic!("a colour") };
+    for (found, expected) in gold.to_array().into_iter().zip([1.0, 0.7825, 0.3434]) {
+        assert!((found - expected).abs() < 0.004, "{gold:?}");
+    }
+    assert!(m.specular_multiple_scattering, "a mirror has no microfacets");
+    let m = material("Material \"conductor\" \"float roughness\" 0.1");
+    assert!(!m.specular_multiple_scattering, "pbrt follows light to one microfacet");
+}
+
+#[test]
+fn layers_take_light() {
+    let base = |text: &str| {
+        let m = material(&format!("Material \"coateddiffuse\" \"float reflectance\" 0.5 {text}"));
+        f64::from(value(m.base_color))
+    };
+    let clear = base("\"float thickness\" 0");
+    // What gets out of a smooth clear layer: ρ (1 − R) / (1 − ρ R), R = 0.5963.
+    assert!((clear - 0.5 * 0.4037 / (1.0 - 0.5 * 0.5963)).abs() < 2e-3, "{clear}");
+    let (plain, thick, rough) = (base(""), base("\"float thickness\" 0.1"), base("\"float roughness\" 0.2"));
+    assert!(thick < plain && plain < clear && rough < 0.8 * plain, "{thick} {plain} {clear} {rough}");
+}
+
+#[test]
+fn integrators_without_media_show_none() {
+    let scene = |integrator: &str| {
+        read(&format!(
+            "Integrator \"{integrator}\" MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" MediumInterface \"\" \"fog\"\n             Camera \"perspective\" WorldBegin MediumInterface \"fog\" \"\" Material \"interface\" Shape \"sphere\"\n             MediumInterface \"\" \"fog\" Material \"diffuse\" Shape \"disk\""
+        ))
+    };
+    let inside = |scene: &SceneDesc| match &scene.materials[0].value {
+        MaterialDesc::Boundary(b) => b.interior,
+        other => panic!("{other:?}"),
+    };
+    let (with, without) = (scene("volpath"), scene("path"));
+    assert!(inside(&with).is_some() && with.warnings.is_empty(), "{:?}", with.warnings);
+    assert_eq!((inside(&without), without.background.medium), (None, None));
+    assert!(without.warnings.iter().any(|w| w.message.contains("volpath does")), "{:?}", without.warnings);
 }
 
 #[test]

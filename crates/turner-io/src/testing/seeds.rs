@@ -72,6 +72,9 @@ pub fn seeds() -> Vec<Seed> {
         let Some(Ok(())) = picture.map(|picture| picture.write_to(&mut bytes, format)) else { continue };
         all.push(shown(name, bytes.into_inner(), texture(name)));
     }
+    let mut pfm = b"PF\n8 8\n-1.0\n".to_vec();
+    pfm.extend(light.iter().flat_map(|[r, g, b, _]| [r, g, b].map(|v| v.to_le_bytes())).flatten());
+    all.push(shown("picture.pfm", pfm, texture("picture.pfm")));
     all
 }
 
@@ -241,7 +244,7 @@ mod tests {
     #[test]
     fn every_seed_is_a_scene() {
         let all = seeds();
-        assert_eq!(all.len(), 24);
+        assert_eq!(all.len(), 25);
         let mut assets = MemoryAssets::default();
         assets.files.extend(companions().into_iter().map(|(n, b)| (n.to_owned(), b)));
         assets.files.extend(all.iter().map(|s| (s.name.to_owned(), s.bytes.clone())));

@@ -115,7 +115,8 @@ fn fresnel(c: f64, eta: f64) -> (f64, f64) {
 pub(crate) fn one_facet_alone(surface: &mut PrincipledMaterial) {
     let some = |source: ColorSource| source != ColorSource::Constant(Spectrum::BLACK);
     // A rough coat makes what is below it rough.
-    let rough = some(surface.specular_roughness) || (some(surface.coat_weight) && some(surface.coat_roughness));
+    let rough =
+        some(surface.specular_roughness) || (some(surface.coat_weight) && some(surface.coat_roughness));
     if rough && (some(surface.base_metalness) || some(surface.transmission_weight)) {
         surface.specular_multiple_scattering = false;
     }

@@ -71,7 +71,7 @@ impl Encoding {
 }
 
 params! {
-    /// A picture file: PNG, JPEG, WebP, TGA, BMP, EXR or HDR. It covers a shape's surface coordinates once, upright: its lower left corner lies at
+    /// A picture file: PNG, JPEG, WebP, TGA, BMP, EXR, HDR or PFM. It covers a shape's surface coordinates once, upright: its lower left corner lies at
     /// u = v = 0, its upper right corner at u = v = 1. With `mapping = "solid"` it covers x and y from −1 to 1 and is the same at every z.
     /// Pictures of 8 and 16 bits are decoded by the film's transfer curve before they are interpolated, float pictures are taken as they are
     /// (samples that are infinite or NaN count as 0). An alpha channel counts for a

@@ -137,7 +137,13 @@ fn material(
             let names: Vec<&str> = scene.media.keys().map(String::as_str).collect();
             return Err(super::reader::unknown("medium", inside, &names).or_at(place));
         };
-        usage.interior = Some(medium);
+        if scene.frame.shows_media {
+            usage.interior = Some(medium);
+        } else {
+            let message =
+                "a medium and an integrator that shows none (volpath does): it is left out, as in pbrt";
+            scene.report.doubtful(place, message);
+        }
     }
     Ok(scene.materials.wanted(state.material, usage))
 }

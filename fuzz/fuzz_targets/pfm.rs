@@ -1,0 +1,4 @@
+//! Any bytes as pfm.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| turner_fuzz::picture("a.pfm", data));
