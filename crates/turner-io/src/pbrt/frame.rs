@@ -3,7 +3,9 @@
 use super::params::Params;
 use super::report::Report;
 use crate::assets::printable;
+use crate::spectral;
 use turner::camera::CameraDesc;
+use turner::color::Spectrum;
 use turner::film::Antialias;
 use turner::filter::FilterKind;
 use turner::integrator::{AmbientOcclusionDesc, IntegratorDesc, PathDesc};
@@ -28,6 +30,8 @@ pub(super) struct Frame {
     pub(super) shows_media: bool,
     /// The medium that the camera stands in, by name; empty for none.
     pub(super) medium: String,
+    /// The colour of the light that is to look white.
+    white: Spectrum,
     /// Whether the sensor knows times of exposure.
     has_sensor: bool,
 }
@@ -46,6 +50,7 @@ impl Default for Frame {
             iso: 100.0,
             shows_media: true,
             medium: String::new(),
+            white: Spectrum::WHITE,
             has_sensor: true,
         }
     }
@@ -60,6 +65,13 @@ impl Frame {
     pub(super) fn exposure(&self) -> f64 {
         let time = if self.has_sensor { self.shutter[1] - self.shutter[0] } else { 1.0 };
         (time.max(0.0) * self.iso / 100.0).clamp(0.0, 1e12)
+    }
+
+    /// A light's colour where daylight of the film's white balance is to look white.
+    pub(super) fn balanced(&self, light: Spectrum) -> Spectrum {
+        let ratio = |light: f32, white: f32| light / white.max(1e-3);
+        let white = self.white;
+        Spectrum::new(ratio(light.r, white.r), ratio(light.g, white.g), ratio(light.b, white.b))
     }
 
     /// Width over height.
@@ -87,8 +99,10 @@ impl Frame {
             let message = format!("the sensor \"{}\" is taken for \"cie1931\"", printable(sensor));
             report.approximated(params.place_of("sensor"), message);
         }
-        if params.float("whitebalance").is_some_and(|v| v != 0.0) {
-            report.ignored(params.place_of("whitebalance"), "the white balance of the film");
+        if let Some(kelvin) = params.float("whitebalance").filter(|v| *v > 0.0) {
+            self.white = spectral::daylight(kelvin);
+            let message = "the white balance of the film: the colours of lights are divided by daylight's";
+            report.approximated(params.place_of("whitebalance"), message);
         }
         if params.float("maxcomponentvalue").is_some_and(|v| v < 1e6) {
             let message = "maxcomponentvalue: bright samples are not cut here";

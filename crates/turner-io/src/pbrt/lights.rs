@@ -38,7 +38,8 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
     }
     let mut scale = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
     let light_color = |scene: &mut Assembly<'_>, name| {
-        color(scene, state.color_space, &params, name, Role::Light).map(|c| c.unwrap_or(Spectrum::WHITE))
+        let found = color(scene, state.color_space, &params, name, Role::Light)?;
+        Ok::<_, Fault>(scene.frame.balanced(found.unwrap_or(Spectrum::WHITE)))
     };
     let light: LightDesc = match name {
         "point" | "goniometric" => {
@@ -134,9 +135,9 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
                         "an infinite light has a picture or a colour L, not both: the picture is taken";
                     scene.report.doubtful(params.place_of("L"), message);
                     params.pass(&["L"]);
-                    Spectrum::WHITE
+                    scene.frame.balanced(Spectrum::WHITE)
                 }
-                Some(_) => Spectrum::WHITE,
+                Some(_) => scene.frame.balanced(Spectrum::WHITE),
                 None => light_color(scene, "L")?,
             };
             let (image, mean_irradiance) = match file {
@@ -240,6 +241,7 @@ pub(super) fn area(
 ) -> Result<Option<Emission>, Fault> {
     let mut radiance = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
     let color = color(scene, state.color_space, params, "L", Role::Light)?.unwrap_or(Spectrum::WHITE);
+    let color = scene.frame.balanced(color);
     let two_sided = params.bool("twosided").unwrap_or(false);
     if let Some(power) = params.float("power").filter(|p| *p > 0.0) {
         let sides = if two_sided { 2.0 } else { 1.0 };

@@ -67,8 +67,8 @@ pub(super) fn define(
         }
     };
     let emission = color(scene, space, &params, "Le", Role::Light)?.unwrap_or(Spectrum::BLACK);
-    let emission =
-        emission * (params.float("Lescale").unwrap_or(1.0) * scene.frame.exposure()).clamp(0.0, 1e15) as f32;
+    let emission = scene.frame.balanced(emission)
+        * (params.float("Lescale").unwrap_or(1.0) * scene.frame.exposure()).clamp(0.0, 1e15) as f32;
     let anisotropy = params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999);
     let size = ["nx", "ny", "nz"].map(|n| params.integer(n).unwrap_or(1).max(0) as u32);
     let density = params.floats("density");

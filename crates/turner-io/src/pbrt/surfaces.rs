@@ -278,6 +278,10 @@ impl Maker<'_, '_> {
             ["conductor.roughness", "conductor.uroughness", "conductor.vroughness"],
             &mut surface,
         )?;
+        if roughness != grey(0.0) {
+            let message = "a rough layer over metal: as much light comes back, what the metal mirrors is blurred otherwise";
+            self.scene.report.approximated(self.params.place, message);
+        }
         surface.coat_weight = grey(1.0);
         surface.coat_roughness = roughness;
         surface.coat_ior = ior;

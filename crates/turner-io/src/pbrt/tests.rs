@@ -182,6 +182,21 @@ fn layers_take_light() {
 }
 
 #[test]
+fn daylight_of_the_white_balance_is_white() {
+    let color = |film: &str| {
+        let scene = read(&format!(
+            "Film \"rgb\" {film} WorldBegin LightSource \"infinite\" \"spectrum L\" \"stdillum-D50\""
+        ));
+        let LightDesc::Environment(e) = &scene.lights[0].value else { panic!("an environment") };
+        e.tint
+    };
+    let plain = color("");
+    assert!(plain.r > 1.1 && plain.b < 0.75, "{plain:?}");
+    let balanced = color("\"float whitebalance\" 5000");
+    assert!(balanced.to_array().iter().all(|v| (v - 1.0).abs() < 0.02), "{balanced:?}");
+}
+
+#[test]
 fn integrators_without_media_show_none() {
     let scene = |integrator: &str| {
         read(&format!(

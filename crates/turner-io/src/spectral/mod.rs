@@ -139,7 +139,23 @@ pub(crate) fn blackbody(kelvin: f64) -> Spectrum {
     of_light(planck)
 }
 
-/// The strength of that light: watts per square metre, steradian and nanometre, the mean as the eye weighs them.
+/// The light of a phase of day, of luminance 1: CIE's D series (CIE 15), below 4000 K a black body.
+pub(crate) fn daylight(kelvin: f64) -> Spectrum {
+    // The second radiation constant has changed since.
+    let kelvin = kelvin.clamp(100.0, 25_000.0) * 1.4388 / 1.438;
+    if kelvin < 4000.0 {
+        return blackbody(kelvin);
+    }
+    let t = 1e3 / kelvin;
+    let x = if kelvin <= 7000.0 {
+        0.244_063 + t * (0.099_11 + t * (2.9678 - t * 4.607))
+    } else {
+        0.237_04 + t * (0.247_48 + t * (1.9018 - t * 2.0064))
+    };
+    of_chromaticity(x, x * (2.87 - 3.0 * x) - 0.275)
+}
+
+/// The strength of a black body's light: watts per square metre, steradian and nanometre, the mean as the eye weighs them.
 pub(crate) fn blackbody_power(kelvin: f64) -> f64 {
     // 2hc², for wavelengths in nanometres; the second radiation constant in nm·K.
     const C1: f64 = 1.191_042_972e20;
@@ -237,6 +253,14 @@ mod tests {
         }
         let [r, _, b] = blackbody(1500.0).to_array();
         assert!(r > 2.0 && b < 0.05);
+    }
+
+    #[test]
+    fn daylight_is_the_illuminants() {
+        near(daylight(6500.0), [1.0, 1.0, 1.0], 0.01);
+        near(daylight(5000.0), illuminant("stdillum-D50").unwrap().to_array(), 0.01);
+        let [r, _, b] = daylight(9000.0).to_array();
+        assert!(r < 0.95 && b > 1.15);
     }
 
     #[test]

@@ -357,6 +357,9 @@ impl<'a> MaterialWriter<'a> {
         ext: &mut Map<String, Value>,
         job: &mut Job<'_>,
     ) -> Result<(), SceneError> {
+        if !m.specular_multiple_scattering {
+            job.remarks.approximated("microfacets that pass no light on to one another");
+        }
         let ior = if m.specular_ior > 0.0 && m.specular_ior < 1.0 {
             job.remarks.approximated("indices of refraction below 1");
             1.0
