@@ -13,7 +13,7 @@ use turner::math::{DAffine3, DVec3};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
 use turner::shape::ShapeDesc;
-use turner::texture::TextureDesc;
+use turner::texture::{Mapping, PerlinKind, TextureDesc};
 
 fn read_with(text: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, SceneError> {
     let mut assets = MemoryAssets::default();
@@ -339,6 +339,28 @@ fn objects_are_placed_as_instances() {
     assert_eq!(scene.objects[0].transform.0, DAffine3::from_translation(DVec3::X));
     let own = &scene.groups[0].value.objects[0];
     assert_eq!(own.transform.0.translation, DVec3::new(1.0, 1.0, 0.0));
+}
+
+#[test]
+fn noise_is_pbrts_own_and_stands_in_the_world() {
+    let scene = |class: &str| {
+        world(&format!(
+            "Translate 0 0 5 Texture \"t\" \"float\" \"{class}\" \"integer octaves\" 3 Translate 1 0 0\n\
+             Texture \"s\" \"spectrum\" \"scale\" \"texture scale\" \"t\" \"rgb tex\" [1 1 1] Material \"diffuse\" \"texture reflectance\" \"s\" Shape \"sphere\""
+        ))
+    };
+    let found = scene("fbm");
+    let TextureDesc::Perlin(p) = &found.textures[0].value else { panic!("noise") };
+    assert_eq!((p.kind, p.octaves, p.mapping), (PerlinKind::Fbm, 3, Mapping::World));
+    // The transform when the texture was defined, whatever the shape's.
+    assert_eq!(p.transform.0, DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0)));
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+    for (class, kind) in [("wrinkled", PerlinKind::Wrinkled), ("dots", PerlinKind::Dots)] {
+        assert!(
+            matches!(&scene(class).textures[0].value, TextureDesc::Perlin(p) if p.kind == kind),
+            "{class}"
+        );
+    }
 }
 
 #[test]

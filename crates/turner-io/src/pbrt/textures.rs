@@ -15,8 +15,8 @@ use turner::math::{DAffine3, DMat3, DVec3};
 use turner::scene::transform::Transform;
 use turner::scene::{ColorSource, ImageId};
 use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, MarbleDesc, NoiseDesc,
-    NoiseKind, TextureDesc, Tint, Wrap,
+    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
+    TextureDesc, Wrap,
 };
 
 /// The texture of a name.
@@ -99,50 +99,41 @@ pub(super) fn define(
         "bilerp" => maker.bilerp()?,
         "dots" => {
             let (inside, outside) = (maker.input("inside", 1.0)?, maker.input("outside", 0.0)?);
-            let _ = maker.uv();
-            maker
-                .scene
-                .report
-                .approximated(place, "dots: about a fifth of the surface has the colour of the dots, evenly");
-            mix(maker.scene, outside, inside, ColorSource::Constant(Spectrum::grey(0.2)))
+            let _ = maker.planar();
+            match maker.squares() {
+                Some(transform) => {
+                    // pbrt-v4 shows the colour that it calls inside around the dots, and so do its scenes.
+                    let (low, high) = (inside, outside);
+                    let dots = perlin(PerlinKind::Dots);
+                    let desc = PerlinDesc { low, high, mapping: Mapping::Uv, transform, ..dots };
+                    maker.scene.texture(TextureDesc::Perlin(desc))
+                }
+                None => {
+                    maker.scene.report.doubtful(place, "dots without scale: there is one colour");
+                    outside
+                }
+            }
         }
-        "fbm" | "wrinkled" | "windy" => {
-            let octaves = params.integer("octaves").unwrap_or(8).clamp(1, 16) as u32;
-            let gain = params.float("roughness").unwrap_or(0.5).clamp(0.0, 1.0);
-            maker
-                .scene
-                .report
-                .approximated(place, format!("the texture \"{class}\": noise of the same sort"));
-            let desc = NoiseDesc {
-                kind: if class == "wrinkled" { NoiseKind::Turbulence } else { NoiseKind::Fbm },
-                octaves,
-                gain,
-                contrast: 1.0,
-                density: 1.0,
-                mapping: Mapping::Solid,
-                ..noise()
+        "fbm" | "wrinkled" | "windy" | "marble" => {
+            let kind = match class {
+                "fbm" => PerlinKind::Fbm,
+                "wrinkled" => PerlinKind::Wrinkled,
+                "windy" => PerlinKind::Windy,
+                _ => PerlinKind::Marble,
             };
-            maker.scene.texture(TextureDesc::Noise(desc))
-        }
-        "marble" => {
-            let scale = params.float("scale").unwrap_or(1.0);
-            let distortion = params.float("variation").unwrap_or(0.2).clamp(0.0, 100.0) * 10.0;
-            params.pass(&["octaves", "roughness"]);
-            maker.scene.report.approximated(place, "the texture \"marble\": marble of the same sort");
-            let desc = MarbleDesc {
-                base: Tint::Display(0xe4e0d8),
-                cloud: Tint::Display(0xa9a7a4),
-                vein: Tint::Display(0x4a4d55),
-                veins: 2.0,
-                distortion,
-                sharp: 0.5,
-                seed: 0,
-                density: if scale.is_finite() { scale } else { 1.0 },
-                mapping: Mapping::Solid,
-                blend: 4.0,
-                transform: Transform::IDENTITY,
+            let number = |name, or: f64, most: f64| {
+                params.float(name).filter(|v| v.is_finite()).unwrap_or(or).clamp(0.0, most)
             };
-            maker.scene.texture(TextureDesc::Marble(desc))
+            let ctm = state.ctm[0];
+            let desc = PerlinDesc {
+                octaves: params.integer("octaves").unwrap_or(8).clamp(1, 16) as u32,
+                gain: number("roughness", 0.5, 1.0),
+                variation: number("variation", 0.2, 1e6),
+                density: if class == "marble" { number("scale", 1.0, 1e9) } else { 1.0 },
+                transform: if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY },
+                ..perlin(kind)
+            };
+            maker.scene.texture(TextureDesc::Perlin(desc))
         }
         "ptex" => {
             params.pass(&["filename", "encoding", "scale"]);
@@ -173,18 +164,17 @@ pub(super) fn define(
     Ok(())
 }
 
-fn noise() -> NoiseDesc {
-    NoiseDesc {
+/// Noise in the world, as pbrt has it.
+fn perlin(kind: PerlinKind) -> PerlinDesc {
+    PerlinDesc {
         low: ColorSource::Constant(Spectrum::BLACK),
         high: ColorSource::Constant(Spectrum::WHITE),
-        kind: NoiseKind::Fbm,
-        octaves: 6,
-        lacunarity: 2.0,
+        kind,
+        octaves: 8,
         gain: 0.5,
-        contrast: 2.0,
-        seed: 0,
-        density: 2.0,
-        mapping: Mapping::Solid,
+        variation: 0.2,
+        density: 1.0,
+        mapping: Mapping::World,
         blend: 4.0,
         transform: Transform::IDENTITY,
     }
@@ -228,7 +218,17 @@ impl Maker<'_, '_> {
         [float("uscale", 1.0), float("vscale", 1.0), float("udelta", 0.0), float("vdelta", 0.0)]
     }
 
-    /// Whether the texture lies by (u, v); if not, the projection of the plane, or what is reported.
+    /// From the squares of s·u + d to the texture coordinates here, 2u − 1; `None` if there are no squares.
+    fn squares(&self) -> Option<Transform> {
+        let [su, sv, du, dv] = self.uv();
+        let to_squares = DAffine3::from_mat3_translation(
+            DMat3::from_diagonal(DVec3::new(su / 2.0, sv / 2.0, 1.0)),
+            DVec3::new(su / 2.0 + du, sv / 2.0 + dv, 0.0),
+        );
+        is_sound(&to_squares).then(|| Transform(to_squares.inverse()))
+    }
+
+    /// Whether the texture lies by (u, v); if not, the projection of the plane in the world, or what is reported.
     fn planar(&mut self) -> Option<Transform> {
         let mapping = self.params.string("mapping").unwrap_or("uv").to_owned();
         let place = self.params.place_of("mapping");
@@ -247,7 +247,6 @@ impl Maker<'_, '_> {
                     self.scene.report.ignored(place, "a planar mapping whose directions are one");
                     return None;
                 }
-                self.scene.report.approximated(place, "a planar mapping lies in the space of each shape");
                 Some(Transform(to_texture.inverse()))
             }
             other => {
@@ -307,7 +306,7 @@ impl Maker<'_, '_> {
             tint: Spectrum::grey(if invert { -scale } else { scale }),
             offset: if invert { Spectrum::WHITE } else { Spectrum::BLACK },
             uv_matrix: (!plain && planar.is_none()).then_some([su, 0.0, du, 0.0, sv, dv]),
-            mapping: if planar.is_some() { Mapping::Planar } else { Mapping::Uv },
+            mapping: if planar.is_some() { Mapping::World } else { Mapping::Uv },
             transform: planar.unwrap_or(Transform::IDENTITY),
             ..picture(file)
         };
@@ -318,24 +317,15 @@ impl Maker<'_, '_> {
         let (even, odd) = (self.input("tex1", 1.0)?, self.input("tex2", 0.0)?);
         let solid = self.params.integer("dimension") == Some(3);
         let (mapping, transform) = if solid {
-            self.scene
-                .report
-                .approximated(self.params.place, "a checkerboard of space lies in the space of each shape");
             let ctm = self.state.ctm[0];
-            (Mapping::Solid, if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY })
+            (Mapping::World, if is_sound(&ctm) { Transform(ctm) } else { Transform::IDENTITY })
         } else {
             let _ = self.planar();
-            let [su, sv, du, dv] = self.uv();
-            // Texture coordinates here are 2u − 1; pbrt counts squares in s·u + d.
-            let to_squares = DAffine3::from_mat3_translation(
-                DMat3::from_diagonal(DVec3::new(su / 2.0, sv / 2.0, 1.0)),
-                DVec3::new(su / 2.0 + du, sv / 2.0 + dv, 0.0),
-            );
-            if !is_sound(&to_squares) {
+            let Some(transform) = self.squares() else {
                 self.scene.report.doubtful(self.params.place, "a checkerboard without scale has one colour");
                 return Ok(even);
-            }
-            (Mapping::Uv, Transform(to_squares.inverse()))
+            };
+            (Mapping::Uv, transform)
         };
         let desc = ChessboardDesc { even, odd, density: 1.0, mapping, blend: 4.0, transform };
         Ok(self.scene.texture(TextureDesc::Chessboard(desc)))

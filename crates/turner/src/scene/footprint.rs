@@ -28,8 +28,9 @@ impl SurfaceInteraction {
 impl Scene {
     /// Where textures are looked up on a surface, and over what footprint.
     pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
-        let shape = &self.primitives[surface.hit.primitive as usize].shape;
-        let mut at = shape.texture_point(&surface.hit.shape, &surface.object);
+        let primitive = &self.primitives[surface.hit.primitive as usize];
+        let mut at = primitive.shape.texture_point(&surface.hit.shape, &surface.object);
+        at.to_world = self.transforms.get(primitive.transform as usize).map(|placed| &placed.to_world);
         let (direction, width) = surface.seen;
         if width > 0.0 {
             let direction = DVec3::from(direction.map(f64::from));

@@ -254,7 +254,7 @@ fn triangle(scene: &Scene, primitive: u32, mesh: &TriangleMesh, part: u32) -> Op
 
 /// Where textures are looked up at a sample.
 fn texture_point<'a>(
-    scene: &Scene,
+    scene: &'a Scene,
     primitive: &'a Primitive,
     s: &EmitterSample,
     hit: &ShapeHit,
@@ -272,7 +272,9 @@ fn texture_point<'a>(
             SurfacePoint { p, error: 0.0, ng: n, ns: n }
         }
     };
-    primitive.shape.texture_point(hit, &point)
+    let mut at = primitive.shape.texture_point(hit, &point);
+    at.to_world = scene.transforms.get(primitive.transform as usize).map(|placed| &placed.to_world);
+    at
 }
 
 impl ShapeEmitter {

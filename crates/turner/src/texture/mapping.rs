@@ -12,6 +12,8 @@ choice! {
         Uv = "uv",
         /// The position in the space of the object: the pattern goes through the solid.
         Solid = "solid",
+        /// The position in the world: shapes stand in one pattern, and move through it.
+        World = "world",
         /// The position seen along −z: x and y, the same at every z, like a slide projector far away.
         Planar = "planar",
         /// The direction from the origin: once around y from left to right, from pole to pole upwards, as on a sphere.
@@ -55,7 +57,7 @@ impl Mapping {
     pub(super) fn project(self, q: DVec3, side: Side) -> DVec3 {
         use std::f64::consts::PI;
         match self {
-            Mapping::Uv | Mapping::Solid => q,
+            Mapping::Uv | Mapping::Solid | Mapping::World => q,
             Mapping::Planar => DVec3::new(q.x, q.y, 0.0),
             Mapping::Spherical => {
                 let length = q.length();
@@ -73,7 +75,7 @@ impl Mapping {
         use std::f64::consts::PI;
         let around = || (q.z * d.x - q.x * d.z) / ((q.x * q.x + q.z * q.z) * PI);
         sound(match self {
-            Mapping::Uv | Mapping::Solid => d,
+            Mapping::Uv | Mapping::Solid | Mapping::World => d,
             Mapping::Planar => DVec3::new(d.x, d.y, 0.0),
             Mapping::Spherical => {
                 let out = DVec2::new(q.x, q.z).length();

@@ -23,6 +23,7 @@ mod perlin;
 mod placement;
 mod prepare;
 mod product;
+mod reference_noise;
 mod stripes;
 mod tint;
 mod triplanar;
@@ -47,6 +48,7 @@ pub use noise::{NoiseDesc, NoiseKind};
 pub use perlin::{Fractal, Perlin};
 pub use placement::{Axis, Placement};
 pub use product::ProductDesc;
+pub use reference_noise::{PerlinDesc, PerlinKind};
 pub use stripes::StripesDesc;
 pub use tint::Tint;
 pub use vertex_color::VertexColorDesc;
@@ -57,7 +59,7 @@ use self::decoder::Decoder;
 use self::mapping::Side;
 use self::prepare::{Kind, Preparing};
 use crate::color::Spectrum;
-use crate::math::{DVec2, DVec3};
+use crate::math::{DAffine3, DVec2, DVec3};
 use crate::scene::schema::family;
 use crate::scene::transform::Transform;
 use crate::scene::{ColorSource, SceneError, TextureId};
@@ -137,6 +139,7 @@ textures! {
     Wood(WoodDesc => wood::Wood),
     Marble(MarbleDesc => marble::Marble),
     Noise(NoiseDesc => noise::Noise),
+    Perlin(PerlinDesc => reference_noise::Perlin),
     VertexColor(VertexColorDesc => vertex_color::VertexColor),
     Product(ProductDesc => product::Product),
     Mix(MixDesc => mix::Mix),
@@ -149,6 +152,8 @@ pub struct TexturePoint<'a> {
     pub uv: DVec2,
     /// Position in the space of the object.
     pub p: DVec3,
+    /// From there to the world; `None` where they are one.
+    pub to_world: Option<&'a DAffine3>,
     /// The mesh and the place on it, for what only meshes have.
     pub mesh: Option<(&'a TriangleMesh, ShapeHit)>,
     /// The colour of the point of a cloud, linear RGB and opacity.
@@ -175,7 +180,8 @@ impl<'a> TexturePoint<'a> {
         mesh: Option<(&'a TriangleMesh, ShapeHit)>,
         point_color: Option<[f32; 4]>,
     ) -> TexturePoint<'a> {
-        TexturePoint { uv, p, mesh, point_color, n, footprint: None, side: FRONT, moved: DVec3::ZERO }
+        let (footprint, side, moved) = (None, FRONT, DVec3::ZERO);
+        TexturePoint { uv, p, to_world: None, mesh, point_color, n, footprint, side, moved }
     }
 }
 

@@ -62,6 +62,7 @@ impl Placement {
         let footprint = at.footprint.as_ref()?;
         let axes = match self.mapping {
             Mapping::Uv => footprint.uv.map(|d| DVec3::new(2.0 * d.x, 2.0 * d.y, 0.0)),
+            Mapping::World => footprint.p.map(|d| at.to_world.map_or(d, |m| m.transform_vector3(d))),
             _ => footprint.p,
         };
         let place = if self.mapping == Mapping::Uv { DVec3::ZERO } else { self.place(at) };
@@ -103,6 +104,7 @@ impl Placement {
     fn place(&self, at: &TexturePoint<'_>) -> DVec3 {
         let c = match self.mapping {
             Mapping::Uv => DVec3::new(2.0 * at.uv.x - 1.0, 2.0 * at.uv.y - 1.0, 0.0),
+            Mapping::World => at.to_world.map_or(at.p, |m| m.transform_point3(at.p)),
             _ => at.p,
         };
         match &self.inverse {
@@ -171,9 +173,14 @@ mod tests {
     fn footprints_go_with_the_coordinates() {
         let turned =
             Transform(DAffine3::from_rotation_z(0.3) * DAffine3::from_scale(DVec3::new(2.0, 0.5, 3.0)));
-        for mapping in
-            [Mapping::Uv, Mapping::Solid, Mapping::Planar, Mapping::Spherical, Mapping::Cylindrical]
-        {
+        for mapping in [
+            Mapping::Uv,
+            Mapping::Solid,
+            Mapping::World,
+            Mapping::Planar,
+            Mapping::Spherical,
+            Mapping::Cylindrical,
+        ] {
             let place = Placement::new(mapping, 3.0, turned);
             let (p, uv) = (DVec3::new(0.4, 0.3, 0.7), DVec2::new(0.2, 0.6));
             let step = 1e-6;

@@ -35,7 +35,8 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
     let base = (share(), colour(), share(), share(), share(), colour(), share());
     let specular = (index(), index(), share(), share(), share(), colour(), share(), any::<bool>());
     let coat = (share(), colour(), share(), colour(), share(), index(), share());
-    let fuzz = (share(), colour(), share(), share(), share(), index(), any::<bool>(), any::<bool>());
+    let fuzz =
+        (share(), colour(), share(), share(), share(), index(), any::<bool>(), any::<bool>(), any::<bool>());
     (base, specular, coat, fuzz).prop_map(|(b, s, c, f)| PrincipledPoint {
         base_weight: b.0,
         base_color: b.1,
@@ -44,6 +45,7 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
         specular_weight: b.4,
         specular_color: b.5,
         specular_roughness: b.6,
+        specular_multiple_scattering: f.8,
         specular_ior: s.0,
         exterior_ior: if s.7 { s.1 } else { 1.0 },
         specular_roughness_anisotropy: s.2,
