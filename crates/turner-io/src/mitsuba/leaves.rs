@@ -389,7 +389,7 @@ impl Maker<'_, '_> {
     fn principled_thin(&mut self) -> Result<PrincipledMaterial, Fault> {
         let object = self.object;
         let base = self.color("base_color", 0.5)?;
-        // Half of what is translucent goes through: 2 stands for all.
+        // 2 stands for all light.
         let through = self.number("diff_trans", 0.0)?;
         let message = "principledthin: shares of OpenPBR's thin wall";
         self.scene.report.approximated(object.place, message);
@@ -398,7 +398,7 @@ impl Maker<'_, '_> {
             specular_roughness: self.number("roughness", 0.5)?,
             transmission_weight: self.number("spec_trans", 0.0)?,
             transmission_color: base,
-            subsurface_weight: map_values(&mut self.scene.stock, through, object.place, Through::Scale(1.0)),
+            subsurface_weight: map_values(&mut self.scene.stock, through, object.place, Through::Scale(0.5)),
             subsurface_color: base,
             specular_ior: index(object, "eta", 1.5)?,
             thin_walled: true,

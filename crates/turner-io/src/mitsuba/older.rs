@@ -154,15 +154,13 @@ pub(super) fn coat(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Res
     Ok(MaterialDesc::Principled(surface))
 }
 
-/// `difftrans`: diffuse light from the other side alone; here as much comes back as goes through.
+/// `difftrans`: diffuse light from the other side alone.
 pub(super) fn translucent(
     scene: &mut Assembly<'_>,
     object: &Object,
     usage: Use,
 ) -> Result<MaterialDesc, Fault> {
     let through = color_of(scene, object, "transmittance", 0.5, usage.surface)?;
-    let message = "difftrans: half of the light comes back";
-    scene.report.approximated(object.place, message);
     let surface = PrincipledMaterial {
         thin_walled: true,
         subsurface_weight: grey(1.0),

@@ -299,47 +299,39 @@ impl Maker<'_, '_> {
         Ok(surface)
     }
 
-    /// A thin wall that reflects R and lets T through, both diffuse: with the share w of a translucent part of colour S, half of which comes back,
-    /// T = w·S/2 and R = T + (1 − w)·C.
+    /// A thin wall that reflects R and lets T through, both diffuse: with the share w of a translucent part of colour S, T = w·S and R = (1 − w)·C.
     pub(super) fn diffuse_transmission(&mut self) -> Result<PrincipledMaterial, Fault> {
-        let scale = self.params.float("scale").unwrap_or(1.0).clamp(0.0, 1e6) as f32;
+        let scale = self.params.float("scale").unwrap_or(1.0).clamp(0.0, 1e6);
         let sources = [self.color("reflectance", 0.25)?, self.color("transmittance", 0.25)?];
         let thin = PrincipledMaterial { thin_walled: true, ..PrincipledMaterial::matte() };
-        let [ColorSource::Constant(r), ColorSource::Constant(t)] = sources else {
-            // By textures the two shares cannot be told apart everywhere: half of the light goes through.
-            if sources[0] != sources[1] || scale != 1.0 {
-                let message = "textures of diffuse transmission: as much light passes as comes back";
-                self.scene.report.approximated(self.params.place, message);
-            }
-            let texture = if matches!(sources[0], ColorSource::Texture(_)) { sources[0] } else { sources[1] };
-            let color =
-                map_values(self.scene, texture, self.params.place, Through::Scale(2.0 * f64::from(scale)));
-            return Ok(PrincipledMaterial { subsurface_weight: grey(1.0), subsurface_color: color, ..thin });
+        let most = |source: ColorSource| match source {
+            ColorSource::Constant(c) => Some(f64::from(c.max_component()) * scale),
+            ColorSource::Texture(_) => None,
         };
-        let (r, t) = (r * scale, t * scale);
-        let most = (2.0 * t.max_component()).min(1.0);
-        let left = |r: f32, t: f32| r - t;
-        let rest = Spectrum::new(left(r.r, t.r), left(r.g, t.g), left(r.b, t.b));
-        if rest.to_array().iter().any(|v| *v < -1e-4) {
-            self.scene.report.approximated(
-                self.params.place,
-                "more light passes than comes back: as much comes back here",
-            );
-        }
-        let base = rest.map(|v| if most < 1.0 { (v / (1.0 - most)).clamp(0.0, 1.0) } else { 0.0 });
-        let through = t.map(|v| if most > 0.0 { (2.0 * v / most).clamp(0.0, 1.0) } else { 0.0 });
-        Ok(PrincipledMaterial {
-            base_color: ColorSource::Constant(base),
-            subsurface_weight: grey(f64::from(most)),
-            subsurface_color: ColorSource::Constant(through),
-            ..thin
-        })
+        // What leaves room for both; of textures, which may be of any brightness, halves.
+        let share = match sources.map(most) {
+            [Some(r), Some(t)] if r + t > 0.0 => t / (r + t),
+            [Some(_), Some(_)] => 0.0,
+            _ => {
+                let message = "textures of diffuse transmission: at most half of the light comes back, and at most half passes";
+                self.scene.report.approximated(self.params.place, message);
+                0.5
+            }
+        };
+        let place = self.params.place;
+        let [base_color, subsurface_color] =
+            [(sources[0], 1.0 - share), (sources[1], share)].map(|(c, share)| {
+                if share > 0.0 { map_values(self.scene, c, place, Through::Scale(scale / share)) } else { c }
+            });
+        Ok(PrincipledMaterial { base_color, subsurface_weight: grey(share), subsurface_color, ..thin })
     }
 
     pub(super) fn subsurface(&mut self) -> Result<PrincipledMaterial, Fault> {
         let place = self.params.place;
         let scale = self.params.float("scale").unwrap_or(1.0).max(0.0);
         let named = self.params.string("name").map(str::to_owned);
+        let plain = PrincipledMaterial { specular_ior: 1.33, ..PrincipledMaterial::default() };
+        let mut surface = self.with_index("eta", plain)?;
         let (color, radius) = if self.params.has("reflectance") {
             let color = self.color("reflectance", 0.5)?;
             let mfp = self::color(self.scene, self.space, self.params, "mfp", Role::Unbounded)?;
@@ -371,9 +363,11 @@ impl Maker<'_, '_> {
                 let scattering = s[i] * (1.0 - g);
                 let extinction = a[i] + scattering;
                 let albedo = if extinction > 0.0 { scattering / extinction } else { 0.0 };
-                // Diffuse reflectance of a half-space under a rough estimate of its skin (van de Hulst's similarity).
-                let q = (1.0 - albedo).max(0.0).sqrt();
-                *c = (1.0 - q) * (1.0 - 0.139 * q) / (1.0 + 1.17 * q);
+                // Diffuse reflectance of a half-space under its boundary (the dipole: Jensen et al. 2001, eq. 15).
+                let inner = inner_reflectance(surface.specular_ior);
+                let (a, q) =
+                    ((1.0 + inner) / (1.0 - inner), (3.0 * (1.0 - f64::from(albedo)).max(0.0)).sqrt());
+                *c = (0.5 * f64::from(albedo) * (1.0 + exp(-4.0 / 3.0 * a * q)) * exp(-q)) as f32;
                 mean += f64::from(extinction) / 3.0;
             }
             let radius = if mean * scale > 0.0 { 1.0 / (mean * scale) } else { 0.0 };
@@ -383,14 +377,9 @@ impl Maker<'_, '_> {
         self.scene
             .report
             .approximated(place, "a subsurface material: its colour and mean way of light are kept");
-        let base = PrincipledMaterial {
-            subsurface_weight: grey(1.0),
-            subsurface_color: color,
-            subsurface_radius: if radius.is_finite() { radius.clamp(0.0, 1e30) } else { 0.0 },
-            specular_ior: 1.33,
-            ..PrincipledMaterial::default()
-        };
-        let mut surface = self.with_index("eta", base)?;
+        surface.subsurface_weight = grey(1.0);
+        surface.subsurface_color = color;
+        surface.subsurface_radius = if radius.is_finite() { radius.clamp(0.0, 1e30) } else { 0.0 };
         self.roughness(["roughness", "uroughness", "vroughness"], &mut surface)?;
         surface.transmission_dispersion_scale = 0.0;
         Ok(surface)

@@ -197,6 +197,18 @@ fn daylight_of_the_white_balance_is_white() {
 }
 
 #[test]
+fn thin_walls_reflect_and_transmit_what_they_say() {
+    for (r, t) in [(0.25, 0.25), (0.6, 0.2), (0.1, 0.7), (0.0, 0.5), (0.5, 0.0)] {
+        let m = material(&format!(
+            "Material \"diffusetransmission\" \"float reflectance\" {r} \"float transmittance\" {t}"
+        ));
+        let w = value(m.subsurface_weight);
+        let found = ((1.0 - w) * value(m.base_color), w * value(m.subsurface_color));
+        assert!((found.0 - r).abs() < 1e-6 && (found.1 - t).abs() < 1e-6, "{r} {t}: {found:?}");
+    }
+}
+
+#[test]
 fn integrators_without_media_show_none() {
     let scene = |integrator: &str| {
         read(&format!(
