@@ -8,7 +8,7 @@ use super::spectra::{Role, color, index, sampled};
 use super::textures::Surface;
 use crate::spectral::metal_of_index;
 use crate::whole::report::Fault;
-use crate::whole::{Through, inner_reflectance, map_values, product, unknown};
+use crate::whole::{Through, inner_reflectance, map_values, one_facet_alone, product, unknown};
 use std::f64::consts::FRAC_PI_2;
 use turner::color::Spectrum;
 use turner::material::PrincipledMaterial;
@@ -213,6 +213,7 @@ impl Maker<'_, '_> {
         }
         if is_rough {
             self.roughness(&mut glass)?;
+            one_facet_alone(&mut glass);
         }
         Ok(glass)
     }
@@ -290,6 +291,7 @@ impl Maker<'_, '_> {
         };
         if is_rough {
             self.roughness(&mut surface)?;
+            one_facet_alone(&mut surface);
         }
         Ok(surface)
     }

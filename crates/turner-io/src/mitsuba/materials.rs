@@ -10,7 +10,7 @@ use super::rough_layer::RoughLayer;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, numbers, shares, source};
 use crate::whole::report::Fault;
-use crate::whole::{Place, one_facet_alone, product};
+use crate::whole::{Place, product};
 use std::collections::BTreeMap;
 use turner::color::Spectrum;
 use turner::material::{
@@ -257,7 +257,6 @@ pub(super) fn shown(
         scene.report.ignored(object.place, message);
     }
     surface.front_only = !usage.two_sided && !is_transmissive;
-    one_facet_alone(&mut surface);
     if is_transmissive && !surface.thin_walled {
         surface.interior = usage.interior;
     }

@@ -239,7 +239,7 @@ fn head(section: &str, i: usize) -> String {
 fn every_kind_with_every_key_comes_back_the_same() {
     let mut random = Random(7);
     let mut covered = BTreeSet::new();
-    for round in 0..24 {
+    for round in 0..32 {
         let mut text = String::from(BASE);
         let mut only_one = BTreeSet::new();
         for (i, (section, entry, has_type)) in everything().into_iter().enumerate() {
