@@ -11,13 +11,16 @@ use turner::math::elementary::{exp, pow_int};
 use turner::sampler::{OwenSobol, SampleId, Stream};
 
 /// Directions over the hemisphere.
-const DIRECTIONS: usize = 32;
+const DIRECTIONS: usize = 16;
 /// Walks through a layer over metal.
 const WALKS: usize = 4096;
 /// Steps of widths, indices and thicknesses that are told apart, per unit.
 const STEPS: f64 = 1000.0;
-/// Most layers that are computed: each takes milliseconds.
-const MAX_LAYERS: usize = 512;
+/// Most layers over diffuse bases and over metals that are computed: each takes milliseconds.
+const MAX_DIFFUSE: usize = 256;
+const MAX_METAL: usize = 128;
+/// A walk that carries less than that ends.
+const LITTLE: f64 = 1e-4;
 
 /// A clear layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +50,7 @@ impl Layers {
     /// Of a base of diffuse reflectance ρ, ρ · gain / (1 − ρ · inner) has the brightness here that ρ has in pbrt.
     pub(super) fn over_diffuse(&mut self, layer: Layer) -> Option<(f64, f64)> {
         let key = [layer.alpha, layer.ior, layer.thickness].map(step);
-        if !self.diffuse.contains_key(&key) && self.diffuse.len() < MAX_LAYERS {
+        if !self.diffuse.contains_key(&key) && self.diffuse.len() < MAX_DIFFUSE {
             self.diffuse.insert(key, layer.over_diffuse());
         }
         self.diffuse.get(&key).copied()
@@ -59,7 +62,7 @@ impl Layers {
         let sizes = [layer.alpha, layer.ior, layer.thickness, alpha].map(step);
         let [d, e, f, g] = sizes;
         let key = ([a, b, c, step(f64::from(metal.tint.g)), d, e, f, g], layer.depth);
-        if !self.metal.contains_key(&key) && self.metal.len() < MAX_LAYERS {
+        if !self.metal.contains_key(&key) && self.metal.len() < MAX_METAL {
             self.metal.insert(key, layer.over_metal(metal, alpha));
         }
         self.metal.get(&key).copied()
@@ -111,7 +114,7 @@ impl Layer {
             let (mut weight, mut mu) = boundary.through(wi, m, self.ior);
             let mut color = [1.0; 3];
             for turn in 0..self.depth {
-                if weight <= 0.0 {
+                if weight < LITTLE {
                     break;
                 }
                 weight *= self.passes(mu);
@@ -141,7 +144,7 @@ impl Layer {
     fn over_metal(&self, metal: MetalColors, alpha: f64) -> Spectrum {
         let (first, wanted) = self.walked(metal, alpha, from_all_around);
         let mut color = Spectrum::WHITE;
-        for _ in 0..3 {
+        for _ in 0..2 {
             let bsdf = Bsdf::new(&PrincipledPoint {
                 base_color: metal.f0,
                 base_metalness: 1.0,

@@ -6,8 +6,10 @@ use turner::math::DVec3;
 use turner::math::elementary::{cos, sin};
 use turner::scene::ColorSource;
 
-/// Microfacet normals per direction are the square of this.
+/// Microfacet normals per direction are the square of this; Mitsuba's sums depend on it.
 const NORMALS: usize = 32;
+/// The same where nothing depends on it.
+const FEW_NORMALS: usize = 16;
 /// Boundaries narrower than this are smooth.
 const SMOOTH: f64 = 1e-3;
 
@@ -30,14 +32,15 @@ impl Facets {
         if self.alpha < SMOOTH {
             return f(wi, DVec3::Z);
         }
-        let place = |i: usize| (i as f64 + 0.5) / NORMALS as f64;
+        let normals = if self.correlated { FEW_NORMALS } else { NORMALS };
+        let place = |i: usize| (i as f64 + 0.5) / normals as f64;
         let mut sum = 0.0;
-        for i in 0..NORMALS {
-            for j in 0..NORMALS {
+        for i in 0..normals {
+            for j in 0..normals {
                 sum += f(wi, self.normal(wi, [place(i), place(j)]));
             }
         }
-        sum / (NORMALS * NORMALS) as f64
+        sum / (normals * normals) as f64
     }
 
     /// The normal of a facet that is visible from a direction without y.
