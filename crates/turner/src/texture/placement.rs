@@ -153,6 +153,16 @@ mod tests {
     use crate::texture::Footprint;
 
     #[test]
+    fn the_world_is_one_pattern() {
+        let (p, to_world) =
+            (DVec3::new(0.5, -1.0, 2.0), DAffine3::from_translation(DVec3::new(3.0, 0.0, 1.0)));
+        let at = TexturePoint { to_world: Some(&to_world), ..TexturePoint::new(DVec2::ZERO, p) };
+        let found = |mapping| Placement::new(mapping, 2.0, Transform::IDENTITY).coordinates(&at);
+        assert_eq!(found(Mapping::World), 2.0 * (p + DVec3::new(3.0, 0.0, 1.0)));
+        assert_eq!(found(Mapping::Solid), 2.0 * p);
+    }
+
+    #[test]
     fn uv_covers_minus_one_to_one() {
         let place = Placement::new(Mapping::Uv, 1.0, Transform::IDENTITY);
         let at = |u, v| place.coordinates(&TexturePoint::new(DVec2::new(u, v), DVec3::ONE));
