@@ -171,7 +171,7 @@ fn metals_have_the_colours_of_pbrt() {
 #[test]
 fn layers_take_light() {
     let base = |text: &str| {
-        let m = material(&format!("Material \"coateddiffuse\" \"float reflectance\" 0.5 {text}"));
+        let m = material(&format!("Material \"coateddiffuse\" \"rgb reflectance\" [0.5 0.5 0.5] {text}"));
         f64::from(value(m.base_color))
     };
     let clear = base("\"float thickness\" 0");
@@ -200,7 +200,7 @@ fn daylight_of_the_white_balance_is_white() {
 fn thin_walls_reflect_and_transmit_what_they_say() {
     for (r, t) in [(0.25, 0.25), (0.6, 0.2), (0.1, 0.7), (0.0, 0.5), (0.5, 0.0)] {
         let m = material(&format!(
-            "Material \"diffusetransmission\" \"float reflectance\" {r} \"float transmittance\" {t}"
+            "Material \"diffusetransmission\" \"rgb reflectance\" [{r} {r} {r}] \"rgb transmittance\" [{t} {t} {t}]"
         ));
         let w = value(m.subsurface_weight);
         let found = ((1.0 - w) * value(m.base_color), w * value(m.subsurface_color));
