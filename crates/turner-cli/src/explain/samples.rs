@@ -190,9 +190,19 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
     Some(format!("sample {most} carries most{percent}{shown}"))
 }
 
+/// Whether the film scales a sample down.
+fn is_cut(scene: &Scene, s: &SampleRecord) -> bool {
+    let most = scene.film.max_sample;
+    most > 0.0 && s.radiance.color.max_component() > most as f32
+}
+
 /// How the samples become the pixel.
 fn averaging(scene: &Scene, pixel: &PixelRecord) -> String {
-    let samples = mean_of_samples(scene, pixel);
+    let mut samples = mean_of_samples(scene, pixel);
+    let cut = pixel.samples.iter().filter(|s| is_cut(scene, s)).count();
+    if cut > 0 {
+        samples += &format!("; {cut} of them cut to {} (film.max_sample)", short(scene.film.max_sample));
+    }
     match scene.caustics {
         Some(_) => {
             format!("{samples}; in the picture light paths bring more to it (--caustics off: nothing)")

@@ -232,6 +232,12 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
     let brightest = samples.map(|s| color(&s["color"]).into_iter().fold(0.0, f32::max)).enumerate();
     let most = brightest.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).unwrap().0;
     assert!(text.contains(&format!("sample {most} carries most")), "{text}");
+    // Samples that the film cuts.
+    let cut = f.turner(&[&args[..], &options, &["-D", "film.max_sample=0.001"]].concat()).ok().stdout;
+    assert!(
+        cut.contains("of them cut to 0.001 (film.max_sample)") && cut.contains("equal to the last bit"),
+        "{cut}"
+    );
     let direct = explain(&f, "g.toml", "12,7", &["--integrator", "direct"]);
     assert_eq!((&direct["integrator"], &direct["exact"]), (&"direct".into(), &true.into()));
     f.write("c.toml", CLASSIC);

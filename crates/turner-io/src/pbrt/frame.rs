@@ -26,6 +26,8 @@ pub(super) struct Frame {
     pub(super) shutter: [f64; 2],
     pub(super) transform_times: [f64; 2],
     iso: f64,
+    /// Most that a sample shows; 0 for any.
+    max_sample: f64,
     /// Whether the integrator counts media: those that do not pass through them as through nothing.
     pub(super) shows_media: bool,
     /// The medium that the camera stands in, by name; empty for none.
@@ -48,6 +50,7 @@ impl Default for Frame {
             shutter: [0.0, 1.0],
             transform_times: [0.0, 1.0],
             iso: 100.0,
+            max_sample: 0.0,
             shows_media: true,
             medium: String::new(),
             white: Spectrum::WHITE,
@@ -104,10 +107,8 @@ impl Frame {
             let message = "the white balance of the film: the colours of lights are divided by daylight's";
             report.approximated(params.place_of("whitebalance"), message);
         }
-        if params.float("maxcomponentvalue").is_some_and(|v| v < 1e6) {
-            let message = "maxcomponentvalue: bright samples are not cut here";
-            report.approximated(params.place_of("maxcomponentvalue"), message);
-        }
+        self.max_sample =
+            params.float("maxcomponentvalue").filter(|v| *v > 0.0 && v.is_finite()).unwrap_or(0.0);
         // The output is named on the command line; half precision and layers are its choice, too.
         params.pass(&[
             "filename",
@@ -262,6 +263,7 @@ impl Frame {
         film.crop = self.crop;
         film.antialias = Antialias::MonteCarlo;
         film.samples = self.samples;
+        film.max_sample = self.max_sample;
         (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
         film.transfer = turner::color::Transfer::Srgb;
         scene.integrator = self.integrator;

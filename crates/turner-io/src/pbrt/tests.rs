@@ -197,6 +197,13 @@ fn daylight_of_the_white_balance_is_white() {
 }
 
 #[test]
+fn bright_samples_are_cut() {
+    let most = |film: &str| read(&format!("Film \"rgb\" {film} WorldBegin")).film.max_sample;
+    assert_eq!(most(""), 0.0);
+    assert_eq!(most("\"float maxcomponentvalue\" 10"), 10.0);
+}
+
+#[test]
 fn thin_walls_reflect_and_transmit_what_they_say() {
     for (r, t) in [(0.25, 0.25), (0.6, 0.2), (0.1, 0.7), (0.0, 0.5), (0.5, 0.0)] {
         let m = material(&format!(

@@ -42,6 +42,9 @@ fn scene_around_whole(file: &str, scene: &SceneDesc) -> String {
     if let Some(radius) = film.filter_radius {
         film_key("filter_radius", format!("{radius:?}"));
     }
+    if film.max_sample > 0.0 {
+        film_key("max_sample", format!("{:?}", film.max_sample));
+    }
     text += "\n[integrator]\n";
     match &scene.integrator {
         IntegratorDesc::Path(path) => text += &format!("type = \"path\"\nmax_depth = {}\n", path.max_depth),

@@ -110,3 +110,19 @@ fn the_veach_scene_is_pbrts() {
     let shot = Shot { size: [64, 36], samples: 48, noise: [0.1, 0.02] };
     compare("veach-mis/scene-v4.pbrt", &shot, &VEACH, |_| 0.03);
 }
+
+#[test]
+fn what_the_file_says_of_the_picture_counts() {
+    let text = "Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" 30 \"float maxcomponentvalue\" 12.5\n\
+                \"integer pixelbounds\" [ 4 20 6 16 ] Sampler \"zsobol\" \"integer pixelsamples\" 9 PixelFilter \"box\"\n\
+                Integrator \"volpath\" \"integer maxdepth\" 7 WorldBegin Shape \"sphere\"";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.pbrt");
+    std::fs::write(&path, text).unwrap();
+    let loaded = load(&path, &LoadOptions::default()).unwrap();
+    let film = &loaded.desc.film;
+    assert_eq!((film.width, film.height, film.crop), (40, 30, Some([4, 6, 16, 10])));
+    assert_eq!((film.samples, film.max_sample, film.filter), (9, 12.5, turner::filter::FilterKind::Box));
+    let turner::integrator::IntegratorDesc::Path(path) = &loaded.desc.integrator else { panic!("paths") };
+    assert_eq!(path.max_depth, 7);
+}

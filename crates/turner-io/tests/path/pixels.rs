@@ -1,6 +1,7 @@
 //! What of the picture counts for a pixel, and where it looks.
 
-use crate::common::{pixel, render};
+use crate::common::{describe, pixel, render};
+use turner::scene::PrepareOptions;
 
 /// Pixels of one unit, seen straight from above; everything to the right of the picture's middle shines.
 fn edge(filter: &str, integrator: &str) -> Vec<f64> {
@@ -131,6 +132,44 @@ fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
         assert_eq!(pixel(&picture, 0, 0), [0.0; 3]);
         for (x, y) in [(12, 12), (1, 12), (12, 22)] {
             assert!(pixel(&picture, x, y)[0] > 0.0, "{integrator} {x} {y}");
+        }
+    }
+}
+
+#[test]
+fn samples_are_cut_where_the_film_says_so() {
+    let scene = |film: &str| {
+        format!(
+            "camera = {{ type = \"orthographic\", position = [0, 1, 0], look_at = [0, 0, 0], up = [0, 0, -1], viewport = [12, 4] }}\n\
+             film = {{ width = 12, height = 4, {film} }}\nintegrator.type = \"path\"\nbackground.color = [1, 2, 3]\n\
+             [[object]]\ntype = \"rectangle\"\ncenter = [50.25, 0, 0]\nedge_u = [100, 0, 0]\nedge_v = [0, 0, -100]\n\
+             material = {{ type = \"emissive\", color = [1, 0.5, 0], strength = 20 }}\n"
+        )
+    };
+    for antialias in ["none", "mean", "grid", "adaptive", "monte-carlo"] {
+        let film = format!("antialias = \"{antialias}\", samples = 64, max_sample");
+        let at = |most: f64, x: u32| pixel(&render(&scene(&format!("{film} = {most}"))).0, x, 1);
+        assert_eq!(at(0.0, 10), [20.0, 10.0, 0.0], "{antialias}");
+        // The background stays as it is: it is not brighter.
+        for (x, expected) in [(2, [1.0, 2.0, 3.0]), (10, [4.0, 2.0, 0.0])] {
+            assert_eq!(at(4.0, x), expected, "{antialias} {x}");
+        }
+        // Samples are cut, not the pixel that they make: red is below 4 and above what its mean would be of uncut ones that are cut then.
+        let [r, g, b] = at(4.0, 6);
+        let lamp = f64::from(r - 1.0) / 3.0;
+        let mixed = [1.0 + 3.0 * lamp, 2.0, 3.0 - 3.0 * lamp];
+        let found = [r, g, b].map(f64::from);
+        assert!(
+            found.iter().zip(mixed).all(|(v, e)| (v - e).abs() < 1e-5),
+            "{antialias}: {found:?}, {mixed:?}"
+        );
+        let scene = describe(&scene(&format!("{film} = 4"))).prepare(&PrepareOptions::default()).unwrap();
+        let record = turner::render::pixel(&scene, 6, 1).unwrap();
+        let sum = |c: fn(&turner::color::Spectrum) -> f32| -> f64 {
+            record.samples.iter().map(|s| s.weight * f64::from(c(&s.radiance.color))).sum()
+        };
+        for (sum, value) in [sum(|c| c.r), sum(|c| c.g), sum(|c| c.b)].into_iter().zip(record.color) {
+            assert!((sum - f64::from(value)).abs() < 1e-5, "{antialias}: {sum}, {value}");
         }
     }
 }

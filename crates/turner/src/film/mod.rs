@@ -13,7 +13,7 @@ pub use fixed::Fixed96;
 pub use splats::{Splat, Splats};
 pub use sums::{Film, MAX_PIXELS, NonFinite, PixelSum};
 
-use crate::color::{Tonemap, Transfer};
+use crate::color::{Spectrum, Tonemap, Transfer};
 use crate::filter::{Filter, FilterKind};
 use crate::scene::schema::{Range, choice, params};
 
@@ -91,6 +91,9 @@ params! {
         exposure: f64 = 0.0, in Range::closed(-64.0, 64.0);
         /// Whether the exposure is chosen by the picture: the logarithmic mean of its luminance, without the darkest and the brightest twentieth, becomes a middle grey of 0.18. `exposure` is added.
         auto_exposure: bool = false;
+        /// Most that one sample may show in any colour channel; brighter ones are scaled down to it, and 0 is no limit. It takes away fireflies and light: pictures get darker.
+        /// What light paths bring (`caustics`) is not cut.
+        max_sample: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Seed of the random numbers.
         seed: u32 = 0;
     }
@@ -115,6 +118,13 @@ impl FilmDesc {
     /// The filter that places the samples of "monte-carlo".
     pub fn filter(&self) -> Filter {
         Filter::new(self.filter, self.filter_radius)
+    }
+
+    /// The share of a sample's light that `max_sample` leaves to it.
+    #[inline]
+    pub(crate) fn kept(&self, color: Spectrum) -> f32 {
+        let (most, max) = (self.max_sample as f32, color.max_component());
+        if most > 0.0 && max > most { most / max } else { 1.0 }
     }
 
     /// Whether a filter was asked for that cannot have an effect.

@@ -37,9 +37,9 @@ pub struct SampleRecord {
     pub id: SampleId,
     /// Where in the picture it lies: columns from its left edge, rows from its top one.
     pub place: [f64; 2],
-    /// Its share of the pixel. Shares add to 1 where all samples are finite.
+    /// Its share of the pixel. Shares add to 1 where all samples are finite, and less where `film.max_sample` cuts some.
     pub weight: f64,
-    /// What it gives.
+    /// What it gives, before the film's `max_sample` cuts it.
     pub radiance: Radiance,
 }
 
@@ -107,7 +107,7 @@ pub fn pixel(scene: &Scene, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
         } else {
             (place_of(scene, &id), if finite(&radiance) { 1.0 / counted } else { 0.0 })
         };
-        SampleRecord { id, place, weight, radiance }
+        SampleRecord { id, place, weight: weight * f64::from(scene.film.kept(radiance.color)), radiance }
     });
     let squares = log.squares.iter().map(|&(corner, size, spread)| Square {
         corner: corner.map(|c| f64::from(c) / cells),

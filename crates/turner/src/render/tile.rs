@@ -114,6 +114,7 @@ impl<'a> TileBuffers<'a> {
             if let Some(log) = &mut self.log {
                 log.traced(&self.samples.ids, &self.radiance);
             }
+            self.cut();
             if one_sample {
                 std::mem::swap(&mut self.pixels, &mut self.radiance);
                 self.check_pixels(tile);
@@ -198,7 +199,17 @@ impl<'a> TileBuffers<'a> {
         if let Some(log) = &mut self.log {
             log.traced(&self.samples.ids, &self.radiance);
         }
+        self.cut();
         &self.radiance
+    }
+
+    /// Scales down the samples that are brighter than the film lets them be.
+    fn cut(&mut self) {
+        if self.scene.film.max_sample > 0.0 {
+            for radiance in &mut self.radiance {
+                radiance.color *= self.scene.film.kept(radiance.color);
+            }
+        }
     }
 }
 

@@ -411,7 +411,8 @@ impl<'a> MeshCache<'a> {
         }
         if empty.meshes > 0 {
             let verb = if empty.meshes == 1 { "has" } else { "have" };
-            out.push(format!("{} {verb} no triangles to show", empty.meshes()));
+            let meshes = if empty.meshes == 1 { empty.meshes() } else { empty.meshes() + "," };
+            out.push(format!("{meshes} {verb} no triangles to show"));
         }
         out
     }
