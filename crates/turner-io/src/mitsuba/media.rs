@@ -9,7 +9,7 @@ use crate::whole::unknown;
 use std::sync::Arc;
 use turner::color::Spectrum;
 use turner::math::{DAffine3, DVec3};
-use turner::medium::{GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
+use turner::medium::{GridBorder, GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
 use turner::scene::error::ErrorCode;
 use turner::scene::{MediumId, Named};
 
@@ -125,6 +125,7 @@ fn gridded(
         file,
         min,
         max,
+        border: GridBorder::Extend,
         density,
         extinction: Some(extinction),
         albedo: Some(albedo),

@@ -28,8 +28,8 @@ mod xml;
 
 use crate::assets::{AssetSource, printable};
 use crate::import::{ImportOptions, empty_scene};
-use crate::whole::Stock;
 use crate::whole::report::Fault;
+use crate::whole::{Stock, fill_open};
 use assembly::Assembly;
 use document::Loader;
 use params::Object;
@@ -108,8 +108,7 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
         ("media", count(assembly.medium_list.len())),
     ];
     // What the camera stands in and no shape encloses is everywhere in the open.
-    let around = assembly.frame.medium;
-    scene.background.medium = around.filter(|id| !assembly.materials.encloses(*id));
+    let around = assembly.frame.medium.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
     let Stock { mut report, files, uri, objects, .. } = stock;
     if objects.is_empty() {
@@ -124,6 +123,7 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     scene.lights = stock.lights;
     scene.images = stock.images;
     scene.meshes = stock.meshes;
+    fill_open(&mut scene, around);
     scene.imports = vec![ImportSummary { file: printable(&uri), format: "Mitsuba", counts }];
     scene.warnings = report.into_warnings(&files);
     Ok(scene)

@@ -9,7 +9,7 @@ use crate::assets::printable;
 use std::sync::Arc;
 use turner::color::Spectrum;
 use turner::math::{DMat3, DVec3};
-use turner::medium::{GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
+use turner::medium::{GridBorder, GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
 use turner::scene::{MediumId, Named};
 
 /// Absorption and scattering per millimetre of what pbrt knows by name (Jensen et al. 2001; Narasimhan et al. 2006).
@@ -98,6 +98,7 @@ pub(super) fn define(
                         file,
                         min: min.min(max),
                         max: min.max(max) + 1e-9,
+                        border: GridBorder::Fade,
                         density: scale,
                         extinction: None,
                         albedo: None,

@@ -30,7 +30,7 @@ use crate::assets::{AssetSource, printable};
 use crate::gzip;
 use crate::import::{ImportOptions, empty_scene};
 use crate::scene::two_lines;
-use crate::whole::{Stock, report};
+use crate::whole::{Stock, fill_open, report};
 use assembly::Assembly;
 use reader::Reader;
 use report::Fault;
@@ -105,7 +105,7 @@ fn finish(
     ];
     // What the camera stands in and no shape encloses is everywhere in the open.
     let around = assembly.media.get(&assembly.frame.medium).filter(|_| assembly.frame.shows_media).copied();
-    scene.background.medium = around.filter(|id| !assembly.materials.encloses(*id));
+    let around = around.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
     let Stock { mut report, files, uri, objects, .. } = stock;
     if objects.is_empty() {
@@ -120,6 +120,7 @@ fn finish(
     scene.lights = stock.lights;
     scene.images = stock.images;
     scene.meshes = stock.meshes;
+    fill_open(&mut scene, around);
     scene.imports = vec![ImportSummary { file: printable(&uri), format: "pbrt-v4", counts }];
     scene.warnings = report.into_warnings(&files);
     Ok(scene)

@@ -10,6 +10,7 @@ use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::{DAffine3, DVec3};
+use turner::medium::{GridBorder, MediumDesc};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
 use turner::shape::ShapeDesc;
@@ -194,6 +195,24 @@ fn daylight_of_the_white_balance_is_white() {
     assert!(plain.r > 1.1 && plain.b < 0.75, "{plain:?}");
     let balanced = color("\"float whitebalance\" 5000");
     assert!(balanced.to_array().iter().all(|v| (v - 1.0).abs() < 0.02), "{balanced:?}");
+}
+
+#[test]
+fn a_grid_around_the_camera_is_a_box() {
+    let scene = read(
+        "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"float density\" [ 1 2 ] \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1\n\
+         \"point3 p0\" [ 0 0 2 ] \"point3 p1\" [ 1 1 3 ] MediumInterface \"\" \"smoke\" Camera \"perspective\" WorldBegin\n\
+         MediumInterface \"\" \"\" Shape \"sphere\"",
+    );
+    assert_eq!(scene.background.medium, None);
+    let [sphere, smoke] = &scene.objects[..] else { panic!("{:?}", scene.objects) };
+    assert!(matches!(sphere.content, ObjectContent::Shape(ShapeDesc::Sphere(_))));
+    let ObjectContent::Shape(ShapeDesc::Box(bounds)) = &smoke.content else { panic!("{smoke:?}") };
+    assert_eq!(bounds.min, Some(DVec3::new(0.0, 0.0, 2.0)));
+    let material = &scene.materials[smoke.material.unwrap().index()].value;
+    let MaterialDesc::Boundary(boundary) = material else { panic!("{material:?}") };
+    let MediumDesc::Grid(grid) = &scene.media[boundary.interior.unwrap().index()].value else { panic!() };
+    assert_eq!(grid.border, GridBorder::Fade);
 }
 
 #[test]

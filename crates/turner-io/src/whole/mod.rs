@@ -2,6 +2,7 @@
 
 mod facets;
 mod layer;
+mod open;
 mod orient;
 pub(crate) mod report;
 mod revolution;
@@ -11,6 +12,7 @@ mod values;
 
 pub(crate) use facets::{Facets, incoming, one_facet_alone};
 pub(crate) use layer::inner_reflectance;
+pub(crate) use open::fill_open;
 pub(crate) use orient::orient;
 pub(crate) use report::{Place, unknown};
 pub(crate) use revolution::{ALONG, AROUND, Surface, upright};

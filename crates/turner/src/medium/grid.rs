@@ -7,7 +7,7 @@ use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::scene::error::{ErrorCode, SceneError};
 use crate::scene::read::ReadContext;
-use crate::scene::schema::{ParamType, Range, params, wrong_type};
+use crate::scene::schema::{ParamType, Range, choice, params, wrong_type};
 use crate::scene::value::{Data, Value};
 use crate::scene::write::WriteContext;
 
@@ -90,6 +90,14 @@ impl GridData {
         [of(&self.density), self.emission.as_deref().map_or(1.0, of)]
     }
 
+    /// What is left of the density at a place in units of cells where empty cells follow beyond the grid: 1 but in the outer halves of the outermost cells.
+    #[inline]
+    pub(super) fn fade(&self, p: DVec3) -> f64 {
+        let along = |v: f64, n: u32| (v + 0.5).min(f64::from(n) - v + 0.5).clamp(0.0, 1.0);
+        let [nx, ny, nz] = self.size;
+        along(p.x, nx) * along(p.y, ny) * along(p.z, nz)
+    }
+
     /// The largest density within a range of cells, both ends included and cut to the grid.
     pub(super) fn largest(&self, from: [i64; 3], to: [i64; 3]) -> f32 {
         let cut = |v: i64, n: u32| v.clamp(0, i64::from(n) - 1) as usize;
@@ -139,6 +147,16 @@ impl ParamType for GridFile {
     }
 }
 
+choice! {
+    /// The density in the outer halves of the outermost cells.
+    pub enum GridBorder {
+        /// That of the cells.
+        Extend = "extend",
+        /// It falls towards the border, to half there: as if empty cells followed.
+        Fade = "fade",
+    }
+}
+
 params! {
     /// A medium whose density is given on a grid: smoke, clouds, scans. Its file is described in docs/volumes.md. The grid fills the box from `min` to
     /// `max`; beyond there is nothing of it. All that a medium does is in proportion to the density of the place.
@@ -149,6 +167,8 @@ params! {
         min: DVec3 = DVec3::NEG_ONE;
         /// The opposite corner.
         max: DVec3 = DVec3::ONE;
+        /// The density in the outer halves of the outermost cells.
+        border: GridBorder = GridBorder::Extend;
         /// A factor of the grid's densities.
         density: f64 = 1.0, in Range::closed(0.0, 1e30);
         /// What is lost per unit of length at density 1. 1 if nothing else says it.
@@ -185,6 +205,7 @@ impl GridMedium {
             return Err(SceneError::new(ErrorCode::OutOfRange, message)
                 .help("`min` must be less than `max` along each axis"));
         }
-        Varying::new(coefficients, Arc::clone(&self.file.data), self.min, self.max)
+        let fades = self.border == GridBorder::Fade;
+        Varying::new(coefficients, Arc::clone(&self.file.data), fades, [self.min, self.max])
     }
 }

@@ -13,7 +13,7 @@ mod subsurface;
 mod varying;
 
 pub use equiangular::Equiangular;
-pub use grid::{GridData, GridFile, GridMedium, MAX_VALUES};
+pub use grid::{GridBorder, GridData, GridFile, GridMedium, MAX_VALUES};
 pub use homogeneous::{Homogeneous, HomogeneousMedium, Place};
 pub use phase::HenyeyGreenstein;
 pub use smoke::SmokeMedium;

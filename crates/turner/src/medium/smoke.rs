@@ -87,7 +87,7 @@ impl SmokeMedium {
         let data = GridData::new([n; 3], density, None)
             .map_err(|problem| SceneError::new(ErrorCode::OutOfRange, problem))?;
         let half = DVec3::splat(self.radius);
-        Varying::new(coefficients, Arc::new(data), self.center - half, self.center + half)
+        Varying::new(coefficients, Arc::new(data), false, [self.center - half, self.center + half])
     }
 
     /// The density at a place of the unit ball.

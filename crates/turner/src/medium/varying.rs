@@ -26,6 +26,8 @@ const MAX_COLLISIONS: u32 = 1 << 20;
 pub struct Varying {
     pub(super) coefficients: Coefficients,
     grid: Arc<GridData>,
+    /// Whether empty cells follow beyond the grid.
+    fades: bool,
     /// From the scene into cells: (p − min) · scale.
     min: DVec3,
     scale: DVec3,
@@ -44,12 +46,12 @@ struct Tracked {
 }
 
 impl Varying {
-    /// A grid that fills a box.
+    /// A grid that fills a box; the density may fade at its border.
     pub(super) fn new(
         coefficients: Coefficients,
         grid: Arc<GridData>,
-        min: DVec3,
-        max: DVec3,
+        fades: bool,
+        [min, max]: [DVec3; 2],
     ) -> Result<Varying, SceneError> {
         let size = grid.size();
         let cells = DVec3::from(size.map(f64::from));
@@ -77,7 +79,15 @@ impl Varying {
             rate = rate.max(8.0 / ((max - min).length() * f64::from(most)));
         }
         let scale = cells / (max - min);
-        Ok(Varying { coefficients, grid, min, scale, blocks, largest, rate })
+        Ok(Varying { coefficients, grid, fades, min, scale, blocks, largest, rate })
+    }
+
+    /// Density and emission at a place.
+    #[inline]
+    fn at(&self, p: DVec3) -> [f64; 2] {
+        let p = (p - self.min) * self.scale;
+        let [density, shines] = self.grid.at(p);
+        [if self.fades { density * self.grid.fade(p) } else { density }, shines]
     }
 
     /// Visits the blocks on a ray's way in order: where it enters and leaves each, and the largest density in it; as long as `f` says so.
@@ -165,7 +175,7 @@ impl Varying {
                     found.weight = [0.0; 3];
                     return false;
                 }
-                let [density, shines] = self.grid.at((ray.at(t) - self.min) * self.scale);
+                let [density, shines] = self.at(ray.at(t));
                 let weight = &mut found.weight;
                 if c.emits() {
                     #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
@@ -250,7 +260,8 @@ mod tests {
     fn grid(size: [u32; 3], density: impl Fn(usize) -> f32) -> Varying {
         let count: u32 = size.iter().product();
         let data = GridData::new(size, (0..count as usize).map(density).collect(), None).unwrap();
-        Varying::new(coefficients(), Arc::new(data), DVec3::NEG_ONE, DVec3::new(2.0, 1.5, 1.0)).unwrap()
+        let bounds = [DVec3::NEG_ONE, DVec3::new(2.0, 1.5, 1.0)];
+        Varying::new(coefficients(), Arc::new(data), false, bounds).unwrap()
     }
 
     fn stream(i: u32) -> Stream {
@@ -319,6 +330,33 @@ mod tests {
                 is(walks.iter().map(|w| of(w, true)), scattered, "what is scattered");
                 let emitted = walks.iter().map(|w| f64::from(w.emitted.to_array()[band]));
                 is(emitted, f64::from(shines[band]), "what it emits");
+            }
+        }
+    }
+
+    /// Empty cells around the grid, cut off at its box, are the same as a border that fades.
+    #[test]
+    fn a_border_fades_as_if_empty_cells_followed() {
+        for [nx, ny, nz] in [[1u32, 1, 1], [2, 3, 1], [3, 2, 4]] {
+            let value = |x: u32, y: u32, z: u32| (1 + x + 3 * y + 7 * z) as f32;
+            let cells = |n: [u32; 3]| {
+                let [nx, ny, nz] = n;
+                (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])))
+            };
+            let own = cells([nx, ny, nz]).map(|[x, y, z]| value(x, y, z)).collect();
+            let around = cells([nx + 2, ny + 2, nz + 2]).map(|[x, y, z]| {
+                let inside = (1..=nx).contains(&x) && (1..=ny).contains(&y) && (1..=nz).contains(&z);
+                if inside { value(x - 1, y - 1, z - 1) } else { 0.0 }
+            });
+            let own = GridData::new([nx, ny, nz], own, None).unwrap();
+            let around = GridData::new([nx + 2, ny + 2, nz + 2], around.collect(), None).unwrap();
+            let max = DVec3::from([nx, ny, nz].map(f64::from));
+            let fading = Varying::new(coefficients(), Arc::new(own), true, [DVec3::ZERO, max]).unwrap();
+            let mut random = Random::new(5);
+            for _ in 0..1000 {
+                let p = DVec3::new(random.unit(), random.unit(), random.unit()) * max;
+                let (found, expected) = (fading.at(p)[0], around.at(p + 1.0)[0]);
+                assert!((found - expected).abs() < 1e-9, "{p}: {found}, {expected}");
             }
         }
     }
