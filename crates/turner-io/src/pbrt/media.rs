@@ -1,6 +1,7 @@
 //! Participating media.
 
 use super::assembly::Assembly;
+use super::frame::Frame;
 use super::params::Params;
 use super::report::Fault;
 use super::spectra::{Role, color};
@@ -67,8 +68,7 @@ pub(super) fn define(
         }
     };
     let emission = color(scene, space, &params, "Le", Role::Light)?.unwrap_or(Spectrum::BLACK);
-    let emission = scene.frame.balanced(emission)
-        * (params.float("Lescale").unwrap_or(1.0) * scene.frame.exposure()).clamp(0.0, 1e15) as f32;
+    let emission = emission * params.float("Lescale").unwrap_or(1.0).clamp(0.0, 1e15) as f32;
     let anisotropy = params.float("g").unwrap_or(0.0).clamp(-0.999, 0.999);
     let size = ["nx", "ny", "nz"].map(|n| params.integer(n).unwrap_or(1).max(0) as u32);
     let density = params.floats("density");
@@ -153,4 +153,16 @@ fn homogeneous(
         anisotropy,
         emission,
     })
+}
+
+/// Light of media as the film takes it, which may be said after them.
+pub(super) fn expose(media: &mut [Named<MediumDesc>], frame: &Frame) {
+    for medium in media {
+        let emission = match &mut medium.value {
+            MediumDesc::Homogeneous(m) => &mut m.emission,
+            MediumDesc::Grid(m) => &mut m.emission,
+            _ => continue,
+        };
+        *emission = (frame.balanced(*emission) * frame.exposure() as f32).map(|v| v.clamp(0.0, 1e15));
+    }
 }

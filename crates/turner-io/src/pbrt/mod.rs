@@ -107,14 +107,15 @@ fn finish(
     let around = assembly.media.get(&assembly.frame.medium).filter(|_| assembly.frame.shows_media).copied();
     let around = around.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
-    let Stock { mut report, files, uri, objects, .. } = stock;
+    let Stock { mut report, files, uri, objects, medium_list: mut media, .. } = stock;
+    media::expose(&mut media, &frame);
     if objects.is_empty() {
         report.note("the file has nothing to show");
     }
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;
     scene.materials = materials;
-    scene.media = stock.medium_list;
+    scene.media = media;
     scene.groups = stock.groups;
     scene.objects = objects;
     scene.lights = stock.lights;

@@ -216,6 +216,21 @@ fn a_grid_around_the_camera_is_a_box() {
 }
 
 #[test]
+fn media_shine_as_the_film_that_follows_them_takes_them() {
+    let medium = "MakeNamedMedium \"fire\" \"string type\" \"homogeneous\" \"rgb Le\" [ 1 1 1 ]";
+    let film = "Film \"rgb\" \"float iso\" 400";
+    let light = |text: &str| {
+        let scene = read(&format!("{text} Shape \"sphere\""));
+        let MediumDesc::Homogeneous(m) = &scene.media[0].value else { panic!() };
+        m.emission
+    };
+    let before = light(&format!("{film} {medium} WorldBegin"));
+    assert_eq!(before, light(&format!("{medium} {film} WorldBegin")));
+    assert_eq!(before, light(&format!("{film} WorldBegin {medium}")));
+    assert!((before.r - 4.0 * light(&format!("{medium} WorldBegin")).r).abs() < 1e-5, "{before:?}");
+}
+
+#[test]
 fn bright_samples_are_cut() {
     let most = |film: &str| read(&format!("Film \"rgb\" {film} WorldBegin")).film.max_sample;
     assert_eq!(most(""), 0.0);
