@@ -4,7 +4,7 @@ use super::fault::{Fault, Outcome};
 use super::json::{Document, Index};
 use super::report::Report;
 use turner::camera::{CameraDesc, Handedness, OrthographicDesc, PinholeDesc, Viewport};
-use turner::math::{DAffine3, DVec3};
+use turner::math::{DAffine3, DVec2, DVec3};
 use turner::scene::Named;
 
 /// The camera with this number on a node that has this place; `None` if it sees nothing.
@@ -49,6 +49,7 @@ pub(super) fn camera(
                 fov: Some(fov),
                 viewport: None,
                 distance: None,
+                shift: DVec2::ZERO,
                 near: p.znear.max(0.0),
             })
         }

@@ -11,7 +11,7 @@ use turner::film::Antialias;
 use turner::filter::FilterKind;
 use turner::integrator::{IntegratorDesc, PathDesc};
 use turner::math::elementary::{atan2, tan};
-use turner::math::{DAffine3, DVec3, radians};
+use turner::math::{DAffine3, DVec2, DVec3, radians};
 use turner::scene::error::ErrorCode;
 use turner::scene::{MediumId, Named, SceneDesc};
 
@@ -127,10 +127,13 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             let pose = pose(scene, object, to_world)?;
             let viewport = Viewport::Height(height(scene, object)?);
             let near = object.float("near_clip")?.unwrap_or(0.01).max(0.0);
-            for name in ["principal_point_offset_x", "principal_point_offset_y"] {
-                if object.float(name)?.is_some_and(|v| v != 0.0) {
-                    scene.report.ignored(object.place_of(name), "the offset of the principal point");
-                }
+            let [x, y] = ["principal_point_offset_x", "principal_point_offset_y"].map(|n| object.float(n));
+            // There downwards.
+            let mut shift = DVec2::new(x?.unwrap_or(0.0), -y?.unwrap_or(0.0));
+            if shift.abs().max_element() > 1000.0 {
+                let message = "a principal point far from the picture: it lies in the middle";
+                scene.report.ignored(object.place, message);
+                shift = DVec2::ZERO;
             }
             let Pose { position, look_at, up, handedness, .. } = pose;
             let radius = object.float("aperture_radius")?.unwrap_or(0.0);
@@ -145,6 +148,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                     fov,
                     viewport,
                     distance,
+                    shift,
                     lens_radius: radius,
                     blades: 0,
                     blade_rotation: 0.0,
@@ -160,6 +164,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                     fov,
                     viewport,
                     distance,
+                    shift,
                     near,
                 })
             }

@@ -58,6 +58,16 @@ fn cameras_look_along_z_with_x_to_the_left() {
 }
 
 #[test]
+fn the_principal_point_shifts_the_screen() {
+    let scene = read(
+        "<sensor type='perspective'><float name='fov' value='50'/><float name='principal_point_offset_x' value='0.25'/>
+           <float name='principal_point_offset_y' value='0.5'/></sensor>",
+    );
+    let Some(CameraDesc::Pinhole(c)) = scene.unwrap().camera.map(|c| c.value) else { panic!("a pinhole") };
+    assert_eq!((c.shift.x, c.shift.y), (0.25, -0.5));
+}
+
+#[test]
 fn steps_of_transforms_follow_one_another() {
     let scene = read(
         "<shape type='disk'><transform name='to_world'><scale value='2'/><rotate y='1' angle='90'/><translate x='1'/></transform></shape>",

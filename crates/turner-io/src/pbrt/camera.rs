@@ -27,6 +27,8 @@ struct Pose {
 #[derive(Clone, Copy)]
 struct Screen {
     half: DVec2,
+    /// By how much of its size its middle lies to the right of the view, and above it.
+    shift: DVec2,
     is_own: bool,
 }
 
@@ -66,7 +68,14 @@ pub(super) fn define(
             }
             params.pass(&["focaldistance", "fov"]);
             let viewport = screen.viewport(pose.unit);
-            let Pose { position, look_at, up, handedness, .. } = pose;
+            let Pose { position, look_at, up, handedness, unit } = pose;
+            let aside = 2.0 * screen.half * screen.shift * unit;
+            let right = match handedness {
+                Handedness::Right => (look_at - position).cross(up),
+                Handedness::Left => up.cross(look_at - position),
+            };
+            let aside = right.normalize_or_zero() * aside.x + up.normalize_or_zero() * aside.y;
+            let (position, look_at) = (position + aside, look_at + aside);
             CameraDesc::Orthographic(OrthographicDesc {
                 position,
                 look_at,
@@ -132,17 +141,21 @@ fn pose(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Pose
 fn screen(scene: &mut Assembly<'_>, params: &Params) -> Screen {
     let aspect = params.float("frameaspectratio").filter(|a| *a > 0.0).unwrap_or(scene.frame.aspect());
     let mut half = if aspect > 1.0 { DVec2::new(aspect, 1.0) } else { DVec2::new(1.0, 1.0 / aspect) };
+    let mut shift = DVec2::ZERO;
     if let &[x0, x1, y0, y1] = params.floats("screenwindow") {
         let window = DVec2::new(x1 - x0, y1 - y0) / 2.0;
         if window.min_element() > 0.0 {
             half = window;
         }
-        if (x0 + x1).abs() > 1e-6 * half.x || (y0 + y1).abs() > 1e-6 * half.y {
-            let message = "a screen window that is not in the middle: the middle is shown";
+        let by = DVec2::new(x0 + x1, y0 + y1) / (4.0 * half);
+        if by.abs().max_element() <= 1000.0 {
+            shift = by;
+        } else {
+            let message = "a screen window that is far from the middle: the middle is shown";
             scene.report.ignored(params.place_of("screenwindow"), message);
         }
     }
-    Screen { half, is_own: params.has("screenwindow") || params.has("frameaspectratio") }
+    Screen { half, shift, is_own: params.has("screenwindow") || params.has("frameaspectratio") }
 }
 
 fn perspective(params: &Params, pose: Pose, screen: Screen) -> CameraDesc {
@@ -166,6 +179,7 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
             fov,
             viewport,
             distance,
+            shift: screen.shift,
             near,
         }),
         Some((radius, focus)) => CameraDesc::ThinLens(ThinLensDesc {
@@ -176,6 +190,7 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
             fov,
             viewport,
             distance,
+            shift: screen.shift,
             lens_radius: radius * unit,
             blades: 0,
             blade_rotation: 0.0,

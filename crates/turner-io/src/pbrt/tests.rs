@@ -9,7 +9,7 @@ use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
-use turner::math::{DAffine3, DVec3};
+use turner::math::{DAffine3, DVec2, DVec3};
 use turner::medium::{GridBorder, MediumDesc};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
@@ -82,6 +82,22 @@ fn the_frame_is_the_files_own() {
     assert_eq!(c.handedness, Handedness::Left);
     let Some(Viewport::Height(h)) = c.viewport else { panic!("a height") };
     assert!((h / 2.0 - 0.414_213_562).abs() < 1e-6);
+}
+
+#[test]
+fn a_window_off_the_middle_shifts_the_screen() {
+    let camera = |kind: &str| {
+        let window = "\"float screenwindow\" [ -1 3 -2 1 ]";
+        read(&format!("LookAt 0 0 -5 0 0 0 0 1 0 Camera \"{kind}\" \"float fov\" 90 {window} WorldBegin"))
+    };
+    let Some(CameraDesc::Pinhole(c)) = camera("perspective").camera.map(|c| c.value) else { panic!() };
+    let Some(Viewport::Size(size)) = c.viewport else { panic!("both sides") };
+    assert!((size - DVec2::new(4.0, 3.0)).length() < 1e-12, "{size}");
+    assert!((c.shift - DVec2::new(0.25, -0.5 / 3.0)).length() < 1e-12, "{:?}", c.shift);
+    let Some(CameraDesc::Orthographic(c)) = camera("orthographic").camera.map(|c| c.value) else { panic!() };
+    // Right and up are along x and y of a left-handed camera that looks along z.
+    assert!((c.position - DVec3::new(1.0, -0.5, -5.0)).length() < 1e-9, "{}", c.position);
+    assert!((c.look_at - c.position).normalize().dot(DVec3::Z) > 1.0 - 1e-12);
 }
 
 #[test]

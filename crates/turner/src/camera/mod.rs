@@ -91,6 +91,7 @@ impl CameraDesc {
             fov: Some(fov),
             viewport: None,
             distance: None,
+            shift: DVec2::ZERO,
             near: 0.0,
         })
     }

@@ -27,6 +27,9 @@ params! {
         viewport: Option<Viewport> = None;
         /// Distance of the viewport from the eye; without it the viewport lies at `look_at`.
         distance: Option<f64> = None, in Range::POSITIVE;
+        /// Moves the screen sideways, [right, up], as shares of the picture's width and height, without turning the camera: with [0, 0.5] the point looked at lies at the lower edge. Upright lines stay
+        /// parallel, as with the shift of a view camera.
+        shift: DVec2 = DVec2::ZERO;
         /// Nothing nearer than this counts, measured along the direction of view.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
     }
@@ -86,11 +89,24 @@ impl Viewport {
     }
 }
 
-/// The screen of a perspective camera: `half` its half size, `distance` from the eye.
+/// The screen of a perspective camera: `half` its half size, `distance` from the eye, its middle `shift` half sizes to the right and above the direction of view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Screen {
     pub(super) half: DVec2,
     pub(super) distance: f64,
+    pub(super) shift: DVec2,
+}
+
+/// Most that a screen may be shifted, in pictures.
+const MAX_SHIFT: f64 = 1000.0;
+
+impl Screen {
+    /// From the eye to a point of the screen, (−1, −1) its lower left, (1, 1) its upper right corner.
+    #[inline]
+    pub(super) fn direction(&self, f: &CameraFrame, at: DVec2) -> DVec3 {
+        let at = at + self.shift;
+        f.forward * self.distance + f.right * (at.x * self.half.x) + f.up * (at.y * self.half.y)
+    }
 }
 
 /// The screen from the two ways to give it.
@@ -98,21 +114,28 @@ pub(super) fn screen(
     fov: Option<f64>,
     viewport: Option<Viewport>,
     distance: Option<f64>,
+    shift: DVec2,
     to_target: f64,
     aspect: f64,
 ) -> Result<Screen, SceneError> {
+    if !shift.is_finite() || shift.abs().max_element() > MAX_SHIFT {
+        let message =
+            format!("`shift` of the camera is {shift}: expected numbers from -{MAX_SHIFT} to {MAX_SHIFT}");
+        return Err(SceneError::new(ErrorCode::OutOfRange, message));
+    }
+    let shift = 2.0 * shift;
     match (fov, viewport) {
         (Some(_), Some(_)) => Err(SceneError::new(
             ErrorCode::Conflict,
             "`fov` and `viewport` are two ways to say the same: give one of them",
         )),
         (None, Some(viewport)) => {
-            Ok(Screen { half: 0.5 * viewport.size(aspect), distance: distance.unwrap_or(to_target) })
+            Ok(Screen { half: 0.5 * viewport.size(aspect), distance: distance.unwrap_or(to_target), shift })
         }
         (fov, None) => {
             let distance = distance.unwrap_or(1.0);
             let half = tan(radians(fov.unwrap_or(40.0)) / 2.0) * distance;
-            Ok(Screen { half: DVec2::new(half * aspect, half), distance })
+            Ok(Screen { half: DVec2::new(half * aspect, half), distance, shift })
         }
     }
 }
@@ -130,7 +153,7 @@ impl PinholeDesc {
     pub fn prepare(&self, aspect: f64) -> Result<Pinhole, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let to_target = (self.look_at - self.position).length();
-        let screen = screen(self.fov, self.viewport, self.distance, to_target, aspect)?;
+        let screen = screen(self.fov, self.viewport, self.distance, self.shift, to_target, aspect)?;
         Ok(Pinhole { frame, screen, near: self.near })
     }
 }
@@ -152,9 +175,10 @@ impl Pinhole {
     pub(super) fn directions<S: Simd>(&self, simd: S, x: F64x8<S>, y: F64x8<S>) -> (Vec3x8<S>, f64) {
         let f = &self.frame;
         let vector = |v: DVec3| Vec3x8::splat(simd, v.to_array());
+        let splat = |v: f64| F64x8::splat(simd, v);
         let d = vector(f.forward * self.screen.distance)
-            + vector(f.right) * (x * F64x8::splat(simd, self.screen.half.x))
-            + vector(f.up) * (y * F64x8::splat(simd, self.screen.half.y));
+            + vector(f.right) * ((x + splat(self.screen.shift.x)) * splat(self.screen.half.x))
+            + vector(f.up) * ((y + splat(self.screen.shift.y)) * splat(self.screen.half.y));
         (d, self.near / self.screen.distance)
     }
 
@@ -163,9 +187,7 @@ impl Pinhole {
     #[inline]
     pub(super) fn ray(&self, at: DVec2) -> Ray {
         let f = &self.frame;
-        let d = f.forward * self.screen.distance
-            + f.right * (at.x * self.screen.half.x)
-            + f.up * (at.y * self.screen.half.y);
+        let d = self.screen.direction(f, at);
         Ray { t_min: self.near / self.screen.distance, ..Ray::new(f.position, d) }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Camera;
 use super::frame::CameraFrame;
+use super::pinhole::Screen;
 use crate::film::FilmDesc;
 use crate::math::elementary::{acos, asin, atan2, sin};
 use crate::math::{DVec2, DVec3};
@@ -57,14 +58,8 @@ impl Camera {
     /// Blockers on the way are not looked for.
     pub fn project(&self, film: &FilmDesc, p: DVec3, lens: DVec2) -> Option<Projection> {
         let s = match self {
-            Camera::Pinhole(c) => {
-                let screen = &c.screen;
-                flat(&c.frame, screen.half / screen.distance, c.near, DVec3::ZERO, f64::INFINITY, p)?
-            }
-            Camera::ThinLens(c) => {
-                let half = c.screen.half / c.screen.distance;
-                flat(&c.frame, half, c.near, c.offset(lens), c.focus, p)?
-            }
+            Camera::Pinhole(c) => flat(&c.frame, &c.screen, c.near, DVec3::ZERO, f64::INFINITY, p)?,
+            Camera::ThinLens(c) => flat(&c.frame, &c.screen, c.near, c.offset(lens), c.focus, p)?,
             Camera::Orthographic(c) => {
                 let v = p - c.frame.position;
                 let depth = v.dot(c.frame.forward);
@@ -113,10 +108,10 @@ fn seen_from(frame: &CameraFrame, p: DVec3) -> Option<(DVec3, DVec3, f64)> {
     d.is_finite().then_some((v, d, distance))
 }
 
-/// A camera with a flat screen of half the size `half` at distance 1, from a place `offset` beside its middle, in focus at a depth.
+/// A camera with a flat screen, from a place `offset` beside its middle, in focus at a depth.
 fn flat(
     frame: &CameraFrame,
-    half: DVec2,
+    screen: &Screen,
     near: f64,
     offset: DVec3,
     focus: f64,
@@ -129,7 +124,8 @@ fn flat(
     }
     // Where the ray meets the plane in focus, per its distance.
     let direction = v / depth + offset / focus;
-    let at = DVec2::new(direction.dot(frame.right), direction.dot(frame.up)) / half;
+    let half = screen.half / screen.distance;
+    let at = DVec2::new(direction.dot(frame.right), direction.dot(frame.up)) / half - screen.shift;
     Some(OnScreen { at, to_camera: -v, free: 1.0 - near / depth })
 }
 
@@ -145,7 +141,17 @@ mod tests {
         let (position, look_at, up) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.5, 1.0, -2.0), DVec3::Y);
         let handedness = Handedness::Left;
         let (viewport, distance, fov) = (None, None, None);
-        let pinhole = PinholeDesc { position, look_at, up, handedness, fov, viewport, distance, near: 0.3 };
+        let pinhole = PinholeDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            shift: DVec2::new(0.2, -0.7),
+            near: 0.3,
+        };
         let lens = ThinLensDesc {
             position,
             look_at,
@@ -154,6 +160,7 @@ mod tests {
             fov: Some(60.0),
             viewport,
             distance,
+            shift: DVec2::new(-0.3, 0.1),
             lens_radius: 0.4,
             blades: 5,
             blade_rotation: 10.0,

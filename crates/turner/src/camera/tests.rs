@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
 use crate::math::elementary::{atan2, cos};
+use turner_bvh::lanes::{Block, LANES};
 
 /// Looks along −z from above the origin, x to the right.
 fn panorama() -> Camera {
@@ -107,6 +108,7 @@ fn a_lens_with_blades_is_in_focus_where_a_round_one_is() {
         fov: Some(40.0),
         viewport: None,
         distance: None,
+        shift: DVec2::ZERO,
         lens_radius: 0.5,
         blades,
         blade_rotation: 10.0,
@@ -126,4 +128,66 @@ fn a_lens_with_blades_is_in_focus_where_a_round_one_is() {
         }
     }
     assert!(CameraDesc::ThinLens(desc(2)).prepare(1.0).is_err());
+}
+
+#[test]
+fn a_shifted_screen_shows_what_lies_beside() {
+    let (position, look_at) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 1.0, -4.0));
+    let (up, handedness) = (DVec3::Y, Handedness::Right);
+    let (fov, viewport, distance, near) = (Some(50.0), None, None, 0.0);
+    let with = |shift: DVec2| PinholeDesc {
+        position,
+        look_at,
+        up,
+        handedness,
+        fov,
+        viewport,
+        distance,
+        shift,
+        near,
+    };
+    let pinhole = |shift: DVec2| CameraDesc::Pinhole(with(shift)).prepare(1.5).unwrap();
+    let lens = |shift: DVec2| {
+        let desc = ThinLensDesc {
+            position,
+            look_at,
+            up,
+            handedness,
+            fov,
+            viewport,
+            distance,
+            shift,
+            lens_radius: 0.2,
+            blades: 0,
+            blade_rotation: 0.0,
+            focus: Some(3.0),
+            near,
+        };
+        CameraDesc::ThinLens(desc).prepare(1.5).unwrap()
+    };
+    let shift = DVec2::new(0.5, -0.25);
+    for (plain, shifted) in [(pinhole(DVec2::ZERO), pinhole(shift)), (lens(DVec2::ZERO), lens(shift))] {
+        for (x, y) in [(0.0, 0.0), (-1.0, 0.5), (0.3, 1.0)] {
+            let at = |camera: &Camera, x: f64, y: f64| camera.ray(DVec2::new(x, y), DVec2::new(0.7, 0.2));
+            let (a, b) = (at(&shifted, x, y), at(&plain, x + 1.0, y - 0.5));
+            assert!((a.direction - b.direction).length() < 1e-12 && a.origin == b.origin, "{a:?} {b:?}");
+        }
+    }
+    // The left edge is the direction of view.
+    let ahead = looks(&pinhole(DVec2::new(0.5, 0.0)), -1.0, 0.0).normalize();
+    assert!((ahead - (look_at - position).normalize()).length() < 1e-12);
+    // Many rays at a time are the same.
+    let film = crate::film::FilmDesc { width: 30, height: 20, ..crate::scene::SceneDesc::default().film };
+    let (mut x, mut y) = (Block([f64::NAN; LANES]), Block([f64::NAN; LANES]));
+    (x.0[0], y.0[0], x.0[1], y.0[1]) = (3.5, 17.25, 29.0, 1.0);
+    let mut rays = turner_bvh::RayBlock::NOTHING;
+    camera_rays(&pinhole(shift), &film, &x, &y, |_| DVec2::ZERO, &mut rays);
+    for lane in 0..2 {
+        let at = DVec2::new(2.0 * x.0[lane] / 30.0 - 1.0, 1.0 - 2.0 * y.0[lane] / 20.0);
+        let expected = looks(&pinhole(shift), at.x, at.y).normalize();
+        let found =
+            DVec3::new(rays.direction[0].0[lane], rays.direction[1].0[lane], rays.direction[2].0[lane]);
+        assert!((found - expected).length() < 1e-12, "{found} {expected}");
+    }
+    assert!(with(DVec2::new(0.0, 2e3)).prepare(1.0).is_err());
 }

@@ -24,6 +24,8 @@ params! {
         viewport: Option<Viewport> = None;
         /// Distance of the viewport from the eye; without it the viewport lies at `look_at`.
         distance: Option<f64> = None, in Range::POSITIVE;
+        /// Moves the screen sideways, as for the pinhole camera.
+        shift: DVec2 = DVec2::ZERO;
         /// Radius of the lens, scene units; 0 is a pinhole.
         lens_radius: f64 = 0.05, in Range::NON_NEGATIVE;
         /// Blades of the aperture: what is out of focus shows its polygon, of so many corners on the circle of `lens_radius`. 0 is a round opening; else 3 or more.
@@ -65,7 +67,7 @@ impl ThinLensDesc {
     pub fn prepare(&self, aspect: f64) -> Result<ThinLens, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let to_target = (self.look_at - self.position).length();
-        let screen = screen(self.fov, self.viewport, self.distance, to_target, aspect)?;
+        let screen = screen(self.fov, self.viewport, self.distance, self.shift, to_target, aspect)?;
         let focus = self.focus.unwrap_or(to_target);
         let aperture = Aperture::new(self.blades, self.blade_rotation)?;
         Ok(ThinLens { frame, screen, lens_radius: self.lens_radius, aperture, focus, near: self.near })
@@ -87,9 +89,7 @@ impl ThinLens {
     /// The ray through a point of the screen and a point `lens` of the unit square, mapped onto the lens.
     pub(super) fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         let f = &self.frame;
-        let d = f.forward * self.screen.distance
-            + f.right * (at.x * self.screen.half.x)
-            + f.up * (at.y * self.screen.half.y);
+        let d = self.screen.direction(f, at);
         let on_focus = d * (self.focus / self.screen.distance);
         let offset = self.offset(lens);
         let d = on_focus - offset;

@@ -9,7 +9,7 @@ use crate::color::Spectrum;
 use crate::light::{EnvironmentDesc, Light};
 use crate::material::PrincipledMaterial;
 use crate::math::elementary::{cos, sin, sin_cos, tan};
-use crate::math::{Bounds, DVec3, radians};
+use crate::math::{Bounds, DVec2, DVec3, radians};
 use crate::scene::value::Span;
 use crate::shape::Plane;
 
@@ -112,6 +112,7 @@ impl Orbit {
             fov: Some(2.0 * half_height.to_degrees()),
             viewport: None,
             distance: None,
+            shift: DVec2::ZERO,
             near: 0.0,
         })
     }

@@ -4,12 +4,13 @@ use super::run::{Case, Expected};
 use super::scenes::around;
 
 /// Lines with a `$` where each of the numbers is put.
-const LINES: [&str; 35] = [
+const LINES: [&str; 36] = [
     "[film]\nwidth = $",
     "[film]\ncrop = [0, 0, $, 1]",
     "[film]\nsamples = $\nantialias = \"grid\"",
     "[film]\nexposure = $",
     "[film]\nmax_sample = $",
+    "[camera]\nshift = [$, $]",
     "[film]\nfilter_radius = $\nantialias = \"monte-carlo\"",
     "[camera]\nposition = [$, 0, 5]",
     "[camera]\nposition = [0, 0, 5]\nfov = $",

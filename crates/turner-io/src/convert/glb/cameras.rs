@@ -8,7 +8,7 @@ use turner::camera::{CameraDesc, Handedness, PinholeDesc, Viewport};
 use turner::color::Spectrum;
 use turner::light::{Attenuation, LightDesc};
 use turner::math::elementary::atan2;
-use turner::math::{DAffine3, DMat3, DVec3, radians};
+use turner::math::{DAffine3, DMat3, DVec2, DVec3, radians};
 use turner::scene::SceneDesc;
 
 /// Adds those of a scene; gives the document's cameras and lights.
@@ -44,6 +44,14 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
     let mut placed = camera.clone();
     let [position, look_at, up] = placed.placement_mut().map(|v| *v);
     let distance = (look_at - position).length();
+    let shifted = match camera {
+        CameraDesc::Pinhole(c) => c.shift != DVec2::ZERO,
+        CameraDesc::ThinLens(c) => c.shift != DVec2::ZERO,
+        _ => false,
+    };
+    if shifted {
+        remarks.approximated("the shift of a camera: it looks straight ahead");
+    }
     let (handedness, json) = match camera {
         CameraDesc::Pinhole(c) => (c.handedness, perspective(c, distance, aspect)),
         CameraDesc::ThinLens(c) => {
@@ -56,6 +64,7 @@ fn camera_json(camera: &CameraDesc, aspect: f64, remarks: &mut Remarks) -> Optio
                 fov: c.fov,
                 viewport: c.viewport,
                 distance: c.distance,
+                shift: c.shift,
                 near: 0.0,
             };
             (c.handedness, perspective(&pinhole, distance, aspect))
