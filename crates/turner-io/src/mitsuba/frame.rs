@@ -6,7 +6,9 @@ use super::params::Object;
 use crate::assets::printable;
 use crate::whole::report::{Fault, Report};
 use crate::whole::{is_sound, unknown};
-use turner::camera::{CameraDesc, Handedness, OrthographicDesc, PinholeDesc, ThinLensDesc, Viewport};
+use turner::camera::{
+    CameraDesc, Handedness, MAX_SHIFT, OrthographicDesc, PinholeDesc, ThinLensDesc, Viewport,
+};
 use turner::film::Antialias;
 use turner::filter::FilterKind;
 use turner::integrator::{IntegratorDesc, PathDesc};
@@ -130,7 +132,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             let [x, y] = ["principal_point_offset_x", "principal_point_offset_y"].map(|n| object.float(n));
             // There downwards.
             let mut shift = DVec2::new(x?.unwrap_or(0.0), -y?.unwrap_or(0.0));
-            if shift.abs().max_element() > 1000.0 {
+            if shift.abs().max_element() > MAX_SHIFT {
                 let message = "a principal point far from the picture: it lies in the middle";
                 scene.report.ignored(object.place, message);
                 shift = DVec2::ZERO;

@@ -7,7 +7,8 @@ use super::state::State;
 use super::transform::{half_height, is_sound};
 use crate::assets::printable;
 use turner::camera::{
-    CameraDesc, EquirectangularDesc, Handedness, OrthographicDesc, PinholeDesc, ThinLensDesc, Viewport,
+    CameraDesc, EquirectangularDesc, Handedness, MAX_SHIFT, OrthographicDesc, PinholeDesc, ThinLensDesc,
+    Viewport,
 };
 use turner::math::{DVec2, DVec3};
 use turner::scene::Named;
@@ -148,7 +149,7 @@ fn screen(scene: &mut Assembly<'_>, params: &Params) -> Screen {
             half = window;
         }
         let by = DVec2::new(x0 + x1, y0 + y1) / (4.0 * half);
-        if by.abs().max_element() <= 1000.0 {
+        if by.abs().max_element() <= MAX_SHIFT {
             shift = by;
         } else {
             let message = "a screen window that is far from the middle: the middle is shown";

@@ -9,6 +9,8 @@ mod camera;
 mod directives;
 mod environment;
 mod frame;
+#[cfg(test)]
+mod frame_tests;
 mod layers;
 mod lexer;
 mod lights;

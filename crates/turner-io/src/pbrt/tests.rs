@@ -3,13 +3,10 @@
 use super::import;
 use crate::assets::MemoryAssets;
 use crate::import::ImportOptions;
-use turner::camera::{CameraDesc, Handedness, Viewport};
 use turner::color::Spectrum;
-use turner::filter::FilterKind;
-use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
-use turner::math::{DAffine3, DVec2, DVec3};
+use turner::math::{DAffine3, DVec3};
 use turner::medium::{GridBorder, MediumDesc};
 use turner::scene::error::{ErrorCode, SceneError};
 use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
@@ -25,7 +22,7 @@ fn read_with(text: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, SceneErro
     import("scene.pbrt", &assets, &ImportOptions::default())
 }
 
-fn read(text: &str) -> SceneDesc {
+pub(super) fn read(text: &str) -> SceneDesc {
     read_with(text, &[]).unwrap_or_else(|e| panic!("{e} {:?}", e.help))
 }
 
@@ -56,68 +53,6 @@ fn value(source: ColorSource) -> f32 {
         ColorSource::Constant(c) => c.r,
         ColorSource::Texture(_) => panic!("a texture"),
     }
-}
-
-#[test]
-fn the_frame_is_the_files_own() {
-    let scene = read(
-        "LookAt 3 4 1.5  .5 .5 0  0 0 1\nCamera \"perspective\" \"float fov\" 45\nSampler \"halton\" \"integer pixelsamples\" 128\n\
-         Integrator \"volpath\" \"integer maxdepth\" [ 7 ]\nPixelFilter \"gaussian\" \"float xradius\" [1.5] \"float yradius\" [1.5]\n\
-         Film \"rgb\" \"string filename\" \"simple.png\" \"integer xresolution\" [400] \"integer yresolution\" [300]\nWorldBegin",
-    );
-    assert!(scene.warnings.iter().all(|w| w.kind == WarningKind::Note), "{:?}", scene.warnings);
-    let f = &scene.film;
-    assert_eq!(
-        (f.width, f.height, f.samples, f.filter, f.filter_radius),
-        (400, 300, 128, FilterKind::Gaussian, Some(1.5))
-    );
-    assert!(matches!(&scene.integrator, IntegratorDesc::Path(p) if p.max_depth == 7));
-    let Some(CameraDesc::Pinhole(c)) = scene.camera.map(|c| c.value) else { panic!("a pinhole camera") };
-    assert!((c.position - DVec3::new(3.0, 4.0, 1.5)).length() < 1e-9);
-    assert!(
-        (c.look_at - c.position).normalize().dot((DVec3::new(0.5, 0.5, 0.0) - c.position).normalize())
-            > 1.0 - 1e-9
-    );
-    // A camera of pbrt is left-handed unless it is mirrored.
-    assert_eq!(c.handedness, Handedness::Left);
-    let Some(Viewport::Height(h)) = c.viewport else { panic!("a height") };
-    assert!((h / 2.0 - 0.414_213_562).abs() < 1e-6);
-}
-
-#[test]
-fn a_window_off_the_middle_shifts_the_screen() {
-    let camera = |kind: &str| {
-        let window = "\"float screenwindow\" [ -1 3 -2 1 ]";
-        read(&format!("LookAt 0 0 -5 0 0 0 0 1 0 Camera \"{kind}\" \"float fov\" 90 {window} WorldBegin"))
-    };
-    let Some(CameraDesc::Pinhole(c)) = camera("perspective").camera.map(|c| c.value) else { panic!() };
-    let Some(Viewport::Size(size)) = c.viewport else { panic!("both sides") };
-    assert!((size - DVec2::new(4.0, 3.0)).length() < 1e-12, "{size}");
-    assert!((c.shift - DVec2::new(0.25, -0.5 / 3.0)).length() < 1e-12, "{:?}", c.shift);
-    let Some(CameraDesc::Orthographic(c)) = camera("orthographic").camera.map(|c| c.value) else { panic!() };
-    // Right and up are along x and y of a left-handed camera that looks along z.
-    assert!((c.position - DVec3::new(1.0, -0.5, -5.0)).length() < 1e-9, "{}", c.position);
-    assert!((c.look_at - c.position).normalize().dot(DVec3::Z) > 1.0 - 1e-12);
-}
-
-#[test]
-fn the_field_of_view_is_that_of_the_shorter_side() {
-    let height_of = |text: &str| {
-        let scene = read(&format!("{text}\nWorldBegin"));
-        let Some(CameraDesc::Pinhole(c)) = scene.camera.map(|c| c.value) else { panic!("a pinhole camera") };
-        assert_eq!(c.handedness, Handedness::Right);
-        let Some(Viewport::Height(h)) = c.viewport else { panic!("a height") };
-        h
-    };
-    let height = |film: &str| {
-        let camera = "Scale -1 1 1\nCamera \"perspective\" \"float fov\" 90";
-        let before = height_of(&format!("Film \"rgb\" {film}\n{camera}"));
-        // The order of the two does not matter.
-        assert_eq!(before, height_of(&format!("{camera}\nFilm \"rgb\" {film}")));
-        before
-    };
-    assert!((height("\"integer xresolution\" 200 \"integer yresolution\" 100") - 2.0).abs() < 1e-9);
-    assert!((height("\"integer xresolution\" 100 \"integer yresolution\" 200") - 4.0).abs() < 1e-9);
 }
 
 #[test]
@@ -199,21 +134,6 @@ fn layers_take_light() {
 }
 
 #[test]
-fn daylight_of_the_white_balance_is_white() {
-    let color = |film: &str| {
-        let scene = read(&format!(
-            "Film \"rgb\" {film} WorldBegin LightSource \"infinite\" \"spectrum L\" \"stdillum-D50\""
-        ));
-        let LightDesc::Environment(e) = &scene.lights[0].value else { panic!("an environment") };
-        e.tint
-    };
-    let plain = color("");
-    assert!(plain.r > 1.1 && plain.b < 0.75, "{plain:?}");
-    let balanced = color("\"float whitebalance\" 5000");
-    assert!(balanced.to_array().iter().all(|v| (v - 1.0).abs() < 0.02), "{balanced:?}");
-}
-
-#[test]
 fn a_grid_around_the_camera_is_a_box() {
     let scene = read(
         "MakeNamedMedium \"smoke\" \"string type\" \"uniformgrid\" \"float density\" [ 1 2 ] \"integer nx\" 2 \"integer ny\" 1 \"integer nz\" 1\n\
@@ -229,28 +149,6 @@ fn a_grid_around_the_camera_is_a_box() {
     let MaterialDesc::Boundary(boundary) = material else { panic!("{material:?}") };
     let MediumDesc::Grid(grid) = &scene.media[boundary.interior.unwrap().index()].value else { panic!() };
     assert_eq!(grid.border, GridBorder::Fade);
-}
-
-#[test]
-fn media_shine_as_the_film_that_follows_them_takes_them() {
-    let medium = "MakeNamedMedium \"fire\" \"string type\" \"homogeneous\" \"rgb Le\" [ 1 1 1 ]";
-    let film = "Film \"rgb\" \"float iso\" 400";
-    let light = |text: &str| {
-        let scene = read(&format!("{text} Shape \"sphere\""));
-        let MediumDesc::Homogeneous(m) = &scene.media[0].value else { panic!() };
-        m.emission
-    };
-    let before = light(&format!("{film} {medium} WorldBegin"));
-    assert_eq!(before, light(&format!("{medium} {film} WorldBegin")));
-    assert_eq!(before, light(&format!("{film} WorldBegin {medium}")));
-    assert!((before.r - 4.0 * light(&format!("{medium} WorldBegin")).r).abs() < 1e-5, "{before:?}");
-}
-
-#[test]
-fn bright_samples_are_cut() {
-    let most = |film: &str| read(&format!("Film \"rgb\" {film} WorldBegin")).film.max_sample;
-    assert_eq!(most(""), 0.0);
-    assert_eq!(most("\"float maxcomponentvalue\" 10"), 10.0);
 }
 
 #[test]

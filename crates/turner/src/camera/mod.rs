@@ -15,7 +15,7 @@ pub use equirectangular::EquirectangularDesc;
 pub use fisheye::FisheyeDesc;
 pub use frame::{CameraFrame, Handedness};
 pub use orthographic::OrthographicDesc;
-pub use pinhole::{PinholeDesc, Viewport};
+pub use pinhole::{MAX_SHIFT, PinholeDesc, Viewport};
 pub use pixel_cone::PixelCone;
 pub use project::Projection;
 pub use rays::camera_rays;

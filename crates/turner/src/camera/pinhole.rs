@@ -98,7 +98,7 @@ pub(super) struct Screen {
 }
 
 /// Most that a screen may be shifted, in pictures.
-const MAX_SHIFT: f64 = 1000.0;
+pub const MAX_SHIFT: f64 = 1000.0;
 
 impl Screen {
     /// From the eye to a point of the screen, (−1, −1) its lower left, (1, 1) its upper right corner.
