@@ -5,7 +5,7 @@
 
 Conventions of the descriptions: right-handed, y up; `max_depth` counts the camera ray (1 is directly seen light), so that Turner's
 `max_depth` is one less; quads shine on one side and both sides absorb; `alpha` is the width of the GGX lobe, the square of Turner's
-roughness; reflectances of mirrors and metals are constant. The small references come from converged pictures of 512 x 512 by `cargo run -p turner-io --example reduce_reference`.
+roughness; reflectances of mirrors and metals are constant. The small references come from converged pictures of 512 x 512 by `cargo run -p turner-io --features tools --example reduce_reference`.
 """
 import json
 from pathlib import Path
@@ -97,7 +97,7 @@ def convert(s):
             if "made_by" in s:
                 made = f"# `{s['made_by']}` made its files.\n"
             else:
-                made = "# `cargo run --release -p turner-io --example peer_files` makes the two files it needs.\n"
+                made = "# `cargo run --release -p turner-io --features tools --example peer_files` makes the two files it needs.\n"
             parts[0] += "" if parts[0].endswith(made) else made
             parts.append(
                 f'[[object]]\ntype = "mesh"\nfile = "{shape["file"]}"\nsmooth = false\nmaterial = "{shape["material"]}"\n'

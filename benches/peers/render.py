@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders one scene with another renderer, as often as it is asked to: what `turner bench render --peers` runs.
+"""Renders one scene with another renderer, as often as it is asked to: what `turner-lab render --peers` runs.
 
     python render.py PEER SCENE.json THREADS        # PEER: mitsuba-llvm, mitsuba-llvm-independent, mitsuba-scalar, cycles
 
@@ -404,7 +404,7 @@ if __name__ == "__main__":
     try:
         main()
     except ImportError as error:
-        say(error=f"{error}", help="install the peers with `turner bench render --install-peers`, or name a Python that has them with --python")
+        say(error=f"{error}", help="install the peers with `turner-lab render --install-peers`, or name a Python that has them with --python")
     except NoLlvm:
         say(error="there is no libLLVM of version 16 or newer under the usual names",
             help="install it (libllvm19), name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles")

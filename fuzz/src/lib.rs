@@ -2,8 +2,9 @@
 
 use std::sync::LazyLock;
 
+use turner::description::SceneDesc;
+use turner::film::{Film, checksum};
 use turner::integrator::{Caustics, IntegratorDesc, PathReuse};
-use turner::scene::SceneDesc;
 use turner_io::assets::MemoryAssets;
 use turner_io::import::{ImportOptions, import};
 use turner_io::scene::{LoadOptions, load_text};
@@ -51,7 +52,7 @@ fn check(mut scene: SceneDesc, data: &[u8]) {
     if let (1.., IntegratorDesc::Path(path)) = (lot, &mut scene.integrator) {
         (path.caustics, path.reuse) = (Caustics::Off, PathReuse::Off);
     }
-    let _ = scene.prepare(&turner::scene::PrepareOptions { threads: 1, ..Default::default() });
+    let _ = scene.prepare(&turner::schema::PrepareOptions { threads: 1, ..Default::default() });
 }
 
 /// A model, or a scene of another renderer, by its name.
@@ -92,5 +93,23 @@ pub fn picture(name: &str, data: &[u8]) {
     let limits = turner_io::image::DecodeLimits { max_pixels: SMALL as u64, ..Default::default() };
     if let Ok(image) = turner_io::image::decode(data, name, &limits) {
         assert!(image.is_consistent());
+    }
+}
+
+/// A film: as it is, and under a checksum that is right. What is read can be shown, written and read again.
+pub fn film(data: &[u8]) {
+    let memory = turner::schema::Memory::new(1 << 24, || Some(0));
+    let limits = turner::schema::Limits { memory: std::sync::Arc::new(memory), ..Default::default() };
+    let sealed = [data, &checksum(data).to_le_bytes()].concat();
+    for bytes in [data, &sealed] {
+        match Film::from_bytes(bytes, &limits) {
+            Ok(mut film) => {
+                let other = film.clone();
+                let _ = film.merge(&other);
+                film.develop(&SceneDesc::default().film);
+                assert!(Film::from_bytes(&film.to_bytes(), &limits).is_ok());
+            }
+            Err(error) => assert!(!error.message.is_empty() && !error.message.contains('\u{1b}')),
+        }
     }
 }

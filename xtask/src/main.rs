@@ -1,14 +1,17 @@
-//! `cargo xtask docs`: makes the pictures of the documentation from scenes in the repository.
+//! Chores: `cargo xtask docs` makes the pictures of the documentation from scenes in the repository.
 //!
 //! ```text
 //! cargo xtask docs              all of them
 //! cargo xtask docs tutorial     those whose name begins like that
 //! cargo xtask list              their names and commands
+//! cargo xtask wasm              compiles for WebAssembly and renders there; what follows goes to cargo
 //! ```
 #![forbid(unsafe_code)]
 
+mod in_memory;
 mod pictures;
 mod sheet;
+mod wasm;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -26,7 +29,9 @@ fn main() -> ExitCode {
             }
             Ok(())
         }
-        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list".to_owned()),
+        ["wasm", more @ ..] => wasm::check(more),
+        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask wasm [CARGO-OPTION…]"
+            .to_owned()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -74,6 +79,11 @@ fn run(command: &mut Command) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pictures_in_memory_are_the_same_with_any_number_of_threads() {
+        assert_eq!(in_memory::checksum(1).unwrap(), in_memory::checksum(3).unwrap());
+    }
 
     /// What is not made by this program: it takes other renderers, or models that are not stored here.
     const BY_OTHERS: [&str; 3] = ["error-over-time.svg", "gltf-test-models.jpg", "bunny.jpg"];

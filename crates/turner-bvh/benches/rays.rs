@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p turner-bvh --bench rays -- [--full] [SCENE]...`
 //!
-//! Scenes are small unless `--full` is given. `turner bench rays` measures more, beside Embree and with threads.
+//! Scenes are small unless `--full` is given. `turner-lab rays` measures more, beside Embree and with threads.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -49,7 +49,7 @@ fn measure(kind: SceneKind, scene: &Scene, resolution: u32) {
         .iter()
         .filter_map(|ray| {
             let hit = tree.intersect(ray)?;
-            rays::point(scene, extent, ray, hit.t, hit.instance, hit.primitive)
+            rays::point(scene, extent, ray, hit.t, u32::MAX, hit.primitive)
         })
         .collect();
     let nearest = |rays: &[Ray]| {

@@ -2,10 +2,9 @@
 
 use crate::build::wide::{self, Source, WideTree};
 use crate::node::WideNode;
-use crate::search;
 use crate::traverse::{Blocks, FARTHEST, Space, Tree};
 use crate::triangle::{Block, fill_blocks};
-use crate::{BuildError, BuildOptions, BuildStats, Hit, Ray};
+use crate::{BuildError, BuildOptions, BuildStats, Hit, InstructionSet, Ray, search};
 
 /// Triangles as a mesh has them: corners by number.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,7 +33,7 @@ pub struct Triangles<'a> {
 /// ```
 ///
 /// All searches find the nearest hit with `t_min <= t <= t_max`, of equally near ones that of the lowest number, bit for
-/// bit the same one by one, in batches, coherent or not, with any [`Kernel`](crate::Kernel) and any quality of the tree. Both sides of
+/// bit the same one by one, in batches, coherent or not, with any [`InstructionSet`](crate::InstructionSet) and any quality of the tree. Both sides of
 /// a triangle count. Meshes are watertight: no ray passes through an edge or a vertex that triangles share.
 ///
 /// Rays that are not [valid](Ray::is_valid), that have no direction, or that start beyond 2^40 units (for trees larger
@@ -45,8 +44,7 @@ pub struct Bvh {
     pub(crate) blocks: Vec<Block>,
     pub(crate) space: Space,
     pub(crate) stats: BuildStats,
-    /// Triangles of the mesh, in the tree or not.
-    pub(crate) count: usize,
+    instruction_set: InstructionSet,
 }
 
 impl Bvh {
@@ -60,7 +58,7 @@ impl Bvh {
         let (WideTree { nodes, slots, mut stats }, space) = scaled(mesh, options, build)?;
         let blocks = fill_blocks(mesh, space.scale, &slots, options.threads)?;
         stats.bytes = size_of_val(&nodes[..]) + size_of_val(&blocks[..]);
-        Ok(Bvh { nodes, blocks, space, stats, count: mesh.triangles.len() })
+        Ok(Bvh { nodes, blocks, space, stats, instruction_set: options.instruction_set })
     }
 
     /// The size and the quality of the tree.
@@ -68,8 +66,13 @@ impl Bvh {
         &self.stats
     }
 
+    /// The instruction set that searches use.
+    pub fn instruction_set(&self) -> InstructionSet {
+        self.instruction_set
+    }
+
     fn tree<'a, F>(&'a self, leaves: &'a Blocks<'a, F>) -> Tree<'a, Blocks<'a, F>> {
-        Tree { nodes: &self.nodes, leaves, space: self.space }
+        Tree { nodes: &self.nodes, leaves, space: self.space, instruction_set: self.instruction_set }
     }
 
     fn all(&self) -> Blocks<'_, impl Fn(u32, &Hit) -> bool> {

@@ -1,23 +1,14 @@
-use std::sync::Mutex;
-
 use proptest::prelude::*;
 
 use super::*;
 use crate::generate::{Random, SceneKind, rays};
-use crate::{Aabb, Bvh2, Bvh2Options, CompactBvh, Kernel, Quality, oracle};
+use crate::{Aabb, Bvh2, Bvh2Options, InstructionSet, Quality, oracle};
 
-/// The kernel is the process': tests that choose one take turns.
-static KERNEL: Mutex<()> = Mutex::new(());
-
-/// Runs a check with each kernel this machine has.
-fn each_kernel(mut check: impl FnMut(Kernel)) {
-    let _turn = KERNEL.lock().unwrap_or_else(|e| e.into_inner());
-    let before = Kernel::current();
-    for kernel in Kernel::available() {
-        assert!(kernel.force());
-        check(kernel);
+/// Runs a check on the tree with each instruction set this machine has.
+fn each_set(bvh: &Bvh, mut check: impl FnMut(&Bvh, InstructionSet)) {
+    for instruction_set in InstructionSet::available() {
+        check(&Bvh { instruction_set, ..bvh.clone() }, instruction_set);
     }
-    before.force();
 }
 
 /// What brute force finds, in the units of the tree.
@@ -31,24 +22,23 @@ fn expected(mesh: &Triangles<'_>, space: &Space, rays: &[Ray]) -> Vec<Hit> {
     rays.iter().map(|ray| oracle::closest(&all, ray, space)).collect()
 }
 
-/// Every quality, kernel and way to ask gives the hits of brute force, bit for bit.
+/// Every quality, instruction set and way to ask gives the hits of brute force, bit for bit.
 fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
     let bits = |hit: &Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive);
     for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
         let options = BuildOptions { quality, threads: 2, ..BuildOptions::default() };
         // High quality whether it pays or not.
         let bvh = Bvh::of(mesh, &options, wide::build).unwrap();
-        let compact = CompactBvh::build(mesh, &options).unwrap();
         let wanted = expected(mesh, &bvh.space, rays);
-        each_kernel(|kernel| {
+        each_set(&bvh, |bvh, set| {
             let same = |what: &str, found: &[Hit]| {
                 for ((ray, wanted), found) in rays.iter().zip(&wanted).zip(found) {
-                    assert_eq!(bits(wanted), bits(found), "{quality:?} {kernel} {what}: {ray:?}");
+                    assert_eq!(bits(wanted), bits(found), "{quality:?} {set} {what}: {ray:?}");
                 }
             };
             let any_same = |what: &str, found: &[bool]| {
                 for ((ray, wanted), found) in rays.iter().zip(&wanted).zip(found) {
-                    assert_eq!(wanted.is_hit(), *found, "{quality:?} {kernel} {what}: {ray:?}");
+                    assert_eq!(wanted.is_hit(), *found, "{quality:?} {set} {what}: {ray:?}");
                 }
             };
             let mut hits = vec![Hit { t: 1.0, primitive: 7, ..Hit::MISS }; rays.len()];
@@ -57,10 +47,6 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
                 *hit = bvh.intersect(ray).unwrap_or(Hit::MISS);
             }
             same("one by one", &hits);
-            for (ray, hit) in rays.iter().zip(&mut hits) {
-                *hit = compact.intersect(mesh, ray).unwrap_or(Hit::MISS);
-            }
-            same("compact", &hits);
             // Both kinds of batches, whatever the size of the tree.
             crate::search::interleaved(bvh.tree(&bvh.all()), rays, &mut hits);
             same("in turns", &hits);
@@ -86,8 +72,6 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
                 true
             });
             any_same("any, batch with a filter", &any);
-            compact.occluded_batch(mesh, rays, &mut any);
-            any_same("any, compact", &any);
         });
     }
 }
@@ -232,11 +216,11 @@ fn no_ray_slips_through_edges_and_vertices() {
         }
     }
     assert!(rays.len() > 300_000);
-    each_kernel(|kernel| {
+    each_set(&bvh, |bvh, set| {
         let mut hits = vec![Hit::MISS; rays.len()];
         bvh.intersect_batch(&rays, &mut hits);
         let leaks = hits.iter().filter(|hit| !hit.is_hit()).count();
-        assert_eq!(leaks, 0, "{kernel}: {leaks} of {} rays leave a closed surface", rays.len());
+        assert_eq!(leaks, 0, "{set}: {leaks} of {} rays leave a closed surface", rays.len());
         assert!(hits.iter().all(|hit| (hit.t - 1.0).abs() < 1e-2));
     });
 }
@@ -283,7 +267,7 @@ fn filters_see_hits_in_the_callers_units() {
         let mesh = Triangles { positions: &positions, triangles: &triangles };
         let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
         let ray = Ray::new([0.5 * scale, 0.25 * scale, -scale], [0.0, 0.0, scale]);
-        each_kernel(|_| {
+        each_set(&bvh, |bvh, _| {
             // Every square but those from 8 on lets the ray through.
             let solid = |hit: &Hit| hit.primitive >= 16;
             let hit = bvh.intersect_filtered(&ray, solid).unwrap();

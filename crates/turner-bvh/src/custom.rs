@@ -6,10 +6,9 @@ use std::ops::Range;
 use crate::build::wide::{self, Source};
 use crate::bvh::scale_of;
 use crate::node::{ChildRef, WideNode};
-use crate::refit::{left_out, refit};
 use crate::simd::Simd;
 use crate::traverse::{FARTHEST, Leaves, SearchRay, Space, Tree};
-use crate::{Aabb, BuildError, BuildOptions, BuildStats, Hit, Ray, RefitError, search};
+use crate::{Aabb, BuildError, BuildOptions, BuildStats, Hit, InstructionSet, Ray, search};
 
 /// A tree over boxes of anything: it hands out ranges of primitives, and the caller meets them.
 ///
@@ -37,12 +36,14 @@ use crate::{Aabb, BuildError, BuildOptions, BuildStats, Hit, Ray, RefitError, se
 #[derive(Clone, Debug)]
 pub struct BoxBvh {
     pub(crate) nodes: Vec<WideNode>,
-    order: Vec<u32>,
-    dropped: Vec<u32>,
+    pub(crate) order: Vec<u32>,
+    pub(crate) dropped: Vec<u32>,
     bounds: Aabb,
     pub(crate) space: Space,
     stats: BuildStats,
-    count: usize,
+    instruction_set: InstructionSet,
+    /// Boxes given, in the tree or not.
+    pub(crate) count: usize,
 }
 
 /// Rays of a batch that are searched at a time.
@@ -51,37 +52,38 @@ const CHUNK: usize = 256;
 impl BoxBvh {
     /// Builds the tree. Boxes that are not [valid](Aabb::is_valid) are left out.
     pub fn build(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BoxBvh, BuildError> {
-        let scale = scale(boxes);
+        let scale = BoxBvh::scale(boxes);
         let tree = wide::build(&Source::Boxes { boxes, scale, width: 1 }, options)?;
-        let dropped = if tree.stats.non_finite == 0 {
-            Vec::new()
-        } else {
-            left_out(tree.slots.iter().copied(), boxes.len())
-        };
+        let dropped =
+            if tree.stats.non_finite == 0 { Vec::new() } else { left_out(&tree.slots, boxes.len()) };
         let space = Space::of(scale, &tree.nodes);
-        let bounds = bounds(&tree.nodes, space.unscale);
-        let (nodes, order, stats) = (tree.nodes, tree.slots, tree.stats);
-        Ok(BoxBvh { nodes, order, dropped, bounds, space, stats, count: boxes.len() })
+        let mut bvh = BoxBvh {
+            nodes: tree.nodes,
+            order: tree.slots,
+            dropped,
+            bounds: Aabb::EMPTY,
+            space,
+            stats: tree.stats,
+            instruction_set: options.instruction_set,
+            count: boxes.len(),
+        };
+        bvh.measure(scale);
+        Ok(bvh)
     }
 
-    /// Takes on other boxes for the same primitives: much faster than to build anew.
-    pub fn refit(&mut self, boxes: &[Aabb]) -> Result<(), RefitError> {
-        if boxes.len() != self.count {
-            return Err(RefitError::Count { built: self.count, given: boxes.len() });
-        }
-        let scale = scale(boxes);
-        let scaled = |b: Aabb| Aabb::new(b.min.map(|x| x * scale), b.max.map(|x| x * scale));
-        if let Some(&id) = self.dropped.iter().find(|&&id| scaled(boxes[id as usize]).is_valid()) {
-            return Err(RefitError::LeftOut { primitive: id as usize });
-        }
-        refit(&mut self.nodes, |leaf| {
-            let ids = &self.order[leaf.first_block()..leaf.first_block() + leaf.blocks()];
-            let boxes = ids.iter().map(|&id| scaled(boxes[id as usize])).filter(|b| b.is_valid());
-            boxes.fold(Aabb::EMPTY, Aabb::union)
-        });
+    /// The scale of a tree over these boxes.
+    pub(crate) fn scale(boxes: &[Aabb]) -> f32 {
+        let valid = boxes.iter().filter(|b| b.is_valid());
+        scale_of(valid.flat_map(|b| b.min.into_iter().chain(b.max)).fold(0.0, |reach, x| reach.max(x.abs())))
+    }
+
+    /// Takes the extent of the whole from the root.
+    pub(crate) fn measure(&mut self, scale: f32) {
         self.space = Space::of(scale, &self.nodes);
-        self.bounds = bounds(&self.nodes, self.space.unscale);
-        Ok(())
+        let boxes = self.nodes.first().into_iter().flat_map(|root| (0..8).map(|i| root.bounds(i)));
+        let all = boxes.fold(Aabb::EMPTY, Aabb::union);
+        let unscale = self.space.unscale;
+        self.bounds = Aabb::new(all.min.map(|x| x * unscale), all.max.map(|x| x * unscale));
     }
 
     /// For each position in leaf order, the index of its primitive in the input. A caller that stores primitives in
@@ -111,7 +113,7 @@ impl BoxBvh {
     }
 
     fn tree<'a, L>(&'a self, leaves: &'a L) -> Tree<'a, L> {
-        Tree { nodes: &self.nodes, leaves, space: self.space }
+        Tree { nodes: &self.nodes, leaves, space: self.space, instruction_set: self.instruction_set }
     }
 
     fn all(&self) -> Range<u32> {
@@ -214,15 +216,13 @@ impl BoxBvh {
     }
 }
 
-fn scale(boxes: &[Aabb]) -> f32 {
-    let valid = boxes.iter().filter(|b| b.is_valid());
-    scale_of(valid.flat_map(|b| b.min.into_iter().chain(b.max)).fold(0.0, |reach, x| reach.max(x.abs())))
-}
-
-fn bounds(nodes: &[WideNode], unscale: f32) -> Aabb {
-    let Some(root) = nodes.first() else { return Aabb::EMPTY };
-    let all = (0..8).map(|i| root.bounds(i)).fold(Aabb::EMPTY, Aabb::union);
-    Aabb::new(all.min.map(|x| x * unscale), all.max.map(|x| x * unscale))
+/// The primitives that are in no leaf.
+fn left_out(slots: &[u32], count: usize) -> Vec<u32> {
+    let mut there = vec![false; count];
+    for &id in slots {
+        there[id as usize] = true;
+    }
+    (0..count as u32).filter(|&id| !there[id as usize]).collect()
 }
 
 /// Positions in a leaf.

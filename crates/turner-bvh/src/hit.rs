@@ -9,10 +9,8 @@ pub struct Hit {
     pub u: f32,
     /// Weight of its third corner; the first one's is `1 - u - v`.
     pub v: f32,
-    /// Number of the triangle, or of the primitive; [`Hit::NONE`] if there is none.
+    /// Number of the triangle; [`Hit::NONE`] if there is none.
     pub primitive: u32,
-    /// Number of the instance, where there are any.
-    pub instance: u32,
 }
 
 impl Hit {
@@ -20,7 +18,7 @@ impl Hit {
     pub const NONE: u32 = u32::MAX;
 
     /// No hit.
-    pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: Hit::NONE, instance: Hit::NONE };
+    pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: Hit::NONE };
 
     /// Whether there is a hit.
     #[inline]

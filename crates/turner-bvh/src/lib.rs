@@ -1,7 +1,7 @@
 //! Bounding volume hierarchies: which of a million things does a ray meet?
 //!
-//! [`Bvh`] is the tree over triangles; [`Group`] places meshes, groups and primitives of your own; [`MovingBvh`] moves;
-//! [`CompactBvh`] is small; [`BoxBvh`] takes boxes of anything and knows nothing else about them.
+//! [`Bvh`] is the tree over triangles. [`BoxBvh`] takes boxes of anything and knows nothing else about them: with trees of
+//! triangles in its leaves it is the upper of two levels, and it follows what moves by [refitting](BoxBvh::refit).
 //!
 //! ```
 //! use turner_bvh::{BuildOptions, Bvh, Ray, Triangles};
@@ -22,26 +22,23 @@
 //!
 //! Box tests never miss: whatever a ray hits, the boxes around it are searched, and boxes as near as the nearest hit so
 //! far are searched too. So the hit is a property of the primitives alone — the nearest t, then the lowest number — and not
-//! of the tree, of the [`Kernel`], of the number of threads or of the rays beside it. For triangles the rounding that this takes
+//! of the tree, of the [`InstructionSet`], of the number of threads or of the rays beside it. For triangles the rounding that this takes
 //! care of is bounded in `traverse/ray.rs`; for [`Bvh2`] and [`BoxBvh`] it holds as long as a
 //! primitive's box holds every point at which its own arithmetic may report a hit.
 //!
 //! # Memory
 //!
 //! A node has eight children and takes 256 bytes, a block of eight triangles 320: 46 to 54 bytes per triangle, measured on
-//! scans, terrain, architecture and thin sticks; [`CompactBvh`] takes 9 to 11. A search needs no heap.
+//! scans, terrain, architecture and thin sticks. A search needs no heap.
 
 mod aabb;
 mod build;
 mod bvh;
 mod bvh2;
-mod compact;
 mod custom;
 pub mod generate;
 mod hit;
 pub mod lanes;
-mod levels;
-mod motion;
 mod node;
 #[cfg(test)]
 mod oracle;
@@ -63,14 +60,11 @@ pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Qu
 pub use build::{build_stats, build_stats_of_boxes};
 pub use bvh::{Bvh, Triangles};
 pub use bvh2::{Bvh2, MAX_DEPTH};
-pub use compact::CompactBvh;
 pub use custom::BoxBvh;
 pub use hit::Hit;
-pub use levels::{Group, GroupError, GroupParts, GroupStats, Instance, MAX_LEVELS, Object, Visit, inverse};
-pub use motion::{MovingBvh, MovingTriangles};
 pub use ray::Ray;
 pub use rays::RayBlock;
 pub use refit::RefitError;
-pub use simd::Kernel;
+pub use simd::InstructionSet;
 pub use spheres::{NearestBlock, Spheres};
 pub use steps::Steps;

@@ -12,7 +12,7 @@ pub(crate) fn closest(triangles: &[(u32, [[f32; 3]; 3])], ray: &Ray, space: &Spa
     for &(primitive, corners) in triangles {
         let Some([t, u, v]) = one(&search, corners) else { continue };
         if t < best.t || t == best.t && primitive < best.primitive {
-            best = Hit { t, u, v, primitive, instance: Hit::NONE };
+            best = Hit { t, u, v, primitive };
         }
     }
     search.finish(best)

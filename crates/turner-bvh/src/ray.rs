@@ -14,15 +14,13 @@ pub struct Ray {
     pub t_min: f32,
     /// End of the search; may be infinite.
     pub t_max: f32,
-    /// The time at which the ray travels, for moving primitives.
-    pub time: f32,
 }
 
 impl Ray {
-    /// The whole half-line from `origin`, at time 0.
+    /// The whole half-line from `origin`.
     #[inline]
     pub const fn new(origin: [f32; 3], direction: [f32; 3]) -> Ray {
-        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY, time: 0.0 }
+        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
     }
 
     /// The point at `t`.

@@ -1,4 +1,4 @@
-//! The searches, in any tree, with the instructions of the current kernel.
+//! The searches, in any tree, with the instruction set of the tree.
 
 use crate::simd::{Simd, WithSimd, dispatch};
 use crate::traverse::{self, Leaves, PacketLeaves, SearchRay, Tree};
@@ -16,7 +16,7 @@ pub(crate) fn closest<L: Leaves>(tree: Tree<'_, L>, ray: &Ray) -> Hit {
             ray.finish(traverse::closest(simd, &self.0, &ray, 0))
         }
     }
-    dispatch(Work(tree, ray))
+    dispatch(tree.instruction_set, Work(tree, ray))
 }
 
 /// Whether there is any hit.
@@ -31,7 +31,7 @@ pub(crate) fn any<L: Leaves>(tree: Tree<'_, L>, ray: &Ray) -> bool {
             traverse::any(simd, &self.0, &ray, 0)
         }
     }
-    dispatch(Work(tree, ray))
+    dispatch(tree.instruction_set, Work(tree, ray))
 }
 
 /// The nearest hit of each ray.
@@ -46,7 +46,7 @@ pub(crate) fn closest_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &m
         }
     }
     assert_eq!(rays.len(), hits.len());
-    dispatch(Work(tree, rays, hits));
+    dispatch(tree.instruction_set, Work(tree, rays, hits));
 }
 
 /// Whether there is any hit, for each ray.
@@ -61,7 +61,7 @@ pub(crate) fn any_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [
         }
     }
     assert_eq!(rays.len(), hits.len());
-    dispatch(Work(tree, rays, hits));
+    dispatch(tree.instruction_set, Work(tree, rays, hits));
 }
 
 /// The nearest hit of each ray, among triangles.
@@ -76,7 +76,7 @@ pub(crate) fn closest_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray]
         }
     }
     assert_eq!(rays.len(), hits.len());
-    dispatch(Work(tree, rays, hits));
+    dispatch(tree.instruction_set, Work(tree, rays, hits));
 }
 
 /// Whether there is any hit, for each ray, among triangles.
@@ -91,7 +91,7 @@ pub(crate) fn any_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hi
         }
     }
     assert_eq!(rays.len(), hits.len());
-    dispatch(Work(tree, rays, hits));
+    dispatch(tree.instruction_set, Work(tree, rays, hits));
 }
 
 #[cfg(test)]
@@ -107,7 +107,7 @@ pub(crate) fn interleaved<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut
         }
     }
     assert_eq!(rays.len(), hits.len());
-    dispatch(Work(tree, rays, hits));
+    dispatch(tree.instruction_set, Work(tree, rays, hits));
 }
 
 #[cfg(test)]
@@ -123,5 +123,5 @@ pub(crate) fn any_interleaved<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: 
         }
     }
     assert_eq!(rays.len(), hits.len());
-    dispatch(Work(tree, rays, hits));
+    dispatch(tree.instruction_set, Work(tree, rays, hits));
 }

@@ -4,8 +4,8 @@
 //! the same to the last bit whichever instruction set finds it. Eight rays against one sphere rather than one ray
 //! against eight spheres: no lane is idle however few spheres there are, and there is nothing to reduce.
 
-use crate::Kernel;
-use crate::lanes::{Block, F64x8, Mask8, Simd, Vec3x8, Work, dispatch_with};
+use crate::InstructionSet;
+use crate::lanes::{Block, F64x8, Mask8, Simd, Vec3x8, Work, dispatch};
 use crate::rays::RayBlock;
 
 /// A list of spheres.
@@ -53,29 +53,17 @@ impl Spheres {
 
     /// For each ray the nearest hit with `t_min <= t <= t_max`; among equally near ones that of the sphere with the
     /// lowest number. Replaces what was in `nearest`.
-    #[inline]
-    pub fn closest(&self, rays: &[RayBlock], nearest: &mut Vec<NearestBlock>) {
-        self.closest_with(Kernel::current(), rays, nearest);
-    }
-
-    /// [`Spheres::closest`] with a given instruction set.
-    pub fn closest_with(&self, kind: Kernel, rays: &[RayBlock], nearest: &mut Vec<NearestBlock>) {
+    pub fn closest(&self, set: InstructionSet, rays: &[RayBlock], nearest: &mut Vec<NearestBlock>) {
         nearest.clear();
         nearest.reserve(rays.len());
-        dispatch_with(kind, Closest { spheres: &self.spheres, rays, nearest });
+        dispatch(set, Closest { spheres: &self.spheres, rays, nearest });
     }
 
     /// For each block the set of rays that hit anything with `t_min <= t <= t_max`. Replaces what was in `hit`.
-    #[inline]
-    pub fn any(&self, rays: &[RayBlock], hit: &mut Vec<u8>) {
-        self.any_with(Kernel::current(), rays, hit);
-    }
-
-    /// [`Spheres::any`] with a given instruction set.
-    pub fn any_with(&self, kind: Kernel, rays: &[RayBlock], hit: &mut Vec<u8>) {
+    pub fn any(&self, set: InstructionSet, rays: &[RayBlock], hit: &mut Vec<u8>) {
         hit.clear();
         hit.reserve(rays.len());
-        dispatch_with(kind, Any { spheres: &self.spheres, rays, hit });
+        dispatch(set, Any { spheres: &self.spheres, rays, hit });
     }
 }
 

@@ -1,7 +1,7 @@
 //! What lies on a ray's way through a tree, counted.
 //!
 //! These walks are for looking at trees, not for finding anything: in double precision, without SIMD and without an order, so that counts are
-//! the same with every [`Kernel`](crate::Kernel).
+//! the same with every [`InstructionSet`](crate::InstructionSet).
 
 use std::ops::Range;
 

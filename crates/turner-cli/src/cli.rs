@@ -4,12 +4,12 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use turner::scene::error::{escape, nearest};
+use turner::schema::error::{escape, nearest};
 
-use crate::color;
 use crate::control::Control;
 use crate::{
-    bench, compare, convert, doctor, explain, failure, help, info, list, new, render, shell, verify, watch,
+    bench, color, compare, convert, doctor, explain, failure, help, info, list, new, render, shell, verify,
+    watch,
 };
 
 /// Turns a scene file into a picture by ray tracing.

@@ -10,7 +10,7 @@ const NAME: Style = AnsiColor::Cyan.on_default().bold();
 const CODE: Style = AnsiColor::Yellow.on_default();
 
 /// Those of the commands' help.
-pub(crate) const STYLES: Styles = Styles::styled()
+pub const STYLES: Styles = Styles::styled()
     .header(TITLE)
     .usage(TITLE)
     .literal(NAME)

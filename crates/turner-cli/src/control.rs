@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use turner::scene::{Memory, SceneError};
+use turner::schema::{Memory, SceneError};
 
 use crate::events::Events;
 use crate::report::Reporter;
@@ -17,7 +17,7 @@ const SAVING: u8 = 2;
 
 /// The phase of the work and the wish to stop it; shared between the worker and the main thread.
 #[derive(Debug, Default)]
-pub(crate) struct Control {
+pub struct Control {
     /// Becomes true when rendering should stop and what there is should be saved.
     pub(crate) cancel: AtomicBool,
     phase: AtomicU8,

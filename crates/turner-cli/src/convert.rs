@@ -5,9 +5,8 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::json;
-use turner::scene::WarningKind;
-use turner::scene::error::nearest;
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::schema::error::nearest;
+use turner::schema::{ErrorCode, SceneError, WarningKind};
 use turner_io::convert::{ConvertOptions, Converted, to_glb, to_toml};
 use turner_io::image::KeptPictures;
 

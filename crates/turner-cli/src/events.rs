@@ -1,4 +1,4 @@
-//! What happens, as JSON lines for programs. [`SCHEMA`] is the documentation: `turner help json` prints it.
+//! What happens, as JSON lines for programs. `SCHEMA` is the documentation: `turner help json` prints it.
 
 use std::io::Write;
 
@@ -54,7 +54,7 @@ the picture goes to standard output) and no other text. Keys may be added; none 
 
 /// Where events go.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Events {
+pub enum Events {
     /// Standard output.
     Stdout,
     /// Standard error.
@@ -63,7 +63,7 @@ pub(crate) enum Events {
 
 impl Events {
     /// Writes one line. A closed pipe is the reader's choice.
-    pub(crate) fn send(self, event: Value) {
+    pub fn send(self, event: Value) {
         let line = format!("{event}\n");
         let _ = match self {
             Events::Stdout => {

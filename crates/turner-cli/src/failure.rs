@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::schema::{ErrorCode, SceneError};
 use turner_io::scene::{LoadError, Sources};
 
 /// Exit code of bad input and failures.
-pub(crate) const FAILED: u8 = 1;
+pub const FAILED: u8 = 1;
 /// Exit code of bad usage.
-pub(crate) const USAGE: u8 = 2;
+pub const USAGE: u8 = 2;
 /// Exit code after Ctrl-C: 128 and the signal's number.
 pub(crate) const INTERRUPTED: u8 = 130;
 /// Exit code after a request to terminate.
@@ -19,29 +19,29 @@ pub(crate) const TERMINATED: u8 = 143;
 pub(crate) const HUNG_UP: u8 = 129;
 
 /// How options of the command line are called in messages: by the override they became.
-pub(crate) type Labels = HashMap<String, String>;
+pub type Labels = HashMap<String, String>;
 
 /// An error with all it takes to show it.
 #[derive(Debug)]
-pub(crate) struct Failure {
+pub struct Failure {
     /// What is wrong. Several at once under `--strict`.
-    pub(crate) errors: Vec<SceneError>,
+    pub errors: Vec<SceneError>,
     /// The texts that its place may lie in.
-    pub(crate) sources: Sources,
+    pub sources: Sources,
     /// Names of options.
-    pub(crate) labels: Labels,
+    pub labels: Labels,
     /// The exit code.
-    pub(crate) exit: u8,
+    pub exit: u8,
 }
 
 impl Failure {
     /// A failure without a place.
-    pub(crate) fn new(error: SceneError) -> Failure {
+    pub fn new(error: SceneError) -> Failure {
         Failure { errors: vec![error], sources: Sources::default(), labels: Labels::new(), exit: FAILED }
     }
 
     /// Bad usage.
-    pub(crate) fn usage(error: SceneError) -> Failure {
+    pub fn usage(error: SceneError) -> Failure {
         Failure { exit: USAGE, ..Failure::new(error) }
     }
 
@@ -57,7 +57,7 @@ impl Failure {
     }
 
     /// An error of a scene; bad usage if its place is an argument.
-    pub(crate) fn in_scene(mut error: SceneError, sources: &Sources, labels: &Labels) -> Failure {
+    pub fn in_scene(mut error: SceneError, sources: &Sources, labels: &Labels) -> Failure {
         // What concerns the scene as a whole has no place in it, but names its file.
         if let (None, Some(scene)) = (error.span, sources.files().first())
             && !error.message.starts_with(&scene.name)
@@ -75,13 +75,13 @@ impl Failure {
     }
 
     /// An error of loading.
-    pub(crate) fn load(error: LoadError, labels: &Labels) -> Failure {
+    pub fn load(error: LoadError, labels: &Labels) -> Failure {
         Failure::in_scene(error.error, &error.sources, labels)
     }
 }
 
 /// Splits `what is wrong\n  remedy`, the form of errors of pictures and files.
-pub(crate) fn two_lines(code: ErrorCode, text: &str) -> SceneError {
+pub fn two_lines(code: ErrorCode, text: &str) -> SceneError {
     match text.split_once("\n  ") {
         Some((message, help)) => SceneError::new(code, message).help(help),
         None => SceneError::new(code, text),

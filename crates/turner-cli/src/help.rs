@@ -1,7 +1,8 @@
 //! `turner help`: of commands, and of the scene format from the tables that read it.
 
 use clap::{Args, CommandFactory};
-use turner::scene::error::{ErrorCode, SceneError, escape, suggestion};
+use turner::schema::error::{escape, suggestion};
+use turner::schema::{ErrorCode, SceneError};
 
 use crate::cli::{Cli, command_names};
 use crate::failure::Failure;

@@ -6,8 +6,8 @@ use clap::Args;
 use serde_json::{Value, json};
 use turner::camera::{CameraDesc, PinholeDesc};
 use turner::color::Tonemap;
+use turner::description::{ImportSummary, ObjectContent, ObjectDesc, SceneDesc};
 use turner::film::FilmDesc;
-use turner::scene::{ImportSummary, ObjectContent, ObjectDesc, SceneDesc};
 
 use crate::control::Control;
 use crate::events::Events;
@@ -36,7 +36,7 @@ pub(crate) fn run(args: &InfoArgs, control: &Control) -> u8 {
         }
         Ok(ready) => {
             text::print(&as_text(&ready));
-            reporter.warnings(&ready.scene.warnings, &ready.sources, &ready.labels);
+            reporter.warnings(&ready.prepared.warnings, &ready.sources, &ready.labels);
             0
         }
         Err(failure) => {
@@ -69,25 +69,25 @@ fn camera(desc: &SceneDesc) -> &'static str {
 
 /// Sizes in bytes, by what they are for.
 fn memory(ready: &Ready) -> [(&'static str, u64); 5] {
-    let s = &ready.scene.stats;
+    let s = &ready.prepared.scene.stats;
     [
         ("tree", s.tree_bytes),
         ("meshes", s.mesh_bytes),
         ("textures", s.texture_bytes),
-        ("film", s.film_bytes),
-        ("lights", ready.scene.emitters.tree_bytes() as u64),
+        ("film", ready.prepared.view.film_bytes()),
+        ("lights", ready.prepared.scene.emitters.tree_bytes() as u64),
     ]
 }
 
 fn as_json(ready: &Ready) -> Value {
-    let (desc, scene) = (&ready.desc, &ready.scene);
-    let warnings: Vec<Value> = summed(&scene.warnings)
+    let (desc, scene, view) = (&ready.desc, &ready.prepared.scene, &ready.prepared.view);
+    let warnings: Vec<Value> = summed(&ready.prepared.warnings)
         .iter()
         .map(|w| {
             let at = w.span.and_then(|span| ready.sources.locate(span));
             json!({
                 "kind": w.kind.word(),
-                "message": w.message,
+                "message": crate::flags::message(w),
                 "count": w.count,
                 "file": at.as_ref().map(|at| at.file),
                 "line": at.as_ref().map(|at| at.line),
@@ -95,7 +95,7 @@ fn as_json(ready: &Ready) -> Value {
             })
         })
         .collect();
-    let film = &scene.film;
+    let film = &view.film;
     json!({
         "objects": shapes(desc),
         "placed": scene.stats.primitives,
@@ -110,10 +110,10 @@ fn as_json(ready: &Ready) -> Value {
             .map(|(name, lights, objects)| json!({ "name": name, "lights": lights, "objects": objects }))
             .collect::<Vec<_>>(),
         "camera": camera(desc),
-        "view": view(&scene.camera_desc),
+        "view": self::view(&view.camera_desc),
         "cameras": desc.cameras.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "imports": desc.imports.iter().map(import).collect::<Vec<_>>(),
-        "integrator": scene.integrator.type_name(),
+        "integrator": desc.integrator.type_name(),
         "film": {
             "width": film.width,
             "height": film.height,
@@ -138,7 +138,7 @@ fn as_json(ready: &Ready) -> Value {
 }
 
 fn as_text(ready: &Ready) -> String {
-    let (desc, scene) = (&ready.desc, &ready.scene);
+    let (desc, scene, view) = (&ready.desc, &ready.prepared.scene, &ready.prepared.view);
     let stats = &scene.stats;
     let bounds = stats.bounds.map_or("none: nothing bounded in it".to_owned(), |b| {
         format!("{} to {}", point(b.min.to_array()), point(b.max.to_array()))
@@ -168,8 +168,8 @@ fn as_text(ready: &Ready) -> String {
         ("light groups", light_groups(scene)),
         ("groups", format!("{}{}", groups.len(), names(groups))),
         ("camera", camera),
-        ("film", film(&scene.film)),
-        ("integrator", scene.integrator.type_name().to_owned()),
+        ("film", film(&view.film)),
+        ("integrator", desc.integrator.type_name().to_owned()),
         ("bounds", bounds),
         ("memory", memory),
         ("hash", ready.hash.clone()),
@@ -183,7 +183,7 @@ fn as_text(ready: &Ready) -> String {
 fn light_groups(scene: &turner::scene::Scene) -> String {
     let one = |(name, lights, objects): &(&str, u64, u64)| {
         let (lights, objects) = (text::plural(*lights, "light"), text::plural(*objects, "object"));
-        format!("{}: {lights}, {objects}", turner::scene::error::escape(name))
+        format!("{}: {lights}, {objects}", turner::schema::error::escape(name))
     };
     let all: Vec<String> = scene.light_group_counts().iter().map(one).collect();
     if all.is_empty() { "none".into() } else { all.join("; ") }

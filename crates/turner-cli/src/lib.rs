@@ -5,7 +5,7 @@
 //!                       ├─ info     what is in a scene         ├─ output     where the picture goes
 //!                       ├─ list     names                      ├─ report     errors, warnings, events
 //!                       ├─ help     ── reference ── topics     └─ progress   bar and time left
-//!                       ├─ bench    ── povray, rays, render
+//!                       ├─ bench    how fast this machine renders
 //!                       ├─ verify   statistics
 //!                       ├─ explain  a pixel's rays
 //!                       ├─ doctor   why it is black, noisy, washed out, slow
@@ -16,51 +16,55 @@
 //!                       └─ completions, man ── shell
 //! ```
 //!
+//! What `turner-lab` shares with it is public: measuring scenes, running checks, messages and failures.
+//!
 //! The work runs on a thread of its own; the main thread waits for its end or for a signal, so that the second
 //! Ctrl-C can leave at once without a process exit anywhere below `main`.
 #![forbid(unsafe_code)]
 
-mod bench;
+pub mod bench;
 mod cli;
-mod color;
+pub mod color;
 mod compare;
 mod control;
 mod convert;
 mod doctor;
-mod events;
+pub mod events;
 mod explain;
-mod failure;
+pub mod failure;
+mod flags;
 mod help;
 mod info;
-mod limits;
+pub mod instructions;
+pub mod limits;
 mod list;
 mod new;
 mod output;
-mod povray;
 mod progress;
-mod rays;
 pub mod reference;
 mod render;
-mod report;
+pub mod report;
 mod scene;
 mod sequence;
 mod shell;
 mod signals;
 mod stage;
-mod text;
+pub mod text;
 mod topics;
-mod verify;
+pub mod verify;
 mod watch;
 
+use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::process::ExitCode;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use control::Control;
+pub use control::Control;
 use failure::Failure;
-use turner::scene::error::{ErrorCode, SceneError};
+pub use render::threads;
+use turner::schema::{ErrorCode, SceneError};
 
 /// What the main thread waits for.
 enum Event {
@@ -76,12 +80,17 @@ const SAVING: Duration = Duration::from_secs(2);
 /// Runs the command of the process' arguments and returns its exit code: 0, 1 for bad input and failures, 2 for bad
 /// usage, 130 if interrupted, 143 if asked to terminate.
 pub fn start() -> ExitCode {
+    start_with(cli::run)
+}
+
+/// The same for another program: `run` gets the process' arguments and returns the exit code.
+pub fn start_with(run: fn(Vec<OsString>, &Control) -> u8) -> ExitCode {
     let fault: Arc<Mutex<Option<String>>> = Arc::default();
     install_panic_hook(Arc::clone(&fault));
     let control = Arc::new(Control::default());
     let (sender, events) = channel();
     signals::watch(sender.clone());
-    let worker = spawn(sender, Arc::clone(&control), fault);
+    let worker = spawn(run, sender, Arc::clone(&control), fault);
     if let Err(error) = worker {
         report::print_error(&internal(&format!("no thread can be started: {error}")));
         return ExitCode::from(failure::FAILED);
@@ -113,14 +122,15 @@ pub fn start() -> ExitCode {
 
 /// Runs the command on a thread with a known stack.
 fn spawn(
+    run: fn(Vec<OsString>, &Control) -> u8,
     sender: Sender<Event>,
     control: Arc<Control>,
     fault: Arc<Mutex<Option<String>>>,
 ) -> std::io::Result<()> {
     const STACK: usize = 8 << 20;
     let work = move || {
-        let run = AssertUnwindSafe(|| cli::run(std::env::args_os().collect(), &control));
-        let code = catch_unwind(run).unwrap_or_else(|_| {
+        let work = AssertUnwindSafe(|| run(std::env::args_os().collect(), &control));
+        let code = catch_unwind(work).unwrap_or_else(|_| {
             let fault = fault.lock().unwrap_or_else(|e| e.into_inner()).take();
             control.reporter().failure(&internal(&fault.unwrap_or_default()));
             failure::FAILED

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use turner::scene::{Limits, Memory};
+use turner::schema::{Limits, Memory};
 
 /// What files may make the program read and take. What is beyond is refused with the name of the option.
 #[derive(Debug, Default, Args)]
@@ -42,7 +42,7 @@ impl LimitArgs {
 }
 
 /// Those of the machine, for commands without options.
-pub(crate) fn of_machine() -> Limits {
+pub fn of_machine() -> Limits {
     LimitArgs::default().limits()
 }
 

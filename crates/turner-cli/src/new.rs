@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use turner::scene::error::{ErrorCode, SceneError, escape};
+use turner::schema::error::escape;
+use turner::schema::{ErrorCode, SceneError};
 use turner_io::image::OutputFile;
 
 use crate::failure::{Failure, two_lines};

@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use turner::color::Transfer;
+use turner::description::SceneDesc;
 use turner::film::Picture;
-use turner::integrator::IntegratorDesc;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{Scene, SceneDesc};
-use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, encode};
+use turner::integrator::{IntegratorDesc, Prepared};
+use turner::schema::{ErrorCode, SceneError};
+use turner::view::View;
+use turner_io::image::{ImageFormat, Metadata, OutputFile};
+use turner_io::{SaveOptions, to_bytes};
 
 use crate::failure::{Failure, two_lines};
 use crate::sequence::Step;
@@ -117,14 +119,15 @@ impl Output {
     /// that of its display values, in stops.
     pub(crate) fn metadata(
         &self,
-        scene: &Scene,
+        prepared: &Prepared,
+        integrator: &IntegratorDesc,
         hash: &str,
         samples_per_pixel: u32,
         exposure: f64,
     ) -> Metadata {
-        let film = &scene.film;
-        let settings = format!("film {}; integrator {}", compact(film), compact(&scene.integrator));
-        let clamp = match &scene.integrator {
+        let film = &prepared.view.film;
+        let settings = format!("film {}; integrator {}", compact(film), compact(integrator));
+        let clamp = match integrator {
             IntegratorDesc::Path(path) => Some(path.clamp_indirect).filter(|most| *most > 0.0),
             _ => None,
         };
@@ -135,15 +138,20 @@ impl Output {
             ("turner:sceneHash", hash.to_owned()),
             ("turner:seed", film.seed.to_string()),
             ("turner:samples", samples_per_pixel.to_string()),
-            ("turner:integrator", scene.integrator.type_name().to_owned()),
+            ("turner:integrator", integrator.type_name().to_owned()),
             ("turner:settings", settings),
             ("turner:transfer", film.transfer.word().to_owned()),
             ("turner:tonemap", film.tonemap.word().to_owned()),
             ("turner:exposure", format!("{exposure:.4}")),
         ]
         .into_iter()
-        .chain(scene.caustics.as_ref().map(|plan| ("turner:caustics", plan.to_string())))
-        .chain(scene.shares_paths().then(|| ("turner:reuse", "groups of 16 pixels".to_owned())))
+        .chain(
+            prepared
+                .path()
+                .and_then(|path| path.caustics())
+                .map(|plan| ("turner:caustics", plan.to_string())),
+        )
+        .chain(prepared.integrator.shares_paths().then(|| ("turner:reuse", "groups of 16 pixels".to_owned())))
         .chain(clamp.map(|most| ("turner:clampIndirect", most.to_string())))
         .map(|(name, value)| (name.to_owned(), value.as_str().into()))
         .collect()
@@ -172,25 +180,21 @@ impl Output {
     pub(crate) fn write(
         &self,
         picture: &Picture,
-        scene: &Scene,
+        view: &View,
         metadata: &Metadata,
         threads: usize,
     ) -> Result<(), Failure> {
         let failed = |text: &str| Failure::new(two_lines(ErrorCode::Output, text));
-        let image = OutputImage {
-            width: picture.width,
-            height: picture.height,
-            alpha: picture.has_alpha,
-            linear: Some(&picture.linear),
-            display: Some(Display::U8(&picture.display)),
-            transfer: match scene.film.transfer {
+        let options = SaveOptions {
+            format: Some(self.format),
+            transfer: match view.film.transfer {
                 Transfer::Srgb => turner_io::image::Transfer::Srgb,
                 Transfer::None => turner_io::image::Transfer::Unstated,
             },
-            metadata,
+            metadata: metadata.clone(),
             threads,
         };
-        let bytes = encode(&image, self.format).map_err(|e| failed(&e.to_string()))?;
+        let bytes = to_bytes(picture, self.format, &options).map_err(|e| failed(&e.to_string()))?;
         match &self.path {
             Some(path) => OutputFile::create(path).and_then(|file| file.commit(&bytes)).map_err(|e| {
                 let failure = failed(&e.to_string());

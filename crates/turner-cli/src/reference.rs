@@ -4,14 +4,13 @@
 //! shows single pages, docs/scene-format.md holds them all.
 
 use turner::camera::CameraDesc;
+use turner::description::{ModelDesc, StageDesc};
 use turner::film::FilmDesc;
 use turner::integrator::IntegratorDesc;
-use turner::light::LightDesc;
+use turner::light::{BackgroundDesc, LightDesc};
 use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
-use turner::scene::background::BackgroundDesc;
-use turner::scene::schema::{EntryDoc, FamilyDoc, Field};
-use turner::scene::{ModelDesc, StageDesc};
+use turner::schema::{EntryDoc, FamilyDoc, Field};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 

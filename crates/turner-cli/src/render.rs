@@ -6,11 +6,10 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::json;
+use turner::description::stage::FOV;
 use turner::film::{Antialias, Film};
 use turner::render::{PassOptions, Renderer};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::stage::FOV;
-use turner::scene::{Scene, Warning, WarningKind};
+use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
 use turner_io::scene::ModelOverrides;
 
 use crate::control::Control;
@@ -149,14 +148,14 @@ fn render_all(
         }
         let Some(ready) = &mut ready else { continue };
         let fov = ready.desc.stage.as_ref().map_or(FOV, |s| s.fov);
-        step.turn(&mut ready.scene, stage.orbit(), fov)
+        step.turn(&mut ready.prepared, ready.desc.integrator.integrator(), stage.orbit(), fov)
             .map_err(|e| Failure::in_scene(e, &ready.sources, &ready.labels))?;
         let output = output.numbered(step)?;
         let Some(code) = render(args, ready, &output, reporter, control, None)? else { continue };
         if code != 0 || i + 1 == steps.len() {
             if reporter.events.is_none() && !ready.desc.imports.is_empty() {
                 reporter.imports(&ready.desc.imports);
-                reporter.warnings(&ready.scene.warnings, &ready.sources, &ready.labels);
+                reporter.warnings(&ready.prepared.warnings, &ready.sources, &ready.labels);
             }
             return Ok(code);
         }
@@ -174,15 +173,15 @@ fn load(
 ) -> Result<Ready, Failure> {
     let mut ready = args.scene.ready(&args.film, models, args.threads, control)?;
     if args.film.has_samples()
-        && !matches!(ready.scene.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
+        && !matches!(ready.prepared.view.film.antialias, Antialias::Grid | Antialias::MonteCarlo)
     {
-        let word = ready.scene.film.antialias.word();
+        let word = ready.prepared.view.film.antialias.word();
         let message = format!(
             "--samples has no effect with antialias = \"{word}\"; add --antialias grid or monte-carlo"
         );
-        ready.scene.warnings.push(Warning::new(WarningKind::Ignored, message));
+        ready.prepared.warnings.push(Warning::new(WarningKind::Ignored, message));
     }
-    let warnings = &ready.scene.warnings;
+    let warnings = &ready.prepared.warnings;
     if args.strict && warnings.iter().any(|w| w.kind == WarningKind::Ignored) {
         return Err(strict(warnings, &ready.sources, &ready.labels));
     }
@@ -206,8 +205,8 @@ fn render(
     control: &Control,
     changes: Option<&Changes<'_>>,
 ) -> Result<Option<u8>, Failure> {
-    let Ready { scene, sources, labels, hash, seconds: load_seconds, .. } = ready;
-    let renderer = Renderer::new(scene).map_err(|e| Failure::in_scene(e, sources, labels))?;
+    let Ready { desc, prepared, sources, labels, hash, seconds: load_seconds } = ready;
+    let renderer = Renderer::new(prepared.clone()).map_err(|e| Failure::in_scene(e, sources, labels))?;
     let samples_per_pixel = renderer.samples_per_pixel();
     let crop = &renderer.film.crop;
     output.check_space(crop.width, crop.height)?;
@@ -233,11 +232,11 @@ fn render(
     let written = traced.finished > 0.0;
     if written {
         let picture = traced.renderer.develop();
-        let metadata = output.metadata(scene, hash, samples_per_pixel, picture.exposure);
-        output.write(&picture, scene, &metadata, args.threads)?;
+        let metadata = output.metadata(prepared, &desc.integrator, hash, samples_per_pixel, picture.exposure);
+        output.write(&picture, &prepared.view, &metadata, args.threads)?;
     }
     let save_seconds = start.elapsed().as_secs_f64();
-    let late = late_warnings(&traced, scene);
+    let late = late_warnings(&traced, &desc.integrator);
     if !args.strict {
         reporter.warnings(&late, sources, labels);
     }
@@ -254,14 +253,14 @@ fn render(
     }
 }
 
-/// Threads that will be used.
-pub(crate) fn threads(asked: usize) -> usize {
+/// Threads that will be used: those asked for, or with 0 all there are.
+pub fn threads(asked: usize) -> usize {
     if asked > 0 { asked } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
 /// What came of tracing.
-struct Traced<'a> {
-    renderer: Renderer<'a>,
+struct Traced {
+    renderer: Renderer,
     seconds: f64,
     /// Share of the work that was done.
     finished: f64,
@@ -270,13 +269,13 @@ struct Traced<'a> {
 }
 
 /// Pass after pass until the picture is complete, the user has enough, or a worker fails.
-fn trace<'a>(
-    mut renderer: Renderer<'a>,
+fn trace(
+    mut renderer: Renderer,
     threads: usize,
     reporter: &Reporter,
     control: &Control,
     changes: Option<&Changes<'_>>,
-) -> Traced<'a> {
+) -> Traced {
     let total = renderer.samples_per_pixel();
     let progress = Progress::new(reporter, total);
     let start = Instant::now();
@@ -319,7 +318,7 @@ fn is_set(flag: &AtomicBool) -> bool {
 }
 
 /// What was doubtful while rendering.
-fn late_warnings(traced: &Traced<'_>, scene: &Scene) -> Vec<Warning> {
+fn late_warnings(traced: &Traced, integrator: &turner::integrator::IntegratorDesc) -> Vec<Warning> {
     let mut out = Vec::new();
     let mut warn = |message: String| out.push(Warning::new(WarningKind::Ignored, message));
     let bad = traced.renderer.film.non_finite;
@@ -334,7 +333,7 @@ fn late_warnings(traced: &Traced<'_>, scene: &Scene) -> Vec<Warning> {
     let dropped = traced.renderer.stats.dropped;
     if dropped > 0 {
         let n = text::plural(dropped, "sample");
-        let remedy = match &scene.integrator {
+        let remedy = match integrator {
             turner::integrator::IntegratorDesc::Classic(_) => {
                 "; raise `integrator.max_rays` or lower `max_depth`"
             }
@@ -347,7 +346,7 @@ fn late_warnings(traced: &Traced<'_>, scene: &Scene) -> Vec<Warning> {
 
 /// The closing line or event.
 struct Report<'a> {
-    traced: &'a Traced<'a>,
+    traced: &'a Traced,
     written: bool,
     load_seconds: f64,
     save_seconds: f64,

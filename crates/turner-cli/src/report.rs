@@ -4,29 +4,29 @@ use std::io::Write;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::value::Span;
-use turner::scene::{ImportSummary, Warning, WarningKind};
+use turner::description::ImportSummary;
+use turner::schema::value::Span;
+use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
 use turner_io::scene::{Location, Sources};
 
 use crate::events::Events;
 use crate::failure::{Failure, Labels};
-use crate::text;
+use crate::{flags, text};
 
 /// Most warnings that are shown one by one.
 const MAX_SHOWN: usize = 20;
 
 /// Where messages go.
-pub(crate) struct Reporter {
+pub struct Reporter {
     /// Neither progress nor warnings nor the closing line; errors are still shown.
-    pub(crate) quiet: bool,
+    pub quiet: bool,
     /// Events instead of text.
-    pub(crate) events: Option<Events>,
+    pub events: Option<Events>,
 }
 
 impl Reporter {
     /// Reports why the command ends.
-    pub(crate) fn failure(&self, failure: &Failure) {
+    pub fn failure(&self, failure: &Failure) {
         let Some(events) = &self.events else { return print_error(failure) };
         for error in &failure.errors {
             let place = error.span.and_then(|span| failure.sources.locate(span));
@@ -38,7 +38,7 @@ impl Reporter {
                 "file": file,
                 "line": place.as_ref().map(|p| p.line),
                 "column": place.as_ref().map(|p| p.column),
-                "help": error.help,
+                "help": flags::help(error),
             }));
         }
     }
@@ -52,7 +52,7 @@ impl Reporter {
                 events.send(json!({
                     "event": "warning",
                     "kind": w.kind.word(),
-                    "message": w.message,
+                    "message": flags::message(w),
                     "count": w.count,
                     "file": place.as_ref().map(|p| label(p, labels)),
                     "line": place.as_ref().map(|p| p.line),
@@ -98,7 +98,7 @@ impl Reporter {
     }
 
     /// One line for people.
-    pub(crate) fn line(&self, line: &str) {
+    pub fn line(&self, line: &str) {
         if !self.quiet && self.events.is_none() {
             eprint_all(&format!("{line}\n"));
         }
@@ -130,12 +130,7 @@ pub(crate) fn strict(warnings: &[Warning], sources: &Sources, labels: &Labels) -
         .into_iter()
         .filter(|w| w.kind == WarningKind::Ignored)
         .take(MAX_SHOWN)
-        .map(|w| SceneError {
-            code: ErrorCode::Strict,
-            message: w.message,
-            span: w.span,
-            help: Some("without --strict this is a warning".into()),
-        })
+        .map(|w| SceneError::new(ErrorCode::Strict, w.message).or_at(w.span))
         .collect();
     Failure { errors, sources: sources.clone(), labels: labels.clone(), exit: crate::failure::FAILED }
 }
@@ -159,7 +154,8 @@ fn renderer() -> Renderer {
 fn error_text(error: &SceneError, sources: &Sources, labels: &Labels, renderer: &Renderer) -> String {
     let title = Level::ERROR.primary_title(error.message.as_str()).id(error.code.as_str());
     let place = Place::of(error.span, sources, labels);
-    let help = error.help.as_deref();
+    let help = flags::help(error);
+    let help = help.as_deref();
     if let Some(place) = &place {
         let group = title.element(place.snippet()).elements(help.map(|help| Level::HELP.message(help)));
         return format!("{}\n", renderer.render(&[group]));
@@ -174,7 +170,7 @@ fn warning_text(warning: &Warning, sources: &Sources, labels: &Labels, renderer:
     let times = if warning.count > 1 { format!(" ({} times)", warning.count) } else { String::new() };
     let place = Place::of(warning.span, sources, labels);
     let at = place.as_ref().map_or(String::new(), |p| format!("{}: ", p.title));
-    let message = format!("{at}{}{times}", warning.message);
+    let message = format!("{at}{}{times}", flags::message(warning));
     let level = match warning.kind {
         WarningKind::Note => Level::NOTE,
         WarningKind::Approximated => Level::NOTE.with_name("approximated"),

@@ -7,21 +7,24 @@ use std::time::Instant;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use turner::color::Tonemap;
+use turner::description::SceneDesc;
 use turner::film::{Antialias, FilmDesc};
 use turner::filter::FilterKind;
-use turner::integrator::{Caustics, IntegratorDesc, PathReuse};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::value::{Data, Table};
-use turner::scene::{Limits, PrepareOptions, Quality, Scene, SceneDesc};
+use turner::integrator::{Caustics, IntegratorDesc, PathReuse, Prepared};
+use turner::lint::lint;
+use turner::schema::{ErrorCode, Limits, PrepareOptions, Quality, SceneError};
 use turner_io::assets::FolderAssets;
 use turner_io::image::KeptPictures;
+use turner_io::load_with;
 use turner_io::scene::{
-    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, hash_with, load, load_text,
-    open_to, parse,
+    LoadError, LoadOptions, Loaded, MAX_TEXT, ModelOverrides, Override, Sources, hash_with, load_text,
+    open_to,
 };
 
 use crate::control::Control;
-use crate::failure::{Failure, Labels, two_lines};
+use crate::failure::{Failure, Labels};
+use crate::flags;
+use crate::instructions::instruction_set;
 use crate::limits::LimitArgs;
 use crate::stage::StageArgs;
 
@@ -139,35 +142,34 @@ impl FilmArgs {
     /// The overrides and how each was written.
     fn overrides(&self) -> Vec<(Override, String)> {
         let mut out = Vec::new();
-        let mut set = |path: &str, value: Option<String>, option: &str, shown: Option<&str>| {
+        let mut set = |path: &str, value: Option<String>, shown: Option<&str>| {
             if let Some(value) = value {
+                let option = flags::option(path).unwrap_or_default();
                 let label = format!("{option} {}", shown.unwrap_or(&value)).trim_end().to_owned();
                 out.push((Override { path: path.to_owned(), value }, label));
             }
         };
         let number = |n: Option<u32>| n.map(|n| n.to_string());
         let quoted = |s: &Option<String>| s.as_ref().map(|s| format!("\"{s}\""));
-        // The integrator first: it decides what `max_depth` means.
-        set("integrator.type", quoted(&self.integrator), "--integrator", self.integrator.as_deref());
-        set("integrator.max_depth", number(self.max_depth), "--max-depth", None);
+        set("integrator.max_depth", number(self.max_depth), None);
         let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
-        set("integrator.clamp_indirect", clamp, "--clamp-indirect", None);
-        set("integrator.caustics", quoted(&self.caustics), "--caustics", self.caustics.as_deref());
-        set("integrator.reuse", quoted(&self.reuse), "--reuse", self.reuse.as_deref());
+        set("integrator.clamp_indirect", clamp, None);
+        set("integrator.caustics", quoted(&self.caustics), self.caustics.as_deref());
+        set("integrator.reuse", quoted(&self.reuse), self.reuse.as_deref());
         if self.side().is_none() {
-            set("film.width", number(self.width), "--width", None);
-            set("film.height", number(self.height), "--height", None);
+            set("film.width", number(self.width), None);
+            set("film.height", number(self.height), None);
         }
-        set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), "--crop", self.crop.as_deref());
-        set("film.samples", number(self.samples), "--samples", None);
-        set("film.antialias", quoted(&self.antialias), "--antialias", self.antialias.as_deref());
-        set("film.filter", quoted(&self.filter), "--filter", self.filter.as_deref());
-        set("film.seed", number(self.seed), "--seed", None);
-        set("film.tonemap", quoted(&self.tonemap), "--tonemap", self.tonemap.as_deref());
+        set("film.crop", self.crop.as_ref().map(|c| format!("[{c}]")), self.crop.as_deref());
+        set("film.samples", number(self.samples), None);
+        set("film.antialias", quoted(&self.antialias), self.antialias.as_deref());
+        set("film.filter", quoted(&self.filter), self.filter.as_deref());
+        set("film.seed", number(self.seed), None);
+        set("film.tonemap", quoted(&self.tonemap), self.tonemap.as_deref());
         let exposure = self.exposure.map(|stops| format!("{stops:?}").to_lowercase());
-        set("film.exposure", exposure, "--exposure", None);
+        set("film.exposure", exposure, None);
         let auto_exposure = self.auto_exposure.then(|| "true".to_owned());
-        set("film.auto_exposure", auto_exposure, "--auto-exposure", Some(""));
+        set("film.auto_exposure", auto_exposure, Some(""));
         out
     }
 
@@ -213,7 +215,7 @@ pub(crate) struct Ready {
     /// What was asked for.
     pub(crate) desc: SceneDesc,
     /// What is rendered.
-    pub(crate) scene: Scene,
+    pub(crate) prepared: Prepared,
     /// The texts.
     pub(crate) sources: Sources,
     /// Names of options.
@@ -254,10 +256,12 @@ impl SceneArgs {
             BvhQuality::Balanced => Quality::Balanced,
             BvhQuality::High => Quality::High,
         };
-        let scene = desc
-            .prepare(&PrepareOptions { threads, quality, limits })
+        let mut prepared = desc
+            .prepare(&PrepareOptions { threads, quality, limits, instruction_set: instruction_set() })
             .map_err(|e| Failure::in_scene(e, &sources, &labels))?;
-        Ok(Ready { desc, scene, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
+        let more = lint(&desc, &prepared);
+        prepared.warnings.extend(more);
+        Ok(Ready { desc, prepared, sources, labels, hash, seconds: start.elapsed().as_secs_f64() })
     }
 
     /// What the scene may take, watched from here on.
@@ -279,8 +283,12 @@ impl SceneArgs {
         let input = Input::new(&self.scene)?;
         let mut film_overrides = film.overrides();
         film_overrides.extend(self.stage.overrides());
-        let labels: Labels =
+        let mut labels: Labels =
             film_overrides.iter().map(|(o, label)| (format!("-D {}", o.text()), label.clone())).collect();
+        if let Some(name) = &film.integrator {
+            labels
+                .insert(format!("-D {}", Override::integrator(name).text()), format!("--integrator {name}"));
+        }
         let mut overrides: Vec<Override> = film_overrides.into_iter().map(|(o, _)| o).collect();
         // As Mitsuba's own program has it: its scenes have no keys without a dot in their paths that could be set.
         let is_mitsuba = self.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
@@ -288,7 +296,8 @@ impl SceneArgs {
         let defined = self.set.iter().filter(is_define).map(|o| (o.path.clone(), o.value.clone()));
         let defines = self.define.iter().cloned().chain(defined).collect();
         overrides.extend(self.set.iter().filter(|o| !is_define(o)).cloned());
-        let mut options = LoadOptions {
+        let options = LoadOptions {
+            integrator: film.integrator.clone(),
             overrides,
             defines,
             allow_outside: self.limits.allow_outside,
@@ -299,15 +308,8 @@ impl SceneArgs {
             threads,
             kept_pictures,
         };
-        let mut loaded = input.load(&options);
-        if let (Err(error), Some(name)) = (&loaded, &film.integrator)
-            && error.error.code == ErrorCode::UnknownKey
-            && let Some(change) = integrator_without_unknown_keys(name, &error.sources)
-        {
-            options.overrides[0] = change;
-            loaded = input.load(&options);
-        }
-        let Loaded { mut desc, sources, mut hash } = loaded.map_err(|e| Failure::load(e, &labels))?;
+        let Loaded { mut desc, sources, mut hash } =
+            input.load(&options).map_err(|e| Failure::load(e, &labels))?;
         film.fit(&mut desc.film, &mut hash);
         self.stage.surround(&mut desc, &mut hash, &options)?;
         Ok(Described { desc, sources, labels, hash })
@@ -336,54 +338,14 @@ impl Input<'_> {
 
     fn load(&self, options: &LoadOptions) -> Result<Loaded, LoadError> {
         match self {
-            Input::File(path) => load(path, options),
+            Input::File(path) => load_with(path, options),
             Input::Text(text) => {
-                let assets = FolderAssets::new("").map_err(|e| LoadError {
-                    error: two_lines(ErrorCode::File, &e.to_string()),
-                    sources: Sources::default(),
-                })?;
-                let assets = open_to(assets, options).map_err(|e| LoadError {
-                    error: two_lines(ErrorCode::File, &e.to_string()),
-                    sources: Sources::default(),
-                })?;
+                let assets = FolderAssets::new("")
+                    .map_err(|e| LoadError { error: e.to_scene_error(), sources: Sources::default() })?;
+                let assets = open_to(assets, options)
+                    .map_err(|e| LoadError { error: e.to_scene_error(), sources: Sources::default() })?;
                 load_text(text.clone(), "-", &assets, options)
             }
         }
-    }
-}
-
-/// `[integrator]` as the files have it, of another type and without the keys that this type does not know; `None` if
-/// there are no such keys.
-fn integrator_without_unknown_keys(name: &str, sources: &Sources) -> Option<Override> {
-    let known = IntegratorDesc::DOC.entries.iter().find(|e| e.name == name)?.fields;
-    let mut kept: Vec<(String, String)> = Vec::new();
-    let mut dropped = false;
-    // Included files first: what a file says itself counts more.
-    let files: Vec<_> = sources.files().iter().enumerate().filter(|(_, f)| !f.is_argument).collect();
-    for &(i, file) in files.iter().skip(1).chain(files.first()) {
-        let id = turner::scene::value::FileId(i as u32);
-        let Ok(root) = parse(&file.text, id) else { continue };
-        let Some(table) = as_table(&root).and_then(|t| as_table(t.get("integrator")?)) else { continue };
-        for entry in &table.entries {
-            if entry.key == "type" {
-            } else if known.iter().any(|f| f.name == entry.key) {
-                let (start, end) = (entry.value.span.start as usize, entry.value.span.end as usize);
-                let value = file.text.get(start..end)?.to_owned();
-                kept.retain(|(key, _)| *key != entry.key);
-                kept.push((entry.key.clone(), value));
-            } else {
-                dropped = true;
-            }
-        }
-    }
-    let keys: String = kept.iter().map(|(key, value)| format!(", {key} = {value}")).collect();
-    let value = format!("{{ type = \"{name}\"{keys} }}");
-    dropped.then(|| Override { path: "integrator".to_owned(), value })
-}
-
-fn as_table(value: &turner::scene::value::Value) -> Option<&Table> {
-    match &value.data {
-        Data::Table(table) => Some(table),
-        _ => None,
     }
 }

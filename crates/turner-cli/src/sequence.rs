@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use turner::description::stage::Orbit;
+use turner::integrator::{Integrator, Prepared};
 use turner::math::Bounds;
-use turner::scene::Scene;
-use turner::scene::error::SceneError;
-use turner::scene::stage::Orbit;
+use turner::schema::SceneError;
 
 /// Which pictures are wanted, if not one.
 #[derive(Debug, Default, Args)]
@@ -71,19 +71,25 @@ impl Step {
         path.with_file_name(numbered)
     }
 
-    /// Puts the camera where this picture is taken from.
-    pub(crate) fn turn(&self, scene: &mut Scene, orbit: Option<Orbit>, fov: f64) -> Result<(), SceneError> {
+    /// Puts the camera where this picture is taken from. What the integrator finds out for a view is found out again.
+    pub(crate) fn turn(
+        &self,
+        prepared: &mut Prepared,
+        integrator: &dyn Integrator,
+        orbit: Option<Orbit>,
+        fov: f64,
+    ) -> Result<(), SceneError> {
         let Step::Turn(_, degrees) = self else { return Ok(()) };
         let orbit = orbit.unwrap_or(Orbit::DEFAULT);
-        let aspect = f64::from(scene.film.width) / f64::from(scene.film.height);
-        let bounds = scene.stats.bounds.unwrap_or(Bounds::EMPTY);
+        let aspect = prepared.view.film.aspect();
+        let bounds = prepared.scene.stats.bounds.unwrap_or(Bounds::EMPTY);
         // The same distance from all sides: that at which the sphere around everything fits.
         let distance = orbit.distance.unwrap_or_else(|| {
             let half = turner::math::radians(0.5 * fov);
             1.02 / turner::math::elementary::sin(half)
         });
         let orbit = Orbit { azimuth: orbit.azimuth + degrees, distance: Some(distance), ..orbit };
-        scene.camera = orbit.camera(&bounds, fov, aspect).prepare(aspect)?;
+        *prepared = prepared.with_camera(orbit.camera(&bounds, fov, aspect), integrator)?;
         Ok(())
     }
 }

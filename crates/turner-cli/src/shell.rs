@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
-use turner::scene::error::ErrorCode;
+use turner::schema::ErrorCode;
 use turner_io::image::OutputFile;
 
 use crate::cli::Cli;

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use turner::description::SceneDesc;
+use turner::description::stage::Orbit;
 use turner::light::{EnvironmentDesc, LightDesc};
-use turner::scene::error::ErrorCode;
-use turner::scene::stage::Orbit;
-use turner::scene::{Asset, ImageId, SceneDesc};
+use turner::schema::{Asset, ErrorCode, ImageId, SceneError};
 use turner_io::assets::{AssetSource, FolderAssets};
 use turner_io::image::{DecodeLimits, decode};
 use turner_io::scene::{LoadOptions, ModelOverrides, Override, hash_with};
 
-use crate::failure::{Failure, two_lines};
+use crate::failure::Failure;
 
 /// Most bytes of a picture of the surroundings: 2 GiB.
 const MAX_ENVIRONMENT: u64 = 2 << 30;
@@ -133,8 +133,7 @@ impl StageArgs {
             let bytes = read(path)?;
             let name = path.to_string_lossy();
             let limits = DecodeLimits::of_scene(&options.limits, options.max_texture_size, 1);
-            let image = decode(&bytes, &name, &limits)
-                .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
+            let image = decode(&bytes, &name, &limits).map_err(|e| Failure::new(e.to_scene_error()))?;
             *hash = hash_with(hash, &bytes);
             desc.images.push(Asset { uri: name.into_owned(), data: Arc::new(image) });
             let file = Some(ImageId(desc.images.len() as u32 - 1));
@@ -168,13 +167,13 @@ impl StageArgs {
 
 /// A file that the user named, wherever it is.
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let failed = |text: String| Failure::new(two_lines(ErrorCode::File, &text));
-    let folder =
-        FolderAssets::new(path.parent().unwrap_or(Path::new(""))).map_err(|e| failed(e.to_string()))?;
+    let failed = |e: turner_io::assets::AssetError| Failure::new(e.to_scene_error());
+    let folder = FolderAssets::new(path.parent().unwrap_or(Path::new(""))).map_err(failed)?;
     let Some(file) = path.file_name().and_then(|n| n.to_str()) else {
-        return Err(failed(format!("{}: expected the name of a file", path.display())));
+        let message = format!("{}: expected the name of a file", path.display());
+        return Err(Failure::new(SceneError::new(ErrorCode::File, message)));
     };
-    folder.allow_outside(true).read(file, MAX_ENVIRONMENT).map_err(|e| failed(e.to_string()))
+    folder.allow_outside(true).read(file, MAX_ENVIRONMENT).map_err(failed)
 }
 
 /// A factor that light can have.

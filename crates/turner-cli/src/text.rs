@@ -3,13 +3,13 @@
 use std::io::Write;
 
 /// Writes to standard output. A reader that has closed the pipe (`| head`) has seen enough.
-pub(crate) fn print(text: &str) {
+pub fn print(text: &str) {
     let mut out = std::io::stdout().lock();
     let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }
 
 /// A count in thousands, millions or billions: `950`, `12.3 k`, `0.31 M`, `4.2 G`.
-pub(crate) fn count(n: f64) -> String {
+pub fn count(n: f64) -> String {
     match n {
         n if n < 1e3 => format!("{n:.0}"),
         n if n < 1e5 => format!("{:.1} k", n / 1e3),
@@ -30,7 +30,7 @@ pub(crate) fn bytes(n: u64) -> String {
 }
 
 /// Seconds with as many digits as make sense.
-pub(crate) fn seconds(s: f64) -> String {
+pub fn seconds(s: f64) -> String {
     match s {
         s if s < 0.01 => format!("{:.1} ms", s * 1e3),
         s if s < 0.1 => format!("{s:.3} s"),
@@ -42,7 +42,7 @@ pub(crate) fn seconds(s: f64) -> String {
 }
 
 /// `1 warning`, `2 warnings`.
-pub(crate) fn plural(n: u64, one: &str) -> String {
+pub fn plural(n: u64, one: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {one}s") }
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn columns<'a>(rows: impl Iterator<Item = (&'a str, String)> + Clone)
 }
 
 /// `bunny.glb: glTF 2.0, 3 nodes, 69451 triangles, 1 material`.
-pub(crate) fn import(import: &turner::scene::ImportSummary) -> String {
+pub(crate) fn import(import: &turner::description::ImportSummary) -> String {
     let counts = import.counts.iter().filter(|(_, n)| *n > 0);
     let counts: String = counts
         .map(|(what, n)| {
@@ -96,7 +96,7 @@ pub(crate) fn import(import: &turner::scene::ImportSummary) -> String {
             if *n == 1 { format!(", 1 {one}") } else { format!(", {n} {what}") }
         })
         .collect();
-    format!("{}: {}{counts}", turner::scene::error::escape(&import.file), import.format)
+    format!("{}: {}{counts}", turner::schema::error::escape(&import.file), import.format)
 }
 
 #[cfg(test)]

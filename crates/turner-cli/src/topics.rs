@@ -2,14 +2,13 @@
 
 use turner::camera::Handedness;
 use turner::color::{Tonemap, Transfer};
+use turner::description::{SECTIONS, UpAxis};
 use turner::film::{Antialias, PixelSample, TextureFilter};
 use turner::filter::FilterKind;
 use turner::integrator::{AtDepth, Caustics, Combine, DepthMeasure, Facing, Highlight, Miss, NormalKind};
 use turner::light::{AttenuationKind, ProfileUnits};
 use turner::material::{AlphaMode, BumpUnit, Fresnel, ShadowKind};
-use turner::scene::model::UpAxis;
-use turner::scene::read::SECTIONS;
-use turner::scene::schema::ParamType;
+use turner::schema::ParamType;
 use turner::texture::{Axis, Encoding, GradientKind, ImageChannel, ImageFilter, Mapping, NoiseKind, Wrap};
 
 use crate::reference::{Key, Page};

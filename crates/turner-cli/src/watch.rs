@@ -8,8 +8,8 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant, SystemTime};
 
 use clap::Args;
-use turner::scene::SceneDesc;
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::description::SceneDesc;
+use turner::schema::{ErrorCode, SceneError};
 use turner_io::scene::Sources;
 
 use crate::control::Control;

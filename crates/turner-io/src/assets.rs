@@ -12,7 +12,10 @@ use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use turner::scene::Limits;
+
+use turner::schema::{ErrorCode, Limits, Remedy, SceneError};
+
+use crate::scene::two_lines;
 
 pub(crate) use crate::words::{nearest, printable};
 
@@ -39,7 +42,7 @@ pub enum AssetError {
     /// The URI leads out of the scene's folder.
     #[error(
         "{uri}: {reason}; expected a path inside {root}\n  \
-         move the file there, or let the scene read its folder: --allow-path DIR"
+         move the file there, or let the scene read its folder, too"
     )]
     Outside {
         /// As asked for.
@@ -77,7 +80,7 @@ pub enum AssetError {
     },
     /// The scene reads more in all than it may.
     #[error(
-        "{uri}: its {size} bytes exceed what is left of {budget} for all files of the scene\n  raise --max-memory"
+        "{uri}: its {size} bytes exceed what is left of {budget} for all files of the scene\n  raise the limit of memory"
     )]
     Budget {
         /// As asked for.
@@ -103,6 +106,28 @@ pub enum AssetError {
         /// The system's reason.
         source: io::Error,
     },
+}
+
+impl AssetError {
+    /// What a program can do about it.
+    pub fn remedy(&self) -> Option<Remedy> {
+        match self {
+            AssetError::Outside { .. } => Some(Remedy::OpenFolder),
+            AssetError::Budget { .. } | AssetError::Memory { .. } => Some(Remedy::MoreMemory),
+            _ => None,
+        }
+    }
+
+    /// As an error of the scene that asks for the file.
+    pub fn to_scene_error(&self) -> SceneError {
+        let code = match self {
+            AssetError::TooLarge { .. } | AssetError::Budget { .. } | AssetError::Memory { .. } => {
+                ErrorCode::TooLarge
+            }
+            _ => ErrorCode::File,
+        };
+        two_lines(code, &self.to_string()).remedy(self.remedy())
+    }
 }
 
 /// Where a loader gets its bytes.

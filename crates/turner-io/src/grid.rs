@@ -11,7 +11,9 @@
 //! stand the numbers, little-endian IEEE 754 singles, and nothing else: all of the first channel, x fastest, then y, then z; then all of the next.
 
 use std::io::{self, Write};
-use turner::medium::{GridData, MAX_VALUES};
+
+use turner::schema::GridData;
+use turner::schema::data::MAX_VALUES;
 
 use crate::assets::printable;
 

@@ -12,8 +12,8 @@
 //! those below 0.
 
 use std::io::{self, Write};
-use turner::light::LightProfile;
-use turner::scene::{Warning, WarningKind};
+
+use turner::schema::{LightProfile, Warning, WarningKind};
 
 use crate::assets::printable;
 use crate::ies_floodlight::{Floodlight, Measured};

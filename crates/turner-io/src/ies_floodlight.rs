@@ -12,9 +12,9 @@
 
 use std::f64::consts::PI;
 
-use turner::light::LightProfile;
 use turner::math::elementary::{atan2, sin_cos};
 use turner::math::radians;
+use turner::schema::LightProfile;
 
 /// The most angles of either kind that a profile is given.
 const MAX_STEPS: usize = 720;

@@ -1,18 +1,14 @@
 //! What all importers of foreign formats have in common.
 
+use std::path::Path;
+
+use turner::description::SceneDesc;
+use turner::schema::{ErrorCode, Limits, SceneError};
+
 use crate::assets::{AssetSource, printable};
 use crate::image::KeptPictures;
-use crate::mesh;
-use crate::mitsuba;
-use crate::pbrt;
 use crate::scene::SceneFormat;
-use std::path::Path;
-use std::sync::Arc;
-use turner::image::Image;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::value::{Data, FileId, Span, Table, Value};
-use turner::scene::{Limits, ModelDesc, SceneAssets, SceneDesc, read_scene};
-use turner::shape::mesh::MeshData;
+use crate::{mesh, mitsuba, pbrt};
 
 /// How to import a file of another program.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,38 +103,9 @@ pub fn import_file(
         Some(SceneFormat::Mitsuba) => return mitsuba::import(uri, assets, options),
         _ => {}
     }
-    let bytes =
-        assets.read(uri, MAX_FILE).map_err(|e| crate::scene::two_lines(ErrorCode::File, &e.to_string()))?;
+    let bytes = assets.read(uri, MAX_FILE).map_err(|e| e.to_scene_error())?;
     import(bytes, uri, assets, options)
 }
 
 /// Most bytes of a file that is read whole.
 const MAX_FILE: u64 = 4 << 30;
-
-/// A scene of nothing, with the defaults of the scene format.
-pub(crate) fn empty_scene() -> Result<SceneDesc, SceneError> {
-    struct NoFiles;
-    impl SceneAssets for NoFiles {
-        fn image(&mut self, uri: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
-            Err(SceneError::new(
-                ErrorCode::Internal,
-                format!("no file is named here, but {uri} is asked for"),
-            ))
-        }
-        fn mesh(&mut self, uri: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
-            Err(SceneError::new(
-                ErrorCode::Internal,
-                format!("no file is named here, but {uri} is asked for"),
-            ))
-        }
-        fn model(&mut self, model: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
-            let message = format!("no file is named here, but {} is asked for", model.file);
-            Err(SceneError::new(ErrorCode::Internal, message))
-        }
-    }
-    let span = Span { file: FileId(0), start: 0, end: 0 };
-    let nothing = Value { data: Data::Table(Table::default()), span };
-    let mut scene = read_scene(&nothing, &mut NoFiles)?;
-    scene.warnings.clear();
-    Ok(scene)
-}

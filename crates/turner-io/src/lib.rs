@@ -1,20 +1,20 @@
 #![forbid(unsafe_code)]
 //! File formats: bytes for a URI ([`assets`]), glTF models ([`gltf`]), measured lights ([`ies`]), pictures ([`image`]), meshes ([`mesh`]), text scenes ([`scene`]).
 //!
+//! [`load`] reads a file, a scene or a model, and [`save`] writes a picture. From text:
+//!
 //! ```
-//! use turner::scene::PrepareOptions;
+//! use turner::schema::PrepareOptions;
 //! use turner_io::assets::FolderAssets;
 //! use turner_io::scene::{LoadOptions, load_text};
 //!
 //! let text = "[[object]]\ntype = \"sphere\"\n\n[[light]]\ntype = \"point\"\nposition = [3, 5, 4]\n";
 //! let assets = FolderAssets::new("")?; // the current folder, for files that a scene names
 //! let loaded = load_text(text.to_owned(), "scene.toml", &assets, &LoadOptions::default())?;
-//! let scene = loaded.desc.prepare(&PrepareOptions::default())?;
-//! assert_eq!(scene.stats.primitives, 1);
+//! let prepared = loaded.desc.prepare(&PrepareOptions::default())?;
+//! assert_eq!(prepared.scene.stats.primitives, 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-//!
-//! [`scene::load`] reads a file, a scene or a model, in the same way.
 
 pub mod assets;
 pub mod convert;
@@ -25,11 +25,32 @@ pub mod ies;
 mod ies_floodlight;
 pub mod image;
 pub mod import;
+mod load;
 pub mod mesh;
 mod mitsuba;
 mod pbrt;
+mod save;
 pub mod scene;
 mod spectral;
 pub mod testing;
 mod whole;
 mod words;
+
+pub use load::{load, load_with};
+pub use save::{Samples, Save, SaveError, SaveOptions, save, save_with, to_bytes};
+pub use scene::{LoadError, LoadOptions, Loaded, Override};
+
+/// The README's example, run: it stands in a file of its own, which a test in `load` compares with the README.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # std::fs::copy("tests/assets/gltf/Box.glb", folder.path().join("room.glb"))?;
+/// # std::env::set_current_dir(&folder)?;
+#[doc = include_str!("../tests/data/readme_example.rs")]
+/// # let png = std::fs::read("room.png")?;
+/// # let picture = turner_io::image::decode(&png, "room.png", &turner_io::image::DecodeLimits::default())?;
+/// # assert_eq!((picture.width, picture.height), (160, 120));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[cfg(doctest)]
+mod readme {}

@@ -1,26 +1,23 @@
 //! The Turner ray tracer: from a scene description to a picture.
 //!
-//! A scene is described ([`scene::SceneDesc`]), prepared ([`scene::SceneDesc::prepare`]), rendered pass by pass ([`render::Renderer`]) and developed
-//! ([`film::Picture`]):
+//! A scene is described ([`SceneDesc`]), prepared ([`SceneDesc::prepare`]), rendered pass by pass ([`Renderer`]) and developed ([`Picture`]):
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
 //! use turner::light::{AmbientDesc, LightDesc};
-//! use turner::color::Spectrum;
 //! use turner::math::DVec3;
-//! use turner::render::{PassOptions, Renderer};
-//! use turner::scene::{ObjectDesc, PrepareOptions, SceneDesc};
 //! use turner::shape::{ShapeDesc, SphereDesc};
+//! use turner::{ObjectDesc, PassOptions, PrepareOptions, Renderer, SceneDesc};
 //!
 //! let mut desc = SceneDesc::default();
 //! (desc.film.width, desc.film.height) = (64, 48);
-//! let ball = SphereDesc { center: DVec3::new(0.0, 1.0, 0.0), radius: 1.0 };
+//! let ball = SphereDesc { center: DVec3::new(0.0, 1.0, 0.0), ..Default::default() };
 //! desc.objects.push(ObjectDesc::new(ShapeDesc::Sphere(ball)));
-//! let light = AmbientDesc { color: Spectrum::WHITE, intensity: 1.0 };
+//! let light = AmbientDesc { intensity: 1.0, ..Default::default() };
 //! desc.lights.push(LightDesc::Ambient(light).into());
 //!
-//! let scene = desc.prepare(&PrepareOptions::default())?;
-//! let mut renderer = Renderer::new(&scene)?;
+//! let prepared = desc.prepare(&PrepareOptions::default())?;
+//! let mut renderer = Renderer::new(prepared)?;
 //! let options = PassOptions { threads: 0, cancel: &AtomicBool::new(false), progress: None };
 //! renderer.pass(u32::MAX, &options)?;
 //! let picture = renderer.develop();
@@ -28,8 +25,10 @@
 //! assert_eq!(picture.display.len(), 64 * 48);
 //! // The middle of the picture is the ball, its corner is not.
 //! assert!(picture.display[24 * 64 + 32][0] > picture.display[0][0]);
-//! # Ok::<(), turner::scene::SceneError>(())
+//! # Ok::<(), turner::SceneError>(())
 //! ```
+//!
+//! What every program needs for that stands here as well as in its room; all else is in the rooms, one name each: shapes in [`shape`], materials in [`material`], …
 //!
 //! The crate `turner-io` reads scene files and models into descriptions and writes pictures into files. This crate opens no file, no window and no thread pool of its own
 //! choice: see ARCHITECTURE.md.
@@ -37,20 +36,33 @@
 
 pub mod bsdf;
 pub mod camera;
+pub mod choice;
 pub mod color;
 pub mod compare;
+pub mod description;
 pub mod doctor;
 pub mod film;
 pub mod filter;
 pub mod image;
 pub mod integrator;
+pub mod interaction;
 pub mod light;
+pub mod lint;
 pub mod material;
 pub mod math;
 pub mod medium;
+pub mod prepare;
 pub mod render;
 pub mod sampler;
 pub mod scene;
+pub mod schema;
 pub mod shape;
 pub mod testing;
 pub mod texture;
+pub mod view;
+
+pub use description::{ObjectDesc, SceneDesc};
+pub use film::{Film, Picture};
+pub use integrator::Prepared;
+pub use render::{PassOptions, Renderer};
+pub use schema::{PrepareOptions, SceneError};

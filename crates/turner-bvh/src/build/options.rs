@@ -3,6 +3,8 @@
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 
+use crate::InstructionSet;
+
 /// How much work goes into a tree before the first ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Quality {
@@ -27,6 +29,8 @@ pub struct BuildOptions<'a> {
     /// would spend beyond it is saved: first references by spatial splits, then all that `Balanced` does without.
     /// A tree that does not fit at all is an error.
     pub memory_limit: Option<usize>,
+    /// What searches of the tree will use; by default the best that this machine has.
+    pub instruction_set: InstructionSet,
     /// Called now and then, from any thread, with the share of the work that is done: 0 to 1.
     pub progress: Option<&'a (dyn Fn(f32) + Sync)>,
     /// Set it to end the build early, with [`BuildError::Cancelled`](super::BuildError::Cancelled).
@@ -39,6 +43,7 @@ impl fmt::Debug for BuildOptions<'_> {
             .field("quality", &self.quality)
             .field("threads", &self.threads)
             .field("memory_limit", &self.memory_limit)
+            .field("instruction_set", &self.instruction_set)
             .finish_non_exhaustive()
     }
 }

@@ -1,10 +1,11 @@
 //! Eight numbers at a time, the same bits on every machine.
 //!
 //! Code that is generic over [`Simd`] is compiled once for each instruction set; [`dispatch`] runs the version for the
-//! machine at hand. Every operation is the one of IEEE 754 on each of the eight lanes: nothing is fused, nothing is
+//! set it is given. Every operation is the one of IEEE 754 on each of the eight lanes: nothing is fused, nothing is
 //! approximated, so a lane comes to what scalar code would come to, and all versions agree to the last bit.
 //!
 //! ```
+//! use turner_bvh::InstructionSet;
 //! use turner_bvh::lanes::{Block, F64x8, Simd, Work, dispatch};
 //!
 //! struct Halve<'a>(&'a mut Block);
@@ -18,7 +19,7 @@
 //! }
 //!
 //! let mut block = Block([3.0; 8]);
-//! dispatch(Halve(&mut block));
+//! dispatch(InstructionSet::best(), Halve(&mut block));
 //! assert_eq!(block.0, [1.5; 8]);
 //! ```
 
@@ -27,7 +28,8 @@ mod vectors;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use crate::Kernel;
+use crate::InstructionSet;
+use crate::simd::Kind;
 
 pub use portable::Portable;
 pub use vectors::{F32x8, F64x8, Mask8, Vec3x8};
@@ -109,29 +111,19 @@ pub trait Work {
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
-/// Runs the work with the instruction set in use.
+/// Runs the work with an instruction set.
 #[inline]
-pub fn dispatch<W: Work>(work: W) -> W::Output {
-    dispatch_with(Kernel::current(), work)
-}
-
-/// Runs the work with a given instruction set, or the portable one where the machine does not have it.
-#[inline]
-pub fn dispatch_with<W: Work>(kernel: Kernel, work: W) -> W::Output {
-    #[cfg(target_arch = "x86_64")]
-    match kernel {
-        Kernel::Avx512 => {
-            if let Some(simd) = x86::Avx512::detect() {
-                return simd.run(work);
-            }
-        }
-        Kernel::Avx2 => {
-            if let Some(simd) = x86::Avx2::detect() {
-                return simd.run(work);
-            }
-        }
-        Kernel::Scalar | Kernel::Neon => {}
+pub fn dispatch<W: Work>(set: InstructionSet, work: W) -> W::Output {
+    match set.kind() {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: there are values only of sets that this machine has.
+        Kind::Avx512 => unsafe { x86::Avx512::new() }.run(work),
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        Kind::Avx2 => unsafe { x86::Avx2::new() }.run(work),
+        #[cfg(target_arch = "aarch64")]
+        // NEON is the baseline there: the compiler uses it by itself.
+        Kind::Neon => work.run(Portable),
+        Kind::Scalar => work.run(Portable),
     }
-    let _ = kernel;
-    work.run(Portable)
 }

@@ -13,16 +13,12 @@ pub(super) struct Avx512(());
 pub(super) struct Avx2(());
 
 impl Avx512 {
-    /// If the machine has it.
+    /// # Safety
+    ///
+    /// The machine must have the instructions.
     #[inline]
-    pub(super) fn detect() -> Option<Avx512> {
-        // The macro remembers: a load and a test.
-        (is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("avx512bw")
-            && is_x86_feature_detected!("avx512dq")
-            && Avx2::detect().is_some())
-        .then_some(Avx512(()))
+    pub(super) unsafe fn new() -> Avx512 {
+        Avx512(())
     }
 
     #[inline]
@@ -31,16 +27,18 @@ impl Avx512 {
         fn inner<W: Work>(simd: Avx512, work: W) -> W::Output {
             work.run(simd)
         }
-        // SAFETY: there is an `Avx512` only where the features were detected.
+        // SAFETY: there is an `Avx512` only where the machine has the instructions.
         unsafe { inner(self, work) }
     }
 }
 
 impl Avx2 {
-    /// If the machine has it.
+    /// # Safety
+    ///
+    /// The machine must have the instructions.
     #[inline]
-    pub(super) fn detect() -> Option<Avx2> {
-        is_x86_feature_detected!("avx2").then_some(Avx2(()))
+    pub(super) unsafe fn new() -> Avx2 {
+        Avx2(())
     }
 
     #[inline]
@@ -49,7 +47,7 @@ impl Avx2 {
         fn inner<W: Work>(simd: Avx2, work: W) -> W::Output {
             work.run(simd)
         }
-        // SAFETY: there is an `Avx2` only where the feature was detected.
+        // SAFETY: there is an `Avx2` only where the machine has the instructions.
         unsafe { inner(self, work) }
     }
 }
@@ -66,7 +64,7 @@ macro_rules! functions {
     )* };
 }
 
-// SAFETY: the only value is made by `detect`; lanes are independent and the operations those of IEEE 754.
+// SAFETY: a value is made only where the machine has the instructions; lanes are independent and the operations those of IEEE 754.
 unsafe impl Simd for Avx512 {
     type F = __m512d;
     type H = __m256;

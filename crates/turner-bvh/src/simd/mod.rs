@@ -1,21 +1,21 @@
 //! Vectors of numbers, and the choice of instructions at run time.
 //!
-//! A kernel is written once, against [`Simd`], and compiled for each set of instructions. [`dispatch`] picks one
+//! A search is written once, against [`Simd`], and compiled for each set of instructions. [`dispatch`] picks one
 //! when a search starts, not within it. A value of a `Simd` type is the proof that the machine has those
 //! instructions: it is made by [`dispatch`] alone, and every vector is made through it.
 //!
 //! What decides a hit uses exactly rounded operations only (`add sub mul div`, comparisons; never a fused product),
 //! the same in the same order on every machine. Box tests may fuse: they are padded and decide nothing.
 
-mod kernel;
+mod instruction_set;
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use kernel::Kernel;
-pub(crate) use kernel::{WithSimd, dispatch};
+pub use instruction_set::InstructionSet;
+pub(crate) use instruction_set::{Kind, WithSimd, dispatch};
 #[cfg(any(test, target_arch = "aarch64"))]
 pub(crate) use portable::Portable;
 

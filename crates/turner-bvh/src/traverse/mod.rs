@@ -21,10 +21,11 @@ pub(crate) use batch::{any_batch, any_triangles, closest_batch, closest_triangle
 #[cfg(test)]
 pub(crate) use interleaved::{any as any_interleaved, closest as closest_interleaved};
 pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
-pub(crate) use ray::{FARTHEST, PADDING, SearchRay, Space};
+pub(crate) use ray::{FARTHEST, SearchRay, Space};
 use setup::{GROUP, prepare};
 pub(crate) use single::{any, closest};
 
+use crate::InstructionSet;
 use crate::node::{ChildRef, WideNode};
 
 /// What a search goes through.
@@ -33,6 +34,7 @@ pub(crate) struct Tree<'a, L> {
     pub(crate) nodes: &'a [WideNode],
     pub(crate) leaves: &'a L,
     pub(crate) space: Space,
+    pub(crate) instruction_set: InstructionSet,
 }
 
 impl<L> Tree<'_, L> {

@@ -17,7 +17,7 @@ use crate::triangle::Shear;
 use crate::{Hit, Ray};
 
 /// In units of `f32::EPSILON * size`.
-pub(crate) const PADDING: f32 = 24.0;
+pub(super) const PADDING: f32 = 24.0;
 
 /// Coordinates beyond this are out of reach: products of three stay finite below it.
 pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
@@ -37,23 +37,20 @@ pub(crate) struct Space {
     pub(crate) unscale: f32,
     /// The largest coordinate in the tree.
     pub(crate) reach: f32,
-    /// Padding beyond [`PADDING`] for rays that start farther away than `reach`, per unit of that distance: 0 unless leaves
-    /// transform rays.
-    pub(crate) far_padding: f32,
 }
 
 impl Space {
-    /// Of a tree whose leaves are in its own coordinates.
+    /// Of a tree with these nodes.
     pub(crate) fn of(scale: f32, nodes: &[WideNode]) -> Space {
         let planes = nodes.first().into_iter().flat_map(|root| root.planes.iter().flatten().flatten());
         let reach = planes.map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f32::max);
-        Space { scale, unscale: 1.0 / scale, reach, far_padding: 0.0 }
+        Space { scale, unscale: 1.0 / scale, reach }
     }
 }
 
 /// A ray in the units of a tree, its direction scaled by a power of two where it is very long or short.
 ///
-/// Five rows of eight numbers, which [`prepare`](super::prepare) writes as such.
+/// Four rows of eight numbers, which [`prepare`](super::prepare) writes as such.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub(crate) struct SearchRay {
@@ -70,14 +67,10 @@ pub(crate) struct SearchRay {
     pub(crate) octant: u32,
     pub(crate) shear: Shear,
     pub(super) spare: [f32; 6],
-    pub(crate) origin: [f32; 3],
-    pub(crate) direction: [f32; 3],
-    pub(super) asked: [f32; 1],
-    pub(crate) time: f32,
 }
 
 /// Numbers in a [`SearchRay`].
-pub(super) const ROWS: usize = 5;
+pub(super) const ROWS: usize = 4;
 const _: () = assert!(size_of::<SearchRay>() == 32 * ROWS);
 
 impl SearchRay {
@@ -93,10 +86,6 @@ impl SearchRay {
         octant: 0,
         shear: Shear::NONE,
         spare: [0.0; 6],
-        origin: [0.0; 3],
-        direction: [0.0; 3],
-        asked: [0.0; 1],
-        time: 0.0,
     };
 
     /// A hit in the caller's units.
@@ -128,35 +117,28 @@ impl SearchRay {
         if !usable {
             return None;
         }
-        let in_tree = [array(origin), array(direction)];
-        let [origin_in_tree, direction_in_tree] = in_tree;
+        let [origin_in_tree, direction_in_tree] = [array(origin), array(direction)];
         let [ox, oy, oz] = origin_in_tree;
         let far = larger(larger(ox.abs(), oy.abs()), oz.abs());
         let size = far + space.reach;
-        let beyond = space.far_padding * larger(far - space.reach, 0.0);
-        let padding = (PADDING * size + beyond) * f32::EPSILON;
+        let padding = PADDING * size * f32::EPSILON;
         let d = direction.abs().max(simd.splat4(FLATTEST * longest)).with_sign(direction);
         let inv = simd.splat4(1.0).div(d);
         let middle = origin.mul(inv);
         let pad = simd.splat4(padding).mul(inv.abs());
         let down = d.lt(simd.splat4(0.0)) & 7;
         let [x, y, z] = [down & 1, down >> 1 & 1, down >> 2];
-        let (origin, direction) = (origin_in_tree, direction_in_tree);
         Some(SearchRay {
             inv: array(inv),
             near_offset: array(simd.splat4(0.0).sub(middle).sub(pad)),
             far_offset: array(pad.sub(middle)),
             spare: [0.0; 6],
-            asked: [0.0; 1],
             near_side: [x * WideNode::UPPER, y * WideNode::UPPER, z * WideNode::UPPER],
             octant: down,
             t_min: larger(ray.t_min, 0.0) * to_tree,
             t_max: smaller(ray.t_max * to_tree, f32::MAX * smaller(to_tree, 1.0)),
             t_scale,
-            shear: Shear::new(simd, &origin, &direction, size),
-            origin,
-            direction,
-            time: ray.time,
+            shear: Shear::new(simd, &origin_in_tree, &direction_in_tree, size),
         })
     }
 

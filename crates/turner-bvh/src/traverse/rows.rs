@@ -42,7 +42,7 @@ impl Rows {
     #[inline(always)]
     pub(super) fn hit(&self, i: usize) -> Hit {
         let primitive = self.primitive[i].to_bits();
-        Hit { t: self.t[i], u: self.u[i], v: self.v[i], primitive, instance: Hit::NONE }
+        Hit { t: self.t[i], u: self.u[i], v: self.v[i], primitive }
     }
 
     /// One corner as all rays see it: [`Shear::corner`], one ray per lane.
@@ -118,7 +118,7 @@ impl Rows {
             if close >> i & 1 == 0 {
                 [t, u, v] = block.doubtful(&self.shear_of(i), lane, t);
             }
-            let hit = Hit { t, u, v, primitive, instance: Hit::NONE };
+            let hit = Hit { t, u, v, primitive };
             let nearer = t < self.t[i] || t == self.t[i] && (ANY || primitive < self.primitive[i].to_bits());
             let outside = Hit { t: t * self.t_scale[i], ..hit };
             if nearer && t < f32::INFINITY && leaves.accepts(self.index[i], &outside) {

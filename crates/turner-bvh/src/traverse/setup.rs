@@ -68,8 +68,7 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
         & zero.le(t_max);
 
     let size = far.add(simd.splat8(space.reach));
-    let beyond = simd.splat8(space.far_padding).mul(far.sub(simd.splat8(space.reach)).max(zero));
-    let padding = simd.splat8(PADDING).mul(size).add(beyond).mul(simd.splat8(f32::EPSILON));
+    let padding = simd.splat8(PADDING).mul(size).mul(simd.splat8(f32::EPSILON));
     let flattest = simd.splat8(FLATTEST).mul(longest);
     let x = slab(simd, ox, dx, flattest, padding);
     let y = slab(simd, oy, dy, flattest, padding);
@@ -98,7 +97,6 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
         simd.transpose8([x.far, y.far, z.far, one, x.side, y.side, z.side, octant]),
         simd.transpose8([sx, sy, sz, tolerance, sheared_x, sheared_y, pz, axis_x]),
         simd.transpose8([axis_y, axis_z, zero, zero, zero, zero, zero, zero]),
-        asked,
     ];
     let mut i = 0;
     while i < GROUP {
@@ -108,17 +106,15 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
         rows[1][i].store(&mut to[1]);
         rows[2][i].store(&mut to[2]);
         rows[3][i].store(&mut to[3]);
-        rows[4][i].store(&mut to[4]);
-        ready[i].time = rays[i].time;
         i += 1;
     }
     ordinary
 }
 
-/// All of a ray but its time.
+/// All of a ray.
 #[inline(always)]
 fn row<S: Simd>(simd: S, ray: &Ray) -> S::F8 {
-    // SAFETY: a ray is nine numbers.
+    // SAFETY: a ray is eight numbers.
     simd.load8(unsafe { &*(&raw const *ray).cast::<[f32; 8]>() })
 }
 

@@ -117,7 +117,7 @@ impl Block {
     ) {
         self.each_hit(simd, ray, t_min, hit.t, |t, u, v, primitive| {
             if t < hit.t || (t == hit.t && primitive < hit.primitive) {
-                let candidate = Hit { t, u, v, primitive, instance: Hit::NONE };
+                let candidate = Hit { t, u, v, primitive };
                 if filter(&candidate) {
                     *hit = candidate;
                 }
@@ -136,8 +136,6 @@ impl Block {
         t_max: f32,
         mut filter: impl FnMut(&Hit) -> bool,
     ) -> bool {
-        self.each_hit(simd, ray, t_min, t_max, |t, u, v, primitive| {
-            filter(&Hit { t, u, v, primitive, instance: Hit::NONE })
-        })
+        self.each_hit(simd, ray, t_min, t_max, |t, u, v, primitive| filter(&Hit { t, u, v, primitive }))
     }
 }

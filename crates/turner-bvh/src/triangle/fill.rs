@@ -56,7 +56,7 @@ fn fill(mesh: &Triangles<'_>, scale: f32, slots: &[u32], to: &mut [MaybeUninit<B
 
 /// One block of the triangles named by `ids`, empty where they are `NO_PRIMITIVE`.
 #[inline]
-pub(crate) fn block(mesh: &Triangles<'_>, scale: f32, ids: &[u32]) -> Block {
+fn block(mesh: &Triangles<'_>, scale: f32, ids: &[u32]) -> Block {
     let mut block = Block::EMPTY;
     for (lane, &id) in ids.iter().enumerate().filter(|(_, id)| **id != NO_PRIMITIVE) {
         let corners = mesh.triangles[id as usize].map(|i| mesh.positions[i as usize].map(|x| x * scale));

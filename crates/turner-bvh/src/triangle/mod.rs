@@ -5,5 +5,5 @@ mod fill;
 mod woop;
 
 pub(crate) use block::{BLOCK, Block};
-pub(crate) use fill::{block, fill_blocks};
+pub(crate) use fill::fill_blocks;
 pub(crate) use woop::{Axes, Corners, SMALLEST, Shear, corners_meet, depth, distance, precise, weights};

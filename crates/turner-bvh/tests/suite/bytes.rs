@@ -2,7 +2,7 @@
 //!
 //! What the fuzz target `bvh` runs, too.
 
-use turner_bvh::{BuildOptions, Bvh, CompactBvh, Hit, Quality, Ray, Triangles};
+use turner_bvh::{BuildOptions, Bvh, Hit, Quality, Ray, Triangles};
 
 /// Numbers from bytes: half of them small and whole, so that they meet, half any float.
 fn number(bytes: [u8; 4]) -> f32 {
@@ -33,7 +33,6 @@ pub(crate) fn check(data: &[u8]) {
     for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
         let options = BuildOptions { quality, threads: 1, ..BuildOptions::default() };
         let bvh = Bvh::build(&mesh, &options).expect("few triangles, all of whose vertices are there");
-        let compact = CompactBvh::build(&mesh, &options).expect("as above");
         let hits: Vec<Hit> = rays.iter().map(|ray| bvh.intersect(ray).unwrap_or(Hit::MISS)).collect();
         let mut others = vec![Hit::MISS; rays.len()];
         bvh.intersect_batch(&rays, &mut others);
@@ -42,7 +41,6 @@ pub(crate) fn check(data: &[u8]) {
         bvh.occluded_batch(&rays, &mut any);
         assert!(hits.iter().zip(&any).all(|(hit, any)| hit.is_hit() == *any));
         for (ray, hit) in rays.iter().zip(&hits) {
-            assert_eq!(compact.intersect(&mesh, ray).unwrap_or(Hit::MISS), *hit);
             assert_eq!(bvh.occluded(ray), hit.is_hit());
             assert!(!hit.is_hit() || hit.t.is_finite() && hit.primitive < triangles.len() as u32);
         }

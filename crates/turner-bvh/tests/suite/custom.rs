@@ -90,6 +90,62 @@ proptest! {
     }
 }
 
+/// The nearest box that each ray enters and where, of equally near ones the lowest number.
+fn nearest(bvh: &BoxBvh, boxes: &[Aabb], rays: &[Ray]) -> Vec<Option<(f32, u32)>> {
+    let mut found = vec![None; rays.len()];
+    bvh.closest_batch(rays, |i, range, t_max| {
+        for &id in &bvh.order()[range.start as usize..range.end as usize] {
+            let b = &boxes[id as usize];
+            let Some(t) = b.is_valid().then(|| enter(&rays[i], b)).flatten() else { continue };
+            let hit = (t.nearest(), id);
+            if found[i].is_none_or(|best| hit < best) {
+                found[i] = Some(hit);
+            }
+        }
+        found[i].map_or(t_max, |(t, _)| t.min(t_max))
+    });
+    found
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn a_refitted_tree_hits_what_a_fresh_one_hits(seed in any::<u64>(), count in 1_usize..400) {
+        let mut random = Random(seed);
+        // Large enough for rays to meet some.
+        let large = |b: &Aabb| Aabb::new(b.min, b.max.map(|x| x + 300.0));
+        let mut boxes_and_rays = || {
+            let (boxes, rays) = scene(&mut random, count);
+            (boxes.iter().map(large).collect::<Vec<Aabb>>(), rays)
+        };
+        let (first, rays) = boxes_and_rays();
+        let mut refitted = build(&first);
+        let mut hits = 0;
+        for round in 0..5 {
+            // A few moved a little, all of them anywhere, all in one place, one gone, as at first.
+            let (anywhere, _) = boxes_and_rays();
+            let boxes: Vec<Aabb> = match round {
+                0 => (0..count).map(|i| if i % 17 == 0 { anywhere[i] } else { first[i] }).collect(),
+                1 => anywhere,
+                2 => vec![first[0]; count],
+                3 => {
+                    let gone = Aabb::new([f32::NAN; 3], [0.0; 3]);
+                    (0..count).map(|i| if i == count / 2 { gone } else { first[i] }).collect()
+                }
+                _ => first.clone(),
+            };
+            refitted.refit(&boxes).unwrap();
+            let fresh = build(&boxes);
+            let expected = nearest(&fresh, &boxes, &rays);
+            prop_assert_eq!(nearest(&refitted, &boxes, &rays), expected.clone(), "round {}", round);
+            prop_assert_eq!(refitted.bounds(), fresh.bounds());
+            hits += expected.iter().flatten().count();
+        }
+        prop_assert!(count < 100 || hits > 20, "{} hits", hits);
+    }
+}
+
 #[test]
 fn t_is_that_of_the_caller() {
     let mut random = Random(5);

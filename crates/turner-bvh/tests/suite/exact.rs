@@ -1,7 +1,8 @@
 //! No box that a ray meets in exact arithmetic is missed, and the nearest primitive does not depend on the tree.
 
-use crate::common::{Random, Ratio, enter};
 use turner_bvh::{Aabb, Bvh2, Bvh2Options, Ray};
+
+use crate::common::{Random, Ratio, enter};
 
 fn one_each() -> Bvh2Options {
     Bvh2Options { threads: 1, max_leaf: 1, ..Bvh2Options::default() }
@@ -40,7 +41,6 @@ fn scaled(ray: &Ray, boxes: &[Aabb], position: i32, direction: i32) -> Option<(R
         direction: all(ray.direction, direction)?,
         t_min: by(ray.t_min, position - direction)?,
         t_max: by(ray.t_max, position - direction)?,
-        time: 0.0,
     };
     let boxes = boxes
         .iter()

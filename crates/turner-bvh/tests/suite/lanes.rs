@@ -1,7 +1,7 @@
 //! Eight lanes do what one number does, to the last bit, with every instruction set.
 
-use turner_bvh::Kernel;
-use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8, Work, dispatch_with};
+use turner_bvh::InstructionSet;
+use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8, Work, dispatch};
 
 /// Numbers that tell operations apart.
 const VALUES: [f64; 14] = [
@@ -135,14 +135,14 @@ fn bits(v: f64) -> u64 {
 
 #[test]
 fn every_operation_on_every_instruction_set() {
-    let kinds: Vec<Kernel> = Kernel::available().collect();
-    assert!(kinds.contains(&Kernel::Scalar));
+    let kinds: Vec<InstructionSet> = InstructionSet::available().collect();
+    assert!(kinds.contains(&InstructionSet::PORTABLE));
     for start in 0..VALUES.len() {
         for shift in 0..VALUES.len() {
             let a = Block(std::array::from_fn(|i| VALUES[(start + i) % VALUES.len()]));
             let b = Block(std::array::from_fn(|i| VALUES[(start + shift + 3 * i) % VALUES.len()]));
             for kind in &kinds {
-                for (name, got) in dispatch_with(*kind, Operations { a: &a, b: &b }) {
+                for (name, got) in dispatch(*kind, Operations { a: &a, b: &b }) {
                     let expected = expected(name, &a, &b);
                     assert_eq!(got.0.map(bits), expected.0.map(bits), "{name} {kind:?} {a:?} {b:?}");
                 }

@@ -1,8 +1,9 @@
 //! What searches promise besides exactness: order, pruning, stopping, and an end for any input.
 
-use crate::common::Random;
 use proptest::prelude::*;
 use turner_bvh::{Aabb, Bvh2, Bvh2Options, Ray};
+
+use crate::common::Random;
 
 /// Unit cubes at even x.
 fn row(count: usize) -> Vec<Aabb> {
@@ -137,7 +138,7 @@ proptest! {
         let boxes: Vec<Aabb> = corners.iter().map(|&(a, b)| Aabb::EMPTY.grow(a).grow(b)).collect();
         let bvh = build(&boxes, 2);
         prop_assert_eq!(bvh.validate(&boxes), Ok(()));
-        let ray = Ray { origin, direction, t_min, t_max, time: 0.0 };
+        let ray = Ray { origin, direction, t_min, t_max };
         let mut offered = vec![0; bvh.order().len()];
         let mut answers = answers.into_iter().cycle();
         bvh.closest(&ray, |range, _| {

@@ -1,4 +1,4 @@
-//! `turner bench antialias`: a scene by every mode of anti-aliasing, with its time and its error, also beside POV-Ray.
+//! `turner bench antialias`: a scene by every mode of anti-aliasing, with its time and its error.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -10,20 +10,14 @@ use turner::compare::{Canvas, Metric, Pair};
 use turner::film::Antialias;
 use turner::image::{Image, Pixels};
 use turner::render::{PassOptions, Renderer};
-use turner::scene::PrepareOptions;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner_io::image::{
-    DecodeLimits, Display, ImageFormat, OutputFile, OutputImage, Transfer, decode, encode,
-};
+use turner::schema::{ErrorCode, PrepareOptions, SceneError};
+use turner_io::image::{Display, ImageFormat, OutputFile, OutputImage, Transfer, encode};
 use turner_io::scene::{LoadOptions, Override, load};
 
 use super::median;
-use crate::events::Events;
 use crate::failure::{Failure, Labels, two_lines};
-use crate::limits;
-use crate::povray::PovRay;
-use crate::report::Reporter;
-use crate::text;
+use crate::instructions::instruction_set;
+use crate::{limits, text};
 
 /// Measure every mode of anti-aliasing on a scene: rays, seconds, error
 #[derive(Debug, Args)]
@@ -31,7 +25,7 @@ use crate::text;
     after_help = "The error is the root of the mean square difference of display values (0 to 1) from the same scene with many\n\
                         samples at random places of other seeds. Seconds are the median of tracing alone."
 )]
-pub(crate) struct AntialiasBenchArgs {
+pub struct AntialiasBenchArgs {
     /// The scene
     #[arg(default_value = "scenes/tutorial/step-7.toml")]
     scene: PathBuf,
@@ -62,27 +56,33 @@ pub(crate) struct AntialiasBenchArgs {
     /// One JSON object per line
     #[arg(long)]
     json: bool,
-    /// Run POV-Ray on the .pov file beside the scene: without anti-aliasing, with +A0.3, and with 16 samples in every pixel
-    #[arg(long, value_name = "PROGRAM", num_args = 0..=1, default_missing_value = "povray", require_equals = true)]
-    povray: Option<PathBuf>,
 }
-
-/// POV-Ray's modes: what to call them, their arguments.
-const POVRAY: [(&str, &[&str]); 3] = [
-    ("POV-Ray", &["-A"]),
-    ("POV-Ray +A0.3", &["+A0.3"]),
-    ("POV-Ray 16 samples", &["+AM1", "+A0.0", "+R4", "-J"]),
-];
 
 /// Runs the command.
 pub(super) fn run(args: &AntialiasBenchArgs) -> u8 {
-    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
-    match bench(args) {
-        Ok(()) => 0,
-        Err(failure) => {
-            reporter.failure(&failure);
-            failure.exit
-        }
+    let bench = || measure(args).map(|measured| measured.print());
+    super::reported(args.json, bench())
+}
+
+impl AntialiasBenchArgs {
+    /// The scene's file.
+    pub fn scene(&self) -> &Path {
+        &self.scene
+    }
+
+    /// How often each is rendered.
+    pub fn repeat(&self) -> u32 {
+        self.repeat
+    }
+
+    /// Threads to render with, 1 or more.
+    pub fn threads(&self) -> usize {
+        crate::render::threads(self.threads)
+    }
+
+    /// Whether JSON is written instead of text.
+    pub fn json(&self) -> bool {
+        self.json
     }
 }
 
@@ -93,6 +93,34 @@ struct Row {
     rays: Option<u64>,
     seconds: f64,
     rmse: f64,
+}
+
+/// What all modes took.
+pub struct Measured<'a> {
+    args: &'a AntialiasBenchArgs,
+    reference: Rendered,
+    rows: Vec<Row>,
+}
+
+impl Measured<'_> {
+    /// Columns and rows of the pictures.
+    pub fn size(&self) -> (u32, u32) {
+        (self.reference.width, self.reference.height)
+    }
+
+    /// Adds a row for one mode of another renderer: the seconds of each run, and its picture in display-encoded values.
+    pub fn add(&mut self, mode: &str, seconds: &[f64], picture: &Image) -> Result<(), Failure> {
+        let rmse = rmse(&self.reference.values, &unit_values(picture))?;
+        let seconds = median(seconds).unwrap_or(f64::NAN);
+        self.rows.push(Row { mode: mode.to_owned(), samples_per_pixel: None, rays: None, seconds, rmse });
+        Ok(())
+    }
+
+    /// Prints a line for each mode, in the form that was asked for.
+    pub fn print(&self) {
+        let json = self.args.json;
+        text::print(&if json { json_lines(self.args, &self.rows) } else { self.table() });
+    }
 }
 
 /// A picture as it was rendered.
@@ -107,7 +135,8 @@ struct Rendered {
     seconds: f64,
 }
 
-fn bench(args: &AntialiasBenchArgs) -> Result<(), Failure> {
+/// Measures all modes.
+pub fn measure(args: &AntialiasBenchArgs) -> Result<Measured<'_>, Failure> {
     if let Some(folder) = &args.pictures {
         std::fs::create_dir_all(folder).map_err(|e| {
             let message = format!("{}: the folder cannot be made: {e}", folder.display());
@@ -137,40 +166,7 @@ fn bench(args: &AntialiasBenchArgs) -> Result<(), Failure> {
             rmse: rmse(&reference.values, &rendered.values)?,
         });
     }
-    if let Some(program) = &args.povray {
-        let Some(povray) = PovRay::beside(program, &args.scene) else {
-            let message = format!("{}: there is no .pov file beside it", args.scene.display());
-            let help = "scenes/bench has scenes with one: thirty-spheres.toml, from-scratch.toml";
-            return Err(Failure::new(SceneError::new(ErrorCode::File, message).help(help)));
-        };
-        for (name, flags) in POVRAY {
-            rows.push(povray_row(args, &povray, name, flags, &reference)?);
-        }
-    }
-    text::print(&if args.json { json_lines(args, &rows) } else { table(args, &reference, &rows) });
-    Ok(())
-}
-
-fn povray_row(
-    args: &AntialiasBenchArgs,
-    povray: &PovRay,
-    name: &str,
-    flags: &[&str],
-    reference: &Rendered,
-) -> Result<Row, Failure> {
-    let mut seconds = Vec::new();
-    let mut picture = Vec::new();
-    for _ in 0..args.repeat {
-        let threads = crate::render::threads(args.threads);
-        let (time, png) = povray.render(reference.width, reference.height, threads, flags)?;
-        seconds.push(time);
-        picture = png;
-    }
-    let picture = decode(&picture, "POV-Ray's picture", &DecodeLimits::default())
-        .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
-    let rmse = rmse(&reference.values, &unit_values(&picture))?;
-    let seconds = median(&seconds).unwrap_or(f64::NAN);
-    Ok(Row { mode: name.to_owned(), samples_per_pixel: None, rays: None, seconds, rmse })
+    Ok(Measured { args, reference, rows })
 }
 
 /// An 8-bit picture as numbers 0 to 1, without alpha.
@@ -212,21 +208,21 @@ fn render(
     let (mut desc, sources) = (loaded.desc, loaded.sources);
     desc.film.seed = desc.film.seed.wrapping_add(more_seed);
     let scene = desc
-        .prepare(&PrepareOptions::default())
+        .prepare(&PrepareOptions { instruction_set: instruction_set(), ..PrepareOptions::default() })
         .map_err(|e| Failure::in_scene(e, &sources, &Labels::new()))?;
-    let mut renderer = Renderer::new(&scene).map_err(Failure::new)?;
+    let mut renderer = Renderer::new(scene).map_err(Failure::new)?;
     let never = AtomicBool::new(false);
-    let threads = crate::render::threads(args.threads);
+    let threads = args.threads();
     let options = PassOptions { threads, cancel: &never, progress: None };
     let start = Instant::now();
     renderer.pass(u32::MAX, &options).map_err(Failure::new)?;
     let seconds = start.elapsed().as_secs_f64();
-    let picture = renderer.film.develop(&scene.film);
+    let picture = renderer.film.develop(&renderer.prepared().view.film);
     let values = picture
         .linear
         .iter()
         .zip(&picture.display)
-        .flat_map(|(linear, display)| match scene.film.transfer {
+        .flat_map(|(linear, display)| match renderer.prepared().view.film.transfer {
             // What is shown are the numbers themselves: not rounded, errors below 1/255 are seen too.
             turner::color::Transfer::None => [linear[0], linear[1], linear[2]].map(|v| v.clamp(0.0, 1.0)),
             _ => [display[0], display[1], display[2]].map(|v| f32::from(v) / 255.0),
@@ -286,28 +282,32 @@ fn json_lines(args: &AntialiasBenchArgs, rows: &[Row]) -> String {
     rows.iter().map(|row| line(row) + "\n").collect()
 }
 
-fn table(args: &AntialiasBenchArgs, reference: &Rendered, rows: &[Row]) -> String {
-    let count = |n: Option<u64>| n.map_or(String::new(), |n| text::count(n as f64));
-    let samples = |n: Option<f64>| n.map_or(String::new(), |n| format!("{n:.2}"));
-    let mut out = format!(
-        "{} {}x{}, reference: {} samples per pixel\n\n",
-        args.scene.display(),
-        reference.width,
-        reference.height,
-        args.reference
-    );
-    if args.markdown {
-        out += "| mode | samples per pixel | rays | seconds | RMSE |\n|---|--:|--:|--:|--:|\n";
-    } else {
-        out += &format!("{:18}  {:>8}  {:>9}  {:>9}  {:>8}\n", "mode", "samples", "rays", "seconds", "RMSE");
-    }
-    for row in rows {
-        let (s, r, t) = (samples(row.samples_per_pixel), count(row.rays), text::seconds(row.seconds));
-        out += &if args.markdown {
-            format!("| {} | {s} | {r} | {t} | {:.5} |\n", row.mode, row.rmse)
+impl Measured<'_> {
+    fn table(&self) -> String {
+        let Measured { args, reference, rows } = self;
+        let count = |n: Option<u64>| n.map_or(String::new(), |n| text::count(n as f64));
+        let samples = |n: Option<f64>| n.map_or(String::new(), |n| format!("{n:.2}"));
+        let mut out = format!(
+            "{} {}x{}, reference: {} samples per pixel\n\n",
+            args.scene.display(),
+            reference.width,
+            reference.height,
+            args.reference
+        );
+        if args.markdown {
+            out += "| mode | samples per pixel | rays | seconds | RMSE |\n|---|--:|--:|--:|--:|\n";
         } else {
-            format!("{:18}  {s:>8}  {r:>9}  {t:>9}  {:>8.5}\n", row.mode, row.rmse)
-        };
+            out +=
+                &format!("{:18}  {:>8}  {:>9}  {:>9}  {:>8}\n", "mode", "samples", "rays", "seconds", "RMSE");
+        }
+        for row in rows {
+            let (s, r, t) = (samples(row.samples_per_pixel), count(row.rays), text::seconds(row.seconds));
+            out += &if args.markdown {
+                format!("| {} | {s} | {r} | {t} | {:.5} |\n", row.mode, row.rmse)
+            } else {
+                format!("{:18}  {s:>8}  {r:>9}  {t:>9}  {:>8.5}\n", row.mode, row.rmse)
+            };
+        }
+        out
     }
-    out
 }

@@ -1,13 +1,7 @@
-//! `turner bench`: how fast scenes render, also beside POV-Ray; `render` measures path tracing, `antialias` its modes.
+//! `turner bench`: how fast scenes render on this machine; `antialias` measures the modes of anti-aliasing.
 
-mod antialias;
-mod curve;
-mod install;
-mod peer;
-mod plot;
-mod references;
-mod render;
-mod table;
+pub mod antialias;
+mod edits;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -15,16 +9,18 @@ use std::time::Instant;
 
 use clap::{Args, Subcommand};
 use serde_json::json;
+use turner::film::FilmDesc;
+use turner::integrator::Prepared;
 use turner::render::{PassOptions, Renderer};
-use turner::scene::error::{ErrorCode, SceneError, escape, suggestion};
-use turner::scene::{PrepareOptions, Scene};
+use turner::schema::error::{escape, suggestion};
+use turner::schema::{ErrorCode, PrepareOptions, SceneError};
 use turner_io::scene::{LoadOptions, load};
 
 use crate::events::Events;
 use crate::failure::{Failure, Labels, USAGE};
-use crate::povray::PovRay;
+use crate::instructions::instruction_set;
 use crate::report::Reporter;
-use crate::{rays, text};
+use crate::text;
 
 /// Measure how fast the scenes of a folder render
 #[derive(Debug, Args)]
@@ -32,12 +28,18 @@ use crate::{rays, text};
     args_conflicts_with_subcommands = true,
     disable_help_subcommand = true,
     subcommand_help_heading = "Others",
-    after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving.\n\
-                        POV-Ray's are its own `Trace Time`; its runs alternate with Turner's."
+    after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving."
 )]
 pub(crate) struct BenchArgs {
     #[command(subcommand)]
     other: Option<OtherBench>,
+    #[command(flatten)]
+    scenes: ScenesArgs,
+}
+
+/// Which scenes are measured, and how.
+#[derive(Debug, Args)]
+pub struct ScenesArgs {
     /// Names of scenes, without .toml [default: all of the folder]
     names: Vec<String>,
     /// The folder of the scenes
@@ -52,58 +54,69 @@ pub(crate) struct BenchArgs {
     /// One JSON object per line
     #[arg(long)]
     json: bool,
-    /// Run POV-Ray on a .pov file beside the scene, where there is one
-    #[arg(long, value_name = "PROGRAM", num_args = 0..=1, default_missing_value = "povray", require_equals = true)]
-    povray: Option<PathBuf>,
 }
 
 /// What else is measured than the scenes of a folder.
 #[derive(Debug, Subcommand)]
 enum OtherBench {
-    Rays(rays::RaysArgs),
-    Render(render::RenderBenchArgs),
     Antialias(antialias::AntialiasBenchArgs),
+    Edits(edits::EditsBenchArgs),
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &BenchArgs) -> u8 {
     match &args.other {
-        Some(OtherBench::Rays(args)) => return rays::run(args),
-        Some(OtherBench::Render(args)) => return render::run(args),
-        Some(OtherBench::Antialias(args)) => return antialias::run(args),
-        None => {}
-    }
-    let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
-    match bench(args) {
-        Ok(()) => 0,
-        Err(failure) => {
-            reporter.failure(&failure);
-            failure.exit
-        }
+        Some(OtherBench::Antialias(args)) => antialias::run(args),
+        Some(OtherBench::Edits(args)) => edits::run(args),
+        None => reported(args.scenes.json, measure_scenes(&args.scenes, None)),
     }
 }
 
-fn bench(args: &BenchArgs) -> Result<(), Failure> {
+/// The exit code of what was measured; says why it was not.
+pub fn reported(json: bool, result: Result<(), Failure>) -> u8 {
+    let Err(failure) = result else { return 0 };
+    Reporter { quiet: false, events: json.then_some(Events::Stdout) }.failure(&failure);
+    failure.exit
+}
+
+impl ScenesArgs {
+    /// Whether events are written instead of text.
+    pub fn json(&self) -> bool {
+        self.json
+    }
+}
+
+/// Another renderer that takes turns with Turner.
+pub trait Rival {
+    /// What it is called in tables.
+    fn name(&self) -> &'static str;
+    /// The beginning of its keys in JSON.
+    fn key(&self) -> &'static str;
+    /// Seconds that it traces the scene of this file for; `None` if it has no such scene.
+    fn trace(&self, path: &Path, film: &FilmDesc, threads: usize) -> Result<Option<f64>, Failure>;
+}
+
+/// Measures the scenes asked for, also beside a rival, and prints what they took.
+pub fn measure_scenes(args: &ScenesArgs, rival: Option<&dyn Rival>) -> Result<(), Failure> {
     let scenes = find(args)?;
     let width = scenes.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max(5);
     if !args.json {
-        let povray = if args.povray.is_some() { "      POV-Ray   ratio" } else { "" };
-        text::print(&format!("{:width$}  threads      median         rays     rays/s{povray}\n", "scene"));
+        let rival = rival.map_or(String::new(), |r| format!("  {:>11}   ratio", r.name()));
+        text::print(&format!("{:width$}  threads      median         rays     rays/s{rival}\n", "scene"));
     }
     for (name, path) in &scenes {
         let scene = prepare(path)?;
         for &threads in &args.threads {
             let threads = crate::render::threads(threads);
-            let povray = args.povray.as_deref().and_then(|program| PovRay::beside(program, path));
-            let row = measure(args, name, &scene, threads, povray)?;
-            text::print(&if args.json { format!("{}\n", row.json()) } else { row.text(width) });
+            let row = measure(args, (name, path), &scene, threads, rival)?;
+            text::print(&if args.json { format!("{}\n", row.json(rival)) } else { row.text(width) });
         }
     }
     Ok(())
 }
 
 /// The scenes asked for, by name; an explanation if there are none.
-fn find(args: &BenchArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
+fn find(args: &ScenesArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
     let folder = args.dir.display().to_string();
     let missing = |message: String, help: String| Failure {
         exit: USAGE,
@@ -141,50 +154,52 @@ fn find(args: &BenchArgs) -> Result<Vec<(String, PathBuf)>, Failure> {
         .collect()
 }
 
-fn prepare(path: &Path) -> Result<Scene, Failure> {
+fn prepare(path: &Path) -> Result<Prepared, Failure> {
     let labels = Labels::new();
     let loaded = load(path, &LoadOptions::default()).map_err(|e| Failure::load(e, &labels))?;
-    let prepared = loaded.desc.prepare(&PrepareOptions::default());
+    let prepared = loaded
+        .desc
+        .prepare(&PrepareOptions { instruction_set: instruction_set(), ..PrepareOptions::default() });
     prepared.map_err(|e| Failure::in_scene(e, &loaded.sources, &labels))
 }
 
 /// What one scene took with one number of threads.
 struct Row<'a> {
     name: &'a str,
-    scene: &'a Scene,
+    prepared: &'a Prepared,
     threads: usize,
     /// Each run, in order.
     seconds: Vec<f64>,
     rays: u64,
-    /// Each run of POV-Ray, if there was one.
-    povray: Vec<f64>,
+    /// Each run of the rival, if there was one.
+    rival: Vec<f64>,
 }
 
 fn measure<'a>(
-    args: &BenchArgs,
-    name: &'a str,
-    scene: &'a Scene,
+    args: &ScenesArgs,
+    (name, path): (&'a str, &Path),
+    prepared: &'a Prepared,
     threads: usize,
-    povray: Option<PovRay>,
+    rival: Option<&dyn Rival>,
 ) -> Result<Row<'a>, Failure> {
-    let mut row = Row { name, scene, threads, seconds: Vec::new(), rays: 0, povray: Vec::new() };
+    let mut row = Row { name, prepared, threads, seconds: Vec::new(), rays: 0, rival: Vec::new() };
     let never = AtomicBool::new(false);
     for _ in 0..args.repeat {
-        let mut renderer = Renderer::new(scene).map_err(Failure::new)?;
+        let mut renderer = Renderer::new(prepared.clone()).map_err(Failure::new)?;
         let options = PassOptions { threads, cancel: &never, progress: None };
         let start = Instant::now();
         renderer.pass(u32::MAX, &options).map_err(Failure::new)?;
         row.seconds.push(start.elapsed().as_secs_f64());
         row.rays = renderer.stats.total();
-        if let Some(povray) = &povray {
-            row.povray.push(povray.trace(scene.film.width, scene.film.height, threads)?);
+        if let Some(rival) = rival {
+            row.rival.extend(rival.trace(path, &prepared.view.film, threads)?);
         }
     }
     Ok(row)
 }
 
 /// The middle value, or the mean of the two middle ones.
-pub(crate) fn median(values: &[f64]) -> Option<f64> {
+pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;
@@ -200,31 +215,34 @@ impl Row<'_> {
         median(&self.seconds).unwrap_or(f64::NAN).max(1e-9)
     }
 
-    fn json(&self) -> serde_json::Value {
-        let povray = median(&self.povray);
-        json!({
+    fn json(&self, rival: Option<&dyn Rival>) -> serde_json::Value {
+        let mut line = json!({
             "scene": self.name,
-            "width": self.scene.film.width,
-            "height": self.scene.film.height,
+            "width": self.prepared.view.film.width,
+            "height": self.prepared.view.film.height,
             "threads": self.threads,
             "seconds": self.seconds,
             "median_seconds": self.median(),
             "rays": self.rays,
             "rays_per_second": self.rays as f64 / self.median(),
-            "povray_seconds": self.povray,
-            "povray_median_seconds": povray,
-            "povray_ratio": povray.map(|p| p / self.median()),
             "version": env!("CARGO_PKG_VERSION"),
-        })
+        });
+        if let Some(key) = rival.map(Rival::key) {
+            let theirs = median(&self.rival);
+            line[format!("{key}_seconds")] = json!(self.rival);
+            line[format!("{key}_median_seconds")] = json!(theirs);
+            line[format!("{key}_ratio")] = json!(theirs.map(|s| s / self.median()));
+        }
+        line
     }
 
     fn text(&self, width: usize) -> String {
         let seconds = self.median();
-        let povray = median(&self.povray).map_or(String::new(), |p| {
-            format!("  {:>11}  {:>6}", text::seconds(p), format!("{:.2}x", p / seconds))
+        let rival = median(&self.rival).map_or(String::new(), |theirs| {
+            format!("  {:>11}  {:>6}", text::seconds(theirs), format!("{:.2}x", theirs / seconds))
         });
         format!(
-            "{:width$}  {:>7}  {:>10}  {:>11}  {:>9}{povray}\n",
+            "{:width$}  {:>7}  {:>10}  {:>11}  {:>9}{rival}\n",
             self.name,
             self.threads,
             text::seconds(seconds),

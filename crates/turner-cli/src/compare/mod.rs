@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use turner::compare::{Measured, Metric, Mismatch, Pair};
-use turner::scene::error::{ErrorCode, SceneError, escape};
+use turner::schema::error::escape;
+use turner::schema::{ErrorCode, SceneError};
 
 use crate::events::Events;
 use crate::failure::{FAILED, Failure, USAGE};

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use turner::color::heat;
 use turner::compare::{Measured, Metric, Pair};
-use turner::scene::error::{ErrorCode, escape};
+use turner::schema::ErrorCode;
+use turner::schema::error::escape;
 use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, Transfer, encode};
 
 use super::{Diff, refused};

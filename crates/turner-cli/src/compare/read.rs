@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use turner::compare::Canvas;
-use turner::scene::error::{ErrorCode, SceneError, escape};
+use turner::schema::error::escape;
+use turner::schema::{ErrorCode, SceneError};
 use turner_io::assets::{AssetSource, DEFAULT_BUDGET, FolderAssets};
 use turner_io::image::{DecodeLimits, ImageFormat, decode, exr};
 

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 use turner::doctor::{Finding, PathKind};
 
 use super::Report;
+use crate::flags;
 
 /// Raised when keys change their meaning or go away; new ones may come at any time.
 const VERSION: u32 = 1;
@@ -75,7 +76,7 @@ fn finding(f: &Finding) -> Value {
         "what": f.what,
         "why": f.why,
         "remedy": f.remedy,
-        "flags": f.flags,
+        "flags": f.remedies.iter().map(flags::of).collect::<Vec<_>>(),
         "subject": f.subject,
         "measured": measured,
     })

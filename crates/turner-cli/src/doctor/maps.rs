@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use turner::color::{heat, srgb_encode};
+use turner::description::SceneDesc;
 use turner::doctor::PathKind;
 use turner::doctor::maps::Map;
-use turner::scene::SceneDesc;
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::schema::{ErrorCode, SceneError};
 use turner_io::image::{Display, ImageFormat, Metadata, OutputFile, OutputImage, Transfer, encode};
 
 use crate::failure::{Failure, two_lines};
@@ -41,7 +41,7 @@ impl Target {
             return Ok(Target::Folder(path.to_owned()));
         }
         if extension.as_deref() != Some("png") {
-            let shown = turner::scene::error::escape(&path.to_string_lossy());
+            let shown = turner::schema::error::escape(&path.to_string_lossy());
             let message = format!("{shown}: maps are written as PNG");
             let help = "name a folder, or a file that ends with .png";
             return Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)));

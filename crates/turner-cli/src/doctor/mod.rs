@@ -73,16 +73,17 @@ pub(crate) fn run(args: &DoctorArgs, control: &Control) -> u8 {
 
 fn doctor(args: &DoctorArgs, control: &Control) -> Result<u8, Failure> {
     let target = args.output.as_deref().map(maps::Target::new).transpose()?;
-    let mut ready = args.scene.ready(&args.film, args.scene.stage.models(), args.threads, control)?;
+    let ready = args.scene.ready(&args.film, args.scene.stage.models(), args.threads, control)?;
     if let Some(target) = &target {
         target.check_against(&args.scene.scene, &ready.desc)?;
     }
-    let options = Options { threads: args.threads, seconds: args.seconds, ..Options::default() };
     let start = Instant::now();
-    let examination = examine(&mut ready.scene, &ready.desc, &options);
+    let stop = || start.elapsed().as_secs_f64() > args.seconds;
+    let options = Options { threads: args.threads, stop: &stop, ..Options::default() };
+    let examination = examine(&ready.prepared, &ready.desc, &options);
     let seconds = start.elapsed().as_secs_f64();
     let written = match &target {
-        Some(target) => target.write(&turner::doctor::maps::maps(&mut ready.scene, &options))?,
+        Some(target) => target.write(&turner::doctor::maps::maps(&ready.prepared, &ready.desc, &options))?,
         None => Vec::new(),
     };
     let report = Report { examination: &examination, written: &written, ready: &ready, seconds };

@@ -3,6 +3,7 @@
 use turner::doctor::{Finding, PathKind, Severity};
 
 use super::Report;
+use crate::flags;
 use crate::text::{columns, plural, seconds, wrap};
 
 /// All findings, those that are notes if `all`, and what was measured.
@@ -53,8 +54,8 @@ fn one(out: &mut String, f: &Finding) {
             *out += &wrapped;
         }
     }
-    if !f.flags.is_empty() {
-        let flags: Vec<String> = f.flags.iter().map(|f| clean(f)).collect();
+    if !f.remedies.is_empty() {
+        let flags: Vec<String> = f.remedies.iter().map(|r| clean(&flags::of(r))).collect();
         *out += &format!("    try: {}\n", flags.join("   or: "));
     }
     out.push('\n');

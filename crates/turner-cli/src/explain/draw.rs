@@ -47,7 +47,7 @@ impl Views {
         let objects: Vec<(u32, Outline, String)> =
             ids.iter().zip(outlines).filter_map(|(&id, o)| Some((id, o?, name(id)))).collect();
         let only: Vec<Outline> = objects.iter().map(|(_, o, _)| o.clone()).collect();
-        Views { views: views(names.scene, trees, &only), objects }
+        Views { views: views(&names.prepared.view, trees, &only), objects }
     }
 
     /// Height of both views with their titles.

@@ -3,9 +3,10 @@
 use turner::color::Spectrum;
 
 use super::draw::{Views, xml};
-use super::model::{Explanation, Node, SampleTree};
+use super::model::{Node, SampleTree};
 use super::number::{color, exact, number, percent, rays, short, short_color};
 use super::prune::{Shown, shown};
+use super::record::Explanation;
 use super::rows::{Row, light_remark, rows};
 use super::shade::Display;
 use super::style;
@@ -18,7 +19,13 @@ const SCRIPT: &str = include_str!("page.js");
 const DEEPEST: usize = 24;
 
 /// At most `budget` rays of each sample are on the page.
-pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: usize) -> String {
+pub(super) fn of(
+    e: &Explanation<'_>,
+    trees: &[SampleTree],
+    views: &Views,
+    display: &Display<'_>,
+    budget: usize,
+) -> String {
     let name = xml(&title(e));
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
@@ -26,21 +33,21 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
          <style>{}</style>\n</head>\n<body>\n<header>\n",
         style::of_page()
     );
-    out += &format!("<span class=\"big\" style=\"background:{}\"></span>\n<div>\n", display.hex(e.color()));
-    out += &format!("<h1>{name}</h1>\n<p><b>{}</b> · {}</p>\n", exact(e.color()), xml(&e.averaging));
-    let equal = if e.is_exact() {
+    out += &format!("<span class=\"big\" style=\"background:{}\"></span>\n<div>\n", display.hex(e.color));
+    out += &format!("<h1>{name}</h1>\n<p><b>{}</b> · {}</p>\n", exact(e.color), xml(&e.averaging));
+    let equal = if e.exact {
         "The rays of each sample that is shown sum to it to the last bit."
     } else {
         "THE RAYS DO NOT SUM TO THE SAMPLE: please report it."
     };
     let choice = e.choice.as_deref().map_or(String::new(), |c| format!(" · {}", xml(c)));
     out += &format!("<p class=\"dim\">{equal}{choice}</p>\n</div>\n</header>\n");
-    if e.trees.len() > 1 {
-        samples(&mut out, e, display);
+    if trees.len() > 1 {
+        samples(&mut out, trees, display);
     }
-    let most = e.trees.iter().max_by(|a, b| brings(a).total_cmp(&brings(b)).then(b.number.cmp(&a.number)));
+    let most = trees.iter().max_by(|a, b| brings(a).total_cmp(&brings(b)).then(b.number.cmp(&a.number)));
     let first = most.map(|t| t.number);
-    for tree in &e.trees {
+    for tree in trees {
         sample(&mut out, e, tree, views, display, budget, Some(tree.number) == first);
     }
     out += "<footer class=\"dim\">Click a ray to open it; the triangle folds what comes of it. Point at rays or objects: what belongs together lights up.</footer>\n";
@@ -48,18 +55,18 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
 }
 
 fn brings(tree: &SampleTree) -> f64 {
-    tree.sample.weight * f64::from(tree.sum.map(f32::abs).max_component())
+    tree.weight * f64::from(tree.sum.map(f32::abs).max_component())
 }
 
 /// A square of the pixel with a button for each sample at its place.
-fn samples(out: &mut String, e: &Explanation, display: &Display<'_>) {
+fn samples(out: &mut String, trees: &[SampleTree], display: &Display<'_>) {
     *out += "<nav>\n";
-    for tree in &e.trees {
-        let [x, y] = tree.sample.place.map(short);
+    for tree in trees {
+        let [x, y] = tree.place.map(short);
         *out += &format!(
             "<button type=\"button\" data-sample=\"{0}\" title=\"sample {0} at ({x}, {y}), share {1}\"><i style=\"background:{2}\"></i>{0}</button>\n",
             tree.number,
-            number(tree.sample.weight),
+            number(tree.weight),
             display.hex(tree.sum)
         );
     }
@@ -68,7 +75,7 @@ fn samples(out: &mut String, e: &Explanation, display: &Display<'_>) {
 
 fn sample(
     out: &mut String,
-    e: &Explanation,
+    e: &Explanation<'_>,
     tree: &SampleTree,
     views: &Views,
     display: &Display<'_>,
@@ -78,12 +85,12 @@ fn sample(
     let shown = shown(&tree.nodes, budget, e.path_of.is_some());
     let hidden = if is_first { "" } else { " hidden=\"hidden\"" };
     *out += &format!("<section data-sample=\"{}\"{hidden}>\n<div class=\"tree\">\n", tree.number);
-    let [x, y] = tree.sample.place.map(number);
+    let [x, y] = tree.place.map(number);
     *out += &format!(
         "<h2>Sample {} of {} <span class=\"dim\">at ({x}, {y}), share {}</span></h2>\n",
         tree.number,
-        e.pixel.count,
-        number(tree.sample.weight)
+        e.sample_count,
+        number(tree.weight)
     );
     for row in rows(tree, &shown) {
         write_row(out, tree, &row, display);
@@ -215,8 +222,8 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, display: &Display<'_
         swatch(display, tree.sum),
         exact(tree.sum)
     );
-    let rendered = tree.sample.radiance.color;
-    let equal = if tree.is_exact() { "equal to the last bit" } else { "NOT EQUAL" };
+    let rendered = tree.rendered;
+    let equal = if tree.exact { "equal to the last bit" } else { "NOT EQUAL" };
     *out += &format!(
         "<tr class=\"total\"><td>{}</td><td></td><td>sample as rendered</td><td>{}<br/><span class=\"dim\">{equal}</span></td></tr>\n</table>\n",
         swatch(display, rendered),

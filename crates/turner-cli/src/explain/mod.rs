@@ -1,24 +1,22 @@
 //! `turner explain`: why a pixel has its colour, ray by ray.
 //!
 //! ```text
-//! run ── render::pixel ── samples ─┬─ classic ── model ── prune ─┬─ text
-//!        (the pixel as rendered)   ├─ path                       ├─ svg ── views (the rays in the scene)
-//!                                  └─ other                      └─ html
-//!                                  └────────────── records ───────── json (the records alone, but for --path-of)
+//! run ── render::pixel ── samples ── record ─┬─ json
+//!        (the pixel as rendered)  (all that  └─ model (trees, by classic, path, other) ── prune ─┬─ text
+//!                                  is known)                                                   ├─ svg ── views (the rays in the scene)
+//!                                                                                              └─ html
 //! ```
 
 mod classic;
-mod classic_json;
 mod draw;
 mod html;
-mod json;
 mod model;
 mod names;
 mod number;
 mod other;
 mod path;
-mod path_json;
 mod prune;
+mod record;
 mod rows;
 mod samples;
 mod shade;
@@ -32,7 +30,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use turner::render::pixel;
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::schema::{ErrorCode, SceneError};
 use turner_io::image::OutputFile;
 
 use crate::control::Control;
@@ -112,7 +110,7 @@ impl ExplainArgs {
             (Some(format), _) => Ok((format, path)),
             (None, None) => Ok((Format::Text, None)),
             (None, Some(shown)) => {
-                let shown = turner::scene::error::escape(&shown.to_string_lossy());
+                let shown = turner::schema::error::escape(&shown.to_string_lossy());
                 let message = format!("{shown}: the extension names no format of explanations");
                 let help = "use .txt, .json, .svg or .html, or add `--format`";
                 Err(Failure::usage(SceneError::new(ErrorCode::Output, message).help(help)))
@@ -140,42 +138,47 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
     // Before any work is done: whether it can be written.
     let file = path.map(OutputFile::create).transpose().map_err(output)?;
     let ready = args.scene.ready(&args.film, args.scene.stage.models(), 0, control)?;
-    let scene = &ready.scene;
+    let prepared = &ready.prepared;
     let bad = |e| Failure::in_scene(e, &ready.sources, &ready.labels);
-    let names = names::Names { scene, desc: &ready.desc };
+    let names = names::Names {
+        prepared,
+        scene: &prepared.scene,
+        desc: &ready.desc,
+        path_of: args.path_of.as_deref(),
+    };
     if let Some(wanted) = &args.path_of {
         names.check(wanted).map_err(bad)?;
     }
     let (x, y) = args.pixel;
-    let pixel = pixel(scene, x, y).map_err(bad)?;
+    let pixel = pixel(prepared, x, y).map_err(bad)?;
     let wanted = samples::Wanted {
         sample: args.sample,
-        path_of: args.path_of.as_deref(),
         all: args.all,
         many: matches!(format, Format::Json | Format::Html),
-        nodes: format != Format::Json,
     };
     let name = args.scene.scene.to_string_lossy().into_owned();
-    let explained = samples::explain(&names, name, pixel, &wanted).map_err(bad)?;
-    let explanation = &explained.explanation;
+    let record = samples::explain(&names, (name, ready.hash.clone()), pixel, &wanted).map_err(bad)?;
     let text = match format {
-        Format::Json => json::of(&explained, &ready.hash).map_err(|e| {
+        Format::Json => record.json().map_err(|e| {
             let message = format!("the explanation cannot be written: {e}");
             Failure::new(SceneError::new(ErrorCode::Internal, message))
         })?,
-        Format::Text => text::of(explanation, &style(scene, args.all, file.is_some())),
+        Format::Text => {
+            text::of(&record, &model::trees(&record), &style(&prepared.view.film, args.all, file.is_some()))
+        }
         Format::Svg | Format::Html => {
-            let views = draw::Views::new(&names, &explanation.trees);
-            let display = shade::Display::new(&scene.film);
+            let trees = model::trees(&record);
+            let views = draw::Views::new(&names, &trees);
+            let display = shade::Display::new(&prepared.view.film);
             // Drawings share their rays among the samples.
             let most = match (args.all, format) {
                 (true, _) => usize::MAX,
                 (false, Format::Svg) => 24,
-                (false, _) => 1200 / explanation.trees.len().max(1),
+                (false, _) => 1200 / trees.len().max(1),
             };
             match format {
-                Format::Svg => svg::of(explanation, &views, &display, most),
-                _ => html::of(explanation, &views, &display, most),
+                Format::Svg => svg::of(&record, &trees, &views, &display, most),
+                _ => html::of(&record, &trees, &views, &display, most),
             }
         }
     };
@@ -184,9 +187,9 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
         None => print(&text),
     }
     if format != Format::Json || args.output.is_some() {
-        reporter.warnings(&scene.warnings, &ready.sources, &ready.labels);
+        reporter.warnings(&prepared.warnings, &ready.sources, &ready.labels);
     }
-    if explanation.is_exact() {
+    if record.exact {
         return Ok(0);
     }
     let error = SceneError::new(ErrorCode::Internal, "the contributions do not sum to the sample");
@@ -195,7 +198,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
 }
 
 /// Colours where standard output is a terminal that shows all of them, and nobody objects.
-fn style(scene: &turner::scene::Scene, all: bool, to_file: bool) -> text::Style<'_> {
+fn style(film: &turner::film::FilmDesc, all: bool, to_file: bool) -> text::Style<'_> {
     let has = |name: &str, words: &[&str]| {
         std::env::var(name).is_ok_and(|value| words.iter().any(|word| value.contains(word)))
     };
@@ -204,5 +207,5 @@ fn style(scene: &turner::scene::Scene, all: bool, to_file: bool) -> text::Style<
         || std::env::var_os("WT_SESSION").is_some();
     let colors = !to_file && able && crate::color::are_wanted(&std::io::stdout());
     let budget = if all { usize::MAX } else { 40 };
-    text::Style { colors, display: shade::Display::new(&scene.film), budget }
+    text::Style { colors, display: shade::Display::new(film), budget }
 }

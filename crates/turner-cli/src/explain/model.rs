@@ -1,46 +1,22 @@
-//! What is explained, in the form that text and drawings share: a tree of rays for each sample.
+//! What text and drawings have in common: a tree of rays for each sample, made from the record.
 
 use turner::color::Spectrum;
 use turner::math::DVec3;
-use turner::render::{PixelRecord, SampleRecord};
 
-/// A pixel, explained.
-pub(super) struct Explanation {
-    /// The scene file, as it was given.
-    pub(super) scene: String,
-    pub(super) integrator: &'static str,
-    /// Columns and rows of the picture.
-    pub(super) size: [u32; 2],
-    pub(super) seed: u32,
-    pub(super) pixel: PixelRecord,
-    /// How the samples become the pixel, in a sentence.
-    pub(super) averaging: String,
-    /// The samples that are shown.
-    pub(super) trees: Vec<SampleTree>,
-    /// What `--path-of` asked for.
-    pub(super) path_of: Option<String>,
-    /// A sentence on which of the samples are shown, where not all are.
-    pub(super) choice: Option<String>,
-}
-
-impl Explanation {
-    /// The pixel's colour, times coverage.
-    pub(super) fn color(&self) -> Spectrum {
-        let [r, g, b, _] = self.pixel.color;
-        Spectrum::new(r, g, b)
-    }
-
-    /// Whether all sums are the samples as rendered.
-    pub(super) fn is_exact(&self) -> bool {
-        self.trees.iter().all(SampleTree::is_exact)
-    }
-}
+use super::record::{Explanation, Sample, What};
+use super::{classic, other, path};
 
 /// The rays of one sample.
 pub(super) struct SampleTree {
     /// Its number among the pixel's samples.
     pub(super) number: usize,
-    pub(super) sample: SampleRecord,
+    pub(super) place: [f64; 2],
+    /// Its share of the pixel.
+    pub(super) weight: f64,
+    /// Its colour as rendered.
+    pub(super) rendered: Spectrum,
+    /// Whether the parts sum to it to the last bit.
+    pub(super) exact: bool,
     /// Parents come before their children.
     pub(super) nodes: Vec<Node>,
     /// The sum of all contributions, in the order in which they were added.
@@ -53,25 +29,36 @@ pub(super) struct SampleTree {
     pub(super) remarks: Vec<String>,
 }
 
+/// The trees of all samples that are shown.
+pub(super) fn trees(e: &Explanation<'_>) -> Vec<SampleTree> {
+    let tree = |sample: &Sample<'_>| {
+        let mut out = SampleTree::new(sample);
+        match &sample.what {
+            What::Tree(tree) => classic::grow(&mut out, tree),
+            What::Path(path) => path::grow(&mut out, path),
+            What::FirstHit(first) => other::grow(&mut out, e.integrator, first),
+        }
+        out.add_up();
+        out
+    };
+    e.explained.iter().map(tree).collect()
+}
+
 impl SampleTree {
     /// Without nodes, parts and remarks.
-    pub(super) fn new(number: usize, sample: SampleRecord, sum: Spectrum) -> SampleTree {
+    fn new(sample: &Sample<'_>) -> SampleTree {
         SampleTree {
-            number,
-            sample,
+            number: sample.sample,
+            place: sample.place,
+            weight: sample.share,
+            rendered: sample.rendered,
+            exact: sample.exact,
             nodes: Vec::new(),
-            sum,
+            sum: sample.sum,
             parts: Vec::new(),
             unwritten: 0,
             remarks: Vec::new(),
         }
-    }
-
-    /// Whether the parts sum to the sample to the last bit.
-    pub(super) fn is_exact(&self) -> bool {
-        let bits = |s: Spectrum| s.to_array().map(f32::to_bits);
-        // What is no finite number has no sum to speak of.
-        bits(self.sum) == bits(self.sample.radiance.color) || !self.sample.radiance.color.is_finite()
     }
 
     /// The colour that a node's ray found: what it brought, over its weight.
@@ -86,7 +73,7 @@ impl SampleTree {
     }
 
     /// Numbers the rays, and fills in what each node's descendants bring together with it.
-    pub(super) fn add_up(&mut self) {
+    fn add_up(&mut self) {
         let mut rays = 0;
         for node in &mut self.nodes {
             node.total = node.contribution;

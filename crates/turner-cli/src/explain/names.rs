@@ -2,14 +2,20 @@
 
 use std::collections::BTreeSet;
 
-use turner::scene::error::{ErrorCode, SceneError, escape, suggestion};
-use turner::scene::{Labels, MaterialId, Scene, SceneDesc};
+use turner::description::{Labels, SceneDesc};
+use turner::integrator::Prepared;
+use turner::scene::Scene;
+use turner::schema::error::{escape, suggestion};
+use turner::schema::{ErrorCode, MaterialId, SceneError};
 
 /// Names of things in a scene, as the file has them: not yet fit for a terminal or a page.
 #[derive(Clone, Copy)]
 pub(super) struct Names<'a> {
+    pub(super) prepared: &'a Prepared,
     pub(super) scene: &'a Scene,
     pub(super) desc: &'a SceneDesc,
+    /// What `--path-of` asks for.
+    pub(super) path_of: Option<&'a str>,
 }
 
 impl<'a> Names<'a> {
@@ -27,9 +33,9 @@ impl<'a> Names<'a> {
         self.desc.materials.get(id.index())?.name.as_deref()
     }
 
-    /// Its name, or what kind it is.
-    pub(super) fn material(&self, id: MaterialId) -> String {
-        self.labels().material(id)
+    /// What kind a material is of; `None` for the one of objects that have none.
+    pub(super) fn material_kind(&self, id: MaterialId) -> Option<&'static str> {
+        Some(self.desc.materials.get(id.index())?.value.type_name())
     }
 
     /// A light by its number in the prepared scene.
@@ -37,8 +43,9 @@ impl<'a> Names<'a> {
         self.labels().light(light)
     }
 
-    /// Whether an object or a material has the name.
-    pub(super) fn is(&self, wanted: &str, primitive: u32, shape: &str, material: MaterialId) -> bool {
+    /// Whether an object or its material has the name that `--path-of` asks for.
+    pub(super) fn touches(&self, primitive: u32, shape: &str, material: MaterialId) -> bool {
+        let Some(wanted) = self.path_of else { return false };
         self.scene.object_name(primitive).is(wanted)
             || self.material_name(material) == Some(wanted)
             || wanted.contains('#') && self.object(primitive, shape) == wanted

@@ -1,51 +1,41 @@
 //! Integrators that show what a ray meets first: that, and what they show of it.
 
 use turner::color::Spectrum;
-use turner::render::{SampleRecord, camera_ray};
 
 use super::model::{Kind, Node, SampleTree};
-use super::names::Names;
 use super::number::{exact, number, vector};
+use super::record::FirstHit;
 
-pub(super) fn tree(
-    names: &Names<'_>,
-    number_of: usize,
-    sample: SampleRecord,
-    wanted: Option<&str>,
-) -> SampleTree {
-    let scene = names.scene;
-    let shown = sample.radiance.color;
-    let mut out = SampleTree::new(number_of, sample, shown);
+/// Adds the one ray of a sample.
+pub(super) fn grow(out: &mut SampleTree, integrator: &str, first: &FirstHit<'_>) {
+    let shown = out.rendered;
     out.parts.push((0, "shown", shown));
-    let integrator = scene.integrator.type_name();
-    let Some(ray) = camera_ray(scene, sample.id, sample.place) else {
+    let Some(ray) = &first.camera else {
         out.remarks.push("the camera shows nothing here".to_owned());
-        return out;
+        return;
     };
     let mut node = Node::new(Kind::Camera, None, ray.origin, ray.direction);
     node.contribution = shown;
     node.weight = Spectrum::WHITE;
-    let what = match scene.intersect(&ray) {
+    let what = match &first.hit {
         Some(hit) => {
-            let surface = scene.surface(&ray, &hit);
-            let (primitive, shape) = (scene.primitive_id(&hit), scene.shape_word(&hit));
-            node.to = Some(surface.p);
-            node.target = names.object(primitive, shape);
-            node.material = Some(names.material(surface.material));
-            (node.primitive, node.shape) = (Some(primitive), shape);
-            node.touches = wanted.is_some_and(|w| names.is(w, primitive, shape, surface.material));
-            let uv = scene.texture_point(&surface).uv;
+            node.to = Some(hit.position);
+            node.target = hit.object.label();
+            node.material = Some(hit.material.label());
+            (node.primitive, node.shape) = (Some(hit.object.primitive), hit.object.shape);
+            node.touches = hit.touches;
+            let [u, v] = hit.uv.map(number);
             node.rows = vec![
-                ("t", number(hit.shape.t)),
+                ("t", number(hit.t)),
                 ("from", vector(ray.origin)),
                 ("towards", vector(ray.direction)),
-                ("hits", format!("{}, uv ({}, {})", vector(surface.p), number(uv.x), number(uv.y))),
-                ("normal", vector(surface.ng)),
+                ("hits", format!("{}, uv ({u}, {v})", vector(hit.position))),
+                ("normal", vector(hit.geometric_normal)),
             ];
-            if surface.ns != surface.ng {
-                node.rows.push(("shading normal", vector(surface.ns)));
+            if hit.shading_normal != hit.geometric_normal {
+                node.rows.push(("shading normal", vector(hit.shading_normal)));
             }
-            format!("at the first surface, {} away", number(hit.shape.t))
+            format!("at the first surface, {} away", number(hit.t))
         }
         None => {
             node.target = "nothing".to_owned();
@@ -54,6 +44,4 @@ pub(super) fn tree(
     };
     out.remarks.push(format!("\"{integrator}\" shows {} {what}", exact(shown)));
     out.nodes.push(node);
-    out.add_up();
-    out
 }

@@ -1,18 +1,15 @@
 //! One sample's path, as nodes: a chain of rays, with the lights that were sampled beside it.
 
-use turner::bsdf::Lobe;
 use turner::color::Spectrum;
-use turner::integrator::path::{
-    EmissionRecord, End, LightRecord, Passage, PathRecord, ScatterRecord, SharedRecord, VertexRecord,
-    WayRecord,
-};
+use turner::integrator::path::{End, Passage};
 use turner::math::DVec3;
-use turner::render::SampleRecord;
 
 use super::classic::casters_of;
 use super::model::{Kind, Node, SampleTree};
-use super::names::Names;
 use super::number::{color, number, vector};
+use super::record::path::{
+    Emission, Escape, Light, Lobe, Path, Scatter, Second, Shared, Surface, Vertex, Way,
+};
 
 pub(super) fn end(end: End) -> &'static str {
     match end {
@@ -28,7 +25,7 @@ pub(super) fn end(end: End) -> &'static str {
 }
 
 fn lobe(lobe: &Lobe) -> &'static str {
-    match (lobe.is_delta, lobe.is_transmission, lobe.is_diffuse) {
+    match (lobe.delta, lobe.transmission, lobe.diffuse) {
         (true, false, _) => "mirror reflection",
         (true, true, _) => "clear transmission",
         (false, false, true) => "diffuse reflection",
@@ -39,7 +36,7 @@ fn lobe(lobe: &Lobe) -> &'static str {
 }
 
 fn kind_of(lobe: &Lobe) -> Kind {
-    match (lobe.is_delta, lobe.is_transmission, lobe.is_diffuse) {
+    match (lobe.delta, lobe.transmission, lobe.diffuse) {
         (true, true, _) | (false, true, false) => Kind::Refracted,
         (true, false, _) => Kind::Reflected,
         (false, _, true) => Kind::Diffuse,
@@ -47,64 +44,24 @@ fn kind_of(lobe: &Lobe) -> Kind {
     }
 }
 
-/// A sample's path; `wanted` is what `--path-of` asks for.
-pub(super) fn tree(
-    names: &Names<'_>,
-    path: &PathRecord,
-    number: usize,
-    sample: SampleRecord,
-    wanted: Option<&str>,
-) -> SampleTree {
-    let mut out = SampleTree::new(number, sample, path.sum());
+/// Adds the rays of a sample's path.
+pub(super) fn grow(out: &mut SampleTree, path: &Path<'_>) {
     out.remarks.push(format!("the path ends: {}", end(path.end)));
     let (mut parent, mut kind) = (None, Kind::Camera);
     let lent = path.shared.as_ref().and_then(|s| s.from);
-    let own = path.shared.iter().flat_map(|s| &s.parts).find(|p| p.id == path.id).map(|p| p.share);
+    // What leaves the surface that is shared counts by this.
+    let own = path.shared.iter().flat_map(|s| &s.paths).find(|p| p.own).map(|p| p.share);
+    let own = own.unwrap_or(Spectrum::BLACK);
     let mut places = Vec::new();
     for (number, v) in path.vertices.iter().enumerate() {
         let place = out.nodes.len();
         places.push(place);
-        let parts = out.parts.len();
-        let mut node = Node::new(kind, parent, v.origin, v.direction);
-        surface(names, &mut node, v);
-        let mut second = None;
-        if let Some(way) = &v.way {
-            through_medium(names, &mut node, way);
-            if let Some(shone) = way.emission {
-                out.parts.push((place, "light of the medium", shone));
-                node.contribution += shone;
-            }
-            second = way.second.as_ref();
-        }
-        node.touches = wanted.is_some_and(|w| names.is(w, v.primitive, v.shape, v.material));
-        if let Some(e) = &v.emission {
-            out.parts.push((place, "emission", e.contribution));
-            node.contribution += e.contribution;
-        }
-        if let Some(p) = &v.photons {
-            out.parts.push((place, "photons", p.contribution));
-            node.contribution += p.contribution;
-        }
-        if let Some(light) = second_light(second) {
-            out.parts.push((place, "light sampled on the way", light));
-            node.contribution += light;
-        }
-        if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
-            out.parts.push((place, "sampled light", l.contribution));
-            node.contribution += l.contribution;
-        }
-        if lent.is_some_and(|from| number >= from) {
-            // The sample gets its share of all of it, below.
-            out.parts.truncate(parts);
-            node.contribution = node.contribution * own.unwrap_or(Spectrum::BLACK);
-        }
-        out.nodes.push(node);
-        if let Some((t, l)) = second {
-            out.nodes.push(light(names, place, v.origin + v.direction * *t, l, wanted));
-        }
-        if let Some(l) = &v.light {
-            out.nodes.push(light(names, place, v.p, l, wanted));
-        }
+        vertex(
+            out,
+            Node::new(kind, parent, v.origin, v.direction),
+            v,
+            lent.filter(|&from| number >= from).map(|_| own),
+        );
         parent = Some(place);
         kind = match (&v.scatter, v.passage) {
             (Some(s), Passage::Surface | Passage::Medium | Passage::Exit) => kind_of(&s.lobe),
@@ -112,64 +69,101 @@ pub(super) fn tree(
         };
     }
     if let Some(e) = &path.escape {
-        let mut node = Node::new(kind, parent, e.origin, e.direction);
-        node.target = "outside".to_owned();
-        node.weight = e.throughput;
-        node.contribution = e.contribution;
-        let mut second = None;
-        if let Some(way) = &e.way {
-            through_medium(names, &mut node, way);
-            if let Some(shone) = way.emission {
-                out.parts.push((out.nodes.len(), "light of the medium", shone));
-                node.contribution += shone;
-            }
-            second = way.second.as_ref();
-        }
-        let rows = &mut node.rows;
-        rows.push(("towards", vector(e.direction)));
-        rows.push(("throughput", color(e.throughput)));
-        if let Some(left) = e.transmittance {
-            rows.push(("transmittance", color(left)));
-        }
-        for l in &e.lights {
-            let pdf = e.pdf.map_or("none".to_owned(), number_of);
-            rows.push(("light around", color(l.radiance)));
-            rows.push(("pdf", format!("{pdf}, light pdf {}", number_of(l.light_pdf))));
-            rows.push(("MIS weight", number_of(l.weight)));
-        }
-        for (what, light) in [("background", e.background), ("ambient", e.ambient)] {
-            if !light.is_black() {
-                rows.push((what, color(light)));
-            }
-        }
-        rows.push(("adds", color(e.contribution)));
-        let place = out.nodes.len();
-        if lent.is_some() {
-            node.contribution = e.contribution * own.unwrap_or(Spectrum::BLACK);
-        } else {
-            out.parts.push((place, "outside", e.contribution));
-        }
-        if let Some(light) = second_light(second) {
-            out.parts.push((place, "light sampled on the way", light));
-            node.contribution += light;
-        }
-        out.nodes.push(node);
-        if let Some((t, l)) = second {
-            out.nodes.push(light(names, place, e.origin + e.direction * *t, l, wanted));
-        }
+        escape(out, Node::new(kind, parent, e.origin, e.direction), e, lent.map(|_| own));
     }
     if let Some(shared) = &path.shared {
-        group(&mut out, path, shared, &places);
+        group(out, path, shared, &places);
     }
-    out.add_up();
-    out
+}
+
+/// Adds the ray to a vertex, and those to its lights. With `own` the sample gets its share of all of it with its group.
+fn vertex(out: &mut SampleTree, mut node: Node, v: &Vertex<'_>, own: Option<Spectrum>) {
+    let (place, parts) = (out.nodes.len(), out.parts.len());
+    match &v.surface {
+        Some(s) => surface(&mut node, v, s),
+        None => in_medium(&mut node, v),
+    }
+    let mut second = None;
+    if let Some(way) = &v.way {
+        through_medium(&mut node, way);
+        add(out, &mut node, "light of the medium", way.emission);
+        second = way.second.as_ref();
+    }
+    node.touches = v.touches;
+    let of = v.surface.as_ref();
+    add(out, &mut node, "emission", of.and_then(|s| s.emission.as_ref()).map(|e| e.contribution));
+    add(out, &mut node, "photons", of.and_then(|s| s.photons.as_ref()).map(|p| p.contribution));
+    add(out, &mut node, "light sampled on the way", second_light(second));
+    let sampled = v.light.as_ref().filter(|l| l.is_traced());
+    add(out, &mut node, "sampled light", sampled.map(|l| l.contribution));
+    if let Some(own) = own {
+        // The sample gets its share of all of it with its group.
+        out.parts.truncate(parts);
+        node.contribution = node.contribution * own;
+    }
+    out.nodes.push(node);
+    if let Some(Second { t, light: l }) = second {
+        out.nodes.push(light(place, v.origin + v.direction * *t, l));
+    }
+    if let Some(l) = &v.light {
+        out.nodes.push(light(place, v.position, l));
+    }
+}
+
+/// Adds what the next node brings by itself.
+fn add(out: &mut SampleTree, node: &mut Node, what: &'static str, part: Option<Spectrum>) {
+    if let Some(part) = part {
+        out.parts.push((out.nodes.len(), what, part));
+        node.contribution += part;
+    }
+}
+
+/// Adds the ray that leaves the scene; `own` as for vertices.
+fn escape(out: &mut SampleTree, mut node: Node, e: &Escape<'_>, own: Option<Spectrum>) {
+    node.target = "outside".to_owned();
+    node.weight = e.throughput;
+    node.contribution = e.contribution;
+    let mut second = None;
+    if let Some(way) = &e.way {
+        through_medium(&mut node, way);
+        add(out, &mut node, "light of the medium", way.emission);
+        second = way.second.as_ref();
+    }
+    let rows = &mut node.rows;
+    rows.push(("towards", vector(e.direction)));
+    rows.push(("throughput", color(e.throughput)));
+    if let Some(left) = e.transmittance {
+        rows.push(("transmittance", color(left)));
+    }
+    for l in &e.lights {
+        let pdf = e.pdf.map_or("none".to_owned(), number);
+        rows.push(("light around", color(l.radiance)));
+        rows.push(("pdf", format!("{pdf}, light pdf {}", number(l.light_pdf))));
+        rows.push(("MIS weight", number(l.mis_weight)));
+    }
+    for (what, light) in [("background", e.background), ("ambient", e.ambient)] {
+        if !light.is_black() {
+            rows.push((what, color(light)));
+        }
+    }
+    rows.push(("adds", color(e.contribution)));
+    let place = out.nodes.len();
+    match own {
+        Some(own) => node.contribution = e.contribution * own,
+        None => out.parts.push((place, "outside", e.contribution)),
+    }
+    add(out, &mut node, "light sampled on the way", second_light(second));
+    out.nodes.push(node);
+    if let Some(Second { t, light: l }) = second {
+        out.nodes.push(light(place, e.origin + e.direction * *t, l));
+    }
 }
 
 /// What the paths of the group bring: the sample's own as part of its tree, each other one as a ray to where it is shared.
-fn group(out: &mut SampleTree, path: &PathRecord, shared: &SharedRecord, places: &[usize]) {
-    for part in &shared.parts {
+fn group(out: &mut SampleTree, path: &Path<'_>, shared: &Shared, places: &[usize]) {
+    for part in &shared.paths {
         let share = color(part.share);
-        if let Some(place) = shared.from.filter(|_| part.id == path.id).and_then(|from| places.get(from)) {
+        if let Some(place) = shared.from.filter(|_| part.own).and_then(|from| places.get(from)) {
             out.parts.push((*place, "own path, shared", part.contribution));
             if let Some(node) = out.nodes.get_mut(*place) {
                 let rows = &mut node.rows;
@@ -183,15 +177,19 @@ fn group(out: &mut SampleTree, path: &PathRecord, shared: &SharedRecord, places:
             continue;
         }
         let (Some(first), Some(&parent)) = (path.vertices.first(), places.first()) else { continue };
-        let mut node =
-            Node::new(Kind::Diffuse, Some(parent), first.p, (part.p - first.p).normalize_or_zero());
-        node.to = Some(part.p);
-        node.target = format!("what the path of column {}, row {} found", part.id.x, part.id.y);
+        let mut node = Node::new(
+            Kind::Diffuse,
+            Some(parent),
+            first.position,
+            (part.position - first.position).normalize_or_zero(),
+        );
+        node.to = Some(part.position);
+        node.target = format!("what the path of column {}, row {} found", part.pixel[0], part.pixel[1]);
         node.remark = "shared".to_owned();
         node.weight = part.share;
         node.contribution = part.contribution;
         let rows = &mut node.rows;
-        rows.push(("hits", vector(part.p)));
+        rows.push(("hits", vector(part.position)));
         rows.push(("radiance", color(part.radiance)));
         rows.push(("share", share));
         rows.push(("adds", color(part.contribution)));
@@ -201,12 +199,12 @@ fn group(out: &mut SampleTree, path: &PathRecord, shared: &SharedRecord, places:
 }
 
 /// What a light that was sampled on the way adds.
-fn second_light(second: Option<&(f64, LightRecord)>) -> Option<Spectrum> {
-    second.filter(|(_, l)| l.visible.is_some()).map(|(_, l)| l.contribution)
+fn second_light(second: Option<&Second<'_>>) -> Option<Spectrum> {
+    second.filter(|s| s.light.is_traced()).map(|s| s.light.contribution)
 }
 
-fn through_medium(names: &Names<'_>, node: &mut Node, way: &WayRecord) {
-    let whose = way.solid.map_or("in the open".to_owned(), |id| format!("inside {}", names.material(id)));
+fn through_medium(node: &mut Node, way: &Way<'_>) {
+    let whose = way.inside.map_or("in the open".to_owned(), |m| format!("inside {}", m.label()));
     let (length, weight) = (number(way.length), color(way.weight));
     node.rows.push(("through a medium", format!("{whose}, length {length}, weight {weight}")));
     if let Some(shone) = way.emission {
@@ -214,43 +212,41 @@ fn through_medium(names: &Names<'_>, node: &mut Node, way: &WayRecord) {
     }
 }
 
-fn number_of(v: f64) -> String {
-    number(v)
+fn in_medium(node: &mut Node, v: &Vertex<'_>) {
+    node.to = Some(v.position);
+    node.weight = v.throughput;
+    node.target = "a medium".to_owned();
+    node.remark = "scattered by it".to_owned();
+    let rows = &mut node.rows;
+    rows.push(("t", number(v.t)));
+    rows.push(("from", vector(v.origin)));
+    rows.push(("towards", vector(v.direction)));
+    rows.push(("at", vector(v.position)));
+    rows.push(("throughput", color(v.throughput)));
+    if let Some(s) = &v.scatter {
+        let (pdf, towards) = (number(s.pdf), vector(s.direction));
+        rows.push(("goes on by", format!("the phase function towards {towards}, pdf {pdf}")));
+        gambled(rows, s);
+    }
 }
 
-fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
-    node.to = Some(v.p);
+fn surface(node: &mut Node, v: &Vertex<'_>, s: &Surface<'_>) {
+    node.to = Some(v.position);
     node.weight = v.throughput;
-    if v.passage == Passage::Medium {
-        node.target = "a medium".to_owned();
-        node.remark = "scattered by it".to_owned();
-        let rows = &mut node.rows;
-        rows.push(("t", number(v.t)));
-        rows.push(("from", vector(v.origin)));
-        rows.push(("towards", vector(v.direction)));
-        rows.push(("at", vector(v.p)));
-        rows.push(("throughput", color(v.throughput)));
-        if let Some(s) = &v.scatter {
-            let (pdf, towards) = (number(s.pdf), vector(s.direction));
-            rows.push(("goes on by", format!("the phase function towards {towards}, pdf {pdf}")));
-            gambled(rows, s);
-        }
-        return;
-    }
-    node.target = names.object(v.primitive, v.shape);
-    let chosen = v.chosen.map_or(String::new(), |c| format!(", of which {}", names.material(c)));
-    node.material = Some(format!("{}{chosen}", names.material(v.material)));
-    (node.primitive, node.shape) = (Some(v.primitive), v.shape);
-    let transmits = v.scatter.as_ref().is_some_and(|s| s.lobe.is_transmission);
-    let inside_mirror = v.scatter.as_ref().is_some_and(|s| s.lobe.is_delta && !s.lobe.is_transmission);
-    node.remark = match (v.passage, v.outside) {
+    node.target = s.object.label();
+    let chosen = s.chosen.map_or(String::new(), |c| format!(", of which {}", c.label()));
+    node.material = Some(format!("{}{chosen}", s.material.label()));
+    (node.primitive, node.shape) = (Some(s.object.primitive), s.object.shape);
+    let transmits = v.scatter.as_ref().is_some_and(|s| s.lobe.transmission);
+    let inside_mirror = v.scatter.as_ref().is_some_and(|s| s.lobe.delta && !s.lobe.transmission);
+    node.remark = match (v.passage, s.outside) {
         (Passage::Hole, _) => "not there by chance: passed",
         (Passage::Hidden, _) => "within a solid that stands above it: passed",
         (Passage::Boundary, true) => "enters a medium",
         (Passage::Boundary, false) => "leaves a medium",
         (Passage::Medium, _) => "",
         (Passage::Exit, _) => "comes out of the body",
-        (Passage::Surface, _) if v.walk.is_some() => "met within the body",
+        (Passage::Surface, _) if s.walk.is_some() => "met within the body",
         (Passage::Pane, _) => "a clear pane: passed straight",
         (Passage::Surface, true) if transmits => "enters",
         (Passage::Surface, false) if transmits => "leaves",
@@ -263,36 +259,39 @@ fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
     rows.push(("t", number(v.t)));
     rows.push(("from", vector(v.origin)));
     rows.push(("towards", vector(v.direction)));
-    rows.push(("hits", vector(v.p)));
-    let tilted = if v.ns == v.ng { String::new() } else { format!(", shading {}", vector(v.ns)) };
-    rows.push(("normal", format!("{}{tilted}", vector(v.ng))));
+    rows.push(("hits", vector(v.position)));
+    let tilted = match s.shading_normal {
+        n if n == s.geometric_normal => String::new(),
+        n => format!(", shading {}", vector(n)),
+    };
+    rows.push(("normal", format!("{}{tilted}", vector(s.geometric_normal))));
     if !v.inside.is_empty() {
-        let inside: Vec<String> = v.inside.iter().map(|&id| names.material(id)).collect();
+        let inside: Vec<String> = v.inside.iter().map(|m| m.label()).collect();
         let left = v.transmittance.map_or(String::new(), |left| format!(", which left {}", color(left)));
         rows.push(("through", format!("{}{left}", inside.join(" and "))));
     }
-    if let Some(walk) = v.walk {
+    if let Some(walk) = &s.walk {
         rows.push((
             "walk inside",
             format!("{} steps, length {}, weight {}", walk.steps, number(walk.length), color(walk.weight)),
         ));
     }
     rows.push(("throughput", color(v.throughput)));
-    if let Some(ior) = v.ior_around.filter(|&ior| ior != 1.0) {
+    if let Some(ior) = s.ior_around.filter(|&ior| ior != 1.0) {
         rows.push(("index around", number(ior)));
     }
     if let Some(band) = v.band {
-        let carries = v.dispersed.map_or(String::new(), |t| format!(", now throughput {}", color(t)));
+        let carries = s.dispersed.map_or(String::new(), |t| format!(", now throughput {}", color(t)));
         rows.push(("band", format!("{}{carries}", ["red", "green", "blue"][usize::from(band.min(2))])));
     }
-    if let Some(e) = &v.emission {
+    if let Some(e) = &s.emission {
         shines(rows, e);
     }
-    if let Some(p) = &v.photons {
+    if let Some(p) = &s.photons {
         rows.push(("photons", format!("{} within {}", p.count, number(p.radius))));
         rows.push(("add", color(p.contribution)));
     }
-    if let Some(l) = v.light.as_ref().filter(|l| l.visible.is_some()) {
+    if let Some(l) = v.light.as_ref().filter(|l| l.is_traced()) {
         rows.push(("lit", color(l.contribution)));
     }
     if let Some(s) = &v.scatter {
@@ -302,9 +301,9 @@ fn surface(names: &Names<'_>, node: &mut Node, v: &VertexRecord) {
 
 type Rows = Vec<(&'static str, String)>;
 
-fn shines(rows: &mut Rows, e: &EmissionRecord) {
+fn shines(rows: &mut Rows, e: &Emission) {
     let pdf = e.pdf.map_or("no light sampling beside it".to_owned(), |p| format!("pdf {}", number(p)));
-    let weight = format!("MIS weight {}", number(e.weight));
+    let weight = format!("MIS weight {}", number(e.mis_weight));
     rows.push((
         "shines",
         format!("{}; {pdf}, light pdf {}, {weight}", color(e.radiance), number(e.light_pdf)),
@@ -312,7 +311,7 @@ fn shines(rows: &mut Rows, e: &EmissionRecord) {
     rows.push(("adds", color(e.contribution)));
 }
 
-fn scattered(rows: &mut Rows, s: &ScatterRecord) {
+fn scattered(rows: &mut Rows, s: &Scatter) {
     let eta = if s.eta == 1.0 { String::new() } else { format!(", eta {}", number(s.eta)) };
     rows.push(("goes on by", format!("{} towards {}", lobe(&s.lobe), vector(s.direction))));
     let f = color(s.bsdf);
@@ -321,47 +320,46 @@ fn scattered(rows: &mut Rows, s: &ScatterRecord) {
     gambled(rows, s);
 }
 
-fn gambled(rows: &mut Rows, s: &ScatterRecord) {
-    if let Some(r) = s.roulette {
+fn gambled(rows: &mut Rows, s: &Scatter) {
+    if let Some(r) = &s.roulette {
         let lives = if r.number < r.survival { "survived" } else { "lost" };
         rows.push(("roulette", format!("{lives}: {} against {}", number(r.number), number(r.survival))));
     }
 }
 
-fn light(names: &Names<'_>, parent: usize, p: DVec3, l: &LightRecord, wanted: Option<&str>) -> Node {
+fn light(parent: usize, p: DVec3, l: &Light<'_>) -> Node {
     let from = l.shadow_origin.unwrap_or(p);
     let mut node = Node::new(Kind::Shadow, Some(parent), from, l.direction);
     node.to = l.distance.is_finite().then_some(p + l.direction * l.distance);
-    if let (Some(first), Some(true)) = (l.casters.first(), l.visible.map(|v| v.is_black())) {
+    if let (Some(first), Some(true)) = (l.by.first(), l.visible.map(|v| v.is_black())) {
         // Along rays to lights that have a place t is 1 there.
         let way = node.to.map_or(l.direction, |to| to - from);
         node.to = Some(from + first.t * way);
     }
     node.target = "sampled light".to_owned();
     node.light = Some((0, l.contribution));
-    node.traced = l.visible.is_some();
+    node.traced = l.is_traced();
     node.open = l.visible.is_some_and(|visible| !visible.is_black());
     node.remark = match l.visible {
         None => "brings nothing".to_owned(),
-        Some(visible) if visible.is_black() => format!("in shadow of {}", casters_of(names, &l.casters)),
+        Some(visible) if visible.is_black() => format!("in shadow of {}", casters_of(&l.by)),
         Some(visible) if visible == Spectrum::WHITE => "visible".to_owned(),
-        Some(visible) if l.casters.is_empty() => format!("through a medium: {}", color(visible)),
-        Some(visible) => format!("through {}: {}", casters_of(names, &l.casters), color(visible)),
+        Some(visible) if l.by.is_empty() => format!("through a medium: {}", color(visible)),
+        Some(visible) => format!("through {}: {}", casters_of(&l.by), color(visible)),
     };
-    if let Some(first) = l.casters.first() {
-        (node.primitive, node.shape) = (Some(first.primitive), first.shape);
+    if let Some(first) = l.by.first() {
+        (node.primitive, node.shape) = (Some(first.object.primitive), first.object.shape);
     }
-    node.touches =
-        wanted.is_some_and(|w| l.casters.iter().any(|c| names.is(w, c.primitive, c.shape, c.material)));
+    node.touches = l.touches;
     let rows = &mut node.rows;
     rows.push(("towards", format!("{}, distance {}", vector(l.direction), number(l.distance))));
-    let delta = if l.is_delta { " (a point or a direction)" } else { "" };
+    let delta = if l.delta { " (a point or a direction)" } else { "" };
     rows.push(("radiance", format!("{}, pdf {}{delta}", color(l.radiance), number(l.pdf))));
     let (f, pdf) = (color(l.bsdf), number(l.bsdf_pdf));
     rows.push(("BSDF", format!("{f}, pdf {pdf}, cosine {}", number(l.cosine))));
-    rows.push(("MIS weight", number(l.weight)));
+    rows.push(("MIS weight", number(l.mis_weight)));
     if l.candidates > 1 {
-        rows.push(("chosen", format!("of {} lights, counts {}", l.candidates, number(f64::from(l.counts)))));
+        rows.push(("chosen", format!("of {} lights, counts {}", l.candidates, number(l.counts))));
     }
     if let Some(left) = l.transmittance {
         rows.push(("transmittance", color(left)));

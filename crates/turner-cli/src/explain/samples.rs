@@ -1,17 +1,14 @@
 //! Which of a pixel's samples are explained.
 
+use turner::color::Spectrum;
 use turner::film::Antialias;
-use turner::integrator::IntegratorDesc;
-use turner::integrator::classic::{self as classic_record, TreeRecord};
-use turner::integrator::path::{self as path_record, PathRecord};
+use turner::integrator::{IntegratorDesc, Prepared, classic as classic_record, path as path_record};
 use turner::render::{PixelRecord, SampleRecord};
-use turner::scene::Scene;
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::schema::{ErrorCode, SceneError};
 
-use super::model::{Explanation, SampleTree};
 use super::names::Names;
 use super::number::short;
-use super::{classic, other, path};
+use super::record::{Explanation, FirstHit, Listed, Sample, Square, VERSION, What, classic, path};
 
 /// Samples that are explained where many are wanted, and where all are.
 const MANY: usize = 25;
@@ -20,28 +17,11 @@ const ALL: usize = 1024;
 const SEARCHED: usize = 1024;
 
 /// What was asked for.
-pub(super) struct Wanted<'a> {
+pub(super) struct Wanted {
     pub(super) sample: Option<usize>,
-    pub(super) path_of: Option<&'a str>,
     pub(super) all: bool,
     /// Whether there is room for many samples.
     pub(super) many: bool,
-    /// Whether trees of classic samples and paths are read: JSON has their records.
-    pub(super) nodes: bool,
-}
-
-/// What happened to a sample, by whoever traced it.
-pub(super) enum Record {
-    Tree(Box<TreeRecord>),
-    Path(Box<PathRecord>),
-    Other,
-}
-
-/// An explanation, and the records that it was made from: one for each tree.
-pub(super) struct Explained<'a> {
-    pub(super) names: Names<'a>,
-    pub(super) explanation: Explanation,
-    pub(super) records: Vec<Record>,
 }
 
 /// How much a sample brings to the pixel.
@@ -53,11 +33,11 @@ fn carries(s: &SampleRecord) -> f64 {
 /// Explains a pixel. Errors: a sample that it has not.
 pub(super) fn explain<'a>(
     names: &Names<'a>,
-    scene_name: String,
+    (scene_name, scene_hash): (String, String),
     pixel: PixelRecord,
-    wanted: &Wanted<'_>,
-) -> Result<Explained<'a>, SceneError> {
-    let scene = names.scene;
+    wanted: &Wanted,
+) -> Result<Explanation<'a>, SceneError> {
+    let p = names.prepared;
     let listed = pixel.samples.len();
     if let Some(n) = wanted.sample
         && n >= listed
@@ -91,8 +71,8 @@ pub(super) fn explain<'a>(
             order.iter().copied().take(room).collect()
         }
     };
-    if let (Some(name), None) = (wanted.path_of, wanted.sample) {
-        let touching = touching(names, &pixel, &order, wanted)?;
+    if let (Some(name), None) = (names.path_of, wanted.sample) {
+        let touching = touching(names, &pixel, &order)?;
         let searched = listed.min(SEARCHED);
         if listed > 1 {
             choice = Some(match touching.len() {
@@ -105,67 +85,62 @@ pub(super) fn explain<'a>(
         }
     }
     numbers.sort_unstable();
-    let (mut trees, mut records) = (Vec::new(), Vec::new());
-    for n in numbers {
-        let Some(sample) = pixel.samples.get(n) else { continue };
-        let (tree, record) = one(names, n, *sample, wanted)?;
-        trees.push(tree);
-        records.push(record);
-    }
-    let explanation = Explanation {
+    let samples = numbers.into_iter().filter_map(|n| Some(one(names, n, pixel.samples.get(n)?)));
+    let explained = samples.collect::<Result<Vec<_>, _>>()?;
+    let [r, g, b, alpha] = pixel.color;
+    Ok(Explanation {
+        format: "turner-explanation",
+        version: VERSION,
+        turner: env!("CARGO_PKG_VERSION"),
         scene: scene_name,
-        integrator: scene.integrator.type_name(),
-        size: [scene.film.width, scene.film.height],
-        seed: scene.film.seed,
-        averaging: averaging(scene, &pixel),
-        pixel,
-        trees,
-        path_of: wanted.path_of.map(str::to_owned),
+        scene_hash,
+        integrator: names.desc.integrator.type_name(),
+        seed: p.view.film.seed,
+        size: [p.view.film.width, p.view.film.height],
+        pixel: [pixel.x, pixel.y],
+        color: Spectrum::new(r, g, b),
+        alpha,
+        antialias: p.view.film.antialias.word(),
+        sample_count: pixel.count,
+        samples: pixel.samples.iter().map(listed_sample).collect(),
+        squares: pixel.squares.iter().map(square).collect(),
+        path_of: names.path_of.map(str::to_owned),
+        exact: explained.iter().all(|s| s.exact),
+        explained,
+        averaging: averaging(p, &pixel),
         choice,
-    };
-    Ok(Explained { names: *names, explanation, records })
-}
-
-fn one(
-    names: &Names<'_>,
-    n: usize,
-    sample: SampleRecord,
-    wanted: &Wanted<'_>,
-) -> Result<(SampleTree, Record), SceneError> {
-    let nodes = wanted.nodes || wanted.path_of.is_some();
-    Ok(match &names.scene.integrator {
-        IntegratorDesc::Classic(_) => {
-            let record = classic_record::replay_at(names.scene, sample.id, sample.place)?;
-            let tree = match nodes {
-                true => classic::tree(names, &record, n, sample, wanted.path_of),
-                false => SampleTree::new(n, sample, record.sum()),
-            };
-            (tree, Record::Tree(Box::new(record)))
-        }
-        IntegratorDesc::Path(_) | IntegratorDesc::Direct(_) => {
-            let record = path_record::replay_at(names.scene, sample.id, sample.place)?;
-            let tree = match nodes {
-                true => path::tree(names, &record, n, sample, wanted.path_of),
-                false => SampleTree::new(n, sample, record.sum()),
-            };
-            (tree, Record::Path(Box::new(record)))
-        }
-        _ => (other::tree(names, n, sample, wanted.path_of), Record::Other),
     })
 }
 
+fn listed_sample(s: &SampleRecord) -> Listed {
+    Listed { place: s.place, share: s.weight, color: s.radiance.color, alpha: s.radiance.alpha }
+}
+
+fn square(s: &turner::render::Square) -> Square {
+    Square { corner: s.corner, size: s.size, spread: s.spread }
+}
+
+fn one<'a>(names: &Names<'a>, n: usize, sample: &SampleRecord) -> Result<Sample<'a>, SceneError> {
+    let (sum, what) = match &names.desc.integrator {
+        IntegratorDesc::Classic(_) => {
+            let record = classic_record::replay_at(names.prepared, sample.id, sample.place)?;
+            (record.sum(), What::Tree(classic::of(names, &record)))
+        }
+        IntegratorDesc::Path(_) | IntegratorDesc::Direct(_) => {
+            let record = path_record::replay_at(names.prepared, sample.id, sample.place)?;
+            (record.sum(), What::Path(Box::new(path::of(names, &record))))
+        }
+        _ => (sample.radiance.color, What::FirstHit(Box::new(FirstHit::new(names, sample)))),
+    };
+    Ok(Sample::new(names, n, sample, sum, what))
+}
+
 /// The samples that touch what is asked for, those that carry most first.
-fn touching(
-    names: &Names<'_>,
-    pixel: &PixelRecord,
-    order: &[usize],
-    wanted: &Wanted<'_>,
-) -> Result<Vec<usize>, SceneError> {
+fn touching(names: &Names<'_>, pixel: &PixelRecord, order: &[usize]) -> Result<Vec<usize>, SceneError> {
     let mut out = Vec::new();
     for &n in order.iter().take(SEARCHED) {
         let Some(sample) = pixel.samples.get(n) else { continue };
-        let (tree, _) = one(names, n, *sample, wanted)?;
-        if tree.nodes.iter().any(|node| node.touches) {
+        if one(names, n, sample)?.touches == Some(true) {
             out.push(n);
         }
     }
@@ -191,19 +166,19 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
 }
 
 /// Whether the film scales a sample down.
-fn is_cut(scene: &Scene, s: &SampleRecord) -> bool {
-    let most = scene.film.max_sample;
+fn is_cut(p: &Prepared, s: &SampleRecord) -> bool {
+    let most = p.view.film.max_sample;
     most > 0.0 && s.radiance.color.max_component() > most as f32
 }
 
 /// How the samples become the pixel.
-fn averaging(scene: &Scene, pixel: &PixelRecord) -> String {
-    let mut samples = mean_of_samples(scene, pixel);
-    let cut = pixel.samples.iter().filter(|s| is_cut(scene, s)).count();
+fn averaging(p: &Prepared, pixel: &PixelRecord) -> String {
+    let mut samples = mean_of_samples(p, pixel);
+    let cut = pixel.samples.iter().filter(|s| is_cut(p, s)).count();
     if cut > 0 {
-        samples += &format!("; {cut} of them cut to {} (film.max_sample)", short(scene.film.max_sample));
+        samples += &format!("; {cut} of them cut to {} (film.max_sample)", short(p.view.film.max_sample));
     }
-    match scene.caustics {
+    match p.path().and_then(|path| path.caustics()) {
         Some(_) => {
             format!("{samples}; in the picture light paths bring more to it (--caustics off: nothing)")
         }
@@ -211,9 +186,9 @@ fn averaging(scene: &Scene, pixel: &PixelRecord) -> String {
     }
 }
 
-fn mean_of_samples(scene: &Scene, pixel: &PixelRecord) -> String {
+fn mean_of_samples(p: &Prepared, pixel: &PixelRecord) -> String {
     let n = pixel.count;
-    match scene.film.antialias {
+    match p.view.film.antialias {
         Antialias::None => "its one sample".to_owned(),
         Antialias::Mean => format!("the mean of {n} samples: its own and those of its neighbours"),
         Antialias::Grid => format!("the mean of {n} samples on a grid"),
@@ -226,7 +201,7 @@ fn mean_of_samples(scene: &Scene, pixel: &PixelRecord) -> String {
             } else {
                 format!(
                     "{squares} squares, divided where corners differ by more than {}",
-                    scene.film.threshold
+                    p.view.film.threshold
                 )
             };
             format!("{n} samples at the corners of {divided}; a square counts as the mean of its corners")

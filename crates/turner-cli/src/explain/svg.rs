@@ -3,9 +3,10 @@
 use turner::color::Spectrum;
 
 use super::draw::{Views, xml};
-use super::model::{Explanation, SampleTree, over};
+use super::model::{SampleTree, over};
 use super::number::{percent, rays, short, short_color as color};
 use super::prune::shown;
+use super::record::Explanation;
 use super::rows::{Row, light_remark, rows};
 use super::shade::Display;
 use super::style;
@@ -21,17 +22,23 @@ const TOP: f64 = 108.0;
 const BAR: f64 = 84.0;
 
 /// At most `budget` rays of each sample are drawn.
-pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: usize) -> String {
+pub(super) fn of(
+    e: &Explanation<'_>,
+    trees: &[SampleTree],
+    views: &Views,
+    display: &Display<'_>,
+    budget: usize,
+) -> String {
     let mut body = String::new();
     let mut y = TOP;
-    for tree in &e.trees {
+    for tree in trees {
         let shown = shown(&tree.nodes, budget, e.path_of.is_some());
         let rows = rows(tree, &shown);
         let top = y;
-        if e.trees.len() > 1 || e.pixel.count > 1 {
-            let [px, py] = tree.sample.place;
+        if trees.len() > 1 || e.sample_count > 1 {
+            let [px, py] = tree.place;
             let at =
-                format!("sample {} of {}, at ({}, {})", tree.number, e.pixel.count, short(px), short(py));
+                format!("sample {} of {}, at ({}, {})", tree.number, e.sample_count, short(px), short(py));
             body += &format!("<text class=\"sub\" x=\"{LEFT}\" y=\"{}\">{at}</text>\n", y + 8.0);
             y += 24.0;
         }
@@ -58,24 +65,24 @@ pub(super) fn of(e: &Explanation, views: &Views, display: &Display<'_>, budget: 
     );
     out += &format!(
         "<rect class=\"swatch\" x=\"{LEFT}\" y=\"26\" width=\"54\" height=\"54\" rx=\"8\" fill=\"{}\"/>\n",
-        display.hex(e.color())
+        display.hex(e.color)
     );
     let x = LEFT + 68.0;
     out += &format!("<text class=\"title\" x=\"{x}\" y=\"42\">{}</text>\n", xml(&title(e)));
-    let equal = match (e.is_exact(), e.pixel.count) {
+    let equal = match (e.exact, e.sample_count) {
         (false, _) => "THE RAYS DO NOT SUM TO IT",
         (true, 1) => "the rays sum to it to the last bit",
         (true, _) => "the rays of the sample that is shown sum to it to the last bit",
     };
-    let line = format!("{}, {}", color(e.color()), e.averaging);
+    let line = format!("{}, {}", color(e.color), e.averaging);
     out += &format!("<text class=\"sub\" x=\"{x}\" y=\"62\">{}</text>\n", xml(&cut(&line, 170.0)));
     out += &format!("<text class=\"sub\" x=\"{x}\" y=\"80\">{equal}</text>\n");
     out + &body + "</svg>\n"
 }
 
 /// `pixel 12,7 of scene.toml`
-pub(super) fn title(e: &Explanation) -> String {
-    format!("Pixel {},{} of {} ({})", e.pixel.x, e.pixel.y, e.scene, e.integrator)
+pub(super) fn title(e: &Explanation<'_>) -> String {
+    format!("Pixel {},{} of {} ({})", e.pixel[0], e.pixel[1], e.scene, e.integrator)
 }
 
 fn tree_rows(out: &mut String, tree: &SampleTree, rows: &[Row], display: &Display<'_>, y: &mut f64) {

@@ -1,11 +1,12 @@
 //! An explanation as text: trees of rays, and the sums.
 
 use turner::color::Spectrum;
-use turner::scene::error::escape;
+use turner::schema::error::escape;
 
-use super::model::{Explanation, Kind, Node, SampleTree};
+use super::model::{Kind, Node, SampleTree};
 use super::number::{color, exact, number, rays};
 use super::prune::{Hidden, Shown, shown};
+use super::record::Explanation;
 use super::rows::light_remark;
 use super::shade::Display;
 
@@ -46,27 +47,27 @@ impl Style<'_> {
     }
 }
 
-pub(super) fn of(e: &Explanation, style: &Style<'_>) -> String {
+pub(super) fn of(e: &Explanation<'_>, trees: &[SampleTree], style: &Style<'_>) -> String {
     let [width, height] = e.size;
     let mut out = format!(
         "{}: pixel {},{} of {width}x{height}, integrator \"{}\", seed {}\n",
         escape(&e.scene),
-        e.pixel.x,
-        e.pixel.y,
+        e.pixel[0],
+        e.pixel[1],
         e.integrator,
         e.seed
     );
-    out += &format!("pixel {}{}", style.swatch(e.color()), exact(e.color()));
-    let alpha = e.pixel.color[3];
+    out += &format!("pixel {}{}", style.swatch(e.color), exact(e.color));
+    let alpha = e.alpha;
     out += &if alpha == 1.0 { "\n".to_owned() } else { format!(", alpha {alpha}\n") };
     out += &format!("  {}\n", e.averaging);
-    if e.pixel.samples.len() > 1 {
-        samples(&mut out, e, style);
+    if e.samples.len() > 1 {
+        samples(&mut out, e, trees, style);
     }
     if let Some(choice) = &e.choice {
         out += &format!("  {}\n", escape_line(choice));
     }
-    for tree in &e.trees {
+    for tree in trees {
         sample(&mut out, e, tree, style);
     }
     out
@@ -78,33 +79,33 @@ fn escape_line(text: &str) -> String {
         .collect()
 }
 
-fn samples(out: &mut String, e: &Explanation, style: &Style<'_>) {
-    let is_shown = |i: usize| e.trees.iter().any(|t| t.number == i);
+fn samples(out: &mut String, e: &Explanation<'_>, trees: &[SampleTree], style: &Style<'_>) {
+    let is_shown = |i: usize| trees.iter().any(|t| t.number == i);
     let mut left = 0;
-    for (i, s) in e.pixel.samples.iter().enumerate() {
+    for (i, s) in e.samples.iter().enumerate() {
         if i >= LISTED && !is_shown(i) {
             left += 1;
             continue;
         }
         let mark = if is_shown(i) { "*" } else { " " };
         let [x, y] = s.place.map(number);
-        let c = s.radiance.color;
+        let c = s.color;
         *out += &format!(
             " {mark} sample {i:<4} {}{}  at ({x}, {y}), share {}\n",
             style.swatch(c),
             exact(c),
-            number(s.weight)
+            number(s.share)
         );
     }
-    let unlisted = e.pixel.count - e.pixel.samples.len() as u64 + left;
+    let unlisted = e.sample_count - e.samples.len() as u64 + left;
     if unlisted > 0 {
         *out += &style.dim(&format!("   … and {unlisted} more samples\n"));
     }
 }
 
-fn sample(out: &mut String, e: &Explanation, tree: &SampleTree, style: &Style<'_>) {
-    let [x, y] = tree.sample.place.map(number);
-    let title = format!("sample {} of {}", tree.number, e.pixel.count);
+fn sample(out: &mut String, e: &Explanation<'_>, tree: &SampleTree, style: &Style<'_>) {
+    let [x, y] = tree.place.map(number);
+    let title = format!("sample {} of {}", tree.number, e.sample_count);
     *out += &format!("\n{} at ({x}, {y}) of the picture\n", style.bold(&title));
     let shown = shown(&tree.nodes, style.budget, e.path_of.is_some());
     Branches { tree, style, shown: &shown, out }.write();
@@ -148,12 +149,12 @@ fn sums(out: &mut String, tree: &SampleTree, shown: &Shown, style: &Style<'_>) {
         *out += &style.dim(&format!("  … and {rest} more terms, each in its turn\n"));
     }
     *out += &format!("  {}{:<32} {}\n", style.swatch(tree.sum), "sum", exact(tree.sum));
-    let equal = match (tree.is_exact(), tree.sample.radiance.color.is_finite()) {
+    let equal = match (tree.exact, tree.rendered.is_finite()) {
         (_, false) => "no finite number: left out of the picture",
         (true, true) => "equal to the last bit",
         (false, true) => "NOT EQUAL",
     };
-    let rendered = tree.sample.radiance.color;
+    let rendered = tree.rendered;
     let line = format!("{:<32} {}  {equal}", "sample as rendered", exact(rendered));
     *out += &format!("  {}{line}\n", style.swatch(rendered));
 }

@@ -2,7 +2,7 @@
 
 use turner::camera::{CameraDesc, Handedness};
 use turner::math::DVec3;
-use turner::scene::{Outline, Scene};
+use turner::scene::Outline;
 
 use super::model::{Kind, Node, SampleTree};
 
@@ -47,8 +47,8 @@ fn placement(camera: &CameraDesc) -> ([DVec3; 3], Handedness) {
 }
 
 /// Forwards, upwards and to the right, as somebody who stands at the camera has them.
-fn axes(scene: &Scene) -> [DVec3; 3] {
-    let ([position, look_at, up], handedness) = placement(&scene.camera_desc);
+fn axes(view: &turner::view::View) -> [DVec3; 3] {
+    let ([position, look_at, up], handedness) = placement(&view.camera_desc);
     let up = up.normalize_or(DVec3::Y);
     let flat = |v: DVec3| (v - v.dot(up) * up).try_normalize();
     let looks = (look_at - position).normalize_or(DVec3::NEG_Z);
@@ -89,8 +89,8 @@ impl Frame {
 const FAR: f64 = 6.0;
 
 /// The two views of some samples' rays, scaled so that what matters is in sight: the rays' ends, objects that are not much larger, near lights.
-pub(super) fn views(scene: &Scene, trees: &[SampleTree], outlines: &[Outline]) -> [View; 2] {
-    let [forward, up, right] = axes(scene);
+pub(super) fn views(view: &turner::view::View, trees: &[SampleTree], outlines: &[Outline]) -> [View; 2] {
+    let [forward, up, right] = axes(view);
     let local = |p: DVec3| DVec3::new(p.dot(forward), p.dot(up), p.dot(right));
     let mut frame = Frame { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
     let rays = || trees.iter().flat_map(|t| &t.nodes).filter(|n| n.kind != Kind::Shadow && n.traced);

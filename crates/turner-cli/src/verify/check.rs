@@ -1,41 +1,43 @@
 //! A check, what it found, and what checks share.
 
-use std::path::PathBuf;
 use std::sync::Mutex;
 
 use turner::film::NonFinite;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{PrepareOptions, Scene};
+use turner::integrator::Prepared;
+use turner::schema::{ErrorCode, PrepareOptions, SceneError};
 use turner::testing::{Comparison, Random, Runs, render_runs};
+use turner_bvh::InstructionSet;
 use turner_io::assets::{AssetSource, MemoryAssets};
 use turner_io::scene::{LoadOptions, load_text};
 
+use crate::instructions::instruction_set;
+
 /// How much is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Effort {
-    /// A part of the suite, for the program's own tests: seconds.
-    Quick,
-    /// All of it: minutes.
+pub enum Effort {
+    /// What `turner verify` does: half a minute.
+    Short,
+    /// With several times the samples where that finds more.
     Whole,
-    /// All of it with sixteen times the samples.
+    /// Sixteen times the samples of everything.
     Long,
 }
 
 /// What checks share.
-pub(super) struct Context {
+pub struct Context {
     /// What all random numbers follow from.
-    pub(super) seed: u64,
-    pub(super) effort: Effort,
-    pub(super) threads: usize,
-    /// A folder with full-size references.
-    pub(super) references: Option<PathBuf>,
+    pub seed: u64,
+    /// How many samples are taken.
+    pub effort: Effort,
+    /// Threads to render with, 1 or more.
+    pub threads: usize,
     /// Samples that were not finite, in all that was rendered so far, and how many samples there were.
-    pub(super) rendered: Mutex<(NonFinite, u64)>,
+    pub rendered: Mutex<(NonFinite, u64)>,
 }
 
 /// What decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Verdict {
+pub enum Verdict {
     /// How probable so bad a result is if all is right: held against a level that all checks of the run share.
     Chance(f64),
     /// A number, and the largest it may be.
@@ -44,60 +46,57 @@ pub(super) enum Verdict {
 
 /// What a check found.
 #[derive(Clone, Debug)]
-pub(super) struct Finding {
-    pub(super) verdict: Verdict,
+pub struct Finding {
+    /// What decides.
+    pub verdict: Verdict,
     /// In a few words and numbers.
-    pub(super) found: String,
+    pub found: String,
 }
 
 /// What a check does.
-type Work = dyn Fn(&Context) -> Result<Finding, SceneError>;
+pub type Work = dyn Fn(&Context) -> Result<Finding, SceneError>;
 
 /// A check that can be run.
-pub(super) struct Check {
+pub struct Check {
     /// `group/what`.
-    pub(super) name: String,
-    /// Whether its verdict is one of chance.
-    pub(super) by_chance: bool,
-    /// Whether it is run with [`Effort::Quick`].
-    pub(super) quick: bool,
-    pub(super) run: Box<Work>,
+    pub name: String,
+    /// Whether it is a statistical test, which can fail by chance.
+    pub by_chance: bool,
+    /// Does it. An error is a check that cannot be done: it fails.
+    pub run: Box<Work>,
 }
 
 impl Check {
-    /// One whose verdict is of chance.
-    pub(super) fn chance(
+    /// A statistical test.
+    pub fn chance(
         name: impl Into<String>,
         run: impl Fn(&Context) -> Result<Finding, SceneError> + 'static,
     ) -> Check {
-        Check { name: name.into(), by_chance: true, quick: true, run: Box::new(run) }
+        Check { name: name.into(), by_chance: true, run: Box::new(run) }
     }
 
     /// One whose verdict is a limit.
-    pub(super) fn limit(
+    pub fn limit(
         name: impl Into<String>,
         run: impl Fn(&Context) -> Result<Finding, SceneError> + 'static,
     ) -> Check {
         Check { by_chance: false, ..Check::chance(name, run) }
     }
-
-    /// The same, left out of quick runs.
-    pub(super) fn not_quick(self) -> Check {
-        Check { quick: false, ..self }
-    }
 }
 
 impl Finding {
-    pub(super) fn chance(p: f64, found: impl Into<String>) -> Finding {
+    /// What is as probable as `p` by chance, if all is right.
+    pub fn chance(p: f64, found: impl Into<String>) -> Finding {
         Finding { verdict: Verdict::Chance(p), found: found.into() }
     }
 
-    pub(super) fn limit(value: f64, limit: f64, found: impl Into<String>) -> Finding {
+    /// A `value` that may be `limit` at most.
+    pub fn limit(value: f64, limit: f64, found: impl Into<String>) -> Finding {
         Finding { verdict: Verdict::Limit(value, limit), found: found.into() }
     }
 
     /// Of two pictures. What is noisier than `cap`, in relation to the mean, proves nothing: it fails.
-    pub(super) fn comparison(c: &Comparison, cap: f64) -> Finding {
+    pub fn comparison(c: &Comparison, cap: f64) -> Finding {
         let mut found = format!("ratio {:.5} ± {:.5}", c.ratio, c.ratio_error);
         if c.beyond > 0.0 {
             found += &format!(", {:.2} % of pixels beyond", 100.0 * c.beyond);
@@ -117,7 +116,7 @@ impl Finding {
 
 impl Context {
     /// A seed for one purpose.
-    pub(super) fn seed_for(&self, what: &str) -> u64 {
+    pub fn seed_for(&self, what: &str) -> u64 {
         let hash = what
             .bytes()
             .fold(0xcbf2_9ce4_8422_2325, |h: u64, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
@@ -125,22 +124,35 @@ impl Context {
     }
 
     /// `n`, or sixteen times as many for a long run.
-    pub(super) fn times(&self, n: u32) -> u32 {
+    pub fn times(&self, n: u32) -> u32 {
         if self.effort == Effort::Long { n.saturating_mul(16) } else { n }
     }
 
     /// A scene from text without film.
-    pub(super) fn scene(&self, size: [u32; 2], samples: u32, text: &str) -> Result<Scene, SceneError> {
+    pub fn scene(&self, size: [u32; 2], samples: u32, text: &str) -> Result<Prepared, SceneError> {
         self.scene_with(size, samples, text, &MemoryAssets::default())
     }
 
-    pub(super) fn scene_with(
+    /// The same with the files that it names.
+    pub fn scene_with(
         &self,
         size: [u32; 2],
         samples: u32,
         text: &str,
         assets: &dyn AssetSource,
-    ) -> Result<Scene, SceneError> {
+    ) -> Result<Prepared, SceneError> {
+        self.scene_by(instruction_set(), size, samples, text, assets)
+    }
+
+    /// The same, traced with a given instruction set.
+    pub fn scene_by(
+        &self,
+        instruction_set: InstructionSet,
+        size: [u32; 2],
+        samples: u32,
+        text: &str,
+        assets: &dyn AssetSource,
+    ) -> Result<Prepared, SceneError> {
         let text = format!(
             "film.width = {}\nfilm.height = {}\nfilm.antialias = \"monte-carlo\"\nfilm.samples = {}\n{text}",
             size[0],
@@ -148,21 +160,23 @@ impl Context {
             samples.max(2)
         );
         let loaded = load_text(text, "verify", assets, &LoadOptions::default()).map_err(|e| e.error)?;
-        loaded.desc.prepare(&PrepareOptions { threads: self.threads, ..Default::default() })
+        loaded.desc.prepare(&PrepareOptions { threads: self.threads, instruction_set, ..Default::default() })
     }
 
     /// Independent renders of a scene, with what was not finite counted.
-    pub(super) fn runs(&self, scene: &mut Scene, runs: u32, seed: &str) -> Result<Runs, SceneError> {
+    pub fn runs(&self, prepared: &Prepared, runs: u32, seed: &str) -> Result<Runs, SceneError> {
         let seed = self.seed_for(seed);
-        let done = render_runs(scene, runs, seed, self.threads)?;
-        let samples =
-            u64::from(done.width) * u64::from(done.height) * u64::from(scene.film.samples) * u64::from(runs);
+        let done = render_runs(prepared, runs, seed, self.threads)?;
+        let samples = u64::from(done.width)
+            * u64::from(done.height)
+            * u64::from(prepared.view.film.samples)
+            * u64::from(runs);
         self.count(&done.non_finite, samples);
         Ok(done)
     }
 
     /// Counts samples, and those of them that were not finite.
-    pub(super) fn count(&self, non_finite: &NonFinite, samples: u64) {
+    pub fn count(&self, non_finite: &NonFinite, samples: u64) {
         let mut rendered = self.rendered.lock().unwrap_or_else(|e| e.into_inner());
         rendered.0.merge(non_finite);
         rendered.1 += samples;
@@ -170,6 +184,6 @@ impl Context {
 }
 
 /// A fault of the suite itself.
-pub(super) fn fault(what: impl std::fmt::Display) -> SceneError {
+pub fn fault(what: impl std::fmt::Display) -> SceneError {
     SceneError::new(ErrorCode::Internal, format!("{what}"))
 }

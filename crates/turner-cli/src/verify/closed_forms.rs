@@ -3,9 +3,8 @@
 use std::f64::consts::PI;
 
 use turner::math::elementary::{atan2, exp, pow};
+use turner::schema::SceneError;
 use turner::testing::{CompareOptions, Reference, compare};
-
-use turner::scene::error::SceneError;
 use turner_io::assets::MemoryAssets;
 use turner_io::image::{ImageFormat, Metadata, OutputImage, Transfer, encode};
 
@@ -227,8 +226,8 @@ pub(super) fn checks() -> Vec<Check> {
 }
 
 fn judge(cx: &Context, case: &Case, assets: &MemoryAssets) -> Result<Finding, SceneError> {
-    let mut scene = cx.scene_with([10, 10], cx.times(case.samples), &case.scene, assets)?;
-    let runs = cx.runs(&mut scene, 16, case.name)?;
+    let scene = cx.scene_with([10, 10], cx.times(case.samples), &case.scene, assets)?;
+    let runs = cx.runs(&scene, 16, case.name)?;
     let exact = Reference::constant(10, 10, case.expected);
     let options = CompareOptions { block: 10, tolerance: 4e-6, ..CompareOptions::default() };
     Ok(Finding::comparison(&compare(&runs, &exact, &options), case.cap))

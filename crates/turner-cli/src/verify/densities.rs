@@ -1,36 +1,22 @@
-//! Samplers against their densities, and BSDFs against the laws of energy and reciprocity.
+//! Samplers against their densities.
 
 use std::sync::Arc;
 
-use turner::bsdf::{Bsdf, PrincipledPoint};
 use turner::color::Spectrum;
 use turner::image::{Image, Pixels};
 use turner::light::EnvironmentDesc;
 use turner::light::emission::{DiskEmitter, EmitterSample, RectangleEmitter, SphereEmitter, TriangleEmitter};
 use turner::math::{DVec2, DVec3};
 use turner::sampler::{AliasTable, OwenSobol, SampleId, concentric_disk, uniform_sphere};
-use turner::scene::{Asset, ImageId};
+use turner::schema::{Asset, ImageId};
 use turner::testing::{
-    ChiSquare, ChiSquareOptions, Random, albedo, chi_square_of_directions, chi_square_on_square, direction,
-    materials, reciprocity_error, samples_agree_with_eval, samples_follow_density, smallest_of,
+    ChiSquare, ChiSquareOptions, Random, chi_square_of_directions, chi_square_on_square, smallest_of,
 };
 
 use super::check::{Check, Context, Effort, Finding, fault};
 
 pub(super) fn checks() -> Vec<Check> {
-    let mut out = Vec::new();
-    for (name, point) in materials() {
-        let bsdf = Bsdf::new(&point);
-        let id = name.replace(", ", " ").replace(' ', "-");
-        if bsdf.has_smooth() {
-            let seed = format!("density/{id}");
-            out.push(
-                Check::chance(format!("density/{id}"), move |cx| Ok(density(cx, &seed, &bsdf))).not_quick(),
-            );
-        }
-        out.push(Check::limit(format!("surface/{id}"), move |cx| surface(cx, name, &point)).not_quick());
-    }
-    out.extend(emitters());
+    let mut out = emitters();
     out.push(Check::chance("density/environment", |cx| environment(cx, false)));
     out.push(Check::chance("density/environment-compensated", |cx| environment(cx, true)));
     out.push(Check::chance("density/sobol", sobol));
@@ -44,12 +30,13 @@ pub(super) fn checks() -> Vec<Check> {
     out
 }
 
-fn options(cx: &Context) -> ChiSquareOptions {
+/// How many samples a test of chi-square takes.
+pub fn options(cx: &Context) -> ChiSquareOptions {
     ChiSquareOptions { samples: cx.times(20_000), ..ChiSquareOptions::default() }
 }
 
 /// Several tests as one.
-fn finding(tests: &[ChiSquare]) -> Finding {
+pub fn finding(tests: &[ChiSquare]) -> Finding {
     let worst = tests.iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value));
     let Some(worst) = worst else { return Finding::chance(0.0, "nothing was tested") };
     let mut found = format!("χ² {:.0} of {}, ∫ {:.4}", worst.statistic, worst.freedom, worst.covered);
@@ -60,60 +47,6 @@ fn finding(tests: &[ChiSquare]) -> Finding {
         found += &format!(", {} of no density", worst.impossible);
     }
     Finding::chance(smallest_of(worst.p_value, tests.len()), found)
-}
-
-fn density(cx: &Context, seed: &str, bsdf: &Bsdf) -> Finding {
-    let mut random = Random::new(cx.seed_for(seed));
-    let tests = [0.95, 0.5, 0.1].map(|mu| {
-        let [phi] = random.units::<1>();
-        samples_follow_density(bsdf, direction(mu, 6.2 * phi), random.bits(), &options(cx))
-    });
-    finding(&tests)
-}
-
-/// The most that may be made.
-const FURNACE: f64 = 1e-3;
-/// What white surfaces may lose.
-const LOSS: f64 = 2e-3;
-
-fn surface(
-    cx: &Context,
-    name: &str,
-    point: &PrincipledPoint,
-) -> Result<Finding, turner::scene::error::SceneError> {
-    let bsdf = Bsdf::new(point);
-    for mu in [1.0, 0.6, 0.2, 0.01] {
-        samples_agree_with_eval(&bsdf, direction(mu, 2.0), cx.times(500)).map_err(fault)?;
-    }
-    let back = Bsdf::new(&PrincipledPoint {
-        entering: !point.entering,
-        anisotropy_rotation: -point.anisotropy_rotation,
-        ..*point
-    });
-    let eta = match (point.thin_walled, point.entering) {
-        (true, _) => 1.0,
-        (false, true) => point.specular_ior,
-        (false, false) => 1.0 / point.specular_ior,
-    };
-    let oneway = reciprocity_error(&bsdf, None, cx.times(500)).max(reciprocity_error(
-        &bsdf,
-        Some((&back, eta)),
-        cx.times(500),
-    ));
-    let (mut made, mut lost): (f64, f64) = (0.0, 0.0);
-    for mu in [1.0, 0.8, 0.5, 0.25, 0.1, 0.03] {
-        let a = albedo(&bsdf, direction(mu, 0.9), cx.times(30_000));
-        made = made.max(a[0].max(a[1]).max(a[2]) - 1.0);
-        lost = lost.max(1.0 - a[0].min(a[1]).min(a[2]));
-    }
-    let white = name.starts_with("white") || name.contains(" white");
-    let mut found = format!("most seen in a furnace {:+.5}", made);
-    let mut used = (made / FURNACE).max(oneway / 2e-5);
-    if white && name.starts_with("white") {
-        found += &format!(", least {:+.5}", -lost);
-        used = used.max(lost / LOSS);
-    }
-    Ok(Finding::limit(used, 1.0, format!("{found}, one way and back {oneway:.0e}")))
 }
 
 type Sampler = Box<dyn Fn(DVec3, [f64; 2]) -> Option<EmitterSample>>;
@@ -198,7 +131,7 @@ fn within(d: DVec3, u: DVec3, v: DVec3) -> (f64, f64) {
     (d.cross(v).dot(n) * scale, u.cross(d).dot(n) * scale)
 }
 
-fn environment(cx: &Context, compensated: bool) -> Result<Finding, turner::scene::error::SceneError> {
+fn environment(cx: &Context, compensated: bool) -> Result<Finding, turner::schema::SceneError> {
     let mut random = Random::new(cx.seed_for("environment"));
     let (width, height) = (16, 8);
     // A sky with black parts and a bright pixel.
@@ -218,7 +151,7 @@ fn environment(cx: &Context, compensated: bool) -> Result<Finding, turner::scene
 }
 
 /// Points of pixels are independent of each other and evenly spread, each by itself and in pairs of sets.
-fn sobol(cx: &Context) -> Result<Finding, turner::scene::error::SceneError> {
+fn sobol(cx: &Context) -> Result<Finding, turner::schema::SceneError> {
     let mut random = Random::new(cx.seed_for("sobol"));
     let options = ChiSquareOptions { samples: cx.times(20_000), rows: 16, columns: 16, ..Default::default() };
     let mut tests = Vec::new();
@@ -239,7 +172,7 @@ fn sobol(cx: &Context) -> Result<Finding, turner::scene::error::SceneError> {
     Ok(finding(&tests))
 }
 
-fn alias(cx: &Context) -> Result<Finding, turner::scene::error::SceneError> {
+fn alias(cx: &Context) -> Result<Finding, turner::schema::SceneError> {
     let mut random = Random::new(cx.seed_for("alias"));
     let n = 60;
     let weights: Vec<f64> =
@@ -255,14 +188,14 @@ fn alias(cx: &Context) -> Result<Finding, turner::scene::error::SceneError> {
     Ok(finding(&[chi_square_on_square(&options, density, sample)]))
 }
 
-fn lens(cx: &Context) -> Result<Finding, turner::scene::error::SceneError> {
+fn lens(cx: &Context) -> Result<Finding, turner::schema::SceneError> {
     let mut random = Random::new(cx.seed_for("lens"));
     let density = |p: DVec2| {
         let inside = (2.0 * p - 1.0).length_squared() <= 1.0;
         if inside { 4.0 / std::f64::consts::PI } else { 0.0 }
     };
     let sample = || Some(0.5 * (concentric_disk(DVec2::from(random.units::<2>())) + 1.0));
-    let samples = if cx.effort == Effort::Quick { 20_000 } else { 100_000 };
+    let samples = if cx.effort == Effort::Short { 20_000 } else { 100_000 };
     let options = ChiSquareOptions { samples, rows: 16, columns: 16, ..Default::default() };
     Ok(finding(&[chi_square_on_square(&options, density, sample)]))
 }

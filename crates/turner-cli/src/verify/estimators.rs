@@ -119,8 +119,8 @@ pub(super) fn checks() -> Vec<Check> {
             Check::chance(format!("estimators/{}", pair.name), move |cx| {
                 let render = |(integrator, samples): (&str, u32), which: &str| {
                     let text = format!("integrator = {{ {integrator} }}\n{}{ROOM}", pair.around);
-                    let mut scene = cx.scene([24, 24], cx.times(samples), &text)?;
-                    cx.runs(&mut scene, 12, &format!("{}/{which}", pair.name))
+                    let scene = cx.scene([24, 24], cx.times(samples), &text)?;
+                    cx.runs(&scene, 12, &format!("{}/{which}", pair.name))
                 };
                 let (one, other) = (render(pair.one, "one")?, render(pair.other, "other")?);
                 let found = compare(&one, &other, &CompareOptions::default());

@@ -4,10 +4,10 @@
 //! decides otherwise, a path goes another way: the mean of the differences must be 0 all the same.
 
 use turner::math::elementary::sin_cos;
+use turner::schema::SceneError;
 use turner::testing::{CompareOptions, Reference, compare};
 
 use super::check::{Check, Context, Finding};
-use turner::scene::error::SceneError;
 
 /// How the scene is written down.
 #[derive(Clone, Copy)]
@@ -135,8 +135,8 @@ pub(super) fn checks() -> Vec<Check> {
         // Left for right changes which way numbers turn: other paths, so no pairs.
         let size = [24, 24];
         let render = |spelling: &Spelling, seed: &str| {
-            let mut scene = cx.scene(size, cx.times(32), &spelling.scene())?;
-            cx.runs(&mut scene, 12, seed)
+            let scene = cx.scene(size, cx.times(32), &spelling.scene())?;
+            cx.runs(&scene, 12, seed)
         };
         let plain = render(&PLAIN, "mirrored/one")?;
         let mut mirrored = render(&Spelling { mirrored: true, ..PLAIN }, "mirrored/other")?;
@@ -150,8 +150,8 @@ pub(super) fn checks() -> Vec<Check> {
 
 fn paired(cx: &Context, name: &str, spelling: &Spelling) -> Result<Finding, SceneError> {
     let render = |spelling: &Spelling| {
-        let mut scene = cx.scene([24, 24], cx.times(16), &spelling.scene())?;
-        cx.runs(&mut scene, 12, name)
+        let scene = cx.scene([24, 24], cx.times(16), &spelling.scene())?;
+        cx.runs(&scene, 12, name)
     };
     let (plain, mut other) = (render(&PLAIN)?, render(spelling)?);
     for v in other.pictures.iter_mut().flatten().flatten() {

@@ -1,55 +1,57 @@
 //! `turner verify`: whether what this program renders on this machine is true, by statistics.
 //!
 //! ```text
-//! checks: densities · light_tree · closed_forms · estimators · metamorphic · sameness · references
-//!   └ run ── one after the other ──> Finding ── judged against a level shared by all ──> table or JSON, exit code
+//! checks: densities · light_tree · closed_forms · estimators · metamorphic · sameness      others bring more of their own
+//!   └ run_checks ── one after the other ──> Finding ── judged against a level shared by all ──> table or JSON, exit code
 //! ```
 
-mod check;
+pub mod check;
 mod closed_forms;
-mod densities;
+pub mod densities;
 mod estimators;
 mod light_tree;
 mod metamorphic;
-mod references;
 mod sameness;
 mod table;
 
-use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+use check::{Check, Context, Effort, Finding, Verdict};
 use clap::Args;
+use table::Table;
 use turner::film::NonFinite;
-use turner::scene::error::{ErrorCode, SceneError, escape, suggestion};
+use turner::schema::error::{escape, suggestion};
+use turner::schema::{ErrorCode, SceneError};
 use turner::testing::{Random, sidak_level};
 
 use crate::events::Events;
 use crate::failure::{FAILED, Failure};
 use crate::report::Reporter;
-use check::{Check, Context, Effort, Finding, Verdict};
-use table::Table;
 
 /// How probable it is that a run in which all is right fails a check.
 const FALSE_ALARM: f64 = 0.01;
 
-/// Check by statistics that what is rendered is true
+/// Check by statistics that what is rendered is true: half a minute
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Each run draws other random numbers unless --seed is given. All checks of chance share one level, so that a\n\
-                        run in which all is right fails with a probability of 1 % at most: repeat a check that fails with\n\
-                        --only and other seeds. Exit code 1 when a check fails."
-)]
+#[command(after_help = VERIFY_HELP)]
 pub(crate) struct VerifyArgs {
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// How the results of statistical tests are read.
+pub const VERIFY_HELP: &str = "\
+Each run uses a new random seed unless --seed is given. The statistical tests together have a
+significance level of 1 %: if nothing is wrong, at most one run in a hundred fails. Repeat a
+failed check with --only and other seeds. Exit code 1 if a check fails.";
+
+/// Which checks are run, and how.
+#[derive(Debug, Args)]
+pub struct RunArgs {
     /// Seed of all random numbers, or `fresh` for one from the clock
     #[arg(long, value_name = "N|fresh", default_value = "fresh", value_parser = parse_seed)]
     seed: Seed,
-    /// Sixteen times the samples
-    #[arg(long, conflicts_with = "quick")]
-    long: bool,
-    /// Less of everything: half a minute
-    #[arg(long)]
-    quick: bool,
     /// One JSON object per line
     #[arg(long)]
     json: bool,
@@ -59,9 +61,6 @@ pub(crate) struct VerifyArgs {
     /// Name the checks and run none
     #[arg(long)]
     list: bool,
-    /// A folder with S1.exr to S4.exr, of 512x512 pixels, by another renderer
-    #[arg(long, value_name = "DIR")]
-    references: Option<PathBuf>,
     /// Threads; 0 is all there are
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -85,7 +84,25 @@ fn parse_seed(text: &str) -> Result<Seed, String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &VerifyArgs) -> u8 {
-    match verify(args) {
+    run_checks(checks(), &args.run, Effort::Short)
+}
+
+/// The checks of `turner verify`: each takes a second or two.
+pub fn checks() -> Vec<Check> {
+    let mut all = closed_forms::checks();
+    all.extend(estimators::checks());
+    all.extend(metamorphic::checks());
+    all.extend(sameness::checks());
+    all.extend(densities::checks());
+    all.extend(light_tree::checks());
+    all
+}
+
+/// Runs those of the checks that were asked for, and one more that looks at all samples; prints what they found. Returns the
+/// exit code.
+pub fn run_checks(mut checks: Vec<Check>, args: &RunArgs, effort: Effort) -> u8 {
+    checks.push(sameness::all_finite());
+    match selected(checks, args).and_then(|checks| verify(&checks, args, effort)) {
         Ok(code) => code,
         Err(failure) => {
             Reporter { quiet: false, events: args.json.then_some(Events::Stdout) }.failure(&failure);
@@ -94,33 +111,21 @@ pub(crate) fn run(args: &VerifyArgs) -> u8 {
     }
 }
 
-/// All checks, or those asked for.
-fn selected(args: &VerifyArgs) -> Result<Vec<Check>, Failure> {
-    let mut all = closed_forms::checks();
-    all.extend(estimators::checks());
-    all.extend(metamorphic::checks());
-    all.extend(sameness::checks());
-    all.extend(references::checks(args.references.as_deref()));
-    all.extend(densities::checks());
-    all.extend(light_tree::checks());
-    // It looks at what the others rendered.
-    all.push(sameness::all_finite());
-    let names: Vec<String> = all.iter().map(|c| c.name.clone()).collect();
+/// Those asked for, or all.
+fn selected(all: Vec<Check>, args: &RunArgs) -> Result<Vec<Check>, Failure> {
     for asked in &args.only {
-        if !names.iter().any(|n| n.contains(asked.as_str())) {
+        if !all.iter().any(|c| c.name.contains(asked.as_str())) {
             let message = format!("there is no check \"{}\"", escape(asked));
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let help =
-                suggestion(asked, &names).unwrap_or_else(|| "`turner verify --list` names them".into());
+            let names: Vec<&str> = all.iter().map(|c| c.name.as_str()).collect();
+            let help = suggestion(asked, &names).unwrap_or_else(|| "--list names them".into());
             return Err(Failure::usage(SceneError::new(ErrorCode::UnknownName, message).help(help)));
         }
     }
     let asked = |c: &Check| args.only.is_empty() || args.only.iter().any(|o| c.name.contains(o.as_str()));
-    Ok(all.into_iter().filter(|c| asked(c) && (c.quick || !args.quick)).collect())
+    Ok(all.into_iter().filter(asked).collect())
 }
 
-fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
-    let checks = selected(args)?;
+fn verify(checks: &[Check], args: &RunArgs, effort: Effort) -> Result<u8, Failure> {
     if args.list {
         let names: String = checks.iter().map(|c| format!("{}\n", c.name)).collect();
         crate::text::print(&names);
@@ -130,21 +135,15 @@ fn verify(args: &VerifyArgs) -> Result<u8, Failure> {
         Seed::Given(seed) => seed,
         Seed::Fresh => fresh_seed(),
     };
-    let effort = match (args.quick, args.long) {
-        (true, _) => Effort::Quick,
-        (_, true) => Effort::Long,
-        _ => Effort::Whole,
-    };
     let context = Context {
         seed,
         effort,
         threads: crate::render::threads(args.threads),
-        references: args.references.clone(),
         rendered: Mutex::new((NonFinite::default(), 0)),
     };
     let by_chance = checks.iter().filter(|c| c.by_chance).count();
     let level = sidak_level(FALSE_ALARM, by_chance);
-    let table = Table::new(args.json, &checks);
+    let table = Table::new(args.json, checks);
     table.start(seed, level, by_chance);
     let (start, mut failed) = (Instant::now(), 0);
     for (i, check) in checks.iter().enumerate() {

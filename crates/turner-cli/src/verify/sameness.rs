@@ -3,10 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use turner::film::{Picture, PixelRect};
+use turner::integrator::Prepared;
 use turner::render::{PassOptions, Renderer};
-use turner::scene::Scene;
-use turner::scene::error::SceneError;
-use turner_bvh::Kernel;
+use turner::schema::SceneError;
+use turner_bvh::InstructionSet;
+use turner_io::assets::MemoryAssets;
 
 use super::check::{Check, Context, Finding, Verdict, fault};
 
@@ -71,14 +72,14 @@ material = { type = "principled", base_weight = 0, specular_ior = 0, specular_ro
 
 const SIZE: [u32; 2] = [50, 37];
 
-fn render(cx: &Context, scene: &Scene, threads: usize, pass: u32) -> Result<Picture, SceneError> {
-    let mut renderer = Renderer::new(scene)?;
+fn render(cx: &Context, scene: &Prepared, threads: usize, pass: u32) -> Result<Picture, SceneError> {
+    let mut renderer = Renderer::new(scene.clone())?;
     let never = AtomicBool::new(false);
     while !renderer.is_complete() {
         renderer.pass(pass, &PassOptions { threads, cancel: &never, progress: None })?;
     }
     cx.count(&renderer.film.non_finite, renderer.film.samples());
-    Ok(renderer.film.develop(&scene.film))
+    Ok(renderer.film.develop(&scene.view.film))
 }
 
 /// How many pixels are not the same to the last bit.
@@ -87,9 +88,9 @@ fn differing(a: &[[f32; 4]], b: &[[f32; 4]]) -> usize {
     a.iter().zip(b).filter(|(a, b)| bits(a) != bits(b)).count() + a.len().abs_diff(b.len())
 }
 
-fn prepared(cx: &Context) -> Result<Scene, SceneError> {
+fn prepared(cx: &Context) -> Result<Prepared, SceneError> {
     let mut scene = cx.scene(SIZE, 6, SCENE)?;
-    scene.film.seed = cx.seed_for("sameness") as u32;
+    scene.view.film.seed = cx.seed_for("sameness") as u32;
     Ok(scene)
 }
 
@@ -111,7 +112,7 @@ pub(super) fn checks() -> Vec<Check> {
             let whole = render(cx, &scene, cx.threads, u32::MAX)?;
             let mut wrong = 0;
             for crop in [[13, 9, 31, 25], [1, 1, 49, 36], [7, 0, 9, 37]] {
-                scene.film.crop = Some(crop);
+                scene.view.film.crop = Some(crop);
                 let part = render(cx, &scene, cx.threads, u32::MAX)?;
                 let [x, y, width, height] = crop;
                 let rect = PixelRect { x, y, width, height };
@@ -124,19 +125,13 @@ pub(super) fn checks() -> Vec<Check> {
             }
             Ok(pixels(wrong, "three ways to cut the picture into tiles"))
         }),
-        Check::limit("bytes/kernels", |cx| {
-            let before = Kernel::current();
-            let mut pictures = Vec::new();
-            for kernel in Kernel::available().filter(|k| k.force()) {
-                // Prepared anew: trees are built by kernels, too.
-                pictures
-                    .push((kernel.name(), prepared(cx).and_then(|s| render(cx, &s, cx.threads, u32::MAX))));
-            }
-            before.force();
+        Check::limit("bytes/instruction-sets", |cx| {
             let (mut wrong, mut names, mut first) = (0, Vec::new(), None);
-            for (name, picture) in pictures {
-                let picture = picture?;
-                names.push(name);
+            for set in InstructionSet::available() {
+                let mut scene = cx.scene_by(set, SIZE, 6, SCENE, &MemoryAssets::default())?;
+                scene.view.film.seed = cx.seed_for("sameness") as u32;
+                let picture = render(cx, &scene, cx.threads, u32::MAX)?;
+                names.push(set.name());
                 let first = first.get_or_insert_with(|| picture.linear.clone());
                 wrong += differing(first, &picture.linear);
             }

@@ -1,29 +1,8 @@
 //! Every command of the documents runs: pictures are made small; what takes minutes or does not end is asked whether it knows its arguments.
 #![cfg(unix)]
 
-use std::path::Path;
-
 use crate::common::{Folder, SCENE, folder};
-
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-}
-
-/// The lines of the ```sh and ```console blocks, with their numbers.
-fn lines(text: &str) -> Vec<(usize, String)> {
-    let mut out = Vec::new();
-    let mut block: Option<bool> = None;
-    for (i, line) in text.lines().enumerate() {
-        let line = line.trim();
-        match (line.strip_prefix("```"), block) {
-            (Some(language), None) => block = Some(["sh", "console"].contains(&language)),
-            (Some(_), Some(_)) => block = None,
-            (None, Some(true)) => out.push((i + 1, line.trim_start_matches("$ ").to_owned())),
-            (None, _) => {}
-        }
-    }
-    out
-}
+use crate::sh_blocks::{documents, lines, root};
 
 /// The arguments of a command of Turner; `None` for others.
 fn arguments(line: &str) -> Option<Vec<String>> {
@@ -97,15 +76,11 @@ fn desk() -> Folder {
 
 #[test]
 fn every_command_of_the_documents_runs() {
-    let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
-    let more = ["README.md", "scenes/peers/README.md", "scenes/showcase/README.md"].map(|f| root().join(f));
-    let mut files: Vec<_> = docs.filter(|p| p.extension().is_some_and(|e| e == "md")).collect();
-    files.sort();
     let (mut wrong, mut count) = (Vec::new(), 0);
-    for file in files.iter().chain(&more) {
+    for file in documents() {
         // What one command makes the next may use.
         let f = desk();
-        for (number, line) in lines(&std::fs::read_to_string(file).unwrap()) {
+        for (number, line) in lines(&std::fs::read_to_string(&file).unwrap()) {
             let Some(args) = arguments(&line).map(small) else { continue };
             count += 1;
             let words: Vec<&str> = args.iter().map(String::as_str).collect();

@@ -1,7 +1,8 @@
-//! What the tests of the program share: a folder, a scene, a run.
+//! What the tests of the program share: a folder with a scene, a run.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Command;
+
+pub(crate) use crate::folder::{Folder, Run};
 
 pub(crate) const SCENE: &str = r#"
 [camera]
@@ -32,29 +33,13 @@ position = [5, 8, 5]
 "#;
 
 /// A folder with the scene in it.
-pub(crate) struct Folder(tempfile::TempDir);
-
 pub(crate) fn folder() -> Folder {
-    let folder = Folder(tempfile::tempdir().unwrap());
+    let folder = Folder::new();
     folder.write("s.toml", SCENE);
     folder
 }
 
 impl Folder {
-    pub(crate) fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    pub(crate) fn write(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.path().join(name);
-        std::fs::write(&path, text).unwrap();
-        path
-    }
-
-    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
-        std::fs::read(self.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-
     pub(crate) fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.path()).unwrap();
         let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -63,49 +48,11 @@ impl Folder {
     }
 
     pub(crate) fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_turner"));
-        command.current_dir(self.path()).args(args).env_remove("NO_COLOR").stdin(Stdio::null());
-        command
+        self.program(env!("CARGO_BIN_EXE_turner"), args)
     }
 
     pub(crate) fn turner(&self, args: &[&str]) -> Run {
         Run::of(self.command(args).output().unwrap())
-    }
-}
-
-/// What a run gave.
-#[derive(Debug)]
-pub(crate) struct Run {
-    pub(crate) code: Option<i32>,
-    pub(crate) bytes: Vec<u8>,
-    pub(crate) stdout: String,
-    pub(crate) stderr: String,
-}
-
-impl Run {
-    pub(crate) fn of(output: Output) -> Run {
-        Run {
-            code: output.status.code(),
-            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
-            stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
-            bytes: output.stdout,
-        }
-    }
-
-    #[track_caller]
-    pub(crate) fn ok(self) -> Run {
-        assert_eq!(self.code, Some(0), "{self:?}");
-        self
-    }
-
-    /// Failed with this exit code, and said all these words.
-    #[track_caller]
-    pub(crate) fn fails(self, code: i32, words: &[&str]) -> Run {
-        assert_eq!(self.code, Some(code), "{self:?}");
-        for word in words {
-            assert!(self.stderr.contains(word) || self.stdout.contains(word), "{word}: {self:?}");
-        }
-        self
     }
 }
 

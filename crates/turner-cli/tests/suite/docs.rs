@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use turner::render::{PassOptions, Renderer};
-use turner::scene::PrepareOptions;
+use turner::schema::PrepareOptions;
 use turner_io::assets::{AssetError, AssetSource};
 use turner_io::scene::{LoadOptions, load_text};
 
@@ -80,7 +80,7 @@ fn render(name: &str, snippet: &str) -> Result<(), String> {
     (desc.film.width, desc.film.height, desc.film.crop) = (16, 12, None);
     desc.film.samples = desc.film.samples.min(4);
     let scene = desc.prepare(&PrepareOptions { threads: 1, ..Default::default() }).map_err(|e| fail(&e))?;
-    let mut renderer = Renderer::new(&scene).map_err(|e| fail(&e))?;
+    let mut renderer = Renderer::new(scene).map_err(|e| fail(&e))?;
     let options = PassOptions { threads: 1, cancel: &AtomicBool::new(false), progress: None };
     renderer.pass(u32::MAX, &options).map_err(|e| fail(&e))?;
     match renderer.film.non_finite.count {

@@ -35,7 +35,7 @@ fn end(mut child: Child, mut events: BufReader<std::process::ChildStdout>) -> Ru
     events.read_to_string(&mut stdout).unwrap();
     let output = child.wait().unwrap();
     assert!(start.elapsed() < Duration::from_secs(5));
-    Run { code: output.code(), bytes: Vec::new(), stdout, stderr: String::new() }
+    Run { code: output.code(), stdout, stderr: String::new() }
 }
 
 /// Whether whoever runs the tests has turned a signal off (jobs in the background of a script): then the program does not hear it either.

@@ -1,6 +1,5 @@
 //! Tests of the program as a user runs it.
 
-mod bench;
 mod commands;
 mod common;
 mod compare;
@@ -9,14 +8,16 @@ mod dependable;
 mod docs;
 mod doctor;
 mod explain;
+mod folder;
 mod hostile;
+mod instruction_sets;
 mod interrupt;
-mod kernels;
 mod limits;
 mod models;
 mod names;
 mod render;
 mod scene_options;
+mod sh_blocks;
 mod start;
 mod unsafe_code;
 mod verify;

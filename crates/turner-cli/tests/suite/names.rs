@@ -99,35 +99,3 @@ fn bench_measures_a_folder() {
     assert!(f.turner(&["bench", "s", "--dir", "."]).ok().stdout.contains("rays/s"));
     f.turner(&["bench", "x", "--dir", "."]).fails(2, &["valid: s"]);
 }
-
-#[test]
-fn bench_measures_generated_scenes() {
-    let f = folder();
-    let small = [
-        "bench",
-        "rays",
-        "--scene",
-        "cornell,sticks",
-        "--scale",
-        "0.01",
-        "--resolution",
-        "32",
-        "--repeat",
-        "1",
-    ];
-    let json = f.turner(&[&small[..], &["--json"]].concat()).ok().stdout;
-    let rows: Vec<serde_json::Value> = json.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
-    let count = |kind: &str| rows.iter().filter(|r| r["row"] == kind).count();
-    assert_eq!((count("build"), count("rays"), count("mean")), (2, 12, 6));
-    assert!(
-        rows.iter()
-            .all(|r| r["row"] != "rays" || r["mrays_per_second"]["turner-balanced"].as_f64() > Some(0.0))
-    );
-    let text = f.turner(&[&small[..], &["--kind", "primary"]].concat()).ok().stdout;
-    assert!(text.contains("sticks, 1 thread: building") && text.contains("mean"), "{text}");
-    f.turner(&["bench", "rays", "--scene", "bunny"]).fails(2, &["cornell"]);
-    f.turner(&["bench", "rays", "--embree", "no-such-library.so"])
-        .fails(2, &["no-such-library.so", "--embree"]);
-    assert!(f.turner(&["bench", "rays", "--help"]).ok().stdout.contains("--resolution"));
-    assert!(f.turner(&["bench", "--help"]).ok().stdout.contains("rays"));
-}

@@ -1,6 +1,6 @@
 //! `turner render`: files, formats, streams, exit codes.
 
-use crate::common::{SCENE, folder, pixels};
+use crate::common::{Run, SCENE, folder, pixels};
 
 #[test]
 fn a_scene_alone_becomes_a_png_here() {
@@ -42,8 +42,8 @@ fn formats_go_by_extension() {
 fn standard_output_and_standard_input() {
     let f = folder();
     f.turner(&["s.toml", "-o", "a.png"]).ok();
-    let run = f.turner(&["s.toml", "-o", "-", "--format", "png"]).ok();
-    assert_eq!(run.bytes, f.read("a.png"));
+    let output = f.command(&["s.toml", "-o", "-", "--format", "png"]).output().unwrap();
+    assert_eq!(output.stdout, f.read("a.png"));
     f.turner(&["s.toml", "-o", "-"]).fails(2, &["--format"]);
     let scene = std::fs::File::open(f.path().join("s.toml")).unwrap();
     let status = f.command(&["-", "-o", "b.png", "--quiet"]).stdin(scene).status().unwrap();
@@ -78,8 +78,9 @@ fn events_are_json_lines() {
     assert_eq!(done["scene_hash"].as_str().unwrap().len(), 32);
     assert_eq!(done["samples"], 24 * 16);
     // With the picture on standard output the events are on standard error.
-    let run = f.turner(&["s.toml", "--json", "-o", "-", "--format", "png"]).ok();
-    assert!(run.bytes.starts_with(b"\x89PNG"));
+    let output = f.command(&["s.toml", "--json", "-o", "-", "--format", "png"]).output().unwrap();
+    assert!(output.stdout.starts_with(b"\x89PNG"));
+    let run = Run::of(output).ok();
     assert!(run.stderr.lines().all(|l| serde_json::from_str::<serde_json::Value>(l).is_ok()), "{run:?}");
     // Errors too.
     f.write("bad.toml", "[film]\nwidht = 4\n");

@@ -1,16 +1,15 @@
 //! What the comments of a converted scene say: what each section is, and each key where it first stands. The words are those of the scene format's documentation.
 
 use std::collections::BTreeSet;
+
 use turner::camera::CameraDesc;
+use turner::description::{SECTIONS, StageDesc};
 use turner::film::FilmDesc;
 use turner::integrator::IntegratorDesc;
-use turner::light::LightDesc;
+use turner::light::{BackgroundDesc, LightDesc};
 use turner::material::MaterialDesc;
 use turner::medium::MediumDesc;
-use turner::scene::StageDesc;
-use turner::scene::background::BackgroundDesc;
-use turner::scene::read::SECTIONS;
-use turner::scene::schema::{EntryDoc, FamilyDoc};
+use turner::schema::{EntryDoc, FamilyDoc};
 use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 
@@ -24,7 +23,7 @@ const COMMON: &[(&str, &str, &str)] = &[
     ("light", "type", "The kind: turner list lights"),
     ("light", "name", "For reports"),
     ("light", "group", "The group of lights it belongs to"),
-    ("view", "name", "For --camera"),
+    ("view", "name", "For `camera` in [stage]"),
     ("texture", "type", "The kind: turner list textures"),
     ("material", "type", "The kind: turner list materials"),
     ("medium", "type", "The kind: turner list media"),

@@ -1,23 +1,22 @@
 //! The files beside a scene: meshes, pictures, measured lamps, grids. Each is written once.
 
-use super::file_names::{Taken, safe, stem};
-use super::{ConvertOptions, Converted, WrittenFile, create, exists, output_error};
-use crate::image::{ImageFormat, exr, png};
-use crate::mesh::ply;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use turner::description::{ObjectContent, SceneAssetWriter, SceneDesc};
 use turner::image::{Image, Pixels};
-use turner::light::ProfileFile;
-use turner::medium::GridFile;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{
-    Asset, ImageId, MeshId, ObjectContent, SceneAssetWriter, SceneDesc, Warning, WarningKind,
+use turner::schema::{
+    Asset, ErrorCode, GridFile, ImageId, MeshData, MeshId, ProfileFile, SceneError, Warning, WarningKind,
 };
 use turner::shape::ShapeDesc;
-use turner::shape::mesh::MeshData;
+
+use super::file_names::{Taken, safe, stem};
+use super::{ConvertOptions, Converted, WrittenFile, create, exists, output_error};
+use crate::image::{ImageFormat, exr, png};
+use crate::mesh::ply;
 
 /// A mesh of so few vertices and triangles may stand in the scene itself: a person can read it.
 const FEW: usize = 12;

@@ -2,7 +2,7 @@
 //! PNG or in the encoding they came in, in folders beside it; [`to_glb`] writes what glTF can say as one file.
 //!
 //! ```text
-//! SceneDesc ── turner::scene::write_scene ──> Value ── text ──> scene.toml
+//! SceneDesc ── turner::description::write_scene ──> Value ── text ──> scene.toml
 //!      └ meshes, pictures, lamps, grids ── files ──> scene-meshes/*.ply, scene-pictures/*.png, scene-data/*
 //! ```
 //!
@@ -14,13 +14,15 @@ mod files;
 mod glb;
 mod text;
 
+use files::Files;
+
 use crate::assets::printable;
 use crate::image::{KeptPictures, OutputError, OutputFile};
-use files::Files;
 pub use glb::to_glb;
 use std::path::{Path, PathBuf};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{SceneDesc, Warning, write_scene};
+use turner::description::{SceneDesc, write_scene};
+use turner::schema::Warning;
+use turner::schema::{ErrorCode, Remedy, SceneError};
 
 /// How to convert.
 #[derive(Clone, Debug, Default)]
@@ -83,7 +85,9 @@ fn create(path: &Path, overwrite: bool) -> Result<OutputFile, SceneError> {
 
 fn exists(path: &Path, what: &str) -> SceneError {
     let message = format!("{}: {what}", printable(&path.to_string_lossy()));
-    SceneError::new(ErrorCode::Output, message).help("choose another name, or replace it with `--force`")
+    SceneError::new(ErrorCode::Output, message)
+        .help("choose another name, or let it be replaced")
+        .remedy(Remedy::Replace)
 }
 
 fn output_error(error: OutputError) -> SceneError {

@@ -3,10 +3,11 @@
 //! A table per thing, in the order of the tree; short values on one line; each key explained where it first stands. Numbers are the shortest that read
 //! back as the same.
 
+use turner::schema::value::{Data, Entry, Table, Value};
+
 use super::comments::{Comments, heading};
 use crate::assets::printable;
 use crate::scene::model::quoted;
-use turner::scene::value::{Data, Entry, Table, Value};
 
 /// Columns that a line may have.
 const COLUMNS: usize = 110;
@@ -193,7 +194,7 @@ fn bare(key: &str) -> String {
 mod tests {
     use super::*;
     use crate::scene::parse;
-    use turner::scene::value::FileId;
+    use turner::schema::value::FileId;
 
     /// What a text of one key reads back as.
     fn back(data: &Data) -> Data {

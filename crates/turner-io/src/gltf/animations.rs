@@ -1,5 +1,11 @@
 //! Animations, sampled at one time (glTF 2.0 §3.11 and appendix C).
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use turner::math::DVec3;
+use turner::math::elementary::{acos, sin};
+use turner::schema::WarningKind;
+
 use super::accessors::Elements;
 use super::budget::Budget;
 use super::buffers::Buffers;
@@ -7,10 +13,6 @@ use super::fault::{Fault, Outcome};
 use super::json::{AnimationSampler, Document, Index, Mesh};
 use super::nodes::{Local, choose, normalize};
 use super::report::Report;
-use std::collections::{BTreeMap, BTreeSet};
-use turner::math::DVec3;
-use turner::math::elementary::{acos, sin};
-use turner::scene::WarningKind;
 
 /// Where nodes are and how far meshes are morphed, at one time.
 #[derive(Debug)]

@@ -1,8 +1,10 @@
 //! How much memory a file may make the importer use.
 
-use super::fault::{Fault, Outcome};
 use std::cell::Cell;
-use turner::scene::Memory;
+
+use turner::schema::{Memory, Remedy};
+
+use super::fault::{Fault, Outcome};
 
 /// What any file may use: 256 MiB.
 const BASE: u64 = 256 << 20;
@@ -16,22 +18,26 @@ const PER_BYTE: u64 = 256;
 pub(super) struct Budget {
     left: Cell<u64>,
     all: u64,
-    remedy: &'static str,
+    help: &'static str,
+    remedy: Option<Remedy>,
 }
 
 impl Budget {
     /// For a file of so many bytes, those of its buffers included.
     pub(super) fn of_file(bytes: u64) -> Budget {
         let all = BASE.saturating_add(bytes.saturating_mul(PER_BYTE));
-        Budget { left: Cell::new(all), all, remedy: "use a smaller file" }
+        Budget { left: Cell::new(all), all, help: "use a smaller file", remedy: None }
     }
 
     /// No more than is left of the memory.
     pub(super) fn within(self, memory: &Memory) -> Budget {
         match memory.left() {
-            left if left < self.all => {
-                Budget { left: Cell::new(left), all: left, remedy: "raise --max-memory" }
-            }
+            left if left < self.all => Budget {
+                left: Cell::new(left),
+                all: left,
+                help: "raise the limit of memory",
+                remedy: Some(Remedy::MoreMemory),
+            },
             _ => self,
         }
     }
@@ -51,7 +57,8 @@ impl Budget {
                     self.all >> 20
                 ),
             )
-            .help(self.remedy)),
+            .help(self.help)
+            .remedy(self.remedy.clone())),
         }
     }
 

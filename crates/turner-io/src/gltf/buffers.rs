@@ -1,14 +1,15 @@
 //! The bytes that accessors and images lie in: the binary chunk, `data:` URIs, files beside the document, and what
 //! compressed buffer views hold.
 
-use super::base64;
+use std::ops::Range;
+
+use turner::schema::SceneError;
+
 use super::budget::Budget;
 use super::fault::{Fault, Outcome};
 use super::json::{Buffer, Document, Index};
-use super::meshopt;
+use super::{base64, meshopt};
 use crate::assets::{AssetError, AssetSource};
-use std::ops::Range;
-use turner::scene::error::ErrorCode;
 
 /// Most bytes of one file: 4 GiB.
 const MAX_FILE: u64 = 4 << 30;
@@ -216,16 +217,10 @@ fn strip_scheme(uri: &str) -> Option<&str> {
 }
 
 fn asset_fault(error: &AssetError, pointer: &str) -> Fault {
-    let code = match error {
-        AssetError::TooLarge { .. } | AssetError::Budget { .. } | AssetError::Memory { .. } => {
-            ErrorCode::TooLarge
-        }
-        _ => ErrorCode::File,
-    };
-    let text = error.to_string();
-    match text.split_once("\n  ") {
-        Some((message, help)) => Fault::at(pointer, message).help(help),
-        None => Fault::at(pointer, text),
+    let SceneError { code, message, help, remedy, .. } = error.to_scene_error();
+    let fault = Fault::at(pointer, message).code(code).remedy(remedy.map(|r| *r));
+    match help {
+        Some(help) => fault.help(help),
+        None => fault,
     }
-    .code(code)
 }

@@ -1,11 +1,12 @@
 //! Cameras, in the scene's space.
 
+use turner::camera::{CameraDesc, Handedness, OrthographicDesc, PinholeDesc, Viewport};
+use turner::math::{DAffine3, DVec3};
+use turner::schema::Named;
+
 use super::fault::{Fault, Outcome};
 use super::json::{Document, Index};
 use super::report::Report;
-use turner::camera::{CameraDesc, Handedness, OrthographicDesc, PinholeDesc, Viewport};
-use turner::math::{DAffine3, DVec2, DVec3};
-use turner::scene::Named;
 
 /// The camera with this number on a node that has this place; `None` if it sees nothing.
 pub(super) fn camera(
@@ -47,10 +48,8 @@ pub(super) fn camera(
                 up,
                 handedness,
                 fov: Some(fov),
-                viewport: None,
-                distance: None,
-                shift: DVec2::ZERO,
                 near: p.znear.max(0.0),
+                ..PinholeDesc::default()
             })
         }
         (None, Some(o)) => {

@@ -1,7 +1,8 @@
 //! What can be wrong with a glTF file: where, as a JSON pointer, what was found and what was expected.
 
+use turner::schema::{ErrorCode, Remedy, SceneError};
+
 use crate::assets::printable;
-use turner::scene::error::{ErrorCode, SceneError};
 
 /// A result whose error does not name the file yet.
 pub(super) type Outcome<T> = Result<T, Fault>;
@@ -14,6 +15,7 @@ pub(super) struct Fault {
     at: String,
     message: String,
     help: String,
+    remedy: Option<Remedy>,
 }
 
 const DAMAGED: &str = "export or download it again; a glTF validator tells more";
@@ -22,7 +24,7 @@ impl Fault {
     /// A broken rule of the format, at a place.
     pub(super) fn at(pointer: impl Into<String>, message: impl Into<String>) -> Fault {
         let (at, message, help) = (pointer.into(), message.into(), DAMAGED.to_owned());
-        Fault { code: ErrorCode::Model, at, message, help }
+        Fault { code: ErrorCode::Model, at, message, help, remedy: None }
     }
 
     /// A broken rule of the file as a whole.
@@ -42,6 +44,7 @@ impl Fault {
             at: String::new(),
             message: error.message,
             help: error.help.unwrap_or_default(),
+            remedy: error.remedy.map(|r| *r),
         }
     }
 
@@ -62,10 +65,16 @@ impl Fault {
         self
     }
 
+    /// With a remedy as data.
+    pub(super) fn remedy(mut self, remedy: Option<Remedy>) -> Fault {
+        self.remedy = remedy;
+        self
+    }
+
     /// Of the file `name`.
     pub(super) fn in_file(self, name: &str) -> SceneError {
         let place = if self.at.is_empty() { String::new() } else { format!("{}: ", printable(&self.at)) };
         let message = format!("{}: {place}{}", printable(name), printable(&self.message));
-        SceneError::new(self.code, message).help(self.help)
+        SceneError::new(self.code, message).help(self.help).remedy(self.remedy)
     }
 }

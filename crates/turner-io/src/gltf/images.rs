@@ -3,6 +3,13 @@
 //! An image that is missing or damaged is no reason to refuse a model: it is named in the report, and what it was for
 //! takes its factor alone.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use turner::image::Image;
+use turner::schema::{Asset, ImageId};
+
 use super::buffers::{Buffers, read_uri};
 use super::fault::Outcome;
 use super::json::{Document, ImageJson, Index};
@@ -10,11 +17,6 @@ use super::report::Report;
 use crate::assets::{AssetSource, printable};
 use crate::image::{ColorOrData, DecodeLimits, EncodedPicture, decode_all};
 use crate::import::ImportOptions;
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use turner::image::Image;
-use turner::scene::{Asset, ImageId};
 
 /// Most bytes of an image in its file: 1 GiB.
 const MAX_FILE: u64 = 1 << 30;

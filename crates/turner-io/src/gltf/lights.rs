@@ -3,14 +3,16 @@
 //! Intensities keep their numbers: candela for point and spot lights, lux for directional ones. Turner counts radiant
 //! power without a unit, so that neither is divided by the luminous efficacy of 683 lm/W.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+use turner::color::Spectrum;
+use turner::description::SceneLight;
+use turner::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, SpotDesc};
+use turner::math::{DAffine3, DVec3};
+
 use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, LightJson};
 use super::report::Report;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
-use turner::color::Spectrum;
-use turner::light::{Attenuation, DirectionalDesc, LightDesc, PointDesc, ProfileUnits, SpotDesc};
-use turner::math::{DAffine3, DVec3};
-use turner::scene::SceneLight;
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -44,22 +46,17 @@ pub(super) fn light(
     let value = match json.kind.as_str() {
         "point" => LightDesc::Point(PointDesc {
             attenuation: INVERSE_SQUARE,
-            ies: None,
-            ies_units: ProfileUnits::Relative,
-            ies_axis: DVec3::NEG_Y,
-            ies_rotation: 0.0,
             position,
             color,
             intensity,
+            ..PointDesc::default()
         }),
         "spot" => LightDesc::Spot(spot(json, position, direction, color, intensity, report)),
         "directional" => LightDesc::Directional(DirectionalDesc {
-            angle: 0.0,
-            from: None,
             direction: Some(direction),
             color,
             intensity,
-            seen_angle: 0.25,
+            ..DirectionalDesc::default()
         }),
         _ => {
             report.ignored("a light of a kind that is not known");
@@ -95,8 +92,6 @@ fn spot(
         color,
         intensity,
         attenuation: INVERSE_SQUARE,
-        ies: None,
-        ies_units: ProfileUnits::Relative,
-        ies_rotation: 0.0,
+        ..SpotDesc::default()
     }
 }

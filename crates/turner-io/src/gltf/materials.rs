@@ -18,17 +18,19 @@
 //! | `volume_scatter` | with `diffuse_transmission`: `subsurface_color`, `subsurface_scatter_anisotropy`; the volume's attenuation is `subsurface_radius` |
 //! | `unlit` | `unlit` |
 
+use turner::color::Spectrum;
+use turner::material::{AlphaMode, PrincipledMaterial};
+use turner::math::degrees;
+use turner::math::elementary::ln;
+use turner::schema::ColorSource;
+use turner::texture::ImageChannel;
+
 use super::images::Images;
 use super::json::{
     Document, Index, Material, MaterialExtensions, MetallicRoughness, SpecularGlossiness, TextureInfo,
 };
 use super::report::Report;
 use super::textures::{Textures, Use};
-use turner::color::Spectrum;
-use turner::material::{AlphaMode, PrincipledMaterial};
-use turner::math::elementary::ln;
-use turner::scene::ColorSource;
-use turner::texture::ImageChannel;
 
 /// Everything that a material's textures are, with the flag of colours.
 pub(super) fn textures_of(material: &Material) -> Vec<(&TextureInfo, bool)> {
@@ -242,7 +244,7 @@ impl Converter<'_> {
         }
         if let Some(x) = &extensions.anisotropy {
             out.specular_roughness_anisotropy = grey(unit(x.anisotropy_strength));
-            out.anisotropy_rotation = x.anisotropy_rotation;
+            out.anisotropy_rotation = degrees(x.anisotropy_rotation);
             out.anisotropy_map = self.picture(x.anisotropy_texture.as_deref(), Use::numbers());
         }
     }

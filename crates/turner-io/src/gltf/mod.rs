@@ -36,8 +36,8 @@ mod topology;
 mod tubes;
 mod variants;
 
-use crate::assets::{AssetSource, printable};
-use crate::import::{ImportOptions, empty_scene};
+use std::collections::BTreeMap;
+
 use animations::Pose;
 use budget::Budget;
 use buffers::Buffers;
@@ -48,11 +48,13 @@ use materials::Converter;
 use nodes::Tree;
 use objects::{Objects, Wanted};
 use report::Report;
-use std::collections::BTreeMap;
 use textures::Textures;
+use turner::description::{ImportSummary, SceneDesc};
 use turner::material::MaterialDesc;
-use turner::scene::error::SceneError;
-use turner::scene::{ImportSummary, Named, SceneDesc, WarningKind};
+use turner::schema::{Named, SceneError, WarningKind};
+
+use crate::assets::{AssetSource, printable};
+use crate::import::ImportOptions;
 
 /// The extensions that are read.
 const KNOWN: &[&str] = &[
@@ -171,7 +173,7 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
     if objects.is_empty() {
         report.doubtful("the file has nothing to show");
     }
-    let empty = empty_scene().map_err(|e| Fault::of_file(e.message).code(e.code))?;
+    let empty = SceneDesc::default();
     let summary = ImportSummary { file: printable(uri), format: "glTF 2.0", counts };
     Ok(SceneDesc {
         camera: cameras.first().cloned(),

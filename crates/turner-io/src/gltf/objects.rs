@@ -1,25 +1,26 @@
 //! Objects: each node with a mesh places one object per primitive. Meshes are shared by all objects that show the
 //! same vertices the same way.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use turner::description::{ObjectContent, ObjectDesc};
+use turner::math::{DAffine3, DMat3};
+use turner::schema::{Asset, MaterialId, MeshData, MeshId, Transform};
+use turner::shape::mesh::MeshDesc;
+use turner::shape::{PointsDesc, ShapeDesc};
+
 use super::accessors::Elements;
 use super::budget::Budget;
 use super::buffers::Buffers;
 use super::fault::{Fault, Outcome};
 use super::instances::Instances;
 use super::json::{Document, Index, Node, Primitive};
-use super::materials;
 use super::primitives::{Request, shape};
 use super::report::Report;
 use super::skins::joint_matrices;
 use super::textures::uv_set;
-use super::variants;
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use turner::math::{DAffine3, DMat3};
-use turner::scene::transform::Transform;
-use turner::scene::{Asset, MaterialId, MeshId, ObjectContent, ObjectDesc};
-use turner::shape::mesh::{MeshData, MeshDesc};
-use turner::shape::{PointsDesc, ShapeDesc};
+use super::{materials, variants};
 
 /// Most objects of a file, that of the renderer.
 const MAX_OBJECTS: usize = 1 << 24;

@@ -1,5 +1,8 @@
 //! From a primitive of the document to a mesh: attributes, morph targets, skin, faces, tangents.
 
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::schema::MeshData;
+
 use super::accessors::Elements;
 use super::budget::Budget;
 use super::buffers::Buffers;
@@ -7,11 +10,8 @@ use super::fault::{Fault, Outcome};
 use super::json::{Document, Index, Primitive};
 use super::report::Report;
 use super::skins::Influences;
-use super::tangents;
 use super::topology::Topology;
-use super::tubes;
-use turner::math::{DAffine3, DMat3, DVec3};
-use turner::shape::mesh::MeshData;
+use super::{tangents, tubes};
 
 /// Most sets of surface coordinates that are kept.
 const MAX_UV_SETS: usize = 8;

@@ -1,7 +1,8 @@
 //! What an import has to say: remarks summed by kind.
 
 use std::collections::BTreeMap;
-use turner::scene::{Warning, WarningKind};
+
+use turner::schema::{Warning, WarningKind};
 
 /// Remarks and how often each was made.
 #[derive(Debug, Default)]

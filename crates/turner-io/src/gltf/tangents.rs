@@ -3,11 +3,13 @@
 //! The algorithm is that of the crate bevy_mikktspace, in safe Rust; its arc cosine is ours, so that the result has the
 //! same bits on every machine.
 
+use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
+use turner::math::DVec3;
+use turner::math::elementary::acos;
+use turner::schema::MeshData;
+
 use super::budget::Budget;
 use super::fault::Outcome;
-use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
-use turner::math::{DVec3, elementary::acos};
-use turner::shape::mesh::MeshData;
 
 struct Elementary;
 

@@ -1,5 +1,8 @@
 //! Small documents for tests.
 
+use turner::description::SceneDesc;
+use turner::schema::SceneError;
+
 use super::accessors::Elements;
 use super::budget::Budget;
 use super::buffers::Buffers;
@@ -7,8 +10,6 @@ use super::fault::Outcome;
 use super::json::{self, Document, Index};
 use crate::assets::MemoryAssets;
 use crate::import::ImportOptions;
-use turner::scene::SceneDesc;
-use turner::scene::error::SceneError;
 
 /// A binary file with this document, `{…}` without its asset, and these bytes.
 pub(super) fn glb(members: &str, bin: &[u8]) -> Vec<u8> {

@@ -1,16 +1,18 @@
 //! Whole files, each made here.
 
-use super::testing::{floats, glb, import, import_with};
-use crate::import::ImportOptions;
 use turner::camera::CameraDesc;
 use turner::color::Spectrum;
+use turner::description::{ObjectContent, SceneDesc};
+use turner::integrator::{IntegratorDesc, PathDesc};
 use turner::light::LightDesc;
 use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
-use turner::math::DVec3;
-use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
+use turner::math::{DVec3, degrees};
+use turner::schema::{ColorSource, MeshData, PrepareOptions, WarningKind};
 use turner::shape::ShapeDesc;
-use turner::shape::mesh::MeshData;
 use turner::texture::TextureDesc;
+
+use super::testing::{floats, glb, import, import_with};
+use crate::import::ImportOptions;
 
 /// A triangle in the plane z = 0, front to +z, and what a test adds.
 fn triangle(node: &str, primitive: &str, members: &str) -> Vec<u8> {
@@ -272,7 +274,7 @@ fn extensions_of_materials_become_layers() {
     assert_eq!((constant(m.coat_weight), constant(m.coat_roughness), m.coat_ior), ([1.0; 3], [0.1; 3], 1.5));
     assert_eq!((constant(m.fuzz_color), constant(m.fuzz_roughness)), ([0.0, 0.5, 0.0], [0.3; 3]));
     assert_eq!((constant(m.thin_film_thickness), m.thin_film_ior), ([0.5; 3], 1.3));
-    assert_eq!((constant(m.specular_roughness_anisotropy), m.anisotropy_rotation), ([0.6; 3], 1.5));
+    assert_eq!((constant(m.specular_roughness_anisotropy), m.anisotropy_rotation), ([0.6; 3], degrees(1.5)));
     assert_eq!((m.transmission_dispersion_scale, m.unlit, m.double_sided), (f64::from(0.2f32), true, true));
 }
 
@@ -323,7 +325,7 @@ fn variants_choose_materials() {
     let members = r#","materials":[{"name":"a"},{"name":"b"}],
         "extensions":{"KHR_materials_variants":{"variants":[{"name":"red"},{"name":"blue"}]}}"#;
     let primitive = r#","material":0,"extensions":{"KHR_materials_variants":{"mappings":[{"material":1,"variants":[1]}]}}"#;
-    let named = |variant: Option<&str>| -> Result<String, turner::scene::SceneError> {
+    let named = |variant: Option<&str>| -> Result<String, turner::schema::SceneError> {
         let options = ImportOptions { variant: variant.map(str::to_owned), ..ImportOptions::default() };
         let scene = import_with(triangle("", primitive, members), &options)?;
         Ok(scene.materials[0].name.clone().unwrap())
@@ -422,4 +424,27 @@ fn draco_is_refused_or_its_fallback_is_taken() {
     );
     let without = import(glb(&json, b"")).unwrap();
     assert!(without.objects.is_empty() && said(&without, WarningKind::Ignored, "draco"));
+}
+
+/// All of them show the same triangle in the same place. A ray is tested against each: with rays to probe by, preparing took two minutes.
+#[test]
+fn two_hundred_thousand_nodes_under_one_another_are_prepared() {
+    let count = 200_000;
+    let node = |i: usize| match i + 1 {
+        next if next < count => format!(r#"{{"mesh":0,"children":[{next}]}}"#),
+        _ => r#"{"mesh":0}"#.to_owned(),
+    };
+    let nodes: Vec<String> = (0..count).map(node).collect();
+    let members = format!(
+        r#""scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{}],"buffers":[{{"byteLength":36}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}]"#,
+        nodes.join(",")
+    );
+    let mut desc = import(glb(&members, &floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]))).unwrap();
+    desc.integrator = IntegratorDesc::Path(PathDesc::default());
+    let scene = desc.prepare(&PrepareOptions::default()).unwrap();
+    assert_eq!(scene.scene.stats.primitives, count as u64);
+    assert!(!scene.integrator.shares_paths());
 }

@@ -1,15 +1,16 @@
 //! Textures: which image, how it is sampled, where it lies.
 
-use super::images::Images;
-use super::json::{Document, Index, Texture, TextureInfo};
 use std::collections::BTreeMap;
+
 use turner::color::Spectrum;
 use turner::math::elementary::sin_cos;
-use turner::scene::transform::Transform;
-use turner::scene::{ColorSource, Named, TextureId};
+use turner::schema::{ColorSource, Named, TextureId};
 use turner::texture::{
-    Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, ProductDesc, TextureDesc, VertexColorDesc, Wrap,
+    Encoding, ImageChannel, ImageDesc, ImageFilter, ProductDesc, TextureDesc, VertexColorDesc, Wrap,
 };
+
+use super::images::Images;
+use super::json::{Document, Index, Texture, TextureInfo};
 
 /// OpenGL's numbers.
 const NEAREST: u32 = 9728;
@@ -126,20 +127,15 @@ impl Textures {
         Some(self.add(TextureDesc::Image(ImageDesc {
             file,
             filter,
-            wrap: Wrap::Repeat,
             wrap_u: Some(wrap(sampler.and_then(|s| s.wrap_s))),
             wrap_v: Some(wrap(sampler.and_then(|s| s.wrap_t))),
-            gain: 1.0,
-            density: 1.0,
-            mapping: Mapping::Uv,
-            blend: 4.0,
-            transform: Transform::IDENTITY,
             uv_matrix: uv_matrix(info),
             channel: as_what.channel,
             encoding: as_what.encoding,
             tint: as_what.factor,
             offset: Spectrum::grey(as_what.offset),
             uv_set: uv_set(info),
+            ..ImageDesc::default()
         })))
     }
 

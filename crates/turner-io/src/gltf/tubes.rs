@@ -1,10 +1,11 @@
 //! Lines as surfaces: thin tubes. The specification gives them the width of a pixel (glTF 2.0 §3.7.2.1), which a ray
 //! cannot meet.
 
+use turner::math::{DVec3, Frame};
+use turner::schema::MeshData;
+
 use super::budget::Budget;
 use super::fault::Outcome;
-use turner::math::{DVec3, Frame};
-use turner::shape::mesh::MeshData;
 
 /// Radius of a tube, as a share of the longest side of the box around all lines.
 const TUBE: f64 = 1.0 / 1000.0;

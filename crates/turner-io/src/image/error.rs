@@ -1,7 +1,10 @@
 //! What can be wrong with a picture.
 
+use turner::schema::{ErrorCode, Remedy, SceneError};
+
 use super::ImageFormat;
 use crate::assets::printable;
+use crate::scene::two_lines;
 
 /// Why a picture could not be read or written: the file, what was found, what was expected, the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -34,7 +37,7 @@ pub enum ImageError {
         remedy: &'static str,
     },
     /// The picture claims a size beyond the limits, or more pixels than its bytes can hold.
-    #[error("{name}: {format} of {width} x {height} pixels {problem}\n  {remedy}")]
+    #[error("{name}: {format} of {width} x {height} pixels {problem}\n  {help}")]
     Size {
         /// The file.
         name: String,
@@ -47,7 +50,7 @@ pub enum ImageError {
         /// What is wrong with that.
         problem: String,
         /// What to do.
-        remedy: &'static str,
+        help: SizeHelp,
     },
     /// The file breaks the rules of its format.
     #[error("{name}: damaged {format}: {problem}\n  export or download it again")]
@@ -89,7 +92,50 @@ pub enum ImageError {
     },
 }
 
+/// What to do about a picture of a size that is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SizeHelp {
+    /// It has no pixels.
+    #[error("export or download it again")]
+    Empty,
+    /// No file of this length holds so much.
+    #[error("the file is damaged: export or download it again")]
+    Damaged,
+    /// This machine cannot hold it.
+    #[error("scale it down")]
+    Machine,
+    /// It has more columns, rows or pixels than a picture may have.
+    #[error("scale it down, or raise the limit of sizes of pictures")]
+    Sides,
+    /// It takes more memory than there may be.
+    #[error("scale it down, or raise the limit of memory")]
+    Memory,
+    /// It is packed so well that nobody can have meant it.
+    #[error("scale it down, or say that pictures of such a size are meant")]
+    Packed,
+}
+
+impl SizeHelp {
+    /// What a program can do about it.
+    pub fn remedy(self) -> Option<Remedy> {
+        match self {
+            SizeHelp::Empty | SizeHelp::Damaged | SizeHelp::Machine => None,
+            SizeHelp::Sides | SizeHelp::Packed => Some(Remedy::LargerPictures),
+            SizeHelp::Memory => Some(Remedy::MoreMemory),
+        }
+    }
+}
+
 impl ImageError {
+    /// As an error of the scene that shows the picture.
+    pub fn to_scene_error(&self) -> SceneError {
+        let error = two_lines(ErrorCode::Image, &self.to_string());
+        match self {
+            ImageError::Size { help, .. } => error.remedy(help.remedy()),
+            _ => error,
+        }
+    }
+
     pub(super) fn damaged(name: &str, format: ImageFormat, problem: impl ToString) -> Self {
         let problem = printable(&problem.to_string());
         Self::Damaged { name: printable(name), format: format.name(), problem }

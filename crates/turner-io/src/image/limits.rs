@@ -1,8 +1,9 @@
 //! How large a picture may claim to be, checked before any memory is reserved for it.
 
-use super::{ImageError, ImageFormat};
+use turner::schema::Limits;
+
+use super::{ImageError, ImageFormat, SizeHelp};
 use crate::assets::printable;
-use turner::scene::Limits;
 
 /// Limits on a picture that is read. The defaults hold for any texture that fits a workstation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,8 +50,6 @@ impl Default for DecodeLimits {
     }
 }
 
-const LARGE: &str = "scale it down, or raise --max-texture-size";
-
 /// A size that has passed [`DecodeLimits::check`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Checked {
@@ -80,40 +79,40 @@ impl DecodeLimits {
         pixel_bytes: u64,
         pixels_per_byte: u64,
     ) -> Result<Checked, ImageError> {
-        let fail = |problem: String, remedy| {
+        let fail = |problem: String, help| {
             let (name, format) = (printable(source.name), source.format.name());
-            Err(ImageError::Size { name, format, width, height, problem, remedy })
+            Err(ImageError::Size { name, format, width, height, problem, help })
         };
         if width == 0 || height == 0 {
-            return fail("is empty".to_owned(), "export or download it again");
+            return fail("is empty".to_owned(), SizeHelp::Empty);
         }
         let (Ok(w), Ok(h)) = (u32::try_from(width), u32::try_from(height)) else {
-            return fail(format!("exceeds {} on a side", self.max_side), "the file is damaged");
+            return fail(format!("exceeds {} on a side", self.max_side), SizeHelp::Damaged);
         };
         if w > self.max_side || h > self.max_side {
-            return fail(format!("exceeds {} on a side", self.max_side), LARGE);
+            return fail(format!("exceeds {} on a side", self.max_side), SizeHelp::Sides);
         }
         // Both sides are below 2^32: the product fits a u64.
         let pixels = width * height;
         if pixels > self.max_pixels {
-            return fail(format!("exceeds {} pixels", self.max_pixels), LARGE);
+            return fail(format!("exceeds {} pixels", self.max_pixels), SizeHelp::Sides);
         }
         if pixels.checked_mul(pixel_bytes).is_none_or(|b| b > self.max_bytes) {
             let problem = format!("at {pixel_bytes} bytes each exceeds {} bytes", self.max_bytes);
-            return fail(problem, "scale it down, or raise --max-memory");
+            return fail(problem, SizeHelp::Memory);
         }
         if pixels > (source.bytes as u64).saturating_mul(pixels_per_byte) {
             let problem = format!("cannot be held in a file of {} bytes", source.bytes);
-            return fail(problem, "the file is damaged: export or download it again");
+            return fail(problem, SizeHelp::Damaged);
         }
         let bytes = pixels.saturating_mul(pixel_bytes);
         let packed = bytes > SUSPICIOUS && bytes / PACKED > source.bytes as u64;
         if packed && (w > self.meant_side || h > self.meant_side) {
             let problem = format!("becomes {bytes} bytes from {} in the file", source.bytes);
-            return fail(problem, "scale it down; --max-texture-size PIXELS says that such a size is meant");
+            return fail(problem, SizeHelp::Packed);
         }
         let Ok(pixels) = usize::try_from(pixels) else {
-            return fail("exceeds this machine's memory".to_owned(), "scale it down");
+            return fail("exceeds this machine's memory".to_owned(), SizeHelp::Machine);
         };
         Ok(Checked { width: w, height: h, pixels })
     }

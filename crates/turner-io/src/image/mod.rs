@@ -36,7 +36,7 @@ pub mod webp;
 
 pub use contain::silence_contained_panics;
 pub use decode_all::{ColorOrData, EncodedPicture, decode_all};
-pub use error::ImageError;
+pub use error::{ImageError, SizeHelp};
 pub use format::ImageFormat;
 pub use kept::KeptPictures;
 pub use limits::DecodeLimits;

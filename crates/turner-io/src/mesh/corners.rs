@@ -1,9 +1,11 @@
 //! Corners that name position, (u, v) and normal apart, made into vertices: one per distinct corner.
 
+use std::collections::HashMap;
+
+use turner::schema::MeshData;
+
 use super::MeshError;
 use super::error::{push, reserve};
-use std::collections::HashMap;
-use turner::shape::mesh::MeshData;
 
 /// No (u, v) or normal given.
 const NONE: u32 = u32::MAX;

@@ -1,11 +1,12 @@
 //! What can be wrong with a mesh file.
 
+use std::path::Path;
+
+use turner::schema::error::suggestion;
+
 use super::Place;
 use crate::assets::printable;
-use crate::scene::SceneFormat;
-use crate::scene::nearest_mesh_extension;
-use std::path::Path;
-use turner::scene::error::suggestion;
+use crate::scene::{SceneFormat, nearest_mesh_extension};
 
 /// Why a mesh could not be read: the file, what was found, what was expected, the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,28 +1,27 @@
 //! Whole scenes from files of meshes: one object with its materials and pictures.
 
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+
+use turner::color::{Spectrum, Transfer};
+use turner::description::{ImportSummary, ObjectContent, ObjectDesc, SceneDesc};
+use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
+use turner::schema::{
+    Asset, ColorSource, ErrorCode, MaterialId, MeshData, MeshId, Named, SceneError, Transform, Warning,
+    WarningKind,
+};
+use turner::shape::mesh::MeshDesc;
+use turner::shape::{PointsDesc, ShapeDesc};
+use turner::texture::{Encoding, ImageDesc, TextureDesc, VertexColorDesc};
+
 use super::error::shortened;
 use super::mtl::{self, MtlMaterial, physical};
 use super::pictures::Pictures;
 use super::{MeshError, ReadMesh, drop_not_finite, need, obj, ply, stl, warning};
 use crate::assets::{AssetSource, printable};
 use crate::image::ColorOrData;
-use crate::import::{ImportOptions, empty_scene};
+use crate::import::ImportOptions;
 use crate::scene::two_lines;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::sync::Arc;
-use turner::color::{Spectrum, Transfer};
-use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::transform::Transform;
-use turner::scene::{
-    Asset, ColorSource, ImportSummary, MaterialId, MeshId, Named, ObjectContent, ObjectDesc, SceneDesc,
-    Warning, WarningKind,
-};
-use turner::shape::mesh::{MeshData, MeshDesc};
-use turner::shape::{PointsDesc, ShapeDesc};
-use turner::texture::{
-    Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc, Wrap,
-};
 
 /// Most bytes of a library of materials: 256 MiB.
 const MAX_LIBRARY: u64 = 1 << 28;
@@ -137,25 +136,8 @@ fn display_color(rgb: [u8; 3]) -> ColorSource {
     ColorSource::Constant(Spectrum::new(r, g, b))
 }
 
-fn color_picture(file: turner::scene::ImageId) -> ImageDesc {
-    ImageDesc {
-        file,
-        filter: ImageFilter::Mipmap,
-        wrap: Wrap::Repeat,
-        wrap_u: None,
-        wrap_v: None,
-        gain: 1.0,
-        density: 1.0,
-        mapping: Mapping::Uv,
-        blend: 4.0,
-        transform: Transform::IDENTITY,
-        uv_matrix: None,
-        channel: ImageChannel::Rgb,
-        encoding: Encoding::Srgb,
-        tint: Spectrum::WHITE,
-        offset: Spectrum::BLACK,
-        uv_set: 0,
-    }
+fn color_picture(file: turner::schema::ImageId) -> ImageDesc {
+    ImageDesc { file, encoding: Encoding::Srgb, ..ImageDesc::default() }
 }
 
 /// A scene in the making.
@@ -169,7 +151,12 @@ struct Import {
 impl Import {
     fn new(uri: &str, format: &'static str) -> Result<Import, SceneError> {
         let summary = ImportSummary { file: printable(uri), format, counts: Vec::new() };
-        Ok(Import { scene: empty_scene()?, pictures: Pictures::default(), summary, uri: uri.to_owned() })
+        Ok(Import {
+            scene: SceneDesc::default(),
+            pictures: Pictures::default(),
+            summary,
+            uri: uri.to_owned(),
+        })
     }
 
     fn count(&mut self, what: &'static str, count: u64) {

@@ -26,8 +26,8 @@ pub(crate) use number::{parse_f64 as parse_number, quick_f64 as quick_number, qu
 use crate::assets::printable;
 use crate::scene::SceneFormat;
 use std::path::Path;
-use turner::scene::{Warning, WarningKind};
-use turner::shape::mesh::MeshData;
+use turner::schema::MeshData;
+use turner::schema::{Warning, WarningKind};
 
 /// A mesh and what was ignored while reading it.
 #[derive(Clone, Debug, Default, PartialEq)]

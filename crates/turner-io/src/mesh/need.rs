@@ -1,10 +1,12 @@
 //! What it takes to read a mesh file, known before its numbers are read.
 
+use std::path::Path;
+
+use turner::schema::{Limits, SceneError};
+
 use super::ply;
 use crate::assets::printable;
 use crate::scene::SceneFormat;
-use std::path::Path;
-use turner::scene::{Limits, SceneError};
 
 /// Bytes of memory at the peak of reading per byte of the file, measured on files of millions of triangles.
 const OBJ: u64 = 2;

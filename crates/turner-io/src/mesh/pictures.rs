@@ -3,15 +3,17 @@
 //! Files of other people name pictures by paths of their own machines. One that is not where it should be is looked for
 //! beside the file that names it; one that is not there either is reported, and left out.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use turner::image::Image;
+use turner::schema::{Asset, ColorSource, ImageId, Named, TextureId, Warning, WarningKind};
+use turner::texture::TextureDesc;
+
 use super::error::shortened;
 use crate::assets::{AssetSource, printable};
 use crate::image::{ColorOrData, DecodeLimits, EncodedPicture, decode_all};
 use crate::import::ImportOptions;
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use turner::image::Image;
-use turner::scene::{Asset, ColorSource, ImageId, Named, TextureId, Warning, WarningKind};
-use turner::texture::TextureDesc;
 
 /// Most bytes of a picture in its file: 1 GiB.
 const MAX_FILE: u64 = 1 << 30;

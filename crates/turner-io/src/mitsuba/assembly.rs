@@ -1,5 +1,11 @@
 //! The scene as it comes about: its elements, what was made of them, and the lists of every import.
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::{Deref, DerefMut};
+use std::rc::Rc;
+
+use turner::schema::{ColorSource, GroupId, MediumId};
+
 use super::document::{Document, candidates, read_file};
 use super::frame::Frame;
 use super::materials::Materials;
@@ -8,10 +14,6 @@ use crate::assets::AssetSource;
 use crate::import::ImportOptions;
 use crate::whole::report::Fault;
 use crate::whole::{Place, Stock};
-use std::collections::{BTreeMap, BTreeSet};
-use std::ops::{Deref, DerefMut};
-use std::rc::Rc;
-use turner::scene::{ColorSource, GroupId, MediumId};
 
 /// The scene in the making.
 pub(super) struct Assembly<'a> {

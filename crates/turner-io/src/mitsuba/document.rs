@@ -1,12 +1,13 @@
 //! A scene file as a tree of elements: included files in their places, `$names` replaced, names of older versions made those of today.
 
+use std::collections::BTreeMap;
+
+use turner::schema::{ErrorCode, Remedy};
+
 use super::xml::{Event, Reader};
 use crate::assets::{AssetSource, printable};
-use crate::scene::two_lines;
 use crate::whole::report::Fault;
 use crate::whole::{Place, unknown};
-use std::collections::BTreeMap;
-use turner::scene::error::ErrorCode;
 
 /// Most files that include one another in a chain.
 const MAX_CHAIN: usize = 64;
@@ -297,9 +298,13 @@ impl<'a> Loader<'a> {
             let Some(name) = known.max_by_key(|k| k.len()).cloned() else {
                 let end = after.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(after.len());
                 let all: Vec<&str> = self.values.keys().map(String::as_str).collect();
-                let fault = unknown("parameter", after.get(..end).unwrap_or_default(), &all).or_at(place);
+                let missing = after.get(..end).unwrap_or_default();
+                let fault = unknown("parameter", missing, &all).or_at(place);
                 return Err(fault
-                    .help("give it by --define NAME=VALUE, or by <default name=\"NAME\" value=\"VALUE\"/>"));
+                    .help(
+                        "define it when the scene is loaded, or by <default name=\"NAME\" value=\"VALUE\"/>",
+                    )
+                    .remedy(Remedy::Define(missing.to_owned())));
             };
             rest = after.get(name.len()..).unwrap_or_default();
             if let Some((value, used)) = self.values.get_mut(&name) {
@@ -337,13 +342,7 @@ pub(super) fn read_file(
             }
         }
     }
-    let problem = first.map_or_else(|| "no file".to_owned(), |e| e.to_string());
-    let error = two_lines(ErrorCode::File, &problem);
-    let fault = Fault::new(error.code, error.message);
-    Err(match error.help {
-        Some(help) => fault.help(help),
-        None => fault,
-    })
+    Err(first.map_or_else(|| Fault::new(ErrorCode::File, "no file"), |e| e.to_scene_error().into()))
 }
 
 /// A name as it stands, and within each of the folders.

@@ -1,5 +1,12 @@
 //! Lights, and what shapes emit.
 
+use std::sync::Arc;
+
+use turner::color::Spectrum;
+use turner::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SkyDesc, SpotDesc};
+use turner::math::{DAffine3, DVec3};
+use turner::schema::{ColorSource, LightProfile, ProfileFile};
+
 use super::assembly::Assembly;
 use super::environment;
 use super::params::Object;
@@ -7,14 +14,6 @@ use super::spectra::Role;
 use super::textures::{Surface, is_source, source};
 use crate::whole::report::Fault;
 use crate::whole::{surroundings, unknown};
-use std::sync::Arc;
-use turner::color::Spectrum;
-use turner::light::{
-    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, LightProfile, PointDesc, ProfileFile,
-    ProfileUnits, SkyDesc, SpotDesc,
-};
-use turner::math::{DAffine3, DVec3};
-use turner::scene::ColorSource;
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -84,12 +83,8 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
             Some(LightDesc::Point(PointDesc {
                 position: to_world.transform_point3(own),
                 color,
-                intensity: 1.0,
                 attenuation: INVERSE_SQUARE,
-                ies: None,
-                ies_units: ProfileUnits::Relative,
-                ies_axis: DVec3::NEG_Y,
-                ies_rotation: 0.0,
+                ..PointDesc::default()
             }))
         }
         "spot" => spot(scene, object)?,
@@ -111,12 +106,9 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
             let color = light_color(scene, object, "irradiance")?;
             match direction.try_normalize() {
                 Some(direction) => Some(LightDesc::Directional(DirectionalDesc {
-                    from: None,
                     direction: Some(direction),
                     color,
-                    intensity: 1.0,
-                    angle: 0.0,
-                    seen_angle: 0.25,
+                    ..DirectionalDesc::default()
                 })),
                 None => {
                     scene.report.doubtful(place, "a directional light without a direction is left out");
@@ -181,11 +173,9 @@ fn spot(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, 
         angle: cutoff,
         penumbra: if profile.is_some() { 0.0 } else { cutoff - beam },
         color,
-        intensity: 1.0,
         attenuation: INVERSE_SQUARE,
         ies: profile.map(|data| ProfileFile { uri: String::new(), data: Arc::new(data) }),
-        ies_units: ProfileUnits::Relative,
-        ies_rotation: 0.0,
+        ..SpotDesc::default()
     })))
 }
 
@@ -207,12 +197,7 @@ fn envmap(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>
     let name = scene.picture_name(&name);
     let made = environment::picture(scene, &name, to_world.matrix3, place);
     Ok(made.map(|file| {
-        LightDesc::Environment(EnvironmentDesc {
-            file: Some(file),
-            strength,
-            rotation: 0.0,
-            tint: Spectrum::WHITE,
-        })
+        LightDesc::Environment(EnvironmentDesc { file: Some(file), strength, ..EnvironmentDesc::default() })
     }))
 }
 
@@ -274,16 +259,12 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
         scene.report.approximated(object.place, "a sun without a sky: the sky shines, too");
     }
     Ok(LightDesc::Sky(SkyDesc {
-        elevation: 35.0,
-        azimuth: 225.0,
         direction: direction.filter(|d| d.length() > 0.0),
-        air: 1.0,
         dust: (turbidity - 1.0).max(0.0) / 2.0,
-        ozone: 1.0,
         ground_albedo: albedo,
         sun: has_sun,
-        sun_angle: 0.53,
         sun_strength: if sky_scale > 0.0 && !is_sun_alone { sun_scale / sky_scale } else { 1.0 },
         strength,
+        ..SkyDesc::default()
     }))
 }

@@ -1,14 +1,16 @@
 //! Light from all around. Mitsuba puts the middles of a picture's first and last row on the poles; here a row's middle lies where its pixels' middles
 //! are. Pictures are looked up again, in the world's directions.
 
-use super::assembly::Assembly;
-use crate::whole::{Place, surroundings};
 use std::f64::consts::{PI, TAU};
+
 use turner::color::srgb_decode;
 use turner::image::Image;
 use turner::math::elementary::{acos, atan2};
 use turner::math::{DMat3, DVec3};
-use turner::scene::ImageId;
+use turner::schema::ImageId;
+
+use super::assembly::Assembly;
+use crate::whole::{Place, surroundings};
 
 /// The picture `name` seen through a transform to the world.
 pub(super) fn picture(

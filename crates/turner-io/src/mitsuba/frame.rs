@@ -1,21 +1,22 @@
 //! Sensor, film, sampler, filter and integrator.
 
+use turner::camera::{
+    CameraDesc, Handedness, MAX_SHIFT, OrthographicDesc, PinholeDesc, ThinLensDesc, Viewport,
+};
+use turner::description::SceneDesc;
+use turner::film::Antialias;
+use turner::filter::FilterKind;
+use turner::integrator::{DepthDesc, DepthMeasure, IntegratorDesc, PathDesc};
+use turner::math::elementary::{atan2, tan};
+use turner::math::{DAffine3, DVec2, DVec3, radians};
+use turner::schema::{ErrorCode, MediumId, Named};
+
 use super::assembly::Assembly;
 use super::media;
 use super::params::Object;
 use crate::assets::printable;
 use crate::whole::report::{Fault, Report};
 use crate::whole::{is_sound, unknown};
-use turner::camera::{
-    CameraDesc, Handedness, MAX_SHIFT, OrthographicDesc, PinholeDesc, ThinLensDesc, Viewport,
-};
-use turner::film::Antialias;
-use turner::filter::FilterKind;
-use turner::integrator::{IntegratorDesc, PathDesc};
-use turner::math::elementary::{atan2, tan};
-use turner::math::{DAffine3, DVec2, DVec3, radians};
-use turner::scene::error::ErrorCode;
-use turner::scene::{MediumId, Named, SceneDesc};
 
 /// Most columns or rows.
 const MAX_SIDE: i64 = 65536;
@@ -30,7 +31,9 @@ pub(super) struct Frame {
     crop: Option<[u32; 4]>,
     samples: u32,
     filter: (FilterKind, f64),
-    max_depth: u32,
+    integrator: IntegratorDesc,
+    /// In stops.
+    exposure: f64,
     /// The medium that the camera stands in.
     pub(super) medium: Option<MediumId>,
 }
@@ -43,10 +46,16 @@ impl Default for Frame {
             crop: None,
             samples: 4,
             filter: (FilterKind::Gaussian, 1.5),
-            max_depth: NO_LIMIT,
+            integrator: paths(NO_LIMIT),
+            exposure: 0.0,
             medium: None,
         }
     }
+}
+
+/// Light followed by paths of so many surfaces.
+fn paths(max_depth: u32) -> IntegratorDesc {
+    IntegratorDesc::Path(PathDesc { max_depth, ..PathDesc::default() })
 }
 
 /// Takes an integrator; those within others count.
@@ -83,7 +92,12 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
             scene.report.approximated(object.place, message);
             object.pass_all();
         }
-        "aov" | "moment" | "stokes" | "depth" | "adaptive" | "irrcache" => {
+        "depth" => {
+            object.pass_all();
+            scene.frame.integrator = IntegratorDesc::Depth(DepthDesc { measure: DepthMeasure::Distance });
+            return Ok(());
+        }
+        "aov" | "moment" | "stokes" | "adaptive" | "irrcache" => {
             let message = format!("{}: light is followed by paths", object.title());
             scene.report.ignored(object.place, message);
             object.pass_all();
@@ -101,7 +115,7 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
     if object.boolean("strict_normals")?.unwrap_or(false) {
         object.pass(&["strict_normals"]);
     }
-    scene.frame.max_depth = max_depth;
+    scene.frame.integrator = paths(max_depth);
     scene.finish(object);
     Ok(())
 }
@@ -152,10 +166,9 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                     distance,
                     shift,
                     lens_radius: radius,
-                    blades: 0,
-                    blade_rotation: 0.0,
                     focus: Some(focus),
                     near,
+                    ..ThinLensDesc::default()
                 })
             } else {
                 CameraDesc::Pinhole(PinholeDesc {
@@ -288,6 +301,11 @@ fn film(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
     let (cw, ch) =
         (part("crop_width")?.unwrap_or(w).clamp(1, w - x), part("crop_height")?.unwrap_or(h).clamp(1, h - y));
     frame.crop = ([x, y, cw, ch] != [0, 0, w, h]).then_some([x, y, cw, ch]);
+    // Of Mitsuba 0.6, with a gamma curve; Reinhard's curve has a key instead.
+    let exposure = object.float("exposure")?.filter(|v| v.is_finite());
+    if object.kind == "ldrfilm" && object.string("tonemap_method")? != Some("reinhard") {
+        scene.frame.exposure = exposure.unwrap_or(0.0).clamp(-64.0, 64.0);
+    }
     // The output is named on the command line, and its format is its choice.
     object.pass(&[
         "file_format",
@@ -300,7 +318,6 @@ fn film(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
         "compensate",
         "attach_log",
         "gamma",
-        "exposure",
         "tonemap_method",
         "key",
         "burn",
@@ -369,8 +386,8 @@ impl Frame {
         film.samples = self.samples;
         (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
         film.transfer = turner::color::Transfer::Srgb;
-        scene.integrator =
-            IntegratorDesc::Path(PathDesc { max_depth: self.max_depth, ..PathDesc::default() });
+        film.exposure = self.exposure;
+        scene.integrator = self.integrator;
         let camera = self.camera.map(|value| Named { name: None, span: None, value });
         scene.cameras = camera.iter().cloned().collect();
         scene.camera = camera;

@@ -1,5 +1,10 @@
 //! BSDFs that scatter by themselves, as the physical material.
 
+use turner::color::Spectrum;
+use turner::material::PrincipledMaterial;
+use turner::material::metals::{MetalColors, colors_of_index};
+use turner::schema::ColorSource;
+
 use super::assembly::Assembly;
 use super::materials::{color_of, grey, number_of};
 use super::metals;
@@ -9,11 +14,6 @@ use super::textures::Surface;
 use crate::spectral::metal_of_index;
 use crate::whole::report::Fault;
 use crate::whole::{Through, inner_reflectance, map_values, one_facet_alone, product, unknown};
-use std::f64::consts::FRAC_PI_2;
-use turner::color::Spectrum;
-use turner::material::PrincipledMaterial;
-use turner::material::metals::{MetalColors, colors_of_index};
-use turner::scene::ColorSource;
 
 /// BSDFs that are known and not shown.
 const UNSUPPORTED: &[&str] = &[
@@ -432,5 +432,5 @@ pub(super) fn stretched(u: f64, v: f64, surface: &mut PrincipledMaterial) {
     let ratio = short / long;
     surface.specular_roughness = grey((long / (2.0 / (1.0 + ratio * ratio)).sqrt()).sqrt().min(1.0));
     surface.specular_roughness_anisotropy = grey(1.0 - ratio);
-    surface.anisotropy_rotation = if u >= v { 0.0 } else { FRAC_PI_2 };
+    surface.anisotropy_rotation = if u >= v { 0.0 } else { 90.0 };
 }

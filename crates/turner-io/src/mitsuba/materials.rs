@@ -1,6 +1,14 @@
 //! BSDFs as materials: one for each way in which shapes use them: with light, with a medium inside, with coordinates of this or that kind. What
 //! stands around a BSDF (`twosided`, `mask`, `bumpmap`, `normalmap`) is gathered on the way in.
 
+use std::collections::BTreeMap;
+
+use turner::color::Spectrum;
+use turner::material::{
+    AlphaMode, BoundaryMaterial, BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial,
+};
+use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
+
 use super::assembly::Assembly;
 use super::emitters::Emission;
 use super::leaves;
@@ -11,13 +19,6 @@ use super::spectra::Role;
 use super::textures::{Surface, is_source, numbers, shares, source};
 use crate::whole::report::Fault;
 use crate::whole::{Place, product};
-use std::collections::BTreeMap;
-use turner::color::Spectrum;
-use turner::material::{
-    AlphaMode, BoundaryMaterial, BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial,
-};
-use turner::scene::error::ErrorCode;
-use turner::scene::{ColorSource, MaterialId, MediumId, Named};
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;

@@ -1,17 +1,18 @@
 //! Participating media, and the grids of their densities (.vol files).
 
+use std::sync::Arc;
+
+use turner::color::Spectrum;
+use turner::math::{DAffine3, DVec3};
+use turner::medium::{GridMedium, HomogeneousMedium, MediumDesc};
+use turner::schema::{ErrorCode, GridData, GridFile, MediumId, Named};
+
 use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{Role, color};
 use crate::assets::printable;
 use crate::whole::report::Fault;
 use crate::whole::unknown;
-use std::sync::Arc;
-use turner::color::Spectrum;
-use turner::math::{DAffine3, DVec3};
-use turner::medium::{GridBorder, GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
-use turner::scene::error::ErrorCode;
-use turner::scene::{MediumId, Named};
 
 /// Most bytes of a grid.
 const MAX_GRID: u64 = 2 << 30;
@@ -104,12 +105,10 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
 fn homogeneous(density: f64, extinction: Spectrum, albedo: Spectrum, anisotropy: f64) -> MediumDesc {
     MediumDesc::Homogeneous(HomogeneousMedium {
         density,
-        extinction: None,
-        albedo: None,
         absorption: Some(extinction * albedo.map(|v| 1.0 - v)),
         scattering: Some(extinction * albedo),
         anisotropy,
-        emission: Spectrum::BLACK,
+        ..HomogeneousMedium::default()
     })
 }
 
@@ -125,14 +124,11 @@ fn gridded(
         file,
         min,
         max,
-        border: GridBorder::Extend,
         density,
         extinction: Some(extinction),
         albedo: Some(albedo),
-        absorption: None,
-        scattering: None,
         anisotropy,
-        emission: Spectrum::BLACK,
+        ..GridMedium::default()
     })
 }
 

@@ -1,5 +1,9 @@
 //! Meshes: of files, and those that shapes stand for.
 
+use turner::math::DVec3;
+use turner::math::elementary::acos;
+use turner::schema::{ErrorCode, MeshData, MeshId};
+
 use super::assembly::Assembly;
 use super::params::Object;
 use super::serialized;
@@ -8,11 +12,6 @@ use crate::assets::printable;
 use crate::mesh;
 use crate::whole::orient;
 use crate::whole::report::Fault;
-use turner::math::DVec3;
-use turner::math::elementary::acos;
-use turner::scene::MeshId;
-use turner::scene::error::ErrorCode;
-use turner::shape::mesh::MeshData;
 
 /// Most bytes of a file.
 const MAX_FILE: u64 = 16 << 30;

@@ -26,16 +26,17 @@ mod textures;
 mod transform;
 mod xml;
 
-use crate::assets::{AssetSource, printable};
-use crate::import::{ImportOptions, empty_scene};
-use crate::whole::report::Fault;
-use crate::whole::{Stock, fill_open};
 use assembly::Assembly;
 use document::Loader;
 use params::Object;
+use turner::description::{ImportSummary, SceneDesc};
 use turner::material::MaterialDesc;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{ImportSummary, Named, SceneDesc};
+use turner::schema::{Named, SceneError};
+
+use crate::assets::{AssetSource, printable};
+use crate::import::ImportOptions;
+use crate::whole::report::Fault;
+use crate::whole::{Stock, fill_open};
 
 /// Most bytes of the file itself.
 const MAX_FILE: u64 = 256 << 20;
@@ -46,8 +47,7 @@ pub(crate) fn import(
     assets: &dyn AssetSource,
     options: &ImportOptions,
 ) -> Result<SceneDesc, SceneError> {
-    let bytes =
-        assets.read(uri, MAX_FILE).map_err(|e| crate::scene::two_lines(ErrorCode::File, &e.to_string()))?;
+    let bytes = assets.read(uri, MAX_FILE).map_err(|e| e.to_scene_error())?;
     import_from(bytes, uri, assets, options)
 }
 
@@ -70,7 +70,7 @@ pub(crate) fn import_from(
 /// Makes everything that stands in the scene itself.
 fn fill(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     for name in scene.document.unused.clone() {
-        let message = format!("--define {}: the scene asks for no such name", printable(&name));
+        let message = format!("the definition of \"{}\": the scene asks for no such name", printable(&name));
         scene.report.ignored_anywhere(message);
     }
     let root = Object::new(&scene.document, 0)?;
@@ -94,7 +94,7 @@ fn fill(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
 }
 
 fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result<SceneDesc, SceneError> {
-    let mut scene = empty_scene()?;
+    let mut scene = SceneDesc::default();
     let count = |n: usize| n as u64;
     let counts = vec![
         ("files", count(assembly.files.len())),

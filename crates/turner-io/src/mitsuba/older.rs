@@ -1,6 +1,10 @@
 //! BSDFs of Mitsuba 0.6 that later versions lack: Phong's and Ward's (Ward, "Measuring and modeling anisotropic reflection", 1992), coats, sums of several,
 //! and what lets diffuse light through.
 
+use turner::color::Spectrum;
+use turner::material::{MaterialDesc, MixMaterial, PrincipledMaterial};
+use turner::schema::{ColorSource, ErrorCode};
+
 use super::assembly::Assembly;
 use super::leaves::stretched;
 use super::materials::{Use, color_of, grey, number_of};
@@ -9,10 +13,6 @@ use super::spectra::{Role, index};
 use super::textures::source;
 use crate::whole::report::Fault;
 use crate::whole::{Through, map_values};
-use turner::color::Spectrum;
-use turner::material::{MaterialDesc, MixMaterial, PrincipledMaterial};
-use turner::scene::ColorSource;
-use turner::scene::error::ErrorCode;
 
 /// Most BSDFs of a sum.
 const MAX_PARTS: usize = 64;

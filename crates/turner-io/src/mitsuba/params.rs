@@ -1,16 +1,18 @@
 //! What stands within an element: named values and other objects. Who takes something asks for it; what nobody asks for is reported, with
 //! the nearest name that was asked for.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+use turner::math::{DAffine3, DVec3};
+use turner::schema::ErrorCode;
+
 use super::document::{Document, Node};
 use super::transform;
 use crate::assets::{nearest, printable};
 use crate::whole::Place;
 use crate::whole::report::{Fault, Report};
-use std::cell::RefCell;
-use std::collections::BTreeSet;
-use std::rc::Rc;
-use turner::math::{DAffine3, DVec3};
-use turner::scene::error::ErrorCode;
 
 /// The elements that are objects, with a `type`.
 pub(super) const OBJECTS: &[&str] = &[

@@ -7,8 +7,9 @@
 //! file    meshes, offset of each (version 3: u32, version 4: u64), u32 count
 //! ```
 
+use turner::schema::MeshData;
+
 use crate::gzip;
-use turner::shape::mesh::MeshData;
 
 const NORMALS: u32 = 0x0001;
 const UVS: u32 = 0x0002;

@@ -1,20 +1,21 @@
 //! Shapes: spheres, rectangles, disks and cylinders as they are, all others as triangles.
 
+use std::f64::consts::PI;
+
+use turner::description::ObjectContent;
+use turner::math::{DAffine3, DVec3};
+use turner::schema::{ErrorCode, GroupId, MaterialId, MeshData, MeshId};
+use turner::shape::mesh::MeshDesc;
+use turner::shape::{CylinderDesc, DiskDesc, RectangleDesc, ShapeDesc, SphereDesc};
+
 use super::assembly::Assembly;
-use super::emitters;
 use super::materials::Use;
-use super::media;
 use super::meshes::{self, Made};
 use super::params::Object;
 use super::textures::Surface;
+use super::{emitters, media};
 use crate::whole::report::Fault;
 use crate::whole::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
-use std::f64::consts::PI;
-use turner::math::{DAffine3, DVec3};
-use turner::scene::error::ErrorCode;
-use turner::scene::{GroupId, MaterialId, MeshId, ObjectContent};
-use turner::shape::mesh::{MeshData, MeshDesc};
-use turner::shape::{CylinderDesc, DiskDesc, RectangleDesc, ShapeDesc, SphereDesc};
 
 /// Shapes that are known and not shown.
 const UNSUPPORTED: &[&str] = &[

@@ -1,14 +1,14 @@
 //! Colours: `rgb`, numbers, spectra by wavelength, black bodies. As Mitsuba has them where it computes with red, green and blue.
 
+use turner::color::{Spectrum, srgb_decode};
+use turner::schema::ErrorCode;
+
 use super::assembly::Assembly;
 use super::params::{Object, number, numbers};
 use crate::assets::printable;
 use crate::spectral::{self, Sampled};
-use crate::whole::Place;
 use crate::whole::report::Fault;
-use crate::whole::unknown;
-use turner::color::{Spectrum, srgb_decode};
-use turner::scene::error::ErrorCode;
+use crate::whole::{Place, unknown};
 
 /// Most bytes of a file of a spectrum.
 const MAX_SPD: u64 = 1 << 24;

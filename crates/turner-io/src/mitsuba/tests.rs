@@ -1,17 +1,18 @@
 //! Small scenes, and what becomes of them.
 
-use super::import_from;
-use crate::assets::MemoryAssets;
-use crate::import::ImportOptions;
 use turner::camera::{CameraDesc, Handedness, Viewport};
+use turner::description::{ObjectContent, SceneDesc};
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::DVec3;
 use turner::medium::MediumDesc;
-use turner::scene::error::SceneError;
-use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
+use turner::schema::{ColorSource, SceneError, WarningKind};
 use turner::texture::TextureDesc;
+
+use super::import_from;
+use crate::assets::MemoryAssets;
+use crate::import::ImportOptions;
 
 fn read(inner: &str) -> Result<SceneDesc, SceneError> {
     let text = format!("<scene version=\"3.0.0\">\n{inner}\n</scene>");

@@ -1,22 +1,22 @@
 //! Textures. In Mitsuba row 0 of a picture lies at v = 0, here at v = 1. What v a shape here has depends on the shape ([`Surface`]).
 
+use std::sync::Arc;
+
+use turner::color::{Spectrum, srgb_decode};
+use turner::image::{Image, Pixels};
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::schema::{ColorSource, ErrorCode, ImageId, Transform};
+use turner::texture::{
+    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
+    Wrap,
+};
+
 use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{COLORS, Role, color};
 use crate::assets::printable;
 use crate::whole::report::Fault;
 use crate::whole::{Place, is_sound, product, unknown};
-use std::sync::Arc;
-use turner::color::{Spectrum, srgb_decode};
-use turner::image::{Image, Pixels};
-use turner::math::{DAffine3, DMat3, DVec3};
-use turner::scene::error::ErrorCode;
-use turner::scene::transform::Transform;
-use turner::scene::{ColorSource, ImageId};
-use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
-    Wrap,
-};
 
 /// Most textures within one another.
 const MAX_DEPTH: u32 = 16;
@@ -232,20 +232,12 @@ fn picture(
     let desc = ImageDesc {
         file,
         filter: if nearest { ImageFilter::Nearest } else { ImageFilter::Mipmap },
-        wrap: Wrap::Repeat,
         wrap_u: u.filter(|w| *w != Wrap::Repeat),
         wrap_v: v.filter(|w| *w != Wrap::Repeat),
-        gain: 1.0,
-        density: 1.0,
-        mapping: Mapping::Uv,
-        blend: 4.0,
-        transform: Transform::IDENTITY,
         uv_matrix: (rows != [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]).then_some(rows),
         channel,
         encoding: if raw { Encoding::Linear } else { Encoding::Srgb },
-        tint: Spectrum::WHITE,
-        offset: Spectrum::BLACK,
-        uv_set: 0,
+        ..ImageDesc::default()
     };
     Ok(scene.texture(TextureDesc::Image(desc)))
 }

@@ -1,13 +1,14 @@
 //! Transforms as files write them: a list of steps, of which the first is done first. Points are columns.
 
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::schema::ErrorCode;
+use turner::schema::transform::rotation;
+
 use super::document::{Document, Node};
 use super::params::numbers;
 use crate::assets::printable;
 use crate::whole::report::Fault;
 use crate::whole::unknown;
-use turner::math::{DAffine3, DMat3, DVec3};
-use turner::scene::error::ErrorCode;
-use turner::scene::transform::rotation;
 
 /// Most steps of one transform.
 const MAX_STEPS: usize = 4096;

@@ -1,10 +1,11 @@
 //! XML as scenes use it: elements with attributes, comments, the five named entities and numbered ones. No document types, hence no
 //! entities of a file's own and none from outside; text between elements means nothing.
 
+use turner::schema::ErrorCode;
+
 use crate::assets::printable;
 use crate::whole::Place;
 use crate::whole::report::Fault;
-use turner::scene::error::ErrorCode;
 
 /// Most attributes of one element.
 const MAX_ATTRIBUTES: usize = 64;

@@ -1,5 +1,11 @@
 //! The scene as it comes about: what directives name, and the lists of every import.
 
+use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
+
+use turner::description::ObjectContent;
+use turner::schema::{ColorSource, MaterialId, MediumId};
+
 use super::frame::Frame;
 use super::layers::Layers;
 use super::materials::Materials;
@@ -9,9 +15,6 @@ use super::state::State;
 use crate::assets::AssetSource;
 use crate::import::ImportOptions;
 use crate::whole::Stock;
-use std::collections::BTreeMap;
-use std::ops::{Deref, DerefMut};
-use turner::scene::{ColorSource, MaterialId, MediumId, ObjectContent};
 
 /// What a named texture is.
 #[derive(Clone, Copy, Debug, PartialEq)]

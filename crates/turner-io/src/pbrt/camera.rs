@@ -1,18 +1,18 @@
 //! Cameras.
 
+use turner::camera::{
+    CameraDesc, EquirectangularDesc, Handedness, MAX_SHIFT, OrthographicDesc, PinholeDesc, ThinLensDesc,
+    Viewport,
+};
+use turner::math::{DVec2, DVec3};
+use turner::schema::{ErrorCode, Named};
+
 use super::assembly::Assembly;
 use super::params::Params;
 use super::report::Fault;
 use super::state::State;
 use super::transform::{half_height, is_sound};
 use crate::assets::printable;
-use turner::camera::{
-    CameraDesc, EquirectangularDesc, Handedness, MAX_SHIFT, OrthographicDesc, PinholeDesc, ThinLensDesc,
-    Viewport,
-};
-use turner::math::{DVec2, DVec3};
-use turner::scene::Named;
-use turner::scene::error::ErrorCode;
 
 /// Where a camera is and how it lies.
 struct Pose {
@@ -193,10 +193,9 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
             distance,
             shift: screen.shift,
             lens_radius: radius * unit,
-            blades: 0,
-            blade_rotation: 0.0,
             focus: Some(focus * unit),
             near,
+            ..ThinLensDesc::default()
         }),
     }
 }

@@ -1,5 +1,11 @@
 //! What each directive does.
 
+use std::rc::Rc;
+
+use turner::description::ObjectContent;
+use turner::math::DAffine3;
+use turner::schema::ErrorCode;
+
 use super::reader::Reader;
 use super::report::Fault;
 use super::source::Place;
@@ -7,10 +13,6 @@ use super::state::{ColorSpace, IDENTITY, Target};
 use super::{lights, media, shapes, textures, transform};
 use crate::assets::{nearest, printable};
 use crate::whole::unknown;
-use std::rc::Rc;
-use turner::math::DAffine3;
-use turner::scene::ObjectContent;
-use turner::scene::error::ErrorCode;
 
 /// Most numbers and letters of all defaults that `Attribute` gives.
 const MAX_DEFAULTS: usize = 1 << 12;

@@ -2,15 +2,17 @@
 //!
 //! The mapping is that of Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere using SIMD".
 
-use super::assembly::Assembly;
-use super::source::Place;
-use crate::whole::surroundings;
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
+
 use turner::color::{Spectrum, srgb_decode};
 use turner::image::Image;
 use turner::math::elementary::{atan2, cos};
 use turner::math::{DMat3, DVec3};
-use turner::scene::ImageId;
+use turner::schema::ImageId;
+
+use super::assembly::Assembly;
+use super::source::Place;
+use crate::whole::surroundings;
 
 /// The picture `name` seen through a transform to the world, and its irradiance on a surface, averaged over all that face it (π for white).
 pub(super) fn equirectangular(

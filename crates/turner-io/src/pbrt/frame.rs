@@ -1,15 +1,17 @@
 //! What is said before the world: film, sampler, filter, integrator, options.
 
+use turner::camera::CameraDesc;
+use turner::color::Spectrum;
+use turner::description::SceneDesc;
+use turner::film::{Antialias, TextureFilter};
+use turner::filter::FilterKind;
+use turner::integrator::{AmbientOcclusionDesc, IntegratorDesc, PathDesc};
+use turner::schema::Named;
+
 use super::params::Params;
 use super::report::Report;
 use crate::assets::printable;
 use crate::spectral;
-use turner::camera::CameraDesc;
-use turner::color::Spectrum;
-use turner::film::Antialias;
-use turner::filter::FilterKind;
-use turner::integrator::{AmbientOcclusionDesc, IntegratorDesc, PathDesc};
-use turner::scene::{Named, SceneDesc};
 
 /// Most columns or rows.
 const MAX_SIDE: i32 = 65536;
@@ -36,6 +38,7 @@ pub(super) struct Frame {
     white: Spectrum,
     /// Whether the sensor knows times of exposure.
     has_sensor: bool,
+    texture_filter: TextureFilter,
 }
 
 impl Default for Frame {
@@ -55,6 +58,7 @@ impl Default for Frame {
             medium: String::new(),
             white: Spectrum::WHITE,
             has_sensor: true,
+            texture_filter: TextureFilter::Auto,
         }
     }
 }
@@ -200,9 +204,10 @@ impl Frame {
             ["path", "simplepath", "lightpath", "randomwalk", "sppm", "ambientocclusion", "function"];
         self.shows_media = !without_media.contains(&name);
         if name == "ambientocclusion" {
+            let distance = params.float("maxdistance").filter(|v| v.is_finite()).unwrap_or(0.0).max(0.0);
             self.integrator =
-                IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc { distance: 0.0, samples: 16 });
-            params.pass(&["cossample", "maxdistance"]);
+                IntegratorDesc::AmbientOcclusion(AmbientOcclusionDesc { distance, samples: 16 });
+            params.pass(&["cossample"]);
         } else {
             let depth = params.integer("maxdepth").unwrap_or(5).clamp(0, 100_000) as u32;
             self.integrator = IntegratorDesc::Path(PathDesc { max_depth: depth, ..PathDesc::default() });
@@ -234,14 +239,11 @@ impl Frame {
     }
 
     pub(super) fn options(&mut self, params: Params, report: &mut Report) {
+        if let Some(is_off) = params.bool("disabletexturefiltering") {
+            self.texture_filter = if is_off { TextureFilter::Off } else { TextureFilter::Auto };
+        }
         params.refuse(
-            &[
-                "disablepixeljitter",
-                "disabletexturefiltering",
-                "disablewavelengthjitter",
-                "displacementedgescale",
-                "forcediffuse",
-            ],
+            &["disablepixeljitter", "disablewavelengthjitter", "displacementedgescale", "forcediffuse"],
             "Option",
             report,
         );
@@ -265,6 +267,7 @@ impl Frame {
         film.samples = self.samples;
         film.max_sample = self.max_sample;
         (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
+        film.texture_filter = self.texture_filter;
         film.transfer = turner::color::Transfer::Srgb;
         scene.integrator = self.integrator;
         scene.cameras = self.camera.iter().cloned().collect();

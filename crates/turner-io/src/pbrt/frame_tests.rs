@@ -1,13 +1,14 @@
 //! Cameras and films of files, and what becomes of them.
 
-use super::tests::read;
 use turner::camera::{CameraDesc, Handedness, Viewport};
 use turner::filter::FilterKind;
 use turner::integrator::IntegratorDesc;
 use turner::light::LightDesc;
 use turner::math::{DVec2, DVec3};
 use turner::medium::MediumDesc;
-use turner::scene::WarningKind;
+use turner::schema::WarningKind;
+
+use super::tests::read;
 
 #[test]
 fn the_frame_is_the_files_own() {

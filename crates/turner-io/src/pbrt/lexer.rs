@@ -1,10 +1,11 @@
 //! Words, strings, brackets and numbers of pbrt's language, from a file or from the files it includes.
 
+use turner::schema::ErrorCode;
+
 use super::report::Fault;
 use super::source::{Place, Source};
 use crate::mesh::{parse_number, quick_number, quick_whole};
 use crate::whole::push;
-use turner::scene::error::ErrorCode;
 
 /// Most bytes of a word or a string.
 const MAX_WORD: usize = 1 << 12;

@@ -3,6 +3,16 @@
 //! Strengths follow pbrt: a light's spectrum is divided by its luminance (what is left of `rgb` is the colour as written), then multiplied with
 //! `scale`; `power` and `illuminance` take the place of its own strength. At last comes the exposure of the film.
 
+use std::f64::consts::{PI, TAU};
+
+use turner::color::Spectrum;
+use turner::light::{
+    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SphereLightDesc, SpotDesc,
+};
+use turner::math::elementary::{cbrt, cos};
+use turner::math::{DMat3, DVec3, radians};
+use turner::shape::ShapeDesc;
+
 use super::assembly::Assembly;
 use super::environment;
 use super::params::Params;
@@ -13,15 +23,6 @@ use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
 use crate::whole::surroundings;
-use std::f64::consts::{PI, TAU};
-use turner::color::Spectrum;
-use turner::light::{
-    Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, ProfileUnits, SphereLightDesc,
-    SpotDesc,
-};
-use turner::math::elementary::{cbrt, cos};
-use turner::math::{DMat3, DVec3, radians};
-use turner::shape::ShapeDesc;
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -57,10 +58,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
                 color,
                 intensity: sound(scale),
                 attenuation: INVERSE_SQUARE,
-                ies: None,
-                ies_units: ProfileUnits::Relative,
-                ies_axis: DVec3::NEG_Y,
-                ies_rotation: 0.0,
+                ..PointDesc::default()
             })
         }
         "spot" | "projection" => {
@@ -96,9 +94,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
                 color,
                 intensity: sound(scale),
                 attenuation: INVERSE_SQUARE,
-                ies: None,
-                ies_units: ProfileUnits::Relative,
-                ies_rotation: 0.0,
+                ..SpotDesc::default()
             })
         }
         "distant" => {
@@ -113,12 +109,10 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
                 return Ok(());
             };
             LightDesc::Directional(DirectionalDesc {
-                from: None,
                 direction: Some(direction),
                 color,
                 intensity: sound(scale),
-                angle: 0.0,
-                seen_angle: 0.25,
+                ..DirectionalDesc::default()
             })
         }
         "infinite" => {

@@ -1,6 +1,11 @@
 //! Materials. Those that shapes use are made when all has been read, for names may be used before they are defined; one for each way in
 //! which shapes use it: with light, with holes, with a medium inside.
 
+use std::collections::BTreeMap;
+
+use turner::material::{AlphaMode, BoundaryMaterial, MaterialDesc, PrincipledMaterial};
+use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
+
 use super::assembly::Assembly;
 use super::lights::Emission;
 use super::params::Params;
@@ -10,10 +15,6 @@ use super::state::{ColorSpace, State};
 use super::surfaces::{Maker, grey};
 use crate::assets::printable;
 use crate::whole::one_facet_alone;
-use std::collections::BTreeMap;
-use turner::material::{AlphaMode, BoundaryMaterial, MaterialDesc, PrincipledMaterial};
-use turner::scene::error::ErrorCode;
-use turner::scene::{ColorSource, MaterialId, MediumId, Named};
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;

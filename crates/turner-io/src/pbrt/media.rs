@@ -1,5 +1,12 @@
 //! Participating media.
 
+use std::sync::Arc;
+
+use turner::color::Spectrum;
+use turner::math::{DMat3, DVec3};
+use turner::medium::{GridBorder, GridMedium, HomogeneousMedium, MediumDesc};
+use turner::schema::{GridData, GridFile, MediumId, Named};
+
 use super::assembly::Assembly;
 use super::frame::Frame;
 use super::params::Params;
@@ -7,11 +14,6 @@ use super::report::Fault;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
-use std::sync::Arc;
-use turner::color::Spectrum;
-use turner::math::{DMat3, DVec3};
-use turner::medium::{GridBorder, GridData, GridFile, GridMedium, HomogeneousMedium, MediumDesc};
-use turner::scene::{MediumId, Named};
 
 /// Absorption and scattering per millimetre of what pbrt knows by name (Jensen et al. 2001; Narasimhan et al. 2006).
 const NAMED: &[(&str, [f64; 3], [f64; 3])] = &[
@@ -100,12 +102,11 @@ pub(super) fn define(
                         max: min.max(max) + 1e-9,
                         border: GridBorder::Fade,
                         density: scale,
-                        extinction: None,
-                        albedo: None,
                         absorption: Some(absorption),
                         scattering: Some(scattering),
                         anisotropy,
                         emission,
+                        ..GridMedium::default()
                     })
                 }
                 Err(problem) => {
@@ -146,12 +147,11 @@ fn homogeneous(
 ) -> MediumDesc {
     MediumDesc::Homogeneous(HomogeneousMedium {
         density,
-        extinction: None,
-        albedo: None,
         absorption: Some(absorption),
         scattering: Some(scattering),
         anisotropy,
         emission,
+        ..HomogeneousMedium::default()
     })
 }
 

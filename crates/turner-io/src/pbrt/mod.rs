@@ -28,17 +28,18 @@ mod tests;
 mod textures;
 mod transform;
 
-use crate::assets::{AssetSource, printable};
-use crate::gzip;
-use crate::import::{ImportOptions, empty_scene};
-use crate::scene::two_lines;
-use crate::whole::{Stock, fill_open, report};
+use std::io::Read;
+
 use assembly::Assembly;
 use reader::Reader;
 use report::Fault;
-use std::io::Read;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{ImportSummary, SceneDesc};
+use turner::description::{ImportSummary, SceneDesc};
+use turner::schema::{ErrorCode, SceneError};
+
+use crate::assets::{AssetSource, printable};
+use crate::gzip;
+use crate::import::ImportOptions;
+use crate::whole::{Stock, fill_open, report};
 
 /// Most bytes of the file itself.
 const MAX_FILE: u64 = 64 << 30;
@@ -51,7 +52,7 @@ pub(crate) fn import(
     assets: &dyn AssetSource,
     options: &ImportOptions,
 ) -> Result<SceneDesc, SceneError> {
-    let bytes = assets.open(uri, MAX_FILE).map_err(|e| two_lines(ErrorCode::File, &e.to_string()))?;
+    let bytes = assets.open(uri, MAX_FILE).map_err(|e| e.to_scene_error())?;
     import_from(bytes, uri, assets, options)
 }
 
@@ -90,9 +91,9 @@ fn opened<'a>(mut bytes: Box<dyn Read + 'a>, name: &str, left: u64) -> Result<Bo
 
 fn finish(
     assembly: Assembly<'_>,
-    materials: Vec<turner::scene::Named<turner::material::MaterialDesc>>,
+    materials: Vec<turner::schema::Named<turner::material::MaterialDesc>>,
 ) -> Result<SceneDesc, SceneError> {
-    let mut scene = empty_scene()?;
+    let mut scene = SceneDesc::default();
     let count = |n: usize| n as u64;
     let counts = vec![
         ("files", count(assembly.files.len())),

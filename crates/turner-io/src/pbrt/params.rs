@@ -1,14 +1,16 @@
 //! Lists of parameters: `"float fov" [ 45 ]`. Who takes a parameter asks for it by name; what nobody asks for is reported, with the
 //! nearest name that was asked for.
 
+use std::cell::{Cell, RefCell};
+
+use turner::math::DVec3;
+use turner::schema::ErrorCode;
+
 use super::lexer::{Lexer, Next};
 use super::report::{Fault, Report};
 use super::source::Place;
 use crate::assets::{nearest, printable};
 use crate::whole::push;
-use std::cell::{Cell, RefCell};
-use turner::math::DVec3;
-use turner::scene::error::ErrorCode;
 
 /// Most elements of one list: 2^30.
 const MAX_LIST: usize = 1 << 30;

@@ -8,12 +8,11 @@ use super::source::{Place, Source};
 use super::state::{Ctm, State};
 use super::{camera, transform};
 use crate::assets::{AssetSource, printable};
-use crate::scene::two_lines;
 pub(super) use crate::whole::unknown;
 use std::collections::BTreeMap;
 use turner::math::{DAffine3, DVec3};
-use turner::scene::GroupId;
-use turner::scene::error::ErrorCode;
+use turner::schema::ErrorCode;
+use turner::schema::GroupId;
 
 /// Most files that include one another in a chain.
 const MAX_CHAIN: usize = 64;
@@ -241,9 +240,7 @@ impl<'a> Reader<'a> {
         let name = self.name()?;
         let root = self.files.first().map_or_else(String::new, |f| f.uri.clone());
         let from = self.files.last().map_or_else(String::new, |f| f.uri.clone());
-        let fault = |e: crate::assets::AssetError| {
-            Fault::from_scene(place, two_lines(ErrorCode::File, &e.to_string()))
-        };
+        let fault = |e: crate::assets::AssetError| Fault::from_scene(place, e.to_scene_error());
         // Names are relative to the scene; some tools write them relative to the file that includes.
         let uri = self.assets.resolve(&root, &name).map_err(fault)?;
         if self.files.iter().any(|f| f.uri == uri) {

@@ -1,5 +1,8 @@
 //! Colours of parameters: `rgb`, `blackbody`, and spectra by name, by file or by wavelength.
 
+use turner::color::Spectrum;
+use turner::schema::ErrorCode;
+
 use super::assembly::Assembly;
 use super::params::{Param, Params, Type, Value};
 use super::reader::unknown;
@@ -7,8 +10,6 @@ use super::report::Fault;
 use super::state::ColorSpace;
 use crate::assets::printable;
 use crate::spectral::{self, Sampled};
-use turner::color::Spectrum;
-use turner::scene::error::ErrorCode;
 
 /// Most bytes of a file of a spectrum.
 const MAX_SPD: u64 = 1 << 24;

@@ -1,5 +1,11 @@
 //! What each type of material is here, from its parameters.
 
+use turner::color::Spectrum;
+use turner::material::metals::{MetalColors, colors_of_index};
+use turner::material::{BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial};
+use turner::math::elementary::exp;
+use turner::schema::{ColorSource, ErrorCode};
+
 use super::assembly::Assembly;
 use super::layers::Layer;
 use super::materials::Use;
@@ -12,13 +18,6 @@ use super::textures::{normal_picture, source_named};
 use crate::assets::printable;
 use crate::spectral::metal_of_index;
 use crate::whole::{Through, inner_reflectance, map_values};
-use std::f64::consts::FRAC_PI_2;
-use turner::color::Spectrum;
-use turner::material::metals::{MetalColors, colors_of_index};
-use turner::material::{BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial};
-use turner::math::elementary::exp;
-use turner::scene::ColorSource;
-use turner::scene::error::ErrorCode;
 
 /// The same for all colours.
 pub(super) fn grey(v: f64) -> ColorSource {
@@ -108,7 +107,7 @@ impl Maker<'_, '_> {
         // OpenPBR: the longer width is r²·√(2 / (1 + ratio²)).
         surface.specular_roughness = grey((long / (2.0 / (1.0 + ratio * ratio)).sqrt()).sqrt().min(1.0));
         surface.specular_roughness_anisotropy = grey(1.0 - ratio);
-        surface.anisotropy_rotation = if u >= v { 0.0 } else { FRAC_PI_2 };
+        surface.anisotropy_rotation = if u >= v { 0.0 } else { 90.0 };
         Ok(())
     }
 

@@ -1,17 +1,18 @@
 //! What files say and what becomes of it.
 
-use super::import;
-use crate::assets::MemoryAssets;
-use crate::import::ImportOptions;
 use turner::color::Spectrum;
+use turner::description::{ObjectContent, SceneDesc};
 use turner::light::LightDesc;
 use turner::material::{MaterialDesc, PrincipledMaterial};
 use turner::math::{DAffine3, DVec3};
 use turner::medium::{GridBorder, MediumDesc};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{ColorSource, ObjectContent, SceneDesc, WarningKind};
+use turner::schema::{ColorSource, ErrorCode, SceneError, WarningKind};
 use turner::shape::ShapeDesc;
 use turner::texture::{Mapping, PerlinKind, TextureDesc};
+
+use super::import;
+use crate::assets::MemoryAssets;
+use crate::import::ImportOptions;
 
 fn read_with(text: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, SceneError> {
     let mut assets = MemoryAssets::default();

@@ -1,5 +1,14 @@
 //! Textures.
 
+use turner::color::Spectrum;
+use turner::image::{Image, Pixels};
+use turner::math::{DAffine3, DMat3, DVec3};
+use turner::schema::{ColorSource, ImageId, Transform};
+use turner::texture::{
+    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
+    TextureDesc, Wrap,
+};
+
 use super::assembly::{Assembly, Texture};
 use super::params::{Params, Type};
 use super::report::Fault;
@@ -9,15 +18,6 @@ use super::state::State;
 use super::transform::is_sound;
 use crate::assets::printable;
 use crate::whole::{mix, product};
-use turner::color::Spectrum;
-use turner::image::{Image, Pixels};
-use turner::math::{DAffine3, DMat3, DVec3};
-use turner::scene::transform::Transform;
-use turner::scene::{ColorSource, ImageId};
-use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
-    TextureDesc, Wrap,
-};
 
 /// The texture of a name.
 pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -> Result<ColorSource, Fault> {
@@ -38,24 +38,7 @@ pub(super) fn normal_picture(scene: &mut Assembly<'_>, file: &str, place: Place)
 }
 
 fn picture(file: ImageId) -> ImageDesc {
-    ImageDesc {
-        file,
-        filter: ImageFilter::Mipmap,
-        wrap: Wrap::Repeat,
-        wrap_u: None,
-        wrap_v: None,
-        gain: 1.0,
-        density: 1.0,
-        mapping: Mapping::Uv,
-        blend: 4.0,
-        transform: Transform::IDENTITY,
-        uv_matrix: None,
-        channel: ImageChannel::Rgb,
-        encoding: Encoding::Srgb,
-        tint: Spectrum::WHITE,
-        offset: Spectrum::BLACK,
-        uv_set: 0,
-    }
+    ImageDesc { file, encoding: Encoding::Srgb, ..ImageDesc::default() }
 }
 
 /// Defines a texture: its name, `float` or `spectrum`, and its class.
@@ -166,18 +149,7 @@ pub(super) fn define(
 
 /// Noise in the world, as pbrt has it.
 fn perlin(kind: PerlinKind) -> PerlinDesc {
-    PerlinDesc {
-        low: ColorSource::Constant(Spectrum::BLACK),
-        high: ColorSource::Constant(Spectrum::WHITE),
-        kind,
-        octaves: 8,
-        gain: 0.5,
-        variation: 0.2,
-        density: 1.0,
-        mapping: Mapping::World,
-        blend: 4.0,
-        transform: Transform::IDENTITY,
-    }
+    PerlinDesc { kind, mapping: Mapping::World, ..PerlinDesc::default() }
 }
 
 struct Maker<'a, 'b> {

@@ -3,7 +3,7 @@
 pub(super) use crate::whole::is_sound;
 use turner::math::elementary::tan;
 use turner::math::{DAffine3, DMat3, DVec3, radians};
-use turner::scene::transform::rotation;
+use turner::schema::transform::rotation;
 
 /// From sixteen numbers, and whether their last row is that of an affine map; else it is left out. `None` if it ends with 0.
 pub(super) fn of_numbers(m: &[f64; 16]) -> Option<(DAffine3, bool)> {

@@ -1,8 +1,8 @@
 //! Errors of loading: what `turner` found, together with the texts it was found in.
 
+use turner::schema::{ErrorCode, SceneError};
+
 use super::sources::{Location, Sources};
-use crate::assets::AssetError;
-use turner::scene::error::{ErrorCode, SceneError};
 
 /// Why a scene could not be loaded. Displayed in one to three lines:
 ///
@@ -66,17 +66,6 @@ impl std::error::Error for LoadError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         Some(&self.error)
     }
-}
-
-/// An error of reading a file, as one of the scene.
-pub(super) fn asset_error(error: AssetError) -> SceneError {
-    let code = match error {
-        AssetError::TooLarge { .. } | AssetError::Budget { .. } | AssetError::Memory { .. } => {
-            ErrorCode::TooLarge
-        }
-        _ => ErrorCode::File,
-    };
-    two_lines(code, &error.to_string())
 }
 
 /// Splits `what is wrong\n  remedy`, the form of this crate's own errors.

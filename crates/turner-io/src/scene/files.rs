@@ -1,6 +1,16 @@
 //! The files that a scene names: each is read, hashed and decoded once.
 
-use super::error::{asset_error, two_lines};
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use turner::description::{ModelDesc, SceneAssets, SceneDesc};
+use turner::image::Image;
+use turner::schema::value::FileId;
+use turner::schema::{ErrorCode, GridData, LightProfile, MeshData, SceneError, Warning};
+
+use super::error::two_lines;
 use super::hash::SceneHash;
 use super::sources::Sources;
 use super::{LoadOptions, SceneFormat};
@@ -10,17 +20,6 @@ use crate::ies::{self, MAX_IES};
 use crate::image::{ColorOrData, DecodeLimits, decode, to_fit};
 use crate::import::{ImportOptions, import};
 use crate::mesh;
-use std::collections::HashMap;
-use std::io::Read;
-use std::path::Path;
-use std::sync::{Arc, Mutex};
-use turner::image::Image;
-use turner::light::LightProfile;
-use turner::medium::GridData;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::value::FileId;
-use turner::scene::{ModelDesc, SceneAssets, SceneDesc, Warning};
-use turner::shape::mesh::MeshData;
 
 /// Most bytes of one picture or mesh file: 4 GiB.
 pub(super) const MAX_FILE: u64 = 4 << 30;
@@ -46,12 +45,12 @@ pub struct SceneFiles<'a> {
     pub(super) given: Option<Given>,
 }
 
-/// A file that was read already, by its path.
-pub(super) enum Given {
+/// A file that was read already.
+pub(super) struct Given {
+    /// Its path.
+    pub(super) path: String,
     /// Its bytes.
-    Bytes(String, Vec<u8>),
-    /// The scene that it is, with what is hashed of it.
-    Scene(String, Arc<SceneDesc>, Vec<String>),
+    pub(super) bytes: Vec<u8>,
 }
 
 /// How a model is imported: as the scene says, unless something else is asked for.
@@ -70,17 +69,17 @@ fn import_options(asked: &LoadOptions, model: Option<&ModelDesc>) -> ImportOptio
     }
 }
 
-/// Reads a scene of another renderer bit by bit.
+/// Reads a scene of another renderer bit by bit. Names and hashes of all its files come with it.
 pub(super) fn import_whole(
     path: &str,
     assets: &dyn AssetSource,
     options: &LoadOptions,
-) -> Result<Given, SceneError> {
+) -> Result<(SceneDesc, Vec<String>), SceneError> {
     options.limits.memory.begin(format!("{}: reading it", printable(path)));
     let hashed = HashedAssets { inner: assets, read: Mutex::new(Vec::new()) };
     let scene = crate::import::import_file(path, &hashed, &import_options(options, None))?;
     let names = hashed.read.into_inner().unwrap_or_else(|e| e.into_inner());
-    Ok(Given::Scene(path.to_owned(), Arc::new(scene), names))
+    Ok((scene, names))
 }
 
 impl<'a> SceneFiles<'a> {
@@ -113,17 +112,22 @@ impl<'a> SceneFiles<'a> {
         (self.warnings, self.hash)
     }
 
+    /// Adds names and hashes of files that an import read.
+    pub(super) fn add_hashes(&mut self, hashes: &[String]) {
+        hashes.iter().for_each(|hash| self.hash.add(b'f', hash.as_bytes()));
+    }
+
     fn resolve(&self, uri: &str, from: FileId) -> Result<String, SceneError> {
         let from = self.sources.get(from).map_or(".", |file| file.uri.as_str());
-        self.assets.resolve(from, uri).map_err(asset_error)
+        self.assets.resolve(from, uri).map_err(|e| e.to_scene_error())
     }
 
     fn read(&mut self, kind: u8, path: &str) -> Result<Vec<u8>, SceneError> {
         let bytes = match self.given.take() {
-            Some(Given::Bytes(name, bytes)) if name == path => bytes,
+            Some(given) if given.path == path => given.bytes,
             given => {
                 self.given = given;
-                self.assets.read(path, MAX_FILE).map_err(asset_error)?
+                self.assets.read(path, MAX_FILE).map_err(|e| e.to_scene_error())?
             }
         };
         self.hash.add(kind, &bytes);
@@ -145,9 +149,7 @@ impl SceneAssets for SceneFiles<'_> {
             Some(max) => to_fit(image, max, ColorOrData::Color, &path),
             None => Ok(image),
         };
-        let image = decode(&bytes, &path, &limits)
-            .and_then(fit)
-            .map_err(|e| two_lines(ErrorCode::Image, &e.to_string()))?;
+        let image = decode(&bytes, &path, &limits).and_then(fit).map_err(|e| e.to_scene_error())?;
         self.decoded += image.memory() as u64;
         let image = Arc::new(image);
         // What was made smaller is no longer what the file has.
@@ -180,7 +182,7 @@ impl SceneAssets for SceneFiles<'_> {
         if let Some(profile) = self.profiles.get(&path) {
             return Ok(profile.clone());
         }
-        let bytes = self.assets.read(&path, MAX_IES).map_err(asset_error)?;
+        let bytes = self.assets.read(&path, MAX_IES).map_err(|e| e.to_scene_error())?;
         self.hash.add(b'l', &bytes);
         let (profile, warnings) =
             ies::decode(&bytes, &path).map_err(|e| two_lines(ErrorCode::Profile, &e.to_string()))?;
@@ -195,7 +197,7 @@ impl SceneAssets for SceneFiles<'_> {
         if let Some(grid) = self.grids.get(&path) {
             return Ok(grid.clone());
         }
-        let bytes = self.assets.read(&path, MAX_GRID).map_err(asset_error)?;
+        let bytes = self.assets.read(&path, MAX_GRID).map_err(|e| e.to_scene_error())?;
         self.hash.add(b'v', &bytes);
         let memory = &self.options.limits.memory;
         memory.need(2 * bytes.len() as u64, || format!("{}: reading it", printable(&path)))?;
@@ -214,26 +216,16 @@ impl SceneAssets for SceneFiles<'_> {
             return Ok(scene.clone());
         }
         if SceneFormat::of_path(Path::new(&path)).is_some_and(SceneFormat::is_whole) {
-            let given = match self.given.take() {
-                Some(Given::Scene(name, scene, hashes)) if name == path => Given::Scene(name, scene, hashes),
-                other => {
-                    self.given = other;
-                    import_whole(&path, self.assets, &self.options)?
-                }
-            };
-            let Given::Scene(_, scene, hashes) = given else {
-                return Err(SceneError::new(ErrorCode::Internal, "a scene was read as bytes"));
-            };
-            hashes.iter().for_each(|hash| self.hash.add(b'f', hash.as_bytes()));
+            let (scene, hashes) = import_whole(&path, self.assets, &self.options)?;
+            let scene = Arc::new(scene);
+            self.add_hashes(&hashes);
             self.models.insert(key, scene.clone());
             return Ok(scene);
         }
         let bytes = self.read(b'g', &path)?;
         let assets = HashedAssets { inner: self.assets, read: Mutex::new(Vec::new()) };
         let scene = Arc::new(import(bytes, &path, &assets, &options)?);
-        for hash in assets.read.into_inner().unwrap_or_else(|e| e.into_inner()) {
-            self.hash.add(b'f', hash.as_bytes());
-        }
+        self.add_hashes(&assets.read.into_inner().unwrap_or_else(|e| e.into_inner()));
         self.models.insert(key, scene.clone());
         Ok(scene)
     }

@@ -1,8 +1,10 @@
 //! The formats of scenes and meshes: one table for extensions, listings and messages.
 
-use crate::assets::{nearest, printable};
 use std::path::Path;
-use turner::scene::error::{ErrorCode, SceneError};
+
+use turner::schema::{ErrorCode, SceneError};
+
+use crate::assets::{nearest, printable};
 
 /// A file format that describes geometry or a whole scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,15 +1,14 @@
 //! `include`: other files whose sections are read first.
 
-use super::error::asset_error;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use turner::schema::value::{Data, Entry, FileId, Span, Table, Value};
+use turner::schema::{ErrorCode, Limits, SceneError, wrong_type};
+
 use super::sources::{SourceFile, Sources};
 use super::{MAX_TEXT, SceneFormat, model, text};
 use crate::assets::{AssetSource, printable};
-use std::collections::{HashMap, HashSet};
-use std::path::Path;
-use turner::scene::Limits;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::schema::wrong_type;
-use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
 
 /// Most files that include each other in a chain, the scene itself counted.
 const MAX_CHAIN: usize = 64;
@@ -83,7 +82,7 @@ impl Reader<'_> {
     /// The merged table of an included file; `None` if it has been read before.
     fn include(&mut self, uri: &str, span: Span) -> Result<Option<Value>, SceneError> {
         let from = self.chain.last().map_or("", String::as_str);
-        let uri = self.assets.resolve(from, uri).map_err(|e| asset_error(e).or_at(Some(span)))?;
+        let uri = self.assets.resolve(from, uri).map_err(|e| e.to_scene_error().or_at(Some(span)))?;
         if let Some(start) = self.chain.iter().position(|f| *f == uri) {
             let mut chain: Vec<String> = self.chain[start..].iter().map(|f| printable(f)).collect();
             chain.push(printable(&uri));
@@ -110,12 +109,17 @@ impl Reader<'_> {
             return Err(too_large(format!("the scene includes more than {MAX_FILES} files")));
         }
         if let Some(format) = SceneFormat::of_path(Path::new(&uri)).filter(|f| f.is_model()) {
-            let text = model::included(last_part(&uri), format);
             let name = printable(&format!("{}{uri}", self.folder));
+            let object = model::object(last_part(&uri), format);
+            let text = String::new();
             let file = self.sources.add(SourceFile { name, uri, text, is_argument: false });
-            return self.file(file).map(Some);
+            let mut table = Table::default();
+            table.push("object", Data::Array(vec![object]));
+            let mut value = Value::new(Data::Table(table));
+            model::stand_in(&mut value, file);
+            return Ok(Some(value));
         }
-        let bytes = self.assets.read(&uri, MAX_TEXT).map_err(|e| asset_error(e).or_at(Some(span)))?;
+        let bytes = self.assets.read(&uri, MAX_TEXT).map_err(|e| e.to_scene_error().or_at(Some(span)))?;
         self.bytes += bytes.len() as u64;
         if self.bytes > MAX_TEXTS {
             return Err(too_large(format!("the scene's texts have more than {MAX_TEXTS} bytes in all")));

@@ -1,7 +1,9 @@
 //! Text scenes to [`SceneDesc`]s: files, includes, overrides, the files they name, and errors with their place.
 //!
 //! ```text
-//! scene.toml ── text ──> Value ── include ── overrides ──> Value ── turner::scene::read_scene ──> SceneDesc
+//! scene.toml ── text ──> Value ── include ── overrides ──> Value ── turner::description::read_scene ──> SceneDesc
+//! scene.pbrt, scene.xml ── import ──> SceneDesc ── overrides: SceneDesc::edit ──> SceneDesc
+//! model.glb, .obj, .ply, .stl ── import, on a stage ──> SceneDesc ── overrides: SceneDesc::edit ──> SceneDesc
 //! ```
 //!
 //! `include = ["parts.toml"]` at the top of a file reads other files first. Tables are merged key by key and the
@@ -29,13 +31,14 @@ pub use overrides::Override;
 pub use sources::{Location, SourceFile, Sources};
 pub use text::parse;
 
-use crate::assets::{AssetError, AssetSource, FolderAssets, printable};
-use crate::image::KeptPictures;
-use error::asset_error;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{Limits, SceneDesc, read_scene};
+
+use turner::description::{SceneDesc, read_scene};
+use turner::schema::{ErrorCode, Limits, SceneError};
+
+use crate::assets::{AssetError, AssetSource, FolderAssets, printable};
+use crate::image::KeptPictures;
 
 /// Most bytes of one text: 1 GiB.
 pub const MAX_TEXT: u64 = 1 << 30;
@@ -54,6 +57,8 @@ pub struct LoadOptions {
     pub threads: usize,
     /// Values for the `$names` of Mitsuba scenes.
     pub defines: Vec<(String, String)>,
+    /// The type of integrator that takes the place of the scene's. Keys that it does not know are dropped.
+    pub integrator: Option<String>,
     /// Values that replace those of the files, applied in order.
     pub overrides: Vec<Override>,
     /// Whether the scene may name files outside its folder. For scenes that the user trusts.
@@ -114,10 +119,10 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, LoadError> {
         return model::load_whole(&name, file, (&named, &assets), options);
     }
     if format.is_model() {
-        let bytes = named.read(file, files::MAX_FILE).map_err(|e| bare(asset_error(e)))?;
+        let bytes = named.read(file, files::MAX_FILE).map_err(|e| bare(e.to_scene_error()))?;
         return model::load(bytes, format, &name, file, &assets, options);
     }
-    let bytes = named.read(file, MAX_TEXT).map_err(|e| bare(asset_error(e)))?;
+    let bytes = named.read(file, MAX_TEXT).map_err(|e| bare(e.to_scene_error()))?;
     let text = text::utf8(bytes, &name).map_err(bare)?;
     load_named(text, &name, file, &assets, options)
 }
@@ -142,8 +147,8 @@ pub fn load_text(
 }
 
 fn folder(path: &Path, options: &LoadOptions) -> Result<FolderAssets, SceneError> {
-    let assets = FolderAssets::new(path).map_err(asset_error)?;
-    open_to(assets, options).map_err(asset_error)
+    let assets = FolderAssets::new(path).map_err(|e| e.to_scene_error())?;
+    open_to(assets, options).map_err(|e| e.to_scene_error())
 }
 
 /// The assets of a folder with what `options` allow and limit.
@@ -160,7 +165,7 @@ fn load_named(
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
     let mut sources = Sources::default();
-    match read(text, (name, uri), assets, options, &mut sources, None) {
+    match read(text, (name, uri), assets, options, &mut sources) {
         Ok((desc, hash)) => Ok(Loaded { desc, sources, hash }),
         Err(error) => Err(LoadError { error, sources }),
     }
@@ -172,26 +177,26 @@ fn read(
     assets: &dyn AssetSource,
     options: &LoadOptions,
     sources: &mut Sources,
-    given: Option<files::Given>,
 ) -> Result<(SceneDesc, String), SceneError> {
     let folder = name.strip_suffix(uri).unwrap_or_default().to_owned();
     let source = SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false };
     let mut root = include::read(source, &folder, assets, sources, &options.limits)?;
     let mut hash = hash::SceneHash::new();
     sources.files().iter().for_each(|file| hash.add(b't', file.text.as_bytes()));
-    for (name, value) in &options.defines {
-        hash.add(b'd', name.as_bytes());
-        hash.add(b'd', value.as_bytes());
-    }
-    for change in &options.overrides {
-        hash.add(b'o', change.text().as_bytes());
-        overrides::apply(change, &mut root, uri, sources)?;
-    }
+    hash_defines(options, &mut hash);
+    let edits = overrides::edits(options, uri, sources, &mut hash)?;
+    overrides::apply(edits, options.integrator.is_some(), &mut root)?;
     let mut files = SceneFiles::with_hash(assets, sources, hash);
     files.options = options.clone();
-    files.given = given;
     let mut desc = read_scene(&root, &mut files)?;
     let (warnings, hash) = files.finish();
     desc.warnings.extend(warnings);
     Ok((desc, hash.hex()))
+}
+
+fn hash_defines(options: &LoadOptions, hash: &mut hash::SceneHash) {
+    for (name, value) in &options.defines {
+        hash.add(b'd', name.as_bytes());
+        hash.add(b'd', value.as_bytes());
+    }
 }

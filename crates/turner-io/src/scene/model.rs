@@ -1,89 +1,87 @@
-//! A model by itself: a small scene around it.
+//! Files of other programs as scenes: a model on a stage, a scene of another renderer as it stands.
 
-use super::error::asset_error;
-use super::files::{Given, import_whole};
-use super::sources::{SourceFile, Sources};
-use super::{LoadError, LoadOptions, Loaded, SceneFormat, read};
-use crate::assets::{AssetError, AssetSource, printable};
 use std::io::Read;
-use std::path::Path;
-use turner::color::Spectrum;
-use turner::integrator::IntegratorDesc;
-use turner::medium::MediumDesc;
-use turner::scene::SceneDesc;
 
-/// The scene that shows a model: on a stage, in physical light. What it says can be replaced as in any other scene, its one
-/// object being `object.0`.
-pub(super) fn scene_around(file: &str, format: SceneFormat) -> String {
-    let up = if format == SceneFormat::Stl { "z" } else { "y" };
-    format!(
-        "[film]\ntransfer = \"srgb\"\ntonemap = \"neutral\"\nantialias = \"monte-carlo\"\nsamples = 32\n\n[integrator]\ntype = \"path\"\n\n\
-         [background]\ncolor = 1\n\n\
-         [stage]\n\n\
-         [[object]]\ntype = \"model\"\nfile = {}\nup = \"{up}\"\n",
-        quoted(file)
-    )
+use turner::color::{Spectrum, Tonemap, Transfer};
+use turner::description::stage::FOV;
+use turner::description::{ModelDesc, SceneDesc, StageDesc};
+use turner::film::{Antialias, FilmDesc};
+use turner::integrator::{IntegratorDesc, PathDesc};
+use turner::light::BackgroundDesc;
+use turner::schema::value::{Data, FileId, Span, Table, Value};
+use turner::schema::{KeyEdit, SceneError};
+
+use super::files::{Given, SceneFiles, import_whole};
+use super::hash::SceneHash;
+use super::sources::{SourceFile, Sources};
+use super::{LoadError, LoadOptions, Loaded, SceneFormat, overrides};
+use crate::assets::{AssetError, AssetSource, printable};
+
+/// A scene that shows a model: on a stage, in physical light.
+fn showing() -> SceneDesc {
+    let scene = SceneDesc::default();
+    SceneDesc {
+        film: FilmDesc {
+            transfer: Transfer::Srgb,
+            tonemap: Tonemap::Neutral,
+            antialias: Antialias::MonteCarlo,
+            samples: 32,
+            ..scene.film
+        },
+        integrator: IntegratorDesc::Path(PathDesc::default()),
+        background: BackgroundDesc { color: Spectrum::WHITE, ..scene.background },
+        stage: Some(stage(None, true)),
+        ..scene
+    }
 }
 
-/// The scene that shows a scene of another renderer as it wants to be shown.
-fn scene_around_whole(file: &str, scene: &SceneDesc) -> String {
-    let film = &scene.film;
-    let mut text = String::from("[film]\n");
-    let mut film_key = |key: &str, value: String| text += &format!("{key} = {value}\n");
-    film_key("width", film.width.to_string());
-    film_key("height", film.height.to_string());
-    if let Some(crop) = film.crop {
-        film_key("crop", format!("{crop:?}"));
-    }
-    film_key("transfer", "\"srgb\"".into());
-    film_key("antialias", "\"monte-carlo\"".into());
-    film_key("samples", film.samples.to_string());
-    film_key("filter", format!("\"{}\"", film.filter.word()));
-    if let Some(radius) = film.filter_radius {
-        film_key("filter_radius", format!("{radius:?}"));
-    }
-    if film.max_sample > 0.0 {
-        film_key("max_sample", format!("{:?}", film.max_sample));
-    }
-    text += "\n[integrator]\n";
-    match &scene.integrator {
-        IntegratorDesc::Path(path) => text += &format!("type = \"path\"\nmax_depth = {}\n", path.max_depth),
-        _ => text += "type = \"ambient-occlusion\"\n",
-    }
-    if let Some(id) = scene.background.medium
-        && let Some(MediumDesc::Homogeneous(m)) = scene.media.get(id.index()).map(|m| &m.value)
-    {
-        let color = |c: Option<Spectrum>| format!("{:?}", c.unwrap_or(Spectrum::BLACK).to_array());
-        text += &format!(
-            "\n[background]\nmedium = {{ density = {:?}, absorption = {}, scattering = {}, anisotropy = {:?}, emission = {} }}\n",
-            m.density,
-            color(m.absorption),
-            color(m.scattering),
-            m.anisotropy,
-            color(Some(m.emission)),
-        );
-    }
-    // Nothing is added to it: what it does not light is dark.
-    text += "\n[stage]\nground = false\nstudio = false\n\n";
-    text + &included(file, SceneFormat::of_path(Path::new(file)).unwrap_or(SceneFormat::Pbrt))
+fn stage(ground: Option<bool>, studio: bool) -> StageDesc {
+    StageDesc { camera: None, fov: FOV, ground, studio, studio_rotation: 0.0, studio_strength: 1.0 }
 }
 
-/// Loads a scene of another renderer; `name` is the path as the user wrote it, `uri` its last part. The file itself is read through the first of the
-/// assets, what it names through the second.
+/// The object that is a model.
+pub(super) fn object(file: &str, format: SceneFormat) -> Value {
+    let mut table = Table::default();
+    table.push("type", Data::String(ModelDesc::DOC.name.to_owned()));
+    table.push("file", Data::String(file.to_owned()));
+    table.push("up", Data::String(if format == SceneFormat::Stl { "z" } else { "y" }.to_owned()));
+    Value::new(Data::Table(table))
+}
+
+/// Gives a value and all in it a place in a file, so that names in it are relative to that.
+pub(super) fn stand_in(value: &mut Value, file: FileId) {
+    value.span = Span { file, start: 0, end: 0 };
+    match &mut value.data {
+        Data::Array(items) => items.iter_mut().for_each(|item| stand_in(item, file)),
+        Data::Table(table) => {
+            for entry in &mut table.entries {
+                entry.key_span = value.span;
+                stand_in(&mut entry.value, file);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Loads a scene of another renderer, with its own camera, film and integrator; `name` is the path as the user wrote it, `uri` its last part. The file itself is
+/// read through the first of the assets, what it names through the second.
 pub(super) fn load_whole(
     name: &str,
     uri: &str,
     (named, assets): (&dyn AssetSource, &dyn AssetSource),
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    let bare = |error| LoadError { error, sources: Sources::default() };
-    let path = assets.resolve(uri, uri).map_err(|e| bare(asset_error(e)))?;
-    let given = import_whole(&path, &Named { named, assets, path: &path }, options).map_err(bare)?;
-    let text = match &given {
-        Given::Scene(_, scene, _) => scene_around_whole(uri, scene),
-        Given::Bytes(..) => String::new(),
+    let import = || {
+        let path = assets.resolve(uri, uri).map_err(|e| e.to_scene_error())?;
+        import_whole(&path, &Named { named, assets, path: &path }, options)
     };
-    read_around(text, (name, uri), assets, options, Some(given))
+    let (scene, hashes) = import().map_err(|error| LoadError { error, sources: Sources::default() })?;
+    // Nothing is added to it: what it does not light is dark.
+    let scene = SceneDesc { stage: Some(stage(Some(false), false)), ..scene };
+    changed(scene, (name, uri), assets, options, |files, edits| {
+        files.add_hashes(&hashes);
+        Ok(edits)
+    })
 }
 
 /// The file that the user named may be a link to anywhere; what it names may not.
@@ -114,12 +112,6 @@ impl AssetSource for Named<'_> {
     }
 }
 
-/// The text that brings a model into the scene which includes it.
-pub(super) fn included(file: &str, format: SceneFormat) -> String {
-    let up = if format == SceneFormat::Stl { "z" } else { "y" };
-    format!("[[object]]\ntype = \"model\"\nfile = {}\nup = \"{up}\"\n", quoted(file))
-}
-
 /// As a string of TOML.
 pub(crate) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
@@ -134,7 +126,7 @@ pub(crate) fn quoted(text: &str) -> String {
     out
 }
 
-/// Loads a model whose bytes were read; `name` is the path as the user wrote it, `uri` its last part.
+/// Loads a model whose bytes were read; `name` is the path as the user wrote it, `uri` its last part. Its one object is `object.0`.
 pub(super) fn load(
     bytes: Vec<u8>,
     format: SceneFormat,
@@ -143,29 +135,39 @@ pub(super) fn load(
     assets: &dyn AssetSource,
     options: &LoadOptions,
 ) -> Result<Loaded, LoadError> {
-    let given = assets.resolve(uri, uri).ok().map(|path| Given::Bytes(path, bytes));
-    read_around(scene_around(uri, format), (name, uri), assets, options, given)
+    changed(showing(), (name, uri), assets, options, |files, edits| {
+        files.given = assets.resolve(uri, uri).ok().map(|path| Given { path, bytes });
+        let list = Data::Array(vec![object(uri, format)]);
+        Ok([KeyEdit::new("object", list)].into_iter().chain(edits).collect())
+    })
 }
 
-/// Reads the scene that stands around a model.
-fn read_around(
-    text: String,
+/// A scene with what the options set in it; `prepare` makes ready the files that it may name, and the edits.
+fn changed(
+    mut desc: SceneDesc,
     (name, uri): (&str, &str),
     assets: &dyn AssetSource,
     options: &LoadOptions,
-    given: Option<Given>,
+    prepare: impl FnOnce(&mut SceneFiles<'_>, Vec<KeyEdit>) -> Result<Vec<KeyEdit>, SceneError>,
 ) -> Result<Loaded, LoadError> {
     let mut sources = Sources::default();
-    match read(text, (name, uri), assets, options, &mut sources, given) {
-        Ok((desc, hash)) => Ok(Loaded { desc, sources, hash }),
-        Err(mut error) => {
-            // A place in the text above would tell nobody anything.
-            let is_ours = |file: &SourceFile| !file.is_argument && file.name == printable(name);
-            if error.span.is_some_and(|span| sources.get(span.file).is_some_and(is_ours)) {
-                error.span = None;
-            }
-            Err(LoadError { error, sources })
-        }
+    // Its text, if it is one, is in no language that places of errors are shown in.
+    let text = String::new();
+    sources.add(SourceFile { name: printable(name), uri: uri.to_owned(), text, is_argument: false });
+    let mut hash = SceneHash::new();
+    super::hash_defines(options, &mut hash);
+    let edits = match overrides::edits(options, uri, &mut sources, &mut hash) {
+        Ok(edits) => edits,
+        Err(error) => return Err(LoadError { error, sources }),
+    };
+    let mut files = SceneFiles::with_hash(assets, &sources, hash);
+    files.options = options.clone();
+    let made = prepare(&mut files, edits).and_then(|edits| desc.edit(&edits, &mut files));
+    let (warnings, hash) = files.finish();
+    desc.warnings.extend(warnings);
+    match made {
+        Ok(()) => Ok(Loaded { desc, sources, hash: hash.hex() }),
+        Err(error) => Err(LoadError { error, sources }),
     }
 }
 

@@ -3,11 +3,12 @@
 //! The parser bounds brackets but not dotted keys, and a table a million levels deep overflows the stack when it is
 //! merely dropped. So the same lexer runs over the text once and refuses such files.
 
-use super::MAX_DEPTH;
 use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::value::{FileId, Span};
+use turner::schema::value::{FileId, Span};
+use turner::schema::{ErrorCode, SceneError};
+
+use super::MAX_DEPTH;
 
 /// Most tokens of one text, about 2 million objects. A scene has one per 3 to 5 bytes, blanks included; parsing
 /// takes some 100 bytes of memory for each.

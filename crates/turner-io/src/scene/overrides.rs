@@ -1,10 +1,14 @@
 //! Values from the command line that replace those of the files: `-D integrator.max_depth=3`.
 
+use turner::description::drop_foreign_keys;
+use turner::schema::value::{Data, Entry, FileId, Span, Value};
+use turner::schema::{ErrorCode, KeyEdit, KeyPart, SceneError};
+
+use super::hash::SceneHash;
+use super::model::quoted;
 use super::sources::{SourceFile, Sources};
-use super::text;
+use super::{LoadOptions, text};
 use crate::assets::printable;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
 
 /// One `key.path=value`, e.g. `film.width=640` or `object.0.radius=2`. Numbers in the path are places in a list,
 /// from 0. The value is TOML, or else text as it stands: `material.ball.color=red` needs no quotes.
@@ -34,41 +38,62 @@ impl Override {
         Err(SceneError::new(ErrorCode::Syntax, message).help("for example -D film.width=640"))
     }
 
+    /// Another type of integrator, by its name.
+    pub fn integrator(name: &str) -> Override {
+        Override { path: "integrator.type".to_owned(), value: quoted(name) }
+    }
+
     /// As it was written.
     pub fn text(&self) -> String {
         format!("{}={}", self.path, self.value)
     }
 }
 
-/// Changes `root`; `uri` is the scene's, which paths in the value are relative to.
-pub(super) fn apply(
-    change: &Override,
-    root: &mut Value,
+/// All that `options` set in a scene, in order; `uri` is the scene's, which paths in the values are relative to.
+pub(super) fn edits(
+    options: &LoadOptions,
     uri: &str,
     sources: &mut Sources,
-) -> Result<(), SceneError> {
+    hash: &mut SceneHash,
+) -> Result<Vec<KeyEdit>, SceneError> {
+    let integrator = options.integrator.as_deref().map(Override::integrator);
+    let mut one = |change: &Override| {
+        hash.add(b'o', change.text().as_bytes());
+        edit(change, uri, sources)
+    };
+    integrator.iter().chain(&options.overrides).map(&mut one).collect()
+}
+
+fn edit(change: &Override, uri: &str, sources: &mut Sources) -> Result<KeyEdit, SceneError> {
     let text = change.text();
     let name = printable(&format!("-D {text}"));
     let file = sources.add(SourceFile { name, uri: uri.to_owned(), text, is_argument: true });
-    let parts = parts(change, file)?;
+    let path = parts(change, file)?;
     let value = value(change, file)?;
-    if parts.first().is_some_and(|p| p.key == "include") {
+    if path.first().is_some_and(|p| p.key == "include") {
         let message = "`include` cannot be set here: files are included before values are";
         return Err(
-            SceneError::at(ErrorCode::Conflict, parts[0].key_span, message).help("set it in the scene file")
+            SceneError::at(ErrorCode::Conflict, path[0].span, message).help("set it in the scene file")
         );
     }
-    set(root, &parts, value)
+    Ok(KeyEdit { path, value })
 }
 
-/// One part of a key path and its place.
-struct Part {
-    key: String,
-    key_span: Span,
+/// Makes the edits of [`edits`] in the table of a text. An integrator that was asked for drops the keys that it does not know.
+pub(super) fn apply(edits: Vec<KeyEdit>, has_integrator: bool, root: &mut Value) -> Result<(), SceneError> {
+    for (i, edit) in edits.into_iter().enumerate() {
+        root.set(&edit.path, edit.value)?;
+        if let (0, true, Data::Table(top)) = (i, has_integrator, &mut root.data)
+            && let Some(Value { data: Data::Table(table), .. }) = top.get_mut("integrator")
+        {
+            drop_foreign_keys("integrator", table, &|_| false);
+        }
+    }
+    Ok(())
 }
 
 /// The parts of a path, read as a TOML key, so that quotes mean the same.
-fn parts(change: &Override, file: FileId) -> Result<Vec<Part>, SceneError> {
+fn parts(change: &Override, file: FileId) -> Result<Vec<KeyPart>, SceneError> {
     let span = Span { file, start: 0, end: change.path.len() as u32 };
     let wrong = || {
         SceneError::at(ErrorCode::Syntax, span, "expected a key such as film.width before `=`")
@@ -84,7 +109,7 @@ fn parts(change: &Override, file: FileId) -> Result<Vec<Part>, SceneError> {
         let (Some(Entry { key, key_span, value: next }), None) = (entries.next(), entries.next()) else {
             return Err(wrong());
         };
-        parts.push(Part { key, key_span });
+        parts.push(KeyPart { key, span: key_span });
         value = next;
     }
     Ok(parts)
@@ -107,60 +132,6 @@ fn value(change: &Override, file: FileId) -> Result<Value, SceneError> {
     }
 }
 
-/// Walks down `parts`, making tables where there is nothing, and puts `value` there.
-fn set(root: &mut Value, parts: &[Part], value: Value) -> Result<(), SceneError> {
-    let mut at = root;
-    let mut walked = String::new();
-    for part in parts {
-        let span = part.key_span;
-        let shown = printable(&part.key);
-        at = match &mut at.data {
-            Data::Table(table) => {
-                let i = match table.entries.iter().position(|e| e.key == part.key) {
-                    Some(i) => i,
-                    None => {
-                        let value = Value { data: Data::Table(Table::default()), span };
-                        table.entries.push(Entry { key: part.key.clone(), key_span: span, value });
-                        table.entries.len() - 1
-                    }
-                };
-                // An error about this key is now one about the argument.
-                table.entries[i].key_span = span;
-                &mut table.entries[i].value
-            }
-            Data::Array(items) => {
-                let len = items.len();
-                let item = match part.key.parse::<usize>() {
-                    Ok(i) => items.get_mut(i),
-                    Err(_) => {
-                        let message =
-                            format!("`{walked}` is a list; expected a number after it, found `{shown}`");
-                        return Err(SceneError::at(ErrorCode::WrongType, span, message)
-                            .help(format!("count from 0: {walked}.0")));
-                    }
-                };
-                item.ok_or_else(|| {
-                    let message = format!("`{walked}` has {len} entries; there is none at {shown}");
-                    let range =
-                        if len == 0 { "it is empty".to_owned() } else { format!("valid: 0 to {}", len - 1) };
-                    SceneError::at(ErrorCode::OutOfRange, span, message).help(range)
-                })?
-            }
-            other => {
-                let message = format!("`{walked}` is {} and has no key `{shown}`", other.kind());
-                return Err(SceneError::at(ErrorCode::WrongType, span, message)
-                    .help(format!("set it as a whole: -D {walked}=…")));
-            }
-        };
-        if !walked.is_empty() {
-            walked.push('.');
-        }
-        walked += &shown;
-    }
-    *at = value;
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,7 +139,8 @@ mod tests {
     fn changed(text: &str, change: &str) -> Result<Value, SceneError> {
         let mut sources = Sources::default();
         let mut root = text::parse(text, FileId(0)).unwrap();
-        apply(&Override::parse(change)?, &mut root, "a.toml", &mut sources).map(|()| root)
+        let edit = edit(&Override::parse(change)?, "a.toml", &mut sources)?;
+        apply(vec![edit], false, &mut root).map(|()| root)
     }
 
     fn get(value: &Value, path: &str) -> Data {

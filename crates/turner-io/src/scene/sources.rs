@@ -1,7 +1,8 @@
 //! The texts a scene was read from, and where in them a span lies.
 
+use turner::schema::value::{FileId, Span};
+
 use crate::assets::printable;
-use turner::scene::value::{FileId, Span};
 
 /// Most characters of a line that an excerpt shows.
 const EXCERPT: usize = 160;

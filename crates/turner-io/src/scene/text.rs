@@ -1,11 +1,13 @@
 //! TOML 1.1 text to a tree of values with the place of each.
 
+use std::ops::Range;
+
+use toml::de::{DeTable, DeValue};
+use turner::schema::value::{Data, Entry, FileId, Span, Table, Value};
+use turner::schema::{ErrorCode, SceneError};
+
 use super::{MAX_TEXT, nesting};
 use crate::assets::printable;
-use std::ops::Range;
-use toml::de::{DeTable, DeValue};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::value::{Data, Entry, FileId, Span, Table, Value};
 
 /// Most digits of a number: enough for any exact decimal, and parsing stays fast.
 const MAX_DIGITS: usize = 1100;

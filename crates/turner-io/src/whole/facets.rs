@@ -4,7 +4,7 @@ use turner::color::Spectrum;
 use turner::material::PrincipledMaterial;
 use turner::math::DVec3;
 use turner::math::elementary::{cos, sin};
-use turner::scene::ColorSource;
+use turner::schema::ColorSource;
 
 /// Microfacet normals per direction are the square of this; Mitsuba's sums depend on it.
 const NORMALS: usize = 32;

@@ -1,9 +1,9 @@
 //! The medium that the camera stands in.
 
+use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
 use turner::material::{BoundaryMaterial, MaterialDesc};
 use turner::medium::MediumDesc;
-use turner::scene::transform::Transform;
-use turner::scene::{MaterialId, MediumId, Named, ObjectContent, ObjectDesc, SceneDesc};
+use turner::schema::{MaterialId, MediumId, Named, Transform};
 use turner::shape::{BoxDesc, ShapeDesc};
 
 /// Fills the open with a medium that no shape of a finished scene encloses: one that is the same everywhere is that of the background; one on a grid ends

@@ -1,7 +1,7 @@
 //! Which side of a triangle is the outer one.
 
 use turner::math::DVec3;
-use turner::shape::mesh::MeshData;
+use turner::schema::MeshData;
 
 /// Turns each triangle so that its normal lies on the side of its vertices' normals, or, where there are none, to the other side if the
 /// orientation is reversed. Vertices' normals are turned around with it.

@@ -1,9 +1,10 @@
 //! What is wrong with a file, and what is shown otherwise than it says.
 
-use crate::assets::{nearest, printable};
 use std::collections::BTreeMap;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{Warning, WarningKind};
+
+use turner::schema::{ErrorCode, Remedy, SceneError, Warning, WarningKind};
+
+use crate::assets::{nearest, printable};
 
 /// A place in a file, for people: line and column in characters, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,11 +25,12 @@ pub(crate) struct Fault {
     code: ErrorCode,
     problem: String,
     help: Option<String>,
+    remedy: Option<Remedy>,
 }
 
 impl Fault {
     pub(crate) fn new(code: ErrorCode, problem: impl Into<String>) -> Fault {
-        Fault { place: None, code, problem: problem.into(), help: None }
+        Fault { place: None, code, problem: problem.into(), help: None, remedy: None }
     }
 
     pub(crate) fn at(place: Place, code: ErrorCode, problem: impl Into<String>) -> Fault {
@@ -40,6 +42,11 @@ impl Fault {
         self
     }
 
+    pub(crate) fn remedy(mut self, remedy: Remedy) -> Fault {
+        self.remedy = Some(remedy);
+        self
+    }
+
     pub(crate) fn code(mut self, code: ErrorCode) -> Fault {
         self.code = code;
         self
@@ -47,7 +54,7 @@ impl Fault {
 
     /// From an error of another part, at a place of this file.
     pub(crate) fn from_scene(place: Place, error: SceneError) -> Fault {
-        Fault { place: Some(place), code: error.code, problem: error.message, help: error.help }
+        Fault { place: Some(place), ..error.into() }
     }
 
     pub(crate) fn or_at(mut self, place: Place) -> Fault {
@@ -64,11 +71,19 @@ impl Fault {
                 None => self.problem,
             },
         };
-        let error = SceneError::new(self.code, message);
+        let error = SceneError::new(self.code, message).remedy(self.remedy);
         match self.help {
             Some(help) => error.help(help),
             None => error,
         }
+    }
+}
+
+impl From<SceneError> for Fault {
+    /// Without its place.
+    fn from(error: SceneError) -> Fault {
+        let SceneError { code, message, help, remedy, .. } = error;
+        Fault { place: None, code, problem: message, help, remedy: remedy.map(|r| *r) }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use turner::math::elementary::sin_cos;
 use turner::math::{DAffine3, DMat3, DVec3};
-use turner::shape::mesh::MeshData;
+use turner::schema::MeshData;
 
 /// Steps around a whole turn, and from one pole or end to the other.
 pub(crate) const AROUND: u32 = 72;

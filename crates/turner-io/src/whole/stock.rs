@@ -1,22 +1,21 @@
 //! A scene in the making: lists that importers add to, and files that the scene names.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use turner::description::{GroupDesc, ObjectContent, ObjectDesc, SceneLight};
+use turner::image::Image;
+use turner::math::{DAffine3, DMat3};
+use turner::schema::{
+    Asset, ColorSource, ErrorCode, GroupId, ImageId, MaterialId, MeshData, MeshId, Named, TextureId,
+    Transform,
+};
+use turner::texture::TextureDesc;
+
 use super::report::{Fault, Place, Report};
 use crate::assets::{AssetSource, printable};
 use crate::image::{DecodeLimits, decode};
 use crate::import::ImportOptions;
-use crate::scene::two_lines;
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use turner::image::Image;
-use turner::math::{DAffine3, DMat3};
-use turner::scene::error::ErrorCode;
-use turner::scene::transform::Transform;
-use turner::scene::{
-    Asset, ColorSource, GroupDesc, GroupId, ImageId, MaterialId, MeshId, Named, ObjectContent, ObjectDesc,
-    SceneLight, TextureId,
-};
-use turner::shape::mesh::MeshData;
-use turner::texture::TextureDesc;
 
 /// Most bytes of a picture in its file.
 const MAX_PICTURE: u64 = 1 << 30;
@@ -168,9 +167,7 @@ impl<'a> Stock<'a> {
 
     /// The bytes of a file that the scene names, and its path. Names are relative to the scene's folder.
     pub(crate) fn read(&self, name: &str, limit: u64, place: Place) -> Result<(String, Vec<u8>), Fault> {
-        let fault = |e: crate::assets::AssetError| {
-            Fault::from_scene(place, two_lines(ErrorCode::File, &e.to_string()))
-        };
+        let fault = |e: crate::assets::AssetError| Fault::from_scene(place, e.to_scene_error());
         let path = self.assets.resolve(&self.uri, name).map_err(fault)?;
         let bytes = self.assets.read(&path, limit).map_err(fault)?;
         Ok((path, bytes))

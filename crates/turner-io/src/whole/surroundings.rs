@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use turner::image::{Image, Pixels};
 use turner::math::elementary::{sin_cos, sin_cos_turns};
 use turner::math::{DMat3, DVec3};
-use turner::scene::ImageId;
+use turner::schema::ImageId;
 
 use super::{Place, Stock};
 

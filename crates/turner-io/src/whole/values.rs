@@ -1,12 +1,13 @@
 //! Sources of colour: multiplied, mixed, and through functions.
 
-use super::report::Place;
-use super::stock::Stock;
 use turner::color::{Spectrum, srgb_decode, srgb_encode};
 use turner::image::{Image, Pixels};
 use turner::math::elementary::pow_int;
-use turner::scene::ColorSource;
+use turner::schema::ColorSource;
 use turner::texture::{ChessboardDesc, Encoding, ImageDesc, MixDesc, ProductDesc, TextureDesc};
+
+use super::report::Place;
+use super::stock::Stock;
 
 /// Two sources multiplied.
 pub(crate) fn product(scene: &mut Stock<'_>, a: ColorSource, b: ColorSource) -> ColorSource {

@@ -1,24 +1,25 @@
 //! One BSDF of all lobes: their sum, a sample of one of them, and the density over all.
 
+use std::f64::consts::PI;
+
 use super::albedo::Toward;
 use super::coat::Coat;
 use super::diffuse::{eon, sample_cosine};
 use super::fuzz::Charlie;
 use super::{Bsdf, BsdfSample, Lobe, Rgb, spectrum};
 use crate::math::{DVec3, Frame, reflect};
-use std::f64::consts::PI;
 
 /// Directions closer to the surface than this cosine count as below it.
 pub(crate) const MIN_COSINE: f64 = 1e-7;
 
 // Lobes, in the order of their probabilities.
 const FUZZ: usize = 0;
-const COAT: usize = 1;
-const INTERFACE: usize = 2;
+pub(super) const COAT: usize = 1;
+pub(super) const INTERFACE: usize = 2;
 pub(super) const REFLECT: usize = 3;
 const TRANSMIT: usize = 4;
 /// Straight through a thin wall, or a boundary between equal indices.
-const PASS: usize = 5;
+pub(super) const PASS: usize = 5;
 /// What scatters several times between the facets of the base, reflected and transmitted.
 const AGAIN: usize = 6;
 const ACROSS: usize = 7;

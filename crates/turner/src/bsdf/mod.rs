@@ -1,10 +1,16 @@
 //! Scattering at a point of a surface: how much light from one direction leaves in another, and directions to continue a path.
 //!
-//! Conventions, for everything here: directions are unit vectors in the local frame, whose +z is the shading normal on wo's side,
-//! and point away from the surface. `f` is without the cosine. A pdf is per solid angle. Delta lobes return 0 from
-//! [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf). Radiance is transported: what crosses into a medium of `eta` times the index is
-//! divided by eta² (Walter et al. 2007), so f(wo, wi) = f(wi, wo) on one side and f(wo, wi) · eta² = f(wi, wo) seen from the
-//! other. Where `wo` is not above the surface everything is 0 and there is no sample.
+//! The contract, which every lobe keeps:
+//!
+//! - Directions are unit vectors in the local frame, whose +z is the shading normal on wo's side, and point away from the surface: `wo` to where
+//!   light goes, `wi` to where it comes from.
+//! - `f` is without the cosine. A pdf is per solid angle. A path's weight is f·|wi.z| / pdf.
+//! - [`sample`](Bsdf::sample) takes three numbers in 0..1. Its `f` and `pdf` are those of all lobes together, as [`eval_pdf`](Bsdf::eval_pdf) gives them. `None`
+//!   is no sample: the light that remains is absorbed, and the path ends.
+//! - Delta lobes return 0 from [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf). What `sample` says of them has a meaning as the quotient alone.
+//! - Radiance is transported: what crosses into a medium of `eta` times the index is divided by eta² (Walter et al. 2007), so f(wo, wi) = f(wi, wo) on one side
+//!   and f(wo, wi) · eta² = f(wi, wo) seen from the other.
+//! - Where `wo` is not above the surface everything is 0 and there is no sample.
 //!
 //! A [`Bsdf`] is layered after OpenPBR 1.1: fuzz over a coat over a base that mixes metal, glass and a diffuse body under a
 //! dielectric boundary. Layers are combined by their albedos, symmetrically, so that all stays reciprocal and no energy appears:
@@ -34,13 +40,14 @@ pub use point::PrincipledPoint;
 pub use rough_mirror::{RoughMirror, RoughMirrorBlock};
 pub use subsurface::Entry;
 
-use crate::color::Spectrum;
-use crate::math::DVec3;
-use crate::math::elementary::sin_cos;
 use albedo::Toward;
 use coat::Coat;
 use fuzz::Charlie;
 use interface::Interface;
+
+use crate::color::Spectrum;
+use crate::math::DVec3;
+use crate::math::elementary::sin_cos;
 
 /// A colour in f64.
 type Rgb = DVec3;
@@ -271,16 +278,12 @@ impl Bsdf {
     /// How widely it scatters light on average: 0 is a mirror or clear glass, 1 is diffuse.
     pub fn roughness_hint(&self) -> f64 {
         let rough = |smooth: bool, alpha: f64| if smooth { 0.0 } else { alpha.sqrt() };
-        let roughness = [
-            1.0,
-            self.coat.as_ref().map_or(0.0, |c| rough(c.smooth, c.ggx.ax)),
-            self.interface.as_ref().map_or(0.0, |i| rough(i.smooth, (i.ggx.ax * i.ggx.ay).sqrt())),
-            1.0,
-            1.0,
-            0.0,
-            1.0,
-            1.0,
-        ];
+        // All lobes that are not named are diffuse, or nearly.
+        let mut roughness = [1.0; mixture::LOBES];
+        roughness[mixture::COAT] = self.coat.as_ref().map_or(0.0, |c| rough(c.smooth, c.ggx.ax));
+        roughness[mixture::INTERFACE] =
+            self.interface.as_ref().map_or(0.0, |i| rough(i.smooth, (i.ggx.ax * i.ggx.ay).sqrt()));
+        roughness[mixture::PASS] = 0.0;
         let (mut sum, mut weights) = (0.0, 0.0);
         for (albedo, roughness) in self.albedos(self.above(Toward::all(1.0))).into_iter().zip(roughness) {
             sum += albedo.element_sum() * roughness;

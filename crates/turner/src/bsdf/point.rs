@@ -28,7 +28,7 @@ pub struct PrincipledPoint {
     pub exterior_ior: f64,
     /// How much longer highlights are along the tangent (x) than across, 0..=1.
     pub specular_roughness_anisotropy: f64,
-    /// Direction of anisotropy, counter-clockwise from x around z, in radians.
+    /// Direction of anisotropy, counter-clockwise from x around z, in radians (the material has degrees).
     pub anisotropy_rotation: f64,
     /// Widths (α along x, α along y) given outright, instead of roughness and anisotropy (glTF's formula differs from OpenPBR's).
     pub alpha: Option<(f64, f64)>,

@@ -93,8 +93,8 @@ fn lambda<S: Simd>(simd: S, ax: F64x8<S>, ay: F64x8<S>, w: Vec3x8<S>) -> F64x8<S
 
 #[cfg(test)]
 mod tests {
-    use turner_bvh::Kernel;
-    use turner_bvh::lanes::{LANES, Work, dispatch_with};
+    use turner_bvh::InstructionSet;
+    use turner_bvh::lanes::{LANES, Work, dispatch};
 
     use super::*;
     use crate::bsdf::{Bsdf, PrincipledPoint};
@@ -150,9 +150,9 @@ mod tests {
                 }
                 [u[0].0[lane], u[1].0[lane]] = random.units::<2>();
             }
-            for kernel in Kernel::available() {
+            for set in InstructionSet::available() {
                 let mut out = ([Block::default(); 3], [Block::default(); 3], Block::default());
-                dispatch_with(kernel, All { mirrors: &mirrors, wo: &wo, u: &u, out: &mut out });
+                dispatch(set, All { mirrors: &mirrors, wo: &wo, u: &u, out: &mut out });
                 for (lane, bsdf) in bsdfs.iter().enumerate() {
                     let vector = |v: &[Block; 3]| DVec3::new(v[0].0[lane], v[1].0[lane], v[2].0[lane]);
                     let (wi, f, pdf) = (vector(&out.0), vector(&out.1), out.2.0[lane]);

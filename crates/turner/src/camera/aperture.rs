@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::math::elementary::sin_cos_turns;
 use crate::math::{DVec2, radians};
 use crate::sampler::concentric_disk;
-use crate::scene::error::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, SceneError};
 
 /// An opening of radius 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,8 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::{CameraFrame, Handedness};
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3, Ray};
-use crate::scene::error::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, SceneError, params};
 
 params! {
     /// All directions around a point in one picture, twice as wide as high: columns are longitudes, rows latitudes, evenly spaced. Its middle lies in the direction of

@@ -3,8 +3,7 @@
 use super::{CameraFrame, Handedness};
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec2, DVec3, Ray, radians};
-use crate::scene::error::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, SceneError, params};
 
 params! {
     /// An equidistant fisheye: the distance from the picture's middle is proportional to the angle from the direction of view. The circle

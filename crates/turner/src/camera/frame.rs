@@ -1,8 +1,7 @@
 //! Where a camera stands and how it is turned.
 
 use crate::math::DVec3;
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::schema::choice;
+use crate::schema::{ErrorCode, SceneError, choice};
 
 choice! {
     /// Which hand the camera's axes (right, up, backward or forward) follow.

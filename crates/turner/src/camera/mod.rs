@@ -1,4 +1,19 @@
-//! Cameras: from a point of the picture to a ray. One file each.
+//! Cameras: from a point of the picture to a ray. One file each; [`CameraDesc`] is the table of their names in a scene.
+//!
+//! The contract, which every [`Camera`] keeps:
+//!
+//! - Places on the screen run from (−1, −1), its lower left corner, to (1, 1), its upper right one, whatever the shape of the picture; the film's rows run downwards from the top.
+//!   Filters may ask a little beyond.
+//! - [`Camera::ray`] is in world space. Its direction leads from the eye to the screen, or to the plane in focus; its length is the one in which the classic documents form it.
+//!   [`camera_rays`] makes eight rays of unit direction and returns those lengths beside them.
+//! - Rays begin at `near`, which is measured along the direction of view: `t_min` says where that is on the ray. They have no end (`t_max` is infinite).
+//! - Where a camera shows nothing (beyond a fisheye's circle) there is a ray all the same, which ends before it begins: `t_max` below 0. It meets nothing,
+//!   and the renderer makes the sample black, transparent where the background is. [`Camera::leaves_out`] says whether that may happen.
+//! - `lens` is a point of the unit square, spread evenly: it chooses the place on the lens. Cameras without a lens ignore it ([`Camera::has_lens`]). A ray depends on these numbers alone.
+//! - Every ray carries the same weight: importance is not a factor of the camera but the spread of its rays.
+//! - `project` goes the other way, from a point to its place in the picture, for light paths; its density is in pixels per area at right angles to the camera ray. `None` is a
+//!   point that the camera does not see.
+//! - A moment is not the camera's: the view gives it to the ray.
 
 mod aperture;
 mod equirectangular;
@@ -11,17 +26,17 @@ mod project;
 mod rays;
 mod thin_lens;
 
-pub use equirectangular::EquirectangularDesc;
-pub use fisheye::FisheyeDesc;
+pub use equirectangular::{Equirectangular, EquirectangularDesc};
+pub use fisheye::{Fisheye, FisheyeDesc};
 pub use frame::{CameraFrame, Handedness};
-pub use orthographic::OrthographicDesc;
-pub use pinhole::{MAX_SHIFT, PinholeDesc, Viewport};
+pub use orthographic::{Orthographic, OrthographicDesc};
+pub use pinhole::{MAX_SHIFT, Pinhole, PinholeDesc, Viewport};
 pub use pixel_cone::PixelCone;
 pub use project::Projection;
 pub use rays::camera_rays;
-pub use thin_lens::ThinLensDesc;
+pub use thin_lens::{ThinLens, ThinLensDesc};
 
-use crate::scene::schema::family;
+use crate::schema::family;
 
 family! {
     /// Cameras: `[camera]`. The `type` is "pinhole" unless given.
@@ -35,7 +50,7 @@ family! {
 }
 
 use crate::math::{Bounds, DVec2, DVec3, Ray, elementary::sin, radians};
-use crate::scene::SceneError;
+use crate::schema::SceneError;
 
 /// A camera ready to make rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,13 +101,8 @@ impl CameraDesc {
         CameraDesc::Pinhole(PinholeDesc {
             position: center + distance * DVec3::new(0.0, 0.3, 1.0).normalize(),
             look_at: center,
-            up: DVec3::Y,
-            handedness: Handedness::Right,
             fov: Some(fov),
-            viewport: None,
-            distance: None,
-            shift: DVec2::ZERO,
-            near: 0.0,
+            ..PinholeDesc::default()
         })
     }
 }
@@ -101,13 +111,25 @@ impl Camera {
     /// Whether [`Camera::ray`] uses its `lens`.
     #[inline]
     pub fn has_lens(&self) -> bool {
-        matches!(self, Camera::ThinLens(_))
+        match self {
+            Camera::ThinLens(_) => true,
+            Camera::Pinhole(_)
+            | Camera::Orthographic(_)
+            | Camera::Equirectangular(_)
+            | Camera::Fisheye(_) => false,
+        }
     }
 
     /// Whether parts of the picture show nothing, see [`Camera::ray`].
     #[inline]
     pub fn leaves_out(&self) -> bool {
-        matches!(self, Camera::Fisheye(_))
+        match self {
+            Camera::Fisheye(_) => true,
+            Camera::Pinhole(_)
+            | Camera::Orthographic(_)
+            | Camera::ThinLens(_)
+            | Camera::Equirectangular(_) => false,
+        }
     }
 
     /// The ray through a point of the screen, (−1, −1) its lower left and (1, 1) its upper right corner; `lens` is

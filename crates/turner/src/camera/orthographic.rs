@@ -2,8 +2,7 @@
 
 use super::{CameraFrame, Handedness, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
-use crate::scene::error::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, SceneError, params};
 
 params! {
     /// An orthographic camera: all rays are parallel, and distance does not shrink.

@@ -3,12 +3,10 @@
 use turner_bvh::lanes::{F64x8, Simd, Vec3x8};
 
 use super::{CameraFrame, Handedness};
-use crate::math::{DVec2, DVec3, Ray, elementary::tan, radians};
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::read::ReadContext;
-use crate::scene::schema::{ParamType, Range, params, wrong_type};
-use crate::scene::value::{Data, Value};
-use crate::scene::write::WriteContext;
+use crate::math::elementary::tan;
+use crate::math::{DVec2, DVec3, Ray, radians};
+use crate::schema::value::{Data, Value};
+use crate::schema::{ErrorCode, ParamType, Range, ReadContext, SceneError, WriteContext, params, wrong_type};
 
 params! {
     /// A pinhole camera. What it sees is given by `fov`, or by the size of a `viewport` at a `distance` from the eye, as in the classic documents.
@@ -53,7 +51,7 @@ impl ParamType for Viewport {
     fn kind() -> String {
         "[width, height] | height".into()
     }
-    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Viewport, SceneError> {
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Viewport, SceneError> {
         let read = match value.data {
             Data::Array(_) => Viewport::Size(DVec2::read(value, cx)?),
             Data::Integer(_) | Data::Number(_) => Viewport::Height(f64::read(value, cx)?),
@@ -71,7 +69,7 @@ impl ParamType for Viewport {
             Viewport::Size(s) => s.show(),
         }
     }
-    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+    fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
         match self {
             Viewport::Height(h) => h.write(cx),
             Viewport::Size(s) => s.write(cx),

@@ -55,10 +55,11 @@ impl Camera {
 mod tests {
     use super::*;
     use crate::camera::CameraDesc;
+    use crate::description::read_scene;
+    use crate::description::{ModelDesc, SceneAssets, SceneDesc};
     use crate::film::Antialias;
-    use crate::scene::read_scene;
-    use crate::scene::value::{Data, Entry, FileId, Span, Table, Value};
-    use crate::scene::{ErrorCode, ModelDesc, SceneAssets, SceneDesc, SceneError};
+    use crate::schema::value::{Data, Entry, FileId, Span, Table, Value};
+    use crate::schema::{ErrorCode, SceneError};
 
     struct NoFiles;
 
@@ -70,7 +71,7 @@ mod tests {
             &mut self,
             uri: &str,
             _: FileId,
-        ) -> Result<std::sync::Arc<crate::shape::mesh::MeshData>, SceneError> {
+        ) -> Result<std::sync::Arc<crate::schema::MeshData>, SceneError> {
             Err(SceneError::new(ErrorCode::File, uri))
         }
         fn model(&mut self, model: &ModelDesc, _: FileId) -> Result<std::sync::Arc<SceneDesc>, SceneError> {

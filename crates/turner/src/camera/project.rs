@@ -1,12 +1,13 @@
 //! From a point of the scene to its place in the picture: what light that comes from the other end needs.
 
+use std::f64::consts::{FRAC_2_PI, PI};
+
 use super::Camera;
 use super::frame::CameraFrame;
 use super::pinhole::Screen;
 use crate::film::FilmDesc;
 use crate::math::elementary::{acos, asin, atan2, sin};
 use crate::math::{DVec2, DVec3};
-use std::f64::consts::{FRAC_2_PI, PI};
 
 /// Where a camera sees a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,7 +157,6 @@ mod tests {
             position,
             look_at,
             up,
-            handedness: Handedness::Right,
             fov: Some(60.0),
             viewport,
             distance,
@@ -164,8 +164,7 @@ mod tests {
             lens_radius: 0.4,
             blades: 5,
             blade_rotation: 10.0,
-            focus: None,
-            near: 0.0,
+            ..ThinLensDesc::default()
         };
         let viewport = Viewport::Height(3.0);
         let descs = [
@@ -188,7 +187,7 @@ mod tests {
     /// What a camera ray meets is seen where the ray came from, and the density is that of the rays beside it.
     #[test]
     fn points_of_camera_rays_project_back() {
-        let film = FilmDesc { width: 300, height: 200, ..crate::scene::SceneDesc::default().film };
+        let film = FilmDesc { width: 300, height: 200, ..crate::description::SceneDesc::default().film };
         for camera in cameras() {
             for (x, y) in [(150.0, 100.0), (40.3, 71.9), (222.2, 150.0), (160.0, 33.0)] {
                 let lens = DVec2::new(0.8, 0.3);

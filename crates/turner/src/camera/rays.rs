@@ -1,7 +1,7 @@
 //! The rays of many points of the picture.
 
-use turner_bvh::RayBlock;
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
+use turner_bvh::{InstructionSet, RayBlock};
 
 use super::Camera;
 use super::pinhole::Pinhole;
@@ -12,6 +12,7 @@ use crate::math::DVec2;
 /// direction, and the length the directions had. Fills the lanes of `rays` where `x` is a number. `lens` gives a lane's place on the lens, if there is one.
 #[inline]
 pub fn camera_rays(
+    set: InstructionSet,
     camera: &Camera,
     film: &FilmDesc,
     x: &Block,
@@ -21,7 +22,7 @@ pub fn camera_rays(
 ) -> Block {
     let size = [f64::from(film.width), f64::from(film.height)];
     if let Camera::Pinhole(pinhole) = camera {
-        return dispatch(PinholeRays { pinhole, size, x, y, rays });
+        return dispatch(set, PinholeRays { pinhole, size, x, y, rays });
     }
     let mut lengths = Block::default();
     for lane in (0..LANES).filter(|lane| !x.0[*lane].is_nan()) {

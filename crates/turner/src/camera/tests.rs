@@ -2,31 +2,25 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use turner_bvh::InstructionSet;
+use turner_bvh::lanes::{Block, LANES};
+
 use super::*;
 use crate::math::elementary::{atan2, cos};
-use turner_bvh::lanes::{Block, LANES};
 
 /// Looks along −z from above the origin, x to the right.
 fn panorama() -> Camera {
     let desc = EquirectangularDesc {
         position: DVec3::new(0.0, 2.0, 0.0),
         look_at: DVec3::new(0.0, 2.0, -3.0),
-        up: DVec3::Y,
-        handedness: Handedness::Right,
         near: 0.25,
+        ..EquirectangularDesc::default()
     };
     CameraDesc::Equirectangular(desc).prepare(2.0).unwrap()
 }
 
 fn fisheye(angle: f64, aspect: f64) -> Camera {
-    let desc = FisheyeDesc {
-        position: DVec3::ZERO,
-        look_at: DVec3::NEG_Z,
-        up: DVec3::Y,
-        handedness: Handedness::Right,
-        angle,
-        near: 0.0,
-    };
+    let desc = FisheyeDesc { position: DVec3::ZERO, look_at: DVec3::NEG_Z, angle, ..FisheyeDesc::default() };
     CameraDesc::Fisheye(desc).prepare(aspect).unwrap()
 }
 
@@ -103,17 +97,12 @@ fn a_lens_with_blades_is_in_focus_where_a_round_one_is() {
     let desc = |blades| ThinLensDesc {
         position: DVec3::ZERO,
         look_at: DVec3::NEG_Z,
-        up: DVec3::Y,
-        handedness: Handedness::Right,
         fov: Some(40.0),
-        viewport: None,
-        distance: None,
-        shift: DVec2::ZERO,
         lens_radius: 0.5,
         blades,
         blade_rotation: 10.0,
         focus: Some(7.0),
-        near: 0.0,
+        ..ThinLensDesc::default()
     };
     for blades in [0, 3, 6] {
         let camera = CameraDesc::ThinLens(desc(blades)).prepare(1.0).unwrap();
@@ -158,10 +147,9 @@ fn a_shifted_screen_shows_what_lies_beside() {
             distance,
             shift,
             lens_radius: 0.2,
-            blades: 0,
-            blade_rotation: 0.0,
             focus: Some(3.0),
             near,
+            ..ThinLensDesc::default()
         };
         CameraDesc::ThinLens(desc).prepare(1.5).unwrap()
     };
@@ -177,11 +165,12 @@ fn a_shifted_screen_shows_what_lies_beside() {
     let ahead = looks(&pinhole(DVec2::new(0.5, 0.0)), -1.0, 0.0).normalize();
     assert!((ahead - (look_at - position).normalize()).length() < 1e-12);
     // Many rays at a time are the same.
-    let film = crate::film::FilmDesc { width: 30, height: 20, ..crate::scene::SceneDesc::default().film };
+    let film =
+        crate::film::FilmDesc { width: 30, height: 20, ..crate::description::SceneDesc::default().film };
     let (mut x, mut y) = (Block([f64::NAN; LANES]), Block([f64::NAN; LANES]));
     (x.0[0], y.0[0], x.0[1], y.0[1]) = (3.5, 17.25, 29.0, 1.0);
     let mut rays = turner_bvh::RayBlock::NOTHING;
-    camera_rays(&pinhole(shift), &film, &x, &y, |_| DVec2::ZERO, &mut rays);
+    camera_rays(InstructionSet::best(), &pinhole(shift), &film, &x, &y, |_| DVec2::ZERO, &mut rays);
     for lane in 0..2 {
         let at = DVec2::new(2.0 * x.0[lane] / 30.0 - 1.0, 1.0 - 2.0 * y.0[lane] / 20.0);
         let expected = looks(&pinhole(shift), at.x, at.y).normalize();

@@ -4,8 +4,7 @@ use super::aperture::Aperture;
 use super::pinhole::{Screen, screen};
 use super::{CameraFrame, Handedness, Viewport};
 use crate::math::{DVec2, DVec3, Ray};
-use crate::scene::error::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, SceneError, params};
 
 params! {
     /// A camera with a lens: what is not at the distance of focus is blurred. Needs several samples per pixel.

@@ -4,8 +4,8 @@
 //! display light in 0..=1, which the transfer curve then encodes.
 
 use super::Spectrum;
+use crate::choice::choice;
 use crate::math::elementary::{ln, pow};
-use crate::scene::schema::choice;
 
 choice! {
     /// How light of any strength becomes what a display can show.

@@ -1,8 +1,8 @@
 //! Transfer curves between scene values and display values.
 
 use super::Spectrum;
+use crate::choice::choice;
 use crate::math::elementary::pow;
-use crate::scene::schema::choice;
 
 choice! {
     /// How scene values become the numbers of an 8-bit picture, and how `#rrggbb`, colour names and 8-bit

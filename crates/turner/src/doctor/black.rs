@@ -1,7 +1,7 @@
 //! Why it is black, where light and its measure are to blame.
 
 use super::evidence::Evidence;
-use super::finding::{Finding, Question, Severity, percent, short};
+use super::finding::{Finding, Question, Severity, percent, rounded, short};
 use super::lights::LightFacts;
 use super::materials;
 use super::picture::{quantile, show};
@@ -9,6 +9,7 @@ use super::trial::Trial;
 use crate::integrator::{IntegratorDesc, LightSampling};
 use crate::light::{Light, LightDesc};
 use crate::math::elementary::ln;
+use crate::schema::Remedy;
 
 const BLACK: Question = Question::Black;
 
@@ -33,8 +34,8 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
     let background =
         !scene.background.color.is_black() || scene.background.zenith.is_some_and(|z| !z.is_black());
     let shapes = scene.shining().len() > scene.lights.len() || e.mets().any(|(_, _, m)| m.shines);
-    let unsampled = scene.integrator.is_physical() && materials_shine(e);
-    let physical = scene.integrator.is_physical();
+    let unsampled = scene.integrator.capabilities().physical && materials_shine(e);
+    let physical = scene.integrator.capabilities().physical;
     if shapes || unsampled || !scene.ambient.is_black() || physical && background {
         return None;
     }
@@ -62,7 +63,7 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
                 Finding::new(BLACK, severity, "classic-emission", 1.0, what)
                     .why("light from surfaces is followed by \"path\" and \"direct\" alone")
                     .remedy("render with an integrator that follows light, or add a [[light]]")
-                    .flag("--integrator path --antialias monte-carlo")
+                    .or(Remedy::set("integrator.type", "path").and("film.antialias", "monte-carlo"))
                     .measure("materials-that-shine", emissive as f64, "count"),
             );
         }
@@ -72,7 +73,7 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
             Finding::new(BLACK, severity, "no-lights", 1.0, what)
                 .why("every ray ends at a surface that nothing lights")
                 .remedy("add a [[light]], an object with a material of type \"emissive\", or `[background] color`")
-                .flag("--set background.color=1")
+                .set("background.color", 1.0)
                 .measure("lights", 0.0, "count"),
         );
     }
@@ -93,7 +94,7 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
         Finding::new(BLACK, severity, "lights-off", 1.0, what)
             .why(format!("its `{key}` is 0, or its colour or picture is black"))
             .remedy(format!("raise `{key}`, or choose another colour"))
-            .flag(format!("--set light.{first}.{key}=1"))
+            .set(&format!("light.{first}.{key}"), 1.0)
             .about(format!("{name} light #{first}"))
             .measure("lights", e.desc.lights.len() as f64, "count"),
     )
@@ -113,7 +114,7 @@ fn night(e: &Evidence<'_>, light: u32, arrives: f64) -> Option<Finding> {
             short(arrives)
         ))
         .remedy("raise `elevation` above 0, or the exposure")
-        .flag(format!("--set light.{light}.elevation=35"))
+        .set(&format!("light.{light}.elevation"), 35.0)
         .about(format!("sky light #{light}"))
         .measure("irradiance", arrives, "irradiance");
     Some(if sky.direction.is_none() {
@@ -196,7 +197,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
                 percent(t.brighter)
             ))
             .remedy(if direct { "raise `max_depth` of [integrator]" } else { "raise `max_depth` of [integrator], and `max_diffuse`, `max_glossy` and `max_transmission` if they are given" })
-            .flag(format!("--max-depth {}", if depth < 4 { 16 } else { 64 }));
+            .set("integrator.max_depth", if depth < 4 { 16 } else { 64 });
         out.push(measured(finding, t).measure("max-depth", f64::from(depth), "count"));
     }
     let IntegratorDesc::Path(p) = integrator else { return out };
@@ -207,7 +208,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
         let finding = Finding::new(BLACK, severity, "clamp-darkens", 0.8, what)
             .why(format!("without it the same samples bring {}", times(t)))
             .remedy("raise it or leave it out: more samples take fireflies away, too")
-            .flag("--clamp-indirect 0");
+            .set("integrator.clamp_indirect", 0.0);
         out.push(measured(finding, t).measure("clamp", p.clamp_indirect, "radiance"));
     }
     if let Some(t) = &e.g.transparent
@@ -217,10 +218,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
         let finding = Finding::new(BLACK, severity, "transparency-too-low", 0.93, what)
             .why(format!("with more the same samples bring {}", times(t)))
             .remedy("raise `max_transparent` of [integrator]")
-            .flag(format!(
-                "--set integrator.max_transparent={}",
-                p.max_transparent.max(16).saturating_mul(16).min(4096)
-            ));
+            .set("integrator.max_transparent", p.max_transparent.max(16).saturating_mul(16).min(4096));
         out.push(measured(finding, t).measure("max-transparent", f64::from(p.max_transparent), "count"));
     }
     if let Some(t) = &e.g.both_ways
@@ -236,7 +234,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
         let finding = Finding::new(BLACK, severity, "light-sampling", 0.94, what)
             .why(format!("{why}: with \"both\" the same samples bring {}", times(t)))
             .remedy("leave `light_sampling` of [integrator] out")
-            .flag("--set 'integrator.light_sampling=\"both\"'");
+            .set("integrator.light_sampling", "both");
         out.push(measured(finding, t));
     }
     out
@@ -244,7 +242,7 @@ fn settings(e: &Evidence<'_>) -> Vec<Finding> {
 
 /// There is light enough, but it is shown too dark.
 fn exposure(e: &Evidence<'_>) -> Option<Finding> {
-    let film = &e.scene.film;
+    let film = e.scene.film();
     if film.exposure > -1.0 || e.is_black() && e.picture.light.iter().all(|l| *l <= 0.0 || l.is_nan()) {
         return None;
     }
@@ -267,7 +265,7 @@ fn exposure(e: &Evidence<'_>) -> Option<Finding> {
                 short(plain)
             ))
             .remedy("set `exposure` of [film] to 0")
-            .flag("--exposure 0")
+            .set("film.exposure", 0.0)
             .measure("exposure", film.exposure, "stops")
             .measure("brightness-shown", now, "share")
             .measure("brightness-at-exposure-0", plain, "share"),
@@ -336,15 +334,15 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
         ));
     finding = match e.light_number(most.one) {
         Some(i) => match e.desc.lights.get(i as usize).and_then(|l| strength_key(&l.value)) {
-            Some((key, now)) => finding.flag(format!("--set light.{i}.{key}={}", short(now * factor))),
+            Some((key, now)) => finding.set(&format!("light.{i}.{key}"), rounded(now * factor)),
             None => finding,
         },
         None => finding,
     };
     if stops <= 60.0 {
         finding = finding
-            .flag(format!("--exposure {}", short(e.scene.film.exposure + stops)))
-            .flag("--auto-exposure");
+            .set("film.exposure", rounded(e.scene.film().exposure + stops))
+            .set("film.auto_exposure", true);
     }
     Some(
         finding

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::evidence::Evidence;
-use super::finding::{Finding, Question, Severity, percent, short};
+use super::finding::{Finding, Question, Severity, percent, rounded, short};
 use super::lights::{Blocker, LightFacts};
 use crate::light::{Light, LightDesc};
 use crate::math::DVec3;
 use crate::math::elementary::acos;
 use crate::scene::Shining;
+use crate::schema::Remedy;
 
 const BLACK: Question = Question::Black;
 
@@ -94,7 +95,7 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     if share(l.none) > 0.97 {
         return turned_away(e, l, &name, &find).map(|finding| Cause { finding, by: None });
     }
-    let up = e.scene.camera_desc.clone().placement_mut()[2].normalize_or(DVec3::Y);
+    let up = e.scene.prepared.view.camera_desc.clone().placement_mut()[2].normalize_or(DVec3::Y);
     let height = l.towards.dot(up);
     if l.bounds.is_none() {
         let is_sun = match l.one {
@@ -112,16 +113,11 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
                 Some(i)
                     if matches!(e.desc.lights.get(i as usize).map(|l| &l.value), Some(LightDesc::Sky(_))) =>
                 {
-                    finding.flag(format!("--set light.{i}.elevation=35"))
+                    finding.set(&format!("light.{i}.elevation"), 35.0)
                 }
                 Some(i) => {
                     let to = l.towards - 2.0 * height * up;
-                    finding.flag(format!(
-                        "--set light.{i}.from=[{},{},{}]",
-                        short(to.x),
-                        short(to.y),
-                        short(to.z)
-                    ))
+                    finding.set(&format!("light.{i}.from"), to.to_array().map(rounded))
                 }
                 None => finding,
             };
@@ -225,18 +221,17 @@ fn turned_away(
                 find("spot-too-narrow", 0.93, what)
                     .why(format!("the middle of what is seen lies {} degrees off its axis", short(angle)))
                     .remedy("widen it with `angle`, the degrees from its axis to the rim")
-                    .flag(format!("--set light.{i}.angle={}", short((angle + 15.0).clamp(20.0, 90.0))))
+                    .set(&format!("light.{i}.angle"), rounded((angle + 15.0).clamp(20.0, 90.0)))
                     .measure("angle-off-axis", angle, "degrees")
                     .measure("cone", spot.angle, "degrees"),
             );
         }
         let what = format!("\"{name}\" points away: what is seen lies {} degrees off its axis", short(angle));
-        let at = format!("{},{},{}", short(middle.x), short(middle.y), short(middle.z));
         return Some(
             find("light-faces-away", 0.93, what)
                 .why(format!("its cone reaches {} degrees from the axis", short(spot.angle)))
                 .remedy("turn it with `look_at`")
-                .flag(format!("--set light.{i}.look_at=[{at}]"))
+                .set(&format!("light.{i}.look_at"), middle.to_array().map(rounded))
                 .measure("angle-off-axis", angle, "degrees")
                 .measure("cone", spot.angle, "degrees"),
         );
@@ -270,7 +265,7 @@ fn turned_away(
 
 /// Lights that are a point or a direction, seen through glass: paths from the camera never find them.
 fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
-    if !e.scene.integrator.is_physical() || e.g.by_light_paths.is_some() {
+    if !e.scene.integrator.capabilities().physical || e.g.by_light_paths.is_some() {
         return None;
     }
     let lost = |l: &LightFacts| {
@@ -304,7 +299,7 @@ fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
         Finding::new(BLACK, severity, "light-behind-glass", 0.91, what)
             .why("a light without extent cannot be found by chance, and sampling it asks for a straight way, which glass does not leave: its caustics are missing")
             .remedy("let light paths find it; or give the lamp an extent: an object with a material of type \"emissive\" in its place, or `angle` on a directional light; or make the glass `thin_walled = true` with roughness 0, which lets light go straight")
-            .flag("--integrator path --caustics light-tracing")
+            .or(Remedy::set("integrator.type", "path").and("integrator.caustics", "light-tracing"))
             .about(name)
             .measure("light-lost", share, "share")
             .measure("lost-at-it", b.share, "share"),

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, short};
 use super::materials;
+use crate::description::{ObjectContent, ObjectDesc};
 use crate::math::{Bounds, DVec3};
-use crate::scene::{MaterialId, ObjectContent, ObjectDesc, WarningKind};
+use crate::schema::{MaterialId, MeshData, Remedy, WarningKind};
 use crate::shape::ShapeDesc;
-use crate::shape::mesh::MeshData;
 
 fn find(severity: Severity, code: &'static str, weight: f64, what: String) -> Finding {
     Finding::new(Question::Broken, severity, code, weight, what)
@@ -28,7 +28,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
             find(Severity::Note, "examination-cut", 0.1, what)
                 .why("this scene takes much longer to probe than most: what was found is right, but something may have been missed")
                 .remedy("give it more time")
-                .flag("--seconds 60")
+                .or(Remedy::Seconds(60.0))
                 .measure("pixels-looked-at", seen as f64, "count"),
         );
     }
@@ -47,7 +47,7 @@ fn non_finite(e: &Evidence<'_>) -> Option<Finding> {
     Some(
         find(Severity::Error, "non-finite", 1.0, what)
             .why("they are left out of the picture; a pixel of nothing else is magenta. Numbers in the scene are too large to be multiplied")
-            .remedy("look for lights, emission and colours of 1e30 and more; `turner explain --pixel X,Y` shows where it begins. If there are none this is a bug: please report it")
+            .remedy("look for lights, emission and colours of 1e30 and more; the explanation of a magenta pixel shows where it begins. If there are none this is a bug: please report it")
             .measure("samples", bad / all, "share"),
     )
 }
@@ -223,7 +223,7 @@ fn far_away(e: &Evidence<'_>) -> Option<Finding> {
 /// What was ignored or doubtful while loading and preparing.
 fn warnings(e: &Evidence<'_>) -> Vec<Finding> {
     let mut by: BTreeMap<(&str, &str), u64> = BTreeMap::new();
-    for w in &e.scene.warnings {
+    for w in &e.scene.prepared.warnings {
         let code = match w.kind {
             WarningKind::Ignored => "ignored",
             WarningKind::Doubtful => "doubtful",

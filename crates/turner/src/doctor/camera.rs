@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::evidence::Evidence;
-use super::finding::{Finding, Question, Severity, percent, short};
+use super::finding::{Finding, Question, Severity, percent, rounded, short};
 use super::materials;
 use super::sights::{directions, first};
 use crate::camera::CameraDesc;
 use crate::math::elementary::acos;
 use crate::math::{Bounds, DVec3, Ray};
-use crate::scene::MaterialId;
+use crate::schema::MaterialId;
 
 const BLACK: Question = Question::Black;
 
@@ -43,12 +43,12 @@ struct View {
 
 impl View {
     fn new(e: &Evidence<'_>) -> Option<View> {
-        let [position, look_at, _] = e.scene.camera_desc.clone().placement_mut().map(|v| *v);
+        let [position, look_at, _] = e.scene.prepared.view.camera_desc.clone().placement_mut().map(|v| *v);
         let forward = (look_at - position).normalize_or_zero();
         let rays = || e.g.sights.iter().flatten().map(|s| s.ray);
         rays().next()?;
         let cos_rim = rays().map(|r| r.direction.dot(forward)).fold(1.0, f64::min);
-        let height = f64::from(e.scene.film.height.max(1));
+        let height = f64::from(e.scene.film().height.max(1));
         let pixel = 2.0 * acos(cos_rim.clamp(-1.0, 1.0)) / height;
         Some(View { eye: position, forward, target: look_at, cos_rim, pixel })
     }
@@ -68,7 +68,7 @@ fn subject(e: &Evidence<'_>) -> Option<(Bounds, usize)> {
 /// A part of the picture was asked for in which there is nothing.
 fn crop(e: &Evidence<'_>) -> Option<Finding> {
     let [(light, met), (all, met_all)] = e.g.crop?;
-    let [x, y, width, height] = e.scene.film.crop?;
+    let [x, y, width, height] = e.scene.film().crop?;
     let empty = met == 0.0 && met_all > 0.1;
     let dark = light <= 0.02 * all && all > 0.0;
     if !(empty || dark) {
@@ -81,7 +81,7 @@ fn crop(e: &Evidence<'_>) -> Option<Finding> {
     let finding = Finding::new(BLACK, Severity::Error, "crop-misses", 0.97, what)
         .why("only the crop is rendered; elsewhere in the picture there is something to see")
         .remedy("remove `crop` from [film], or move it to what should be seen")
-        .flag(format!("--crop 0,0,{},{}", e.scene.film.width, e.scene.film.height));
+        .set("film.crop", [0, 0, e.scene.film().width, e.scene.film().height]);
     let finding = finding.measure("brightness-in-crop", light, "radiance").measure(
         "brightness-of-picture",
         all,
@@ -183,7 +183,7 @@ fn invisible(e: &Evidence<'_>) -> Option<Finding> {
                 percent(share)
             ))
             .remedy(format!("raise `opacity` of the material \"{name}\" to 1, or leave it out"))
-            .flag(format!("--set material.{name}.opacity=1"))
+            .set(&format!("material.{name}.opacity"), 1.0)
             .about(name)
             .measure("opacity", opacity, "share")
             .measure("rays-through", share, "share"),
@@ -233,10 +233,10 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
             find("camera-looks-away", 0.96, what)
                 .why(format!("none of its rays meets an object; they are around ({})", point(center)))
                 .remedy(format!("look at them: `[camera] look_at = [{}]`", point(center)))
-                .flag(format!("--set camera.look_at=[{}]", point(center).replace(' ', ""))),
+                .set("camera.look_at", center.to_array().map(rounded)),
         );
     }
-    if let CameraDesc::Pinhole(pinhole) = &e.scene.camera_desc
+    if let CameraDesc::Pinhole(pinhole) = &e.scene.prepared.view.camera_desc
         && pinhole.near > (distance - radius).max(0.0)
         && pinhole.near > 0.0
     {
@@ -245,7 +245,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
             find("camera-near-clips", 0.96, what)
                 .why(format!("the objects are {} units away", short(distance)))
                 .remedy("lower `near` of [camera]")
-                .flag("--set camera.near=0")
+                .set("camera.near", 0.0)
                 .measure("near", pinhole.near, "units"),
         );
     }
@@ -276,7 +276,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     } else {
         (
             "rays pass between the objects, or these have holes where they are looked at",
-            "move the camera, or look at `--integrator depth`",
+            "move the camera, or look at the integrator \"depth\"",
         )
     };
     Some(find("objects-not-met", 0.9, what).why(why).remedy(remedy))
@@ -284,7 +284,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
 
 /// A lens that nothing is in focus of.
 fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
-    let CameraDesc::ThinLens(lens) = &e.scene.camera_desc else { return None };
+    let CameraDesc::ThinLens(lens) = &e.scene.prepared.view.camera_desc else { return None };
     let focus = lens.focus.unwrap_or((view.target - view.eye).length());
     // Of points at a depth, the width of their circle in the plane in focus; that plane's height is what the picture shows of it.
     let pixels = |depth: f64| {
@@ -296,7 +296,7 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         return None;
     }
     let sharpest = super::picture::quantile(depths.iter().map(|d| pixels(*d)), 0.1);
-    let share = sharpest / f64::from(e.scene.film.height.max(1));
+    let share = sharpest / f64::from(e.scene.film().height.max(1));
     if share < 0.03 {
         return None;
     }
@@ -310,8 +310,8 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
             .why(format!("the plane in focus is {} units away, with a lens of radius {}; most of what is seen is {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
             .remedy("set `focus` of [camera] to that distance, or make `lens_radius` smaller")
-            .flag(format!("--set camera.focus={}", short(nearest)))
-            .flag(format!("--set camera.lens_radius={}", short(lens.lens_radius * 0.02 / share)))
+            .set("camera.focus", rounded(nearest))
+            .set("camera.lens_radius", rounded(lens.lens_radius * 0.02 / share))
             .measure("blur", sharpest, "pixels")
             .measure("focus", focus, "units")
             .measure("distance", nearest, "units"),
@@ -358,7 +358,7 @@ fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
                 short(to_target)
             ))
             .remedy("move the camera or the object, or cut it off with `near` of [camera]")
-            .flag(format!("--set camera.near={}", short(distance * 1.5)))
+            .set("camera.near", rounded(distance * 1.5))
             .about(name)
             .measure("rays-that-end-there", share, "share")
             .measure("distance", distance, "units")

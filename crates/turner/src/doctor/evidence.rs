@@ -1,7 +1,6 @@
 //! All that is measured, and sums of it that several questions need.
 
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
 
 use super::Options;
 use super::grid::{Pixel, pixels};
@@ -13,10 +12,13 @@ use super::picture::{PictureFacts, quantile};
 use super::sights::{Met, Sight, sights};
 use super::trees::{self, TreeFacts};
 use super::trial::{self, Trial};
+use crate::description::{Labels, SceneDesc};
+use crate::doctor::subject::Subject;
 use crate::film::Antialias;
-use crate::integrator::{IntegratorDesc, PathReuse, RayStats};
+use crate::integrator::{IntegratorDesc, Prepared, RayStats};
 use crate::math::DVec3;
-use crate::scene::{Labels, MaterialId, Scene, SceneDesc, Shining};
+use crate::scene::Shining;
+use crate::schema::MaterialId;
 
 /// Samples of a pixel with which changes are tried.
 const TRIED: u32 = 4;
@@ -46,30 +48,27 @@ pub(super) struct Gathered {
     pub(super) complete: bool,
 }
 
-/// Looks at the scene. Its film and integrator are changed.
-pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
-    let (start, limit) = (Instant::now(), Duration::from_secs_f64(options.seconds.clamp(0.0, 1e6)));
-    let by_light_paths = scene.caustics.is_some().then(|| light_by_paths(scene));
-    scene.caustics = None;
-    let stop = || start.elapsed() > limit;
-    let film = scene.film.clone();
-    let physical = scene.integrator.is_physical();
+/// Looks at the scene. Film and integrator of the subject are changed.
+pub(super) fn gather(scene: &mut Subject, options: &Options<'_>) -> Gathered {
+    let by_light_paths = light_by_paths(&scene.prepared);
+    let stop = options.stop;
+    let film = scene.film().clone();
+    let physical = scene.integrator.capabilities().physical;
     let whole = [0, 0, film.width, film.height];
     let crop = film.crop.filter(|crop| *crop != whole);
-    scene.film.crop = None;
-    scene.film.auto_exposure = false;
+    scene.film_mut().crop = None;
+    scene.film_mut().auto_exposure = false;
     // Paths are looked at one by one.
-    if let IntegratorDesc::Path(path) = &mut scene.integrator {
-        path.reuse = PathReuse::Off;
-    }
+    scene.set_integrator(scene.integrator.clone());
     match (physical, film.antialias) {
         (true, _) => {
-            (scene.film.antialias, scene.film.samples) = (Antialias::MonteCarlo, options.samples.max(TRIED));
+            let film = scene.film_mut();
+            (film.antialias, film.samples) = (Antialias::MonteCarlo, options.samples.max(TRIED));
         }
-        (false, Antialias::Adaptive | Antialias::Mean) => scene.film.antialias = Antialias::None,
+        (false, Antialias::Adaptive | Antialias::Mean) => scene.film_mut().antialias = Antialias::None,
         (false, _) => {}
     }
-    let samples = scene.film.samples_per_pixel().min(TRIED);
+    let samples = scene.film().samples_per_pixel().min(TRIED);
     let rect = crop.unwrap_or(whole);
     let (pixels, _) = pixels(rect, options.pixels);
     let mut g = Gathered {
@@ -89,14 +88,14 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
         complete: true,
         pixels,
     };
-    if scene.integrator.is_for_looking() {
+    if scene.integrator.capabilities().debug {
         return g;
     }
     g.shining = scene.shining().len();
     if physical {
         let exposure = crate::math::elementary::pow(2.0, film.exposure);
-        let samples = affordable(scene, &mut g, options, &stop);
-        g.paths = paths::follow(scene, &g.pixels, samples, exposure, options, &stop);
+        let samples = affordable(scene, &mut g, options, stop);
+        g.paths = paths::follow(scene, &g.pixels, samples, exposure, options, stop);
         g.complete = g.paths.iter().all(Option::is_some);
         let color = |p: &Option<PixelPaths>| p.as_ref().map_or([f64::NAN; 3], |p| p.color);
         g.colors = g.paths.iter().map(color).collect();
@@ -115,20 +114,25 @@ pub(super) fn gather(scene: &mut Scene, options: &Options) -> Gathered {
     g
 }
 
-/// The mean luminance of the picture that light paths bring.
-fn light_by_paths(scene: &Scene) -> f64 {
+/// The mean luminance of the picture that light paths bring, if there are any.
+fn light_by_paths(p: &Prepared) -> Option<f64> {
     const PATHS: u32 = 16384;
-    let Some(mut tracer) = scene.integrator.integrator().light_tracer(scene) else { return 0.0 };
+    let mut tracer = p.integrator.light_tracer(&p.scene, &p.view)?;
     let mut splats = Vec::new();
     for batch in 0..4 {
         tracer.trace(u64::from(batch * PATHS / 4), PATHS / 4, &mut splats, &mut RayStats::default());
     }
     let light: f64 = splats.iter().map(|s| f64::from(s.color.luminance())).filter(|v| v.is_finite()).sum();
-    light / (f64::from(PATHS) * f64::from(scene.film.width) * f64::from(scene.film.height))
+    Some(light / (f64::from(PATHS) * f64::from(p.view.film.width) * f64::from(p.view.film.height)))
 }
 
 /// How many samples of each pixel can be followed within reason; where paths are very long some pixels are left out, too.
-fn affordable(scene: &Scene, g: &mut Gathered, options: &Options, stop: &(dyn Fn() -> bool + Sync)) -> u32 {
+fn affordable(
+    scene: &Subject,
+    g: &mut Gathered,
+    options: &Options<'_>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> u32 {
     /// Vertices and shadow casters in all: about two seconds.
     const MOST: f64 = 800_000.0;
     const FEWEST: f64 = 4.0;
@@ -148,11 +152,11 @@ fn affordable(scene: &Scene, g: &mut Gathered, options: &Options, stop: &(dyn Fn
 }
 
 /// Mean colours of pixels.
-fn colors(scene: &Scene, pixels: &[Pixel], samples: u32, options: &Options) -> Vec<[f64; 3]> {
+fn colors(scene: &Subject, pixels: &[Pixel], samples: u32, options: &Options<'_>) -> Vec<[f64; 3]> {
     let of = |pixel: &Pixel| {
         let mut sum = [0.0; 3];
         for i in 0..samples {
-            let color = crate::render::sample(scene, pixel.x, pixel.y, i)
+            let color = crate::render::sample(&scene.prepared, pixel.x, pixel.y, i)
                 .map_or([f32::NAN; 3], |r| r.color.to_array());
             for (s, v) in sum.iter_mut().zip(color) {
                 *s += f64::from(v);
@@ -165,8 +169,8 @@ fn colors(scene: &Scene, pixels: &[Pixel], samples: u32, options: &Options) -> V
 }
 
 /// The light of a few pixels within a crop and of the whole picture, and how many of their rays meet something.
-fn crop_facts(scene: &Scene, crop: [u32; 4], options: &Options) -> [(f64, f64); 2] {
-    [crop, [0, 0, scene.film.width, scene.film.height]].map(|rect| {
+fn crop_facts(scene: &Subject, crop: [u32; 4], options: &Options<'_>) -> [(f64, f64); 2] {
+    [crop, [0, 0, scene.film().width, scene.film().height]].map(|rect| {
         let (pixels, _) = pixels(rect, 64);
         let light = trial::light(scene, &pixels, 1, options);
         let met = sights(scene, &pixels, options).iter().flatten().filter(|s| s.met.is_some()).count();
@@ -184,18 +188,17 @@ fn points(g: &Gathered) -> Vec<(DVec3, DVec3)> {
     g.sights.iter().flatten().filter_map(|s| s.met).map(|m| (m.p, m.n)).collect()
 }
 
-fn try_changes(scene: &mut Scene, g: &mut Gathered, samples: u32, options: &Options) {
+fn try_changes(scene: &mut Subject, g: &mut Gathered, samples: u32, options: &Options<'_>) {
     let own = scene.integrator.clone();
     let ended = |word: &str| g.paths.iter().flatten().filter_map(|p| p.ends.get(word)).sum::<u32>();
     let cut: u32 = g.paths.iter().flatten().map(|p| p.cut).sum();
     let transparency = ended("transparency");
     let mut before = None;
-    let mut change = |scene: &mut Scene, to: IntegratorDesc| {
-        scene.integrator = own.clone();
+    let mut change = |scene: &mut Subject, to: IntegratorDesc| {
         let before = before.get_or_insert_with(|| trial::light(scene, &g.pixels, samples, options));
-        scene.integrator = to;
+        scene.set_integrator(to);
         let trial = trial::compare(before, &trial::light(scene, &g.pixels, samples, options));
-        scene.integrator = own.clone();
+        scene.set_integrator(own.clone());
         trial
     };
     match own.clone() {
@@ -236,7 +239,7 @@ fn try_changes(scene: &mut Scene, g: &mut Gathered, samples: u32, options: &Opti
 
 /// What was measured, with sums of it.
 pub(super) struct Evidence<'a> {
-    pub(super) scene: &'a Scene,
+    pub(super) scene: &'a Subject,
     pub(super) desc: &'a SceneDesc,
     pub(super) labels: Labels<'a>,
     pub(super) g: Gathered,
@@ -258,8 +261,8 @@ pub(super) struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
-    pub(super) fn new(scene: &'a Scene, desc: &'a SceneDesc, g: Gathered) -> Evidence<'a> {
-        let picture = PictureFacts::new(&scene.film, &g.colors);
+    pub(super) fn new(scene: &'a Subject, desc: &'a SceneDesc, g: Gathered) -> Evidence<'a> {
+        let picture = PictureFacts::new(scene.film(), &g.colors);
         let met_at = |i: usize| g.sights.get(i).copied().flatten().and_then(|s| s.met);
         let lit = |i: usize| met_at(i).is_some_and(|m: Met| !m.shines);
         let objects = picture.shown.iter().enumerate().filter(|(i, _)| lit(*i)).map(|(_, v)| *v);
@@ -285,7 +288,7 @@ impl<'a> Evidence<'a> {
         let known = e.g.paths.iter().flatten().filter(|p| p.samples >= 2).count().max(1) as f64;
         for p in e.g.paths.iter().flatten().filter(|p| p.samples >= 2) {
             // With few samples even spreading does little.
-            let variance = if e.scene.film.samples_per_pixel() >= 8 { p.spread } else { p.variance };
+            let variance = if e.scene.film().samples_per_pixel() >= 8 { p.spread } else { p.variance };
             e.variance += variance / known;
             for (key, share) in &p.shares {
                 let values = [share.light, share.variance, share.chance];
@@ -353,7 +356,7 @@ impl<'a> Evidence<'a> {
         }
     }
 
-    /// The number of its light in the description: for `--set light.N.…`.
+    /// The number of its light in the description: for the key path `light.N.…`.
     pub(super) fn light_number(&self, one: Shining) -> Option<u32> {
         match one {
             Shining::Light(i) => self.scene.light_sources.get(i as usize).copied().flatten(),
@@ -363,7 +366,7 @@ impl<'a> Evidence<'a> {
 
     /// Samples that the picture has per pixel.
     pub(super) fn samples(&self) -> u32 {
-        self.scene.film.samples_per_pixel()
+        self.scene.film().samples_per_pixel()
     }
 
     /// A sum over all pixels' paths.

@@ -1,5 +1,8 @@
 //! What was found.
 
+use crate::schema::Remedy;
+use crate::schema::value::Data;
+
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -78,8 +81,8 @@ pub struct Finding {
     pub why: String,
     /// What to do about it.
     pub remedy: String,
-    /// Options that do it, where options can: e.g. `--exposure 2`.
-    pub flags: Vec<String>,
+    /// The same as data, where a program can do it: each of them alone.
+    pub remedies: Vec<Remedy>,
     /// What it rests on.
     pub measured: Vec<Measure>,
     /// The thing's name, as the scene has it; of several the first.
@@ -103,7 +106,7 @@ impl Finding {
             what: what.into(),
             why: String::new(),
             remedy: String::new(),
-            flags: Vec::new(),
+            remedies: Vec::new(),
             measured: Vec::new(),
             subject: None,
         }
@@ -119,9 +122,15 @@ impl Finding {
         self
     }
 
-    pub(super) fn flag(mut self, flag: impl Into<String>) -> Finding {
-        self.flags.push(flag.into());
+    /// A remedy as data.
+    pub(super) fn or(mut self, remedy: Remedy) -> Finding {
+        self.remedies.push(remedy);
         self
+    }
+
+    /// The remedy of one value of the scene.
+    pub(super) fn set(self, key: &str, value: impl Into<Data>) -> Finding {
+        self.or(Remedy::set(key, value))
     }
 
     pub(super) fn about(mut self, subject: impl Into<String>) -> Finding {
@@ -166,6 +175,11 @@ pub(super) fn short(v: f64) -> String {
     };
     let text = format!("{v:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// The number that [`short`] shows.
+pub(super) fn rounded(v: f64) -> f64 {
+    short(v).parse().unwrap_or(v)
 }
 
 /// A share as a percentage.

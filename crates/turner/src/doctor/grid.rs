@@ -1,7 +1,7 @@
 //! Which pixels are looked at.
 
+use crate::doctor::subject::Subject;
 use crate::sampler::SampleId;
-use crate::scene::Scene;
 
 /// A pixel that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,8 +38,8 @@ pub(super) fn pixels([x0, y0, width, height]: [u32; 4], count: u32) -> (Vec<Pixe
 
 impl Pixel {
     /// One of its samples.
-    pub(super) fn sample(&self, scene: &Scene, index: u32) -> SampleId {
-        SampleId { x: self.x, y: self.y, index, seed: u64::from(scene.film.seed) }
+    pub(super) fn sample(&self, scene: &Subject, index: u32) -> SampleId {
+        SampleId { x: self.x, y: self.y, index, seed: u64::from(scene.film().seed) }
     }
 }
 

@@ -6,7 +6,8 @@ use crate::color::Spectrum;
 use crate::integrator::path::{LightRecord, Passage, PathRecord, ScatterRecord, VertexRecord};
 use crate::light::Light;
 use crate::math::{Bounds, DVec3, Ray};
-use crate::scene::{MaterialId, Scene};
+use crate::scene::Scene;
+use crate::schema::MaterialId;
 
 /// A sort of path from the camera to light. In Heckbert's letters, from light to eye: L, diffuse D, other lobes S, E.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -142,7 +143,7 @@ impl LightPlaces {
 /// The light in a direction around the scene.
 fn around(scene: &Scene, direction: DVec3, is_delta: bool) -> Source {
     let mut environment = Source::Background;
-    for (i, light) in (0..).zip(&scene.lights) {
+    for (i, light) in (0..).zip(&scene.lights[..]) {
         match light {
             Light::Directional(l) if l.is_disc() && !is_delta && l.found(direction).is_some() => {
                 return Source::Light(i);

@@ -61,7 +61,7 @@ pub(super) struct Blocker {
 }
 
 /// Asks all lights from the points, each with the normal on the side that is seen.
-pub(super) fn ask(scene: &Scene, points: &[(DVec3, DVec3)], options: &Options) -> Vec<LightFacts> {
+pub(super) fn ask(scene: &Scene, points: &[(DVec3, DVec3)], options: &Options<'_>) -> Vec<LightFacts> {
     let all = scene.shining();
     let step = all.len().div_ceil(MOST_LIGHTS).max(1);
     let chosen: Vec<Shining> = all.iter().copied().step_by(step).collect();

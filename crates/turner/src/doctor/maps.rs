@@ -1,14 +1,15 @@
 //! Pictures of what the picture is like: cost, variance, and the sort of path that brings most light.
 
-use super::Options;
 use super::grid::Pixel;
 use super::kind::PathKind;
 use super::paths::{self, PixelPaths};
-use super::trees;
+use super::{Options, trees};
 use crate::color::{Spectrum, heat, srgb_encode};
+use crate::description::SceneDesc;
+use crate::doctor::subject::Subject;
 use crate::film::Antialias;
+use crate::integrator::Prepared;
 use crate::math::elementary::ln;
-use crate::scene::Scene;
 
 /// A picture of 8-bit display values (sRGB), row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,13 +30,17 @@ pub struct Map {
 const MOST: f64 = 40_000.0;
 
 /// Maps of a scene. Of scenes whose integrator follows no light by paths there is the cost alone.
-pub fn maps(scene: &mut Scene, options: &Options) -> Vec<Map> {
-    let film = scene.film.clone();
-    scene.film.crop = None;
-    if scene.integrator.is_physical() {
-        (scene.film.antialias, scene.film.samples) = (Antialias::MonteCarlo, options.samples.max(2));
+/// `desc` is what it was prepared from.
+pub fn maps(prepared: &Prepared, desc: &SceneDesc, options: &Options<'_>) -> Vec<Map> {
+    let scene = &mut Subject { prepared: prepared.clone(), integrator: desc.integrator.clone() };
+    scene.set_integrator(desc.integrator.clone());
+    let film = scene.film().clone();
+    scene.film_mut().crop = None;
+    if scene.integrator.capabilities().physical {
+        let film = scene.film_mut();
+        (film.antialias, film.samples) = (Antialias::MonteCarlo, options.samples.max(2));
     } else {
-        scene.film.antialias = Antialias::None;
+        scene.film_mut().antialias = Antialias::None;
     }
     let [x0, y0, w, h] = film.crop.unwrap_or([0, 0, film.width, film.height]);
     let step = (f64::from(w) * f64::from(h) / MOST).sqrt().max(1.0);
@@ -47,7 +52,7 @@ pub fn maps(scene: &mut Scene, options: &Options) -> Vec<Map> {
         .map(|(x, y)| Pixel { x: x0 + place(x, width, w), y: y0 + place(y, height, h) })
         .collect();
     let map = |name, pixels: Vec<[u8; 3]>, range| Map { name, width, height, pixels, range };
-    let out = if scene.integrator.is_physical() {
+    if scene.integrator.capabilities().physical {
         let samples = options.samples.min(8);
         let exposure = crate::math::elementary::pow(2.0, film.exposure);
         let paths = paths::follow(scene, &pixels, samples, exposure, options, &|| false);
@@ -63,7 +68,7 @@ pub fn maps(scene: &mut Scene, options: &Options) -> Vec<Map> {
             map("variance", variance, Some((variance_range, "relative variance of a sample"))),
             map("path-kind", kinds.collect(), None),
         ]
-    } else if scene.integrator.is_for_looking() {
+    } else if scene.integrator.capabilities().debug {
         Vec::new()
     } else {
         let cost: Vec<f64> = pixels
@@ -75,9 +80,7 @@ pub fn maps(scene: &mut Scene, options: &Options) -> Vec<Map> {
             .collect();
         let (cost, range) = heat_map(&cost, false);
         vec![map("cost", cost, Some((range, "rays per sample")))]
-    };
-    scene.film = film;
-    out
+    }
 }
 
 /// The sort of path that brings most of a pixel's light.

@@ -1,8 +1,10 @@
 //! What materials are like, as far as it can be said beforehand.
 
 use crate::color::Spectrum;
+use crate::description::SceneDesc;
 use crate::material::{AlphaMode, Material, MaterialDesc, PrincipledMaterial, ShadowKind};
-use crate::scene::{ColorSource, MaterialId, Scene, SceneDesc};
+use crate::scene::Scene;
+use crate::schema::{ColorSource, MaterialId};
 
 /// Whether a material shines on this side, or shows its colour whatever the light.
 pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
@@ -20,7 +22,7 @@ pub(super) fn lets_through(scene: &Scene, id: MaterialId) -> bool {
         Some(Material::Physical(m)) => m.desc.is_transmissive(),
         Some(Material::Principled(m, _)) => m.is_transmissive(),
         Some(Material::Classic(m)) => m.k_refract > 0.0,
-        _ => false,
+        Some(Material::Mix(_)) | None => false,
     }
 }
 

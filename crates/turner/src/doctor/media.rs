@@ -1,14 +1,18 @@
 //! Light that fog, smoke or the inside of glass swallows, found by looking at the same pixels without it.
 
+use std::sync::Arc;
+
 use super::evidence::Evidence;
-use super::finding::{Finding, Question, Severity, percent, short};
+use super::finding::{Finding, Question, Severity, percent, rounded, short};
 use super::grid::Pixel;
 use super::trial::{self, Trial};
 use super::{Options, materials};
 use crate::color::Spectrum;
+use crate::doctor::subject::Subject;
 use crate::material::Material;
 use crate::medium::{Medium, MediumDesc};
-use crate::scene::{ColorSource, MaterialId, Scene};
+use crate::scene::Scene;
+use crate::schema::{ColorSource, MaterialId};
 
 const WHITE: ColorSource = ColorSource::Constant(Spectrum::WHITE);
 const BLACK: ColorSource = ColorSource::Constant(Spectrum::BLACK);
@@ -34,17 +38,14 @@ pub(super) struct Without {
 
 /// Tries each medium and each transparent material that absorbs. The scene is as before afterwards.
 pub(super) fn try_without(
-    scene: &mut Scene,
+    scene: &mut Subject,
     pixels: &[Pixel],
     samples: u32,
-    options: &Options,
+    options: &Options<'_>,
 ) -> Vec<Without> {
     let media = scene.volumes.as_ref().map_or(0, |v| v.count()).min(MOST) as u32;
-    let absorbing: Vec<MaterialId> = (0..scene.materials.len() as u32)
-        .map(MaterialId)
-        .filter(|m| inside(scene, *m).is_some())
-        .take(MOST)
-        .collect();
+    let absorbing: Vec<MaterialId> =
+        (0..scene.materials.len() as u32).map(MaterialId).filter(|m| absorbs(scene, *m)).take(MOST).collect();
     let media = (0..media).map(Swallows::Medium);
     let all: Vec<Swallows> = media.chain(absorbing.into_iter().map(Swallows::Inside)).collect();
     if all.is_empty() {
@@ -75,13 +76,24 @@ pub(super) fn try_without(
     out
 }
 
-fn exchange(scene: &mut Scene, id: u32, medium: Medium) -> Option<Medium> {
-    scene.volumes.as_mut()?.exchange(id, medium)
+fn exchange(scene: &mut Subject, id: u32, medium: Medium) -> Option<Medium> {
+    Arc::make_mut(scene.scene_mut().volumes.as_mut()?).exchange(id, medium)
+}
+
+/// Whether the inside of a transparent material absorbs.
+fn absorbs(scene: &Scene, id: MaterialId) -> bool {
+    match scene.materials.get(id.index()) {
+        Some(Material::Physical(m)) => {
+            let d = &m.desc;
+            d.transmission_weight != BLACK && d.transmission_depth > 0.0 && d.transmission_color != WHITE
+        }
+        _ => false,
+    }
 }
 
 /// The colour that light has after the way that a transparent material states; `None` if its inside does not absorb.
-fn inside(scene: &mut Scene, id: MaterialId) -> Option<&mut ColorSource> {
-    match scene.materials.get_mut(id.index())? {
+fn inside(scene: &mut Subject, id: MaterialId) -> Option<&mut ColorSource> {
+    match Arc::make_mut(&mut scene.scene_mut().materials).get_mut(id.index())? {
         Material::Physical(m) if m.desc.transmission_weight != BLACK && m.desc.transmission_depth > 0.0 => {
             Some(&mut m.desc.transmission_color).filter(|c| **c != WHITE)
         }
@@ -126,10 +138,10 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
                     "make it thinner: about {} times as dense leaves a third on the way to what is seen; or move the camera and the lights out of it",
                     short(thinner(e, extinction))
                 ))
-                .flag(format!("--set medium.{name}.density={}", short(density(&medium.value) * thinner(e, extinction))));
-            // Media in place have no name that an option could use.
+                .set(&format!("medium.{name}.density"), rounded(density(&medium.value) * thinner(e, extinction)));
+            // Media in place have no name that a key path could use.
             let finding =
-                if medium.name.is_some() { finding } else { Finding { flags: Vec::new(), ..finding } };
+                if medium.name.is_some() { finding } else { Finding { remedies: Vec::new(), ..finding } };
             out.push(measured(finding.about(name)).measure("mean-way-of-light", way, "units"));
         }
         Swallows::Inside(id) => {

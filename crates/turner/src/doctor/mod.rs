@@ -29,7 +29,10 @@ mod paths;
 mod picture;
 mod sights;
 mod slow;
+mod subject;
 mod summary;
+#[cfg(test)]
+mod tests;
 mod threads;
 mod trees;
 mod trial;
@@ -40,26 +43,43 @@ pub use grid::Pixel;
 pub use kind::{PathKind, Source};
 pub use summary::{KindShare, LightShare, Summary};
 
-use crate::integrator::IntegratorDesc;
-use crate::scene::{Scene, SceneDesc};
+use std::fmt;
+
 use evidence::Evidence;
+use subject::Subject;
+
+use crate::description::SceneDesc;
+use crate::integrator::{IntegratorDesc, Prepared};
+use crate::schema::Remedy;
 
 /// How much is looked at.
-#[derive(Clone, Copy, Debug)]
-pub struct Options {
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
     /// About how many pixels.
     pub pixels: u32,
     /// Samples of each.
     pub samples: u32,
     /// Threads; 0 is all there are.
     pub threads: usize,
-    /// Seconds after which no more pixels are begun.
-    pub seconds: f64,
+    /// Whether time is up: asked before each pixel, from any thread; no more are begun then. Turner itself asks no clock.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl Default for Options {
-    fn default() -> Options {
-        Options { pixels: 640, samples: 32, threads: 0, seconds: 10.0 }
+impl Default for Options<'_> {
+    /// Takes the time it needs.
+    fn default() -> Self {
+        Options { pixels: 640, samples: 32, threads: 0, stop: &|| false }
+    }
+}
+
+impl fmt::Debug for Options<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Options { pixels, samples, threads, stop: _ } = self;
+        f.debug_struct("Options")
+            .field("pixels", pixels)
+            .field("samples", samples)
+            .field("threads", threads)
+            .finish_non_exhaustive()
     }
 }
 
@@ -114,27 +134,28 @@ fn looking(integrator: &IntegratorDesc) -> Finding {
     Finding::new(Question::Broken, Severity::Note, "not-light", 0.5, what)
         .why("lights, materials and noise play no part in the picture")
         .remedy("choose an integrator that follows light")
-        .flag("--integrator path --antialias monte-carlo --samples 64")
+        .or(Remedy::set("integrator.type", "path")
+            .and("film.antialias", "monte-carlo")
+            .and("film.samples", 64))
 }
 
-/// Looks at a scene and says what is wrong with it. `desc` is what it was prepared from; film and integrator of `scene` are changed while it looks,
-/// and are as before afterwards.
-pub fn examine(scene: &mut Scene, desc: &SceneDesc, options: &Options) -> Examination {
-    let (film, integrator) = (scene.film.clone(), scene.integrator.clone());
-    let gathered = evidence::gather(scene, options);
-    (scene.film, scene.integrator) = (film, integrator);
+/// Looks at a scene and says what is wrong with it. `desc` is what it was prepared from.
+pub fn examine(prepared: &Prepared, desc: &SceneDesc, options: &Options<'_>) -> Examination {
+    let own = Subject { prepared: prepared.clone(), integrator: desc.integrator.clone() };
+    let gathered = evidence::gather(&mut own.clone(), options);
+    let scene = &own;
     let e = Evidence::new(scene, desc, gathered);
     let mut findings = Vec::new();
     camera::ask(&e, &mut findings);
     broken::ask(&e, &mut findings);
-    if !scene.integrator.is_for_looking() {
+    if !scene.integrator.capabilities().debug {
         black::ask(&e, &mut findings);
         media::ask(&e, &mut findings);
         blocked::ask(&e, &mut findings);
         washed_out::ask(&e, &mut findings);
         noisy::ask(&e, &mut findings);
     }
-    if scene.integrator.is_for_looking() {
+    if scene.integrator.capabilities().debug {
         findings.push(looking(&scene.integrator));
     }
     slow::ask(&e, &mut findings);

@@ -8,6 +8,7 @@ use super::picture::quantile;
 use crate::film::Antialias;
 use crate::light::Light;
 use crate::scene::Shining;
+use crate::schema::Remedy;
 
 /// Relative mean squared error above which noise is seen at once.
 const VISIBLE: f64 = 0.01;
@@ -38,13 +39,13 @@ fn measured(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let fewer = wanted.min(16_777_216.0);
     let all = e.all[1].max(f64::MIN_POSITIVE);
     let flags = |f: Finding| {
-        f.flag(format!("--antialias monte-carlo --samples {fewer:.0}"))
+        f.or(Remedy::set("film.antialias", "monte-carlo").and("film.samples", fewer as u32))
             .measure("error-expected", error, "relmse")
             .measure("variance-of-a-sample", e.variance, "relmse")
             .measure("samples", samples, "count")
             .measure("samples-for-0.01", wanted, "count")
     };
-    if e.scene.film.antialias == Antialias::None && e.scene.integrator.is_physical() {
+    if e.scene.film().antialias == Antialias::None && e.scene.integrator.capabilities().physical {
         let what = "each pixel has one sample alone: `antialias = \"none\"`".to_owned();
         out.push(flags(
             Finding::new(Question::Noisy, severity, "one-sample", 0.9, what)
@@ -101,7 +102,7 @@ fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
     let finding = Finding::new(Question::Noisy, Severity::Warning, "noise-caustics", weight, what)
         .why(format!("sampling a light asks for a straight way, which glass does not leave, and by chance one of {} paths hits a light of this size", short(1.0 / size)))
         .remedy("find it by light paths; or make the light larger, or the glass `thin_walled` with roughness 0, which lets light go straight")
-        .flag("--integrator path --caustics full")
+        .or(Remedy::set("integrator.type", "path").and("integrator.caustics", "full"))
         .about(glass)
         .measure("light-through-glass", share, "share")
         .measure("chance-to-hit", size, "share");
@@ -144,6 +145,9 @@ fn of_kind(
             .remedy(format!("{remedy}; {} samples bring the error to {VISIBLE}", short(wanted)))
             .measure("share-of-kind", of_kind, "share")
             .measure("found-by-chance", chance, "share");
+    if kind == PathKind::Caustic {
+        finding = finding.set("integrator.caustics", "full").set("integrator.clamp_indirect", 10.0);
+    }
     if let Some((name, part)) = at {
         finding = finding.about(name).measure("share-of-material", part, "share");
     }
@@ -167,7 +171,7 @@ fn advice(
         PathKind::Caustic => (
             "noise-caustics",
             "light that mirrors or glass throw on a surface is found only by paths that hit the light by chance",
-            "find it by light paths: `--caustics full`; or make the light larger, or the glass `thin_walled`; `--clamp-indirect 10` takes the brightest away, and light with them",
+            "find it by light paths: `caustics = \"full\"` in [integrator]; or make the light larger, or the glass `thin_walled`; `clamp_indirect = 10` takes the brightest away, and light with them",
         ),
         PathKind::Indirect => (
             "noise-indirect",
@@ -242,8 +246,8 @@ fn fireflies(e: &Evidence<'_>) -> Option<Finding> {
     );
     let finding = Finding::new(Question::Noisy, Severity::Warning, "fireflies", 0.6, what)
         .why("bright light that is found rarely by chance stands out as single pixels")
-        .remedy("more samples make them rarer and paler; `--clamp-indirect 10` takes them away, and their light with them; a larger or weaker light, or rougher glass, makes none")
-        .flag("--clamp-indirect 10")
+        .remedy("more samples make them rarer and paler; `clamp_indirect = 10` in [integrator] takes them away, and their light with them; a larger or weaker light, or rougher glass, makes none")
+        .set("integrator.clamp_indirect", 10.0)
         .measure("pixels", count, "share")
         .measure("share-of-variance", share, "share");
     Some(match key.material {

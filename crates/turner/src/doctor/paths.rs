@@ -5,10 +5,12 @@ use std::collections::BTreeMap;
 use super::grid::Pixel;
 use super::kind::{LightPlaces, Part, PathKind, Source, parts};
 use super::{Options, threads};
+use crate::doctor::subject::Subject;
 use crate::integrator::path::{End, Passage, PathRecord, replay_at};
 use crate::math::DVec3;
-use crate::render::place_of;
-use crate::scene::{MaterialId, Scene};
+use crate::scene::Scene;
+use crate::schema::MaterialId;
+use crate::view::place_of;
 
 /// Vertices and shadow casters of one pixel's paths that are followed: so that no pixel takes for ever.
 const MOST_WORK: u64 = 20_000;
@@ -71,18 +73,18 @@ pub(super) struct PixelPaths {
 
 /// Follows the paths of all pixels; `exposure` is the factor at which they are shown.
 pub(super) fn follow(
-    scene: &Scene,
+    scene: &Subject,
     pixels: &[Pixel],
     samples: u32,
     exposure: f64,
-    options: &Options,
+    options: &Options<'_>,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Option<PixelPaths>> {
     let places = LightPlaces::new(scene);
     threads::map(pixels, options.threads, stop, |pixel| of_pixel(scene, &places, pixel, samples, exposure))
 }
 
-fn of_pixel(scene: &Scene, places: &LightPlaces, pixel: &Pixel, samples: u32, exposure: f64) -> PixelPaths {
+fn of_pixel(scene: &Subject, places: &LightPlaces, pixel: &Pixel, samples: u32, exposure: f64) -> PixelPaths {
     let mut out = PixelPaths::default();
     let mut totals: Vec<f64> = Vec::new();
     let mut by_key: BTreeMap<Key, (Vec<f64>, Vec<f64>)> = BTreeMap::new();
@@ -92,7 +94,7 @@ fn of_pixel(scene: &Scene, places: &LightPlaces, pixel: &Pixel, samples: u32, ex
             break;
         }
         let id = pixel.sample(scene, index);
-        let Ok(path) = replay_at(scene, id, place_of(scene, &id)) else { break };
+        let Ok(path) = replay_at(&scene.prepared, id, place_of(&scene.prepared.view, &id)) else { break };
         work += note(&mut out, scene, places, &path);
         out.work = work;
         out.samples += 1;

@@ -1,11 +1,12 @@
 //! What camera rays meet first, and what it takes to find it.
 
-use super::Options;
 use super::grid::Pixel;
-use super::threads;
+use super::{Options, threads};
+use crate::doctor::subject::Subject;
 use crate::math::{DVec3, Ray};
-use crate::render::{camera_ray, place_of};
-use crate::scene::{MaterialId, Scene};
+use crate::scene::Scene;
+use crate::schema::MaterialId;
+use crate::view::{camera_ray, place_of};
 
 /// What the camera ray in the middle of a pixel meets.
 #[derive(Clone, Copy, Debug)]
@@ -40,11 +41,11 @@ pub(super) struct Met {
 }
 
 /// The sights of the pixels, in their order; a camera that shows nothing there has none.
-pub(super) fn sights(scene: &Scene, pixels: &[Pixel], options: &Options) -> Vec<Option<Sight>> {
+pub(super) fn sights(scene: &Subject, pixels: &[Pixel], options: &Options<'_>) -> Vec<Option<Sight>> {
     let never = || false;
     let found = threads::map(pixels, options.threads, &never, |pixel| {
         let id = pixel.sample(scene, 0);
-        let ray = camera_ray(scene, id, place_of(scene, &id))?;
+        let ray = camera_ray(&scene.prepared.view, id, place_of(&scene.prepared.view, &id))?;
         Some(Sight { ray, met: first(scene, &ray), steps: steps(scene, &ray) })
     });
     found.into_iter().map(Option::flatten).collect()

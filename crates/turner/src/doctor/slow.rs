@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, short};
+use crate::description::ObjectContent;
 use crate::film::Antialias;
 use crate::integrator::IntegratorDesc;
-use crate::scene::{MaterialId, ObjectContent};
+use crate::schema::{MaterialId, Quality, Remedy};
 use crate::shape::ShapeDesc;
 
 fn find(severity: Severity, code: &'static str, weight: f64, what: String) -> Finding {
@@ -68,7 +69,7 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
     let mut finding = find(if length > 24.0 { Severity::Warning } else { Severity::Note }, "long-paths", 0.7, what)
         .why(format!("the longest of the probe met {longest}: surfaces that return nearly all light, or let it through, keep paths alive"))
         .remedy("lower `max_depth`, or albedos near 1 to 0.8, or let Russian roulette begin earlier with `rr_start`")
-        .flag("--max-depth 8")
+        .set("integrator.max_depth", 8)
         .about(name)
         .measure("surfaces-per-path", length, "count")
         .measure("longest-path", f64::from(longest), "count")
@@ -76,8 +77,7 @@ fn long_paths(e: &Evidence<'_>) -> Option<Finding> {
     if let IntegratorDesc::Path(p) = &e.scene.integrator
         && p.rr_start > 16
     {
-        finding =
-            finding.flag("--set integrator.rr_start=3").measure("rr-start", f64::from(p.rr_start), "count");
+        finding = finding.set("integrator.rr_start", 3).measure("rr-start", f64::from(p.rr_start), "count");
     }
     Some(finding)
 }
@@ -94,7 +94,7 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
             find(if shadow > 200.0 { Severity::Warning } else { Severity::Note }, "shadow-rays", 0.8, what)
                 .why(format!("each surface asks {lights} points of lights: `samples` of lights with an extent count for each"))
                 .remedy("lower `samples` of these lights and take more samples per pixel, or use \"path\", which asks one point at a time")
-                .flag("--integrator path")
+                .set("integrator.type", "path")
                 .measure("shadow-rays-per-sample", shadow, "count")
                 .measure("points-of-lights", f64::from(lights), "count"),
         );
@@ -110,7 +110,7 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
             )
             .why("at glass each ray becomes two: their number doubles with each depth")
             .remedy("lower `max_depth`")
-            .flag("--max-depth 5")
+            .set("integrator.max_depth", 5)
             .measure("rays-per-sample", rays, "count")
             .measure("rays-dropped", t.dropped as f64, "count"),
         );
@@ -145,9 +145,9 @@ fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
     );
     Some(
         find(Severity::Note, "costly-search", 0.6, what)
-            .why(format!("it fills {} of the picture. Objects whose boxes overlap, long thin triangles, and many shapes in one place take most; `--integrator cost` shows where", percent(pixels)))
+            .why(format!("it fills {} of the picture. Objects whose boxes overlap, long thin triangles, and many shapes in one place take most; the integrator \"cost\" shows where", percent(pixels)))
             .remedy("make instances of a group rather than one large object, or build the trees with more care")
-            .flag("--bvh-quality high")
+            .or(Remedy::TreeQuality(Quality::High))
             .about(name)
             .measure("steps-per-ray", mean, "count")
             .measure("share-of-steps", share, "share")
@@ -157,7 +157,7 @@ fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
 
 /// More triangles than the picture can show.
 fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
-    let pixels = f64::from(e.scene.film.width) * f64::from(e.scene.film.height);
+    let pixels = f64::from(e.scene.film().width) * f64::from(e.scene.film().height);
     let triangles = e.scene.stats.triangles as f64;
     if triangles < 100_000.0 || triangles < 8.0 * pixels {
         return None;
@@ -193,7 +193,7 @@ fn dense_mesh(e: &Evidence<'_>) -> Option<Finding> {
 /// More samples than it takes.
 fn film(e: &Evidence<'_>) -> Vec<Finding> {
     let mut out = Vec::new();
-    let film = &e.scene.film;
+    let film = e.scene.film();
     let (pixels, samples) = (f64::from(film.width) * f64::from(film.height), f64::from(e.samples()));
     let enough = (e.variance / 1e-4).ceil().max(16.0);
     if samples > 1024.0 && samples > 8.0 * enough && !e.g.paths.is_empty() {
@@ -203,17 +203,17 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
             find(Severity::Warning, "samples-excessive", 0.9, what)
                 .why(format!("with {} the error would be 0.0001 (relMSE), which nobody sees", short(enough)))
                 .remedy("lower `samples` of [film]")
-                .flag(format!("--samples {enough:.0}"))
+                .set("film.samples", enough as u32)
                 .measure("samples", samples, "count")
                 .measure("samples-for-0.0001", enough, "count"),
         );
-    } else if samples > 4096.0 && e.g.paths.is_empty() && !e.scene.integrator.is_for_looking() {
+    } else if samples > 4096.0 && e.g.paths.is_empty() && !e.scene.integrator.capabilities().debug {
         let what = format!("{samples} samples per pixel are many for \"{}\"", e.scene.integrator.type_name());
         out.push(
             find(Severity::Warning, "samples-excessive", 0.9, what)
                 .why("its samples differ at edges and by soft shadows alone")
                 .remedy("lower `samples` of [film]")
-                .flag("--samples 64")
+                .set("film.samples", 64)
                 .measure("samples", samples, "count"),
         );
     }
@@ -228,7 +228,8 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
             find(Severity::Warning, "picture-huge", 0.85, what)
                 .why("at a million samples a second that is over half a day")
                 .remedy("lower `width` and `height`, or `samples`")
-                .flag(format!("--width {} --height {}", film.width.div_ceil(4), film.height.div_ceil(4)))
+                .or(Remedy::set("film.width", film.width.div_ceil(4))
+                    .and("film.height", film.height.div_ceil(4)))
                 .measure("samples-in-all", pixels * samples, "count"),
         );
     }
@@ -239,8 +240,8 @@ fn film(e: &Evidence<'_>) -> Vec<Finding> {
             find(Severity::Warning, "adaptive-too-fine", 0.7, what)
                 .why(format!("a difference of {} is enough to divide it further", short(film.threshold)))
                 .remedy("raise `threshold` of [film] to 0.05, or lower `max_subdivisions` to 3")
-                .flag("--set film.max_subdivisions=3")
-                .flag("--set film.threshold=0.05")
+                .set("film.max_subdivisions", 3)
+                .set("film.threshold", 0.05)
                 .measure("squares-per-pixel", most, "count"),
         );
     }

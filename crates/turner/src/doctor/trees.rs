@@ -2,9 +2,9 @@
 
 use super::grid::Pixel;
 use super::{Options, threads};
+use crate::doctor::subject::Subject;
 use crate::integrator::classic::{CutReason, RayEnd, RayKind, replay_at};
-use crate::render::place_of;
-use crate::scene::Scene;
+use crate::view::place_of;
 
 /// What the trees of all pixels were like.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,11 +22,11 @@ pub(super) struct TreeFacts {
 }
 
 /// Of one sample of each pixel.
-pub(super) fn of(scene: &Scene, pixels: &[Pixel], options: &Options) -> TreeFacts {
+pub(super) fn of(scene: &Subject, pixels: &[Pixel], options: &Options<'_>) -> TreeFacts {
     let one = |pixel: &Pixel| {
         let id = pixel.sample(scene, 0);
         let mut f = TreeFacts { samples: 1, ..TreeFacts::default() };
-        let Ok(tree) = replay_at(scene, id, place_of(scene, &id)) else { return f };
+        let Ok(tree) = replay_at(&scene.prepared, id, place_of(&scene.prepared.view, &id)) else { return f };
         f.rays = tree.rays.len() as u64 + tree.unwritten;
         f.dropped = tree.dropped;
         for ray in &tree.rays {

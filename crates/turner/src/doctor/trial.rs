@@ -1,9 +1,9 @@
 //! The same pixels with a setting changed: whether it is to blame.
 
 use super::grid::Pixel;
+use super::subject::Subject;
 use super::{Options, threads};
 use crate::render::sample;
-use crate::scene::Scene;
 
 /// Pixels before and after.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,9 +15,11 @@ pub(super) struct Trial {
 }
 
 /// The light of each pixel by a few of its samples; NaN where they are no numbers.
-pub(super) fn light(scene: &Scene, pixels: &[Pixel], samples: u32, options: &Options) -> Vec<f64> {
+pub(super) fn light(scene: &Subject, pixels: &[Pixel], samples: u32, options: &Options<'_>) -> Vec<f64> {
     let of = |pixel: &Pixel| {
-        let one = |i| sample(scene, pixel.x, pixel.y, i).map_or(f64::NAN, |r| f64::from(r.color.luminance()));
+        let one = |i| {
+            sample(&scene.prepared, pixel.x, pixel.y, i).map_or(f64::NAN, |r| f64::from(r.color.luminance()))
+        };
         (0..samples).map(one).sum::<f64>() / f64::from(samples.max(1))
     };
     let light = threads::map(pixels, options.threads, &|| false, of);

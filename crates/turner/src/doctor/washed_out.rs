@@ -2,7 +2,7 @@
 
 use super::black::strength_key;
 use super::evidence::Evidence;
-use super::finding::{Finding, Question, Severity, percent, short};
+use super::finding::{Finding, Question, Severity, percent, rounded, short};
 use super::kind::Source;
 use super::picture::{quantile, show};
 use crate::color::{Tonemap, Transfer};
@@ -32,7 +32,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         (ln(middle.max(1e-30) / 0.6) * std::f64::consts::LOG2_E).ceil().max(1.0)
     };
     if too_bright {
-        let film = &e.scene.film;
+        let film = e.scene.film();
         let white = |factor: f64| {
             let list = e.g.colors.iter().map(|c| show(film, c, factor).into_iter().fold(1.0, f64::min));
             let (n, all) =
@@ -50,7 +50,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
                 find(severity, "exposure-too-high", 0.9, what)
                     .why(format!("at exposure 0 it would be {}", percent(plain)))
                     .remedy("lower `exposure` of [film]")
-                    .flag("--exposure 0")
+                    .set("film.exposure", 0.0)
                     .measure("exposure", film.exposure, "stops")
                     .measure("white-pixels-at-exposure-0", plain, "share"),
             ));
@@ -64,23 +64,23 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     if let Some(f) = albedo(e) {
         out.push(f);
     }
-    let physical = e.scene.integrator.is_physical();
-    if physical && e.scene.film.transfer == Transfer::None {
+    let physical = e.scene.integrator.capabilities().physical;
+    if physical && e.scene.film().transfer == Transfer::None {
         let what =
             "light is written as display values without the sRGB curve: `transfer = \"none\"`".to_owned();
         out.push(
             find(Severity::Note, "transfer-missing", 0.4, what)
                 .why("displays take values by that curve: middle tones look too dark, and lights that are turned up to make up for it wash the rest out")
                 .remedy("set `transfer = \"srgb\"` in [film] (colours as #rrggbb are then read by the same curve)")
-                .flag("--set 'film.transfer=\"srgb\"'"),
+                .set("film.transfer", "srgb"),
         );
-    } else if physical && e.scene.film.tonemap == Tonemap::None && p.clipped > 0.1 && !too_bright {
+    } else if physical && e.scene.film().tonemap == Tonemap::None && p.clipped > 0.1 && !too_bright {
         let what = format!("{} of the pixels are cut off at the brightest value", percent(p.clipped));
         out.push(measured(
             find(Severity::Note, "tonemap-missing", 0.4, what)
                 .why("without tone mapping whatever is brighter than 1 is shown as 1, and loses its colour")
                 .remedy("choose a tone mapping in [film]")
-                .flag("--tonemap agx"),
+                .set("film.tonemap", "agx"),
         ));
     }
 }
@@ -91,7 +91,7 @@ fn objects_white(e: &Evidence<'_>) -> f64 {
         .mets()
         .filter(|(_, _, m)| !m.shines)
         .filter_map(|(i, _, _)| e.g.colors.get(i))
-        .map(|c| show(&e.scene.film, c, e.picture.factor).into_iter().fold(1.0, f64::min))
+        .map(|c| show(e.scene.film(), c, e.picture.factor).into_iter().fold(1.0, f64::min))
         .collect();
     if list.len() < 8 { 0.0 } else { list.iter().filter(|v| **v >= 0.985).count() as f64 / list.len() as f64 }
 }
@@ -100,7 +100,7 @@ fn objects_white(e: &Evidence<'_>) -> f64 {
 fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
     let q = Question::WashedOut;
     let factor = crate::math::elementary::pow(2.0, -stops);
-    let lower = |f: Finding| f.flag(format!("--exposure {}", short(e.scene.film.exposure - stops)));
+    let lower = |f: Finding| f.set("film.exposure", rounded(e.scene.film().exposure - stops));
     let ambient = ambient_share(e);
     if ambient > 0.5 {
         let what = format!("ambient light is {} of all light, and makes the picture white", percent(ambient));
@@ -147,9 +147,9 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
         .measure("share-of-light", share, "share")
         .measure("stops-too-bright", stops, "stops");
     if let Some((i, (key, now))) = key {
-        finding = finding.flag(format!("--set light.{i}.{key}={}", short(now * factor)));
+        finding = finding.set(&format!("light.{i}.{key}"), rounded(now * factor));
     }
-    lower(finding).flag("--auto-exposure")
+    lower(finding).set("film.auto_exposure", true)
 }
 
 /// The share of light that has no direction.
@@ -158,7 +158,7 @@ fn ambient_share(e: &Evidence<'_>) -> f64 {
     if ambient <= 0.0 {
         return 0.0;
     }
-    if e.scene.integrator.is_physical() {
+    if e.scene.integrator.capabilities().physical {
         return e.by_source.get(&Source::Ambient).map_or(0.0, |s| s[0] / e.all[0].max(f64::MIN_POSITIVE));
     }
     let arrives: f64 = e.g.lights.iter().map(|l| l.arrives).sum();
@@ -196,7 +196,7 @@ fn flat(e: &Evidence<'_>) -> Option<Finding> {
 
 /// Surfaces that return next to all light.
 fn albedo(e: &Evidence<'_>) -> Option<Finding> {
-    if !e.scene.integrator.is_physical() {
+    if !e.scene.integrator.capabilities().physical {
         return None;
     }
     let through = |m| super::materials::lets_through(e.scene, m);
@@ -223,8 +223,8 @@ fn albedo(e: &Evidence<'_>) -> Option<Finding> {
     )
 }
 
-fn metal(e: &Evidence<'_>, id: crate::scene::MaterialId) -> bool {
-    use crate::scene::ColorSource::Constant;
+fn metal(e: &Evidence<'_>, id: crate::schema::MaterialId) -> bool {
+    use crate::schema::ColorSource::Constant;
     super::materials::principled(e.desc, id)
         .is_some_and(|m| !matches!(m.base_metalness, Constant(c) if c.max_component() < 0.5))
 }

@@ -1,63 +1,99 @@
 //! Rows of a film, as they are kept in memory.
 
-use super::{PixelRect, PixelSum};
+use super::{Fixed96, NonFinite, PixelRect, PixelSum, SampleSet, TILE, TileGrid, TileSums};
 use crate::color::Spectrum;
 
-/// Rows of a band: threads that work on different bands do not wait for each other.
-pub const BAND: u32 = 16;
-
-/// Words of a pixel's sums.
-pub(super) const WORDS: usize = PixelSum::BYTES / 4;
-
-/// Some rows of a film's region. Pixels are words, so that they come zeroed from the system, page by page as they are
-/// used.
+/// Some rows of a film's region, and which samples their tiles hold. Pixels are words, so that they come zeroed from the
+/// system, page by page as they are used.
 #[derive(Clone, Debug)]
-pub struct Band {
+pub(crate) struct Band {
     rows: PixelRect,
-    pixels: Pixels,
+    pub(super) pixels: Pixels,
+    /// Sums of further channels, `channels` a pixel.
+    more: Vec<[u32; 3]>,
+    channels: usize,
+    /// For each tile, from the left: its samples.
+    pub(super) held: Vec<SampleSet>,
+    /// Samples that were not finite.
+    pub(super) non_finite: NonFinite,
 }
 
 #[derive(Clone, Debug)]
-enum Pixels {
+pub(super) enum Pixels {
     /// At most one sample a pixel, as it came: red, green, blue, and the coverage with the sign bit set, which zeroed
     /// memory has not. A third of the memory of sums: at one sample a pixel half of the time outside of tracing
     /// was spent on touching it for the first time.
     Samples(Vec<[u32; 4]>),
     /// Sums of samples.
-    Sums(Vec<[u32; WORDS]>),
+    Sums(Vec<[u32; PixelSum::WORDS]>),
 }
 
 /// Marks a pixel that has its sample.
 const TAKEN: u32 = 1 << 31;
 
 impl Band {
-    /// Empty rows, for one sample a pixel or more.
-    pub(super) fn new(rows: PixelRect, one_sample: bool) -> Band {
+    /// Empty rows, for one sample a pixel or more, with `channels` channels beside colour and coverage.
+    pub(super) fn new(rows: PixelRect, one_sample: bool, channels: usize) -> Band {
         let count = rows.area() as usize;
         let pixels = if one_sample {
             Pixels::Samples(vec![[0; 4]; count])
         } else {
-            Pixels::Sums(vec![[0; WORDS]; count])
+            Pixels::Sums(vec![[0; PixelSum::WORDS]; count])
         };
-        Band { rows, pixels }
+        let held = vec![SampleSet::default(); rows.width.div_ceil(TILE) as usize];
+        Band {
+            rows,
+            pixels,
+            more: vec![[0; 3]; count * channels],
+            channels,
+            held,
+            non_finite: NonFinite::default(),
+        }
     }
 
     /// Bytes of a pixel.
-    pub(super) fn bytes_per_pixel(one_sample: bool) -> usize {
-        if one_sample { size_of::<[u32; 4]>() } else { PixelSum::BYTES }
+    pub(super) fn bytes_per_pixel(one_sample: bool, channels: usize) -> usize {
+        let color = if one_sample { size_of::<[u32; 4]>() } else { PixelSum::BYTES };
+        color + channels * size_of::<[u32; 3]>()
     }
 
-    /// Where each row of a tile inside the band begins.
-    fn row_starts(&self, tile: &PixelRect) -> impl Iterator<Item = usize> + Clone + use<> {
+    /// Where each row of a rectangle inside the band begins.
+    fn row_starts(&self, rect: &PixelRect) -> impl Iterator<Item = usize> + Clone + use<> {
         let stride = self.rows.width as usize;
-        let first = (tile.y - self.rows.y) as usize * stride + (tile.x - self.rows.x) as usize;
-        (0..tile.height as usize).map(move |row| first + row * stride)
+        let first = (rect.y - self.rows.y) as usize * stride + (rect.x - self.rows.x) as usize;
+        (0..rect.height as usize).map(move |row| first + row * stride)
     }
 
-    /// Adds one sample (colour times coverage, and coverage 0..=1) to each pixel of a tile inside the band, row by row.
-    pub fn add_samples(&mut self, tile: &PixelRect, samples: impl Iterator<Item = (Spectrum, f32)> + Clone) {
-        let starts = self.row_starts(tile);
-        let width = tile.width as usize;
+    /// The indices of a rectangle's pixels inside the band, row by row.
+    pub(super) fn indices(&self, rect: &PixelRect) -> impl Iterator<Item = usize> + Clone + use<> {
+        let width = rect.width as usize;
+        self.row_starts(rect).flat_map(move |start| start..start + width)
+    }
+
+    /// The pixels of a tile.
+    pub(super) fn tile(&self, column: usize) -> PixelRect {
+        TileGrid::new(self.rows).rect(column)
+    }
+
+    /// Takes down that a tile holds more samples, of which some were not finite. Says no if it holds one of them already:
+    /// then they must not be added.
+    pub(super) fn record(&mut self, column: usize, samples: &SampleSet, non_finite: &NonFinite) -> bool {
+        if self.held[column].overlap(samples).is_some() {
+            return false;
+        }
+        self.held[column].insert_all(samples);
+        self.non_finite.merge(non_finite);
+        true
+    }
+
+    /// Adds one sample (colour times coverage, and coverage 0..=1) to each pixel of a rectangle inside the band, row by row.
+    pub(super) fn add_samples(
+        &mut self,
+        rect: &PixelRect,
+        samples: impl Iterator<Item = (Spectrum, f32)> + Clone,
+    ) {
+        let starts = self.row_starts(rect);
+        let width = rect.width as usize;
         if let Pixels::Samples(pixels) = &mut self.pixels {
             let free = starts.clone().all(|at| pixels[at..at + width].iter().all(|p| *p == [0; 4]));
             if free {
@@ -71,32 +107,78 @@ impl Band {
                 return;
             }
         }
-        let sums: Vec<PixelSum> = samples
-            .map(|(color, alpha)| {
-                let mut sum = PixelSum::default();
-                sum.add_or_leave_out(color, alpha);
-                sum
-            })
-            .collect();
-        self.add_sums(tile, &sums);
+        let pixels = self.sums_mut();
+        let indices = starts.flat_map(|start| start..start + width);
+        for (i, (color, alpha)) in indices.zip(samples) {
+            let mut sum = PixelSum::from_words(&pixels[i]);
+            sum.add_or_leave_out(color, alpha);
+            pixels[i] = sum.to_words();
+        }
     }
 
-    /// Adds the sums of a tile inside the band, row by row.
-    pub fn add_sums(&mut self, tile: &PixelRect, sums: &[PixelSum]) {
-        let starts = self.row_starts(tile);
-        let width = tile.width as usize;
+    /// Adds the part of a tile's sums that lies in the band.
+    pub(super) fn add_sums(&mut self, sums: &TileSums) {
+        let (rect, rows, channels) = (sums.rect(), self.rows, self.channels);
+        let width = rect.width as usize;
+        let (top, bottom) = (rect.y.max(rows.y), (rect.y + rect.height).min(rows.y + rows.height));
+        if top >= bottom {
+            return;
+        }
+        let part = PixelRect { y: top, height: bottom - top, ..rect };
+        let skipped = (top - rect.y) as usize * width;
+        let starts = self.row_starts(&part);
         let pixels = self.sums_mut();
-        for (start, sums) in starts.zip(sums.chunks_exact(width)) {
+        for (start, sums) in starts.clone().zip(sums.pixels[skipped..].chunks_exact(width)) {
             for (words, sum) in pixels[start..start + width].iter_mut().zip(sums) {
                 let mut pixel = PixelSum::from_words(words);
                 pixel.merge(sum);
                 *words = pixel.to_words();
             }
         }
+        if channels > 0 {
+            let more = sums.more[skipped * channels..].chunks_exact(width * channels);
+            for (start, sums) in starts.zip(more) {
+                let own = &mut self.more[start * channels..(start + width) * channels];
+                for (words, sum) in own.iter_mut().zip(sums) {
+                    *words = Fixed96::from_words(*words).plus(*sum).to_words();
+                }
+            }
+        }
+    }
+
+    /// Adds the sums of a tile of the same rows of another film, and what it holds.
+    pub(super) fn merge_tile(&mut self, other: &Band, column: usize) {
+        let rect = self.tile(column);
+        let indices = self.indices(&rect);
+        self.held[column].insert_all(&other.held[column]);
+        match (&mut self.pixels, &other.pixels) {
+            (Pixels::Samples(own), Pixels::Samples(theirs))
+                if indices.clone().all(|i| own[i] == [0; 4] || theirs[i] == [0; 4]) =>
+            {
+                for i in indices.clone().filter(|i| theirs[*i] != [0; 4]) {
+                    own[i] = theirs[i];
+                }
+            }
+            // A tile without a sample must not turn samples into sums.
+            (_, Pixels::Samples(theirs)) if indices.clone().all(|i| theirs[i] == [0; 4]) => {}
+            _ => {
+                let own = self.sums_mut();
+                for i in indices.clone() {
+                    let mut sum = PixelSum::from_words(&own[i]);
+                    sum.merge(&other.sum(i));
+                    own[i] = sum.to_words();
+                }
+            }
+        }
+        let channels = self.channels;
+        for i in indices.flat_map(|i| i * channels..(i + 1) * channels) {
+            self.more[i] =
+                Fixed96::from_words(self.more[i]).plus(Fixed96::from_words(other.more[i])).to_words();
+        }
     }
 
     /// The pixels as sums, which they become if they are not.
-    fn sums_mut(&mut self) -> &mut Vec<[u32; WORDS]> {
+    pub(super) fn sums_mut(&mut self) -> &mut Vec<[u32; PixelSum::WORDS]> {
         if let Pixels::Samples(pixels) = &self.pixels {
             self.pixels = Pixels::Sums(pixels.iter().map(|p| sum_of_sample(p).to_words()).collect());
         }
@@ -104,6 +186,16 @@ impl Band {
             Pixels::Sums(pixels) => pixels,
             Pixels::Samples(_) => unreachable!("made sums above"),
         }
+    }
+
+    /// The sums of further channels of the pixel at an index.
+    pub(super) fn more(&self, i: usize) -> &[[u32; 3]] {
+        &self.more[i * self.channels..(i + 1) * self.channels]
+    }
+
+    /// The same, to be changed.
+    pub(super) fn more_mut(&mut self, i: usize) -> &mut [[u32; 3]] {
+        &mut self.more[i * self.channels..(i + 1) * self.channels]
     }
 
     /// The sums of the pixel at an index, row by row.
@@ -114,9 +206,10 @@ impl Band {
         }
     }
 
-    /// Samples in all pixels.
+    /// Finite samples in all pixels: those of weight 1 that belong to a pixel's own tile.
     pub(super) fn samples(&self) -> u64 {
-        (0..self.rows.area() as usize).map(|i| u64::from(self.sum(i).count())).sum()
+        let all: u64 = self.held.iter().enumerate().map(|(i, held)| self.tile(i).area() * held.len()).sum();
+        all.saturating_sub(self.non_finite.count)
     }
 }
 
@@ -140,17 +233,35 @@ mod tests {
         let rows = PixelRect { x: 0, y: 0, width: 7, height: 4 };
         let values = [0.25, 1e-20, -3.0, f32::NAN, 7e9, 0.0];
         let samples = values.map(|v| (Spectrum::new(v, 0.5, 1.0), 0.75));
-        let (mut one, mut many) = (Band::new(rows, true), Band::new(rows, false));
+        let (mut one, mut many) = (Band::new(rows, true, 0), Band::new(rows, false, 0));
         let same = |a: &Band, b: &Band| (0..28).all(|i| a.sum(i) == b.sum(i));
+        let weight = |band: &Band| (0..28).map(|i| band.sum(i).weight()).sum::<f64>();
         for round in 0..2 {
             one.add_samples(&tile, samples.iter().copied());
             many.add_samples(&tile, samples.iter().copied());
             assert!(same(&one, &many));
-            assert_eq!(one.samples(), 5 * (round + 1));
+            assert_eq!(weight(&one), 5.0 * f64::from(round + 1));
         }
-        let mut transparent = Band::new(rows, true);
+        let mut transparent = Band::new(rows, true, 0);
         transparent.add_samples(&tile, [(Spectrum::BLACK, 0.0); 6].into_iter());
-        assert_eq!((transparent.samples(), transparent.sum(9).mean()), (6, Some([0.0; 4])));
+        assert_eq!((weight(&transparent), transparent.sum(9).mean()), (6.0, Some([0.0; 4])));
         assert_eq!(transparent.sum(0).mean(), None);
+    }
+
+    #[test]
+    fn no_sample_is_recorded_twice() {
+        let mut band = Band::new(PixelRect { x: 0, y: 0, width: 20, height: 16 }, false, 0);
+        let set = |range| {
+            let mut set = SampleSet::default();
+            set.insert(range);
+            set
+        };
+        let bad = NonFinite { count: 3, first: None };
+        assert!(band.record(1, &set(2..5), &bad));
+        assert!(!band.record(1, &set(4..6), &bad));
+        assert_eq!((band.held[1].clone(), band.non_finite.count), (set(2..5), 3));
+        // Tile 1 is 4 columns wide.
+        assert_eq!(band.samples(), 4 * 16 * 3 - 3);
+        assert!(band.record(1, &set(5..6), &bad) && band.record(0, &set(2..5), &bad));
     }
 }

@@ -48,7 +48,8 @@ pub struct Picture {
     pub display: Vec<[u8; 4]>,
     /// Whether any pixel is not fully covered.
     pub has_alpha: bool,
-    /// Pixels without any sample: the render was stopped before it came to them. They are transparent black.
+    /// Pixels of which nothing is known, not even by a preview: the render was stopped before it came to them. They are
+    /// transparent black.
     pub missing: u64,
     /// The exposure of the display values in stops: what was asked for, and what `auto_exposure` added.
     pub exposure: f64,
@@ -93,7 +94,7 @@ impl Film {
     }
 
     fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
-        let [r, g, b, alpha] = self.sum(x, y).mean()?;
+        let Some([r, g, b, alpha]) = self.sum(x, y).mean() else { return self.preview.as_ref()?.pixel(x, y) };
         let Some(splats) = self.splats() else { return Some([r, g, b, alpha]) };
         let [dr, dg, db] = splats.mean(x, y);
         Some([r + dr, g + dg, b + db, alpha])

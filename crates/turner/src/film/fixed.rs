@@ -11,8 +11,14 @@ impl Fixed96 {
     /// `v`, cut off after 44 binary places; values beyond ±2e9 are clamped there, so that a million of them fit.
     #[inline]
     pub fn from_f32(v: f32) -> Fixed96 {
+        Fixed96::from_f64(f64::from(v))
+    }
+
+    /// The same of a number in double precision.
+    #[inline]
+    pub fn from_f64(v: f64) -> Fixed96 {
         const LIMIT: f64 = 2e9;
-        let scaled = f64::from(v).clamp(-LIMIT, LIMIT) * SCALE;
+        let scaled = v.clamp(-LIMIT, LIMIT) * SCALE;
         // Conversion to i128 is a function call; nearly all values fit in 64 bits.
         if scaled.abs() < 9e18 {
             Fixed96::from_i64(scaled as i64)
@@ -53,14 +59,14 @@ impl Fixed96 {
         Fixed96::from_i128(self.to_i128().wrapping_add(other.to_i128()))
     }
 
-    /// This number divided by a count.
+    /// This number divided by a count, or by a sum of weights.
     #[inline]
-    pub fn mean(self, count: u32) -> f64 {
+    pub fn mean(self, weight: f64) -> f64 {
         let [low, mid, high] = self.0;
         // Sums that fit in 64 bits, nearly all, need no conversion from i128, which is a function call.
         let small = (u64::from(mid) << 32 | u64::from(low)) as i64;
         let sum = if high == (small >> 63) as u32 { small as f64 } else { self.to_i128() as f64 };
-        sum / (SCALE * f64::from(count))
+        sum / (SCALE * weight)
     }
 }
 
@@ -79,21 +85,21 @@ mod tests {
         let halves = sum(&mut values[..317].iter()).plus(sum(&mut values[317..].iter()));
         assert_eq!(forward, halves);
         let exact: f64 = values.iter().map(|v| f64::from(*v)).sum::<f64>() / 1000.0;
-        assert!((forward.mean(1000) - exact).abs() < 1e-12);
+        assert!((forward.mean(1000.0) - exact).abs() < 1e-12);
     }
 
     #[test]
     fn one_sample_comes_back() {
         for v in [0.0f32, 1.0, -1.0, 0.1, 1e-6, 65504.0, 123_456.7] {
-            assert_eq!(Fixed96::from_f32(v).mean(1) as f32, v);
+            assert_eq!(Fixed96::from_f32(v).mean(1.0) as f32, v);
         }
-        assert_eq!(Fixed96::from_f32(f32::MAX).mean(1), 2e9);
+        assert_eq!(Fixed96::from_f32(f32::MAX).mean(1.0), 2e9);
     }
 
     #[test]
     fn a_million_bright_samples_do_not_drift() {
         let v = Fixed96::from_f32(1.9e9);
         let sum = (0..1_000_000).fold(Fixed96::default(), |a, _| a.plus(v));
-        assert_eq!(sum.mean(1_000_000) as f32, 1.9e9);
+        assert_eq!(sum.mean(1e6) as f32, 1.9e9);
     }
 }

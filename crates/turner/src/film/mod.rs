@@ -1,21 +1,61 @@
 //! The film: what is asked of the picture, and the sums that become it.
+//!
+//! A [`Film`] has named channels: colour times coverage, coverage, and any further [`Channel`]. A pixel keeps sums of weighted
+//! values and of weights, in fixed point, so that samples may come in any order. For each tile the film knows the numbers of its
+//! samples, and of the light paths their numbers. So a render may stop at any moment and go on, films of parts of a picture
+//! [merge](Film::merge), and no sample counts twice. Bytes of a film ([`Film::to_bytes`]) travel between machines.
+//!
+//! The contract:
+//!
+//! - Pixel (0, 0) is at the top left; x counts columns, y rows. A place (x, y) in pixels is within pixel (floor x, floor y).
+//! - A sample is radiance in linear Rec. 709 (or the display's numbers, with `transfer = "none"`), already multiplied by its coverage, with that coverage, 0..=1. No exposure and
+//!   no curve: these are for [`Film::develop`].
+//! - A pixel is the sum of weighted values over the sum of weights. Samples placed by the filter's own density have weight 1 and count in one pixel; [`TileSums::splat`] weights a
+//!   sample by the filter in all pixels it reaches.
+//! - What light paths bring ([`Splat`]) has no weight: it is added up, and the number of light paths divides the sum.
+//! - A sample with a NaN or an infinity is left out and counted, with its pixel and number ([`NonFinite`]).
+//! - A sample number counts once in a tile: a pass skips what the tile holds, and merging refuses films that both hold it.
+//! - Sums do not depend on the order: any threads, tiles, passes and merges give the same bytes.
 
 mod band;
+mod bytes;
+#[cfg(test)]
+mod bytes_tests;
+mod channel;
+mod checksum;
 mod develop;
 mod exposure;
 mod fixed;
+mod identity;
+mod merge;
+mod non_finite;
+mod pixel_sum;
+mod preview;
+mod sample_set;
+mod shared;
 mod splats;
 mod sums;
+mod tile_sums;
+mod tiles;
 
-pub use band::{BAND, Band};
+pub use channel::{COLOR_CHANNELS, Channel, MAX_CHANNELS, MAX_NAME};
+pub use checksum::checksum;
 pub use develop::{Picture, PixelRect};
 pub use fixed::Fixed96;
+pub use identity::Identity;
+pub use non_finite::NonFinite;
+pub use pixel_sum::PixelSum;
+pub use preview::{COARSE, Preview};
+pub use sample_set::SampleSet;
+pub use shared::SharedFilm;
 pub use splats::{Splat, Splats};
-pub use sums::{Film, MAX_PIXELS, NonFinite, PixelSum};
+pub use sums::{Film, MAX_PIXELS};
+pub use tile_sums::{SampleValues, TileSums};
+pub use tiles::{TILE, TileGrid};
 
 use crate::color::{Spectrum, Tonemap, Transfer};
 use crate::filter::{Filter, FilterKind};
-use crate::scene::schema::{Range, choice, params};
+use crate::schema::{Range, choice, params};
 
 choice! {
     /// How a pixel's colour comes about.
@@ -106,6 +146,11 @@ threshold = 0.05
 }
 
 impl FilmDesc {
+    /// Width over height of the picture.
+    pub fn aspect(&self) -> f64 {
+        f64::from(self.width) / f64::from(self.height)
+    }
+
     /// Samples each pixel gets in all. Adaptive subdivision counts as one, however many rays it takes.
     pub fn samples_per_pixel(&self) -> u32 {
         match self.antialias {

@@ -1,10 +1,12 @@
 //! Light that light paths bring to the picture: to any pixel, in any order.
 
-use super::{Fixed96, PixelRect};
+use std::ops::Range;
+
+use super::{Fixed96, PixelRect, SampleSet};
 use crate::color::Spectrum;
 use crate::filter::Filter;
 use crate::math::DVec2;
-use crate::scene::error::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, Remedy, SceneError};
 
 /// Light that a light path brings to a place of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,9 +21,9 @@ pub struct Splat {
 #[derive(Clone, Debug)]
 pub struct Splats {
     region: PixelRect,
-    sums: Vec<[Fixed96; 3]>,
-    /// How many light paths there were.
-    pub paths: u64,
+    pub(super) sums: Vec<[Fixed96; 3]>,
+    /// The numbers of the light paths.
+    pub(super) held: SampleSet,
     /// Splats left out because they were not finite.
     pub non_finite: u64,
 }
@@ -37,15 +39,24 @@ impl Splats {
             let message =
                 format!("there is no memory for light paths into {}x{} pixels", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message)
-                .help("render it in parts with `crop`, or with `--caustics off`"));
+                .help("render it in parts with `crop`, or with `caustics = \"off\"` in [integrator]")
+                .remedy(Remedy::set("integrator.caustics", "off")));
         }
         sums.resize(region.area() as usize, [Fixed96::default(); 3]);
-        Ok(Splats { region, sums, paths: 0, non_finite: 0 })
+        Ok(Splats { region, sums, held: SampleSet::default(), non_finite: 0 })
     }
 
-    /// Adds the light of `paths` light paths, spread by the filter.
-    pub fn add(&mut self, filter: &Filter, paths: u64, splats: &[Splat]) {
-        self.paths += paths;
+    /// The numbers of the light paths.
+    pub fn held(&self) -> &SampleSet {
+        &self.held
+    }
+
+    /// Adds the light of the light paths of these numbers, spread by the filter; says no, and adds none, if it holds one of them already.
+    pub fn add(&mut self, filter: &Filter, paths: Range<u64>, splats: &[Splat]) -> bool {
+        if self.held.missing(paths.clone()) != [paths.clone()] {
+            return paths.is_empty();
+        }
+        self.held.insert(paths);
         let (left, top) = (f64::from(self.region.x), f64::from(self.region.y));
         let (width, height) = (f64::from(self.region.width), f64::from(self.region.height));
         let reach = filter.radius();
@@ -75,16 +86,29 @@ impl Splats {
                 y += 1.0;
             }
         }
+        true
+    }
+
+    /// Adds the light paths of another film's, of which it holds none.
+    pub(super) fn merge(&mut self, other: &Splats) {
+        self.held.insert_all(&other.held);
+        self.non_finite = self.non_finite.saturating_add(other.non_finite);
+        for (own, theirs) in self.sums.iter_mut().zip(&other.sums) {
+            for (a, b) in own.iter_mut().zip(theirs) {
+                *a = a.plus(*b);
+            }
+        }
     }
 
     /// What the light paths bring to a pixel of the region.
     pub(super) fn mean(&self, x: u32, y: u32) -> [f32; 3] {
-        if self.paths == 0 {
+        let paths = self.held.len();
+        if paths == 0 {
             return [0.0; 3];
         }
         let index = (y - self.region.y) as usize * self.region.width as usize + (x - self.region.x) as usize;
         // 2^-44 of 1 is far below what a path brings: the sums hold them per path.
-        self.sums[index].map(|sum| (sum.mean(1) / self.paths as f64) as f32)
+        self.sums[index].map(|sum| (sum.mean(1.0) / paths as f64) as f32)
     }
 
     /// Bytes of memory.
@@ -110,7 +134,7 @@ mod tests {
                 DVec2::new(f64::from(i % n), f64::from(i / n)) / f64::from(n) + DVec2::new(17.0, 27.0)
             });
             let all: Vec<Splat> = places.map(|place| Splat { place, color: Spectrum::WHITE }).collect();
-            splats.add(&filter, all.len() as u64, &all);
+            assert!(splats.add(&filter, 0..all.len() as u64, &all));
             let sum: f64 = (20..36)
                 .flat_map(|y| (10..26).map(move |x| (x, y)))
                 .map(|(x, y)| f64::from(splats.mean(x, y)[0]))
@@ -135,8 +159,11 @@ mod tests {
             at(0.5, 0.5, f32::INFINITY),
             at(1.5, 0.0, 3.0),
         ];
-        splats.add(&filter, 6, &all);
+        assert!(splats.add(&filter, 0..6, &all));
         assert_eq!((splats.non_finite, splats.mean(1, 0)[1]), (2, 0.5));
         assert_eq!(splats.mean(0, 0), [0.0; 3]);
+        // Light paths that it has do not count again.
+        assert!(!splats.add(&filter, 5..7, &all));
+        assert_eq!((splats.held().len(), splats.non_finite, splats.mean(1, 0)[1]), (6, 2, 0.5));
     }
 }

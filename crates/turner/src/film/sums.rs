@@ -1,133 +1,33 @@
-//! The sums of samples, per pixel.
+//! The film: sums of samples for a part of the picture.
 
-use super::band::{BAND, Band, WORDS};
-use super::{FilmDesc, Fixed96, PixelRect, Splats};
-use crate::color::Spectrum;
-use crate::scene::error::{ErrorCode, SceneError};
+use super::band::Band;
+use super::preview::Preview;
+use super::{
+    Channel, FilmDesc, Fixed96, Identity, NonFinite, PixelRect, PixelSum, SampleSet, Splats, TILE, TileGrid,
+};
+use crate::schema::{ErrorCode, SceneError};
 
-/// One pixel: 52 bytes on the film.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PixelSum {
-    rgb: [Fixed96; 3],
-    /// Sum of coverage, 2^-32 each.
-    alpha: u64,
-    count: u32,
-    /// Samples left out because they were not finite (saturating).
-    bad: u32,
-}
-
-impl PixelSum {
-    /// Bytes on the film.
-    pub const BYTES: usize = 52;
-
-    pub(super) fn to_words(self) -> [u32; WORDS] {
-        let [r, g, b] = self.rgb.map(Fixed96::to_words);
-        let a = [self.alpha as u32, (self.alpha >> 32) as u32];
-        [r[0], r[1], r[2], g[0], g[1], g[2], b[0], b[1], b[2], a[0], a[1], self.count, self.bad]
-    }
-
-    pub(super) fn from_words(w: &[u32; WORDS]) -> PixelSum {
-        PixelSum {
-            rgb: [[w[0], w[1], w[2]], [w[3], w[4], w[5]], [w[6], w[7], w[8]]].map(Fixed96::from_words),
-            alpha: u64::from(w[10]) << 32 | u64::from(w[9]),
-            count: w[11],
-            bad: w[12],
-        }
-    }
-
-    /// Adds a finite sample: colour times coverage, and coverage 0..=1.
-    #[inline]
-    pub fn add(&mut self, color: Spectrum, alpha: f32) {
-        for (sum, v) in self.rgb.iter_mut().zip(color.to_array()) {
-            *sum = sum.plus(Fixed96::from_f32(v));
-        }
-        self.alpha += (f64::from(alpha) * 4_294_967_296.0) as u64;
-        self.count += 1;
-    }
-
-    /// Adds a sample, or counts it as left out if it is not finite; says which.
-    #[inline]
-    pub fn add_or_leave_out(&mut self, color: Spectrum, alpha: f32) -> bool {
-        let finite = color.is_finite() && alpha.is_finite();
-        if finite {
-            self.add(color, alpha);
-        } else {
-            self.leave_out();
-        }
-        finite
-    }
-
-    /// Adds the samples of another sum.
-    #[inline]
-    pub fn merge(&mut self, other: &PixelSum) {
-        for (a, b) in self.rgb.iter_mut().zip(&other.rgb) {
-            *a = a.plus(*b);
-        }
-        self.alpha += other.alpha;
-        self.count += other.count;
-        self.bad = self.bad.saturating_add(other.bad);
-    }
-
-    /// Counts a sample that is not finite.
-    pub fn leave_out(&mut self) {
-        self.bad = self.bad.saturating_add(1);
-    }
-
-    /// Mean colour times coverage, and mean coverage; NaN if no sample was finite, `None` without samples.
-    pub fn mean(&self) -> Option<[f32; 4]> {
-        if self.count == 0 {
-            return (self.bad > 0).then_some([f32::NAN, f32::NAN, f32::NAN, 1.0]);
-        }
-        let [r, g, b] = self.rgb.map(|c| c.mean(self.count) as f32);
-        Some([r, g, b, (self.alpha as f64 / (4_294_967_296.0 * f64::from(self.count))) as f32])
-    }
-
-    /// Samples added.
-    pub fn count(&self) -> u32 {
-        self.count
-    }
-}
-
-/// Samples that were not finite numbers: left out of the sums, counted, and the first of them named.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NonFinite {
-    /// How many.
-    pub count: u64,
-    /// (row, column, sample index) of the first in picture order.
-    pub first: Option<(u32, u32, u32)>,
-}
-
-impl NonFinite {
-    /// Counts one.
-    pub fn note(&mut self, x: u32, y: u32, index: u32) {
-        self.merge(&NonFinite { count: 1, first: Some((y, x, index)) });
-    }
-
-    /// Counts those of another part.
-    pub fn merge(&mut self, other: &NonFinite) {
-        self.count += other.count;
-        self.first = match (self.first, other.first) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        };
-    }
-}
-
-/// The film: sums of samples for a part of the picture. Sums are integers, so the order in which samples, tiles,
-/// passes or machines add to it does not matter.
+/// The film: sums of weighted samples and of their weights for a part of the picture. Sums are integers, so the order in which
+/// samples, tiles, passes or machines add to it does not matter. It knows which samples each tile holds, so that none counts twice.
 #[derive(Clone, Debug)]
 pub struct Film {
     /// The part of the picture that is rendered; for the mean filter one pixel wider than what is shown.
     pub region: PixelRect,
     /// The part that is shown.
     pub crop: PixelRect,
-    /// The region in bands of [`BAND`] rows.
-    bands: Vec<Band>,
+    /// The channels beside colour and coverage.
+    channels: Vec<Channel>,
+    /// The region in bands of [`TILE`] rows.
+    pub(super) bands: Vec<Band>,
     bytes_per_pixel: usize,
     /// What light paths brought, where there are any.
-    splats: Option<Splats>,
-    /// What was not finite.
+    pub(super) splats: Option<Splats>,
+    /// What was not finite, of samples and light paths.
     pub non_finite: NonFinite,
+    /// Which picture it is of.
+    pub(super) identity: Identity,
+    /// What is shown of pixels without samples.
+    pub(super) preview: Option<Preview>,
 }
 
 /// The most pixels a film may have: 16384 × 16384, 13 GB of sums.
@@ -166,7 +66,7 @@ impl Film {
 
     /// The bytes of the film a description asks for, or the reason why there can be no such film.
     pub fn check(desc: &FilmDesc) -> Result<u64, SceneError> {
-        let bytes = Band::bytes_per_pixel(desc.samples_per_pixel() == 1) as u64;
+        let bytes = Band::bytes_per_pixel(desc.samples_per_pixel() == 1, 0) as u64;
         Film::rects(desc).map(|(region, _)| region.area() * bytes)
     }
 
@@ -179,30 +79,66 @@ impl Film {
         Ok(Film::check(desc)?.saturating_add(region.area().saturating_mul(PICTURE + FILE)))
     }
 
-    /// An empty film for a description, or the reason why there can be none.
+    /// An empty film of colour and coverage for a description, or the reason why there can be none.
     pub fn new(desc: &FilmDesc) -> Result<Film, SceneError> {
+        Film::with_channels(desc, Vec::new())
+    }
+
+    /// An empty film with further channels, or the reason why there can be none: more pixels or channels than there may be, two
+    /// channels of one name, no memory.
+    pub fn with_channels(desc: &FilmDesc, channels: Vec<Channel>) -> Result<Film, SceneError> {
         let (region, crop) = Film::rects(desc)?;
+        Film::empty(Identity::new(desc, region, crop), channels)
+    }
+
+    /// An empty film of a picture.
+    pub(super) fn empty(identity: Identity, channels: Vec<Channel>) -> Result<Film, SceneError> {
+        Channel::check(&channels)?;
+        let (region, crop) = (identity.region, identity.crop);
         // Asking first: a failed allocation would end the program.
-        let one_sample = desc.samples_per_pixel() == 1;
-        let bytes_per_pixel = Band::bytes_per_pixel(one_sample);
+        let bytes_per_pixel = Film::pixel_bytes(&identity, &channels);
         if Vec::<u8>::new().try_reserve_exact(region.area() as usize * bytes_per_pixel).is_err() {
             let message = format!("there is no memory for a film of {}x{}", region.width, region.height);
             return Err(SceneError::new(ErrorCode::TooLarge, message).help("render it in parts with `crop`"));
         }
+        let one_sample = Film::keeps_samples(&identity, &channels);
         let bands = (0..region.height)
-            .step_by(BAND as usize)
+            .step_by(TILE as usize)
             .map(|y| {
-                let rows = PixelRect { y: region.y + y, height: BAND.min(region.height - y), ..region };
-                Band::new(rows, one_sample)
+                let rows = PixelRect { y: region.y + y, height: TILE.min(region.height - y), ..region };
+                Band::new(rows, one_sample, channels.len())
             })
             .collect();
-        Ok(Film { region, crop, bands, bytes_per_pixel, splats: None, non_finite: NonFinite::default() })
+        let non_finite = NonFinite::default();
+        Ok(Film {
+            region,
+            crop,
+            channels,
+            bands,
+            bytes_per_pixel,
+            splats: None,
+            non_finite,
+            identity,
+            preview: None,
+        })
     }
 
-    /// Makes room for what light paths bring; or gives the reason why there is none.
-    pub fn take_light(&mut self) -> Result<(), SceneError> {
-        if self.splats.is_none() {
+    /// Whether pixels keep their one sample rather than sums.
+    pub(super) fn keeps_samples(identity: &Identity, channels: &[Channel]) -> bool {
+        identity.samples == 1 && channels.is_empty()
+    }
+
+    /// Bytes of a pixel without what light paths bring.
+    pub(super) fn pixel_bytes(identity: &Identity, channels: &[Channel]) -> usize {
+        Band::bytes_per_pixel(Film::keeps_samples(identity, channels), channels.len())
+    }
+
+    /// Makes room for what light paths bring, of which `paths` go with each sample of all pixels; or gives the reason why
+    /// there is none. Nothing changes where there is room already.
+    pub fn take_light(&mut self, paths: u64) -> Result<(), SceneError> {
+        if self.splats.is_none() && paths > 0 {
             self.splats = Some(Splats::new(self.region)?);
+            self.identity.light_paths = paths;
         }
         Ok(())
     }
@@ -212,32 +148,73 @@ impl Film {
         self.splats.as_ref()
     }
 
-    /// Counts light of light paths that was not finite with samples that were not.
-    pub(crate) fn count_splats(&mut self) {
-        if let Some(splats) = &mut self.splats {
-            self.non_finite.count += std::mem::take(&mut splats.non_finite);
-        }
+    /// Which picture it is of: films of one picture can be merged.
+    pub fn identity(&self) -> &Identity {
+        &self.identity
     }
 
-    /// The bands and what light paths brought.
-    pub fn parts_mut(&mut self) -> (&mut [Band], Option<&mut Splats>) {
-        (&mut self.bands, self.splats.as_mut())
+    /// Says of which scene it is, so that films of other scenes are not merged with it; `fingerprint` is the caller's.
+    pub fn set_scene(&mut self, fingerprint: u64) {
+        self.identity.scene = Some(fingerprint);
     }
 
-    /// The bands, from the top; the band of row y is the ((y − region.y) / [`BAND`])th.
-    pub fn bands_mut(&mut self) -> &mut [Band] {
-        &mut self.bands
+    /// The channels beside colour and coverage.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// The weighted mean of a channel beside colour and coverage for a pixel of the region; `None` without such a channel, a
+    /// pixel there, or a sample.
+    pub fn channel(&self, name: &str, x: u32, y: u32) -> Option<f32> {
+        let channel = self.channels.iter().position(|c| c.name == name)?;
+        let PixelRect { x: left, y: top, width, height } = self.region;
+        let inside = (left..left + width).contains(&x) && (top..top + height).contains(&y);
+        let (band, i) = self.place(x, y).filter(|_| inside)?;
+        let weight = band.sum(i).weight();
+        (weight != 0.0).then(|| Fixed96::from_words(band.more(i)[channel]).mean(weight) as f32)
+    }
+
+    /// The tiles whose samples it knows.
+    pub fn tiles(&self) -> TileGrid {
+        TileGrid::new(self.region)
+    }
+
+    /// The numbers of the samples that a tile holds.
+    pub fn held(&self, tile: usize) -> &SampleSet {
+        let columns = self.tiles().columns();
+        &self.bands[tile / columns].held[tile % columns]
+    }
+
+    /// The first sample number that some tile does not hold, or of which a light path is missing.
+    pub fn first_missing(&self) -> u32 {
+        let held = self.bands.iter().flat_map(|b| &b.held).map(SampleSet::first_missing).min().unwrap_or(0);
+        let light =
+            self.splats.as_ref().map_or(u64::MAX, |s| s.held().first_missing() / self.identity.light_paths);
+        held.min(light).min(u64::from(u32::MAX)) as u32
+    }
+
+    /// Counts what was not finite anew.
+    pub(crate) fn count_non_finite(&mut self) {
+        let mut all = NonFinite::default();
+        self.bands.iter().for_each(|band| all.merge(&band.non_finite));
+        let light = self.splats.as_ref().map_or(0, |splats| splats.non_finite);
+        all.merge(&NonFinite { count: light, first: None });
+        self.non_finite = all;
+    }
+
+    /// The band of a row of the region, and the index of a pixel in it.
+    fn place(&self, x: u32, y: u32) -> Option<(&Band, usize)> {
+        let row = y.checked_sub(self.region.y)?;
+        let i = (row % TILE) as usize * self.region.width as usize + x.checked_sub(self.region.x)? as usize;
+        Some((self.bands.get((row / TILE) as usize)?, i))
     }
 
     /// The sums of a pixel of the region.
     pub(super) fn sum(&self, x: u32, y: u32) -> PixelSum {
-        let row = y - self.region.y;
-        let band = &self.bands[(row / BAND) as usize];
-        let i = (row % BAND) as usize * self.region.width as usize + (x - self.region.x) as usize;
-        band.sum(i)
+        self.place(x, y).map_or_else(PixelSum::default, |(band, i)| band.sum(i))
     }
 
-    /// Samples in all pixels.
+    /// Finite samples in all pixels.
     pub fn samples(&self) -> u64 {
         self.bands.iter().map(Band::samples).sum()
     }

@@ -15,10 +15,11 @@ mod table;
 
 use std::f64::consts::PI;
 
+use table::Table;
+
+use crate::choice::choice;
 use crate::math::DVec2;
 use crate::math::elementary::{cos, exp};
-use crate::scene::schema::choice;
-use table::Table;
 
 choice! {
     /// How the light around a pixel's middle is weighted.

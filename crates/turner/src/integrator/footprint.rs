@@ -1,16 +1,17 @@
 //! The cones of a path's rays, where textures are filtered by them.
 
+use turner_bvh::lanes::LANES;
+
 use crate::bsdf::BsdfSample;
 use crate::camera::PixelCone;
-use crate::integrator::CameraSamples;
 use crate::math::{DVec3, RayCone};
 use crate::scene::{Scene, SurfaceInteraction};
-use turner_bvh::lanes::LANES;
+use crate::view::{CameraSamples, View};
 
 /// The cone of a camera ray; one without width where textures are looked up at points.
 #[inline]
-pub(super) fn of_camera(scene: &Scene, samples: &CameraSamples, i: usize) -> RayCone {
-    match &scene.pixel_cone {
+pub(super) fn of_camera(view: &View, samples: &CameraSamples, i: usize) -> RayCone {
+    match &view.pixel_cone {
         Some(pixel) => pixel.cone(samples.lengths[i / LANES].0[i % LANES]),
         None => RayCone::default(),
     }

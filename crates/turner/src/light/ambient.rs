@@ -1,7 +1,7 @@
 //! Ambient light: the same everywhere, from nowhere.
 
 use crate::color::Spectrum;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, params};
 
 params! {
     /// Light that reaches every point alike and casts no shadow: the documents' stand-in for light between surfaces.

@@ -1,18 +1,18 @@
 //! Lights with an extent: rectangle, disk and sphere, for the classic soft shadow. Several points of the light
 //! are asked, one in each stratum, and what arrives is averaged.
 
-use super::{Attenuation, Illumination, LightBound, point::from_point};
+use super::point::from_point;
+use super::{Attenuation, Illumination, LAMP, LightBound};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3, Frame};
 use crate::sampler::{concentric_disk, stratified, uniform_sphere};
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::schema::{Range, params};
+use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// A rectangle that shines, for soft shadows. It cannot itself be seen.
     pub struct RectangleLightDesc as "rectangle" {
         /// The middle.
-        center: DVec3;
+        center: DVec3, required, default LAMP;
         /// One edge, as a vector.
         edge_u: DVec3 = DVec3::X;
         /// The other edge.
@@ -41,7 +41,7 @@ params! {
     /// A disk that shines, for soft shadows. It cannot itself be seen.
     pub struct DiskLightDesc as "disk" {
         /// The middle.
-        center: DVec3;
+        center: DVec3, required, default LAMP;
         /// The direction it faces.
         normal: DVec3 = DVec3::NEG_Y;
         /// The radius.
@@ -68,7 +68,7 @@ params! {
     /// A sphere that shines, for soft shadows. It cannot itself be seen.
     pub struct SphereLightDesc as "sphere" {
         /// The middle.
-        center: DVec3;
+        center: DVec3, required, default LAMP;
         /// The radius.
         radius: f64 = 0.5, in Range::POSITIVE;
         /// Number of shadow rays per point, one in each part of the light.
@@ -199,13 +199,10 @@ mod tests {
     fn samples_share_the_intensity_and_stay_on_the_light() {
         let light = DiskLightDesc {
             center: DVec3::new(0.0, 5.0, 0.0),
-            normal: DVec3::NEG_Y,
             radius: 2.0,
             samples: 7,
-            jitter: true,
-            color: Spectrum::WHITE,
             intensity: 3.0,
-            attenuation: Attenuation::NONE,
+            ..DiskLightDesc::default()
         }
         .prepare()
         .unwrap();

@@ -6,8 +6,7 @@ use super::Illumination;
 use crate::color::Spectrum;
 use crate::math::elementary::{cos, sin, sin_cos_turns};
 use crate::math::{DVec3, Frame, radians};
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::schema::{Range, params};
+use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// Light from infinitely far away, like the sun's: all its rays are parallel, or, with an `angle`, come from a disc of the sky. Say where it comes `from`, or in which `direction` it shines.
@@ -145,11 +144,10 @@ mod tests {
     fn light(angle: f64) -> Directional {
         let desc = DirectionalDesc {
             from: Some(DVec3::new(1.0, 2.0, -0.5)),
-            direction: None,
             color: Spectrum::new(1.0, 0.5, 0.25),
             intensity: 3.0,
             angle,
-            seen_angle: 0.25,
+            ..DirectionalDesc::default()
         };
         desc.prepare().unwrap()
     }

@@ -1,7 +1,23 @@
 //! Lights. One file each; [`LightDesc`] is the table of their names in a scene.
+//!
+//! The contract, which every [`Light`] keeps (objects that shine are materials; `light::emission` samples their shapes):
+//!
+//! - All is in world space. Directions point from the surface towards the light.
+//! - [`Light::illuminate`] is given the point that is lit and asks no visibility. `to_light` is not normalised: for a light with a place (`finite`) it reaches as far as the light,
+//!   so that a shadow ray ends at t = 1; for a direction or an environment nothing ends it. The cosine at the surface is not in `intensity`. `None` is no light from there:
+//!   outside a cone, or at the light itself.
+//! - `intensity` is colour times intensity times attenuation. It has the units of the classic documents: a diffuse surface of colour C that faces the light returns C times it.
+//!   Integrators that follow light take it for irradiance, so that a Lambertian surface returns C/π times it. An environment's samples are therefore divided by π here.
+//! - A light with an extent is asked `samples()` times, one point in each stratum, placed by `jitter`; the caller takes the mean. [`Light::illuminate_at`] is one point that stands for all.
+//! - Environments and discs in the sky have radiance and a density: pdf per solid angle, the cosine not in it, greater than 0 wherever a sample comes from; `sample` and `pdf` agree.
+//!   `None` is no sample, never an error.
+//! - Lights that rays cannot hit ([`Light::is_delta`]) have no density; what stands for it is the probability of their choice.
+//! - [`Light::around`] is the radiance that a ray finds that leaves the scene in a direction (unit, away from the scene's middle); `None` for lights that are not infinite.
+//! - [`LightBound`] says where a light stands, where it shines and how strongly: the light tree chooses by it.
 
 mod ambient;
 mod area;
+mod background;
 mod bound;
 mod directional;
 pub mod emission;
@@ -13,26 +29,25 @@ mod spot;
 mod tree;
 
 pub use ambient::AmbientDesc;
-pub use area::{DiskLightDesc, RectangleLightDesc, SphereLightDesc};
+pub use area::{AreaLight, DiskLightDesc, RectangleLightDesc, SphereLightDesc};
+pub use background::BackgroundDesc;
 pub use bound::LightBound;
-pub use directional::DirectionalDesc;
+pub use directional::{Directional, DirectionalDesc};
 pub use environment::{EnvironmentBatch, EnvironmentDesc, EnvironmentLight, EnvironmentSample};
-pub use point::PointDesc;
-pub use profile::{LightProfile, ProfileFile, ProfileUnits};
+pub use point::{Point, PointDesc};
+pub use profile::ProfileUnits;
 pub use sky::SkyDesc;
-pub use spot::SpotDesc;
+pub use spot::{Spot, SpotDesc};
 pub(crate) use tree::WIDTH as TREE_WIDTH;
-pub use tree::{GlossyLobe, LightTree, Receiver};
+pub use tree::{LightTree, Receiver};
 
 use crate::color::Spectrum;
 use crate::image::Image;
 use crate::math::{DVec2, DVec3};
-use crate::scene::Asset;
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::read::ReadContext;
-use crate::scene::schema::{ParamType, choice, family, wrong_type};
-use crate::scene::value::{Data, Value};
-use crate::scene::write::WriteContext;
+use crate::schema::value::{Data, Value};
+use crate::schema::{
+    Asset, ErrorCode, ParamType, ReadContext, SceneError, WriteContext, choice, family, wrong_type,
+};
 
 family! {
     /// Lights: the `type` of a `[[light]]`. Each has a `color` and an `intensity`; what arrives is their product, weakened by `attenuation`.
@@ -48,6 +63,9 @@ family! {
         Sky(SkyDesc),
     }
 }
+
+/// Where a program's lamp begins: above a scene at the origin, and not in it.
+pub(crate) const LAMP: DVec3 = DVec3::new(0.0, 5.0, 0.0);
 
 choice! {
     /// How light weakens with distance, by name.
@@ -85,7 +103,7 @@ impl ParamType for Attenuation {
     fn kind() -> String {
         "\"none\" | \"inverse-square\" | [constant, linear, quadratic]".into()
     }
-    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Attenuation, SceneError> {
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Attenuation, SceneError> {
         let coefficients = match &value.data {
             Data::Array(_) => <[f64; 3]>::read(value, cx)?,
             Data::String(_) => match AttenuationKind::read(value, cx)? {
@@ -107,7 +125,7 @@ impl ParamType for Attenuation {
             c => c.show(),
         }
     }
-    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+    fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
         match self.coefficients {
             [1.0, 0.0, 0.0] => AttenuationKind::None.write(cx),
             [0.0, 0.0, 1.0] => AttenuationKind::InverseSquare.write(cx),
@@ -242,7 +260,10 @@ impl Light {
 
     /// Whether it has a place.
     pub fn is_finite(&self) -> bool {
-        !matches!(self, Light::Directional(_) | Light::Environment(_))
+        match self {
+            Light::Point(_) | Light::Spot(_) | Light::Area(_) => true,
+            Light::Directional(_) | Light::Environment(_) => false,
+        }
     }
 
     /// Where it is, if it is a point.
@@ -261,7 +282,7 @@ impl Light {
             Light::Area(l) => l.samples,
             Light::Environment(_) => ENVIRONMENT_SAMPLES,
             Light::Directional(l) if l.is_disc() => ENVIRONMENT_SAMPLES,
-            _ => 1,
+            Light::Point(_) | Light::Directional(_) | Light::Spot(_) => 1,
         }
     }
 
@@ -269,7 +290,7 @@ impl Light {
     pub fn invalid_pixels(&self) -> u64 {
         match self {
             Light::Environment(l) => l.invalid_pixels(),
-            _ => 0,
+            Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Area(_) => 0,
         }
     }
 
@@ -277,7 +298,7 @@ impl Light {
     pub fn around(&self, direction: DVec3) -> Option<Spectrum> {
         match self {
             Light::Environment(l) => Some(l.radiance(direction)),
-            _ => None,
+            Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Area(_) => None,
         }
     }
 
@@ -323,7 +344,7 @@ impl Light {
         match self {
             Light::Area(l) => l.illuminate_at(p, u.into()),
             Light::Directional(l) => Some(l.illuminate()),
-            _ => self.illuminate(p, 0, DVec2::ZERO),
+            Light::Point(_) | Light::Spot(_) | Light::Environment(_) => self.illuminate(p, 0, DVec2::ZERO),
         }
     }
 }

@@ -1,17 +1,16 @@
 //! Light from one point.
 
 use super::profile::Lamp;
-use super::{Attenuation, Illumination, LightBound, ProfileFile, ProfileUnits, Uniform};
+use super::{Attenuation, Illumination, LAMP, LightBound, ProfileUnits, Uniform};
 use crate::color::Spectrum;
 use crate::math::DVec3;
-use crate::scene::error::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{ProfileFile, Range, SceneError, params};
 
 params! {
     /// Light from one point, in all directions alike. Casts sharp shadows.
     pub struct PointDesc as "point" {
         /// Where it is.
-        position: DVec3;
+        position: DVec3, required, default LAMP;
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;
         /// Its strength.

@@ -2,17 +2,17 @@
 
 use super::point::from_point;
 use super::profile::Lamp;
-use super::{Attenuation, Illumination, LightBound, ProfileFile, ProfileUnits};
+use super::{Attenuation, Illumination, LAMP, LightBound, ProfileUnits};
 use crate::color::Spectrum;
-use crate::math::{DVec3, elementary::cos, radians};
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::schema::{Range, params};
+use crate::math::elementary::cos;
+use crate::math::{DVec3, radians};
+use crate::schema::{ErrorCode, ProfileFile, Range, SceneError, params};
 
 params! {
     /// Light from one point into a cone, with a soft rim.
     pub struct SpotDesc as "spot" {
         /// Where it is.
-        position: DVec3;
+        position: DVec3, required, default LAMP;
         /// The point it shines at.
         look_at: DVec3 = DVec3::ZERO;
         /// Angle from the axis to the rim, degrees; beyond it there is no light.

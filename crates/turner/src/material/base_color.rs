@@ -2,11 +2,17 @@
 
 use super::{Material, color_at};
 use crate::color::Spectrum;
-use crate::scene::{Scene, SurfaceInteraction};
+use crate::interaction::SurfaceInteraction;
+use crate::material::MaterialEvalContext;
 
 impl Material {
     /// The base colour at a place, seen from outside or from inside; of a mix, those of its materials by their shares.
-    pub fn base_color(&self, scene: &Scene, surface: &SurfaceInteraction, outside: bool) -> Spectrum {
+    pub fn base_color(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+        outside: bool,
+    ) -> Spectrum {
         let at = |source| color_at(source, scene, surface);
         match self {
             Material::Classic(m) => at(m.color),

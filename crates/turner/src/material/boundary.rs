@@ -2,8 +2,7 @@
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
-use crate::scene::schema::params;
-use crate::scene::{ColorSource, MediumId};
+use crate::schema::{ColorSource, MediumId, params};
 
 params! {
     /// No surface at all, but the boundary of a medium: light goes straight through. For the shape of a cloud, of smoke or of a room full of dust;

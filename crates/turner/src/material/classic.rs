@@ -3,8 +3,7 @@
 use super::{Bump, BumpUnit};
 use crate::color::Spectrum;
 use crate::math::elementary::{Exponent, exp, ln, pow};
-use crate::scene::ColorSource;
-use crate::scene::schema::{Range, choice, params};
+use crate::schema::{ColorSource, Range, choice, params};
 
 choice! {
     /// How the shares of reflection and refraction depend on the angle.
@@ -87,29 +86,6 @@ shadow = "tinted"
 type = "sphere"
 material = "glass"
 "#
-}
-
-impl Default for ClassicMaterial {
-    fn default() -> ClassicMaterial {
-        ClassicMaterial {
-            color: ColorSource::Constant(Spectrum::grey(0.8)),
-            ka: 1.0,
-            kd: 1.0,
-            ks: 0.0,
-            shininess: 50.0,
-            gloss: None,
-            k_local: None,
-            k_reflect: 0.0,
-            k_refract: 0.0,
-            ior: 1.5,
-            fresnel: Fresnel::Off,
-            shadow: ShadowKind::Opaque,
-            opacity: ColorSource::Constant(Spectrum::WHITE),
-            alpha_cutoff: 0.5,
-            bump_map: None,
-            bump_scale: 0.1,
-        }
-    }
 }
 
 /// The classic material, prepared.

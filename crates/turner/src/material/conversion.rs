@@ -14,8 +14,10 @@
 
 use super::{Classic, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind, color_at};
 use crate::color::Spectrum;
+use crate::interaction::SurfaceInteraction;
+use crate::material::{MaterialEvalContext, apply_bump_map, apply_normal_map};
 use crate::math::DVec3;
-use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+use crate::schema::ColorSource;
 use crate::texture::TexturePoint;
 
 /// Rougher surfaces have no mirror ray.
@@ -36,7 +38,11 @@ impl PrincipledMaterial {
     }
 
     /// The share of light that passes at one crossing of the surface.
-    pub(super) fn shadow_tint(&self, scene: &Scene, surface: &SurfaceInteraction) -> Spectrum {
+    pub(super) fn shadow_tint(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+    ) -> Spectrum {
         let at = |source| color_at(source, scene, surface);
         let through = at(self.transmission_color) * unit(at(self.transmission_weight));
         let opacity = self.coverage(scene, surface);
@@ -44,7 +50,7 @@ impl PrincipledMaterial {
     }
 
     /// The share of a surface that is there in the mode "blend"; 1 in the others.
-    pub fn coverage(&self, scene: &Scene, surface: &SurfaceInteraction) -> f32 {
+    pub fn coverage(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> f32 {
         match self.alpha_mode {
             super::AlphaMode::Blend => self.coverage_at(scene, &scene.texture_point(surface)),
             _ => 1.0,
@@ -52,10 +58,10 @@ impl PrincipledMaterial {
     }
 
     /// The same at a place where textures are looked up.
-    pub(super) fn coverage_at(&self, scene: &Scene, at: &TexturePoint<'_>) -> f32 {
+    pub(super) fn coverage_at(&self, scene: &impl MaterialEvalContext, at: &TexturePoint<'_>) -> f32 {
         match self.alpha_mode {
             super::AlphaMode::Blend => {
-                let opacity = scene.textures.opacity(self.opacity, at);
+                let opacity = scene.textures().opacity(self.opacity, at);
                 if opacity > 0.0 { opacity.min(1.0) } else { 0.0 }
             }
             _ => 1.0,
@@ -66,14 +72,14 @@ impl PrincipledMaterial {
     /// normal map says.
     pub fn as_classic(
         &self,
-        scene: &Scene,
+        scene: &impl MaterialEvalContext,
         surface: &mut SurfaceInteraction,
         direction: DVec3,
     ) -> (Classic, Spectrum) {
         if let Some(bump) = self.bump() {
-            scene.apply_bump_map(surface, bump);
+            apply_bump_map(scene, surface, bump);
         }
-        scene.apply_normal_map(surface, self.normal_map, self.normal_scale);
+        apply_normal_map(scene, surface, self.normal_map, self.normal_scale);
         let at = |source| color_at(source, scene, surface);
         let base = at(self.base_color) * at(self.base_weight);
         let opacity = self.coverage(scene, surface);

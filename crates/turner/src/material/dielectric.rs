@@ -2,8 +2,7 @@
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
-use crate::scene::schema::{Range, params};
-use crate::scene::{ColorSource, MediumId};
+use crate::schema::{ColorSource, MediumId, Range, params};
 
 params! {
     /// Glass, water, ice: light is reflected and refracted by Fresnel's and Snell's laws.

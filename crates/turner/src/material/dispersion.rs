@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn only_what_bends_light_disperses() {
         let glass = PrincipledMaterial {
-            transmission_weight: crate::scene::ColorSource::Constant(crate::color::Spectrum::WHITE),
+            transmission_weight: crate::schema::ColorSource::Constant(crate::color::Spectrum::WHITE),
             transmission_dispersion_scale: 1.0,
             ..PrincipledMaterial::default()
         };

@@ -2,12 +2,13 @@
 
 use super::Material;
 use crate::color::Spectrum;
-use crate::scene::{ColorSource, Scene};
+use crate::material::{MaterialEvalContext, PrincipledMaterial};
+use crate::schema::ColorSource;
 use crate::texture::TexturePoint;
 
 impl Material {
     /// Whether it shines and lights other things.
-    pub fn is_emissive(&self, scene: &Scene) -> bool {
+    pub fn is_emissive(&self, scene: &impl MaterialEvalContext) -> bool {
         match self {
             Material::Physical(m) => m.is_emissive(),
             Material::Mix(m) => m.emitting(scene).next().is_some(),
@@ -15,8 +16,17 @@ impl Material {
         }
     }
 
+    /// Whether it may shine; a mix may by any of its materials.
+    pub(crate) fn may_shine(&self) -> bool {
+        match self {
+            Material::Physical(m) => m.is_emissive(),
+            Material::Mix(_) => true,
+            Material::Classic(_) | Material::Principled(..) => false,
+        }
+    }
+
     /// Radiance, both sides counted, where it is the same everywhere; of a texture, that of white.
-    pub fn emission_estimate(&self, scene: &Scene) -> f64 {
+    pub fn emission_estimate(&self, scene: &impl MaterialEvalContext) -> f64 {
         match self {
             Material::Physical(m) => m.emission_estimate(),
             Material::Mix(m) => m.emitting(scene).map(|(share, m)| share * m.emission_estimate(scene)).sum(),
@@ -46,7 +56,7 @@ impl Material {
     #[inline]
     pub fn emitted<'a>(
         &self,
-        scene: &Scene,
+        scene: &impl MaterialEvalContext,
         at: impl FnOnce() -> TexturePoint<'a>,
         outside: bool,
     ) -> Spectrum {
@@ -67,16 +77,19 @@ impl Material {
                 });
                 sum
             }
-            _ => Spectrum::BLACK,
+            Material::Physical(_) | Material::Classic(_) | Material::Principled(..) => Spectrum::BLACK,
         }
     }
 }
 
 impl super::Mix {
     /// The parts that shine, with about the share of each.
-    fn emitting<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = (f64, &'a Material)> {
+    fn emitting<'a>(
+        &'a self,
+        scene: &'a impl MaterialEvalContext,
+    ) -> impl Iterator<Item = (f64, &'a Material)> {
         self.shares().filter_map(|(id, share)| {
-            let material = scene.materials.get(id.index())?;
+            let material = scene.materials().get(id.index())?;
             (share > 0.0 && material.is_emissive(scene)).then_some((share, material))
         })
     }
@@ -87,5 +100,22 @@ pub(super) fn estimate(source: ColorSource) -> f64 {
     match source {
         ColorSource::Constant(c) => f64::from((c.r + c.g + c.b) / 3.0).max(0.0),
         ColorSource::Texture(_) => 1.0,
+    }
+}
+
+impl PrincipledMaterial {
+    /// Emission as far as it can be added up: not negative, finite, and the product of luminance and colour within single precision, with room
+    /// for what paths multiply and pixels add.
+    pub(crate) fn sound_emission(&self) -> (f64, ColorSource) {
+        /// Largest factor.
+        const MOST: f32 = 1e15;
+        let factor = |v: f64| if v > 0.0 { v.min(f64::from(MOST)) } else { 0.0 };
+        let color = match self.emission_color {
+            ColorSource::Constant(c) => {
+                ColorSource::Constant(Spectrum::from(c.to_array().map(|v| factor(f64::from(v)) as f32)))
+            }
+            texture => texture,
+        };
+        (factor(self.emission_luminance), color)
     }
 }

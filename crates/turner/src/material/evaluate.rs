@@ -3,8 +3,10 @@
 use super::{Physical, PrincipledMaterial};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
-use crate::math::{DVec3, Frame};
-use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+use crate::interaction::SurfaceInteraction;
+use crate::material::{MaterialEvalContext, bumped_normal, mapped_normal};
+use crate::math::{DVec3, Frame, radians};
+use crate::schema::ColorSource;
 
 fn mean(c: Spectrum) -> f64 {
     f64::from((c.r + c.g + c.b) / 3.0)
@@ -83,35 +85,41 @@ impl PrincipledMaterial {
 impl Physical {
     /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
     /// around the solid.
-    pub fn bsdf(&self, scene: &Scene, surface: &SurfaceInteraction, around: f64, entering: bool) -> Bsdf {
+    pub fn bsdf(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+        around: f64,
+        entering: bool,
+    ) -> Bsdf {
         self.bsdf_of_index(scene, surface, around, entering, self.desc.specular_ior)
     }
 
     /// The same with another index of refraction, as light of one colour band may see it.
     pub fn bsdf_of_index(
         &self,
-        scene: &Scene,
+        scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
         around: f64,
         entering: bool,
         ior: f64,
     ) -> Bsdf {
         let at = scene.texture_point(surface);
-        let mut point = self.desc.point_by(&mut |source| scene.textures.color(source, &at));
+        let mut point = self.desc.point_by(&mut |source| scene.textures().color(source, &at));
         point.specular_ior = ior;
         point.exterior_ior = around;
         Bsdf::new(&self.desc.on_side(point, entering))
     }
 
     /// The shading frame: normal as the bump map and the normal map say, x along the direction of anisotropy.
-    pub fn frame(&self, scene: &Scene, surface: &SurfaceInteraction) -> Frame {
+    pub fn frame(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> Frame {
         let d = &self.desc;
         let mut n = surface.ns;
         if let Some(bump) = d.bump() {
-            n = scene.bumped_normal(surface, bump);
+            n = bumped_normal(scene, surface, bump);
         }
         if let Some(map) = d.normal_map
-            && let Some(mapped) = scene.mapped_normal(&surface.with_normal(n), map, d.normal_scale)
+            && let Some(mapped) = mapped_normal(scene, &surface.with_normal(n), map, d.normal_scale)
         {
             n = mapped;
         }
@@ -123,7 +131,11 @@ impl Physical {
 
     /// The normal of the coat, unit, on the outer side, where it may be another than the base's: the coat's own normal map bends it, the base's
     /// does not (OpenPBR's `geometry_coat_normal`; glTF's clear coat).
-    pub fn coat_normal(&self, scene: &Scene, surface: &SurfaceInteraction) -> Option<DVec3> {
+    pub fn coat_normal(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+    ) -> Option<DVec3> {
         let d = &self.desc;
         if d.coat_weight == ColorSource::Constant(Spectrum::BLACK) {
             return None;
@@ -132,22 +144,27 @@ impl Physical {
             return None;
         }
         // Heights are the surface's own, under the coat and above it.
-        let n = d.bump().map_or(surface.ns, |bump| scene.bumped_normal(surface, bump));
+        let n = d.bump().map_or(surface.ns, |bump| bumped_normal(scene, surface, bump));
         let mapped = d
             .coat_normal_map
-            .and_then(|map| scene.mapped_normal(&surface.with_normal(n), map, d.coat_normal_scale));
+            .and_then(|map| mapped_normal(scene, &surface.with_normal(n), map, d.coat_normal_scale));
         Some(mapped.unwrap_or(n))
     }
 
-    fn anisotropy_direction(&self, scene: &Scene, surface: &SurfaceInteraction, n: DVec3) -> Option<DVec3> {
+    fn anisotropy_direction(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+        n: DVec3,
+    ) -> Option<DVec3> {
         let d = &self.desc;
         if d.specular_roughness_anisotropy == ColorSource::Constant(Spectrum::BLACK) {
             return None;
         }
         let (tangent, bitangent) = scene.tangent_frame(surface, 0)?;
-        let (mut s, mut c) = crate::math::elementary::sin_cos(d.anisotropy_rotation);
+        let (mut s, mut c) = crate::math::elementary::sin_cos(radians(d.anisotropy_rotation));
         if let Some(map) = d.anisotropy_map {
-            let m = scene.textures.color(map, &scene.texture_point(surface));
+            let m = scene.textures().color(map, &scene.texture_point(surface));
             let (x, y) = (2.0 * f64::from(m.r) - 1.0, 2.0 * f64::from(m.g) - 1.0);
             let length = (x * x + y * y).sqrt();
             if length > 1e-6 {
@@ -156,5 +173,48 @@ impl Physical {
         }
         let along = c * tangent + s * bitangent;
         (along - n * along.dot(n)).try_normalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::{ObjectDesc, SceneDesc};
+    use crate::math::Ray;
+    use crate::schema::MeshData;
+    use crate::schema::{Asset, MeshId, PrepareOptions};
+    use crate::shape::{MeshDesc, ShapeDesc};
+    use std::sync::Arc;
+
+    #[test]
+    fn anisotropy_turns_by_degrees() {
+        let mut desc = SceneDesc::default();
+        let data = MeshData {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            uvs: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            triangles: vec![[0, 1, 2]],
+            ..MeshData::default()
+        };
+        desc.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
+        let shown = MeshDesc { mesh: MeshId(0), smooth: None, materials: Vec::new() };
+        desc.objects.push(ObjectDesc::new(ShapeDesc::Mesh(shown)));
+        let scene = desc.prepare(&PrepareOptions::default()).unwrap().scene;
+        let ray = Ray::new(DVec3::new(0.3, 0.2, 4.0), DVec3::NEG_Z);
+        let surface = scene.surface(&ray, &scene.intersect(&ray).unwrap());
+        let along = |degrees: f64| {
+            let material = Physical::new(PrincipledMaterial {
+                specular_roughness_anisotropy: ColorSource::Constant(Spectrum::grey(0.5)),
+                anisotropy_rotation: degrees,
+                ..Default::default()
+            });
+            material.anisotropy_direction(&*scene, &surface, surface.ns).unwrap()
+        };
+        let tangent = along(0.0);
+        assert!((tangent - DVec3::X).length() < 1e-9);
+        for (degrees, cos) in [(60.0, 0.5), (90.0, 0.0), (180.0, -1.0), (-360.0, 1.0)] {
+            assert!((along(degrees).dot(tangent) - cos).abs() < 1e-9, "{degrees}");
+        }
+        // Counter-clockwise, seen from outside.
+        assert!(tangent.cross(along(90.0)).dot(surface.ns) > 0.999_999);
     }
 }

@@ -2,9 +2,20 @@
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
-use crate::light::GlossyLobe;
 use crate::math::DVec3;
-use crate::scene::ColorSource;
+use crate::schema::ColorSource;
+
+/// Directions from which a glossy surface reflects more light to where it is seen from: around the mirrored direction, falling off as GGX's facets do
+/// (Walter et al. 2007, eq. 33).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GlossyLobe {
+    /// The mirrored direction, of length 1.
+    pub axis: [f32; 3],
+    /// 1/α².
+    pub tightness: f32,
+    /// Value of the glossy lobe at its axis, relative to the diffuse reflection; 0 for surfaces without a glossy lobe.
+    pub peak: f32,
+}
 
 /// Lobes as strong as that are all there is.
 const STRONGEST: f32 = 1e4;

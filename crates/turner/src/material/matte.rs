@@ -2,8 +2,7 @@
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
-use crate::scene::ColorSource;
-use crate::scene::schema::{Range, params};
+use crate::schema::{ColorSource, Range, params};
 
 params! {
     /// A diffuse surface without highlight: paper, plaster, unglazed clay.

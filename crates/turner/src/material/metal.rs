@@ -3,8 +3,7 @@
 use super::PrincipledMaterial;
 use super::metals::{MetalName, colors_of_index};
 use crate::color::Spectrum;
-use crate::scene::ColorSource;
-use crate::scene::schema::{Range, params};
+use crate::schema::{ColorSource, Range, params};
 
 params! {
     /// A metal: by its name, by its index of refraction, or by a colour. A colour goes before an index, an index before a name.

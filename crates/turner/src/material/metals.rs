@@ -7,7 +7,7 @@
 
 use crate::color::Spectrum;
 use crate::math::elementary::pow_int;
-use crate::scene::schema::choice;
+use crate::schema::choice;
 
 choice! {
     /// A metal.

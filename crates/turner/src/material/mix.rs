@@ -1,16 +1,15 @@
 //! Materials made of others.
 
 use super::{MaterialDesc, Mix};
-use crate::scene::error::{ErrorCode, SceneError, escape};
-use crate::scene::schema::{Range, params};
-use crate::scene::{ColorSource, MaterialId, Named};
+use crate::schema::error::escape;
+use crate::schema::{ColorSource, ErrorCode, MaterialId, Named, Range, SceneError, params};
 
 params! {
     /// Several materials in one place, each with a share of the surface: rust on steel, dirt on paint, glass with a frosted pattern. What light
     /// does is the weighted sum of what it does on each; so are emission and holes. Mixes may be made of mixes.
     pub struct MixMaterial as "mix" {
         /// The materials, by name or in place: two at least.
-        materials: Vec<MaterialId>;
+        materials: Vec<MaterialId>, required, default Vec::new();
         /// Their shares, each a number or a texture: as many as there are materials, in proportion to one another; or one fewer, and the first material
         /// has what they leave of 1. Without them all shares are equal.
         weights: Vec<ColorSource> = Vec::new(), in Range::NON_NEGATIVE;

@@ -11,8 +11,10 @@ use super::{
     Classic, ClassicMaterial, Cutout, Fresnel, Material, MixMaterial, Physical, ShadowKind, color_at,
 };
 use crate::color::Spectrum;
+use crate::interaction::SurfaceInteraction;
+use crate::material::{MaterialEvalContext, apply_bump_map};
 use crate::math::DVec3;
-use crate::scene::{ColorSource, MaterialId, Scene, SurfaceInteraction};
+use crate::schema::{ColorSource, MaterialId};
 use crate::texture::TexturePoint;
 
 /// A mix, prepared.
@@ -85,7 +87,7 @@ impl Mix {
     /// the check of the scene.
     pub(super) fn each<'a>(
         &self,
-        scene: &'a Scene,
+        scene: &'a impl MaterialEvalContext,
         at: &TexturePoint<'_>,
         outside: bool,
         visit: &mut impl FnMut(Present<'a>),
@@ -93,18 +95,18 @@ impl Mix {
         self.each_of(scene, at, outside, 1.0, visit);
     }
 
-    fn each_of<'a, F: FnMut(Present<'a>)>(
+    fn each_of<'a>(
         &self,
-        scene: &'a Scene,
+        scene: &'a impl MaterialEvalContext,
         at: &TexturePoint<'_>,
         outside: bool,
         share: f64,
-        visit: &mut F,
+        visit: &mut impl FnMut(Present<'a>),
     ) {
         let skipped = usize::from(self.first_has_the_rest);
         let mut weights = [0.0; MAX_PARTS as usize];
         for (weight, part) in weights.iter_mut().zip(&self.parts).skip(skipped) {
-            let c = scene.textures.color(part.weight, at);
+            let c = scene.textures().color(part.weight, at);
             let w = (f64::from(c.r) + f64::from(c.g) + f64::from(c.b)) / 3.0;
             *weight = if w > 0.0 { w } else { 0.0 };
         }
@@ -120,7 +122,7 @@ impl Mix {
                 continue;
             }
             let share = share * own;
-            match &scene.materials[part.material.index()] {
+            match &scene.materials()[part.material.index()] {
                 Material::Mix(inner) => inner.each_of(scene, at, outside, share, visit),
                 material => {
                     let is_there = part.cutout.is_none_or(|c| c.is_there(scene, at, outside));
@@ -131,14 +133,16 @@ impl Mix {
     }
 
     /// Whether any of its materials encloses a translucent body. Nesting is bounded by the check of the scene.
-    pub(super) fn walks(&self, scene: &Scene) -> bool {
-        self.parts.iter().any(|p| scene.materials.get(p.material.index()).is_some_and(|m| m.has_walk(scene)))
+    pub(super) fn walks(&self, scene: &impl MaterialEvalContext) -> bool {
+        self.parts
+            .iter()
+            .any(|p| scene.materials().get(p.material.index()).is_some_and(|m| m.has_walk(scene)))
     }
 
     /// The material that a ray meets on the outer or inner side, chosen by `u` within 0..1; `None` where it passes.
     pub fn choose<'a>(
         &self,
-        scene: &'a Scene,
+        scene: &'a impl MaterialEvalContext,
         surface: &SurfaceInteraction,
         outside: bool,
         u: f64,
@@ -164,7 +168,7 @@ impl Mix {
     /// The share of light that passes a crossing in `direction`.
     pub(super) fn shadow_tint(
         &self,
-        scene: &Scene,
+        scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
         direction: DVec3,
     ) -> Spectrum {
@@ -186,7 +190,7 @@ impl Mix {
     /// the one that has most of them. Turns the shading normal of `surface` as the heaviest one does.
     pub fn as_classic(
         &self,
-        scene: &Scene,
+        scene: &impl MaterialEvalContext,
         surface: &mut SurfaceInteraction,
         direction: DVec3,
     ) -> (Classic, Spectrum) {
@@ -208,7 +212,7 @@ impl Mix {
             let own = match part.material {
                 Material::Classic(m) => {
                     if let Some(bump) = m.bump {
-                        scene.apply_bump_map(&mut surface, bump);
+                        apply_bump_map(scene, &mut surface, bump);
                     }
                     // Done: what comes of the mix bends no normal.
                     Classic { bump: None, ..*m }

@@ -1,6 +1,21 @@
 //! Materials: how a surface answers light. One file each; [`MaterialDesc`] is the table of their names in a scene.
+//!
+//! The contract, which every [`Material`] keeps:
+//!
+//! - A description is plain settings; [`MaterialDesc::prepare`] makes it ready once, for integrators that follow light (`physical`) or for the others. Whatever the
+//!   description, the former are given OpenPBR's layers: all kinds but mixes become a [`PrincipledMaterial`] ([`MaterialDesc::principled`] is `None` for mixes).
+//! - It is given a [`SurfaceInteraction`] in world space and the scene's textures ([`MaterialEvalContext`]). Which side of the surface a ray meets
+//!   (`entering`, `outside`) is the sign of N·D with the geometric normal, decided before any map bends the normal.
+//! - [`Physical::bsdf`] is a [`Bsdf`](crate::bsdf::Bsdf) in the frame of [`Physical::frame`]: local directions with +z along the shading normal, pointing away from the surface,
+//!   values without the cosine, densities per solid angle, as written there.
+//! - Emission is radiance, the same in all directions, on the outer side and, unless the material says otherwise, on the inner one.
+//! - Colours are linear, shares and roughnesses within 0..=1; what textures give beyond that is cut. Lengths (`subsurface_radius`, `transmission_depth`) are scene units.
+//! - [`Cutout`] says where a ray passes as if there were nothing: the scene asks it during intersection. `None` is a surface that is there everywhere, from both sides.
+//! - [`Material::shadow_tint`] is the share of light, by band, that one crossing of the surface lets through to a shadow ray; 1 is all.
+//! - A material has no state and takes no random numbers: the BSDF is sampled by its caller's.
 
 mod base_color;
+pub(crate) mod bent_normal;
 mod boundary;
 mod classic;
 mod conversion;
@@ -15,30 +30,35 @@ mod metal;
 pub mod metals;
 pub(crate) mod mix;
 mod mixed;
+mod normals;
+mod pane;
 mod physical;
 mod plastic;
 mod principled;
 mod subsurface;
+pub(crate) mod vertex;
 
 pub use boundary::BoundaryMaterial;
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
 pub use dielectric::DielectricMaterial;
 pub use emissive::EmissiveMaterial;
 pub(crate) use gloss::Gloss;
+pub use gloss::GlossyLobe;
 pub use matte::MatteMaterial;
 pub use metal::MetalMaterial;
 pub use mix::MixMaterial;
 pub use mixed::Mix;
+pub use normals::{apply_bump_map, apply_normal_map, bumped_normal, mapped_normal};
 pub use physical::Physical;
 pub(crate) use physical::PlainBsdf;
 pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial};
 
 use crate::color::Spectrum;
+use crate::interaction::SurfaceInteraction;
 use crate::math::DVec3;
-use crate::scene::schema::family;
-use crate::scene::{ColorSource, Named, Scene, SurfaceInteraction};
-use crate::texture::TexturePoint;
+use crate::schema::{ColorSource, Named, family};
+use crate::texture::{Footprint, TexturePoint, Textures};
 
 family! {
     /// Materials: in `[material.NAME]`, or in place as `material = { … }`. The `type` is "classic" unless given.
@@ -52,12 +72,6 @@ family! {
         Emissive(EmissiveMaterial),
         Mix(MixMaterial),
         Boundary(BoundaryMaterial),
-    }
-}
-
-impl Default for MaterialDesc {
-    fn default() -> MaterialDesc {
-        MaterialDesc::Classic(ClassicMaterial::default())
     }
 }
 
@@ -86,11 +100,16 @@ pub struct Cutout {
 impl Cutout {
     /// Whether there is anything for a ray that meets the surface on its outer or inner side. Edges are those of the texture looked up at points: a mean would be
     /// cut off elsewhere than its parts.
-    pub(crate) fn is_there(&self, scene: &Scene, at: &TexturePoint<'_>, outside: bool) -> bool {
+    pub(crate) fn is_there(
+        &self,
+        scene: &impl MaterialEvalContext,
+        at: &TexturePoint<'_>,
+        outside: bool,
+    ) -> bool {
         if self.one_sided && !outside {
             return false;
         }
-        self.mask.is_none_or(|(opacity, cutoff)| scene.textures.opacity(opacity, &at.sharp()) >= cutoff)
+        self.mask.is_none_or(|(opacity, cutoff)| scene.textures().opacity(opacity, &at.sharp()) >= cutoff)
     }
 }
 
@@ -173,7 +192,12 @@ impl Material {
     }
 
     /// The share of light that a tinted shadow lets through at a crossing of the surface, by a shadow ray in `direction`.
-    pub fn shadow_tint(&self, scene: &Scene, surface: &SurfaceInteraction, direction: DVec3) -> Spectrum {
+    pub fn shadow_tint(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+        direction: DVec3,
+    ) -> Spectrum {
         match self {
             Material::Classic(m) => color_at(m.color, scene, surface) * m.k_refract as f32,
             Material::Principled(m, _) => m.shadow_tint(scene, surface),
@@ -183,11 +207,30 @@ impl Material {
     }
 }
 
+/// What materials ask of the scene around them. One type implements it, [`crate::scene::Scene`], so that shading is compiled for it and no call is indirect.
+pub trait MaterialEvalContext {
+    /// All textures.
+    fn textures(&self) -> &Textures;
+    /// All materials, by id: what mixes are made of.
+    fn materials(&self) -> &[Material];
+    /// Where textures are looked up on a surface, and over what footprint.
+    fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_>;
+    /// Unit tangent (along u) and bitangent (along v) of a surface, at right angles to its shading normal; `None` where (u, v) say nothing about directions.
+    /// `uv_set` is what directions are taken from where a mesh has no tangents.
+    fn tangent_frame(&self, surface: &SurfaceInteraction, uv_set: u32) -> Option<(DVec3, DVec3)>;
+    /// Two axes in the world, tangent to the surface, as a footprint of textures.
+    fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint;
+}
+
 /// The colour of a source on a surface.
 #[inline]
-pub fn color_at(source: ColorSource, scene: &Scene, surface: &SurfaceInteraction) -> Spectrum {
+pub fn color_at(
+    source: ColorSource,
+    scene: &impl MaterialEvalContext,
+    surface: &SurfaceInteraction,
+) -> Spectrum {
     match source {
         ColorSource::Constant(c) => c,
-        ColorSource::Texture(_) => scene.textures.color(source, &scene.texture_point(surface)),
+        ColorSource::Texture(_) => scene.textures().color(source, &scene.texture_point(surface)),
     }
 }

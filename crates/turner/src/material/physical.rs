@@ -16,7 +16,8 @@ use super::gloss::Gloss;
 use super::{AlphaMode, BoundaryMaterial, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind};
 use crate::bsdf::{Bsdf, RoughMirror};
 use crate::color::Spectrum;
-use crate::scene::{ColorSource, Scene};
+use crate::material::MaterialEvalContext;
+use crate::schema::ColorSource;
 use crate::texture::TexturePoint;
 
 /// A physical material, prepared.
@@ -110,9 +111,9 @@ impl PrincipledMaterial {
 impl PrincipledMaterial {
     /// Radiance at a place where the surface is there; pictures may hold what no light is.
     #[inline]
-    pub fn emitted_color(&self, scene: &Scene, at: &TexturePoint<'_>) -> Spectrum {
+    pub fn emitted_color(&self, scene: &impl MaterialEvalContext, at: &TexturePoint<'_>) -> Spectrum {
         let sound = |v: f32| if v > 0.0 { v.min(1e15) } else { 0.0 };
-        scene.textures.color(self.emission_color, at).map(sound) * self.emission_luminance as f32
+        scene.textures().color(self.emission_color, at).map(sound) * self.emission_luminance as f32
     }
 }
 
@@ -309,12 +310,12 @@ impl Physical {
     }
 
     /// Radiance at a place, as far as the surface is there.
-    pub fn emitted(&self, scene: &Scene, at: &TexturePoint<'_>) -> Spectrum {
+    pub fn emitted(&self, scene: &impl MaterialEvalContext, at: &TexturePoint<'_>) -> Spectrum {
         let d = &self.desc;
         let covered = match d.alpha_mode {
             AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask => f32::from(scene.textures.opacity(d.opacity, at) >= d.alpha_cutoff as f32),
-            AlphaMode::Blend => scene.textures.opacity(d.opacity, at).clamp(0.0, 1.0),
+            AlphaMode::Mask => f32::from(scene.textures().opacity(d.opacity, at) >= d.alpha_cutoff as f32),
+            AlphaMode::Blend => scene.textures().opacity(d.opacity, at).clamp(0.0, 1.0),
         };
         d.emitted_color(scene, at) * covered
     }

@@ -2,8 +2,7 @@
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
-use crate::scene::ColorSource;
-use crate::scene::schema::{Range, params};
+use crate::schema::{ColorSource, Range, params};
 
 params! {
     /// A diffuse body under a clear surface: plastic, paint, glazed pottery; with a coat, varnished wood or a car.

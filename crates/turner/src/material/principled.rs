@@ -2,8 +2,7 @@
 //! the layering of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material is one of these.
 
 use crate::color::Spectrum;
-use crate::scene::schema::{Range, choice, params};
-use crate::scene::{ColorSource, MediumId};
+use crate::schema::{ColorSource, MediumId, Range, choice, params};
 
 choice! {
     /// What `opacity` means.
@@ -81,7 +80,7 @@ params! {
         specular_ior: f64 = 1.5, in Range::closed(0.0, 100.0);
         /// How much longer highlights are along the tangent than across.
         specular_roughness_anisotropy: ColorSource = grey(0.0), in Range::UNIT;
-        /// Turns the direction of anisotropy, counter-clockwise from the tangent, in radians.
+        /// Turns the direction of anisotropy, counter-clockwise from the tangent, in degrees.
         anisotropy_rotation: f64 = 0.0;
         /// glTF's picture of anisotropy: red and green are the direction, blue is the strength.
         anisotropy_map: Option<ColorSource> = None;
@@ -195,66 +194,5 @@ impl PrincipledMaterial {
     /// A diffuse surface without reflection.
     pub fn matte() -> PrincipledMaterial {
         PrincipledMaterial { specular_weight: grey(0.0), ..PrincipledMaterial::default() }
-    }
-}
-
-impl Default for PrincipledMaterial {
-    fn default() -> PrincipledMaterial {
-        PrincipledMaterial {
-            base_weight: grey(1.0),
-            base_color: grey(0.8),
-            base_diffuse_roughness: grey(0.0),
-            base_metalness: grey(0.0),
-            specular_weight: grey(1.0),
-            specular_color: grey(1.0),
-            specular_roughness: grey(0.3),
-            specular_multiple_scattering: true,
-            specular_ior: 1.5,
-            specular_roughness_anisotropy: grey(0.0),
-            anisotropy_rotation: 0.0,
-            anisotropy_map: None,
-            transmission_weight: grey(0.0),
-            transmission_color: grey(1.0),
-            transmission_depth: 0.0,
-            transmission_dispersion_scale: 0.0,
-            transmission_dispersion_abbe_number: 20.0,
-            interior: None,
-            subsurface_weight: grey(0.0),
-            subsurface_color: grey(0.8),
-            subsurface_radius: 1.0,
-            subsurface_radius_scale: RADIUS_SCALE,
-            subsurface_scatter_anisotropy: 0.0,
-            coat_weight: grey(0.0),
-            coat_color: grey(1.0),
-            coat_roughness: grey(0.0),
-            coat_ior: 1.6,
-            coat_darkening: 1.0,
-            fuzz_weight: grey(0.0),
-            fuzz_color: grey(1.0),
-            fuzz_roughness: grey(0.5),
-            thin_film_weight: grey(0.0),
-            thin_film_thickness: grey(0.5),
-            thin_film_ior: 1.4,
-            emission_luminance: 0.0,
-            emission_color: grey(1.0),
-            emission_front_only: false,
-            front_only: false,
-            opacity: grey(1.0),
-            alpha_mode: AlphaMode::Mask,
-            alpha_cutoff: 0.5,
-            thin_walled: false,
-            double_sided: true,
-            unlit: false,
-            normal_map: None,
-            normal_scale: 1.0,
-            coat_normal_map: None,
-            coat_normal_scale: 1.0,
-            bump_map: None,
-            bump_scale: 0.1,
-            bump_unit: BumpUnit::Scene,
-            occlusion_map: None,
-            occlusion_strength: 1.0,
-            thickness: grey(0.0),
-        }
     }
 }

@@ -2,8 +2,10 @@
 
 use super::{Material, Physical, PrincipledMaterial, color_at};
 use crate::color::Spectrum;
+use crate::interaction::SurfaceInteraction;
+use crate::material::MaterialEvalContext;
 use crate::medium::Homogeneous;
-use crate::scene::{ColorSource, Scene, SurfaceInteraction};
+use crate::schema::ColorSource;
 
 /// The mean cosine of scattering is no nearer to −1 and 1.
 const MAX_ANISOTROPY: f64 = 0.999;
@@ -25,7 +27,12 @@ impl PrincipledMaterial {
 
 impl Physical {
     /// The medium inside, by the colours of a place of the surface; no mean way of light in it is shorter than `shortest`.
-    pub(crate) fn body(&self, scene: &Scene, surface: &SurfaceInteraction, shortest: f64) -> Homogeneous {
+    pub(crate) fn body(
+        &self,
+        scene: &impl MaterialEvalContext,
+        surface: &SurfaceInteraction,
+        shortest: f64,
+    ) -> Homogeneous {
         let d = &self.desc;
         let color = color_at(d.subsurface_color, scene, surface);
         let scale = color_at(d.subsurface_radius_scale, scene, surface);
@@ -42,7 +49,7 @@ impl Physical {
 
 impl Material {
     /// Whether it encloses, if only by a part of a mix, a translucent body.
-    pub(crate) fn has_walk(&self, scene: &Scene) -> bool {
+    pub(crate) fn has_walk(&self, scene: &impl MaterialEvalContext) -> bool {
         match self {
             Material::Physical(m) => m.walks,
             Material::Mix(m) => m.walks(scene),

@@ -75,6 +75,7 @@ fn eight<S: Simd>(simd: S, x: F64x8<S>, c: &[f64; 8]) -> F64x8<S> {
 
 #[cfg(test)]
 mod tests {
+    use turner_bvh::InstructionSet;
     use turner_bvh::lanes::{Block, Work, dispatch};
 
     use super::*;
@@ -100,6 +101,7 @@ mod tests {
     fn the_same_bits_as_one_by_one() {
         let special = [0.0, -0.0, 1.0, -1.0, 0.25, 0.125, -0.375, 0.5, 1e-300, 1e9, f64::INFINITY, f64::NAN];
         let mut random = Random::new(8);
+        let sets: Vec<InstructionSet> = InstructionSet::available().collect();
         for i in 0..4000 {
             let mut number = |_: usize| match i % 3 {
                 0 => special[(random.units::<1>()[0] * 12.0) as usize],
@@ -108,7 +110,7 @@ mod tests {
             };
             let (x, y) = (Block(std::array::from_fn(&mut number)), Block(std::array::from_fn(&mut number)));
             let mut out = [Block::default(); 4];
-            dispatch(All(&x, &y, &mut out));
+            dispatch(sets[i % sets.len()], All(&x, &y, &mut out));
             for lane in 0..8 {
                 let (x, y) = (x.0[lane], y.0[lane]);
                 let (s, c) = elementary::sin_cos_turns(x);

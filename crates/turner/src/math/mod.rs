@@ -41,10 +41,40 @@ pub fn radians(degrees: f64) -> f64 {
     degrees * (std::f64::consts::PI / 180.0)
 }
 
+/// Radians to degrees: the number that [`radians`] turns back into the same bits, where there is one, else into the nearest.
+pub fn degrees(radians: f64) -> f64 {
+    let near = radians * (180.0 / std::f64::consts::PI);
+    if !near.is_finite() {
+        return near;
+    }
+    let distance = |d: &f64| (self::radians(*d) - radians).abs();
+    // The first of equals: whole numbers stay whole.
+    [near.round(), near, near.next_up(), near.next_down()]
+        .into_iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap_or(near)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use elementary::{asin, sin, sin_cos};
+
+    #[test]
+    fn degrees_lead_back() {
+        use std::f64::consts::{FRAC_PI_2, PI, TAU};
+        assert_eq!([0.0, FRAC_PI_2, -PI, TAU].map(degrees), [0.0, 90.0, -180.0, 360.0]);
+        let (mut same, n) = (0, 1000);
+        for i in 0..n {
+            let angle = (f64::from(i) - 300.0) * 0.012_345;
+            let back = radians(degrees(angle));
+            assert!((back - angle).abs() <= 2.0 * f64::EPSILON * angle.abs(), "{angle}: {back}");
+            same += u32::from(back == angle);
+        }
+        // Degrees are coarser than radians where they have just passed a power of two.
+        assert!(same > 900, "{same} of {n}");
+        assert!(degrees(f64::NAN).is_nan() && degrees(f64::INFINITY) == f64::INFINITY);
+    }
 
     #[test]
     fn snells_law() {

@@ -3,8 +3,7 @@
 use super::{Coefficients, Stretch, Walk};
 use crate::color::Spectrum;
 use crate::math::elementary::{exp, ln};
-use crate::scene::error::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, SceneError, params};
 
 params! {
     /// A medium that is the same everywhere: fog, murky water, wax. What it does to light is said either by `extinction` and `albedo`

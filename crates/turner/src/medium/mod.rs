@@ -3,6 +3,19 @@
 //!
 //! A medium is bound to what encloses it by a material (`interior`), by an object (`medium`, whose surface then is nothing but a boundary), or to
 //! all that is in the open (`medium` of `[background]`).
+//!
+//! The contract, which every [`Medium`] keeps:
+//!
+//! - Rays and lengths are the world's. [`Coefficients`] are per unit of length at density 1, by colour band; emission is radiance per unit of length. Extinction is absorption
+//!   and scattering together, and the albedo is the share of it that is scattered.
+//! - Rays have unit directions, so that t is a length. A [`Stretch`] begins at the ray's origin and ends at `end`: a surface, or infinity.
+//! - [`Medium::walk`] chooses whether and where the path is scattered. `scattered` is `None` where it passes to the end. `weight` is what the path then carries of what it
+//!   carried: transmittance times scattering coefficient (where it was scattered) over the density of what happened, its mean over `u` the true value. The phase function is not in it.
+//! - `pdf` is per unit of length, not per solid angle, and 0 where it is not known (a varying density); who needs it for MIS then goes without.
+//! - [`Medium::transmittance`] is within 0..=1 for homogeneous media; for others it is an estimate whose mean is the transmittance.
+//! - The phase function ([`HenyeyGreenstein`]) is per steradian and integrates to 1 over the sphere: there is no cosine. Its directions are those in which light travels, unlike
+//!   those of surfaces: a cosine of 1 goes straight on.
+//! - Random numbers are given: two in `u`, as many more as a varying medium needs from a counter-based [`Stream`], so that a path depends on its sample alone.
 
 mod equiangular;
 mod grid;
@@ -13,7 +26,7 @@ mod subsurface;
 mod varying;
 
 pub use equiangular::Equiangular;
-pub use grid::{GridBorder, GridData, GridFile, GridMedium, MAX_VALUES};
+pub use grid::{GridBorder, GridMedium};
 pub use homogeneous::{Homogeneous, HomogeneousMedium, Place};
 pub use phase::HenyeyGreenstein;
 pub use smoke::SmokeMedium;
@@ -23,8 +36,7 @@ pub use varying::Varying;
 use crate::color::Spectrum;
 use crate::math::Ray;
 use crate::sampler::Stream;
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::schema::family;
+use crate::schema::{ErrorCode, SceneError, family};
 
 family! {
     /// Media: `[medium.NAME]`, or in place as `medium = { … }`. The `type` is "homogeneous" unless given. Integrators that follow light

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Coefficients, GridData, Varying};
+use super::{Coefficients, Varying};
 use crate::color::Spectrum;
 use crate::math::DVec3;
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::schema::{Range, params};
+use crate::schema::{ErrorCode, GridData, Range, SceneError, params};
 use crate::texture::Fractal;
 
 params! {

@@ -7,13 +7,12 @@
 
 use std::sync::Arc;
 
-use super::grid::GridData;
 use super::{Coefficients, Stretch, Walk};
 use crate::color::Spectrum;
 use crate::math::elementary::ln;
 use crate::math::{DVec3, Ray};
 use crate::sampler::Stream;
-use crate::scene::error::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, GridData, SceneError};
 
 /// Cells of the grid along one edge of a block.
 const BLOCK: u32 = 8;

@@ -4,6 +4,7 @@
 //! same corner gives the same value whichever pixel asks for it.
 
 use super::tile::TileBuffers;
+use super::work::Stop;
 use crate::film::PixelRect;
 use crate::integrator::Radiance;
 use crate::math::DVec2;
@@ -20,8 +21,9 @@ struct PixelGrid {
 }
 
 impl TileBuffers<'_> {
-    pub(super) fn render_adaptive(&mut self, tile: &PixelRect) {
-        let film = &self.scene.film;
+    /// Renders a tile; says whether it came to its end.
+    pub(super) fn render_adaptive(&mut self, tile: &PixelRect, stop: Stop<'_>) -> bool {
+        let film = &self.p.view.film;
         let cells = 1u32 << film.max_subdivisions;
         let point = |x: u32, y: u32| {
             let id = SampleId { x, y, index: 0, seed: u64::from(film.seed) };
@@ -37,6 +39,9 @@ impl TileBuffers<'_> {
         let mut grid = PixelGrid { side, values: vec![None; side * side], x: 0, y: 0 };
         for row in 0..tile.height {
             for column in 0..tile.width {
+                if stop.is_set() {
+                    return false;
+                }
                 let (x, y) = (tile.x + column, tile.y + row);
                 grid.values.fill(None);
                 (grid.x, grid.y) = (x * cells, y * cells);
@@ -50,6 +55,7 @@ impl TileBuffers<'_> {
             }
         }
         self.check_pixels(tile);
+        true
     }
 
     /// The mean over the square of `size` cells at (`cx`, `cy`) of a pixel. Recurses at most `max_subdivisions` deep.

@@ -1,41 +1,48 @@
 //! Light paths of a pass, in batches.
 
 use std::ops::Range;
-use std::sync::Mutex;
 
-use crate::film::{Splat, Splats};
+use super::work::Stop;
+use crate::film::{SharedFilm, Splat};
 use crate::filter::Filter;
-use crate::integrator::{LightTracer, Photon, RayStats};
-use crate::scene::Scene;
+use crate::integrator::{LightTracer, Photon, Prepared, RayStats};
 
 /// Light paths of a batch: enough that what is shared is seldom locked, and that rays fill blocks.
 const BATCH: u64 = 4096;
 
-/// The light paths that belong to some samples of all pixels, in batches.
+/// Light paths, where none makes photons, between two looks at whether to leave off.
+const SLICE: u64 = 512;
+
+/// Light paths of some numbers, in batches.
 pub(super) struct LightTasks {
-    first: u64,
-    count: u64,
+    /// The numbers, and how many batches come before them.
+    ranges: Vec<(usize, Range<u64>)>,
+    batches: usize,
 }
 
 impl LightTasks {
-    /// None.
-    pub(super) const NONE: LightTasks = LightTasks { first: 0, count: 0 };
-
-    pub(super) fn new(scene: &Scene, samples: &Range<u32>) -> LightTasks {
-        let each = scene.integrator.integrator().light_paths(scene);
-        LightTasks { first: each * u64::from(samples.start), count: each * samples.len() as u64 }
+    pub(super) fn new(ranges: Vec<Range<u64>>) -> LightTasks {
+        let mut batches = 0;
+        let mut counted = Vec::with_capacity(ranges.len());
+        for range in ranges {
+            let count = (range.end - range.start).div_ceil(BATCH) as usize;
+            counted.push((batches, range));
+            batches += count;
+        }
+        LightTasks { ranges: counted, batches }
     }
 
     /// How many batches there are.
     pub(super) fn len(&self) -> usize {
-        self.count.div_ceil(BATCH) as usize
+        self.batches
     }
 
-    /// The first light path of a batch, and their number.
-    pub(super) fn get(&self, batch: usize) -> Option<(u64, u32)> {
-        let begin = BATCH * batch as u64;
-        let count = self.count.checked_sub(begin)?.min(BATCH);
-        (count > 0).then_some((self.first + begin, count as u32))
+    /// The light paths of a batch.
+    pub(super) fn get(&self, batch: usize) -> Option<Range<u64>> {
+        let of = self.ranges.partition_point(|(before, _)| *before <= batch).checked_sub(1)?;
+        let (before, range) = self.ranges.get(of)?;
+        let begin = range.start + BATCH * (batch - before) as u64;
+        (begin < range.end).then_some(begin..range.end.min(begin + BATCH))
     }
 }
 
@@ -48,32 +55,67 @@ pub(super) struct LightBuffers<'a> {
 }
 
 impl<'a> LightBuffers<'a> {
-    pub(super) fn new(scene: &'a Scene) -> LightBuffers<'a> {
+    pub(super) fn new(p: &'a Prepared) -> LightBuffers<'a> {
         LightBuffers {
-            tracer: scene.integrator.integrator().light_tracer(scene),
-            filter: scene.film.filter(),
+            tracer: p.integrator.light_tracer(&p.scene, &p.view),
+            filter: p.view.film.filter(),
             splats: Vec::new(),
             stats: RayStats::default(),
         }
     }
 
-    pub(super) fn trace(&mut self, first: u64, count: u32) {
+    fn trace(&mut self, paths: &Range<u64>) {
         self.splats.clear();
         if let Some(tracer) = &mut self.tracer {
-            tracer.trace(first, count, &mut self.splats, &mut self.stats);
+            tracer.trace(paths.start, (paths.end - paths.start) as u32, &mut self.splats, &mut self.stats);
         }
     }
 
-    /// Adds what was traced, by `paths` light paths, to the film.
-    pub(super) fn deposit(&self, paths: u64, splats: Option<&Mutex<&mut Splats>>) {
-        if let Some(splats) = splats {
-            let mut splats = splats.lock().unwrap_or_else(|e| e.into_inner());
-            splats.add(&self.filter, paths, &self.splats);
+    /// Traces light paths and adds what they bring to the film, some at a time; says whether it came to their end.
+    pub(super) fn render(&mut self, mut paths: Range<u64>, film: &SharedFilm<'_>, stop: Stop<'_>) -> bool {
+        while !paths.is_empty() {
+            if stop.is_set() {
+                return false;
+            }
+            let slice = paths.start..paths.end.min(paths.start + SLICE);
+            paths.start = slice.end;
+            self.trace(&slice);
+            film.deposit_light(&self.filter, slice, &self.splats);
         }
+        true
     }
 
-    /// The photons of what was traced.
-    pub(super) fn take_photons(&mut self) -> Vec<Photon> {
+    /// Traces a batch at once, for the order of photons is that of batches, and gives its photons. Of what it brings, the
+    /// film gets that of the light paths in `missing`.
+    pub(super) fn photons(
+        &mut self,
+        paths: &Range<u64>,
+        missing: &[Range<u64>],
+        film: &SharedFilm<'_>,
+    ) -> Vec<Photon> {
+        if missing != [paths.clone()] {
+            // Some light paths are on the film already: the others by themselves.
+            missing.iter().for_each(|part| _ = self.render(part.clone(), film, Stop::NEVER));
+        }
+        self.trace(paths);
+        if missing == [paths.clone()] {
+            film.deposit_light(&self.filter, paths.clone(), &self.splats);
+        }
         self.tracer.as_mut().map(|tracer| std::mem::take(tracer.photons())).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_are_the_light_paths() {
+        let ranges = vec![5..6, 10_000..10_000 + 2 * BATCH, 50_000..50_000 + BATCH + 1];
+        let tasks = LightTasks::new(ranges.clone());
+        assert_eq!((tasks.len(), tasks.get(5), LightTasks::new(Vec::new()).get(0)), (5, None, None));
+        let batches = (0..5).map(|i| tasks.get(i).unwrap());
+        assert!(batches.clone().all(|b| b.end - b.start <= BATCH));
+        assert!(batches.flatten().eq(ranges.into_iter().flatten()));
     }
 }

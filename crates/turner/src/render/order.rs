@@ -2,6 +2,8 @@
 
 use std::cmp::Reverse;
 
+use super::schedule::TileTask;
+
 /// What tiles cost in the last pass. The picture does not depend on it: sums are exact.
 pub(super) struct TileOrder {
     /// Rays, by the number of the tile.
@@ -24,11 +26,9 @@ impl TileOrder {
         self.costs.extend(costs);
     }
 
-    /// The numbers of the tiles, the dearest first; equally dear ones row by row.
-    pub(super) fn dearest_first(&self) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.costs.len()).collect();
-        order.sort_by_key(|&tile| Reverse(self.costs[tile]));
-        order
+    /// Sorts tiles that come row by row, the costliest first; equally costly ones stay row by row.
+    pub(super) fn costliest_first(&self, tasks: &mut [TileTask]) {
+        tasks.sort_by_key(|task| Reverse(self.costs[task.tile]));
     }
 }
 
@@ -38,11 +38,12 @@ mod tests {
 
     use super::*;
     use crate::color::Spectrum;
+    use crate::description::{ObjectDesc, SceneDesc};
     use crate::film::Antialias;
     use crate::integrator::{IntegratorDesc, PathDesc};
     use crate::math::DVec3;
     use crate::render::{PassOptions, Renderer};
-    use crate::scene::{ObjectDesc, PrepareOptions, SceneDesc};
+    use crate::schema::PrepareOptions;
     use crate::shape::{ShapeDesc, SphereDesc};
 
     /// A ball to the right in a white world: there light bounces, elsewhere it does not.
@@ -57,32 +58,39 @@ mod tests {
         desc
     }
 
-    #[test]
-    fn equally_dear_tiles_come_row_by_row() {
-        let mut order = TileOrder::new(4);
-        assert_eq!(order.dearest_first(), [0, 1, 2, 3]);
-        order.set_costs([5, 9, 5, 7].into_iter());
-        assert_eq!(order.dearest_first(), [1, 3, 0, 2]);
+    fn costliest_first(order: &TileOrder) -> Vec<usize> {
+        let mut tasks: Vec<TileTask> =
+            (0..order.costs.len()).map(|tile| TileTask { tile, missing: Vec::new() }).collect();
+        order.costliest_first(&mut tasks);
+        tasks.into_iter().map(|task| task.tile).collect()
     }
 
     #[test]
-    fn the_second_pass_begins_with_the_dearest_tile() {
+    fn equally_costly_tiles_come_row_by_row() {
+        let mut order = TileOrder::new(4);
+        assert_eq!(costliest_first(&order), [0, 1, 2, 3]);
+        order.set_costs([5, 9, 5, 7].into_iter());
+        assert_eq!(costliest_first(&order), [1, 3, 0, 2]);
+    }
+
+    #[test]
+    fn the_second_pass_begins_with_the_costliest_tile() {
         let scene = ball().prepare(&PrepareOptions::default()).unwrap();
-        let mut renderer = Renderer::new(&scene).unwrap();
+        let mut renderer = Renderer::new(scene.clone()).unwrap();
         let cancel = AtomicBool::new(false);
         let options = PassOptions { threads: 1, cancel: &cancel, progress: None };
         assert!(renderer.pass(1, &options).unwrap());
         let first = renderer.tile_costs().to_vec();
         assert_eq!(first.iter().sum::<u64>(), renderer.stats.total(), "every ray belongs to a tile");
-        let dearest = *first.iter().max().unwrap();
-        assert!(first[0] < dearest, "{first:?}");
+        let costliest = *first.iter().max().unwrap();
+        assert!(first[0] < costliest, "{first:?}");
         // A pass of more samples, stopped after two tiles: theirs are the only costs that grow.
         let stop = |done: usize, _: usize| cancel.store(done == 2, Ordering::Relaxed);
         let options = PassOptions { progress: Some(&stop), ..options };
         assert!(!renderer.pass(4, &options).unwrap());
         let changed: Vec<usize> =
             (0..first.len()).filter(|&i| renderer.tile_costs()[i] > 2 * first[i]).collect();
-        let mut expected = TileOrder { costs: first }.dearest_first()[..2].to_vec();
+        let mut expected = costliest_first(&TileOrder { costs: first })[..2].to_vec();
         expected.sort_unstable();
         assert_eq!(changed, expected);
     }
@@ -91,14 +99,14 @@ mod tests {
     fn the_picture_is_the_same_in_any_order() {
         let scene = ball().prepare(&PrepareOptions::default()).unwrap();
         let picture = |costs: fn(usize) -> u64, threads| {
-            let mut renderer = Renderer::new(&scene).unwrap();
+            let mut renderer = Renderer::new(scene.clone()).unwrap();
             let cancel = AtomicBool::new(false);
             let tiles = renderer.order.costs.len();
             while !renderer.is_complete() {
                 renderer.order.set_costs((0..tiles).map(costs));
                 renderer.pass(2, &PassOptions { threads, cancel: &cancel, progress: None }).unwrap();
             }
-            let picture = renderer.film.develop(&scene.film).linear;
+            let picture = renderer.film.develop(&scene.view.film).linear;
             picture.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>()
         };
         let in_rows = picture(|_| 0, 1);

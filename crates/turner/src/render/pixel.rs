@@ -1,13 +1,12 @@
 //! One pixel by itself: the samples it is made of, and how they become its colour.
 
-use super::place_of;
-use super::single::check_pixel;
 use super::tile::TileBuffers;
+use super::work::Stop;
 use crate::film::{Antialias, Film, FilmDesc};
-use crate::integrator::Radiance;
+use crate::integrator::{Prepared, Radiance};
 use crate::sampler::SampleId;
-use crate::scene::Scene;
-use crate::scene::error::SceneError;
+use crate::schema::SceneError;
+use crate::view::{check_pixel, place_of};
 
 /// The most samples of a pixel that are listed.
 pub const MAX_LISTED: usize = 1 << 16;
@@ -73,17 +72,20 @@ impl Log {
 
 /// Renders the pixel in column `x`, row `y` (from 0, top left) alone: as in the picture, to the last bit.
 ///
-/// Errors: a pixel outside the picture ([`crate::scene::ErrorCode::OutOfRange`]).
-pub fn pixel(scene: &Scene, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
-    check_pixel(scene, x, y)?;
-    let desc = FilmDesc { crop: Some([x, y, 1, 1]), auto_exposure: false, ..scene.film.clone() };
+/// Errors: a pixel outside the picture ([`crate::schema::ErrorCode::OutOfRange`]).
+pub fn pixel(p: &Prepared, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
+    p.choose();
+    let view = &p.view;
+    check_pixel(view, x, y)?;
+    let desc = FilmDesc { crop: Some([x, y, 1, 1]), auto_exposure: false, ..view.film.clone() };
     let mut film = Film::new(&desc)?;
-    let mut buffers = TileBuffers::new(scene);
+    let mut buffers = TileBuffers::new(p);
     buffers.log = Some(Box::default());
     let region = film.region;
-    buffers.render(&region, 0..desc.samples_per_pixel());
-    // The region has three rows at most: one band.
-    film.bands_mut().iter_mut().take(1).for_each(|band| buffers.deposit(&region, band));
+    let all = 0..u64::from(desc.samples_per_pixel());
+    let finished = buffers.render(&region, std::slice::from_ref(&all), Stop::NEVER);
+    // The region has three columns and rows at most: one tile.
+    buffers.deposit(0, &finished, &film.share());
     let color = film.develop(&desc).linear.first().copied().unwrap_or([f32::NAN; 4]);
     let log = buffers.log.take().unwrap_or_default();
     let adaptive = desc.antialias == Antialias::Adaptive;
@@ -105,9 +107,9 @@ pub fn pixel(scene: &Scene, x: u32, y: u32) -> Result<PixelRecord, SceneError> {
                 .sum();
             ([f64::from(id.x) / cells, f64::from(id.y) / cells], weight)
         } else {
-            (place_of(scene, &id), if finite(&radiance) { 1.0 / counted } else { 0.0 })
+            (place_of(view, &id), if finite(&radiance) { 1.0 / counted } else { 0.0 })
         };
-        SampleRecord { id, place, weight: weight * f64::from(scene.film.kept(radiance.color)), radiance }
+        SampleRecord { id, place, weight: weight * f64::from(view.film.kept(radiance.color)), radiance }
     });
     let squares = log.squares.iter().map(|&(corner, size, spread)| Square {
         corner: corner.map(|c| f64::from(c) / cells),

@@ -3,36 +3,27 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use turner_bvh::lanes::{Block, LANES};
-
 use super::pixel::Log;
-use crate::camera::camera_rays;
+use super::work::Stop;
 use crate::color::Spectrum;
-use crate::film::{Antialias, Band, NonFinite, PixelRect, PixelSample, PixelSum};
+use crate::film::{Antialias, NonFinite, PixelRect, Preview, SampleSet, SharedFilm, TileSums};
 use crate::filter::Filter;
 use crate::integrator::path::CELL;
-use crate::integrator::{CameraSamples, PhotonMap, Radiance, RayStats, Tracer};
+use crate::integrator::{CameraSamples, PhotonMap, Prepared, Radiance, RayStats, Tracer};
 use crate::math::DVec2;
-use crate::sampler::{OwenSobol, SampleId, stratified};
-use crate::scene::Scene;
-
-/// Dimensions of a sample's random numbers: the place in the pixel, the place on the lens; lights come after 16.
-const PIXEL_DIMENSION: u64 = 0;
-const LENS_DIMENSION: u64 = 1;
-
-/// The same for integrators with Sobol points: surfaces come after 2.
-const PIXEL_SET: u32 = 0;
-const LENS_SET: u32 = 1;
+use crate::sampler::SampleId;
+use crate::view::{place, take_points};
 
 /// What a worker needs for its tiles; kept from tile to tile.
 pub(super) struct TileBuffers<'a> {
-    pub(super) scene: &'a Scene,
+    pub(super) p: &'a Prepared,
     tracer: Box<dyn Tracer + 'a>,
-    filter: Filter,
+    pub(super) filter: Filter,
     /// The results of scenes with one sample per pixel.
     pub(super) pixels: Vec<Radiance>,
     /// The sums of the others.
-    sums: Vec<PixelSum>,
+    sums: TileSums,
+    /// What was not finite in the tile.
     pub(super) non_finite: NonFinite,
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
@@ -40,24 +31,27 @@ pub(super) struct TileBuffers<'a> {
     /// The photons of a sample's number, if samples find any.
     photons: Option<Arc<PhotonMap>>,
     finds_photons: bool,
+    /// Samples of number 0 that are traced already.
+    preview: Option<&'a Preview>,
     /// Samples by themselves, for one pixel; `None` where a picture is rendered.
     pub(super) log: Option<Box<Log>>,
 }
 
 impl<'a> TileBuffers<'a> {
-    pub(super) fn new(scene: &'a Scene) -> TileBuffers<'a> {
+    pub(super) fn new(p: &'a Prepared) -> TileBuffers<'a> {
         TileBuffers {
-            scene,
-            tracer: scene.integrator.integrator().tracer(scene),
-            filter: scene.film.filter(),
+            p,
+            tracer: p.tracer(),
+            filter: p.view.film.filter(),
             pixels: Vec::new(),
-            sums: Vec::new(),
+            sums: TileSums::default(),
             non_finite: NonFinite::default(),
             stats: RayStats::default(),
             samples: CameraSamples::default(),
             radiance: Vec::new(),
             photons: None,
-            finds_photons: scene.integrator.integrator().finds_photons(scene),
+            finds_photons: p.integrator.finds_photons(),
+            preview: None,
             log: None,
         }
     }
@@ -68,75 +62,116 @@ impl<'a> TileBuffers<'a> {
         self.photons = Some(photons);
     }
 
+    /// Takes the samples of number 0 that a preview has, where they are those of the picture: where pixels do not depend on one another.
+    pub(super) fn keep_preview(&mut self, preview: Option<&'a Preview>) {
+        let alone = !self.p.integrator.shares_paths() && !self.finds_photons;
+        self.preview = preview.filter(|_| alone && self.p.view.film.antialias != Antialias::Adaptive);
+    }
+
     /// Sees to it that samples of a number find the photons of that number.
     pub(super) fn prepare(&mut self, index: u32) {
         if self.finds_photons && self.photons.as_ref().is_none_or(|p| p.index != index) {
-            let photons = self.scene.integrator.integrator().photons(self.scene, index);
+            let photons = self.p.integrator.photons(&self.p.scene, &self.p.view, index);
             if let Some(photons) = photons {
                 self.find_photons(Arc::new(photons));
             }
         }
     }
 
-    /// Renders samples of all pixels of a tile; `non_finite` and `stats` count on from tile to tile.
-    pub(super) fn render(&mut self, tile: &PixelRect, samples: Range<u32>) {
-        let one_sample = self.scene.film.samples_per_pixel() == 1;
+    /// Renders samples of all pixels of a tile; `stats` counts on from tile to tile. Gives the samples that were finished:
+    /// all, unless it was told to stop.
+    pub(super) fn render(&mut self, tile: &PixelRect, samples: &[Range<u64>], stop: Stop<'_>) -> SampleSet {
+        let one_sample = self.p.view.film.samples_per_pixel() == 1;
+        let mut finished = SampleSet::default();
         self.pixels.clear();
-        self.sums.clear();
-        if !one_sample {
-            self.sums.resize(tile.area() as usize, PixelSum::default());
-        }
-        if self.scene.film.antialias == Antialias::Adaptive {
-            if samples.contains(&0) {
+        self.non_finite = NonFinite::default();
+        if self.p.view.film.antialias == Antialias::Adaptive {
+            if !samples.is_empty() {
                 self.prepare(0);
-                self.render_adaptive(tile);
+                if self.render_adaptive(tile, stop) {
+                    finished.insert(0..1);
+                }
             }
-            return;
+            return finished;
         }
-        let film = &self.scene.film;
+        if !one_sample {
+            self.sums.reset(*tile, 0);
+        }
         // One number of all pixels at a time: four (1024 samples) took integrators that follow light 2 to 9 % longer, for their paths' state leaves the
         // caches.
         let traced = self.traced(tile);
-        for index in samples {
-            self.prepare(index);
-            let points = (traced.y..traced.y + traced.height)
-                .flat_map(|y| (traced.x..traced.x + traced.width).map(move |x| (x, y)))
-                .map(|(x, y)| {
-                    let id = SampleId { x, y, index, seed: u64::from(film.seed) };
-                    (id, place(self.scene, &self.filter, &id))
-                });
-            self.samples.clear();
-            take_points(self.scene, &mut self.samples, points);
-            self.trace();
-            if traced != *tile {
-                self.keep(tile);
+        for index in samples.iter().cloned().flatten() {
+            if stop.is_set() {
+                break;
             }
-            if let Some(log) = &mut self.log {
-                log.traced(&self.samples.ids, &self.radiance);
-            }
-            self.cut();
+            self.render_sample(tile, &traced, index as u32);
+            finished.insert(index..index + 1);
             if one_sample {
                 std::mem::swap(&mut self.pixels, &mut self.radiance);
                 self.check_pixels(tile);
                 continue;
             }
-            for ((sum, id), radiance) in self.sums.iter_mut().zip(&self.samples.ids).zip(&self.radiance) {
+            let sums = self.sums.pixels.iter_mut();
+            for ((sum, id), radiance) in sums.zip(&self.samples.ids).zip(&self.radiance) {
                 if !sum.add_or_leave_out(radiance.color, radiance.alpha) {
                     self.non_finite.note(id.x, id.y, id.index);
                 }
             }
         }
+        finished
     }
 
-    /// Adds what was rendered to the tile's band of the film.
-    pub(super) fn deposit(&self, tile: &PixelRect, band: &mut Band) {
-        if self.sums.is_empty() {
-            let samples = self.pixels.iter().map(|r| (r.color, r.alpha));
-            if !self.pixels.is_empty() {
-                band.add_samples(tile, samples);
-            }
+    /// Traces one sample of each pixel of a tile; `traced` are the pixels that share paths with them.
+    fn render_sample(&mut self, tile: &PixelRect, traced: &PixelRect, index: u32) {
+        self.prepare(index);
+        let film = &self.p.view.film;
+        let preview = self.preview.filter(|_| index == 0);
+        let points = (traced.y..traced.y + traced.height)
+            .flat_map(|y| (traced.x..traced.x + traced.width).map(move |x| (x, y)))
+            .filter(|(x, y)| preview.and_then(|p| p.traced(*x, *y)).is_none())
+            .map(|(x, y)| {
+                let id = SampleId { x, y, index, seed: u64::from(film.seed) };
+                (id, place(&self.p.view, &self.filter, &id))
+            });
+        self.samples.clear();
+        take_points(&self.p.view, &mut self.samples, points);
+        self.trace();
+        if traced != tile {
+            self.keep(tile);
+        }
+        if let Some(log) = &mut self.log {
+            log.traced(&self.samples.ids, &self.radiance);
+        }
+        self.cut();
+        if let Some(preview) = preview {
+            self.add_preview(tile, preview);
+        }
+    }
+
+    /// Puts the samples of a preview among those that were traced, in the order of the tile's pixels.
+    fn add_preview(&mut self, tile: &PixelRect, preview: &Preview) {
+        let seed = u64::from(self.p.view.film.seed);
+        let mut traced = std::mem::take(&mut self.radiance).into_iter();
+        self.samples.ids.clear();
+        for i in 0..tile.area() as u32 {
+            let (x, y) = (tile.x + i % tile.width, tile.y + i / tile.width);
+            let known = preview
+                .traced(x, y)
+                .map(|[r, g, b, alpha]| Radiance { color: Spectrum::new(r, g, b), alpha });
+            self.radiance.extend(known.or_else(|| traced.next()));
+            self.samples.ids.push(SampleId { x, y, index: 0, seed });
+        }
+    }
+
+    /// Adds the samples that were finished to the film.
+    pub(super) fn deposit(&self, tile: usize, finished: &SampleSet, film: &SharedFilm<'_>) {
+        if finished.is_empty() {
+            return;
+        }
+        if self.p.view.film.samples_per_pixel() == 1 {
+            film.deposit_samples(tile, self.pixels.iter().map(|r| (r.color, r.alpha)), &self.non_finite);
         } else {
-            band.add_sums(tile, &self.sums);
+            film.deposit_sums(tile, &self.sums, finished, &self.non_finite);
         }
     }
 
@@ -158,9 +193,13 @@ impl<'a> TileBuffers<'a> {
 
     /// Traces the prepared samples.
     pub(super) fn trace(&mut self) {
+        if self.samples.ids.is_empty() {
+            self.radiance.clear();
+            return;
+        }
         self.tracer.radiance(&self.samples, &mut self.radiance, &mut self.stats);
-        if self.scene.camera.leaves_out() {
-            let alpha = if self.scene.background.transparent { 0.0 } else { 1.0 };
+        if self.p.view.camera.leaves_out() {
+            let alpha = if self.p.scene.background.transparent { 0.0 } else { 1.0 };
             for (i, radiance) in self.radiance.iter_mut().enumerate() {
                 if self.samples.rays.get(i).is_some_and(|ray| ray.t_max < 0.0) {
                     *radiance = Radiance { color: Spectrum::BLACK, alpha };
@@ -171,10 +210,10 @@ impl<'a> TileBuffers<'a> {
 
     /// The pixels that are traced for those of a tile: all that they share paths with.
     fn traced(&self, tile: &PixelRect) -> PixelRect {
-        if !self.scene.shares_paths() {
+        if !self.p.integrator.shares_paths() {
             return *tile;
         }
-        let (film, down) = (&self.scene.film, |v: u32| v - v % CELL);
+        let (film, down) = (&self.p.view.film, |v: u32| v - v % CELL);
         let (x, y) = (down(tile.x), down(tile.y));
         let right = (tile.x + tile.width).next_multiple_of(CELL).min(film.width);
         let bottom = (tile.y + tile.height).next_multiple_of(CELL).min(film.height);
@@ -194,7 +233,7 @@ impl<'a> TileBuffers<'a> {
     /// Traces a list of points of the picture and gives their results in order.
     pub(super) fn trace_points(&mut self, points: impl Iterator<Item = (SampleId, DVec2)>) -> &[Radiance] {
         self.samples.clear();
-        take_points(self.scene, &mut self.samples, points);
+        take_points(&self.p.view, &mut self.samples, points);
         self.trace();
         if let Some(log) = &mut self.log {
             log.traced(&self.samples.ids, &self.radiance);
@@ -205,79 +244,10 @@ impl<'a> TileBuffers<'a> {
 
     /// Scales down the samples that are brighter than the film lets them be.
     fn cut(&mut self) {
-        if self.scene.film.max_sample > 0.0 {
+        if self.p.view.film.max_sample > 0.0 {
             for radiance in &mut self.radiance {
-                radiance.color *= self.scene.film.kept(radiance.color);
+                radiance.color *= self.p.view.film.kept(radiance.color);
             }
-        }
-    }
-}
-
-/// Adds the camera samples of points of the picture, in pixels from its top left corner.
-pub(crate) fn take_points(
-    scene: &Scene,
-    samples: &mut CameraSamples,
-    mut points: impl Iterator<Item = (SampleId, DVec2)>,
-) {
-    let has_lens = scene.camera.has_lens();
-    let sobol = scene.integrator.is_physical();
-    loop {
-        let first = samples.ids.len();
-        let (mut x, mut y) = (Block([f64::NAN; LANES]), Block([f64::NAN; LANES]));
-        for (lane, (id, at)) in (&mut points).take(LANES).enumerate() {
-            (x.0[lane], y.0[lane]) = (at.x, at.y);
-            samples.ids.push(id);
-        }
-        let ids = &samples.ids[first..];
-        if ids.is_empty() {
-            return;
-        }
-        let lens = |lane: usize| match ids.get(lane) {
-            Some(id) if has_lens && sobol => OwenSobol::new(id).two(LENS_SET).into(),
-            Some(id) if has_lens => id.unit_square(LENS_DIMENSION),
-            _ => DVec2::splat(0.5),
-        };
-        if scene.moves {
-            // The third number beside the place on the lens.
-            let [open, close] = scene.film.shutter;
-            for (i, id) in ids.iter().enumerate() {
-                let [.., u, _] = OwenSobol::new(id).four(LENS_SET);
-                samples.rays.set_time(first + i, (open + (close - open) * u) as f32);
-            }
-        }
-        let rays = samples.rays.add_block(ids.len());
-        samples.lengths.push(camera_rays(&scene.camera, &scene.film, &x, &y, lens, rays));
-        if ids.len() < LANES {
-            return;
-        }
-    }
-}
-
-/// Where in the picture a sample lies, in pixels from its top left corner.
-#[inline]
-pub(super) fn place(scene: &Scene, filter: &Filter, id: &SampleId) -> DVec2 {
-    DVec2::new(f64::from(id.x), f64::from(id.y)) + within_pixel(scene, filter, id)
-}
-
-/// Where in its pixel a sample lies: (0, 0) is the top left corner, (1, 1) the bottom right one. Filters may reach beyond.
-#[inline]
-fn within_pixel(scene: &Scene, filter: &Filter, id: &SampleId) -> DVec2 {
-    let film = &scene.film;
-    match film.antialias {
-        Antialias::None | Antialias::Mean | Antialias::Adaptive => match film.pixel_sample {
-            PixelSample::Center => DVec2::splat(0.5),
-            PixelSample::Corner => DVec2::new(0.0, 1.0),
-        },
-        Antialias::Grid => {
-            let side = film.grid_side();
-            let cell = DVec2::new(f64::from(id.index % side), f64::from(id.index / side));
-            (cell + 0.5) / f64::from(side)
-        }
-        Antialias::MonteCarlo if scene.integrator.is_physical() => {
-            filter.place(OwenSobol::new(id).two(PIXEL_SET).into())
-        }
-        Antialias::MonteCarlo => {
-            filter.place(stratified(id.index, film.samples, id.unit_square(PIXEL_DIMENSION)))
         }
     }
 }

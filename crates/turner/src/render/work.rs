@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::PassOptions;
-use crate::scene::error::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, SceneError};
 
 /// The work of a pass, in one part or several.
 pub(super) struct Work<'a> {
@@ -25,6 +25,41 @@ pub(super) struct Tasks<'a> {
     busy: bool,
 }
 
+/// Says when workers are to leave off.
+#[derive(Clone, Copy)]
+pub(super) struct Stop<'a> {
+    cancel: &'a AtomicBool,
+    failed: &'a AtomicBool,
+}
+
+impl Stop<'_> {
+    /// Whether the pass is cancelled, or another worker has failed.
+    #[inline]
+    pub(super) fn is_set(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed) || self.failed.load(Ordering::Relaxed)
+    }
+}
+
+impl Stop<'static> {
+    /// Never.
+    pub(super) const NEVER: Stop<'static> = {
+        static NO: AtomicBool = AtomicBool::new(false);
+        Stop { cancel: &NO, failed: &NO }
+    };
+}
+
+impl<'a> Tasks<'a> {
+    /// When to leave off in the middle of a task.
+    pub(super) fn stop(&self) -> Stop<'a> {
+        Stop { cancel: self.work.options.cancel, failed: self.failed }
+    }
+
+    /// Says that the task at hand is not done: the worker left off.
+    pub(super) fn leave_off(&mut self) {
+        self.busy = false;
+    }
+}
+
 impl Iterator for Tasks<'_> {
     type Item = usize;
 
@@ -36,7 +71,7 @@ impl Iterator for Tasks<'_> {
                 progress(done, self.work.parts.load(Ordering::Relaxed));
             }
         }
-        if self.work.options.cancel.load(Ordering::Relaxed) || self.failed.load(Ordering::Relaxed) {
+        if self.stop().is_set() {
             return None;
         }
         let task = self.next.fetch_add(1, Ordering::Relaxed);
@@ -52,6 +87,16 @@ impl<'a> Work<'a> {
             n => n,
         };
         Work { options, threads, parts: AtomicUsize::new(0), done: AtomicUsize::new(0) }
+    }
+
+    /// Counts tasks as done that need not be.
+    pub(super) fn skip(&self, count: usize) {
+        self.done.fetch_add(count, Ordering::Relaxed);
+    }
+
+    /// Threads that will work.
+    pub(super) fn threads(&self) -> usize {
+        self.threads
     }
 
     /// Lets workers do `count` tasks; says whether all were done. A worker that panics is an error, once the others have stopped.

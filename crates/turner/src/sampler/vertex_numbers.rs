@@ -3,6 +3,7 @@
 //! The same bits as [`OwenSobol::four`], eight samples at a time. The loops are over arrays of sixteen, which compilers turn into
 //! whole registers; the matrices of the third and fourth number go by columns, as tables would have to be read lane by lane.
 
+use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{LANES, Simd, Work, dispatch};
 
 use super::mix;
@@ -43,10 +44,10 @@ impl VertexNumbers {
 
 impl OwenSobol {
     /// For each sample and the first of its two sets the numbers, into the places of `out`, as many as samples.
-    pub fn vertex_numbers(samples: &[(OwenSobol, u32)], out: &mut Vec<VertexNumbers>) {
+    pub fn vertex_numbers(set: InstructionSet, samples: &[(OwenSobol, u32)], out: &mut Vec<VertexNumbers>) {
         out.clear();
         out.resize(samples.len(), VertexNumbers::default());
-        dispatch(Fill { samples, out });
+        dispatch(set, Fill { samples, out });
     }
 }
 
@@ -141,8 +142,10 @@ mod tests {
             })
             .collect();
         let mut out = Vec::new();
-        for count in [0, 1, 8, 100] {
-            OwenSobol::vertex_numbers(&samples[..count], &mut out);
+        for (count, set) in
+            InstructionSet::available().flat_map(|set| [0, 1, 8, 100].map(|count| (count, set)))
+        {
+            OwenSobol::vertex_numbers(set, &samples[..count], &mut out);
             assert_eq!(out.len(), count);
             for ((sample, set), numbers) in samples.iter().zip(&out) {
                 assert_eq!(numbers.first(), sample.four(*set));

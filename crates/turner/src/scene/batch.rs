@@ -6,19 +6,20 @@ use std::cell::Cell;
 use turner_bvh::Spheres;
 use turner_bvh::lanes::{Block32, LANES};
 
-use super::faces::{Faces, NO_FACES};
-use super::planes::crossings;
-use super::ray_batch::RayBatch;
-use super::rectangles::BatchRectangle;
-use super::scene::{Bits, Hit, NO_TRANSFORM, Primitive, Scene};
-use super::spectrum_block::SpectrumBlock;
 use crate::material::{Material, ShadowKind};
 use crate::math::Ray;
+use crate::scene::faces::{Faces, NO_FACES};
+use crate::scene::planes::crossings;
+use crate::scene::ray_batch::RayBatch;
+use crate::scene::rectangles::BatchRectangle;
+use crate::scene::scene::{Bits, NO_TRANSFORM, Primitive};
+use crate::scene::spectrum_block::SpectrumBlock;
+use crate::scene::{Hit, Scene};
 use crate::shape::{Plane, Shape, ShapeHit};
 
 /// What of a scene of few shapes is tested eight rays at a time, and what is not.
 #[derive(Clone, Debug, Default)]
-pub(super) struct BatchShapes {
+pub(crate) struct BatchShapes {
     /// Spheres without a transform, in the order of their ids.
     spheres: Spheres,
     /// Their primitives.
@@ -69,7 +70,7 @@ impl Rest {
 
 impl BatchShapes {
     /// For primitives of which the first `bounded`, at most 64, are in the sieve, or the first `in_tree` in a tree, where they stay.
-    pub(super) fn new(
+    pub(crate) fn new(
         primitives: &[Primitive],
         bounded: usize,
         in_tree: usize,
@@ -137,7 +138,7 @@ impl BatchShapes {
     }
 
     /// Bytes of memory.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.spheres.bytes() + self.opaque.bytes() + self.primitives.len() * size_of::<u32>()
     }
 }
@@ -149,7 +150,7 @@ impl Scene {
         hits.reserve(rays.len);
         let shapes = &self.batch;
         let used = rays.len.div_ceil(LANES);
-        shapes.spheres.closest(&rays.blocks[..used], &mut rays.nearest);
+        shapes.spheres.closest(self.instruction_set, &rays.blocks[..used], &mut rays.nearest);
         for (i, nearest) in rays.nearest.iter().enumerate() {
             let lanes = LANES.min(rays.len - i * LANES);
             hits.extend((0..lanes).map(|lane| {
@@ -181,7 +182,7 @@ impl Scene {
             for rectangle in &shapes.rectangles {
                 let mut found = std::mem::take(&mut rays.found);
                 found.clear();
-                rectangle.intersect(&rays.blocks[..used], &rays.ends, |place, hit| {
+                rectangle.intersect(self.instruction_set, &rays.blocks[..used], &rays.ends, |place, hit| {
                     found.push((place as u32, hit));
                 });
                 for &(place, hit) in &found {
@@ -224,7 +225,7 @@ impl Scene {
         through.clear();
         let shapes = &self.batch;
         let used = rays.len.div_ceil(LANES);
-        shapes.opaque.any(&rays.blocks[..used], &mut rays.blocked);
+        shapes.opaque.any(self.instruction_set, &rays.blocks[..used], &mut rays.blocked);
         rays.tinted.clear();
         rays.tinted.resize(used, 0);
         for plane in &shapes.opaque_planes {
@@ -243,7 +244,7 @@ impl Scene {
             rays.end_unblocked();
             let RayBatch { blocks, ends, blocked, .. } = &mut *rays;
             for rectangle in &shapes.opaque_rectangles {
-                rectangle.intersect(&blocks[..used], ends, |place, _| {
+                rectangle.intersect(self.instruction_set, &blocks[..used], ends, |place, _| {
                     blocked[place / LANES] |= 1 << (place % LANES);
                 });
             }

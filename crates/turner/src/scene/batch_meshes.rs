@@ -4,11 +4,12 @@ use std::cell::Cell;
 
 use turner_bvh::lanes::LANES;
 
-use super::faces::NO_FACES;
-use super::merged::Merged;
-use super::ray_batch::RayBatch;
-use super::scene::{Hit, NO_TRANSFORM, Primitive, Scene};
 use crate::math::DVec3;
+use crate::scene::faces::NO_FACES;
+use crate::scene::merged::Merged;
+use crate::scene::ray_batch::RayBatch;
+use crate::scene::scene::{NO_TRANSFORM, Primitive};
+use crate::scene::{Hit, Scene};
 use crate::shape::{BlockRays, NO_TRIANGLE, Shape, ShapeHit, TriangleMesh};
 
 /// What is asked about rays and a mesh.
@@ -22,7 +23,7 @@ enum Asked {
 
 impl Scene {
     /// Takes the hits of meshes that are nearer than those so far.
-    pub(super) fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
+    pub(crate) fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
         rays.end_at(hits);
         if let Some(merged) = &self.merged {
             let own = |p, part| merged.triangle(p, part);
@@ -108,7 +109,7 @@ impl Scene {
     }
 
     /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
-    pub(super) fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
+    pub(crate) fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
         rays.end_unblocked();
         // Where not all are opaque, the nearest triangle decides for most rays.
         let asked = if merged.is_opaque() { Asked::Any } else { Asked::Nearest };
@@ -127,7 +128,7 @@ impl Scene {
     }
 
     /// The same for a mesh of its own, `opaque` or not.
-    pub(super) fn behind_single(&self, index: u32, opaque: bool, rays: &mut RayBatch) {
+    pub(crate) fn behind_single(&self, index: u32, opaque: bool, rays: &mut RayBatch) {
         let primitive = &self.primitives[index as usize];
         let Shape::Mesh(mesh) = &primitive.shape else { return };
         rays.end_unblocked();

@@ -1,8 +1,9 @@
+use turner_bvh::InstructionSet;
+
 use super::*;
 use crate::math::DVec3;
 use crate::shape::Sphere;
 use crate::shape::testing::Random;
-use turner_bvh::Kernel;
 
 /// Every instruction set finds what the test of one sphere finds, to the last bit: random rays, tangents, from
 /// inside, at all scales, and rays that are none.
@@ -49,10 +50,10 @@ fn eight_rays_hit_what_one_ray_hits() {
                 ray
             })
             .collect();
-        for kind in Kernel::available() {
+        for set in InstructionSet::available() {
             let (mut nearest, mut any) = (Vec::new(), Vec::new());
-            list.closest_with(kind, batch.blocks(), &mut nearest);
-            list.any_with(kind, batch.blocks(), &mut any);
+            list.closest(set, batch.blocks(), &mut nearest);
+            list.any(set, batch.blocks(), &mut any);
             for (i, ray) in rays.iter().enumerate() {
                 let (block, lane) = (i / LANES, i % LANES);
                 let mut best: Option<(f64, usize)> = None;
@@ -67,8 +68,8 @@ fn eight_rays_hit_what_one_ray_hits() {
                 }
                 let got = nearest[block].sphere.0[lane];
                 let got = (got >= 0.0).then(|| (nearest[block].t.0[lane].to_bits(), got as usize));
-                assert_eq!(got, best.map(|(t, k)| (t.to_bits(), k)), "{kind:?} {ray:?} {spheres:?}");
-                assert_eq!(any[block] >> lane & 1 == 1, best.is_some(), "{kind:?} {ray:?}");
+                assert_eq!(got, best.map(|(t, k)| (t.to_bits(), k)), "{set} {ray:?} {spheres:?}");
+                assert_eq!(any[block] >> lane & 1 == 1, best.is_some(), "{set} {ray:?}");
                 found += usize::from(best.is_some());
             }
             let last = any.last().copied().unwrap_or_default();

@@ -4,14 +4,16 @@
 //! a point in the middle of the group would choose it, then a place in the sphere: light of one direction by its shadow, light of a point by the cone that it
 //! fills. What such a path meets first must belong to the group, or it ends: so every caustic path has one density, which is known from its ends.
 
-use super::emitters::NONE;
-use super::scene::{NO_TRANSFORM, Primitive, Scene, SurfaceInteraction};
+use std::f64::consts::{PI, TAU};
+
 use crate::light::Receiver;
 use crate::material::Material;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
 use crate::sampler::{AliasTable, OwenSobol, SampleId, concentric_disk, uniform_sphere};
+use crate::scene::emitters::NONE;
+use crate::scene::scene::{NO_TRANSFORM, Primitive};
+use crate::scene::{Scene, SurfaceInteraction};
 use crate::shape::{Shape, ShapeHit};
-use std::f64::consts::{PI, TAU};
 
 /// No group.
 pub const NO_GROUP: u32 = u32::MAX;
@@ -358,7 +360,7 @@ impl Material {
             Material::Mix(m) => m
                 .shares()
                 .any(|(id, share)| share > 0.0 && all.get(id.index()).is_some_and(|m| m.focuses(all))),
-            _ => false,
+            Material::Classic(_) | Material::Principled(..) => false,
         }
     }
 }

@@ -1,15 +1,16 @@
 //! Light at many points at once: what it comes to is that of [`Emitters::sample`], point by point, but rectangles and spheres are
 //! sampled eight points at a time, and what is read of an environment is read together.
 
+use turner_bvh::InstructionSet;
 use turner_bvh::lanes::LANES;
 
-use super::emitters::{Emitter, Emitters, LightSample};
-use super::scene::Scene;
-use super::shape_emitters::{Blocked, ShapeEmitter};
 use crate::color::Spectrum;
 use crate::light::emission::{EmitterBlock, RectangleEmitter, SphereEmitter};
 use crate::light::{EnvironmentBatch, Light, Receiver};
 use crate::math::DVec3;
+use crate::scene::Scene;
+use crate::scene::emitters::{Emitter, Emitters, LightSample};
+use crate::scene::shape_emitters::{Blocked, ShapeEmitter};
 
 /// Points that ask for light, and what they get.
 #[derive(Default)]
@@ -126,11 +127,11 @@ impl<'a, E> Queue<'a, E> {
     fn flush(
         &mut self,
         scene: &Scene,
-        sample: impl Fn([&E; LANES], &mut EmitterBlock),
+        sample: impl Fn(InstructionSet, [&E; LANES], &mut EmitterBlock),
         lit: &mut [Option<LightSample>],
     ) {
         let [Some(first), ..] = self.forms else { return };
-        sample(self.forms.map(|form| form.unwrap_or(first)), &mut self.block);
+        sample(scene.instruction_set, self.forms.map(|form| form.unwrap_or(first)), &mut self.block);
         for (lane, waiting) in self.waiting.iter().enumerate() {
             let Some(Waiting { number, emitter, choice }) = waiting else { continue };
             lit[*number] = self.block.get(lane).and_then(|s| {
@@ -198,7 +199,7 @@ impl Emitters {
             && let Some(Light::Environment(light)) = scene.lights.get(i as usize)
         {
             let source = i;
-            light.sample_batch(places, room, |i, sample| {
+            light.sample_batch(scene.instruction_set, places, room, |i, sample| {
                 let (number, choice) = around[i];
                 lit[number as usize] = sample.map(|s| {
                     let lit = LightSample::of_environment(s, source);
@@ -218,7 +219,7 @@ impl Emitters {
             match scene.lights.get(id as usize) {
                 Some(Light::Environment(light)) => {
                     let choice = self.choice_of(id);
-                    light.found_batch(directions, room, |i, (radiance, pdf)| {
+                    light.found_batch(scene.instruction_set, directions, room, |i, (radiance, pdf)| {
                         found[i * *lights + at] = Some((radiance, choice * pdf));
                     });
                 }

@@ -8,18 +8,18 @@
 //! What did not pay: choosing among suns, skies and the tree by the irradiance that each has for the side of the point (a sky's in spherical
 //! harmonics): the same variance in S4, 3 % less in a room with a window and lamps, for 6 to 30 % more time.
 
-use super::placed_emitters::{LightChoice, PlacedEmitters};
-use super::scene::{Hit, Scene, SurfaceInteraction};
-use super::shape_emitters::{ShapeEmitter, shape_emitters};
 use crate::color::Spectrum;
 use crate::light::{EnvironmentSample, Light, Receiver, TREE_WIDTH};
 use crate::material::{Gloss, Material};
 use crate::math::DVec3;
 use crate::sampler::AliasTable;
+use crate::scene::placed_emitters::{LightChoice, PlacedEmitters};
+use crate::scene::shape_emitters::{ShapeEmitter, shape_emitters};
+use crate::scene::{Hit, Scene, SurfaceInteraction};
 use crate::shape::Shape;
 
 /// No emitter stands for a primitive.
-pub(super) const NONE: u32 = u32::MAX;
+pub(crate) const NONE: u32 = u32::MAX;
 
 /// Light from one direction at a point.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ pub const NO_LIGHT: u32 = u32::MAX;
 impl LightSample {
     /// Of an environment that was chosen.
     #[inline]
-    pub(super) fn of_environment(s: EnvironmentSample, light: u32) -> LightSample {
+    pub(crate) fn of_environment(s: EnvironmentSample, light: u32) -> LightSample {
         LightSample {
             to_light: s.direction,
             finite: false,
@@ -57,7 +57,7 @@ impl LightSample {
 }
 
 /// The lights of a scene.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Emitters {
     lights: Vec<Emitter>,
     /// Among all of them; or, with a tree, among those that are not in it, and behind these the tree.
@@ -74,8 +74,8 @@ pub struct Emitters {
 }
 
 /// One of them.
-#[derive(Debug)]
-pub(super) enum Emitter {
+#[derive(Clone, Debug)]
+pub(crate) enum Emitter {
     /// One of the scene's lights.
     Light(u32),
     /// A shape that shines.
@@ -83,12 +83,12 @@ pub(super) enum Emitter {
 }
 
 /// An emitter that was chosen.
-pub(super) struct Chosen<'a> {
-    pub(super) emitter: &'a Emitter,
+pub(crate) struct Chosen<'a> {
+    pub(crate) emitter: &'a Emitter,
     /// Its triangle or point, if that was chosen with it; else [`NONE`].
     part: u32,
     /// The probability of the choice.
-    pub(super) choice: f64,
+    pub(crate) choice: f64,
     /// What is left of the number that chose it, in 0..1.
     left: f64,
 }
@@ -96,7 +96,7 @@ pub(super) struct Chosen<'a> {
 impl Chosen<'_> {
     /// Light from it at `p`, from the place that `u` chooses.
     #[inline]
-    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
+    pub(crate) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 2]) -> Option<LightSample> {
         let lit = match self.emitter {
             Emitter::Light(i) => scene.lights[*i as usize].sample(p, u, *i)?,
             Emitter::Shape(emitter) => emitter.sample(scene, p, [u[0], u[1], self.left], self.part)?,
@@ -107,7 +107,7 @@ impl Chosen<'_> {
 
 impl Emitters {
     /// Those of a scene that is otherwise ready.
-    pub(super) fn new(scene: &Scene, how: LightChoice) -> Emitters {
+    pub(crate) fn new(scene: &Scene, how: LightChoice) -> Emitters {
         let mut emitters = Emitters::default();
         let (mut weights, mut powers) = (Vec::new(), Vec::new());
         let bounds = scene.stats.bounds;
@@ -167,7 +167,7 @@ impl Emitters {
     }
 
     /// All of them.
-    pub(super) fn all(&self) -> &[Emitter] {
+    pub(crate) fn all(&self) -> &[Emitter] {
         &self.lights
     }
 
@@ -198,7 +198,7 @@ impl Emitters {
 
     /// The emitter that `u` chooses for a point; `None` if none with a place brings light there. What `root` keeps serves the next choice at the same point.
     #[inline]
-    pub(super) fn choose(
+    pub(crate) fn choose(
         &self,
         at: &Receiver,
         u: f64,
@@ -266,7 +266,7 @@ impl Emitters {
     }
 
     /// The probability with which a light is chosen; those of the scene have its numbers.
-    pub(super) fn choice_of(&self, light: u32) -> f64 {
+    pub(crate) fn choice_of(&self, light: u32) -> f64 {
         if self.placed.is_none() {
             return self.choice.probability(light);
         }
@@ -279,7 +279,7 @@ impl Emitters {
         let (radiance, pdf) = match scene.lights.get(light as usize)? {
             Light::Environment(l) => l.found(direction),
             Light::Directional(l) => l.found(direction)?,
-            _ => return None,
+            Light::Point(_) | Light::Spot(_) | Light::Area(_) => return None,
         };
         Some((radiance, self.choice_of(light) * pdf))
     }
@@ -288,8 +288,8 @@ impl Emitters {
 impl Scene {
     /// Chooses lights in another way from now on, for integrators that follow light: to compare.
     pub fn choose_lights(&mut self, how: LightChoice) {
-        if self.integrator.is_physical() {
-            self.emitters = Emitters::new(self, how);
+        if self.physical {
+            self.emitters = Emitters::new(self, how).into();
         }
     }
 

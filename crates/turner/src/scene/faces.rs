@@ -5,28 +5,30 @@
 
 use std::cell::Cell;
 
-use super::desc::MaterialId;
-use super::scene::{NO_TRANSFORM, Primitive, Scene};
 use crate::material::{Cutout, Material, MaterialDesc, ShadowKind};
 use crate::math::Ray;
+use crate::scene::Scene;
+use crate::scene::scene::{NO_TRANSFORM, Primitive};
+use crate::schema::MaterialId;
 use crate::shape::{Shape, ShapeHit};
+use crate::texture::TexturePoint;
 
 /// In place of an index into the scene's faces.
-pub(super) const NO_FACES: u32 = u32::MAX;
+pub(crate) const NO_FACES: u32 = u32::MAX;
 
 /// The hits of an analytic shape are gone through one by one: none has more.
 const MAX_HITS: u32 = 16;
 
 /// A material with the opacity it takes to count.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FaceMaterial {
-    pub(super) material: MaterialId,
+pub(crate) struct FaceMaterial {
+    pub(crate) material: MaterialId,
     cutout: Option<Cutout>,
 }
 
 /// The materials of a primitive, by the number that its triangles have.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Faces {
+pub(crate) struct Faces {
     materials: Vec<FaceMaterial>,
     /// Whether any of them has holes.
     masked: bool,
@@ -36,9 +38,9 @@ pub(super) struct Faces {
 
 impl Faces {
     /// `None` if there is nothing special about them. `descs` are the scene's; the default material stands behind them.
-    pub(super) fn new(
+    pub(crate) fn new(
         materials: Vec<MaterialId>,
-        descs: &[super::desc::Named<MaterialDesc>],
+        descs: &[crate::schema::Named<MaterialDesc>],
         physical: bool,
     ) -> Option<Faces> {
         let cutout = |m: MaterialId| descs.get(m.index()).and_then(|m| m.value.cutout(physical));
@@ -53,17 +55,17 @@ impl Faces {
     }
 
     /// Whether a hit may be none.
-    pub(super) fn are_checked(&self) -> bool {
+    pub(crate) fn are_checked(&self) -> bool {
         self.masked || self.one_sided
     }
 
     /// Whether all that is special is that there is no back.
-    pub(super) fn are_only_one_sided(&self) -> bool {
+    pub(crate) fn are_only_one_sided(&self) -> bool {
         !self.masked && self.one_sided && self.materials.len() == 1
     }
 
     /// Whether all of them cast a full shadow everywhere.
-    pub(super) fn are_opaque(&self, materials: &[Material]) -> bool {
+    pub(crate) fn are_opaque(&self, materials: &[Material]) -> bool {
         let opaque = |m: &FaceMaterial| materials[m.material.index()].shadow() == ShadowKind::Opaque;
         !self.masked && !self.one_sided && self.materials.iter().all(opaque)
     }
@@ -79,13 +81,13 @@ impl Faces {
 
 impl Scene {
     /// The materials of all faces.
-    pub(super) fn face_materials(&self) -> impl Iterator<Item = MaterialId> + '_ {
+    pub(crate) fn face_materials(&self) -> impl Iterator<Item = MaterialId> + '_ {
         self.faces.iter().flat_map(|f| f.materials.iter().map(|m| m.material))
     }
 
     /// The material at a hit of a primitive.
     #[inline(always)]
-    pub(super) fn material_of(&self, primitive: &Primitive, hit: &ShapeHit) -> MaterialId {
+    pub(crate) fn material_of(&self, primitive: &Primitive, hit: &ShapeHit) -> MaterialId {
         if primitive.faces == NO_FACES { primitive.material } else { self.face_material(primitive, hit) }
     }
 
@@ -96,7 +98,7 @@ impl Scene {
 
     /// Whether there is anything at a hit; `ray` is in the object's space. A surface with one side is not there for rays that meet its
     /// back, of whatever kind: so all ways of finding light agree.
-    pub(super) fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
+    pub(crate) fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
         let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
         let Some(cutout) = face.and_then(|face| face.cutout) else { return true };
         let surface = primitive.shape.surface(ray, hit);
@@ -104,11 +106,11 @@ impl Scene {
             return false;
         }
         let Some((opacity, cutoff)) = cutout.mask else { return true };
-        self.textures.opacity(opacity, &primitive.shape.texture_point(hit, &surface)) >= cutoff
+        self.textures.opacity(opacity, &TexturePoint::of_shape(&primitive.shape, hit, &surface)) >= cutoff
     }
 
     /// What `intersect_primitive` does, for primitives with faces.
-    pub(super) fn intersect_faces(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
+    pub(crate) fn intersect_faces(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
         let ray = self.to_object(primitive, ray);
         let faces = &self.faces[primitive.faces as usize];
         if !faces.masked {
@@ -125,7 +127,7 @@ impl Scene {
     }
 
     /// What `primitive_blocks` does, for primitives with faces.
-    pub(super) fn faces_block(&self, primitive: &Primitive, ray: &Ray, tinted: &Cell<bool>) -> bool {
+    pub(crate) fn faces_block(&self, primitive: &Primitive, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let ray = self.to_object(primitive, ray);
         let blocks = |hit: &ShapeHit| {
             self.is_there(primitive, &ray, hit)
@@ -145,7 +147,7 @@ impl Scene {
         }
     }
 
-    pub(super) fn to_object(&self, primitive: &Primitive, ray: &Ray) -> Ray {
+    pub(crate) fn to_object(&self, primitive: &Primitive, ray: &Ray) -> Ray {
         match primitive.transform {
             NO_TRANSFORM => *ray,
             i => self.transforms[i as usize].ray_to_object(ray),

@@ -2,8 +2,8 @@
 
 use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8};
 
-use super::scene::{Hit, Scene};
 use crate::math::DVec3;
+use crate::scene::{Hit, Scene};
 
 /// Hits of meshes that stand in the world as they are and are shaded with the normals of their triangles.
 #[derive(Clone, Debug, Default)]

@@ -1,35 +1,15 @@
 //! What a ray's cone covers of a surface: where textures are looked up, and over how much.
 
-use super::scene::{ObjectTransform, Scene, SurfaceInteraction};
 use crate::math::DVec3;
+use crate::scene::scene::ObjectTransform;
+use crate::scene::{Scene, SurfaceInteraction};
 use crate::texture::{Footprint, TexturePoint};
-
-/// Of a surface that is looked at in a point alone.
-pub(super) const NOT_SEEN: ([f32; 3], f32) = ([0.0; 3], 0.0);
-
-impl SurfaceInteraction {
-    /// The same surface with another shading normal.
-    pub(crate) fn with_normal(&self, ns: DVec3) -> SurfaceInteraction {
-        SurfaceInteraction { ns, ..*self }
-    }
-
-    /// Says what the ray's cone covers of the surface: `direction` of the ray, unit, and the cone's diameter here.
-    #[inline]
-    pub fn see(&mut self, direction: DVec3, width: f32) {
-        self.seen = (direction.to_array().map(|v| v as f32), width);
-    }
-
-    /// The same surface looked at in a point alone.
-    pub(crate) fn sharp(&self) -> SurfaceInteraction {
-        SurfaceInteraction { seen: NOT_SEEN, ..*self }
-    }
-}
 
 impl Scene {
     /// Where textures are looked up on a surface, and over what footprint.
     pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
         let primitive = &self.primitives[surface.hit.primitive as usize];
-        let mut at = primitive.shape.texture_point(&surface.hit.shape, &surface.object);
+        let mut at = TexturePoint::of_shape(&primitive.shape, &surface.hit.shape, &surface.object);
         at.to_world = self.transforms.get(primitive.transform as usize).map(|placed| &placed.to_world);
         let (direction, width) = surface.seen;
         if width > 0.0 {
@@ -52,7 +32,7 @@ impl Scene {
     }
 
     /// Two axes in the world, tangent to the surface, as a footprint of textures.
-    pub(super) fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint {
+    pub(crate) fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint {
         let primitive = &self.primitives[surface.hit.primitive as usize];
         let p = match self.transforms.get(primitive.transform as usize) {
             None => axes,

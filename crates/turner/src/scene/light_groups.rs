@@ -1,7 +1,6 @@
 //! Groups of lights: what shines together, by name.
 
-use super::desc::SceneDesc;
-use super::scene::Scene;
+use crate::scene::Scene;
 
 /// Which light and which object belongs to which group.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,19 +29,28 @@ impl LightGroups {
         self.runs.get(behind.checked_sub(1)?)?.1
     }
 
-    /// Those of a description's lights; `sources` has the number in it of each light of the prepared scene.
-    pub(super) fn of_lights(desc: &SceneDesc, sources: &[Option<u32>]) -> LightGroups {
+    /// Of the prepared scene's lights, by the name of their group.
+    pub(crate) fn of_lights<'a>(groups_of_lights: impl Iterator<Item = Option<&'a str>>) -> LightGroups {
         let mut groups = LightGroups::default();
-        for source in sources {
-            let light = source.and_then(|i| desc.lights.get(i as usize));
-            let group = light.and_then(|l| l.group.as_deref()).map(|name| groups.number(name));
+        for name in groups_of_lights {
+            let group = name.map(|name| groups.number(name));
             groups.of_light.push(group);
         }
         groups
     }
 
+    /// Whether lights that are named so give the same numbers to the groups of objects.
+    pub(crate) fn begins_with(&self, lights: &LightGroups) -> bool {
+        self.names.starts_with(&lights.names)
+    }
+
+    /// The same objects beside other lights, whose groups [begin](Self::begins_with) like the old ones.
+    pub(crate) fn with_lights(&self, lights: LightGroups) -> LightGroups {
+        LightGroups { of_light: lights.of_light, ..self.clone() }
+    }
+
     /// The number of a name.
-    pub(super) fn number(&mut self, name: &str) -> u32 {
+    pub(crate) fn number(&mut self, name: &str) -> u32 {
         if let Some(i) = self.names.iter().position(|n| n == name) {
             return i as u32;
         }
@@ -51,7 +59,7 @@ impl LightGroups {
     }
 
     /// The primitive `first` and those after it belong to a group, or to none.
-    pub(super) fn add(&mut self, first: u32, group: Option<u32>) {
+    pub(crate) fn add(&mut self, first: u32, group: Option<u32>) {
         if self.runs.last().and_then(|(_, last)| *last) != group {
             self.runs.push((first, group));
         }

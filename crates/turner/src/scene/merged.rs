@@ -15,13 +15,12 @@ use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::PrepareOptions;
-use super::error::{ErrorCode, SceneError};
-use super::faces::{Faces, NO_FACES};
-use super::scene::{Hit, NO_TRANSFORM, ObjectTransform, Primitive, Scene};
 use crate::material::{Material, ShadowKind};
-use crate::math::{Bounds, DVec3, Ray};
-use crate::shape::mesh::MeshData;
+use crate::math::{Bounds, DAffine3, DVec3, Ray};
+use crate::scene::faces::{Faces, NO_FACES};
+use crate::scene::scene::{NO_TRANSFORM, ObjectTransform, Primitive};
+use crate::scene::{Hit, Scene};
+use crate::schema::{ErrorCode, MeshData, PrepareOptions, SceneError};
 use crate::shape::{NO_TRIANGLE, Shape, ShapeHit, SurfacePoint, TriangleMesh};
 
 /// A mesh this much smaller than the gathered one, or larger than most, stands by itself.
@@ -35,19 +34,35 @@ const MAX_REPEATED: usize = 1 << 16;
 
 /// The gathered meshes.
 #[derive(Clone, Debug)]
-pub(super) struct Merged {
-    mesh: TriangleMesh,
+pub(crate) struct Merged {
+    /// Positions and tree, which later scenes share.
+    mesh: Arc<TriangleMesh>,
     /// What was taken from positions in the world.
     offset: DVec3,
     /// For each triangle its member.
-    owners: Vec<u32>,
-    members: Vec<Member>,
+    owners: Arc<[u32]>,
+    members: Arc<[Member]>,
+    /// What the members were made from.
+    sources: Vec<Source>,
     /// The first member among the scene's primitives; the others follow.
     first: u32,
     /// Whether hits of some members may be none.
     checked: bool,
     /// Whether all cast full shadows.
     opaque: bool,
+}
+
+/// A member's mesh and its place in the world.
+#[derive(Clone, Debug)]
+struct Source {
+    mesh: Arc<TriangleMesh>,
+    to_world: Option<DAffine3>,
+}
+
+impl Source {
+    fn is(&self, other: &Source) -> bool {
+        Arc::ptr_eq(&self.mesh, &other.mesh) && self.to_world == other.to_world
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -61,18 +76,18 @@ struct Member {
 }
 
 /// A triangle that stands in the world as it is.
-pub(super) struct PlacedTriangle<'a> {
+pub(crate) struct PlacedTriangle<'a> {
     /// The mesh of the object.
-    pub(super) own: &'a TriangleMesh,
+    pub(crate) own: &'a TriangleMesh,
     /// The mesh whose positions count, and its triangle.
-    pub(super) mesh: &'a TriangleMesh,
-    pub(super) part: u32,
+    pub(crate) mesh: &'a TriangleMesh,
+    pub(crate) part: u32,
     /// In the gathered mesh what was taken from its positions, and -1 where its transform mirrors.
-    pub(super) moved: Option<(DVec3, f64)>,
+    pub(crate) moved: Option<(DVec3, f64)>,
 }
 
 /// Which primitives are gathered, and what is taken from their positions.
-pub(super) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Vec<bool>, DVec3) {
+pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Vec<bool>, DVec3) {
     let none = (vec![false; primitives.len()], DVec3::ZERO);
     let mut uses: HashMap<*const TriangleMesh, usize> = HashMap::new();
     for primitive in primitives {
@@ -125,62 +140,80 @@ pub(super) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
     (chosen, offset)
 }
 
-impl Merged {
-    /// Gathers the meshes of some primitives, which come to stand from `first` on.
-    pub(super) fn build(
-        primitives: &[Primitive],
-        first: usize,
-        offset: DVec3,
-        transforms: &[ObjectTransform],
-        materials: &[Material],
-        faces: &[Faces],
-        options: &PrepareOptions,
-    ) -> Result<Merged, SceneError> {
-        let meshes = primitives.iter().filter_map(|p| match &p.shape {
-            Shape::Mesh(mesh) => Some((p, mesh)),
-            _ => None,
-        });
-        let total = |count: fn(&MeshData) -> usize| {
-            meshes.clone().fold(0usize, |sum, (_, mesh)| sum.saturating_add(count(mesh.data())))
-        };
-        let (corners, triangles) = (total(|d| d.positions.len()), total(|d| d.triangles.len()));
-        let mut data = MeshData::default();
-        let mut owners = Vec::new();
-        let bytes = (corners as u64).saturating_mul(12).saturating_add((triangles as u64).saturating_mul(16));
-        options.limits.memory.need(bytes, || format!("{triangles} triangles in one tree"))?;
-        let room = corners < u32::MAX as usize
-            && triangles < u32::MAX as usize
-            && data.positions.try_reserve_exact(corners).is_ok()
-            && data.triangles.try_reserve_exact(triangles).is_ok()
-            && owners.try_reserve_exact(triangles).is_ok();
-        if !room {
-            let message = format!("there is no memory for {triangles} triangles in one tree");
-            return Err(SceneError::new(ErrorCode::TooLarge, message));
+/// The primitives whose meshes are gathered, and what they refer to.
+#[derive(Clone, Copy)]
+pub(crate) struct Members<'a> {
+    pub(crate) primitives: &'a [Primitive],
+    /// Where they come to stand among the scene's primitives.
+    pub(crate) first: usize,
+    pub(crate) transforms: &'a [ObjectTransform],
+    pub(crate) materials: &'a [Material],
+    pub(crate) faces: &'a [Faces],
+}
+
+/// One mesh in the world's space of several, with the owner of each triangle.
+fn gather(
+    sources: &[Source],
+    offset: DVec3,
+    options: &PrepareOptions,
+) -> Result<(TriangleMesh, Vec<u32>, Vec<Member>), SceneError> {
+    let total = |count: fn(&MeshData) -> usize| {
+        sources.iter().fold(0usize, |sum, s| sum.saturating_add(count(s.mesh.data())))
+    };
+    let (corners, triangles) = (total(|d| d.positions.len()), total(|d| d.triangles.len()));
+    let mut data = MeshData::default();
+    let mut owners = Vec::new();
+    let bytes = (corners as u64).saturating_mul(12).saturating_add((triangles as u64).saturating_mul(16));
+    options.limits.memory.need(bytes, || format!("{triangles} triangles in one tree"))?;
+    let room = corners < u32::MAX as usize
+        && triangles < u32::MAX as usize
+        && data.positions.try_reserve_exact(corners).is_ok()
+        && data.triangles.try_reserve_exact(triangles).is_ok()
+        && owners.try_reserve_exact(triangles).is_ok();
+    if !room {
+        let message = format!("there is no memory for {triangles} triangles in one tree");
+        return Err(SceneError::new(ErrorCode::TooLarge, message));
+    }
+    let mut members = Vec::with_capacity(sources.len());
+    for Source { mesh, to_world } in sources {
+        let base = data.positions.len() as u32;
+        let from = mesh.data();
+        let exact = to_world.is_none() && offset == DVec3::ZERO;
+        if exact {
+            data.positions.extend_from_slice(&from.positions);
+        } else {
+            data.positions.extend(from.positions.iter().map(|p| {
+                let p = DVec3::from(p.map(f64::from));
+                let p = to_world.map_or(p, |t| t.transform_point3(p));
+                (p - offset).as_vec3().to_array()
+            }));
         }
-        let mut members = Vec::with_capacity(primitives.len());
+        let side = to_world.map_or(1.0, |t| t.matrix3.determinant().signum());
+        members.push(Member { start: data.triangles.len() as u32, side, exact });
+        let member = members.len() as u32 - 1;
+        owners.resize(owners.len() + from.triangles.len(), member);
+        data.triangles.extend(from.triangles.iter().map(|t| t.map(|i| i + base)));
+    }
+    let (mesh, _) = TriangleMesh::build(&Arc::new(data), false, options)?;
+    Ok((mesh, owners, members))
+}
+
+impl Merged {
+    /// Gathers the meshes of some primitives, which come to stand from `first` on. Where `last` gathered the same meshes in the same places, its tree is shared;
+    /// says whether it was not.
+    pub(crate) fn build(
+        members: &Members<'_>,
+        offset: DVec3,
+        last: Option<&Merged>,
+        options: &PrepareOptions,
+    ) -> Result<(Merged, bool), SceneError> {
+        let Members { primitives, first, transforms, materials, faces } = *members;
         let (mut checked, mut opaque) = (false, true);
-        for (primitive, mesh) in meshes {
-            let transform = match primitive.transform {
-                NO_TRANSFORM => None,
-                i => Some(&transforms[i as usize]),
-            };
-            let base = data.positions.len() as u32;
-            let from = mesh.data();
-            let exact = transform.is_none() && offset == DVec3::ZERO;
-            if exact {
-                data.positions.extend_from_slice(&from.positions);
-            } else {
-                data.positions.extend(from.positions.iter().map(|p| {
-                    let p = DVec3::from(p.map(f64::from));
-                    let p = transform.map_or(p, |t| t.to_world.transform_point3(p));
-                    (p - offset).as_vec3().to_array()
-                }));
-            }
-            let side = transform.map_or(1.0, |t| t.to_world.matrix3.determinant().signum());
-            members.push(Member { start: data.triangles.len() as u32, side, exact });
-            let member = members.len() as u32 - 1;
-            owners.resize(owners.len() + from.triangles.len(), member);
-            data.triangles.extend(from.triangles.iter().map(|t| t.map(|i| i + base)));
+        let mut sources = Vec::with_capacity(primitives.len());
+        for primitive in primitives {
+            let Shape::Mesh(mesh) = &primitive.shape else { continue };
+            let to_world = transforms.get(primitive.transform as usize).map(|t| t.to_world);
+            sources.push(Source { mesh: mesh.clone(), to_world });
             match faces.get(primitive.faces as usize) {
                 Some(f) => {
                     checked |= f.are_checked();
@@ -189,44 +222,57 @@ impl Merged {
                 None => opaque &= materials[primitive.material.index()].shadow() == ShadowKind::Opaque,
             }
         }
-        let (mesh, _) = TriangleMesh::build(&Arc::new(data), false, options)?;
-        Ok(Merged { mesh, offset, owners, members, first: first as u32, checked, opaque })
+        let first = first as u32;
+        let same = |last: &&Merged| {
+            last.offset == offset
+                && last.sources.len() == sources.len()
+                && last.sources.iter().zip(&sources).all(|(a, b)| a.is(b))
+        };
+        if let Some(last) = last.filter(same) {
+            return Ok((Merged { sources, first, checked, opaque, ..last.clone() }, false));
+        }
+        let (mesh, owners, members) = gather(&sources, offset, options)?;
+        let (mesh, owners, members) = (Arc::new(mesh), owners.into(), members.into());
+        Ok((Merged { mesh, offset, owners, members, sources, first, checked, opaque }, true))
     }
 
     /// Bytes it takes.
-    pub(super) fn bytes(&self) -> usize {
-        self.mesh.memory() + size_of_val(&self.owners[..]) + size_of_val(&self.members[..])
+    pub(crate) fn bytes(&self) -> usize {
+        self.mesh.memory()
+            + size_of_val(&self.owners[..])
+            + size_of_val(&self.members[..])
+            + size_of_val(&self.sources[..])
     }
 
     /// Whether all members cast full shadows.
-    pub(super) fn is_opaque(&self) -> bool {
+    pub(crate) fn is_opaque(&self) -> bool {
         self.opaque
     }
 
     /// The gathered mesh.
-    pub(super) fn mesh(&self) -> &TriangleMesh {
+    pub(crate) fn mesh(&self) -> &TriangleMesh {
         &self.mesh
     }
 
     /// What is taken from the origins of its rays.
-    pub(super) fn offset(&self) -> DVec3 {
+    pub(crate) fn offset(&self) -> DVec3 {
         self.offset
     }
 
     /// Whether hits of some members may be none.
-    pub(super) fn is_checked(&self) -> bool {
+    pub(crate) fn is_checked(&self) -> bool {
         self.checked
     }
 
     /// A ray of the world in its space.
     #[inline]
-    pub(super) fn ray(&self, ray: &Ray) -> Ray {
+    pub(crate) fn ray(&self, ray: &Ray) -> Ray {
         Ray { origin: ray.origin - self.offset, ..*ray }
     }
 
     /// A hit as its owner has it.
     #[inline]
-    pub(super) fn owned(&self, hit: &ShapeHit) -> Hit {
+    pub(crate) fn owned(&self, hit: &ShapeHit) -> Hit {
         let member = self.owners[hit.part as usize];
         let shape = ShapeHit { part: hit.part - self.members[member as usize].start, ..*hit };
         Hit { shape, primitive: self.first + member }
@@ -234,7 +280,7 @@ impl Merged {
 
     /// The triangle that a part of a primitive is here.
     #[inline]
-    pub(super) fn triangle(&self, primitive: u32, part: u32) -> u32 {
+    pub(crate) fn triangle(&self, primitive: u32, part: u32) -> u32 {
         let member = primitive.wrapping_sub(self.first) as usize;
         self.members.get(member).map_or(NO_TRIANGLE, |m| m.start + part)
     }
@@ -249,7 +295,7 @@ impl Merged {
 impl Scene {
     /// Whether anything is at a hit of the gathered meshes.
     #[inline]
-    pub(super) fn is_merged_there(&self, ray: &Ray, hit: &Hit) -> bool {
+    pub(crate) fn is_merged_there(&self, ray: &Ray, hit: &Hit) -> bool {
         let primitive = &self.primitives[hit.primitive as usize];
         primitive.faces == NO_FACES
             || !self.faces[primitive.faces as usize].are_checked()
@@ -258,7 +304,7 @@ impl Scene {
 
     /// The nearest hit of the gathered meshes.
     #[inline]
-    pub(super) fn intersect_merged(&self, merged: &Merged, ray: &Ray) -> Option<Hit> {
+    pub(crate) fn intersect_merged(&self, merged: &Merged, ray: &Ray) -> Option<Hit> {
         let moved = merged.ray(ray);
         let hit = merged.owned(&merged.mesh.intersect(&moved)?);
         if !merged.checked || self.is_merged_there(ray, &hit) {
@@ -269,14 +315,14 @@ impl Scene {
 
     /// The same, where the nearest triangle is not there.
     #[cold]
-    pub(super) fn intersect_merged_behind(&self, merged: &Merged, ray: &Ray) -> Option<Hit> {
+    pub(crate) fn intersect_merged_behind(&self, merged: &Merged, ray: &Ray) -> Option<Hit> {
         let accept = |hit: &ShapeHit| self.is_merged_there(ray, &merged.owned(hit));
         merged.mesh.intersect_where(&merged.ray(ray), &accept).map(|hit| merged.owned(&hit))
     }
 
     /// Whether a hit of the gathered meshes stops light; sets `tinted` where it lets some through.
     #[inline]
-    pub(super) fn merged_stops(&self, ray: &Ray, hit: &Hit, tinted: &Cell<bool>) -> bool {
+    pub(crate) fn merged_stops(&self, ray: &Ray, hit: &Hit, tinted: &Cell<bool>) -> bool {
         let primitive = &self.primitives[hit.primitive as usize];
         self.is_merged_there(ray, hit)
             && match self.materials[self.material_of(primitive, &hit.shape).index()].shadow() {
@@ -290,7 +336,7 @@ impl Scene {
     }
 
     /// Whether the gathered meshes stop light along a ray.
-    pub(super) fn merged_blocks(&self, merged: &Merged, ray: &Ray, tinted: &Cell<bool>) -> bool {
+    pub(crate) fn merged_blocks(&self, merged: &Merged, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let moved = merged.ray(ray);
         if merged.opaque {
             return merged.mesh.occludes(&moved);
@@ -302,7 +348,7 @@ impl Scene {
     /// The triangle of a mesh that a hit is in the world, with what was taken from its positions and -1 where its transform mirrors; `None`
     /// where it does not stand in the world as it is.
     #[inline]
-    pub(super) fn placed_triangle(&self, hit: &Hit) -> Option<PlacedTriangle<'_>> {
+    pub(crate) fn placed_triangle(&self, hit: &Hit) -> Option<PlacedTriangle<'_>> {
         let primitive = &self.primitives[hit.primitive as usize];
         let Shape::Mesh(mesh) = &primitive.shape else { return None };
         if let Some(merged) = &self.merged
@@ -318,7 +364,7 @@ impl Scene {
 
     /// The surface of a member whose positions were rounded; `object` is that of its own mesh.
     #[inline]
-    pub(super) fn merged_surface(
+    pub(crate) fn merged_surface(
         &self,
         hit: &Hit,
         object: &SurfacePoint,
@@ -340,7 +386,7 @@ impl Scene {
     }
 
     /// The corners of a triangle of a mesh in the world, and -1 where its transform mirrors.
-    pub(super) fn corners(&self, index: u32, mesh: &TriangleMesh, part: u32) -> Option<([DVec3; 3], f64)> {
+    pub(crate) fn corners(&self, index: u32, mesh: &TriangleMesh, part: u32) -> Option<([DVec3; 3], f64)> {
         if let Some(merged) = &self.merged
             && let Some(member) = merged.rounded(index)
         {

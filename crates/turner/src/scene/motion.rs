@@ -6,13 +6,13 @@
 
 use glam::DQuat;
 
-use super::error::{ErrorCode, SceneError};
 use crate::math::elementary::{acos, sin};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3};
+use crate::schema::{ErrorCode, SceneError};
 
 /// A motion from one placement, at the moment 0, to another, at 1.
 #[derive(Clone, Debug)]
-pub(super) struct Motion {
+pub(crate) struct Motion {
     translation: [DVec3; 2],
     rotation: [DQuat; 2],
     stretch: [DMat3; 2],
@@ -22,7 +22,7 @@ pub(super) struct Motion {
 
 impl Motion {
     /// Between two transforms that can be undone.
-    pub(super) fn new(from: &DAffine3, to: &DAffine3) -> Result<Motion, SceneError> {
+    pub(crate) fn new(from: &DAffine3, to: &DAffine3) -> Result<Motion, SceneError> {
         let error = |message: &str| Err(SceneError::new(ErrorCode::Transform, message));
         if from.matrix3.determinant() * to.matrix3.determinant() <= 0.0 {
             return error(
@@ -46,7 +46,7 @@ impl Motion {
     }
 
     /// The placement at a moment of 0..=1.
-    pub(super) fn at(&self, time: f64) -> DAffine3 {
+    pub(crate) fn at(&self, time: f64) -> DAffine3 {
         let before = 1.0 - time;
         let rotation = match self.angle {
             None => self.rotation[0],
@@ -64,7 +64,7 @@ impl Motion {
     }
 
     /// Bounds of something from one moment to another, its own bounds given.
-    pub(super) fn bounds(&self, own: &Bounds, open: f64, close: f64) -> Bounds {
+    pub(crate) fn bounds(&self, own: &Bounds, open: f64, close: f64) -> Bounds {
         /// At most 180 / 64 degrees between two of them.
         const STEPS: u32 = 64;
         let corners_at = |i: u32| {
@@ -111,7 +111,7 @@ fn polar(m: &DMat3) -> Option<(DMat3, DMat3)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::transform::rotation;
+    use crate::schema::transform::rotation;
 
     fn placed(m: DMat3, t: DVec3) -> DAffine3 {
         DAffine3 { matrix3: m, translation: t }

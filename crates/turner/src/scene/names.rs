@@ -2,16 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::desc::ObjectDesc;
-use super::scene::{Hit, Scene};
-use crate::integrator::classic::Caster;
 use crate::material::ShadowKind;
 use crate::math::Ray;
+use crate::scene::{Hit, Scene};
+use crate::schema::MaterialId;
 
 /// Names of the primitives' objects: an entry for each run of primitives that share them, so that a scene without names has none and an
 /// instance with a thousand parts has as many as it has named parts.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ObjectNames {
+pub(crate) struct ObjectNames {
     names: Vec<String>,
     runs: Vec<Run>,
 }
@@ -43,17 +42,30 @@ impl ObjectName<'_> {
     }
 }
 
+/// Something that casts a shadow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Caster {
+    /// How far along the shadow ray.
+    pub t: f64,
+    /// The primitive's number in the description.
+    pub primitive: u32,
+    /// Its shape, in a word.
+    pub shape: &'static str,
+    /// Its material.
+    pub material: MaterialId,
+}
+
 /// Collects names in the order of the primitives.
-#[derive(Default)]
-pub(super) struct NameCollector {
+#[derive(Clone, Default)]
+pub(crate) struct NameCollector {
     known: BTreeMap<String, u32>,
     names: ObjectNames,
 }
 
 impl NameCollector {
     /// The number of an object's name.
-    pub(super) fn number(&mut self, object: &ObjectDesc) -> Option<u32> {
-        object.name.as_deref().map(|name| self.number_of(name))
+    pub(crate) fn number(&mut self, name: Option<&str>) -> Option<u32> {
+        name.map(|name| self.number_of(name))
     }
 
     fn number_of(&mut self, name: &str) -> u32 {
@@ -67,7 +79,7 @@ impl NameCollector {
     }
 
     /// The primitive `first` and those after it are called so.
-    pub(super) fn add(&mut self, first: u32, outer: Option<u32>, inner: Option<u32>) {
+    pub(crate) fn add(&mut self, first: u32, outer: Option<u32>, inner: Option<u32>) {
         let (outer, inner) = (outer.unwrap_or(NO_NAME), inner.unwrap_or(NO_NAME));
         let last = self.names.runs.last();
         if last.map_or((NO_NAME, NO_NAME), |r| (r.outer, r.inner)) != (outer, inner) {
@@ -76,12 +88,12 @@ impl NameCollector {
     }
 
     /// The same for something that the scene's description does not have.
-    pub(super) fn add_own(&mut self, first: u32, name: &str) {
+    pub(crate) fn add_own(&mut self, first: u32, name: &str) {
         let number = self.number_of(name);
         self.add(first, None, Some(number));
     }
 
-    pub(super) fn finish(self) -> ObjectNames {
+    pub(crate) fn finish(self) -> ObjectNames {
         self.names
     }
 }

@@ -1,7 +1,8 @@
 //! Where objects are, roughly: what a drawing of a few rays needs of what they meet.
 
-use super::scene::{NO_TRANSFORM, Scene};
 use crate::math::DVec3;
+use crate::scene::Scene;
+use crate::scene::scene::NO_TRANSFORM;
 use crate::shape::Shape;
 
 /// The extent of a primitive in world space, at the moment the shutter opens.
@@ -29,7 +30,7 @@ impl Scene {
     /// The outlines of some primitives, given by their numbers in the description in rising order; `None` for numbers that do not exist.
     pub fn outlines(&self, primitives: &[u32]) -> Vec<Option<Outline>> {
         let mut out = vec![None; primitives.len()];
-        for primitive in &self.primitives {
+        for primitive in &self.primitives[..] {
             let Ok(place) = primitives.binary_search(&primitive.id) else { continue };
             let transform = self.transforms.get(primitive.transform as usize).map(|t| t.to_world);
             let untouched = primitive.transform == NO_TRANSFORM;

@@ -1,8 +1,8 @@
 //! Emitters with a place, gathered in a light tree: lights, shapes, and each triangle of a mesh and point of a cloud by itself.
 
-use super::emitters::{Emitter, NONE};
-use super::scene::Scene;
 use crate::light::{LightBound, LightTree, Receiver, TREE_WIDTH};
+use crate::scene::Scene;
+use crate::scene::emitters::{Emitter, NONE};
 
 /// So many emitters with a place must there be to be chosen from, or so many parts of one: a mesh of few triangles is sampled better as a whole.
 const FEWEST: usize = 2;
@@ -20,8 +20,8 @@ pub enum LightChoice {
 }
 
 /// The tree, and what its lights stand for.
-#[derive(Debug)]
-pub(super) struct PlacedEmitters {
+#[derive(Clone, Debug)]
+pub(crate) struct PlacedEmitters {
     tree: LightTree,
     /// For each light of the tree its emitter and, of a mesh or a cloud, the triangle or point, else [`NONE`].
     parts: Vec<(u32, u32)>,
@@ -37,7 +37,7 @@ fn stands_in_parts(count: u32, most: u32) -> bool {
 impl PlacedEmitters {
     /// Of emitters with a place there are many, and memory for them; with the power of each shape, by emitter. What stands in the tree by its parts needs
     /// no choice among them any more.
-    pub(super) fn new(
+    pub(crate) fn new(
         scene: &Scene,
         emitters: &mut [Emitter],
         powers: &[f64],
@@ -96,14 +96,14 @@ impl PlacedEmitters {
     }
 
     /// Whether an emitter is in the tree.
-    pub(super) fn holds(&self, emitter: u32) -> bool {
+    pub(crate) fn holds(&self, emitter: u32) -> bool {
         self.first.get(emitter as usize).is_some_and(|first| *first != NONE)
     }
 
     /// The emitter that `u` chooses for a point, its part or [`NONE`], the probability of that, and what is left of `u`; for the next choice at the point
     /// what is known of its root.
     #[inline]
-    pub(super) fn choose(
+    pub(crate) fn choose(
         &self,
         at: &Receiver,
         u: f64,
@@ -116,7 +116,7 @@ impl PlacedEmitters {
 
     /// The probability with which that chooses an emitter, of which this is the place of the part; and whether it has chosen a part.
     #[inline]
-    pub(super) fn probability(&self, at: &Receiver, emitter: u32, place: u32) -> (f64, bool) {
+    pub(crate) fn probability(&self, at: &Receiver, emitter: u32, place: u32) -> (f64, bool) {
         let Some(&first) = self.first.get(emitter as usize).filter(|first| **first != NONE) else {
             return (0.0, false);
         };
@@ -129,7 +129,7 @@ impl PlacedEmitters {
     }
 
     /// Bytes of memory.
-    pub(super) fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.tree.bytes() + size_of_val(&self.parts[..]) + size_of_val(&self.first[..])
     }
 }

@@ -8,7 +8,7 @@ use crate::shape::Plane;
 /// Where eight rays cross a plane, and the lanes in which that counts: as [`Plane::intersect`], operation by operation, but for
 /// whether the point is within reach of numbers.
 #[inline]
-pub(super) fn crossings(plane: &Plane, rays: &RayBlock) -> ([f64; LANES], u8) {
+pub(crate) fn crossings(plane: &Plane, rays: &RayBlock) -> ([f64; LANES], u8) {
     let (mut ts, mut met) = ([0.0; LANES], 0);
     let ([nx, ny, nz], [px, py, pz]) = (plane.normal.to_array(), plane.point.to_array());
     let ([ox, oy, oz], [dx, dy, dz]) = (&rays.origin, &rays.direction);

@@ -3,39 +3,40 @@
 use turner_bvh::lanes::{Block, LANES};
 use turner_bvh::{NearestBlock, RayBlock};
 
-use super::scene::{Bits, Hit, ObjectTransform, SurfaceInteraction};
 use crate::math::{DVec3, Ray};
+use crate::scene::scene::{Bits, ObjectTransform};
+use crate::scene::{Hit, SurfaceInteraction};
 use crate::shape::{MeshRays, ShapeHit};
 
 /// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
 /// holds beside a `t_max` of NaN is of no account.
 #[derive(Default)]
 pub struct RayBatch {
-    pub(super) blocks: Vec<RayBlock>,
+    pub(crate) blocks: Vec<RayBlock>,
     /// Their moments, if anything moves; those beyond the end are 0.
     times: Vec<f32>,
     /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
-    pub(super) len: usize,
+    pub(crate) len: usize,
     /// The primitive and the part of it that each ray leaves: it does not meet a flat one again. Empty if no ray says so.
-    pub(super) from: Vec<RayOrigin>,
-    pub(super) nearest: Vec<NearestBlock>,
-    pub(super) blocked: Vec<u8>,
+    pub(crate) from: Vec<RayOrigin>,
+    pub(crate) nearest: Vec<NearestBlock>,
+    pub(crate) blocked: Vec<u8>,
     /// Those that something tinted is before.
-    pub(super) tinted: Vec<u8>,
+    pub(crate) tinted: Vec<u8>,
     /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
     pub coherent: bool,
     /// For meshes: how far each ray goes, and the rays in an object's space.
-    pub(super) ends: Vec<Block>,
-    pub(super) moved: Vec<RayBlock>,
-    pub(super) room: MeshRays,
-    pub(super) found: Vec<(u32, ShapeHit)>,
+    pub(crate) ends: Vec<Block>,
+    pub(crate) moved: Vec<RayBlock>,
+    pub(crate) room: MeshRays,
+    pub(crate) found: Vec<(u32, ShapeHit)>,
 }
 
 /// The primitive that a ray leaves, and the part of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayOrigin {
-    pub(super) primitive: u32,
-    pub(super) part: u32,
+    pub(crate) primitive: u32,
+    pub(crate) part: u32,
 }
 
 impl RayOrigin {
@@ -162,7 +163,7 @@ impl RayBatch {
 
     /// The ray at a place, up to its end.
     #[inline]
-    pub(super) fn get_to_end(&self, place: u32) -> Option<Ray> {
+    pub(crate) fn get_to_end(&self, place: u32) -> Option<Ray> {
         let place = place as usize;
         let ray = self.get(place)?;
         Some(Ray { t_max: self.ends[place / LANES].0[place % LANES], ..ray })
@@ -170,22 +171,22 @@ impl RayBatch {
 
     /// Where the ray at a place ends.
     #[inline]
-    pub(super) fn end(&self, place: u32) -> f64 {
+    pub(crate) fn end(&self, place: u32) -> f64 {
         self.ends[place as usize / LANES].0[place as usize % LANES]
     }
 
     #[inline]
-    pub(super) fn end_ray(&mut self, place: u32, t: f64) {
+    pub(crate) fn end_ray(&mut self, place: u32, t: f64) {
         self.ends[place as usize / LANES].0[place as usize % LANES] = t;
     }
 
-    pub(super) fn note(&mut self, place: usize, blocked: bool, tinted: bool) {
+    pub(crate) fn note(&mut self, place: usize, blocked: bool, tinted: bool) {
         self.blocked[place / LANES] |= u8::from(blocked) << (place % LANES);
         self.tinted[place / LANES] |= u8::from(tinted) << (place % LANES);
     }
 
     /// Lets rays end where they do, or nowhere where they are blocked.
-    pub(super) fn end_unblocked(&mut self) {
+    pub(crate) fn end_unblocked(&mut self) {
         self.ends.clear();
         self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
         for (end, blocked) in self.ends.iter_mut().zip(&self.blocked) {
@@ -196,7 +197,7 @@ impl RayBatch {
     }
 
     /// Lets rays end at their hits.
-    pub(super) fn end_at(&mut self, hits: &[Option<Hit>]) {
+    pub(crate) fn end_at(&mut self, hits: &[Option<Hit>]) {
         self.ends.clear();
         self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
         for (place, hit) in hits.iter().enumerate() {
@@ -207,7 +208,7 @@ impl RayBatch {
     }
 
     /// Moves all rays into an object's space.
-    pub(super) fn move_into(&mut self, placed: &ObjectTransform) {
+    pub(crate) fn move_into(&mut self, placed: &ObjectTransform) {
         self.moved.clear();
         self.moved.resize(self.len.div_ceil(LANES), RayBlock::NOTHING);
         for place in 0..self.len {

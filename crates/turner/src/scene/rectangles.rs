@@ -1,34 +1,35 @@
 //! Rectangles and rays, eight rays at a time.
 
-use turner_bvh::RayBlock;
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
+use turner_bvh::{InstructionSet, RayBlock};
 
-use super::scene::Bits;
+use crate::scene::scene::Bits;
 use crate::shape::{Rectangle, ShapeHit};
 
 /// A rectangle that stands where it is described.
 #[derive(Clone, Debug)]
-pub(super) struct BatchRectangle {
+pub(crate) struct BatchRectangle {
     shape: Rectangle,
     /// The primitive.
-    pub(super) index: u32,
+    pub(crate) index: u32,
     /// Whether it is not there for rays that meet its back.
     one_sided: bool,
 }
 
 impl BatchRectangle {
-    pub(super) fn new(shape: &Rectangle, index: u32, one_sided: bool) -> BatchRectangle {
+    pub(crate) fn new(shape: &Rectangle, index: u32, one_sided: bool) -> BatchRectangle {
         BatchRectangle { shape: *shape, index, one_sided }
     }
 
     /// Calls `met` with the place and the hit of each ray that meets it before its end.
-    pub(super) fn intersect(
+    pub(crate) fn intersect(
         &self,
+        set: InstructionSet,
         blocks: &[RayBlock],
         ends: &[Block],
         mut met: impl FnMut(usize, ShapeHit),
     ) {
-        dispatch(Crossings { of: self, blocks, ends, met: &mut met });
+        dispatch(set, Crossings { of: self, blocks, ends, met: &mut met });
     }
 }
 

@@ -1,93 +1,77 @@
 //! What is rendered: complete, immutable, shared by all threads.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
-use turner_bvh::BoxBvh;
+use turner_bvh::{BoxBvh, InstructionSet};
 
-use super::background::BackgroundDesc;
-use super::batch::BatchShapes;
-use super::desc::{MaterialId, Warning};
-use super::emitters::Emitters;
-use super::faces::{Faces, NO_FACES};
-use super::footprint::NOT_SEEN;
-use super::light_groups::LightGroups;
-use super::merged::Merged;
-use super::motion::Motion;
-use super::names::ObjectNames;
-use super::sieve::Sieve;
-use super::volumes::Volumes;
-use crate::camera::{Camera, CameraDesc, PixelCone};
 use crate::color::Spectrum;
-use crate::film::FilmDesc;
-use crate::integrator::IntegratorDesc;
-use crate::integrator::path::Plan;
-use crate::light::Light;
+use crate::interaction::{Hit, NOT_SEEN, SurfaceInteraction};
+use crate::light::{BackgroundDesc, Light};
 use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
+use crate::scene::batch::BatchShapes;
+use crate::scene::emitters::Emitters;
+use crate::scene::faces::{Faces, NO_FACES};
+use crate::scene::light_groups::LightGroups;
+use crate::scene::merged::Merged;
+use crate::scene::motion::Motion;
+use crate::scene::names::ObjectNames;
+use crate::scene::sieve::Sieve;
+use crate::scene::volumes::Volumes;
+use crate::schema::MaterialId;
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, ShapeHit, Sphere, SurfacePoint};
 use crate::texture::Textures;
 
-/// A scene ready to be rendered.
-#[derive(Debug)]
+/// A scene ready to be rendered. Its parts are shared, so that a copy is cheap and an edit makes anew only what it changes.
+#[derive(Clone, Debug)]
 pub struct Scene {
-    /// The camera.
-    pub camera: Camera,
-    /// What it was made from, also where the scene did not name one.
-    pub camera_desc: CameraDesc,
-    /// The cones of camera rays, where textures are filtered by them.
-    pub pixel_cone: Option<PixelCone>,
-    /// Size and sampling of the picture.
-    pub film: FilmDesc,
-    /// How light is computed.
-    pub integrator: IntegratorDesc,
     /// What a ray sees that hits nothing.
     pub background: BackgroundDesc,
     /// All textures.
-    pub textures: Textures,
+    pub textures: Arc<Textures>,
     /// Materials, by id; behind those of the description stand the default and what the stage needs.
-    pub materials: Vec<Material>,
+    pub materials: Arc<[Material]>,
     /// Lights with a place or a direction.
-    pub lights: Vec<Light>,
+    pub lights: Arc<[Light]>,
     /// The sum of the ambient lights.
     pub ambient: Spectrum,
     /// Bounded primitives in the tree's leaf order, then the unbounded ones, then those that are gathered in one mesh.
-    pub(super) primitives: Vec<Primitive>,
+    pub(crate) primitives: Arc<[Primitive]>,
     /// How many of them are in the tree.
-    pub(super) bounded: usize,
+    pub(crate) bounded: usize,
     /// Where those begin that are gathered in `merged`.
-    pub(super) gathered: usize,
-    pub(super) merged: Option<Merged>,
-    pub(super) transforms: Vec<ObjectTransform>,
+    pub(crate) gathered: usize,
+    pub(crate) merged: Option<Merged>,
+    pub(crate) transforms: Arc<[ObjectTransform]>,
     /// Empty where the sieve serves.
-    pub(super) bvh: BoxBvh,
+    pub(crate) bvh: Arc<BoxBvh>,
     /// For scenes of few shapes, instead of the tree.
-    pub(super) sieve: Option<Sieve>,
-    pub(super) frame: TraversalFrame,
+    pub(crate) sieve: Option<Sieve>,
+    pub(crate) frame: TraversalFrame,
     /// What is tested many rays at a time.
-    pub(super) batch: BatchShapes,
+    pub(crate) batch: Arc<BatchShapes>,
     /// For primitives with cut-outs or several materials.
-    pub(super) faces: Vec<Faces>,
+    pub(crate) faces: Arc<[Faces]>,
+    /// Whether its materials are physical ones, and lights can be chosen among: for integrators that follow light.
+    pub(crate) physical: bool,
     /// Whether anything moves: then camera rays have moments.
     pub(crate) moves: bool,
     /// What is between surfaces, if anything is; for the integrators that follow light.
-    pub(crate) volumes: Option<Volumes>,
+    pub(crate) volumes: Option<Arc<Volumes>>,
     /// What shines, for the integrators that follow light; empty for others.
-    pub emitters: Emitters,
-    /// The light paths that go with the integrator's paths, if they help.
-    pub caustics: Option<Plan>,
-    /// Whether pixels use their neighbours' paths, where the integrator lets them.
-    pub(crate) reuses_paths: bool,
+    pub emitters: Arc<Emitters>,
     /// What objects are called.
-    pub(super) object_names: ObjectNames,
+    pub(crate) object_names: Arc<ObjectNames>,
     /// Which lights and objects belong together.
     pub light_groups: LightGroups,
     /// For each light its number in the description; `None` for those of the stage.
     pub light_sources: Vec<Option<u32>>,
-    /// What was dropped or doubtful while preparing.
-    pub warnings: Vec<Warning>,
     /// Counts and sizes, for `turner info`.
     pub stats: SceneStats,
+    /// What batches are traced and shaded with.
+    pub instruction_set: InstructionSet,
 }
 
 /// Counts and sizes of a prepared scene.
@@ -105,41 +89,46 @@ pub struct SceneStats {
     pub mesh_bytes: u64,
     /// Bytes: pictures.
     pub texture_bytes: u64,
-    /// Bytes: the film's sums.
-    pub film_bytes: u64,
 }
 
 /// A shape placed in the scene.
 #[derive(Clone, Debug)]
-pub(super) struct Primitive {
-    pub(super) shape: Shape,
-    pub(super) material: MaterialId,
+pub(crate) struct Primitive {
+    pub(crate) shape: Shape,
+    pub(crate) material: MaterialId,
     /// Index into the scene's transforms, or [`NO_TRANSFORM`].
-    pub(super) transform: u32,
+    pub(crate) transform: u32,
     /// Index into the scene's faces, or [`NO_FACES`].
-    pub(super) faces: u32,
+    pub(crate) faces: u32,
     /// Its number in the description, instances in order: breaks ties between equally near hits, so that the
     /// picture does not depend on the tree.
-    pub(super) id: u32,
+    pub(crate) id: u32,
 }
 
-pub(super) const NO_TRANSFORM: u32 = u32::MAX;
+impl Primitive {
+    /// A shape without end, in the world's space.
+    pub(crate) fn unbounded(shape: Shape, material: MaterialId, id: u32) -> Primitive {
+        Primitive { shape, material, transform: NO_TRANSFORM, faces: NO_FACES, id }
+    }
+}
+
+pub(crate) const NO_TRANSFORM: u32 = u32::MAX;
 
 /// A transform with what it takes to use it.
 #[derive(Clone, Debug)]
-pub(super) struct ObjectTransform {
-    pub(super) to_world: DAffine3,
-    pub(super) to_object: DAffine3,
+pub(crate) struct ObjectTransform {
+    pub(crate) to_world: DAffine3,
+    pub(crate) to_object: DAffine3,
     /// Normals go by the inverse transpose.
-    pub(super) normal: DMat3,
+    pub(crate) normal: DMat3,
     /// The most a length can grow.
-    pub(super) stretch: f64,
+    pub(crate) stretch: f64,
     /// What moves is elsewhere at each moment; the rest of this is then where it is as the shutter opens.
-    pub(super) motion: Option<Box<Motion>>,
+    pub(crate) motion: Option<Box<Motion>>,
 }
 
 impl ObjectTransform {
-    pub(super) fn new(to_world: DAffine3) -> ObjectTransform {
+    pub(crate) fn new(to_world: DAffine3) -> ObjectTransform {
         let to_object = to_world.inverse();
         let m = to_world.matrix3;
         let stretch =
@@ -149,7 +138,7 @@ impl ObjectTransform {
 
     /// A ray of the world as one of the object, at the ray's moment.
     #[inline]
-    pub(super) fn ray_to_object(&self, ray: &Ray) -> Ray {
+    pub(crate) fn ray_to_object(&self, ray: &Ray) -> Ray {
         match &self.motion {
             None => ray.transformed(&self.to_object),
             Some(motion) => ray.transformed(&motion.at(f64::from(ray.time)).inverse()),
@@ -157,63 +146,7 @@ impl ObjectTransform {
     }
 }
 
-/// The nearest hit of a ray: all that traversal carries.
-#[derive(Clone, Copy, Debug)]
-pub struct Hit {
-    /// Where on the shape.
-    pub shape: ShapeHit,
-    /// Index of the primitive.
-    pub(super) primitive: u32,
-}
-
-/// The surface at a hit, in world space; made once, for the nearest hit.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfaceInteraction {
-    /// The point.
-    pub p: DVec3,
-    /// Bound on its distance from the true surface.
-    pub error: f64,
-    /// Geometric normal, unit, as it points out of the shape.
-    pub ng: DVec3,
-    /// Shading normal, unit, on the same side.
-    pub ns: DVec3,
-    /// The material.
-    pub material: MaterialId,
-    /// The surface in the object's space, for textures.
-    pub(super) object: SurfacePoint,
-    pub(crate) hit: Hit,
-    /// The moment, as in the ray.
-    pub(super) time: f32,
-    /// The ray's unit direction and the width of its cone here, for textures; a width of 0 stands for the point alone.
-    pub(super) seen: ([f32; 3], f32),
-}
-
-impl SurfaceInteraction {
-    /// The shading normal in the object's space.
-    pub(super) fn object_normal(&self) -> DVec3 {
-        self.object.ns
-    }
-
-    /// The moment, as in the ray that met it.
-    pub fn time(&self) -> f32 {
-        self.time
-    }
-
-    /// The point moved off the surface by more than its error, to the side `direction` leads to: a ray from there
-    /// does not hit the surface it leaves (Wächter & Binder 2019 discuss the alternatives).
-    #[inline]
-    pub fn leave(&self, direction: DVec3) -> DVec3 {
-        let side = if direction.dot(self.ng) >= 0.0 { 4.0 } else { -4.0 };
-        self.p + self.ng * (side * self.error)
-    }
-}
-
 impl Scene {
-    /// Whether pixels use the paths of their neighbours: see [`PathReuse`](crate::integrator::PathReuse).
-    pub fn shares_paths(&self) -> bool {
-        self.integrator.integrator().shares_paths(self)
-    }
-
     /// What a ray sees that hits nothing: the environment, where there is one and the background shows it, or the background's colour.
     pub fn surroundings(&self, direction: DVec3) -> Spectrum {
         let mut around = self.lights.iter().filter_map(|light| light.around(direction));
@@ -244,7 +177,7 @@ impl Scene {
 
     /// The same among the primitives of the tree or the sieve.
     #[inline]
-    pub(super) fn intersect_bounded(&self, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub(crate) fn intersect_bounded(&self, ray: &mut Ray, best: &mut Option<Hit>) {
         let Some(search) = self.frame.ray(ray) else { return };
         if let Some(sieve) = &self.sieve {
             for i in Bits(sieve.candidates(&search.ray)) {
@@ -262,7 +195,7 @@ impl Scene {
     }
 
     #[inline(always)]
-    pub(super) fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub(crate) fn try_primitive(&self, index: u32, ray: &mut Ray, best: &mut Option<Hit>) {
         let primitive = &self.primitives[index as usize];
         let Some(shape) = self.intersect_primitive(primitive, ray) else { return };
         self.keep_nearer(index, shape, ray, best);
@@ -270,13 +203,13 @@ impl Scene {
 
     /// Takes a hit of a primitive into `best` if it is nearer; the ray then ends there.
     #[inline(always)]
-    pub(super) fn keep_nearer(&self, index: u32, shape: ShapeHit, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub(crate) fn keep_nearer(&self, index: u32, shape: ShapeHit, ray: &mut Ray, best: &mut Option<Hit>) {
         self.keep_nearer_before(Hit { shape, primitive: index }, &mut ray.t_max, best);
     }
 
     /// The same for a ray that is known by its end.
     #[inline(always)]
-    pub(super) fn keep_nearer_before(&self, hit: Hit, end: &mut f64, best: &mut Option<Hit>) {
+    pub(crate) fn keep_nearer_before(&self, hit: Hit, end: &mut f64, best: &mut Option<Hit>) {
         let id = |hit: &Hit| self.primitives[hit.primitive as usize].id;
         let nearer = hit.shape.t < *end || best.is_none_or(|b| id(&hit) < id(&b));
         if nearer {
@@ -303,7 +236,7 @@ impl Scene {
     }
 
     #[inline(always)]
-    pub(super) fn primitive_blocks(&self, index: u32, ray: &Ray, tinted: &Cell<bool>) -> bool {
+    pub(crate) fn primitive_blocks(&self, index: u32, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let primitive = &self.primitives[index as usize];
         if primitive.faces != NO_FACES {
             return self.faces_block(primitive, ray, tinted);
@@ -352,7 +285,7 @@ impl Scene {
 
     /// The same among the primitives of the tree or the sieve.
     #[inline]
-    pub(super) fn bounded_block(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
+    pub(crate) fn bounded_block(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
         match (self.frame.ray(ray), &self.sieve) {
             (None, _) => false,
             (Some(search), Some(sieve)) => {
@@ -378,7 +311,7 @@ impl Scene {
     }
 
     /// Crossing after crossing from the near end, so that the order of the product is the ray's and not the tree's.
-    pub(super) fn tinted_transmittance(&self, ray: &Ray) -> Spectrum {
+    pub(crate) fn tinted_transmittance(&self, ray: &Ray) -> Spectrum {
         /// More crossings than this count as opaque.
         const MAX_CROSSINGS: u32 = 4096;
         let mut ray = *ray;
@@ -472,7 +405,7 @@ impl Scene {
 }
 
 /// The set bits of a word, from the lowest.
-pub(super) struct Bits(pub(super) u64);
+pub(crate) struct Bits(pub(crate) u64);
 
 impl Iterator for Bits {
     type Item = u32;

@@ -1,7 +1,8 @@
 //! What the search for a ray's first hit goes through, counted.
 
-use super::scene::{Bits, Hit, NO_TRANSFORM, Scene};
 use crate::math::{DVec3, Ray};
+use crate::scene::scene::{Bits, NO_TRANSFORM};
+use crate::scene::{Hit, Scene};
 use crate::shape::Shape;
 
 /// What lies on a ray's way.
@@ -34,6 +35,21 @@ impl Scene {
             cost.boxes += nodes;
         }
         cost
+    }
+
+    /// About how many shapes, blocks of eight triangles and points a ray has to be tested against up to its `t_max`: of all whose boxes it
+    /// meets. Meshes and clouds count by their means, which do not depend on how good their trees are; the scene's own tree is always built alike.
+    pub(crate) fn ray_tests(&self, ray: &Ray) -> f64 {
+        let of = |i: u32| self.primitives.get(i as usize).map_or(0.0, |p| p.shape.tests_per_ray());
+        let mut tests = self.merged.as_ref().map_or(0.0, |merged| merged.mesh().tests_per_ray());
+        tests += (self.bounded..self.gathered).map(|i| of(i as u32)).sum::<f64>();
+        let Some(search) = self.frame.ray(ray) else { return tests };
+        if let Some(sieve) = &self.sieve {
+            Bits(sieve.candidates(&search.ray)).for_each(|i| tests += of(i));
+        } else {
+            self.bvh.steps(&search.ray, |leaf| tests += leaf.map(of).sum::<f64>());
+        }
+        tests
     }
 
     fn add_primitive(&self, index: u32, ray: &Ray, cost: &mut SearchCost) {

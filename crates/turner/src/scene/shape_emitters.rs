@@ -9,9 +9,6 @@
 //! | triangles of a mesh | chosen by area × mean emission; by solid angle where near, else by area |
 //! | plane | only hit by chance: it has no end |
 
-use super::desc::MaterialId;
-use super::emitters::{LightSample, NO_LIGHT, NONE};
-use super::scene::{NO_TRANSFORM, Primitive, Scene, SurfaceInteraction};
 use crate::light::LightBound;
 use crate::light::emission::{
     Curved, CurvedEmitter, DiskEmitter, EllipsoidEmitter, EmitterSample, RectangleEmitter, SphereEmitter,
@@ -19,12 +16,16 @@ use crate::light::emission::{
 };
 use crate::math::{DAffine3, DVec3};
 use crate::sampler::AliasTable;
+use crate::scene::emitters::{LightSample, NO_LIGHT, NONE};
+use crate::scene::scene::{NO_TRANSFORM, Primitive};
+use crate::scene::{Scene, SurfaceInteraction};
+use crate::schema::MaterialId;
 use crate::shape::{Points, ROUNDING, Shape, ShapeHit, Sphere, SurfacePoint, TriangleMesh};
 use crate::texture::TexturePoint;
 
 /// What of a primitive shines: all of it, or the face of a box.
-#[derive(Debug)]
-pub(super) struct ShapeEmitter {
+#[derive(Clone, Debug)]
+pub(crate) struct ShapeEmitter {
     primitive: u32,
     /// The face of a box.
     part: u32,
@@ -34,12 +35,12 @@ pub(super) struct ShapeEmitter {
 }
 
 /// A form that many points sample at a time.
-pub(super) enum Blocked<'a> {
+pub(crate) enum Blocked<'a> {
     Rectangle(&'a RectangleEmitter),
     Sphere(&'a SphereEmitter),
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Form {
     Sphere(SphereEmitter),
     Ellipsoid(Box<EllipsoidEmitter>),
@@ -60,7 +61,7 @@ enum Form {
 }
 
 /// What of a primitive shines, with its power (up to π).
-pub(super) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(ShapeEmitter, f64)> {
+pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(ShapeEmitter, f64)> {
     let to_world = scene.to_world(primitive);
     // What moves is found by chance.
     let moves = |i: u32| scene.transforms.get(i as usize).is_some_and(|t| t.motion.is_some());
@@ -192,7 +193,8 @@ fn points_form(
             for n in [DVec3::Y, DVec3::Z] {
                 let at = SurfacePoint { p: sphere.center + sphere.radius * n, error: 0.0, ng: n, ns: n };
                 for outside in [true, false] {
-                    let emitted = material.emitted(scene, || shape.texture_point(&hit, &at), outside);
+                    let emitted =
+                        material.emitted(scene, || TexturePoint::of_shape(shape, &hit, &at), outside);
                     brightness += 0.5 * f64::from(emitted.luminance());
                 }
             }
@@ -223,7 +225,7 @@ fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMe
             const PLACES: [(f64, f64); 4] = [(0.33, 0.33), (0.6, 0.2), (0.2, 0.6), (0.2, 0.2)];
             for (u, v) in PLACES {
                 let hit = hit(u, v);
-                let at = primitive.shape.texture_point(&hit, &mesh.surface(&hit));
+                let at = TexturePoint::of_shape(&primitive.shape, &hit, &mesh.surface(&hit));
                 for outside in [true, false] {
                     let emitted = material.emitted(scene, || at, outside);
                     brightness += 0.25 * f64::from(emitted.luminance());
@@ -272,14 +274,14 @@ fn texture_point<'a>(
             SurfacePoint { p, error: 0.0, ng: n, ns: n }
         }
     };
-    let mut at = primitive.shape.texture_point(hit, &point);
+    let mut at = TexturePoint::of_shape(&primitive.shape, hit, &point);
     at.to_world = scene.transforms.get(primitive.transform as usize).map(|placed| &placed.to_world);
     at
 }
 
 impl ShapeEmitter {
     /// Light that arrives at `p` from a point that `u` chooses: of all of it where `part` is [`NONE`], else of that triangle or point.
-    pub(super) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3], part: u32) -> Option<LightSample> {
+    pub(crate) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3], part: u32) -> Option<LightSample> {
         let uv = [u[0], u[1]];
         let primitive = &scene.primitives[self.primitive as usize];
         let (s, part): (EmitterSample, u32) = match &self.form {
@@ -317,7 +319,7 @@ impl ShapeEmitter {
 
     /// What comes to `p` from a point of it.
     #[inline]
-    pub(super) fn shine(&self, scene: &Scene, p: DVec3, s: EmitterSample, part: u32) -> Option<LightSample> {
+    pub(crate) fn shine(&self, scene: &Scene, p: DVec3, s: EmitterSample, part: u32) -> Option<LightSample> {
         let primitive = &scene.primitives[self.primitive as usize];
         let side = (p - s.q).dot(s.n);
         let hit = ShapeHit { t: 0.0, part, u: s.u, v: s.v };
@@ -334,7 +336,7 @@ impl ShapeEmitter {
 
     /// If many are sampled at a time.
     #[inline]
-    pub(super) fn blocked(&self) -> Option<Blocked<'_>> {
+    pub(crate) fn blocked(&self) -> Option<Blocked<'_>> {
         match &self.form {
             Form::Rectangle(f) => Some(Blocked::Rectangle(f)),
             Form::Sphere(f) => Some(Blocked::Sphere(f)),
@@ -343,18 +345,18 @@ impl ShapeEmitter {
     }
 
     /// The index of its primitive.
-    pub(super) fn primitive(&self) -> u32 {
+    pub(crate) fn primitive(&self) -> u32 {
         self.primitive
     }
 
     /// The face of a box; else 0.
     #[inline]
-    pub(super) fn part(&self) -> u32 {
+    pub(crate) fn part(&self) -> u32 {
         self.part
     }
 
     /// The density with which that finds the direction from `p` to a hit of it, all of it considered.
-    pub(super) fn pdf(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
+    pub(crate) fn pdf(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
         let chosen = match &self.form {
             Form::Points { choice, .. } | Form::Mesh { choice, .. } => {
                 choice.probability(self.place(surface))
@@ -365,7 +367,7 @@ impl ShapeEmitter {
     }
 
     /// The density with which the part that was hit finds the direction from `p`, once it is chosen.
-    pub(super) fn pdf_of_part(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
+    pub(crate) fn pdf_of_part(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
         let q = surface.p;
         match &self.form {
             Form::Sphere(f) => f.pdf(p, q, surface.ng),
@@ -393,12 +395,12 @@ impl ShapeEmitter {
 /// As lights of a tree.
 impl ShapeEmitter {
     /// Whether it is of parts, any of which may be chosen: triangles or points.
-    pub(super) fn has_parts(&self) -> bool {
+    pub(crate) fn has_parts(&self) -> bool {
         matches!(self.form, Form::Mesh { .. } | Form::Points { .. })
     }
 
     /// How many; 1 without.
-    pub(super) fn parts(&self) -> u32 {
+    pub(crate) fn parts(&self) -> u32 {
         match &self.form {
             Form::Mesh { choice, .. } | Form::Points { choice, .. } => choice.len() as u32,
             _ => 1,
@@ -406,7 +408,7 @@ impl ShapeEmitter {
     }
 
     /// The number of the triangle or point at a place among those that shine.
-    pub(super) fn part_at(&self, place: u32) -> u32 {
+    pub(crate) fn part_at(&self, place: u32) -> u32 {
         match &self.form {
             Form::Mesh { triangles, .. } => triangles.get(place as usize).copied().unwrap_or(NONE),
             _ => place,
@@ -415,7 +417,7 @@ impl ShapeEmitter {
 
     /// The place of the part that was hit; [`NONE`] if that does not shine.
     #[inline]
-    pub(super) fn place(&self, surface: &SurfaceInteraction) -> u32 {
+    pub(crate) fn place(&self, surface: &SurfaceInteraction) -> u32 {
         let part = surface.hit.shape.part;
         match &self.form {
             Form::Mesh { place, .. } if !place.is_empty() => {
@@ -427,14 +429,14 @@ impl ShapeEmitter {
     }
 
     /// Frees what chooses among parts, where something else does.
-    pub(super) fn forget_choice(&mut self) {
+    pub(crate) fn forget_choice(&mut self) {
         if let Form::Mesh { choice, .. } | Form::Points { choice, .. } = &mut self.form {
             *choice = AliasTable::default();
         }
     }
 
     /// The bounds of a part, which stands at `place`, or of all of it if that is [`NONE`]. `power` is its area times its radiance, both sides counted.
-    pub(super) fn bound(&self, scene: &Scene, power: f64, part: u32, place: u32) -> Option<LightBound> {
+    pub(crate) fn bound(&self, scene: &Scene, power: f64, part: u32, place: u32) -> Option<LightBound> {
         let primitive = scene.primitives.get(self.primitive as usize)?;
         let hit = ShapeHit { t: 0.0, part: if part == NONE { self.part } else { part }, u: 0.3, v: 0.3 };
         let material = scene.materials.get(scene.material_of(primitive, &hit).index());
@@ -482,7 +484,7 @@ fn choose(choice: &AliasTable, u: f64) -> Option<(u32, f64)> {
 }
 
 impl Scene {
-    pub(super) fn to_world(&self, primitive: &Primitive) -> DAffine3 {
+    pub(crate) fn to_world(&self, primitive: &Primitive) -> DAffine3 {
         match primitive.transform {
             NO_TRANSFORM => DAffine3::IDENTITY,
             i => self.transforms[i as usize].to_world,

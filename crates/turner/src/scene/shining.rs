@@ -1,10 +1,10 @@
 //! What shines in a scene, one thing after the other: to find out what each brings where.
 
-use super::desc::MaterialId;
-use super::emitters::{Emitter, LightSample, NONE};
-use super::faces::NO_FACES;
-use super::scene::{Hit, Scene};
 use crate::math::{Bounds, DVec3, Ray};
+use crate::scene::emitters::{Emitter, LightSample, NONE};
+use crate::scene::faces::NO_FACES;
+use crate::scene::{Hit, Scene};
+use crate::schema::MaterialId;
 use crate::shape::Shape;
 
 /// One thing that shines.

@@ -10,7 +10,7 @@ use crate::math::{Bounds, DVec3};
 use crate::shape::traversal::TraversalFrame;
 
 /// The most shapes a sieve holds: one bit each.
-pub(super) const MAX_SHAPES: usize = 64;
+pub(crate) const MAX_SHAPES: usize = 64;
 
 /// Spheres in a block.
 const LANES: usize = 4;
@@ -21,7 +21,7 @@ const PAD: f64 = 1.0 / (1 << 17) as f64;
 
 /// Spheres in the units of a [`TraversalFrame`].
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sieve {
+pub(crate) struct Sieve {
     blocks: Vec<Block>,
 }
 
@@ -40,7 +40,7 @@ const NOTHING: Block = Block { x: Vec4::ZERO, y: Vec4::ZERO, z: Vec4::ZERO, radi
 
 impl Sieve {
     /// Around boxes or, where they are known, around better spheres (centre and radius).
-    pub(super) fn new(
+    pub(crate) fn new(
         frame: &TraversalFrame,
         shapes: impl Iterator<Item = (Bounds, Option<(DVec3, f64)>)>,
     ) -> Sieve {
@@ -61,7 +61,7 @@ impl Sieve {
 
     /// Bit i is set if the ray may meet shape i before its end; never clear when it does.
     #[inline]
-    pub(super) fn candidates(&self, ray: &turner_bvh::Ray) -> u64 {
+    pub(crate) fn candidates(&self, ray: &turner_bvh::Ray) -> u64 {
         let [ox, oy, oz] = ray.origin.map(Vec4::splat);
         let [dx, dy, dz] = ray.direction.map(Vec4::splat);
         let end = Vec4::splat(ray.t_max);

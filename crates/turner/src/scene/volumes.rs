@@ -1,15 +1,11 @@
 //! The media of a scene and what they fill.
 
-use super::desc::{MaterialId, MediumId, Named, SceneDesc};
-use super::error::{ErrorCode, SceneError, unknown_name};
-use super::read::{ReadContext, read_medium, sorted_names};
-use super::schema::wrong_type;
-use super::value::{Data, Value};
 use crate::material::MaterialDesc;
-use crate::medium::Medium;
+use crate::medium::{Medium, MediumDesc};
+use crate::schema::{ErrorCode, MaterialId, MediumId, Named, SceneError};
 
 /// Which medium is where.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Volumes {
     media: Vec<Medium>,
     /// Where no solid is.
@@ -21,10 +17,14 @@ pub(crate) struct Volumes {
 }
 
 impl Volumes {
-    /// Those of a description; `None` if there are none, or none that does anything to light.
-    pub(super) fn prepare(desc: &SceneDesc) -> Result<Option<Volumes>, SceneError> {
-        let mut media = Vec::with_capacity(desc.media.len());
-        for medium in &desc.media {
+    /// Those of a scene; `open` is where no solid is. `None` if there are none, or none that does anything to light.
+    pub(crate) fn prepare(
+        media_descs: &[Named<MediumDesc>],
+        materials: &[Named<MaterialDesc>],
+        open: Option<MediumId>,
+    ) -> Result<Option<Volumes>, SceneError> {
+        let mut media = Vec::with_capacity(media_descs.len());
+        for medium in media_descs {
             media.push(medium.value.prepare().map_err(|e| e.or_at(medium.span))?);
         }
         let known = |id: u32| match media.get(id as usize) {
@@ -34,9 +34,9 @@ impl Volumes {
                 Err(SceneError::new(ErrorCode::UnknownName, message))
             }
         };
-        let open = desc.background.medium.map(|id| known(id.0)).transpose()?;
-        let interiors: Vec<Option<u32>> = (0..desc.materials.len())
-            .map(|i| interior(desc, i).map(known).transpose())
+        let open = open.map(|id| known(id.0)).transpose()?;
+        let interiors: Vec<Option<u32>> = (0..materials.len())
+            .map(|i| interior(materials, i).map(known).transpose())
             .collect::<Result<_, _>>()?;
         let there = |id: &u32| media.get(*id as usize).is_some_and(|m| !m.is_void());
         let bounded = interiors.iter().flatten().any(there);
@@ -44,7 +44,7 @@ impl Volumes {
         Ok(found.then(|| {
             // A hollow in fog is bounded, too.
             let hollow = |m: &MaterialDesc| matches!(m, MaterialDesc::Boundary(_));
-            let bounded = bounded || desc.materials.iter().any(|m| hollow(&m.value));
+            let bounded = bounded || materials.iter().any(|m| hollow(&m.value));
             Volumes { media, open, interiors, bounded }
         }))
     }
@@ -77,42 +77,23 @@ impl Volumes {
     }
 }
 
-impl ReadContext<'_> {
-    /// A medium by its name or written in place.
-    pub fn medium(&mut self, value: &Value) -> Result<MediumId, SceneError> {
-        match &value.data {
-            Data::String(name) => self.medium_ids.get(name).copied().ok_or_else(|| {
-                let names = sorted_names(&self.medium_ids);
-                let error = unknown_name(ErrorCode::UnknownName, value.span, "medium", name, &names);
-                if names.is_empty() {
-                    error.help(
-                        "define it as [medium.NAME], or write it in place: medium = { extinction = 0.2 }",
-                    )
-                } else {
-                    error
-                }
-            }),
-            Data::Table(_) => {
-                let medium = read_medium(value, self)?;
-                self.media.push(Some(Named { name: None, span: Some(value.span), value: medium }));
-                Ok(MediumId(self.media.len() as u32 - 1))
-            }
-            _ => Err(wrong_type(value, "the name of a medium or a table { extinction = …, … }")),
-        }
-    }
-}
-
 /// The medium that a material has inside; of a mix that of the first of its materials which says one.
-fn interior(desc: &SceneDesc, material: usize) -> Option<u32> {
+fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
     let mut stack = vec![material];
     // Mixes that contain themselves have been refused; their number is bounded all the same.
     for _ in 0..1024 {
-        match &desc.materials.get(stack.pop()?)?.value {
+        match &materials.get(stack.pop()?)?.value {
             MaterialDesc::Boundary(m) => return m.interior.map(|id| id.0),
             MaterialDesc::Principled(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Dielectric(m) if m.interior.is_some() => return m.interior.map(|id| id.0),
             MaterialDesc::Mix(m) => stack.extend(m.materials.iter().rev().map(|m| m.index())),
-            _ => {}
+            MaterialDesc::Principled(_)
+            | MaterialDesc::Dielectric(_)
+            | MaterialDesc::Classic(_)
+            | MaterialDesc::Matte(_)
+            | MaterialDesc::Metal(_)
+            | MaterialDesc::Plastic(_)
+            | MaterialDesc::Emissive(_) => {}
         }
     }
     None

@@ -8,8 +8,7 @@ use super::plane::tangents;
 use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, turn};
 use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
-use crate::scene::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, SceneError, params};
 
 params! {
     /// A cone from the middle of its base to its tip; with `tip_radius` it is cut off there. On the side u runs once around the

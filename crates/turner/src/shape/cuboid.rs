@@ -2,8 +2,7 @@
 
 use super::{ROUNDING, ShapeHit, SurfacePoint, convex_hit};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
-use crate::scene::schema::{Range, params};
-use crate::scene::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// A box with its edges along the axes; an object's `transform` can turn it. Give `min` and `max` or `center` and `size`;

@@ -7,8 +7,7 @@ use super::plane::tangents;
 use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, axis_of, cap_uv, convex_hit, disk_point, turn};
 use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
-use crate::scene::SceneError;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, SceneError, params};
 
 params! {
     /// A cylinder between two points. On the side u runs once around the axis, counter-clockwise seen from `to`, and v from 0 at

@@ -3,8 +3,7 @@
 use super::plane::{crossing, flat_point, tangents};
 use super::{ROUNDING, ShapeHit, SurfacePoint, direction};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
-use crate::scene::schema::{Range, params};
-use crate::scene::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// A flat disk, or a ring with an inner radius. (u, v) is a square around it: 2u − 1 and 2v − 1 are distances from the

@@ -1,93 +1,12 @@
 //! Triangle meshes as a scene describes them.
 
-use std::collections::HashMap;
-use std::sync::Arc;
-
-use super::points::{Points, PointsDesc};
-use super::triangle_mesh::TriangleMesh;
 use crate::math::{DVec2, DVec3};
-use crate::scene::error::{escape, unknown_name};
-use crate::scene::model::{MaterialsByName, Renumber};
-use crate::scene::read::ReadContext;
-use crate::scene::schema::{EntryDoc, ParamType, TableReader, params, wrong_type};
-use crate::scene::value::{Data, Entry, Span, Table, Value};
-use crate::scene::write::{self, WriteContext};
-use crate::scene::{Asset, ErrorCode, MaterialId, MeshId, PrepareOptions, SceneError};
-
-/// A mesh as a file gives it: flat lists, indices checked by [`MeshData::check`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MeshData {
-    /// Vertex positions.
-    pub positions: Vec<[f32; 3]>,
-    /// Vertex normals: none, or one per vertex.
-    pub normals: Vec<[f32; 3]>,
-    /// Vertex (u, v), the first set: none, or one per vertex.
-    pub uvs: Vec<[f32; 2]>,
-    /// The other sets of (u, v), one per vertex each; textures choose by their number, the second set being 1.
-    pub more_uvs: Vec<Vec<[f32; 2]>>,
-    /// Tangents along u, and 1 or -1 for the side of the bitangent: none, or one per vertex.
-    pub tangents: Vec<[f32; 4]>,
-    /// Vertex colours, linear red, green, blue and opacity: none, or one per vertex.
-    pub colors: Vec<[f32; 4]>,
-    /// Triangles, three vertices each.
-    pub triangles: Vec<[u32; 3]>,
-    /// Which of the mesh's materials each triangle has: none, or one per triangle.
-    pub face_materials: Vec<u16>,
-    /// The names of these materials.
-    pub material_names: Vec<String>,
-}
-
-impl MeshData {
-    /// Refuses lists that do not fit together.
-    pub fn check(&self) -> Result<(), SceneError> {
-        let count = self.positions.len();
-        let mut lists = vec![
-            ("normals", self.normals.len()),
-            ("uvs", self.uvs.len()),
-            ("tangents", self.tangents.len()),
-            ("colors", self.colors.len()),
-        ];
-        lists.extend(self.more_uvs.iter().map(|set| ("uvs", set.len())));
-        for (what, found) in lists {
-            if found != 0 && found != count {
-                let message = format!("{found} {what} for {count} vertices of a mesh");
-                return Err(SceneError::new(ErrorCode::Mesh, message)
-                    .help(format!("give one per vertex, or no {what}")));
-            }
-        }
-        for (i, triangle) in self.triangles.iter().enumerate() {
-            if let Some(&bad) = triangle.iter().find(|&&v| v as usize >= count) {
-                let message =
-                    format!("triangle {i} of a mesh names vertex {bad}, but it has {count} vertices");
-                return Err(SceneError::new(ErrorCode::Mesh, message).help("vertices are counted from 0"));
-            }
-        }
-        let (found, count) = (self.face_materials.len(), self.triangles.len());
-        if found != 0 && found != count {
-            let message = format!("{found} materials for {count} triangles of a mesh");
-            return Err(SceneError::new(ErrorCode::Mesh, message).help("give one per triangle, or none"));
-        }
-        Ok(())
-    }
-
-    /// Bytes it takes.
-    pub fn memory(&self) -> usize {
-        size_of_val(self)
-            + size_of_val(&self.positions[..])
-            + size_of_val(&self.normals[..])
-            + size_of_val(&self.uvs[..])
-            + self.more_uvs.iter().map(|set| size_of_val(&set[..])).sum::<usize>()
-            + size_of_val(&self.tangents[..])
-            + size_of_val(&self.colors[..])
-            + size_of_val(&self.triangles[..])
-            + size_of_val(&self.face_materials[..])
-    }
-
-    /// How many materials its triangles tell apart, at least 1.
-    pub fn material_count(&self) -> usize {
-        self.face_materials.iter().map(|&m| usize::from(m) + 1).max().unwrap_or(1)
-    }
-}
+use crate::schema::error::{escape, unknown_name};
+use crate::schema::value::{Data, Entry, Span, Table, Value};
+use crate::schema::{
+    EntryDoc, ErrorCode, MaterialId, MaterialsByName, MeshData, MeshId, ParamType, ReadContext, Renumber,
+    SceneError, TableReader, WriteContext, params, write, wrong_type,
+};
 
 /// Which materials take the place of a mesh's own.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,7 +21,7 @@ impl ParamType for FaceMaterials {
     fn kind() -> String {
         "{ NAME = material, … } | [material | false, …]".into()
     }
-    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<FaceMaterials, SceneError> {
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<FaceMaterials, SceneError> {
         match &value.data {
             Data::Table(table) => {
                 let entry = |e: &Entry| Ok((e.key.clone(), e.key_span, cx.material(&e.value)?));
@@ -121,7 +40,7 @@ impl ParamType for FaceMaterials {
     fn show(&self) -> String {
         "materials".into()
     }
-    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+    fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
         match self {
             FaceMaterials::ByName(list) => MaterialsByName(list.clone()).write(cx),
             FaceMaterials::InOrder(list) => write_materials(list, cx).map(Some),
@@ -130,7 +49,7 @@ impl ParamType for FaceMaterials {
 }
 
 /// A list of materials, `false` for the object's own.
-fn write_materials(list: &[Option<MaterialId>], cx: &WriteContext<'_>) -> Result<Data, SceneError> {
+fn write_materials(list: &[Option<MaterialId>], cx: &dyn WriteContext) -> Result<Data, SceneError> {
     let one = |m: &Option<MaterialId>| m.map_or(Ok(Data::Bool(false)), |m| cx.material(m));
     Ok(write::list(list.iter().map(one).collect::<Result<Vec<_>, _>>()?))
 }
@@ -158,7 +77,7 @@ impl FaceMaterials {
     fn resolve(
         self,
         data: &MeshData,
-        cx: &mut ReadContext<'_>,
+        cx: &mut dyn ReadContext,
     ) -> Result<Vec<Option<MaterialId>>, SceneError> {
         match self {
             FaceMaterials::InOrder(list) => Ok(list),
@@ -231,8 +150,8 @@ material = { color = "salmon" }
 "#
 }
 
-/// A mesh, its data in the scene's list.
-#[derive(Clone, Debug, PartialEq)]
+/// A mesh, its data in the scene's list; by default the first one there.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshDesc {
     /// Which mesh.
     pub mesh: MeshId,
@@ -253,7 +172,7 @@ impl MeshDesc {
     }
 
     /// Its keys: what [`MeshDesc::read`] reads.
-    pub fn write(&self, cx: &mut WriteContext<'_>) -> Result<Table, SceneError> {
+    pub fn write(&self, cx: &mut dyn WriteContext) -> Result<Table, SceneError> {
         let mut table = Table::default();
         match cx.mesh(self.mesh)? {
             (_, Some(file)) => table.push("file", Data::String(file)),
@@ -267,7 +186,7 @@ impl MeshDesc {
     }
 
     /// Reads its keys; puts data written in place into the scene's list of meshes.
-    pub fn read(table: &mut TableReader<'_>, cx: &mut ReadContext<'_>) -> Result<MeshDesc, SceneError> {
+    pub fn read(table: &mut TableReader<'_>, cx: &mut dyn ReadContext) -> Result<MeshDesc, SceneError> {
         let keys = MeshKeys::read(table, cx)?;
         let (smooth, span) = (keys.smooth, table.span());
         let inline = keys.positions.is_some()
@@ -336,134 +255,5 @@ impl MeshDesc {
             }
         };
         Ok(MeshDesc { mesh, smooth, materials })
-    }
-}
-
-/// Bytes that a vertex takes while its normal is computed.
-const NORMAL_MADE: u64 = 36;
-
-/// The meshes of a scene, prepared at first use and then shared by all objects that show them the same way.
-#[derive(Debug)]
-pub struct MeshCache<'a> {
-    meshes: &'a [Asset<MeshData>],
-    options: PrepareOptions,
-    prepared: HashMap<(MeshId, bool), Arc<TriangleMesh>>,
-    points_left_out: Vec<String>,
-    /// Of triangles with a vertex that is not finite, of those without area, and of meshes without any others.
-    left_out: [Without; 3],
-}
-
-/// What was left out of meshes: how many triangles, of how many meshes, and the first of these.
-#[derive(Debug, Default)]
-struct Without {
-    triangles: usize,
-    meshes: usize,
-    first: String,
-}
-
-impl Without {
-    fn add(&mut self, triangles: usize, name: &str) {
-        self.triangles += triangles;
-        self.meshes += 1;
-        if self.meshes == 1 {
-            self.first = match name {
-                "" => "a mesh".to_owned(),
-                name => format!("the mesh \"{}\"", crate::scene::error::escape(name)),
-            };
-        }
-    }
-
-    /// The meshes, in words.
-    fn meshes(&self) -> String {
-        match self.meshes {
-            1 => self.first.clone(),
-            n => format!("{n} meshes, the first of them {}", self.first),
-        }
-    }
-}
-
-impl<'a> MeshCache<'a> {
-    /// Over the scene's list, by [`MeshId`].
-    pub fn new(meshes: &'a [Asset<MeshData>]) -> MeshCache<'a> {
-        MeshCache::with_options(meshes, &PrepareOptions::default())
-    }
-
-    /// The same, and how to build trees.
-    pub fn with_options(meshes: &'a [Asset<MeshData>], options: &PrepareOptions) -> MeshCache<'a> {
-        MeshCache {
-            meshes,
-            options: options.clone(),
-            prepared: HashMap::new(),
-            points_left_out: Vec::new(),
-            left_out: Default::default(),
-        }
-    }
-
-    /// What was left out of the meshes prepared so far: a sentence for each kind.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut out = self.points_left_out.clone();
-        let [infinite, flat, empty] = &self.left_out;
-        for (without, why) in [(infinite, "with a vertex that is not finite"), (flat, "without area")] {
-            let triangles = if without.triangles == 1 { "triangle" } else { "triangles" };
-            if without.meshes > 0 {
-                out.push(format!("{} {triangles} {why} left out of {}", without.triangles, without.meshes()));
-            }
-        }
-        if empty.meshes > 0 {
-            let verb = if empty.meshes == 1 { "has" } else { "have" };
-            let meshes = if empty.meshes == 1 { empty.meshes() } else { empty.meshes() + "," };
-            out.push(format!("{meshes} {verb} no triangles to show"));
-        }
-        out
-    }
-
-    /// The meshes prepared so far.
-    pub fn prepared(&self) -> impl Iterator<Item = &Arc<TriangleMesh>> {
-        self.prepared.values()
-    }
-
-    /// The points an object shows.
-    pub fn points(&mut self, desc: &PointsDesc) -> Result<Arc<Points>, SceneError> {
-        let points = Arc::new(desc.prepare(self.meshes, &self.options)?);
-        let left_out =
-            self.meshes.get(desc.points.index()).map_or(0, |a| a.data.positions.len()) - points.count();
-        if left_out > 0 {
-            self.points_left_out
-                .push(format!("{left_out} points that are not finite, or without a radius, left out"));
-        }
-        Ok(points)
-    }
-
-    /// The mesh an object shows.
-    pub fn get(&mut self, desc: &MeshDesc) -> Result<Arc<TriangleMesh>, SceneError> {
-        let Some(asset) = self.meshes.get(desc.mesh.index()) else {
-            let message =
-                format!("an object names mesh {}, but the scene has {}", desc.mesh.0, self.meshes.len());
-            return Err(SceneError::new(ErrorCode::Mesh, message));
-        };
-        let smooth = desc.smooth.unwrap_or(!asset.data.normals.is_empty());
-        if let Some(mesh) = self.prepared.get(&(desc.mesh, smooth)) {
-            return Ok(Arc::clone(mesh));
-        }
-        if smooth && asset.data.normals.is_empty() {
-            let bytes = (asset.data.positions.len() as u64).saturating_mul(NORMAL_MADE);
-            self.options.limits.memory.need(bytes, || "computing normals".to_owned())?;
-        }
-        let (mesh, left_out) = TriangleMesh::without_tree(&asset.data, smooth)?;
-        // Once per mesh, not once for each way it is shaded.
-        if !self.prepared.contains_key(&(desc.mesh, !smooth)) {
-            let [infinite, flat, empty] = &mut self.left_out;
-            for (without, count) in [(infinite, left_out.non_finite), (flat, left_out.flat)] {
-                if count > 0 {
-                    without.add(count, &asset.uri);
-                }
-            }
-            if mesh.triangle_count() == 0 {
-                empty.add(0, &asset.uri);
-            }
-        }
-        let mesh = Arc::new(mesh);
-        self.prepared.insert((desc.mesh, smooth), Arc::clone(&mesh));
-        Ok(mesh)
     }
 }

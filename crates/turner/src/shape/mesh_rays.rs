@@ -3,7 +3,7 @@
 //! What comes out is that of [`TriangleMesh::intersect`] and [`TriangleMesh::occludes`], ray by ray.
 
 use turner_bvh::lanes::{Block, Block32, F64x8, LANES, Mask8, Simd, Vec3x8, Work, dispatch};
-use turner_bvh::{Hit, RayBlock};
+use turner_bvh::{Hit, InstructionSet, RayBlock};
 
 use super::mesh_search::{MeshSpace, PAD_STEPS};
 use super::triangle_x8::{Corners, meet};
@@ -76,7 +76,7 @@ impl TriangleMesh {
         room: &mut MeshRays,
         mut found: impl FnMut(usize, ShapeHit),
     ) {
-        room.collect(self.space(), rays);
+        room.collect(self.tree().instruction_set(), self.space(), rays);
         let MeshRays { rays: search, places, doubtful, hits, met, .. } = room;
         hits.clear();
         hits.resize(search.len(), Hit::MISS);
@@ -91,15 +91,18 @@ impl TriangleMesh {
             self.tree().intersect_batch_filtered(search, hits, check);
         }
         met.clear();
-        dispatch(Finish {
-            mesh: self,
-            offset: rays.offset,
-            blocks: rays.blocks,
-            ends: rays.ends,
-            places,
-            hits,
-            met,
-        });
+        dispatch(
+            self.tree().instruction_set(),
+            Finish {
+                mesh: self,
+                offset: rays.offset,
+                blocks: rays.blocks,
+                ends: rays.ends,
+                places,
+                hits,
+                met,
+            },
+        );
         for block in met {
             let mut lanes = block.hit;
             let mut i = block.first as usize;
@@ -130,7 +133,7 @@ impl TriangleMesh {
         room: &mut MeshRays,
         mut found: impl FnMut(usize),
     ) {
-        room.collect(self.space(), rays);
+        room.collect(self.tree().instruction_set(), self.space(), rays);
         let MeshRays { rays: search, places, doubtful, certain, dark, .. } = room;
         dark.clear();
         dark.resize(search.len(), false);
@@ -150,7 +153,7 @@ impl TriangleMesh {
 
 impl MeshRays {
     /// Takes the rays that come near a mesh.
-    fn collect<O>(&mut self, space: &MeshSpace, rays: &BlockRays<'_, O>) {
+    fn collect<O>(&mut self, set: InstructionSet, space: &MeshSpace, rays: &BlockRays<'_, O>) {
         self.rays.clear();
         self.places.clear();
         self.doubtful.clear();
@@ -164,7 +167,7 @@ impl MeshRays {
         self.doubtful.reserve(room);
         self.certain.reserve(room);
         let &BlockRays { offset, blocks, ends, .. } = rays;
-        dispatch(Collect { to: self, space, offset, blocks, ends });
+        dispatch(set, Collect { to: self, space, offset, blocks, ends });
     }
 }
 
@@ -244,7 +247,6 @@ impl Work for Collect<'_> {
                     direction: [dx.0[lane], dy.0[lane], dz.0[lane]],
                     t_min: 0.0,
                     t_max: t_max.0[lane],
-                    time: 0.0,
                 });
                 to.places.push((i * LANES + lane) as u32);
                 to.doubtful.push(doubtful.0[lane]);

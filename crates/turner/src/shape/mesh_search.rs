@@ -174,7 +174,6 @@ impl MeshSpace {
             direction: direction.as_vec3().to_array(),
             t_min: 0.0,
             t_max: (ray.t_max * speed - start + 2.0 * pad) as f32,
-            time: ray.time,
         };
         let doubtful = (first - start + 2.0 * pad) as f32;
         let certain = (ray.t_max * speed - start - PAD_STEPS * pad) as f32;

@@ -1,8 +1,18 @@
 //! Shapes: what rays hit. One file each; [`ShapeDesc`] is the table of their names in a scene.
 //!
-//! A shape lives in its own space (objects may be transformed). Conventions: `ng` is the geometric normal, unit
-//! length, pointing out of closed shapes; (u, v) covers 0..1 by a mapping written at each shape; the paper's
-//! (−1..1) coordinates are 2u − 1, 2v − 1.
+//! The contract, which every [`Shape`] keeps:
+//!
+//! - All is in the shape's own space and in its units; an object's transform moves rays into it and surfaces out of it.
+//! - [`Shape::bounds`] holds the whole shape, and may be larger. `None` is an unbounded shape.
+//! - [`Shape::intersect`] is given a ray whose direction may have any length but 0; t counts in lengths of it. It finds the nearest t with
+//!   t_min <= t <= t_max, both ends included, from outside and from inside. `None` is a miss: so are rays that are not finite.
+//! - [`Shape::occludes`] says whether `intersect` would find anything; it may stop at the first hit.
+//! - [`Shape::surface`] is given the ray and a hit of it, and computes what is needed once, for the nearest hit. The point is moved onto the surface;
+//!   `error` bounds what is left of its distance from there, so that rays that start farther off do not meet the surface they leave.
+//! - The geometric normal `ng` is of unit length. It points out of closed shapes, and of open ones to the side that the shape's text names, never
+//!   towards the ray. The shading normal `ns` is unit too, on the same side.
+//! - [`Shape::uv`] covers 0..1 on bounded shapes by the mapping written at each; the paper's (−1..1) coordinates are 2u − 1, 2v − 1. Only
+//!   textures ask for it.
 
 // `!(a <= b)` is meant: it turns away NaN.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
@@ -12,12 +22,14 @@ mod cuboid;
 mod cylinder;
 mod disk;
 pub mod mesh;
+mod mesh_cache;
 mod mesh_rays;
 mod mesh_search;
 mod outline;
 mod plane;
 pub mod points;
 mod rectangle;
+mod shown_triangles;
 mod sphere;
 mod surface_change;
 #[cfg(test)]
@@ -32,7 +44,8 @@ pub use cone::{Cone, ConeDesc};
 pub use cuboid::{BoxDesc, Cuboid};
 pub use cylinder::{Cylinder, CylinderDesc};
 pub use disk::{Disk, DiskDesc};
-pub use mesh::{MeshCache, MeshDesc};
+pub use mesh::MeshDesc;
+pub use mesh_cache::{KeptShapes, MeshCache};
 pub use mesh_rays::{BlockRays, MeshRays, NO_TRIANGLE};
 pub use plane::{Plane, PlaneDesc};
 pub use points::{Points, PointsDesc};
@@ -45,9 +58,7 @@ use std::sync::Arc;
 
 use crate::math::elementary::{atan2, sin_cos};
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
-use crate::scene::schema::family;
-use crate::scene::{ErrorCode, SceneError};
-use crate::texture::TexturePoint;
+use crate::schema::{ErrorCode, SceneError, family};
 
 family! {
     /// Shapes: the `type` of an `[[object]]`.
@@ -181,7 +192,14 @@ impl Shape {
             // Any triangle will do, not the nearest.
             Shape::Mesh(s) => s.occludes(ray),
             Shape::Points(s) => s.occludes_where(ray, &|_| true),
-            _ => self.intersect(ray).is_some(),
+            Shape::Sphere(_)
+            | Shape::Plane(_)
+            | Shape::Box(_)
+            | Shape::Disk(_)
+            | Shape::Rectangle(_)
+            | Shape::Cylinder(_)
+            | Shape::Cone(_)
+            | Shape::Torus(_) => self.intersect(ray).is_some(),
         }
     }
 
@@ -218,17 +236,21 @@ impl Shape {
         }
     }
 
-    /// Where textures are looked up at a hit.
-    pub fn texture_point(&self, hit: &ShapeHit, point: &SurfacePoint) -> TexturePoint<'_> {
-        let mesh = match self {
-            Shape::Mesh(mesh) => Some((&**mesh, *hit)),
-            _ => None,
-        };
-        let point_color = match self {
-            Shape::Points(points) => points.color(hit),
-            _ => None,
-        };
-        TexturePoint::on_surface(self.uv(hit, point), point.p, point.ng, mesh, point_color)
+    /// How much a ray that meets the box around it has to be tested against, as a mean over such rays, in tests of simple shapes: blocks of
+    /// eight triangles of a mesh, points of a cloud. At least 1. It depends on the shape alone, not on its tree.
+    pub(crate) fn tests_per_ray(&self) -> f64 {
+        match self {
+            Shape::Sphere(_)
+            | Shape::Plane(_)
+            | Shape::Box(_)
+            | Shape::Disk(_)
+            | Shape::Rectangle(_)
+            | Shape::Cylinder(_)
+            | Shape::Cone(_)
+            | Shape::Torus(_) => 1.0,
+            Shape::Mesh(s) => s.tests_per_ray(),
+            Shape::Points(s) => s.tests_per_ray(),
+        }
     }
 
     /// Bytes it takes beside its place in the scene's list. A mesh counts in full for each object that shows it.
@@ -280,6 +302,13 @@ fn disk_point(radius: f64, u: [f64; 2]) -> DVec3 {
     let r = radius * u[0].sqrt();
     let (s, c) = sin_cos(std::f64::consts::TAU * u[1]);
     DVec3::new(r * c, r * s, 0.0)
+}
+
+/// Of a line that meets a box, how many parts' boxes it meets on average, whose half areas have the sum `parts`: at least 1.
+fn mean_parts(parts: f64, whole: &Bounds) -> f64 {
+    let DVec3 { x, y, z } = whole.size();
+    let ratio = parts / (x * y + y * z + z * x);
+    if ratio.is_finite() { ratio.max(1.0) } else { 1.0 }
 }
 
 /// The hit of a ray that is inside a convex solid from `enter` to `exit`, each with the part it is on. NaN never

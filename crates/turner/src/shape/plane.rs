@@ -2,8 +2,7 @@
 
 use super::{ROUNDING, ShapeHit, SurfacePoint, direction};
 use crate::math::{DVec2, DVec3, Ray};
-use crate::scene::SceneError;
-use crate::scene::schema::params;
+use crate::schema::{SceneError, params};
 
 params! {
     /// An infinite plane. (2u − 1, 2v − 1) are distances from `point` in units of the scene, so (u, v) leaves 0..1.

@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use turner_bvh::{BoxBvh, BuildOptions};
 
-use super::mesh::{MeshData, write_lists};
+use super::mesh::write_lists;
 use super::sphere::Sphere;
 use super::traversal::TraversalFrame;
-use super::{ShapeHit, SurfacePoint};
+use super::{ShapeHit, SurfacePoint, mean_parts};
 use crate::math::{Bounds, DVec3, Ray};
-use crate::scene::model::Renumber;
-use crate::scene::read::ReadContext;
-use crate::scene::schema::{EntryDoc, Range, TableReader, params};
-use crate::scene::value::{Data, Table};
-use crate::scene::write::{WriteContext, list, single};
-use crate::scene::{Asset, ErrorCode, MeshId, PrepareOptions, SceneError};
+use crate::schema::value::{Data, Table};
+use crate::schema::write::{list, single};
+use crate::schema::{
+    Asset, EntryDoc, ErrorCode, MeshData, MeshId, PrepareOptions, Range, ReadContext, Renumber, SceneError,
+    TableReader, WriteContext, params,
+};
 
 params! {
     /// A cloud of points, from a PLY file (or the vertices of an OBJ file) or written in place: each is a sphere, with (u, v) as
@@ -41,8 +41,8 @@ material = { color = { type = "vertex-color" } }
 "##
 }
 
-/// Points, their positions and colours in the scene's list of meshes.
-#[derive(Clone, Debug, PartialEq)]
+/// Points, their positions and colours in the scene's list of meshes; by default the vertices of the first one there.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointsDesc {
     /// Whose vertices they are.
     pub points: MeshId,
@@ -62,7 +62,7 @@ impl PointsDesc {
     }
 
     /// Its keys: what [`PointsDesc::read`] reads.
-    pub fn write(&self, cx: &mut WriteContext<'_>) -> Result<Table, SceneError> {
+    pub fn write(&self, cx: &mut dyn WriteContext) -> Result<Table, SceneError> {
         let mut table = Table::default();
         match cx.mesh(self.points)? {
             (_, Some(file)) => table.push("file", Data::String(file)),
@@ -75,7 +75,7 @@ impl PointsDesc {
     }
 
     /// Reads its keys; puts points written in place into the scene's list of meshes.
-    pub fn read(table: &mut TableReader<'_>, cx: &mut ReadContext<'_>) -> Result<PointsDesc, SceneError> {
+    pub fn read(table: &mut TableReader<'_>, cx: &mut dyn ReadContext) -> Result<PointsDesc, SceneError> {
         let keys = PointsKeys::read(table, cx)?;
         let points = match (keys.file, keys.positions) {
             (Some(uri), None) if keys.colors.is_none() => cx.mesh_file(&uri, table.span_of("file"))?,
@@ -135,6 +135,8 @@ pub struct Points {
     tree: BoxBvh,
     frame: TraversalFrame,
     bounds: Bounds,
+    /// See [`Shape::tests_per_ray`](super::Shape::tests_per_ray).
+    tests_per_ray: f64,
 }
 
 impl Points {
@@ -160,7 +162,10 @@ impl Points {
         let is_there = |s: &Sphere| s.center.is_finite() && s.radius > 0.0 && s.radius.is_finite();
         let count = data.positions.len();
         let all = (0..count).map(sphere).filter(is_there);
-        let bounds = all.fold(Bounds::EMPTY, |b, s| b.union(&s.bounds()));
+        // A cube around a sphere has half the area 3 (2r)².
+        let (bounds, areas) = all.fold((Bounds::EMPTY, 0.0), |(b, areas), s| {
+            (b.union(&s.bounds()), areas + 12.0 * s.radius * s.radius)
+        });
         let frame = TraversalFrame::new(&bounds);
         /// Bytes of a point while the tree is built: its box, and what the builder takes.
         const POINT: u64 = 24 + 208;
@@ -175,10 +180,23 @@ impl Points {
                 .map(sphere)
                 .map(|s| frame.aabb(&if is_there(&s) { s.bounds() } else { Bounds::EMPTY })),
         );
-        let build =
-            BuildOptions { quality: options.quality, threads: options.threads, ..BuildOptions::default() };
+        let build = BuildOptions {
+            quality: options.quality,
+            threads: options.threads,
+            instruction_set: options.instruction_set,
+            ..BuildOptions::default()
+        };
         let tree = BoxBvh::build(&boxes, &build).map_err(|e| too_many(&e))?;
-        Ok(Points { data: Arc::clone(data), radius, radii: radii.to_vec(), tree, frame, bounds })
+        let tests_per_ray = mean_parts(areas, &bounds);
+        Ok(Points {
+            data: Arc::clone(data),
+            radius,
+            radii: radii.to_vec(),
+            tree,
+            frame,
+            bounds,
+            tests_per_ray,
+        })
     }
 
     /// The box around them; empty without points.
@@ -194,6 +212,11 @@ impl Points {
     /// Bytes they take, the data that they share with the description included.
     pub fn memory(&self) -> usize {
         size_of_val(self) + self.tree.bytes() + size_of_val(&self.radii[..]) + self.data.memory()
+    }
+
+    /// See [`Shape::tests_per_ray`](super::Shape::tests_per_ray).
+    pub(super) fn tests_per_ray(&self) -> f64 {
+        self.tests_per_ray
     }
 
     /// The spheres that are there, with their numbers.

@@ -3,8 +3,7 @@
 use super::plane::{crossing, flat_point};
 use super::{ROUNDING, ShapeHit, SurfacePoint};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
-use crate::scene::schema::params;
-use crate::scene::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, SceneError, params};
 
 params! {
     /// A flat rectangle, or a parallelogram where the edges are not at right angles. u runs from 0 to 1 along `edge_u`, v along

@@ -3,7 +3,7 @@
 use super::{ROUNDING, ShapeHit, SurfacePoint};
 use crate::math::elementary::{acos, atan2};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, params};
 
 params! {
     /// A sphere. u runs once around the vertical (y) axis: 0 at −z, counter-clockwise seen from above, 0.25 at −x, 0.5 at +z,

@@ -10,7 +10,14 @@ impl Shape {
         match self {
             Shape::Mesh(mesh) => mesh.uv_change(hit, 0, along),
             Shape::Rectangle(r) => along.map(|d| sound(r.uv_along(d))),
-            _ => {
+            Shape::Sphere(_)
+            | Shape::Plane(_)
+            | Shape::Box(_)
+            | Shape::Disk(_)
+            | Shape::Cylinder(_)
+            | Shape::Cone(_)
+            | Shape::Torus(_)
+            | Shape::Points(_) => {
                 let size = self.local_size(hit, point);
                 let here = self.uv(hit, point);
                 along.map(|d| {
@@ -34,7 +41,14 @@ impl Shape {
         match self {
             Shape::Sphere(s) => Sphere::uv((p - s.center).normalize_or(point.ng)),
             Shape::Points(s) => Sphere::uv((p - s.sphere(hit.part).center).normalize_or(point.ng)),
-            _ => self.uv(hit, &SurfacePoint { p, ..*point }),
+            Shape::Plane(_)
+            | Shape::Box(_)
+            | Shape::Disk(_)
+            | Shape::Rectangle(_)
+            | Shape::Cylinder(_)
+            | Shape::Cone(_)
+            | Shape::Torus(_)
+            | Shape::Mesh(_) => self.uv(hit, &SurfacePoint { p, ..*point }),
         }
     }
 
@@ -44,13 +58,24 @@ impl Shape {
             Shape::Sphere(s) => s.radius.abs(),
             Shape::Points(s) => s.sphere(hit.part).radius,
             Shape::Plane(_) => 1.0 + point.p.abs().max_element(),
-            _ => self.bounds().map_or(1.0, |b| b.size().max_element()),
+            Shape::Box(_)
+            | Shape::Disk(_)
+            | Shape::Rectangle(_)
+            | Shape::Cylinder(_)
+            | Shape::Cone(_)
+            | Shape::Torus(_)
+            | Shape::Mesh(_) => self.bounds().map_or(1.0, |b| b.size().max_element()),
         }
     }
 
     /// Whether (u, v) start again somewhere on the surface.
     fn wraps(&self) -> bool {
-        !matches!(self, Shape::Plane(_) | Shape::Box(_) | Shape::Disk(_))
+        match self {
+            Shape::Sphere(_) | Shape::Points(_) | Shape::Cylinder(_) | Shape::Cone(_) | Shape::Torus(_) => {
+                true
+            }
+            Shape::Plane(_) | Shape::Box(_) | Shape::Disk(_) | Shape::Rectangle(_) | Shape::Mesh(_) => false,
+        }
     }
 
     /// How much the normal turns per unit of length along the surface, radians, about: above 0 where the surface bulges outwards. Of triangles, by their vertices' normals.

@@ -6,8 +6,7 @@ use super::plane::tangents;
 use super::{AreaPoint, ROUNDING, ShapeHit, SurfacePoint, direction, turn};
 use crate::math::elementary::sin_cos;
 use crate::math::{Bounds, DVec2, DVec3, Frame, Ray};
-use crate::scene::schema::{Range, params};
-use crate::scene::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// A torus: a tube around a circle. u runs once around the axis, counter-clockwise seen from the tip of the axis; with the

@@ -6,8 +6,9 @@
 //! precision it meets in the tree. This holds up to origins some 1e9 times farther away than the scene is large;
 //! beyond, positions in double precision are themselves no better than that.
 
-use crate::math::{Bounds, DVec3, Ray};
 use turner_bvh::Aabb;
+
+use crate::math::{Bounds, DVec3, Ray};
 
 /// Padding of boxes and of ends of rays, in units of the frame's radius: 2^-20, four times the roundings.
 const PAD: f64 = 1.0 / (1 << 20) as f64;
@@ -96,7 +97,6 @@ impl TraversalFrame {
             direction: d.as_vec3().to_array(),
             t_min: 0.0,
             t_max: (ray.t_max * speed - start + PAD) as f32,
-            time: ray.time,
         };
         Some(TraversalRay { ray, speed, start })
     }

@@ -18,15 +18,18 @@ use std::sync::{Arc, OnceLock};
 
 use turner_bvh::{BuildError, BuildOptions, Bvh, Hit, Quality, Triangles};
 
-use super::mesh::MeshData;
 use super::mesh_search::{MeshRay, MeshSpace};
+use super::shown_triangles::Shown;
 use super::triangle::RayShear;
-use super::{ROUNDING, ShapeHit, SurfacePoint};
+use super::{ROUNDING, ShapeHit, SurfacePoint, mean_parts};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
-use crate::scene::{ErrorCode, PrepareOptions, SceneError};
+use crate::schema::{ErrorCode, MeshData, PrepareOptions, SceneError};
 
 /// Bytes that a triangle takes at the peak of a balanced build, the tree included; measured: 49.
 const BUILD: u64 = 60;
+
+/// Triangles that are tested at a time.
+const BLOCK: f64 = 8.0;
 
 /// A triangle mesh with its tree.
 #[derive(Clone, Debug)]
@@ -38,6 +41,8 @@ pub struct TriangleMesh {
     /// Triangles that can be hit, and whether the list has to be cleared of others for the tree.
     shown: usize,
     has_flat: bool,
+    /// See [`Shape::tests_per_ray`](super::Shape::tests_per_ray).
+    tests_per_ray: f64,
     data: Arc<MeshData>,
     smooth: bool,
     /// Computed where the data have none and `smooth` wants them.
@@ -54,53 +59,14 @@ pub struct LeftOut {
     pub flat: usize,
 }
 
-fn wide(v: [f32; 3]) -> DVec3 {
+pub(super) fn wide(v: [f32; 3]) -> DVec3 {
     DVec3::from(v.map(f64::from))
 }
 
 /// The normal with the length of twice the area; zero or not finite for a triangle without area.
-fn area_normal(v: &[[f32; 3]; 3]) -> DVec3 {
+pub(super) fn area_normal(v: &[[f32; 3]; 3]) -> DVec3 {
     let [a, b, c] = v.map(wide);
     (b - a).cross(c - a)
-}
-
-/// What there is to show: bounds, what is left out, and the list without flat triangles if there are any.
-struct Shown {
-    bounds: Bounds,
-    left_out: LeftOut,
-    triangles: Option<Vec<[u32; 3]>>,
-}
-
-impl Shown {
-    fn of(data: &MeshData) -> Shown {
-        let mut shown = Shown { bounds: Bounds::EMPTY, left_out: LeftOut::default(), triangles: None };
-        let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for (i, t) in data.triangles.iter().enumerate() {
-            let v = t.map(|i| data.positions[i as usize]);
-            if !v.iter().flatten().all(|x| x.is_finite()) {
-                // The tree leaves it out by itself.
-                shown.left_out.non_finite += 1;
-                continue;
-            }
-            let area = area_normal(&v).length_squared();
-            if !(area > 0.0 && area < f64::INFINITY) {
-                shown.left_out.flat += 1;
-                // A triangle of one corner, which the tree leaves out.
-                shown.triangles.get_or_insert_with(|| data.triangles.clone())[i] = [t[0]; 3];
-                continue;
-            }
-            for v in v {
-                for axis in 0..3 {
-                    min[axis] = min[axis].min(v[axis]);
-                    max[axis] = max[axis].max(v[axis]);
-                }
-            }
-        }
-        if min[0] <= max[0] {
-            shown.bounds = Bounds::new(wide(min), wide(max));
-        }
-        shown
-    }
 }
 
 impl TriangleMesh {
@@ -118,7 +84,7 @@ impl TriangleMesh {
     /// Checks the data; [`TriangleMesh::build_tree`] must follow before rays are traced.
     pub fn without_tree(data: &Arc<MeshData>, smooth: bool) -> Result<(TriangleMesh, LeftOut), SceneError> {
         data.check()?;
-        let Shown { bounds, left_out, triangles } = Shown::of(data);
+        let Shown { bounds, areas, left_out, triangles } = Shown::of(data);
         let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
         let far = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
         let mesh = TriangleMesh {
@@ -127,6 +93,7 @@ impl TriangleMesh {
             tree: OnceLock::new(),
             shown: data.triangles.len() - left_out.flat - left_out.non_finite,
             has_flat: triangles.is_some(),
+            tests_per_ray: (mean_parts(areas, &bounds) / BLOCK).max(1.0),
             data: Arc::clone(data),
             smooth,
             made_normals,
@@ -154,6 +121,7 @@ impl TriangleMesh {
         let build = BuildOptions {
             quality: options.quality,
             threads: options.threads,
+            instruction_set: options.instruction_set,
             memory_limit: left.filter(|_| options.quality == Quality::High),
             ..BuildOptions::default()
         };
@@ -205,6 +173,11 @@ impl TriangleMesh {
     /// Bytes it takes, the data that it shares with the description included.
     pub fn memory(&self) -> usize {
         size_of_val(self) + self.tree_bytes() + size_of_val(&self.made_normals[..]) + self.data.memory()
+    }
+
+    /// See [`Shape::tests_per_ray`](super::Shape::tests_per_ray).
+    pub(crate) fn tests_per_ray(&self) -> f64 {
+        self.tests_per_ray
     }
 
     /// What lies on the way of a ray through its tree.

@@ -5,12 +5,12 @@ use turner_bvh::RayBlock;
 use turner_bvh::lanes::LANES;
 
 use super::*;
+use crate::description::{ModelDesc, SceneAssets, SceneDesc, read_scene};
 use crate::image::Image;
-use crate::scene::value::{Data, FileId, Span, Table, Value};
-use crate::scene::{Asset, MeshId, ModelDesc, SceneAssets, SceneDesc, read_scene};
-use crate::shape::mesh::{MeshCache, MeshDesc};
+use crate::schema::value::{Data, FileId, Span, Table, Value};
+use crate::schema::{Asset, MeshId};
 use crate::shape::testing::Random;
-use crate::shape::{BlockRays, MeshRays, NO_TRIANGLE};
+use crate::shape::{BlockRays, MeshCache, MeshDesc, MeshRays, NO_TRIANGLE};
 
 /// A sphere of radius 1 about the origin: an icosahedron, each triangle divided in four `levels` times.
 fn icosphere(levels: u32) -> MeshData {
@@ -269,7 +269,9 @@ fn meshes_are_read_from_files_or_in_place() {
     let scene = read_object(&[kind.clone(), positions.clone(), triangles.clone()]).unwrap();
     assert_eq!(scene.meshes[0].data.positions[1], [1.0, 0.0, 0.0]);
     let mut cache = MeshCache::new(&scene.meshes);
-    let crate::scene::ObjectContent::Shape(shape) = &scene.objects[0].content else { panic!("a shape") };
+    let crate::description::ObjectContent::Shape(shape) = &scene.objects[0].content else {
+        panic!("a shape")
+    };
     assert!(matches!(shape.prepare(&mut cache), Ok(crate::shape::Shape::Mesh(_))));
     let code = |keys: &[(&str, Data)]| read_object(keys).unwrap_err().code;
     assert_eq!(code(&[kind.clone(), file, positions.clone()]), ErrorCode::Conflict);

@@ -91,6 +91,7 @@ fn sheared<S: Simd>(
 
 #[cfg(test)]
 mod tests {
+    use turner_bvh::InstructionSet;
     use turner_bvh::lanes::{Block, LANES, Work, dispatch};
 
     use super::*;
@@ -123,7 +124,8 @@ mod tests {
         let mut random = Random::new(1);
         let mut draw = || (random.unit() * 7.0).floor() - 3.0;
         let mut hits = 0;
-        for _ in 0..4000 {
+        let sets: Vec<InstructionSet> = InstructionSet::available().collect();
+        for round in 0..4000 {
             let mut origin = [Block::default(); 3];
             let mut direction = [Block::default(); 3];
             let mut corners = [[Block32::default(); 3]; 3];
@@ -137,8 +139,11 @@ mod tests {
                 }
             }
             let mut out = [Block::default(); 3];
-            let met =
-                dispatch(Meet { origin: &origin, direction: &direction, corners: &corners, out: &mut out });
+            let set = sets[round % sets.len()];
+            let met = dispatch(
+                set,
+                Meet { origin: &origin, direction: &direction, corners: &corners, out: &mut out },
+            );
             for lane in 0..LANES {
                 let vector = |v: &[Block; 3]| DVec3::from(v.each_ref().map(|v| v.0[lane]));
                 let d = vector(&direction);

@@ -1,5 +1,5 @@
 //! Tools to find out whether what is rendered is true: for whoever writes a BSDF, a light, a sampler or an integrator, in this crate
-//! or another. `turner verify` runs them at length.
+//! or another. `turner-lab verify` runs them at length.
 //!
 //! Every check of chance gives a p-value: how probable it is that chance alone gives a result at least as bad if all is right. Of many
 //! checks each is held against [`sidak_level`], so that all of them together raise a false alarm as rarely as one.
@@ -29,6 +29,8 @@ mod moments;
 mod random;
 mod runs;
 mod scattering;
+#[cfg(test)]
+pub(crate) mod scenes;
 mod tails;
 
 pub use crate::compare::relative_mse;

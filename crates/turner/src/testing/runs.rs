@@ -4,9 +4,9 @@ use std::sync::atomic::AtomicBool;
 
 use super::moments::Moments;
 use crate::film::{NonFinite, PixelRect};
+use crate::integrator::Prepared;
 use crate::render::{PassOptions, Renderer};
-use crate::scene::Scene;
-use crate::scene::error::SceneError;
+use crate::schema::SceneError;
 
 /// A picture of which the error is known, at least for rectangles of pixels.
 pub trait Estimate {
@@ -32,18 +32,18 @@ pub struct Runs {
     pub non_finite: NonFinite,
 }
 
-/// Renders a scene `runs` times with seeds that follow from `seed`, each with the samples that the film asks for. The scene's seed is
-/// that of the last run afterwards.
-pub fn render_runs(scene: &mut Scene, runs: u32, seed: u64, threads: usize) -> Result<Runs, SceneError> {
+/// Renders a scene `runs` times with seeds that follow from `seed`, each with the samples that the film asks for.
+pub fn render_runs(prepared: &Prepared, runs: u32, seed: u64, threads: usize) -> Result<Runs, SceneError> {
     let mut random = super::Random::new(seed);
     let mut out =
         Runs { width: 0, height: 0, pictures: Vec::new(), alpha: 0.0, non_finite: NonFinite::default() };
     let never = AtomicBool::new(false);
     for _ in 0..runs {
-        scene.film.seed = random.bits() as u32;
-        let mut renderer = Renderer::new(scene)?;
+        let mut prepared = prepared.clone();
+        prepared.view.film.seed = random.bits() as u32;
+        let mut renderer = Renderer::new(prepared)?;
         renderer.pass(u32::MAX, &PassOptions { threads, cancel: &never, progress: None })?;
-        let picture = renderer.film.develop(&scene.film);
+        let picture = renderer.film.develop(&renderer.prepared().view.film);
         (out.width, out.height) = (picture.width, picture.height);
         let alpha: f64 = picture.linear.iter().map(|p| f64::from(p[3])).sum();
         out.alpha += alpha / picture.linear.len() as f64 / f64::from(runs);

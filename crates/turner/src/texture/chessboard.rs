@@ -8,9 +8,7 @@ use super::prepare::{Kind, Preparing};
 use super::{Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::math::DVec3;
-use crate::scene::schema::{Range, params};
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, Range, SceneError, Transform, params};
 
 params! {
     /// Squares (cubes with `mapping = "solid"`) of two colours, one unit of texture coordinates wide: with density 1 four

@@ -3,8 +3,7 @@
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::schema::params;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, SceneError, params};
 
 params! {
     /// The same colour everywhere: gives a colour a name.

@@ -3,13 +3,12 @@
 use super::prepare::{Kind, Preparing};
 use super::{Axis, Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::model::Renumber;
-use crate::scene::read::ReadContext;
-use crate::scene::schema::{ParamType, Range, choice, params, wrong_type};
-use crate::scene::transform::Transform;
-use crate::scene::value::{Data, Value};
-use crate::scene::write::{WriteContext, list};
-use crate::scene::{ColorSource, ErrorCode, SceneError};
+use crate::schema::value::{Data, Value};
+use crate::schema::write::list;
+use crate::schema::{
+    ColorSource, ErrorCode, ParamType, Range, ReadContext, Renumber, SceneError, Transform, WriteContext,
+    choice, params, wrong_type,
+};
 
 choice! {
     /// How a gradient runs.
@@ -34,7 +33,7 @@ impl ParamType for Stop {
     fn kind() -> String {
         format!("[place, {}]", ColorSource::kind())
     }
-    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Stop, SceneError> {
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Stop, SceneError> {
         match &value.data {
             Data::Array(items) if items.len() == 2 => {
                 Ok(Stop { at: f64::read(&items[0], cx)?, color: ColorSource::read(&items[1], cx)? })
@@ -45,7 +44,7 @@ impl ParamType for Stop {
     fn show(&self) -> String {
         format!("[{}, {}]", self.at.show(), self.color.show())
     }
-    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+    fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
         Ok(Some(list([Data::Number(self.at)].into_iter().chain(self.color.write(cx)?))))
     }
     fn renumber(&mut self, by: &Renumber) {

@@ -13,9 +13,7 @@ use super::{Mapping, Placement, TexturePoint, Textures, Wrap};
 use crate::color::{Spectrum, Transfer};
 use crate::image::Image;
 use crate::math::DVec2;
-use crate::scene::schema::{Range, choice, params};
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, ImageId, SceneError};
+use crate::schema::{ColorSource, ImageId, Range, SceneError, Transform, choice, params};
 
 choice! {
     /// What stands between the centres of texels, and what a ray that covers many of them sees.
@@ -79,7 +77,7 @@ params! {
     /// Around a sphere the picture closes without a seam; `wrap_v = "clamp"` keeps the poles from mixing.
     pub struct ImageDesc as "image" {
         /// The picture, relative to the scene file.
-        file: ImageId;
+        file: ImageId, required, default ImageId(0);
         /// What stands between the centres of texels, and what is seen from afar. Without `texture_filter` in `[film]` the mip-mapped ones are as their near part.
         filter: ImageFilter = ImageFilter::Mipmap;
         /// What stands outside the picture: the picture again, its mirror image, its border drawn out, or black.
@@ -322,7 +320,7 @@ mod tests {
     use crate::color::Transfer;
     use crate::image::Pixels;
     use crate::math::{DVec2, DVec3};
-    use crate::scene::{Asset, Named, TextureId};
+    use crate::schema::{Asset, Named, TextureId};
     use crate::texture::{TextureDesc, Wrap};
 
     /// The picture of [`picture`] with some keys.
@@ -438,7 +436,7 @@ mod tests {
 
     #[test]
     fn density_repeats_the_picture() {
-        let keys = [("file", text("p.png")), ("density", crate::scene::value::Data::Integer(3))];
+        let keys = [("file", text("p.png")), ("density", crate::schema::value::Data::Integer(3))];
         let (once, thrice) = (with(&[]), ready("image", &keys));
         for (s, t) in [(0.1, 0.2), (-0.3, 0.33), (0.9, -0.7)] {
             assert_eq!(at(&thrice, s, t), at(&once, 3.0 * s, 3.0 * t));

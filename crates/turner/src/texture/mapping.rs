@@ -3,7 +3,7 @@
 use super::footprint::sound;
 use crate::math::elementary::{acos, atan2};
 use crate::math::{DVec2, DVec3};
-use crate::scene::schema::choice;
+use crate::schema::choice;
 
 choice! {
     /// Which coordinates a texture is looked up at.

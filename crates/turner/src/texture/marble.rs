@@ -10,9 +10,7 @@ use super::{Fractal, Mapping, Placement, TexturePoint, Textures, Tint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::math::elementary::sin;
-use crate::scene::schema::{Range, params};
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, Range, SceneError, Transform, params};
 
 params! {
     /// Marble: dark veins through a light, cloudy stone. The veins follow one another across the diagonal of the solid.
@@ -176,8 +174,8 @@ mod tests {
     use super::super::tests::{ready, text};
     use super::*;
     use crate::math::DVec2;
-    use crate::scene::TextureId;
-    use crate::scene::value::Data;
+    use crate::schema::TextureId;
+    use crate::schema::value::Data;
 
     #[test]
     fn without_noise_veins_are_planes() {

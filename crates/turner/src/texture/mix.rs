@@ -3,16 +3,15 @@
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::schema::params;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, SceneError, params};
 
 params! {
     /// Two colours or textures mixed by a third: (1 − amount)·a + amount·b. The opacity of the mix is mixed in the same way.
     pub struct MixDesc as "mix" {
         /// What shows where the amount is 0.
-        a: ColorSource;
+        a: ColorSource, required, default ColorSource::Constant(Spectrum::BLACK);
         /// What shows where it is 1.
-        b: ColorSource;
+        b: ColorSource, required, default ColorSource::Constant(Spectrum::WHITE);
         /// The share of `b`: the mean of its colour, cut to 0..1.
         amount: ColorSource = ColorSource::Constant(Spectrum::grey(0.5));
     }
@@ -86,7 +85,7 @@ impl Mix {
 mod tests {
     use super::super::tests::{at, ready, text};
     use super::*;
-    use crate::scene::value::Data;
+    use crate::schema::value::Data;
 
     #[test]
     fn the_amount_is_the_share_of_the_second() {

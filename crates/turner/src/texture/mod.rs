@@ -1,12 +1,19 @@
 //! Textures: colours that vary over a surface or through space. One file each; the table below holds their names
 //! in a scene.
 //!
-//! Every texture is evaluated at texture coordinates (s, t, r). With `mapping = "uv"` they are the paper's:
-//! (2u − 1, 2v − 1, 0), so that (−1..1) spans the shape; with `mapping = "solid"` they are the object-space
-//! position. The texture's own transform is undone and `density` scales them, before the pattern is looked up.
+//! The contract, which every texture keeps:
 //!
-//! A texture whose keys name other textures looks them up at the same point; [`Textures::prepare`] refuses
-//! cycles, so evaluation ends. Results are finite whatever the point.
+//! - It is given a [`TexturePoint`]: (u, v), position and geometric normal in the space of the object, and for meshes the triangle.
+//! - It is evaluated at texture coordinates (s, t, r). With `mapping = "uv"` they are the paper's: (2u − 1, 2v − 1, 0), so that (−1..1) spans
+//!   the shape; with `mapping = "solid"` they are the object-space position. The texture's own transform is undone and `density`
+//!   scales them, before the pattern is looked up.
+//! - What comes out is a linear colour, or numbers where a material wants numbers. It may be negative or above 1: each material cuts it to its own range.
+//!   It is finite whatever the point.
+//! - A `footprint` is what a ray's cone covers of the surface; a texture may return the mean over it. `None` is the point alone, and the same colour to the last
+//!   bit wherever the ray came from.
+//! - Opacity is apart from colour: the alpha of a picture or a vertex colour; the mean of the colour where a texture has no opacity of its own (`None`).
+//! - A texture whose keys name other textures looks them up at the same point; [`Textures::prepare`] refuses cycles, so evaluation ends.
+//! - It depends on the point alone: no state, no random numbers.
 
 mod chessboard;
 mod constant;
@@ -57,13 +64,12 @@ pub use wrap::Wrap;
 
 use self::decoder::Decoder;
 use self::mapping::Side;
+pub use self::prepare::KeptPyramids;
 use self::prepare::{Kind, Preparing};
 use crate::color::Spectrum;
 use crate::math::{DAffine3, DVec2, DVec3};
-use crate::scene::schema::family;
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, SceneError, TextureId};
-use crate::shape::{ShapeHit, TriangleMesh};
+use crate::schema::{ColorSource, SceneError, TextureId, Transform, family};
+use crate::shape::{Shape, ShapeHit, SurfacePoint, TriangleMesh};
 
 /// The table of textures: `Variant(description => what is evaluated)`.
 macro_rules! textures {
@@ -173,7 +179,7 @@ const FRONT: Side = Side { axis: 2, sign: 1.0 };
 
 impl<'a> TexturePoint<'a> {
     /// A point of a surface with the normal `n`, without a footprint.
-    pub(crate) fn on_surface(
+    fn on_surface(
         uv: DVec2,
         p: DVec3,
         n: DVec3,
@@ -182,6 +188,19 @@ impl<'a> TexturePoint<'a> {
     ) -> TexturePoint<'a> {
         let (footprint, side, moved) = (None, FRONT, DVec3::ZERO);
         TexturePoint { uv, p, to_world: None, mesh, point_color, n, footprint, side, moved }
+    }
+
+    /// A point of a shape, without a footprint.
+    pub fn of_shape(shape: &'a Shape, hit: &ShapeHit, point: &SurfacePoint) -> TexturePoint<'a> {
+        let mesh = match shape {
+            Shape::Mesh(mesh) => Some((&**mesh, *hit)),
+            _ => None,
+        };
+        let point_color = match shape {
+            Shape::Points(points) => points.color(hit),
+            _ => None,
+        };
+        TexturePoint::on_surface(shape.uv(hit, point), point.p, point.ng, mesh, point_color)
     }
 }
 
@@ -358,7 +377,14 @@ impl Texture {
             Texture::Product(p) => Some(textures.opacity(p.a, at) * textures.opacity(p.b, at)),
             Texture::Triplanar(t) => t.opacity(textures, at),
             Texture::Mix(m) => Some(m.opacity(textures, at)),
-            _ => None,
+            Texture::Constant(_)
+            | Texture::Chessboard(_)
+            | Texture::Stripes(_)
+            | Texture::Gradient(_)
+            | Texture::Wood(_)
+            | Texture::Marble(_)
+            | Texture::Noise(_)
+            | Texture::Perlin(_) => None,
         }
     }
 }

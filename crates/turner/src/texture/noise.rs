@@ -3,9 +3,7 @@
 use super::prepare::{Kind, Preparing};
 use super::{Fractal, Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::schema::{Range, choice, params};
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, Range, SceneError, Transform, choice, params};
 
 choice! {
     /// The sort of noise.
@@ -123,7 +121,7 @@ impl Noise {
 mod tests {
     use super::super::tests::{at, ready, text};
     use super::*;
-    use crate::scene::value::Data;
+    use crate::schema::value::Data;
 
     #[test]
     fn noise_is_even_and_never_repeats() {

@@ -4,8 +4,7 @@ use super::TexturePoint;
 use super::footprint::sound;
 use super::mapping::Mapping;
 use crate::math::{DAffine3, DVec3};
-use crate::scene::schema::choice;
-use crate::scene::transform::Transform;
+use crate::schema::{Transform, choice};
 
 choice! {
     /// One of the three texture coordinates.

@@ -9,9 +9,8 @@ use super::mipmap::Pyramid;
 use super::{Encoding, Mapping, TextureDesc, Textures};
 use crate::color::Transfer;
 use crate::image::Image;
-use crate::scene::error::escape;
-use crate::scene::transform::Transform;
-use crate::scene::{Asset, ColorSource, ErrorCode, ImageId, Named, SceneError, TextureId};
+use crate::schema::error::escape;
+use crate::schema::{Asset, ColorSource, ErrorCode, ImageId, Named, SceneError, TextureId, Transform};
 
 /// How many textures may stand one inside the other; bounds the recursion of evaluation.
 pub(super) const MAX_DEPTH: u32 = 64;
@@ -49,6 +48,14 @@ pub(super) struct Preparing<'a> {
     filtered: bool,
     /// By picture and by whether it is decoded by a curve.
     pyramids: BTreeMap<(u32, bool), Arc<Pyramid>>,
+    kept: &'a KeptPyramids,
+}
+
+/// Pyramids of pictures as they were made, by the pictures: what a later preparation need not make again.
+#[derive(Debug, Default)]
+pub struct KeptPyramids {
+    /// By the address of the picture, which is held, and whether it is decoded by a curve.
+    pyramids: BTreeMap<(usize, bool), (Arc<Image>, Arc<Pyramid>)>,
 }
 
 impl Preparing<'_> {
@@ -67,7 +74,9 @@ impl Preparing<'_> {
     /// The smaller sizes of a picture, made once, if anything will look at them.
     pub(super) fn pyramid(&mut self, id: ImageId, image: &Image, encoding: Encoding) -> Option<Arc<Pyramid>> {
         let transfer = encoding.transfer(self.transfer);
-        let made = || Arc::new(Pyramid::new(image, transfer));
+        let data = self.images.get(id.index()).map_or(0, |asset| Arc::as_ptr(&asset.data) as usize);
+        let known = self.kept.pyramids.get(&(data, transfer != Transfer::None));
+        let made = || known.map_or_else(|| Arc::new(Pyramid::new(image, transfer)), |(_, p)| p.clone());
         let key = (id.0, transfer != Transfer::None);
         self.filtered.then(|| self.pyramids.entry(key).or_insert_with(made).clone())
     }
@@ -89,11 +98,23 @@ impl Textures {
         transfer: Transfer,
         filtered: bool,
     ) -> Result<Textures, SceneError> {
+        Textures::prepare_with(descs, images, transfer, filtered, &mut KeptPyramids::default())
+    }
+
+    /// The same, where pyramids of the same pictures are taken from `kept`, which then has those of these textures.
+    pub fn prepare_with(
+        descs: &[Named<TextureDesc>],
+        images: &[Asset<Image>],
+        transfer: Transfer,
+        filtered: bool,
+        kept: &mut KeptPyramids,
+    ) -> Result<Textures, SceneError> {
         let uv = check_references(descs)?;
         let decoders =
             [Encoding::Auto, Encoding::Srgb, Encoding::Linear].map(|e| Decoder::new(e.transfer(transfer)));
         let used = vec![false; images.len()];
-        let mut cx = Preparing { transfer, images, used, decoders, filtered, pyramids: BTreeMap::new() };
+        let pyramids = BTreeMap::new();
+        let mut cx = Preparing { transfer, images, used, decoders, filtered, pyramids, kept };
         let mut list = Vec::with_capacity(descs.len());
         for desc in descs {
             list.push(desc.value.prepare(&mut cx).map_err(|e| e.or_at(desc.span))?);
@@ -102,7 +123,13 @@ impl Textures {
         let pictures: usize = used.map(|(image, _)| image.data.memory()).sum();
         let pyramids: usize = cx.pyramids.values().map(|p| p.memory()).sum();
         let image_memory = pictures + pyramids;
-        Ok(Textures { list, uv, decoders: cx.decoders, image_memory })
+        let decoders = cx.decoders;
+        let of_image = |((id, curved), pyramid): (&(u32, bool), &Arc<Pyramid>)| {
+            let image = images.get(*id as usize)?.data.clone();
+            Some(((Arc::as_ptr(&image) as usize, *curved), (image, pyramid.clone())))
+        };
+        kept.pyramids = cx.pyramids.iter().filter_map(of_image).collect();
+        Ok(Textures { list, uv, decoders, image_memory })
     }
 }
 

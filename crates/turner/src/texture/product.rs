@@ -3,17 +3,16 @@
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::schema::params;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, SceneError, params};
 
 params! {
     /// Two colours or textures multiplied, band by band: a picture tinted by vertex colours, a label under dirt. The opacity of the product
     /// is the product of theirs.
     pub struct ProductDesc as "product" {
         /// One.
-        a: ColorSource;
+        a: ColorSource, required, default ColorSource::Constant(Spectrum::WHITE);
         /// The other.
-        b: ColorSource;
+        b: ColorSource, required, default ColorSource::Constant(Spectrum::WHITE);
     }
     example r##"[texture.stained]
 type = "product"

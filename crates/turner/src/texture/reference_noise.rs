@@ -9,9 +9,7 @@ use super::{Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::math::elementary::{ln, sin};
 use crate::math::{DVec2, DVec3};
-use crate::scene::schema::{Range, choice, params};
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, Range, SceneError, Transform, choice, params};
 
 choice! {
     /// What is made of the noise.

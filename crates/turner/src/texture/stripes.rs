@@ -4,9 +4,7 @@ use super::placement::{floor, fract, smoothstep};
 use super::prepare::{Kind, Preparing};
 use super::{Axis, Mapping, Placement, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::schema::{Range, params};
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, Range, SceneError, Transform, params};
 
 params! {
     /// Stripes of two colours, which follow one another along an axis. A pair of them takes two units of texture coordinates: with
@@ -145,7 +143,7 @@ fn edge_integral(x: f64, soft: f64) -> f64 {
 mod tests {
     use super::super::tests::{at, ready, text};
     use super::*;
-    use crate::scene::value::Data;
+    use crate::schema::value::Data;
 
     #[test]
     fn stripes_alternate_across_zero() {
@@ -191,7 +189,7 @@ mod tests {
     #[test]
     fn footprints_see_the_mean_of_the_stripes_they_cover() {
         use crate::math::{DVec2, DVec3};
-        use crate::scene::TextureId;
+        use crate::schema::TextureId;
         use crate::texture::{Footprint, TexturePoint};
         // `at` gives (s, t, 0) in space, too.
         for (width, smooth) in [(0.5, 0.0), (0.3, 0.0), (0.3, 0.7), (0.8, 1.0), (0.0, 0.5), (1.0, 0.0)] {

@@ -6,7 +6,7 @@ use super::tests::{read, text};
 use super::*;
 use crate::color::Transfer;
 use crate::image::{Image, Pixels};
-use crate::scene::value::Data;
+use crate::schema::value::Data;
 use crate::shape::Sphere;
 
 const SIZE: u32 = 320;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::prepare::{MAX_DEPTH, MAX_LOOKUPS};
 use super::*;
 use crate::color::Transfer;
+use crate::description::{ModelDesc, SceneAssets, SceneDesc, read_scene};
 use crate::image::{Image, Pixels};
-use crate::scene::value::{Data, Entry, FileId, Span, Table, Value};
-use crate::scene::{ErrorCode, ModelDesc, Named, SceneAssets, SceneDesc, read_scene};
-use crate::shape::mesh::MeshData;
+use crate::schema::value::{Data, Entry, FileId, Span, Table, Value};
+use crate::schema::{ErrorCode, MeshData, Named};
 
 pub(super) const NOWHERE: Span = Span { file: FileId(0), start: 0, end: 0 };
 

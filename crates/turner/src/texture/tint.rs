@@ -1,12 +1,8 @@
 //! Colours with a default that looks the same under every transfer curve.
 
 use crate::color::{Transfer, from_rgb24};
-use crate::scene::model::Renumber;
-use crate::scene::read::ReadContext;
-use crate::scene::schema::ParamType;
-use crate::scene::value::{Data, Value};
-use crate::scene::write::WriteContext;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::value::{Data, Value};
+use crate::schema::{ColorSource, ParamType, ReadContext, Renumber, SceneError, WriteContext};
 
 /// A colour or texture as read from a scene, or a display colour 0xrrggbb, decoded by the film's transfer curve
 /// when the texture is prepared. The defaults of wood and marble are of the second sort: brown stays brown.
@@ -39,7 +35,7 @@ impl ParamType for Tint {
     fn kind() -> String {
         ColorSource::kind()
     }
-    fn read(value: &Value, cx: &mut ReadContext<'_>) -> Result<Tint, SceneError> {
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Tint, SceneError> {
         ColorSource::read(value, cx).map(Tint::Source)
     }
     fn renumber(&mut self, by: &Renumber) {
@@ -53,7 +49,7 @@ impl ParamType for Tint {
             Tint::Source(source) => source.show(),
         }
     }
-    fn write(&self, cx: &mut WriteContext<'_>) -> Result<Option<Data>, SceneError> {
+    fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
         match self {
             Tint::Display(rgb) => Ok(Some(Data::String(format!("#{:06x}", rgb & 0xff_ffff)))),
             Tint::Source(source) => source.write(cx),

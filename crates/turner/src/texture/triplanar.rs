@@ -8,7 +8,7 @@ use super::{Projection, Texture, TexturePoint, Textures};
 use crate::color::Spectrum;
 use crate::math::elementary::pow;
 use crate::math::{DMat3, DVec3};
-use crate::scene::transform::Transform;
+use crate::schema::Transform;
 
 /// A texture and how its three projections are mixed.
 #[derive(Clone, Debug)]

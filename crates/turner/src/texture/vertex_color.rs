@@ -3,8 +3,7 @@
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, TexturePoint, Textures};
 use crate::color::Spectrum;
-use crate::scene::schema::params;
-use crate::scene::{ColorSource, SceneError};
+use crate::schema::{ColorSource, SceneError, params};
 
 params! {
     /// The colours of a mesh's vertices, interpolated over its triangles. Those of PLY files that are bytes are decoded by the sRGB

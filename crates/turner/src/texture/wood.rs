@@ -10,9 +10,7 @@ use super::prepare::{Kind, Preparing};
 use super::{Fractal, Mapping, Perlin, Placement, TexturePoint, Textures, Tint};
 use crate::color::Spectrum;
 use crate::math::{DVec3, Frame};
-use crate::scene::schema::{Range, params};
-use crate::scene::transform::Transform;
-use crate::scene::{ColorSource, ErrorCode, SceneError};
+use crate::schema::{ColorSource, ErrorCode, Range, SceneError, Transform, params};
 
 params! {
     /// Wood: rings around a trunk, which goes through the solid. The shape is as if cut from a trunk whose pith (its middle) runs past the
@@ -145,7 +143,7 @@ mod tests {
     use super::super::tests::{at, list, read, ready};
     use super::*;
     use crate::color::Transfer;
-    use crate::scene::value::Data;
+    use crate::schema::value::Data;
 
     #[test]
     fn without_noise_rings_are_round_about_the_axis() {

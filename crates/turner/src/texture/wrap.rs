@@ -1,7 +1,7 @@
 //! What stands outside a picture.
 
 use super::placement::{floor, fract};
-use crate::scene::schema::choice;
+use crate::schema::choice;
 
 choice! {
     /// What stands outside the picture.

@@ -25,7 +25,6 @@ mod top;
 mod validate;
 
 pub(crate) use octants::set_order;
-pub(crate) use parallel::each;
 
 use super::BuildError;
 use super::options::{BuildOptions, BuildStats, Quality};

@@ -25,7 +25,7 @@ pub(super) fn at_once<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -
 }
 
 /// Does all tasks, in order as far as threads are free, and returns the results in order.
-pub(crate) fn each<T: Send, R: Send>(threads: usize, tasks: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+pub(super) fn each<T: Send, R: Send>(threads: usize, tasks: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = threads.min(tasks.len());
     if threads <= 1 {
         return tasks.into_iter().map(work).collect();

@@ -1,15 +1,17 @@
 //! Cameras and lights, each on a node of its own.
 
-use super::nodes::Nodes;
-use super::remarks::Remarks;
-use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
+
+use serde_json::{Value, json};
 use turner::camera::{CameraDesc, Handedness, PinholeDesc, Viewport};
 use turner::color::Spectrum;
+use turner::description::SceneDesc;
 use turner::light::{Attenuation, LightDesc};
 use turner::math::elementary::atan2;
 use turner::math::{DAffine3, DMat3, DVec2, DVec3, radians};
-use turner::scene::SceneDesc;
+
+use super::nodes::Nodes;
+use super::remarks::Remarks;
 
 /// Adds those of a scene; gives the document's cameras and lights.
 pub(super) fn add(desc: &SceneDesc, nodes: &mut Nodes, remarks: &mut Remarks) -> (Vec<Value>, Vec<Value>) {

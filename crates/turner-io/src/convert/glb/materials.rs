@@ -1,14 +1,17 @@
 //! Materials: OpenPBR's terms in those of metallic-roughness and its extensions. The table of `gltf::materials`, read from right to left.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::{Map, Value, json};
+use turner::color::Spectrum;
+use turner::description::SceneDesc;
+use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
+use turner::math::radians;
+use turner::schema::{ColorSource, MaterialId, SceneError};
+use turner::texture::ImageChannel;
+
 use super::remarks::Remarks;
 use super::textures::{Product, TextureWriter, Used, is_channel};
-use serde_json::{Map, Value, json};
-use std::collections::{BTreeMap, BTreeSet};
-use turner::color::Spectrum;
-use turner::material::{AlphaMode, MaterialDesc, PrincipledMaterial};
-use turner::scene::error::SceneError;
-use turner::scene::{ColorSource, MaterialId, SceneDesc};
-use turner::texture::ImageChannel;
 
 /// Which material for which sort of mesh.
 type Key = (Option<MaterialId>, usize, bool);
@@ -467,7 +470,7 @@ impl<'a> MaterialWriter<'a> {
         if anisotropy > 0.0 {
             let mut x = Map::new();
             put(&mut x, "anisotropyStrength", anisotropy.clamp(0.0, 1.0));
-            put(&mut x, "anisotropyRotation", m.anisotropy_rotation);
+            put(&mut x, "anisotropyRotation", radians(m.anisotropy_rotation));
             if let Some(texture) = self.data(m.anisotropy_map, job)? {
                 put(&mut x, "anisotropyTexture", texture);
             }

@@ -1,16 +1,17 @@
 //! Meshes: one primitive for each material of a mesh.
 
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value, json};
+use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
+use turner::math::DVec3;
+use turner::schema::{ErrorCode, MaterialId, MeshData, MeshId, SceneError};
+use turner::shape::ShapeDesc;
+
 use super::Shapes;
 use super::buffer::Buffer;
 use super::materials::MaterialWriter;
 use super::remarks::Remarks;
-use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
-use turner::math::DVec3;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{MaterialId, MeshId, ObjectContent, ObjectDesc, SceneDesc};
-use turner::shape::ShapeDesc;
-use turner::shape::mesh::MeshData;
 
 /// Whose lists: a mesh of the scene, or what the shape of an object became.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -12,20 +12,21 @@ mod remarks;
 mod tessellate;
 mod textures;
 
-use super::{ConvertOptions, Converted, WrittenFile, create, output_error};
+use std::path::Path;
+
 use buffer::Buffer;
 use materials::MaterialWriter;
 use meshes::MeshWriter;
 use nodes::Nodes;
 use remarks::Remarks;
 use serde_json::{Map, Value, json};
-use std::path::Path;
 use textures::TextureWriter;
 use turner::color::Transfer;
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{ObjectContent, ObjectDesc, SceneDesc, WarningKind};
+use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
+use turner::schema::{ErrorCode, MeshData, SceneError, WarningKind};
 use turner::shape::ShapeDesc;
-use turner::shape::mesh::MeshData;
+
+use super::{ConvertOptions, Converted, WrittenFile, create, output_error};
 
 /// Writes what glTF 2.0 can say of a scene as a binary file.
 ///
@@ -52,8 +53,9 @@ pub fn to_glb(desc: &SceneDesc, out: &Path, options: &ConvertOptions) -> Result<
     if options.strict
         && let Some(first) = warnings.iter().find(|w| w.kind == WarningKind::Ignored)
     {
-        return Err(SceneError::new(ErrorCode::Strict, first.message.clone())
-            .help("without --strict this is a warning; a .toml holds everything"));
+        return Err(
+            SceneError::new(ErrorCode::Strict, first.message.clone()).help("a .toml holds everything")
+        );
     }
     let mut bytes = 0;
     file.commit_with(|out| {

@@ -1,13 +1,14 @@
 //! Nodes: where things are.
 
+use serde_json::{Map, Value, json};
+use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
+use turner::math::{Bounds, DAffine3, DMat3, DVec3};
+use turner::schema::{ErrorCode, GroupId, MaterialId, SceneError};
+use turner::shape::ShapeDesc;
+
 use super::Shapes;
 use super::meshes::MeshWriter;
 use super::remarks::Remarks;
-use serde_json::{Map, Value, json};
-use turner::math::{Bounds, DAffine3, DMat3, DVec3};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{GroupId, MaterialId, ObjectContent, ObjectDesc, SceneDesc};
-use turner::shape::ShapeDesc;
 
 /// Most nodes of a file.
 const MAX_NODES: usize = 4_000_000;

@@ -1,7 +1,8 @@
 //! What glTF cannot hold, counted.
 
 use std::collections::BTreeMap;
-use turner::scene::{Warning, WarningKind};
+
+use turner::schema::{Warning, WarningKind};
 
 /// Remarks, equal ones once.
 #[derive(Debug, Default)]

@@ -5,9 +5,8 @@
 
 use turner::math::DVec3;
 use turner::math::elementary::{cos, sin};
-use turner::scene::error::{ErrorCode, SceneError};
+use turner::schema::{ErrorCode, MeshData, SceneError};
 use turner::shape::ShapeDesc;
-use turner::shape::mesh::MeshData;
 
 /// Corners of a circle.
 const AROUND: u32 = 96;
@@ -201,7 +200,7 @@ mod tests {
             let assets = crate::assets::MemoryAssets::default();
             let loaded = crate::scene::load_text(text.clone(), "s.toml", &assets, &Default::default());
             let desc = loaded.unwrap_or_else(|e| panic!("{}\n{text}", e.error)).desc;
-            let turner::scene::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };
+            let turner::description::ObjectContent::Shape(shape) = &desc.objects[0].content else { panic!() };
             let mesh = triangles(shape, 10.0).unwrap().unwrap();
             mesh.check().unwrap();
             assert!(!mesh.triangles.is_empty());

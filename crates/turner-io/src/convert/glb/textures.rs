@@ -1,20 +1,22 @@
 //! Pictures as glTF's textures.
 
-use super::remarks::Remarks;
-use crate::convert::ConvertOptions;
-use crate::image::{ImageFormat, png};
-use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+
+use serde_json::{Map, Value, json};
 use turner::color::{Spectrum, Transfer};
+use turner::description::SceneDesc;
 use turner::image::{Image, Pixels};
 use turner::math::elementary::atan2;
 use turner::math::{DVec2, DVec3};
-use turner::scene::error::{ErrorCode, SceneError};
-use turner::scene::{ColorSource, SceneDesc};
+use turner::schema::{ColorSource, ErrorCode, SceneError};
 use turner::texture::{
     Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, TexturePoint, Textures, Wrap,
 };
+
+use super::remarks::Remarks;
+use crate::convert::ConvertOptions;
+use crate::image::{ImageFormat, png};
 
 /// A picture's use in a material.
 #[derive(Clone, Debug)]

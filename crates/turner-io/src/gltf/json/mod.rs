@@ -9,10 +9,12 @@ mod number;
 pub(super) use material::*;
 pub(super) use number::{Index, List, Size};
 
-use super::fault::{Fault, Outcome};
-use serde::Deserialize;
 use std::collections::BTreeMap;
-use turner::scene::error::ErrorCode;
+
+use serde::Deserialize;
+use turner::schema::ErrorCode;
+
+use super::fault::{Fault, Outcome};
 
 /// A whole document.
 #[derive(Debug, Default, Deserialize)]

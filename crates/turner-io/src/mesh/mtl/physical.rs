@@ -18,17 +18,18 @@
 //! u' = s·u + o, `-mm` base and gain of the values, `-clamp` the border drawn out, `-imfchan` the channel, `-bm` the strength of a
 //! normal map.
 
-use super::{MtlMap, MtlMaterial};
-use crate::image::ColorOrData;
-use crate::mesh::pictures::{PictureName, Pictures};
 use std::collections::BTreeMap;
+
 use turner::color::Spectrum;
 use turner::image::Image;
 use turner::material::{AlphaMode, BumpUnit, PrincipledMaterial};
 use turner::math::elementary::pow;
-use turner::scene::transform::Transform;
-use turner::scene::{ColorSource, WarningKind};
-use turner::texture::{Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, Wrap};
+use turner::schema::{ColorSource, WarningKind};
+use turner::texture::{Encoding, ImageChannel, ImageDesc, TextureDesc, Wrap};
+
+use super::{MtlMap, MtlMaterial};
+use crate::image::ColorOrData;
+use crate::mesh::pictures::{PictureName, Pictures};
 
 /// What is said about materials: by kind and sentence, how often.
 pub(in crate::mesh) type Remarks = BTreeMap<(WarningKind, String), u64>;
@@ -174,7 +175,8 @@ impl Converter<'_> {
         };
         out.specular_roughness = self.picture("map_pr", Spectrum::grey(roughness)).unwrap_or(grey(roughness));
         out.specular_roughness_anisotropy = grey(m.anisotropy.unwrap_or(0.0));
-        out.anisotropy_rotation = f64::from(m.anisotropy_rotation.unwrap_or(0.0)) * std::f64::consts::TAU;
+        // Turns there, degrees here.
+        out.anisotropy_rotation = f64::from(m.anisotropy_rotation.unwrap_or(0.0)) * 360.0;
     }
 
     fn transparency(&mut self, out: &mut PrincipledMaterial) {
@@ -273,7 +275,7 @@ impl Converter<'_> {
 const RELIEF: f64 = 0.02;
 
 fn image_desc(
-    file: turner::scene::ImageId,
+    file: turner::schema::ImageId,
     map: &MtlMap,
     channel: ImageChannel,
     encoding: Encoding,
@@ -283,21 +285,13 @@ fn image_desc(
     let is_plain = map.scale == [1.0; 2] && map.offset == [0.0; 2];
     ImageDesc {
         file,
-        filter: ImageFilter::Mipmap,
         wrap: if map.clamp { Wrap::Clamp } else { Wrap::Repeat },
-        wrap_u: None,
-        wrap_v: None,
-        gain: 1.0,
-        density: 1.0,
-        mapping: Mapping::Uv,
-        blend: 4.0,
-        transform: Transform::IDENTITY,
         uv_matrix: (!is_plain).then_some([su, 0.0, ou, 0.0, sv, ov]),
         channel,
         encoding,
         tint: tint * map.gain,
         offset: tint * map.base,
-        uv_set: 0,
+        ..ImageDesc::default()
     }
 }
 

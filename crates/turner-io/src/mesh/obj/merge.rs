@@ -1,13 +1,15 @@
 //! The parts of an OBJ file put together.
 
+use std::collections::{BTreeSet, HashMap};
+
+use turner::schema::WarningKind;
+
 use super::chunk::{Change, Chunk, HALF, NONE, Others, RELATIVE};
 use super::text::{name as name_of, words};
 use super::{ObjFile, remarks};
 use crate::mesh::error::{reserve, reserve_some};
 use crate::mesh::polygon::Triangulator;
 use crate::mesh::{MeshError, warning};
-use std::collections::{BTreeSet, HashMap};
-use turner::scene::WarningKind;
 
 /// What holds for the polygons that follow.
 struct State<'a> {

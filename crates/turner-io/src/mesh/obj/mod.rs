@@ -15,18 +15,19 @@ mod text;
 
 pub(super) use text::{name as name_of, words};
 
+use std::borrow::Cow;
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use chunk::{Before, Chunk, Fail, NONE, Others};
+use turner::color::Transfer;
+use turner::schema::{MeshData, Warning, WarningKind};
+
 use super::corners::{Attributes, Corners, unify};
 use super::error::{reserve, reserve_some};
 use super::{MeshError, Place, ReadMesh, warning};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
-use chunk::{Before, Chunk, Fail, NONE, Others};
-use std::borrow::Cow;
-use std::num::NonZero;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use turner::color::Transfer;
-use turner::scene::{Warning, WarningKind};
-use turner::shape::mesh::MeshData;
 
 /// Bytes of a part of a file.
 const PART: usize = 1 << 20;

@@ -1,12 +1,13 @@
 //! The faces of a PLY file: triangles and quads straight from the bytes, or any polygons number by number.
 
+use turner::schema::{Warning, WarningKind};
+
 use super::header::{self, Element, Encoding, Scalar};
 use super::values::{Values, binary};
 use super::{Stop, Triangulator, bad_index, skip_list};
 use crate::mesh::error::{push, reserve, reserve_some};
 use crate::mesh::weld::Welder;
 use crate::mesh::{MeshError, warning};
-use turner::scene::{Warning, WarningKind};
 
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// A list of (u, v), one pair per corner.

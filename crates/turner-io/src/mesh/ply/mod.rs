@@ -11,16 +11,16 @@ mod values;
 mod vertices;
 mod write;
 
+use faces::Faces;
+use header::{Element, Encoding, Scalar};
+use turner::schema::{MeshData, WarningKind};
+use values::Values;
+
 use super::corners::{Attributes, Corners, unify};
 use super::polygon::Triangulator;
 use super::{MeshError, Place, ReadMesh, bad_index, warning};
 use crate::assets::printable;
 use crate::scene::SceneFormat;
-use faces::Faces;
-use header::{Element, Encoding, Scalar};
-use turner::scene::WarningKind;
-use turner::shape::mesh::MeshData;
-use values::Values;
 pub use write::write;
 
 /// What is wrong, and where.

@@ -1,11 +1,12 @@
 //! The vertices of a PLY file: columns of fixed size straight from the bytes, or number by number.
 
+use turner::color::Transfer;
+use turner::schema::MeshData;
+
 use super::header::{self, Element, Encoding, Scalar};
 use super::values::{Values, binary};
 use super::{Fail, Stop, skip_list};
 use crate::mesh::error::reserve;
-use turner::color::Transfer;
-use turner::shape::mesh::MeshData;
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];

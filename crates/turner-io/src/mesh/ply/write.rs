@@ -3,9 +3,11 @@
 //! Beside what every program knows stand the properties `u_1 v_1`, `u_2 v_2`, … (more sets of (u, v)), `tx ty tz tw` (tangents), the faces' `material`, and a line
 //! `comment turner_material NAME` for each of these materials. Colours are linear floats. Nothing is rounded.
 
-use super::vertices::MORE_UV_NAMES;
 use std::io::{self, Write};
-use turner::shape::mesh::MeshData;
+
+use turner::schema::MeshData;
+
+use super::vertices::MORE_UV_NAMES;
 
 /// Rows that are put together before they are written.
 const ROWS: usize = 1024;

@@ -1,13 +1,15 @@
 //! STL as text: `solid NAME`, then for each facet `facet normal`, `outer loop`, three `vertex`, `endloop`, `endfacet`.
 
+use std::collections::HashMap;
+
+use turner::schema::WarningKind;
+
 use super::{StlFile, Welder, is_against, shown_name};
 use crate::mesh::error::push;
 use crate::mesh::number::{parse_f32, quick_f32};
 use crate::mesh::polygon::Triangulator;
 use crate::mesh::{MeshError, Place, warning};
 use crate::scene::SceneFormat;
-use std::collections::HashMap;
-use turner::scene::WarningKind;
 
 /// Words of a text, with the line they stand on.
 struct Words<'a> {

@@ -1,10 +1,11 @@
 //! Binary STL: 80 bytes of anything, the number of facets, then 50 bytes each.
 
+use turner::schema::WarningKind;
+
 use super::{FACET, HEADER, StlFile, Welder, is_against};
 use crate::mesh::error::reserve;
 use crate::mesh::{MeshError, Place, warning};
 use crate::scene::SceneFormat;
-use turner::scene::WarningKind;
 
 /// How colours are stored in the spare bytes of facets.
 #[derive(Clone, Copy, PartialEq)]

@@ -10,11 +10,11 @@
 mod ascii;
 mod binary;
 
+use turner::schema::{MeshData, Warning};
+
 use super::weld::Welder;
 use super::{MeshError, ReadMesh};
 use crate::assets::printable;
-use turner::scene::Warning;
-use turner::shape::mesh::MeshData;
 
 /// Bytes before the first facet of a binary file.
 const HEADER: usize = 84;

@@ -1,15 +1,15 @@
 //! Curves: swept by a polygon to tubes, for there is no such shape here; ribbons by a line.
 
+use turner::math::DVec3;
+use turner::math::elementary::{acos, sin_cos_turns};
+use turner::schema::{ErrorCode, MeshData};
+
 use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
 use super::{Made, orient};
 use crate::assets::printable;
-use turner::math::DVec3;
-use turner::math::elementary::{acos, sin_cos_turns};
-use turner::scene::error::ErrorCode;
-use turner::shape::mesh::MeshData;
 
 /// Most degrees by which the direction turns from one step to the next, on average over a segment; the least and the most steps of a segment.
 const TURN: f64 = 6.0;

@@ -1,5 +1,8 @@
 //! Triangle meshes: `trianglemesh` and `plymesh`.
 
+use turner::math::{DMat3, DVec3};
+use turner::schema::{ErrorCode, MeshData};
+
 use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
@@ -7,9 +10,6 @@ use super::super::state::State;
 use super::{Made, orient};
 use crate::assets::printable;
 use crate::{gzip, mesh};
-use turner::math::{DMat3, DVec3};
-use turner::scene::error::ErrorCode;
-use turner::shape::mesh::MeshData;
 
 /// Most bytes of a file.
 const MAX_PLY: u64 = 16 << 30;

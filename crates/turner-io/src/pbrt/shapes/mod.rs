@@ -6,6 +6,13 @@ mod patch;
 mod quadric;
 mod subdivision;
 
+use turner::color::Spectrum;
+use turner::description::ObjectContent;
+use turner::math::DMat3;
+use turner::schema::{ColorSource, ErrorCode, MaterialId, MeshData, MeshId};
+use turner::shape::ShapeDesc;
+use turner::shape::mesh::MeshDesc;
+
 use super::assembly::Assembly;
 use super::lights;
 use super::materials::Use;
@@ -16,12 +23,6 @@ use super::state::{Ctm, State};
 use super::textures::source_named;
 use crate::assets::printable;
 use crate::whole::orient;
-use turner::color::Spectrum;
-use turner::math::DMat3;
-use turner::scene::error::ErrorCode;
-use turner::scene::{ColorSource, MaterialId, MeshId, ObjectContent};
-use turner::shape::ShapeDesc;
-use turner::shape::mesh::{MeshData, MeshDesc};
 
 /// What a directive `Shape` becomes.
 pub(super) enum Made {

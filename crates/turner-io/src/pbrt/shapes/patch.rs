@@ -1,14 +1,14 @@
 //! Bilinear patches: flat ones are two triangles, others are divided.
 
+use turner::math::{DVec2, DVec3};
+use turner::schema::{ErrorCode, MeshData};
+
 use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
 use super::mesh::{corners, fitting};
 use super::{Made, orient};
-use turner::math::{DVec2, DVec3};
-use turner::scene::error::ErrorCode;
-use turner::shape::mesh::MeshData;
 
 /// Parts along either side of a patch that is not flat.
 const PARTS: u32 = 12;

@@ -1,17 +1,19 @@
 //! Loop's subdivision surfaces (Loop 1987, "Smooth subdivision surfaces based on triangles"), with the vertices moved to the limit and its
 //! normals at the end (Hoppe et al. 1994).
 
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use turner::math::DVec3;
+use turner::math::elementary::{cos, sin};
+use turner::schema::MeshData;
+
 use super::super::assembly::Assembly;
 use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
 use super::mesh::corners;
 use super::{Made, orient};
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
-use turner::math::DVec3;
-use turner::math::elementary::{cos, sin};
-use turner::shape::mesh::MeshData;
 
 /// Deepest division: a triangle becomes 4^10.
 const MAX_LEVELS: i32 = 10;

@@ -1,5 +1,6 @@
 //! What single scattering by rough facets makes of light from one direction, by sums over the facets visible from there.
 
+use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 
 use crate::bsdf::microfacet::Ggx;
@@ -17,7 +18,11 @@ pub(super) enum Boundary {
 
 /// Points of Fibonacci's lattice in the unit square, eight at a time: the first coordinate, cosine and sine of the second one's turns, and the
 /// weight, which is 0 where there are no more points.
-pub(super) struct Lattice(Vec<[Block; 4]>);
+pub(super) struct Lattice {
+    points: Vec<[Block; 4]>,
+    /// The best one: tables of sums are of the process, not of a scene, and the same with any.
+    set: InstructionSet,
+}
 
 impl Lattice {
     /// Of a Fibonacci number and the one before.
@@ -32,12 +37,12 @@ impl Lattice {
                 block.0[i as usize % LANES] = v;
             }
         }
-        Lattice(blocks)
+        Lattice { points: blocks, set: InstructionSet::best() }
     }
 
     /// Shares of light from `wo` (wo.z > 0) that are reflected and transmitted by one scattering: means over visible facets.
     pub(super) fn shares(&self, ggx: &Ggx, wo: DVec3, boundary: Boundary) -> (f64, f64) {
-        dispatch(Shares { lattice: self, ggx, wo, boundary })
+        dispatch(self.set, Shares { lattice: self, ggx, wo, boundary })
     }
 }
 
@@ -70,7 +75,7 @@ impl Work for Shares<'_> {
             (w.z * w.z + x * x + y * y).sqrt()
         };
         let (mut reflected, mut transmitted) = (zero, zero);
-        for [u, cos, sin, weight] in &self.lattice.0 {
+        for [u, cos, sin, weight] in &self.lattice.points {
             let load = |block: &Block| F64x8::load(simd, block);
             let weight = load(weight);
             let z = (one - load(u)) * (one + stretched.z) - stretched.z;

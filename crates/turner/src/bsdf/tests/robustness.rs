@@ -1,10 +1,11 @@
 //! Whatever the numbers: results are finite, and no light is made.
 
+use proptest::prelude::*;
+
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::testing::{direction, materials, spread};
-use proptest::prelude::*;
 
 fn share() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -165,6 +166,20 @@ fn ends_of_the_ranges_mean_what_they_say() {
     assert!((f64::from(f.r) - 0.5 / std::f64::consts::PI).abs() < 1e-7);
     assert!((grey.pdf(z, direction(0.3, 1.0)) - 0.3 / std::f64::consts::PI).abs() < 1e-12);
     assert_eq!((grey.roughness_hint(), grey.albedo_hint()), (1.0, Spectrum::grey(0.5)));
+}
+
+/// Light that enters a body and walks about inside leaves it diffusely: the hint is that of a diffuse body of the same colour.
+#[test]
+fn hint_of_roughness_counts_all_lobes() {
+    let skin = PrincipledPoint {
+        subsurface_weight: 1.0,
+        subsurface_color: Spectrum::grey(0.8),
+        specular_roughness: 0.0,
+        ..Default::default()
+    };
+    let hint = |subsurface_walk| Bsdf::new(&PrincipledPoint { subsurface_walk, ..skin }).roughness_hint();
+    let (diffuse, walk) = (hint(false), hint(true));
+    assert!(diffuse > 0.9 && (walk - diffuse).abs() < 1e-9, "{diffuse} and {walk}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 
 mod notes;
 mod points;
+mod prepared;
 mod radiance;
 mod record;
 mod replay;
@@ -12,12 +13,12 @@ mod shade;
 mod spawn;
 
 pub use record::{
-    Caster, CutReason, CutRecord, HitRecord, LightTerm, MAX_WRITTEN, MissRecord, RayEnd, RayKind, RayRecord,
-    Seen, ShadowRecord, TreeRecord,
+    CutReason, CutRecord, HitRecord, LightTerm, MAX_WRITTEN, MissRecord, RayEnd, RayKind, RayRecord, Seen,
+    ShadowRecord, TreeRecord,
 };
 pub use replay::{replay, replay_at};
 
-use crate::scene::schema::{Range, choice, params};
+use crate::schema::{Range, choice, params};
 
 choice! {
     /// What a ray beyond the depth limit returns.

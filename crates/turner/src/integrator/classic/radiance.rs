@@ -14,10 +14,12 @@ use super::record::{Off, RayKind, Record};
 use super::shade::{Accumulate, Ambient, Illuminate, Leave, LeavingBlock, TermBlock, ask};
 use super::spawn::{Share, Spawn};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer, footprint};
+use crate::integrator::{CameraSamples, Radiance, RayStats, Tracer, footprint};
 use crate::material::{Classic, Material, color_at};
 use crate::math::{DVec2, DVec3, Ray, RayCone};
-use crate::scene::{ColorSource, Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::schema::ColorSource;
+use crate::view::View;
 
 /// A ray of a tree: whose it is, and its share of the pixel.
 #[derive(Clone, Copy)]
@@ -82,6 +84,7 @@ impl Front {
 pub(super) struct Wave<'a, R = Off> {
     integrator: &'a ClassicDesc,
     scene: &'a Scene,
+    view: &'a View,
     trees: Vec<Tree>,
     waiting: Vec<Waiting>,
     front: Front,
@@ -127,17 +130,17 @@ pub(super) struct Weights {
     pub(super) refract: f64,
 }
 
-impl Integrator for ClassicDesc {
-    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
-        Box::new(Wave::new(self, scene, Off))
-    }
-}
-
 impl<'a, R> Wave<'a, R> {
-    pub(super) fn new(integrator: &'a ClassicDesc, scene: &'a Scene, record: R) -> Wave<'a, R> {
+    pub(super) fn new(
+        integrator: &'a ClassicDesc,
+        scene: &'a Scene,
+        view: &'a View,
+        record: R,
+    ) -> Wave<'a, R> {
         Wave {
             integrator,
             scene,
+            view,
             trees: Vec::new(),
             waiting: Vec::new(),
             front: Front::default(),
@@ -170,7 +173,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
         self.front.rays.coherent = true;
         self.front.tasks.clear();
         self.front.tasks.extend((0..count as u32).map(|sample| {
-            let cone = footprint::of_camera(self.scene, samples, sample as usize);
+            let cone = footprint::of_camera(self.view, samples, sample as usize);
             Task { sample, depth: 0, weight: 1.0, cone, curvature: 0.0 }
         }));
         while !self.front.tasks.is_empty() {
@@ -190,10 +193,10 @@ impl<R: Record> Wave<'_, R> {
         self.next.clear();
         self.gather(out);
         let facing = self.integrator.facing;
-        dispatch(Surfaces { points: &mut self.points[..self.blocks], facing });
+        dispatch(self.scene.instruction_set, Surfaces { points: &mut self.points[..self.blocks], facing });
         self.weigh();
         let ambient = self.integrator.ambient.then_some(self.scene.ambient);
-        dispatch(Ambient { points: &mut self.points[..self.blocks], ambient });
+        dispatch(self.scene.instruction_set, Ambient { points: &mut self.points[..self.blocks], ambient });
         let shaded = self.points[..self.blocks].first();
         self.record.note(|n| shaded.into_iter().for_each(|b| n.ambient(b)));
         self.lights(samples, stats);
@@ -229,7 +232,7 @@ impl<R: Record> Wave<'_, R> {
                 self.points[self.blocks - 1].clear();
             }
             let b = &mut self.points[self.blocks - 1];
-            let filtered = self.scene.pixel_cone.is_some();
+            let filtered = self.view.pixel_cone.is_some();
             let surface_of = |ray: &Ray, task: &mut Task| {
                 let mut surface = self.scene.surface(ray, hit);
                 if filtered {
@@ -285,7 +288,7 @@ impl<R: Record> Wave<'_, R> {
             } else if let Some(ray) = self.front.rays.get(i) {
                 let mut surface = seen.unwrap_or_else(|| surface_of(&ray, &mut task));
                 if let Some(bump) = classic.bump {
-                    self.scene.apply_bump_map(&mut surface, bump);
+                    crate::material::apply_bump_map(self.scene, &mut surface, bump);
                 }
                 b.on_sphere &= !(1 << lane);
                 set(&mut b.p, lane, surface.p);
@@ -354,16 +357,19 @@ impl<R: Record> Wave<'_, R> {
                     self.term_notes.clear();
                     self.term_notes.resize(self.blocks, TermNotes::default());
                 }
-                let reached = dispatch(Illuminate::<'_, R> {
-                    integrator: self.integrator,
-                    points: &self.points[..self.blocks],
-                    terms: &mut self.terms,
-                    uniform,
-                    finite: light.is_finite(),
-                    shadow_rays: &mut self.shadow_rays,
-                    notes: &mut self.term_notes,
-                    recorder: PhantomData,
-                });
+                let reached = dispatch(
+                    self.scene.instruction_set,
+                    Illuminate::<'_, R> {
+                        integrator: self.integrator,
+                        points: &self.points[..self.blocks],
+                        terms: &mut self.terms,
+                        uniform,
+                        finite: light.is_finite(),
+                        shadow_rays: &mut self.shadow_rays,
+                        notes: &mut self.term_notes,
+                        recorder: PhantomData,
+                    },
+                );
                 let notes = &mut self.term_notes;
                 self.record.note(|n| notes.iter().for_each(|t| n.lit(number, i, light.is_finite(), t)));
                 if reached == 0 {
@@ -376,15 +382,18 @@ impl<R: Record> Wave<'_, R> {
                 } else {
                     None
                 };
-                dispatch(Accumulate::<'_, R> {
-                    points: &mut self.points[..self.blocks],
-                    terms: &self.terms,
-                    intensity: uniform.map(|u| u.intensity()),
-                    through,
-                    shadow_factor: self.integrator.shadow_factor as f32,
-                    notes,
-                    recorder: PhantomData,
-                });
+                dispatch(
+                    self.scene.instruction_set,
+                    Accumulate::<'_, R> {
+                        points: &mut self.points[..self.blocks],
+                        terms: &self.terms,
+                        intensity: uniform.map(|u| u.intensity()),
+                        through,
+                        shadow_factor: self.integrator.shadow_factor as f32,
+                        notes,
+                        recorder: PhantomData,
+                    },
+                );
                 self.record.note(|n| {
                     let points = &self.points[..self.blocks];
                     for (b, terms) in points.iter().zip(&self.term_notes) {
@@ -404,7 +413,10 @@ impl<R: Record> Wave<'_, R> {
     fn leave(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         let leaving = &mut self.leaving;
         leaving.resize(self.blocks.max(leaving.len()), LeavingBlock::default());
-        dispatch(Leave { integrator: self.integrator, points: &self.points[..self.blocks], leaving });
+        dispatch(
+            self.scene.instruction_set,
+            Leave { integrator: self.integrator, points: &self.points[..self.blocks], leaving },
+        );
         for (i, struck) in self.struck.iter().enumerate() {
             let (b, leaving, lane) = (&self.points[i / LANES], &self.leaving[i / LANES], i % LANES);
             let sample = struck.task.sample as usize;

@@ -8,7 +8,8 @@ use crate::color::Spectrum;
 use crate::integrator::Radiance;
 use crate::math::DVec3;
 use crate::sampler::SampleId;
-use crate::scene::MaterialId;
+use crate::scene::Caster;
+use crate::schema::MaterialId;
 
 /// Takes notes of a tree, or none.
 pub(super) trait Record {
@@ -281,19 +282,6 @@ pub struct ShadowRecord {
     pub through: Spectrum,
     /// What is in the way, in the ray's order; what comes behind the first opaque thing is not listed.
     pub casters: Vec<Caster>,
-}
-
-/// Something that casts a shadow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Caster {
-    /// How far along the shadow ray.
-    pub t: f64,
-    /// The primitive's number in the description.
-    pub primitive: u32,
-    /// Its shape, in a word.
-    pub shape: &'static str,
-    /// Its material.
-    pub material: MaterialId,
 }
 
 impl TreeRecord {

@@ -1,14 +1,14 @@
 //! One sample again, with notes.
 
 use super::notes::Notes;
+use super::prepared::ClassicIntegrator;
 use super::radiance::Wave;
 use super::record::TreeRecord;
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, IntegratorDesc, Radiance, RayStats, Tracer};
-use crate::render::{camera_point, place_of, sample_id};
+use crate::integrator::{CameraSamples, Prepared, Radiance, RayStats, Tracer};
 use crate::sampler::SampleId;
-use crate::scene::Scene;
-use crate::scene::error::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, SceneError};
+use crate::view::{camera_point, place_of, sample_id};
 
 /// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and writes down what happens.
 ///
@@ -16,25 +16,25 @@ use crate::scene::error::{ErrorCode, SceneError};
 ///
 /// Errors: a pixel outside the picture, a sample beyond those of a pixel, adaptive anti-aliasing, whose samples have no numbers
 /// ([`ErrorCode::OutOfRange`]), and an integrator other than "classic" ([`ErrorCode::Conflict`]).
-pub fn replay(scene: &Scene, x: u32, y: u32, index: u32) -> Result<TreeRecord, SceneError> {
-    let id = sample_id(scene, x, y, index)?;
-    replay_at(scene, id, place_of(scene, &id))
+pub fn replay(p: &Prepared, x: u32, y: u32, index: u32) -> Result<TreeRecord, SceneError> {
+    let id = sample_id(&p.view, x, y, index)?;
+    replay_at(p, id, place_of(&p.view, &id))
 }
 
 /// The same for a sample by what its numbers depend on and its place in the picture, in pixels from its top left corner: those of
 /// [`crate::render::pixel`] can be had whatever the anti-aliasing.
 ///
 /// Errors: an integrator other than "classic" ([`ErrorCode::Conflict`]).
-pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<TreeRecord, SceneError> {
-    let IntegratorDesc::Classic(integrator) = &scene.integrator else {
-        let message = format!(
-            "the integrator is \"{}\": only \"classic\" has a tree of rays",
-            scene.integrator.type_name()
-        );
+pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<TreeRecord, SceneError> {
+    let (scene, view) = (&*p.scene, &p.view);
+    let any: &dyn std::any::Any = &*p.integrator;
+    let Some(ClassicIntegrator(integrator)) = any.downcast_ref() else {
+        let message =
+            format!("the integrator is \"{}\": only \"classic\" has a tree of rays", p.integrator.name());
         return Err(SceneError::new(ErrorCode::Conflict, message));
     };
     let mut samples = CameraSamples::default();
-    camera_point(scene, id, place, &mut samples);
+    camera_point(view, id, place, &mut samples);
     let mut tree = TreeRecord {
         id,
         place,
@@ -48,7 +48,7 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<TreeRec
         tree.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(tree);
     }
-    let mut wave = Wave::new(integrator, scene, Notes::new(tree));
+    let mut wave = Wave::new(integrator, scene, view, Notes::new(tree));
     let mut out = Vec::new();
     wave.radiance(&samples, &mut out, &mut RayStats::default());
     let mut tree = wave.record.tree;

@@ -148,7 +148,7 @@ impl ClassicDesc {
         if self.light_seen {
             let mut seen = Spectrum::BLACK;
             let mut any = false;
-            for light in &scene.lights {
+            for light in &scene.lights[..] {
                 if let Light::Directional(light) = light
                     && light.is_seen(direction())
                 {

@@ -4,7 +4,7 @@ use super::{Look, Sight, opaque, surroundings};
 use crate::integrator::{Radiance, RayStats};
 use crate::math::Ray;
 use crate::scene::Scene;
-use crate::scene::schema::params;
+use crate::schema::params;
 
 params! {
     /// Shows the base colour of the material at the first hit, textures included, without light: what a denoiser wants beside the
@@ -17,6 +17,10 @@ type = "albedo"
 }
 
 impl Look for AlbedoDesc {
+    fn word(&self) -> &'static str {
+        AlbedoDesc::DOC.name
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         let outside = sight.surface.ng.dot(sight.ray.direction) <= 0.0;
         opaque(sight.scene.material_at(&sight.hit).base_color(sight.scene, &sight.surface, outside))

@@ -6,7 +6,7 @@ use crate::integrator::{Radiance, RayStats};
 use crate::math::{DVec2, Ray};
 use crate::sampler::{OwenSobol, SampleId, concentric_disk};
 use crate::scene::Scene;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, params};
 
 /// Random numbers of directions: apart from those of the place in the pixel and on the lens.
 const SET: u32 = 0x00a0;
@@ -28,6 +28,10 @@ samples = 64
 }
 
 impl Look for AmbientOcclusionDesc {
+    fn word(&self) -> &'static str {
+        AmbientOcclusionDesc::DOC.name
+    }
+
     fn at(&self, sight: &Sight<'_>, stats: &mut RayStats) -> Radiance {
         let n = sight.normal();
         let (x, y) = n.any_orthonormal_pair();

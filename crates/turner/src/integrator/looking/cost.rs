@@ -1,10 +1,11 @@
 //! How much there is to do for a ray.
 
-use super::{Look, Sight, numbers};
+use super::{Look, Sight, numbers, shown};
+use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
 use crate::math::Ray;
 use crate::scene::Scene;
-use crate::scene::schema::params;
+use crate::schema::params;
 
 params! {
     /// Shows what the search for the first hit goes through: the boxes of the trees that the ray enters before its hit, and what has to be tested in
@@ -19,6 +20,14 @@ type = "cost"
 }
 
 impl Look for CostDesc {
+    fn word(&self) -> &'static str {
+        CostDesc::DOC.name
+    }
+
+    fn shown(&self, picture: &mut Picture) {
+        shown::cost(picture);
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         of(sight.scene, &Ray { t_max: sight.hit.shape.t, ..sight.ray })
     }

@@ -1,9 +1,10 @@
 //! How far away things are.
 
-use super::{Look, Sight, numbers};
+use super::{Look, Sight, numbers, shown};
+use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
 use crate::math::DVec2;
-use crate::scene::schema::{choice, params};
+use crate::schema::{choice, params};
 
 choice! {
     /// What counts as depth.
@@ -29,12 +30,20 @@ measure = "axis"
 }
 
 impl Look for DepthDesc {
+    fn word(&self) -> &'static str {
+        DepthDesc::DOC.name
+    }
+
+    fn shown(&self, picture: &mut Picture) {
+        shown::depth(picture);
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         let way = sight.surface.p - sight.ray.origin;
         let depth = match self.measure {
             DepthMeasure::Distance => way.length(),
             DepthMeasure::Axis => {
-                let middle = sight.scene.camera.ray(DVec2::ZERO, DVec2::splat(0.5));
+                let middle = sight.view.camera.ray(DVec2::ZERO, DVec2::splat(0.5));
                 way.dot(middle.direction.normalize())
             }
         };

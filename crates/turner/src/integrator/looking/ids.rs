@@ -1,8 +1,9 @@
 //! Which thing is where.
 
-use super::{Look, Sight, numbers};
+use super::{Look, Sight, numbers, shown};
+use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
-use crate::scene::schema::params;
+use crate::schema::params;
 
 params! {
     /// Shows which object, which material and which part of it is seen. EXR files hold, from 0, the number of the object in red (in the order of the
@@ -17,6 +18,14 @@ type = "ids"
 }
 
 impl Look for IdsDesc {
+    fn word(&self) -> &'static str {
+        IdsDesc::DOC.name
+    }
+
+    fn shown(&self, picture: &mut Picture) {
+        shown::ids(picture);
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         let object = sight.scene.primitive_id(&sight.hit);
         let material = sight.surface.material.index();

@@ -24,15 +24,23 @@ pub use position::PositionDesc;
 pub use uv::UvDesc;
 pub use wireframe::WireframeDesc;
 
+use std::sync::Arc;
+
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, Integrator, Radiance, RayStats, Tracer};
+use crate::film::Picture;
+use crate::integrator::{
+    CameraSamples, Capabilities, Integrator, PreparedIntegrator, Radiance, RayStats, Tracer,
+};
 use crate::math::Ray;
 use crate::sampler::SampleId;
 use crate::scene::{Hit, Scene, SurfaceInteraction};
+use crate::schema::SceneError;
+use crate::view::View;
 
 /// A camera ray and what it met.
 pub(super) struct Sight<'a> {
     scene: &'a Scene,
+    view: &'a View,
     id: SampleId,
     ray: Ray,
     hit: Hit,
@@ -47,7 +55,13 @@ impl Sight<'_> {
 }
 
 /// What is shown of a hit, and where there is none.
-pub(super) trait Look: Sync {
+pub(super) trait Look: Clone + Send + Sync + 'static {
+    /// Its name in a scene.
+    fn word(&self) -> &'static str;
+
+    /// Replaces the display values of a picture whose numbers are no colours.
+    fn shown(&self, _: &mut Picture) {}
+
     /// At a hit; counts the rays that it takes.
     fn at(&self, sight: &Sight<'_>, stats: &mut RayStats) -> Radiance;
 
@@ -77,19 +91,49 @@ fn surroundings(scene: &Scene, ray: &Ray) -> Radiance {
 }
 
 impl<L: Look> Integrator for L {
-    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
-        Box::new(FirstHits { look: self, scene })
+    fn name(&self) -> &str {
+        self.word()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities { debug: true, ..Capabilities::default() }
+    }
+
+    fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {
+        Ok(Arc::new(FirstHit(self.clone())))
+    }
+}
+
+/// Shows the first hits of camera rays.
+struct FirstHit<L>(L);
+
+impl<L: Look> PreparedIntegrator for FirstHit<L> {
+    fn name(&self) -> &str {
+        self.0.word()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.0.capabilities()
+    }
+
+    fn show(&self, picture: &mut Picture) {
+        self.0.shown(picture);
+    }
+
+    fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a> {
+        Box::new(FirstHits { look: &self.0, scene, view })
     }
 }
 
 struct FirstHits<'a, L> {
     look: &'a L,
     scene: &'a Scene,
+    view: &'a View,
 }
 
 impl<L: Look> Tracer for FirstHits<'_, L> {
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
-        let scene = self.scene;
+        let (scene, view) = (self.scene, self.view);
         stats.camera += samples.ids.len() as u64;
         out.clear();
         let rays = samples.ids.iter().enumerate().filter_map(|(i, id)| Some((*id, samples.rays.get(i)?)));
@@ -97,7 +141,7 @@ impl<L: Look> Tracer for FirstHits<'_, L> {
             None => self.look.beyond(scene, &ray),
             Some(hit) => {
                 let surface = scene.surface(&ray, &hit);
-                self.look.at(&Sight { scene, id, ray, hit, surface }, stats)
+                self.look.at(&Sight { scene, view, id, ray, hit, surface }, stats)
             }
         }));
     }

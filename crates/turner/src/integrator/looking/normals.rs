@@ -4,7 +4,7 @@ use super::{Look, Sight, numbers, surroundings};
 use crate::integrator::{Radiance, RayStats};
 use crate::math::Ray;
 use crate::scene::Scene;
-use crate::scene::schema::{choice, params};
+use crate::schema::{choice, params};
 
 choice! {
     /// Which normal is shown.
@@ -28,6 +28,10 @@ type = "normals"
 }
 
 impl Look for NormalsDesc {
+    fn word(&self) -> &'static str {
+        NormalsDesc::DOC.name
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         let n = match self.normal {
             NormalKind::Geometric => sight.surface.ng,

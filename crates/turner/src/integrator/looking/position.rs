@@ -1,8 +1,9 @@
 //! Where things are.
 
-use super::{Look, Sight, numbers};
+use super::{Look, Sight, numbers, shown};
+use crate::film::Picture;
 use crate::integrator::{Radiance, RayStats};
-use crate::scene::schema::params;
+use crate::schema::params;
 
 params! {
     /// Shows the first hit's place in the world: x, y and z as red, green and blue. EXR files hold the numbers, with alpha 0 where
@@ -15,6 +16,14 @@ type = "position"
 }
 
 impl Look for PositionDesc {
+    fn word(&self) -> &'static str {
+        PositionDesc::DOC.name
+    }
+
+    fn shown(&self, picture: &mut Picture) {
+        shown::position(picture);
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         numbers(sight.surface.p.to_array())
     }

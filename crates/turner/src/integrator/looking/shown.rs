@@ -2,19 +2,6 @@
 
 use crate::color::heat;
 use crate::film::Picture;
-use crate::integrator::IntegratorDesc;
-
-/// Replaces the display values of a picture whose numbers are no colours; others stay as the film has made them.
-pub fn show(integrator: &IntegratorDesc, picture: &mut Picture) {
-    match integrator {
-        IntegratorDesc::Depth(_) => depth(picture),
-        IntegratorDesc::Position(_) => position(picture),
-        IntegratorDesc::Uv(_) => uv(picture),
-        IntegratorDesc::Ids(_) => ids(picture),
-        IntegratorDesc::Cost(_) => cost(picture),
-        _ => {}
-    }
-}
 
 /// The numbers of a pixel that hit something, without alpha.
 fn straight([r, g, b, a]: [f32; 4]) -> Option<[f32; 3]> {
@@ -52,26 +39,26 @@ fn between(v: f32, (least, most): (f32, f32)) -> f32 {
     if most > least { (v - least) / (most - least) } else { 0.5 }
 }
 
-fn depth(picture: &mut Picture) {
+pub(super) fn depth(picture: &mut Picture) {
     let (near, far) = range(picture, 0);
     let near = near.max(far * 1e-6);
     let reciprocals = (1.0 / far, 1.0 / near);
     each(picture, |p| heat_bytes(between(1.0 / p[0], reciprocals)));
 }
 
-fn position(picture: &mut Picture) {
+pub(super) fn position(picture: &mut Picture) {
     let ranges = [0, 1, 2].map(|c| range(picture, c));
     each(picture, |p| [0, 1, 2].map(|c| byte(between(p[c], ranges[c]))));
 }
 
-fn uv(picture: &mut Picture) {
+pub(super) fn uv(picture: &mut Picture) {
     let fraction = |v: f32| byte(v - v.floor());
     // The end of the range, where a picture ends that does not repeat, is not its beginning.
     let shown = |v: f32| if v == 1.0 { 255 } else { fraction(v) };
     each(picture, |p| [shown(p[0]), shown(p[1]), 0]);
 }
 
-fn ids(picture: &mut Picture) {
+pub(super) fn ids(picture: &mut Picture) {
     each(picture, |p| {
         // Golden steps around the circle of hues: neighbours differ, and numbers close by as well.
         let turns = f64::from(p[0]) * 0.618_033_988_749_895;
@@ -85,7 +72,7 @@ fn ids(picture: &mut Picture) {
     });
 }
 
-fn cost(picture: &mut Picture) {
+pub(super) fn cost(picture: &mut Picture) {
     let (_, most) = range(picture, 0);
     each(picture, |p| heat_bytes(between(p[0], (0.0, most))));
 }

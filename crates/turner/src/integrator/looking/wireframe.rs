@@ -5,7 +5,7 @@ use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::scene::Scene;
-use crate::scene::schema::{Range, params};
+use crate::schema::{Range, params};
 
 params! {
     /// Shows the edges of triangles as lines of an even width on the picture, smooth by themselves; other shapes have lines of equal u and v, eight to
@@ -26,6 +26,10 @@ line = "#102040"
 }
 
 impl Look for WireframeDesc {
+    fn word(&self) -> &'static str {
+        WireframeDesc::DOC.name
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         let pixel = Pixel::of(sight);
         let drawn = match sight.scene.triangle_at(&sight.hit) {
@@ -52,12 +56,12 @@ struct Pixel {
 
 impl Pixel {
     fn of(sight: &Sight<'_>) -> Pixel {
-        let film = &sight.scene.film;
+        let film = &sight.view.film;
         let ray = |dx: f64, dy: f64| {
             let (x, y) = (f64::from(sight.id.x) + 0.5 + dx, f64::from(sight.id.y) + 0.5 + dy);
             let screen =
                 DVec2::new(2.0 * x / f64::from(film.width) - 1.0, 1.0 - 2.0 * y / f64::from(film.height));
-            let ray = sight.scene.camera.ray(screen, DVec2::splat(0.5));
+            let ray = sight.view.camera.ray(screen, DVec2::splat(0.5));
             (ray.origin, ray.direction.normalize())
         };
         let (o, d) = ray(0.0, 0.0);

@@ -1,10 +1,10 @@
 //! Several lights that are looked at where a surface reflects one direction more than others, of which one is followed: resampled importance
 //! sampling (Talbot, Cline and Egbert 2005, "Importance Resampling for Global Illumination").
 //!
-//! Lights are chosen by what they may bring and their places without regard to the BSDF; of four of them one is taken in proportion to
-//! what it brings unshadowed, which follows the product of light and BSDF, for one shadow ray. Their density is that of all together, four times that of
-//! one, and so is the weight against lights that rays find by chance. Only at the first surface, where the rays of the camera are dearer than
-//! candidates.
+//! Lights are chosen by what they may bring and their places without regard to the BSDF; of [`CANDIDATES`] of them one is taken in
+//! proportion to what it brings unshadowed, which follows the product of light and BSDF, for one shadow ray. Their density is that of all
+//! together, [`CANDIDATES`] times that of one, and so is the weight against lights that rays find by chance. Only at the first surface, where
+//! the rays of the camera are dearer than candidates.
 
 use super::LightSampling;
 use super::record::Record;
@@ -46,7 +46,6 @@ impl<R: Record> Wave<'_, R> {
 }
 
 /// Which of several lights a number takes, by the luminance that each brings, and how many times that counts; `None` where none brings any.
-///
 pub(super) fn pick(brought: &[f32], u: f64) -> Option<(usize, f32)> {
     let sum: f64 = brought.iter().map(|b| f64::from(*b)).sum();
     if !sum.is_finite() {

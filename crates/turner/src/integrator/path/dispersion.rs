@@ -7,12 +7,12 @@
 
 use super::record::Record;
 use super::shade::{FIRST_SET, MAX_VERTICES};
-use super::vertex::{coated, prepare};
 use super::wave::{Arrival, Wave};
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
 use crate::material::Physical;
+use crate::material::vertex::{coated, prepare};
 use crate::scene::SurfaceInteraction;
 
 /// The set of random numbers for the choice of a band, which a path makes once.

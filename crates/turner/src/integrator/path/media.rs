@@ -6,7 +6,8 @@
 use crate::color::Spectrum;
 use crate::material::Physical;
 use crate::math::elementary::{exp, ln};
-use crate::scene::{ColorSource, MaterialId, Scene, SurfaceInteraction};
+use crate::scene::{Scene, SurfaceInteraction};
+use crate::schema::{ColorSource, MaterialId};
 
 /// Materials of solids around a point; more than these are taken for nothing.
 const MAX_NESTED: usize = 8;

@@ -4,21 +4,22 @@
 //! weighs them (Veach & Guibas 1995). Numbers come from scrambled Sobol points. The paths of a tile advance together, a
 //! bounce at a time, so that their rays can be searched for in batches; a path's result does not depend on the others.
 
-mod bent_normal;
 mod block;
 mod candidates;
 mod caustics;
+#[cfg(test)]
+mod closed_form_tests;
 mod dispersion;
 mod media;
 mod notes;
 mod pane;
+mod probing;
 mod record;
 mod replay;
 mod reuse;
 mod settings;
 mod shade;
 mod subsurface;
-mod vertex;
 mod volume;
 mod volume_light;
 mod wave;
@@ -28,14 +29,18 @@ pub use record::{
     PhotonsRecord, Roulette, ScatterRecord, SharedRecord, VertexRecord, WalkRecord, WayRecord,
 };
 pub use replay::{replay, replay_at};
-pub(crate) use reuse::{CELL, decide, group};
+pub(crate) use reuse::{CELL, group};
 
 pub use caustics::{Caustics, Gathered, Photon, PhotonMap, Plan};
 
-use crate::integrator::{Integrator, LightTracer, Tracer};
-use crate::scene::Scene;
-use crate::scene::schema::{Range, choice, params};
+use std::sync::{Arc, OnceLock};
+
 use settings::Settings;
+
+use crate::integrator::{Capabilities, Integrator, LightTracer, PreparedIntegrator, Tracer};
+use crate::scene::Scene;
+use crate::schema::{Range, SceneError, choice, params};
+use crate::view::View;
 
 choice! {
     /// Which ways of finding lights are used; both give the same picture in the limit.
@@ -122,54 +127,137 @@ type = "direct"
 "#
 }
 
-impl Default for PathDesc {
-    fn default() -> PathDesc {
-        PathDesc {
-            max_depth: 16,
-            max_diffuse: None,
-            max_glossy: None,
-            max_transmission: None,
-            max_transparent: 256,
-            rr_start: 3,
-            clamp_indirect: 0.0,
-            caustics: Caustics::Auto,
-            photon_radius: None,
-            reuse: PathReuse::Auto,
-            light_sampling: LightSampling::Both,
-        }
-    }
-}
-
 impl Integrator for PathDesc {
-    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
-        Box::new(wave::Wave::new(Settings::path(self), scene, record::Off))
+    fn name(&self) -> &str {
+        PathDesc::DOC.name
     }
 
-    fn shares_paths(&self, scene: &Scene) -> bool {
-        scene.reuses_paths && Settings::path(self).reuse && reuse::Reuse::suits(scene)
+    fn capabilities(&self) -> Capabilities {
+        capabilities(self.light_sampling)
     }
 
-    fn light_paths(&self, scene: &Scene) -> u64 {
-        scene.caustics.as_ref().map_or(0, |plan| plan.paths)
-    }
-
-    fn finds_photons(&self, scene: &Scene) -> bool {
-        scene.caustics.as_ref().is_some_and(|plan| plan.merges)
-    }
-
-    fn photons(&self, scene: &Scene, index: u32) -> Option<PhotonMap> {
-        let plan = scene.caustics.as_ref().filter(|plan| plan.merges)?;
-        Some(PhotonMap::of_sample(scene, plan, Settings::path(self), index))
-    }
-
-    fn light_tracer<'a>(&'a self, scene: &'a Scene) -> Option<Box<dyn LightTracer + 'a>> {
-        let plan = scene.caustics.as_ref()?;
-        Some(Box::new(caustics::LightWave::new(Settings::path(self), scene, plan)))
+    fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {
+        Ok(Arc::new(PathIntegrator::new(Settings::path(self), Some(self.clone()))))
     }
 }
 
 impl Integrator for DirectDesc {
-    fn tracer<'a>(&'a self, scene: &'a Scene) -> Box<dyn Tracer + 'a> {
-        Box::new(wave::Wave::new(Settings::direct(self), scene, record::Off))
+    fn name(&self) -> &str {
+        DirectDesc::DOC.name
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        capabilities(self.light_sampling)
+    }
+
+    fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {
+        Ok(Arc::new(PathIntegrator::new(Settings::direct(self), None)))
+    }
+}
+
+/// What a path tracer needs of a scene.
+fn capabilities(light_sampling: LightSampling) -> Capabilities {
+    Capabilities { physical: true, compensates: light_sampling == LightSampling::Both, debug: false }
+}
+
+/// A path tracer that is ready for a scene and a view: its settings, and what was chosen for them.
+#[derive(Clone, Debug)]
+pub struct PathIntegrator {
+    settings: Settings,
+    /// What there is to choose by; `None` for direct light alone, which has no choice.
+    desc: Option<PathDesc>,
+    choice: OnceLock<Choice>,
+}
+
+/// What pays in a scene and a view.
+#[derive(Clone, Debug, Default)]
+struct Choice {
+    /// The light paths that go with the camera's, if they help.
+    plan: Option<Plan>,
+    /// Whether pixels use their neighbours' paths.
+    shares: bool,
+}
+
+impl PathIntegrator {
+    fn new(settings: Settings, desc: Option<PathDesc>) -> PathIntegrator {
+        let choice = OnceLock::new();
+        if desc.is_none() {
+            let _ = choice.set(Choice::default());
+        }
+        PathIntegrator { settings, desc, choice }
+    }
+
+    /// The light paths that go with the camera's, if they help; none before that is [chosen](PreparedIntegrator::choose).
+    pub fn caustics(&self) -> Option<&Plan> {
+        self.choice.get()?.plan.as_ref()
+    }
+
+    fn context<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Context<'a> {
+        Context { scene, view, settings: self.settings, plan: self.caustics(), shares: self.shares_paths() }
+    }
+}
+
+/// What paths are traced in, and by what settings.
+#[derive(Clone, Copy)]
+struct Context<'a> {
+    scene: &'a Scene,
+    view: &'a View,
+    settings: Settings,
+    /// The light paths beside which camera paths are weighed.
+    plan: Option<&'a Plan>,
+    /// Whether pixels use their neighbours' paths.
+    shares: bool,
+}
+
+impl PreparedIntegrator for PathIntegrator {
+    fn name(&self) -> &str {
+        if self.settings.direct { DirectDesc::DOC.name } else { PathDesc::DOC.name }
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        capabilities(self.settings.light_sampling)
+    }
+
+    fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a> {
+        Box::new(wave::Wave::new(self.context(scene, view), record::Off))
+    }
+
+    fn choose(&self, scene: &Scene, view: &View) {
+        if let Some(desc) = &self.desc {
+            self.choice.get_or_init(|| {
+                let (plan, shares) = reuse::decide(scene, view, desc, Plan::new(scene, view, desc));
+                Choice { plan, shares }
+            });
+        }
+    }
+
+    fn has_chosen(&self) -> bool {
+        self.choice.get().is_some()
+    }
+
+    fn shares_paths(&self) -> bool {
+        self.choice.get().is_some_and(|choice| choice.shares)
+    }
+
+    fn light_paths(&self) -> u64 {
+        self.caustics().map_or(0, |plan| plan.paths)
+    }
+
+    fn finds_photons(&self) -> bool {
+        self.caustics().is_some_and(|plan| plan.merges)
+    }
+
+    fn photons(&self, scene: &Scene, view: &View, index: u32) -> Option<PhotonMap> {
+        let plan = self.caustics().filter(|plan| plan.merges)?;
+        Some(PhotonMap::of_sample(self.context(scene, view), plan, index))
+    }
+
+    fn photon_map(&self, index: u32, photons: Vec<Photon>) -> Option<PhotonMap> {
+        self.caustics().map(|plan| PhotonMap::new(plan, index, photons))
+    }
+
+    fn light_tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Option<Box<dyn LightTracer + 'a>> {
+        let plan = self.caustics()?;
+        Some(Box::new(caustics::LightWave::new(self.context(scene, view), plan)))
     }
 }

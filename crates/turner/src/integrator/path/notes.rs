@@ -11,7 +11,8 @@ use crate::color::Spectrum;
 use crate::material::{Material, Physical};
 use crate::math::{DVec3, Ray};
 use crate::scene::emitters::LightSample;
-use crate::scene::{Hit, MaterialId, Scene, SurfaceInteraction};
+use crate::scene::{Hit, Scene, SurfaceInteraction};
+use crate::schema::MaterialId;
 
 impl Path {
     /// Density of the ray's direction, where sampling a light could have found what it finds.

@@ -5,13 +5,10 @@
 //! see the same light through the same panes.
 
 use super::record::{End, Passage, Record};
-use super::vertex::prepare;
 use super::wave::Wave;
 use crate::bsdf::BsdfSample;
-use crate::color::Spectrum;
-use crate::material::Physical;
-use crate::math::{DVec3, Ray};
-use crate::scene::{Scene, SurfaceInteraction};
+use crate::math::DVec3;
+use crate::scene::SurfaceInteraction;
 
 impl<R: Record> Wave<'_, R> {
     /// Goes straight on through a pane; the sample says with what weight.
@@ -29,34 +26,5 @@ impl<R: Record> Wave<'_, R> {
         } else if !path.beta.is_black() {
             self.next.push(sample, surface, -wo);
         }
-    }
-}
-
-impl Physical {
-    /// The share of light that passes a crossing in `direction`: where the surface is not, and straight through a pane.
-    pub(crate) fn shadow_tint(
-        &self,
-        scene: &Scene,
-        surface: &SurfaceInteraction,
-        direction: DVec3,
-    ) -> Spectrum {
-        let coverage = self.desc.coverage(scene, surface);
-        let open = Spectrum::grey(1.0 - coverage);
-        if !self.pane || coverage == 0.0 || self.desc.unlit {
-            return open;
-        }
-        let Some(direction) = direction.try_normalize() else { return open };
-        let outside = direction.dot(surface.ng) < 0.0;
-        let made;
-        let bsdf = match self.constant_bsdf(outside) {
-            Some(bsdf) => bsdf,
-            None => {
-                made = self.bsdf(scene, surface, 1.0, outside);
-                &made
-            }
-        };
-        let ray = Ray::new(surface.p, direction);
-        let vertex = prepare(scene, &ray, self, surface, bsdf, outside);
-        open + vertex.straight() * coverage
     }
 }

@@ -6,10 +6,10 @@
 use crate::bsdf::Lobe;
 use crate::color::Spectrum;
 use crate::integrator::Radiance;
-use crate::integrator::classic::Caster;
 use crate::math::DVec3;
 use crate::sampler::SampleId;
-use crate::scene::MaterialId;
+use crate::scene::Caster;
+use crate::schema::MaterialId;
 
 /// Takes notes of a path, or none.
 pub(super) trait Record {

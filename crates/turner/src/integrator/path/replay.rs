@@ -1,18 +1,17 @@
 //! One sample again, by pixel and number.
 
-use super::caustics::PhotonMap;
+use std::sync::Arc;
+
 use super::record::{End, LentRecord, Off, PathRecord, SharedRecord};
 use super::reuse::group;
-use super::settings::Settings;
 use super::wave::Wave;
+use super::{Context, PathIntegrator};
 use crate::color::Spectrum;
-use crate::integrator::{CameraSamples, IntegratorDesc, Radiance, RayStats, Tracer};
+use crate::integrator::{CameraSamples, Prepared, PreparedIntegrator, Radiance, RayStats, Tracer};
 use crate::math::DVec3;
-use crate::render::{camera_point, place_of, sample_id, take_points};
 use crate::sampler::SampleId;
-use crate::scene::Scene;
-use crate::scene::error::{ErrorCode, SceneError};
-use std::sync::Arc;
+use crate::schema::{ErrorCode, Remedy, SceneError};
+use crate::view::{camera_point, place_of, sample_id, take_points};
 
 /// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and writes down what happens.
 ///
@@ -21,25 +20,22 @@ use std::sync::Arc;
 ///
 /// Errors: a pixel outside the picture, a sample beyond `film.samples`, adaptive anti-aliasing, whose samples have no numbers
 /// ([`ErrorCode::OutOfRange`]), and an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
-pub fn replay(scene: &Scene, x: u32, y: u32, index: u32) -> Result<PathRecord, SceneError> {
-    settings(scene)?;
-    let id = sample_id(scene, x, y, index)?;
-    replay_at(scene, id, place_of(scene, &id))
+pub fn replay(p: &Prepared, x: u32, y: u32, index: u32) -> Result<PathRecord, SceneError> {
+    integrator(p)?;
+    let id = sample_id(&p.view, x, y, index)?;
+    replay_at(p, id, place_of(&p.view, &id))
 }
 
-/// The settings of the scene's integrator, if it makes paths.
-fn settings(scene: &Scene) -> Result<Settings, SceneError> {
-    Ok(match &scene.integrator {
-        IntegratorDesc::Path(desc) => Settings::path(desc),
-        IntegratorDesc::Direct(desc) => Settings::direct(desc),
-        other => {
-            let message = format!(
-                "the integrator is \"{}\", but only the paths of \"path\" and \"direct\" can be replayed for now",
-                other.type_name()
-            );
-            return Err(SceneError::new(ErrorCode::Conflict, message)
-                .help("choose one of them: `integrator.type = \"path\"` or `--integrator path`"));
-        }
+/// The integrator, if it makes paths.
+fn integrator(p: &Prepared) -> Result<&PathIntegrator, SceneError> {
+    p.path().ok_or_else(|| {
+        let message = format!(
+            "the integrator is \"{}\", but only the paths of \"path\" and \"direct\" can be replayed for now",
+            p.integrator.name()
+        );
+        SceneError::new(ErrorCode::Conflict, message)
+            .help("choose one of them: `type = \"path\"` in [integrator]")
+            .remedy(Remedy::set("integrator.type", "path"))
     })
 }
 
@@ -47,10 +43,13 @@ fn settings(scene: &Scene) -> Result<Settings, SceneError> {
 /// [`crate::render::pixel`] can be had whatever the anti-aliasing.
 ///
 /// Errors: an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
-pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRecord, SceneError> {
-    let settings = settings(scene)?;
+pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathRecord, SceneError> {
+    p.choose();
+    let integrator = integrator(p)?;
+    let (scene, view) = (&*p.scene, &p.view);
+    let context = integrator.context(scene, view);
     let mut samples = CameraSamples::default();
-    camera_point(scene, id, place, &mut samples);
+    camera_point(view, id, place, &mut samples);
     let ray = samples.rays.get(0);
     let mut record = PathRecord {
         id,
@@ -72,10 +71,10 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRec
         record.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(record);
     }
-    let shared = of_group(scene, settings, id);
-    let mut wave = Wave::new(settings, scene, record);
-    if let Some(plan) = scene.caustics.as_ref().filter(|plan| plan.merges) {
-        wave.find_photons(Arc::new(PhotonMap::of_sample(scene, plan, settings, id.index)));
+    let shared = of_group(context, id);
+    let mut wave = Wave::new(context, record);
+    if let Some(photons) = integrator.photons(scene, view, id.index) {
+        wave.find_photons(Arc::new(photons));
     }
     let mut out = Vec::new();
     wave.radiance(&samples, &mut out, &mut RayStats::default());
@@ -91,13 +90,14 @@ pub fn replay_at(scene: &Scene, id: SampleId, place: [f64; 2]) -> Result<PathRec
 }
 
 /// What a sample is among its group, if it has one.
-fn of_group(scene: &Scene, settings: Settings, id: SampleId) -> Option<(Radiance, Vec<LentRecord>)> {
-    let mut wave = Wave::new(settings, scene, Off);
+fn of_group(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<LentRecord>)> {
+    let view = context.view;
+    let mut wave = Wave::new(context, Off);
     if !wave.reuse.is_on() {
         return None;
     }
     let mut samples = CameraSamples::default();
-    take_points(scene, &mut samples, group(scene, id).map(|id| (id, place_of(scene, &id).into())));
+    take_points(view, &mut samples, group(view, id).map(|id| (id, place_of(view, &id).into())));
     let mut out = Vec::new();
     wave.radiance(&samples, &mut out, &mut RayStats::default());
     let own = samples.ids.iter().position(|other| *other == id)?;

@@ -1,15 +1,16 @@
 //! What happens to a path where its ray ends.
 
+use super::LightSampling;
 use super::candidates::{CANDIDATES, pick};
 use super::dispersion::Prism;
 use super::media::Boundary;
 use super::record::{AroundRecord, End, Passage, Record, Roulette};
-use super::vertex::{Met, Vertex, coated, prepare};
+use super::settings::Settings;
 use super::wave::{Arrival, Path, Wave};
-use super::{LightSampling, settings::Settings};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats, footprint};
+use crate::material::vertex::{Met, Vertex, coated, prepare};
 use crate::material::{AlphaMode, Material, Physical};
 use crate::math::Ray;
 use crate::scene::casters::Casters;
@@ -333,7 +334,7 @@ impl<R: Record> Wave<'_, R> {
             _ => self.choose_light(path, v, lit),
         };
         let Some(Some(lit)) = lit.get(taken) else { return };
-        let Some(met) = v.met(lit) else { return };
+        let Some(met) = v.met(lit.to_light) else { return };
         let (wi, wi_local, crosses) = (met.wi, met.wi_local, met.crosses);
         let candidates = path.more + 1;
         self.record.note(|r| r.lit(lit, wi, met.f, met.pdf, wi_local.z.abs(), (candidates, counts)));
@@ -380,7 +381,7 @@ impl<R: Record> Wave<'_, R> {
         let mut brought = [0.0; CANDIDATES];
         for (brought, lit) in brought.iter_mut().zip(lit) {
             if let Some(lit) = lit
-                && let Some(met) = v.met(lit)
+                && let Some(met) = v.met(lit.to_light)
                 && !met.f.is_black()
             {
                 *brought = self.settings.unshadowed(path, lit, &met, 0.0).1.luminance();
@@ -432,7 +433,7 @@ impl<R: Record> Wave<'_, R> {
         path.scattered |= !s.lobe.is_delta;
         path.pdf = s.pdf;
         path.origin = self.scene.receiver(v.surface, -v.wo).with_more(path.more);
-        if let Some(pixel) = &self.scene.pixel_cone {
+        if let Some(pixel) = &self.view.pixel_cone {
             path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
         }
         if crosses {

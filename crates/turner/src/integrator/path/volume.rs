@@ -245,7 +245,7 @@ impl<R: Record> Wave<'_, R> {
         // Whoever finds a light by chance weighs this density against that of sampling it, which stands for both places.
         path.pdf = pdf / (1.0 + beside * beside).sqrt();
         path.origin = Receiver::from(p);
-        if let Some(pixel) = &self.scene.pixel_cone {
+        if let Some(pixel) = &self.view.pixel_cone {
             path.cone = path.cone.advanced(t).scattered(pdf, pixel.share);
         }
         stats.reflected += 1;

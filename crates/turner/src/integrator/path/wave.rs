@@ -1,5 +1,10 @@
 //! Paths of many samples, a bounce at a time.
 
+use std::sync::Arc;
+
+use turner_bvh::lanes::LANES;
+
+use super::Context;
 use super::block::VertexBlocks;
 use super::caustics::{Back, PhotonMap, Plan};
 use super::media::Media;
@@ -17,8 +22,7 @@ use crate::scene::emitters::LightSample;
 use crate::scene::{
     AroundBatch, Hit, LightBatch, RayBatch, RayOrigin, Scene, SpectrumBlock, SurfaceInteraction,
 };
-use std::sync::Arc;
-use turner_bvh::lanes::LANES;
+use crate::view::View;
 
 /// How far the path of one sample has come.
 #[derive(Default)]
@@ -173,6 +177,7 @@ impl Shadows {
 pub(super) struct Wave<'a, R = Off> {
     pub(super) settings: Settings,
     pub(super) scene: &'a Scene,
+    pub(super) view: &'a View,
     pub(super) paths: Vec<Path>,
     front: Front,
     pub(super) next: Front,
@@ -201,10 +206,12 @@ pub(super) struct Wave<'a, R = Off> {
 }
 
 impl<'a, R> Wave<'a, R> {
-    pub(super) fn new(settings: Settings, scene: &'a Scene, record: R) -> Wave<'a, R> {
+    pub(super) fn new(context: Context<'a>, record: R) -> Wave<'a, R> {
+        let Context { scene, view, settings, plan, shares } = context;
         Wave {
             settings,
             scene,
+            view,
             paths: Vec::new(),
             front: Front::default(),
             next: Front::default(),
@@ -216,9 +223,9 @@ impl<'a, R> Wave<'a, R> {
             around: AroundBatch::default(),
             wanted: Vec::new(),
             numbers: Vec::new(),
-            plan: scene.caustics.as_ref(),
+            plan,
             back: Vec::new(),
-            reuse: Reuse::new(settings.reuse && scene.reuses_paths && Reuse::suits(scene)),
+            reuse: Reuse::new(shares),
             photons: None,
             by_photons: 0.0,
             photon_variance: 0.0,
@@ -240,12 +247,12 @@ impl<R: Record> Tracer for Wave<'_, R> {
         // Those there are keep their places: lists of media are large, and mostly not read.
         self.paths.resize_with(count, Path::default);
         for (i, (path, id)) in self.paths.iter_mut().zip(&samples.ids).enumerate() {
-            path.begin(id, samples.rays.time(i), footprint::of_camera(self.scene, samples, i));
+            path.begin(id, samples.rays.time(i), footprint::of_camera(self.view, samples, i));
         }
         self.back.clear();
         if let Some(plan) = self.plan {
             let ray = |i: usize| samples.rays.get(i).unwrap_or(Ray::new(DVec3::ZERO, DVec3::Z));
-            self.back.extend((0..count).map(|i| Back::of_camera(self.scene, plan, &ray(i))));
+            self.back.extend((0..count).map(|i| Back::of_camera(self.view, plan, &ray(i))));
         }
         if let Some(volumes) = &self.scene.volumes {
             self.begin_within(volumes, samples);
@@ -321,7 +328,7 @@ impl<R: Record> Wave<'_, R> {
             || samples.iter().zip(hits).filter(|(_, hit)| hit.is_some()).map(|(&sample, _)| sample as usize);
         self.wanted.clear();
         self.wanted.extend(hit().map(|i| (self.paths[i].sampler, FIRST_SET + 2 * self.paths[i].vertex)));
-        OwenSobol::vertex_numbers(&self.wanted, &mut self.numbers);
+        OwenSobol::vertex_numbers(self.scene.instruction_set, &self.wanted, &mut self.numbers);
         for (i, numbers) in hit().zip(&self.numbers) {
             self.paths[i].numbers = *numbers;
         }
@@ -344,7 +351,7 @@ impl<R: Record> Wave<'_, R> {
                 continue;
             }
             let mut surface = self.scene.surface(&ray, hit);
-            if self.scene.pixel_cone.is_some() {
+            if self.view.pixel_cone.is_some() {
                 let cone = &mut self.paths[sample as usize].cone;
                 footprint::arrive(cone, &mut surface, ray.direction, hit.shape.t);
             }

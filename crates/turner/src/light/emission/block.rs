@@ -163,14 +163,16 @@ mod tests {
     use super::super::{RectangleEmitter, SphereEmitter};
     use super::*;
     use crate::testing::Random;
+    use turner_bvh::InstructionSet;
 
     /// `sample` and `sample_block` on random points, some far, near, on and in the emitters.
     fn check<E>(
         make: impl Fn(&mut Random) -> E,
         one: impl Fn(&E, DVec3, [f64; 2]) -> Option<EmitterSample>,
-        eight: impl Fn([&E; LANES], &mut EmitterBlock),
+        eight: impl Fn(InstructionSet, [&E; LANES], &mut EmitterBlock),
     ) {
         let mut random = Random::new(3);
+        let sets: Vec<InstructionSet> = InstructionSet::available().collect();
         let mut answers = 0;
         for round in 0..3000 {
             let emitters: [E; LANES] = std::array::from_fn(|_| make(&mut random));
@@ -184,10 +186,11 @@ mod tests {
                 let p = if round % 7 == 0 { DVec3::new(p.x, 0.0, p.z) } else { p };
                 block.ask(lane, p, random.units::<2>());
             }
-            eight(chosen, &mut block);
+            let set = sets[round % sets.len()];
+            eight(set, chosen, &mut block);
             for (lane, emitter) in chosen.iter().enumerate() {
                 let alone = one(emitter, block.lit(lane), block.choice(lane));
-                assert_eq!(alone, block.get(lane), "round {round}, lane {lane}");
+                assert_eq!(alone, block.get(lane), "round {round}, lane {lane}, {set}");
                 answers += usize::from(alone.is_some());
             }
         }

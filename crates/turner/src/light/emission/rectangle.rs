@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 
 use super::block::{self, Eight, EmitterBlock};
@@ -143,8 +144,8 @@ impl RectangleEmitter {
 
     /// The same of eight rectangles, which may be one, as a block asks.
     #[inline]
-    pub fn sample_block(emitters: [&RectangleEmitter; LANES], block: &mut EmitterBlock) {
-        dispatch(SampleBlock { emitters: Eight::new(emitters), block });
+    pub fn sample_block(set: InstructionSet, emitters: [&RectangleEmitter; LANES], block: &mut EmitterBlock) {
+        dispatch(set, SampleBlock { emitters: Eight::new(emitters), block });
     }
 
     /// The density of the direction from `p` to `q` on it.

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 
 use super::block::{Eight, EmitterBlock};
@@ -52,8 +53,8 @@ impl SphereEmitter {
 
     /// The same of eight spheres, which may be one, as a block asks.
     #[inline]
-    pub fn sample_block(emitters: [&SphereEmitter; LANES], block: &mut EmitterBlock) {
-        let mut alone = dispatch(SampleBlock { emitters: Eight::new(emitters), block });
+    pub fn sample_block(set: InstructionSet, emitters: [&SphereEmitter; LANES], block: &mut EmitterBlock) {
+        let mut alone = dispatch(set, SampleBlock { emitters: Eight::new(emitters), block });
         while alone != 0 {
             let lane = alone.trailing_zeros() as usize;
             alone &= alone - 1;

@@ -6,6 +6,7 @@
 use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 
+use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Work, dispatch};
 
 use super::distribution::Row;
@@ -55,6 +56,7 @@ impl EnvironmentLight {
     /// For each pair of numbers [`EnvironmentLight::sample`], handed over with its place among them.
     pub fn sample_batch(
         &self,
+        set: InstructionSet,
         u: &[[f64; 2]],
         room: &mut EnvironmentBatch,
         mut take: impl FnMut(usize, Option<EnvironmentSample>),
@@ -76,7 +78,7 @@ impl EnvironmentLight {
             }
         }
         let blocks = &mut blocks[..u.len().div_ceil(LANES)];
-        dispatch(Towards { blocks, turn: self.turn });
+        dispatch(set, Towards { blocks, turn: self.turn });
         taps.clear();
         taps.extend((0..u.len()).map(|i| map.taps(blocks[i / LANES].uv(i % LANES))));
         black_box(map.touch(taps));
@@ -95,6 +97,7 @@ impl EnvironmentLight {
     /// For each direction [`EnvironmentLight::found`], handed over with its place among them.
     pub fn found_batch(
         &self,
+        set: InstructionSet,
         directions: &[DVec3],
         room: &mut EnvironmentBatch,
         mut take: impl FnMut(usize, (Spectrum, f64)),
@@ -110,7 +113,7 @@ impl EnvironmentLight {
             }
         }
         let blocks = &mut blocks[..directions.len().div_ceil(LANES)];
-        dispatch(Places { blocks, turn: self.turn });
+        dispatch(set, Places { blocks, turn: self.turn });
         let place = |i: usize| blocks[i / LANES].uv(i % LANES);
         taps.clear();
         taps.extend((0..directions.len()).map(|i| map.taps(place(i))));
@@ -194,14 +197,16 @@ mod tests {
         let image = Image { width: 37, height: 19, channels: 3, pixels: Pixels::F32(samples) };
         let turn = crate::math::elementary::sin_cos(0.7);
         let mut room = EnvironmentBatch::default();
+        let sets: Vec<InstructionSet> = InstructionSet::available().collect();
         for compensated in [false, true] {
             let light =
                 EnvironmentLight::of_picture(Arc::new(image.clone()), Spectrum::WHITE, turn, compensated)
                     .unwrap();
-            for count in [0, 3, 8, 700, 12] {
+            for (i, count) in [0, 3, 8, 700, 12].into_iter().enumerate() {
+                let set = sets[i % sets.len()];
                 let u: Vec<[f64; 2]> = (0..count).map(|_| random.units::<2>()).collect();
                 let mut seen = 0;
-                light.sample_batch(&u, &mut room, |i, sample| {
+                light.sample_batch(set, &u, &mut room, |i, sample| {
                     assert_eq!(sample, light.sample(u[i]));
                     seen += 1;
                 });
@@ -209,7 +214,7 @@ mod tests {
                 if let Some(d) = directions.first_mut() {
                     *d = DVec3::Y;
                 }
-                light.found_batch(&directions, &mut room, |i, found| {
+                light.found_batch(set, &directions, &mut room, |i, found| {
                     assert_eq!(found, light.found(directions[i]));
                     seen += 1;
                 });

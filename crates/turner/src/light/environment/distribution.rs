@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 use super::map::{EnvironmentMap, around, coordinates_fast, height, solid_angles};
 use crate::math::elementary::cos;
 use crate::math::{DVec2, DVec3};
-use crate::scene::error::{ErrorCode, SceneError};
+use crate::schema::{ErrorCode, SceneError};
 
 /// The columns of a row share this many units.
 const UNITS: u32 = u32::MAX;

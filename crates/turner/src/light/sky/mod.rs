@@ -15,17 +15,17 @@ mod spectrum;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use atmosphere::Atmosphere;
+use scatter::Sky;
+use spectrum::{Colors, Depths};
+
 use super::directional::{Directional, DirectionalDesc};
 use super::environment::EnvironmentLight;
 use crate::color::Spectrum;
 use crate::image::{Image, Pixels};
 use crate::math::elementary::{asin, atan2, cos, sin_cos};
 use crate::math::{DVec3, radians};
-use crate::scene::error::{ErrorCode, SceneError};
-use crate::scene::schema::{Range, params};
-use atmosphere::Atmosphere;
-use scatter::Sky;
-use spectrum::{Colors, Depths};
+use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
     /// The light of a clear day: a sky computed from air, dust and ozone, and the sun in it, which rises and sets as it does on earth. +y is up, −z is north, +x is east.
@@ -117,11 +117,10 @@ impl SkyDesc {
         let ((sin_e, cos_e), (sin_a, cos_a)) = (sin_cos(elevation), sin_cos(azimuth));
         let sun = DirectionalDesc {
             from: Some(DVec3::new(sin_a * cos_e, sin_e, -cos_a * cos_e)),
-            direction: None,
             color: light,
-            intensity: 1.0,
             angle: self.sun_angle,
             seen_angle: 0.5 * self.sun_angle,
+            ..DirectionalDesc::default()
         };
         Ok((around, Some(sun.prepare()?)))
     }

@@ -5,19 +5,7 @@ use super::*;
 use crate::math::elementary::{exp, sin};
 
 fn desc() -> SkyDesc {
-    SkyDesc {
-        elevation: 35.0,
-        azimuth: 225.0,
-        direction: None,
-        air: 1.0,
-        dust: 1.0,
-        ozone: 1.0,
-        ground_albedo: Spectrum::grey(0.3),
-        sun: true,
-        sun_angle: 0.53,
-        sun_strength: 1.0,
-        strength: 1.0,
-    }
+    SkyDesc { ..SkyDesc::default() }
 }
 
 fn sky(air: f64, dust: f64, ozone: f64, elevation: f64, albedo: f64) -> Sky {

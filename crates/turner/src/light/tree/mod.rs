@@ -12,6 +12,7 @@ mod node;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use crate::material::GlossyLobe;
 pub(crate) use node::WIDTH;
 use node::{LEAF, Node};
 
@@ -28,18 +29,6 @@ pub struct Receiver {
     pub lobe: GlossyLobe,
     /// How many more lights than one are looked at here, of which one is taken.
     pub more: u32,
-}
-
-/// Directions from which a glossy surface reflects more light to where it is seen from: around the mirrored direction, falling off as GGX's facets do
-/// (Walter et al. 2007, eq. 33).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct GlossyLobe {
-    /// The mirrored direction, of length 1.
-    pub axis: [f32; 3],
-    /// 1/α².
-    pub tightness: f32,
-    /// How many times as much light from the axis counts as the rest of the surface's reflection; 0 for surfaces without a lobe.
-    pub peak: f32,
 }
 
 impl Receiver {

@@ -1,6 +1,7 @@
 //! Four bounds side by side, and what they may bring to a point.
 
-use super::{GlossyLobe, Receiver};
+use super::Receiver;
+use crate::material::GlossyLobe;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 4;

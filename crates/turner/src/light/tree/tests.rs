@@ -3,8 +3,9 @@
     reason = "expected values are independent of the renderer's own functions"
 )]
 
-use super::{GlossyLobe, LightTree, Receiver};
+use super::{LightTree, Receiver};
 use crate::light::LightBound;
+use crate::material::GlossyLobe;
 use crate::math::DVec3;
 use crate::testing::{Random, chi_square_tail};
 

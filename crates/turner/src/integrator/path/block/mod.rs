@@ -7,6 +7,8 @@
 
 mod shade;
 
+use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
+
 use super::LightSampling;
 use super::candidates::{CANDIDATES, pick};
 use super::caustics::Onward;
@@ -22,7 +24,6 @@ use crate::material::{Gloss, Material, PlainBsdf};
 use crate::math::{DVec3, Ray};
 use crate::scene::emitters::LightSample;
 use crate::scene::{FacetBlock, Hit, LightBatch, RayOrigin, Scene};
-use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 /// No light is asked for.
 const NONE: u32 = u32::MAX;
@@ -177,7 +178,7 @@ impl<R: Record> Wave<'_, R> {
             }
         };
         held[number] = taken.is_some();
-        if taken.is_some() && scene.pixel_cone.is_some() {
+        if taken.is_some() && self.view.pixel_cone.is_some() {
             let cone = &mut self.paths[sample as usize].cone;
             *cone = cone.advanced(hit.shape.t);
         }
@@ -196,7 +197,7 @@ impl<R: Record> Wave<'_, R> {
         if vertices.len == 0 {
             return;
         }
-        dispatch(Surfaces(vertices));
+        dispatch(self.scene.instruction_set, Surfaces(vertices));
         let asks = self.settings.light_sampling != LightSampling::Bsdf;
         for (block, len) in vertices.used() {
             for lane in 0..len {
@@ -261,7 +262,7 @@ impl<R: Record> Wave<'_, R> {
             if several != 0 {
                 self.choose_lights(block, room, lights, several);
             }
-            dispatch(shade::Shade { block, room });
+            dispatch(self.scene.instruction_set, shade::Shade { block, room });
             for lane in bits(room.connects & lanes) {
                 self.connect_lane(block, room, lane);
             }
@@ -302,7 +303,7 @@ impl<R: Record> Wave<'_, R> {
             for lane in bits(lanes) {
                 self.set_light(room, lane, candidate(lane, number));
             }
-            dispatch(shade::Light { block, room });
+            dispatch(self.scene.instruction_set, shade::Light { block, room });
             for lane in bits(lanes & room.connects) {
                 brought[lane] = get32(&room.light, lane).luminance();
             }
@@ -375,7 +376,7 @@ impl<R: Record> Wave<'_, R> {
         if let Some(receiver) = block.receivers[lane] {
             path.origin = receiver;
         }
-        if let Some(pixel) = &self.scene.pixel_cone {
+        if let Some(pixel) = &self.view.pixel_cone {
             path.cone = footprint::leave_flat(pixel, path.cone, path.pdf);
         }
         stats.reflected += 1;

@@ -10,13 +10,14 @@ use super::towards::Seen;
 use crate::bsdf::BsdfSample;
 use crate::integrator::Radiance;
 use crate::integrator::path::record::Record;
-use crate::integrator::path::vertex::Vertex;
 use crate::integrator::path::wave::Wave;
+use crate::material::vertex::Vertex;
 use crate::material::{Physical, PlainBsdf};
 use crate::math::{DVec3, Ray};
 use crate::scene::SurfaceInteraction;
 use crate::scene::casters::{Casters, NO_GROUP};
 use crate::scene::emitters::{LightSample, NO_LIGHT};
+use crate::view::View;
 
 /// Of a path with a last vertex xi.
 #[derive(Clone, Copy, Debug)]
@@ -78,12 +79,8 @@ enum Way {
 
 impl Back {
     /// Of a camera ray.
-    pub(in crate::integrator::path) fn of_camera(
-        scene: &crate::scene::Scene,
-        plan: &Plan,
-        ray: &Ray,
-    ) -> Back {
-        let (forward, angular) = scene.camera.ray_density(&scene.film, ray.direction);
+    pub(in crate::integrator::path) fn of_camera(view: &View, plan: &Plan, ray: &Ray) -> Back {
+        let (forward, angular) = view.camera.ray_density(&view.film, ray.direction);
         let ratio = plan.paths as f64;
         Back {
             ratio,

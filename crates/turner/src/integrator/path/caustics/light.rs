@@ -2,6 +2,8 @@
 //!
 //! Paths of a batch advance together, a bounce at a time; what a path brings depends on nothing but its number.
 
+use turner_bvh::lanes::LANES;
+
 use super::light_path::LightPath;
 use super::photons::Photon;
 use super::towards::{Scattered, Seen};
@@ -9,6 +11,7 @@ use super::{Plan, power};
 use crate::camera::Projection;
 use crate::color::Spectrum;
 use crate::film::Splat;
+use crate::integrator::path::Context;
 use crate::integrator::path::media::{Boundary, Media};
 use crate::integrator::path::settings::{Bounces, Settings};
 use crate::integrator::path::shade::{FIRST_SET, MAX_VERTICES};
@@ -18,7 +21,7 @@ use crate::math::{DVec2, DVec3, Ray};
 use crate::sampler::{OwenSobol, SampleId};
 use crate::scene::casters::{NO_GROUP, Source};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
-use turner_bvh::lanes::LANES;
+use crate::view::View;
 
 /// Light paths have numbers of their own, whatever the pixels' are.
 const SEED: u64 = 0x9c6e_1d3a_75f1_20b4;
@@ -35,9 +38,10 @@ struct Joined {
 }
 
 /// Light paths at work in one thread.
-pub(in crate::integrator) struct LightWave<'a> {
+pub(in crate::integrator::path) struct LightWave<'a> {
     settings: Settings,
     scene: &'a Scene,
+    view: &'a View,
     plan: &'a Plan,
     paths: Vec<LightPath>,
     rays: RayBatch,
@@ -55,10 +59,12 @@ pub(in crate::integrator) struct LightWave<'a> {
 }
 
 impl<'a> LightWave<'a> {
-    pub(in crate::integrator) fn new(settings: Settings, scene: &'a Scene, plan: &'a Plan) -> LightWave<'a> {
+    pub(in crate::integrator::path) fn new(context: Context<'a>, plan: &'a Plan) -> LightWave<'a> {
+        let Context { scene, view, settings, .. } = context;
         LightWave {
             settings,
             scene,
+            view,
             plan,
             paths: Vec::new(),
             rays: RayBatch::default(),
@@ -120,14 +126,14 @@ impl<'a> LightWave<'a> {
         self.of_ray.clear();
         for number in first..first + u64::from(count) {
             let x = (number >> 32) as u32;
-            let id = SampleId { x, y: 0, index: number as u32, seed: u64::from(self.scene.film.seed) ^ SEED };
+            let id = SampleId { x, y: 0, index: number as u32, seed: u64::from(self.view.film.seed) ^ SEED };
             let numbers = OwenSobol::new(&id);
             let [a0, a1, c0, c1] = numbers.four(START_SETS[0]);
             let [p0, p1, c2, time] = numbers.four(START_SETS[1]);
             let Some(start) = self.plan.casters.start(self.scene, [c0, c1, c2], [p0, p1], [a0, a1]) else {
                 continue;
             };
-            let [open, close] = self.scene.film.shutter;
+            let [open, close] = self.view.film.shutter;
             let path = LightPath {
                 numbers,
                 time: if self.scene.moves { (open + (close - open) * time) as f32 } else { 0.0 },
@@ -268,11 +274,11 @@ impl<'a> LightWave<'a> {
             return;
         }
         let Some(Projection { place, to_camera, free, density }) =
-            scene.camera.project(&scene.film, surface.p, lens)
+            self.view.camera.project(&self.view.film, surface.p, lens)
         else {
             return;
         };
-        let (width, height) = (f64::from(scene.film.width), f64::from(scene.film.height));
+        let (width, height) = (f64::from(self.view.film.width), f64::from(self.view.film.height));
         let margin = self.plan.margin;
         if place.x < -margin || place.y < -margin || place.x >= width + margin || place.y >= height + margin {
             return;

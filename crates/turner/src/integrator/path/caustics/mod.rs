@@ -17,7 +17,7 @@ pub(super) use light::LightWave;
 pub use photons::{Gathered, Photon, PhotonMap};
 pub use plan::Plan;
 
-use crate::scene::schema::choice;
+use crate::schema::choice;
 
 choice! {
     /// How light is found that mirrors and glass gather.

@@ -9,10 +9,9 @@ use super::plan::Plan;
 use crate::color::Spectrum;
 use crate::film::Splat;
 use crate::integrator::RayStats;
-use crate::integrator::path::settings::Settings;
+use crate::integrator::path::Context;
 use crate::math::DVec3;
 use crate::math::elementary::pow;
-use crate::scene::Scene;
 
 /// The exponent by which the square of the radius shrinks: r² goes with n to the power of this, less 1.
 const SHRINK: f64 = 0.7;
@@ -98,13 +97,8 @@ impl PhotonMap {
     }
 
     /// Traces the light paths of a sample in this thread, for one that is looked at by itself.
-    pub(in crate::integrator::path) fn of_sample(
-        scene: &Scene,
-        plan: &Plan,
-        settings: Settings,
-        index: u32,
-    ) -> PhotonMap {
-        let mut wave = LightWave::new(settings, scene, plan);
+    pub(in crate::integrator::path) fn of_sample(context: Context<'_>, plan: &Plan, index: u32) -> PhotonMap {
+        let mut wave = LightWave::new(context, plan);
         let mut photons = Vec::new();
         let mut first = 0;
         while first < plan.paths {

@@ -4,16 +4,20 @@ use super::Caustics;
 use super::light::LightWave;
 use super::photons::Photon;
 use super::probe::probe;
-use crate::integrator::IntegratorDesc;
 use crate::integrator::RayStats;
-use crate::integrator::path::LightSampling;
+use crate::integrator::path::probing::is_cheap;
 use crate::integrator::path::settings::Settings;
+use crate::integrator::path::{Context, LightSampling, PathDesc};
 use crate::math::DVec2;
 use crate::scene::Scene;
 use crate::scene::casters::Casters;
+use crate::view::View;
 
 /// The most light paths to a sample of all pixels: photons take some 75 MB per million of them.
 const MOST_PATHS: u64 = 1 << 20;
+
+/// Light paths to each camera path where no probe says how many pay.
+const UNPROBED: f64 = 0.25;
 
 /// The share of the picture's light that photons must bring to be found.
 const LEAST_BY_PHOTONS: f64 = 1e-3;
@@ -37,20 +41,27 @@ pub struct Plan {
 
 impl Plan {
     /// For a scene that is otherwise ready; `None` where there are none.
-    pub(crate) fn new(scene: &Scene) -> Option<Plan> {
-        let IntegratorDesc::Path(desc) = &scene.integrator else { return None };
+    pub(in crate::integrator::path) fn new(scene: &Scene, view: &View, desc: &PathDesc) -> Option<Plan> {
+        let context = Context { scene, view, settings: Settings::path(desc), plan: None, shares: false };
         // Light paths do not know what media scatter.
         let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none();
         if desc.caustics == Caustics::Off || !possible {
             return None;
         }
         let casters = Casters::new(scene)?;
-        let pixels = u64::from(scene.film.width) * u64::from(scene.film.height);
-        let margin = (scene.film.filter().radius() - 0.5).max(0.0);
+        let pixels = u64::from(view.film.width) * u64::from(view.film.height);
+        let margin = (view.film.filter().radius() - 0.5).max(0.0);
         let paths = pixels.min(MOST_PATHS);
         let mut plan = Plan { casters, paths, merges: true, first_radius: 0.0, gain: None, margin };
-        plan.first_radius = desc.photon_radius.unwrap_or_else(|| plan.guess_radius(scene));
-        let found = probe(scene, &plan, Settings::path(desc));
+        if !is_cheap(scene, view) {
+            // What light paths alone find must not be lost: without photons they are never wrong.
+            plan.merges = desc.caustics == Caustics::Full;
+            plan.paths = ((pixels as f64 * UNPROBED) as u64).clamp(1, MOST_PATHS);
+            plan.first_radius = desc.photon_radius.unwrap_or_else(|| radius_of(scene, None));
+            return Some(plan);
+        }
+        plan.first_radius = desc.photon_radius.unwrap_or_else(|| plan.guess_radius(context));
+        let found = probe(context, &plan);
         plan.merges = match desc.caustics {
             Caustics::Full => true,
             Caustics::Auto => found.by_photons > LEAST_BY_PHOTONS,
@@ -70,23 +81,28 @@ impl Plan {
 
 impl Plan {
     /// A few pixels, where photons arrive.
-    fn guess_radius(&self, scene: &Scene) -> f64 {
-        /// Photons looked at, and the radius in pixels there.
+    fn guess_radius(&self, context: Context<'_>) -> f64 {
+        /// Photons looked at.
         const PATHS: u32 = 2048;
-        const PIXELS: f64 = 2.5;
-        let IntegratorDesc::Path(desc) = &scene.integrator else { return 0.0 };
-        let mut wave = LightWave::new(Settings::path(desc), scene, self);
+        let Context { scene, view, .. } = context;
+        let mut wave = LightWave::new(context, self);
         wave.advance(u64::MAX - u64::from(PATHS), PATHS, &mut RayStats::default(), |_, _, _| {});
         let pixel = |photon: &Photon| {
-            let seen = scene.camera.project(&scene.film, photon.p, DVec2::splat(0.5))?;
+            let seen = view.camera.project(&view.film, photon.p, DVec2::splat(0.5))?;
             Some(1.0 / seen.density.sqrt())
         };
         let mut sizes: Vec<f64> = wave.photons.iter().filter_map(pixel).collect();
         sizes.sort_by(f64::total_cmp);
-        let size = sizes.get(sizes.len() / 2).copied();
-        let scale = scene.stats.bounds.map_or(1.0, |b| b.size().length());
-        (PIXELS * size.unwrap_or(1e-3 * scale)).clamp(1e-7 * scale, 0.1 * scale).max(1e-30)
+        radius_of(scene, sizes.get(sizes.len() / 2).copied())
     }
+}
+
+/// How far photons count where pixels have this size, as far as that is known.
+fn radius_of(scene: &Scene, size: Option<f64>) -> f64 {
+    /// In pixels.
+    const RADIUS: f64 = 2.5;
+    let scale = scene.stats.bounds.map_or(1.0, |b| b.size().length());
+    (RADIUS * size.unwrap_or(1e-3 * scale)).clamp(1e-7 * scale, 0.1 * scale).max(1e-30)
 }
 
 /// What a picture says of its making.

@@ -1,17 +1,17 @@
 //! What light paths would bring to a picture, and at what price: measured by a few of them and a few camera paths, the same on every run.
 
+use std::sync::Arc;
+
 use super::light::LightWave;
 use super::photons::{Photon, PhotonMap};
 use super::plan::Plan;
+use crate::integrator::path::Context;
 use crate::integrator::path::record::Off;
-use crate::integrator::path::settings::Settings;
 use crate::integrator::path::wave::Wave;
 use crate::integrator::{CameraSamples, RayStats, Tracer};
 use crate::math::DVec2;
-use crate::render::take_points;
 use crate::sampler::SampleId;
-use crate::scene::Scene;
-use std::sync::Arc;
+use crate::view::{View, take_points};
 
 /// Cells of the picture along its sides, pixels looked at in each, and camera paths in each pixel.
 const SIDE: u32 = 16;
@@ -87,10 +87,9 @@ struct Brought {
 }
 
 impl Look {
-    fn new(scene: &Scene, plan: &Plan, settings: Settings) -> Look {
-        let mut wave = Wave::new(settings, scene, Off);
-        wave.plan = Some(plan);
-        let (values, rays) = Look::trace(scene, &mut wave);
+    fn new(context: Context<'_>, plan: &Plan) -> Look {
+        let mut wave = Wave::new(Context { plan: Some(plan), ..context }, Off);
+        let (values, rays) = Look::trace(context.view, &mut wave);
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
             values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
@@ -107,8 +106,8 @@ impl Look {
     }
 
     /// The luminance of camera paths, and their rays on average.
-    fn trace(scene: &Scene, wave: &mut Wave<'_, Off>) -> (Vec<f64>, f64) {
-        let film = &scene.film;
+    fn trace(view: &View, wave: &mut Wave<'_, Off>) -> (Vec<f64>, f64) {
+        let film = &view.film;
         let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
         let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
         let points = (0..SIDE * SIDE * PIXELS * SAMPLES).map(|i| {
@@ -120,7 +119,7 @@ impl Look {
             let place = ((corner + of_pixel.unit_square(0)) * size).floor();
             (id, place + id.unit_square(0))
         });
-        take_points(scene, &mut samples, points);
+        take_points(view, &mut samples, points);
         wave.radiance(&samples, &mut out, &mut stats);
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
         let values: Vec<f64> = out.iter().map(|r| finite(f64::from(r.color.luminance()))).collect();
@@ -129,24 +128,16 @@ impl Look {
     }
 
     /// The luminance that these photons of some light paths bring on average, over that of the picture, and about the square of their relative error if there are as many light paths as in the plan.
-    fn photons(
-        &self,
-        scene: &Scene,
-        plan: &Plan,
-        settings: Settings,
-        photons: Vec<Photon>,
-        paths: f64,
-    ) -> (f64, f64) {
+    fn photons(&self, context: Context<'_>, plan: &Plan, photons: Vec<Photon>, paths: f64) -> (f64, f64) {
         /// How many times farther than in a picture photons count, for there are few.
         const WIDER: f64 = 8.0;
         if photons.is_empty() {
             return (0.0, 0.0);
         }
         let few = Plan { paths: paths as u64, first_radius: WIDER * plan.first_radius, ..plan.clone() };
-        let mut wave = Wave::new(settings, scene, Off);
-        wave.plan = Some(&few);
+        let mut wave = Wave::new(Context { plan: Some(&few), ..context }, Off);
         wave.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
-        let (values, _) = Look::trace(scene, &mut wave);
+        let (values, _) = Look::trace(context.view, &mut wave);
         let (n, mean) = (values.len().max(1) as f64, self.mean().max(1e-30));
         let more = plan.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
         (wave.by_photons / (n * mean), wave.photon_variance / (n * mean * mean * more))
@@ -173,10 +164,11 @@ fn spread(values: &[f64]) -> f64 {
 }
 
 /// Measures for a plan with as many light paths as pixels.
-pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
-    let pixels = f64::from(scene.film.width) * f64::from(scene.film.height);
-    let size = DVec2::new(f64::from(scene.film.width), f64::from(scene.film.height));
-    let mut wave = LightWave::new(settings, scene, plan);
+pub(super) fn probe(context: Context<'_>, plan: &Plan) -> Found {
+    let view = context.view;
+    let pixels = f64::from(view.film.width) * f64::from(view.film.height);
+    let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
+    let mut wave = LightWave::new(context, plan);
     let mut brought = Brought { of_group: vec![0.0; plan.casters.len()], ..Brought::default() };
     let mut stats = RayStats::default();
     let mut look = None;
@@ -184,7 +176,7 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
     let mut first = u64::MAX / 2;
     for count in [PATHS, MORE] {
         brought.paths += f64::from(count);
-        let look = look.get_or_insert_with(|| Look::new(scene, plan, settings));
+        let look = look.get_or_insert_with(|| Look::new(context, plan));
         let mut photons = wave.take_photons();
         wave.advance(first, count, &mut stats, |splat, weight, group| {
             let value = f64::from(splat.color.luminance());
@@ -214,7 +206,7 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
             break;
         }
     }
-    let look = look.unwrap_or_else(|| Look::new(scene, plan, settings));
+    let look = look.unwrap_or_else(|| Look::new(context, plan));
     let n = brought.paths;
     // Per pixel and sample; of light paths with as many as pixels.
     let by_chance = brought.squares_by_chance / (n * pixels);
@@ -225,7 +217,7 @@ pub(super) fn probe(scene: &Scene, plan: &Plan, settings: Settings) -> Found {
     // Light of narrow lobes is found in other ways as well: by itself it is no reason for photons.
     let mut photons = wave.take_photons();
     photons.retain(|photon| photon.by_delta);
-    let (by_photons, of_photons) = look.photons(scene, plan, settings, photons, n);
+    let (by_photons, of_photons) = look.photons(context, plan, photons, n);
     // The square of the error and the time of a sample, one times the other.
     let cost = |ratio: f64, more: f64| {
         (EVEN * look.variance + (by_light + more) * ratio_of / ratio) * (1.0 + price * ratio)

@@ -4,9 +4,8 @@ use std::f64::consts::FRAC_1_PI;
 
 use crate::bsdf::{BsdfSample, Lobe, MIN_COSINE, sample_cosine};
 use crate::color::Spectrum;
-use crate::integrator::path::vertex::{Vertex, coated, prepare};
+use crate::material::vertex::{Vertex, coated, prepare};
 use crate::material::{Physical, PlainBsdf};
-
 use crate::math::{DVec3, Frame, Ray};
 use crate::scene::{Scene, SurfaceInteraction};
 

@@ -13,21 +13,23 @@
 mod probe;
 mod terms;
 
+use terms::{Firsts, Terms};
+use turner_bvh::lanes::{Block, LANES, dispatch};
+
 use super::record::Record;
-use super::vertex::Vertex;
 use super::wave::Wave;
 use crate::bsdf::MIN_COSINE;
 use crate::color::Spectrum;
 use crate::film::Antialias;
 use crate::integrator::{Radiance, RayStats};
+use crate::material::vertex::Vertex;
 use crate::material::{AlphaMode, Physical};
 use crate::math::{DVec3, Ray};
 use crate::sampler::SampleId;
 use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
-use terms::{Firsts, Terms};
-use turner_bvh::lanes::{Block, LANES, dispatch};
+use crate::view::View;
 
-pub(crate) use probe::decide;
+pub(super) use probe::decide;
 
 /// Samples that use one another's paths, at most.
 const GROUP: usize = 16;
@@ -52,9 +54,9 @@ fn quarter(id: &SampleId) -> u32 {
 }
 
 /// The samples that a sample may use the paths of, its own among them, row by row.
-pub(crate) fn group(scene: &Scene, id: SampleId) -> impl Iterator<Item = SampleId> {
+pub(crate) fn group(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
     let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
-    let (right, bottom) = ((left + CELL).min(scene.film.width), (top + CELL).min(scene.film.height));
+    let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));
     (top..bottom)
         .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
         .filter(move |other| quarter(other) == quarter(&id))
@@ -150,12 +152,9 @@ impl Reuse {
         self.on
     }
 
-    /// Whether paths of a scene are used by neighbours, if its integrator lets them.
-    pub(super) fn suits(scene: &Scene) -> bool {
-        scene.volumes.is_none()
-            && scene.caustics.is_none()
-            && !scene.moves
-            && scene.film.antialias != Antialias::Adaptive
+    /// Whether paths of a scene can be used by neighbours: not beside light paths, which the caller knows.
+    pub(super) fn suits(scene: &Scene, view: &View) -> bool {
+        scene.volumes.is_none() && !scene.moves && view.film.antialias != Antialias::Adaptive
     }
 
     /// Finds the groups among samples.
@@ -287,7 +286,10 @@ impl<R: Record> Wave<'_, R> {
         reuse.rays.clear();
         reuse.rays.coherent = true;
         reuse.asked.clear();
-        dispatch(Terms { offers: &mut reuse.offers, seconds: &reuse.seconds, groups: &reuse.by_group });
+        dispatch(
+            self.scene.instruction_set,
+            Terms { offers: &mut reuse.offers, seconds: &reuse.seconds, groups: &reuse.by_group },
+        );
         for (number, (offer, second)) in reuse.offers.iter_mut().zip(&reuse.seconds).enumerate() {
             let members = &reuse.groups[offer.group as usize];
             let first = |m: usize| reuse.firsts.get(members[m] as usize)?.as_ref();

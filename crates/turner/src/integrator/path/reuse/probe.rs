@@ -1,14 +1,15 @@
 //! Whether neighbours' paths make up for the shadow rays that join them: measured by a few paths, the same on every run.
 
 use super::{CELL, Reuse, group};
-use crate::integrator::path::PathReuse;
+use crate::integrator::path::probing::is_cheap;
 use crate::integrator::path::record::Off;
 use crate::integrator::path::settings::Settings;
 use crate::integrator::path::wave::Wave;
-use crate::integrator::{CameraSamples, IntegratorDesc, RayStats, Tracer};
-use crate::render::{place_of, take_points};
+use crate::integrator::path::{Context, PathDesc, PathReuse, Plan};
+use crate::integrator::{CameraSamples, RayStats, Tracer};
 use crate::sampler::SampleId;
 use crate::scene::Scene;
+use crate::view::{View, place_of, take_points};
 
 /// Groups that are looked at, along the picture's width and height.
 const SIDE: u32 = 8;
@@ -35,34 +36,40 @@ struct Look {
     rays: f64,
 }
 
-/// Decides how a scene that is otherwise ready is rendered: whether its pixels use one another's paths. If these help more than light paths that
-/// are a matter of choice, they take their place.
-pub(crate) fn decide(scene: &mut Scene) {
-    let IntegratorDesc::Path(desc) = &scene.integrator else { return };
+/// Decides whether pixels use one another's paths. If these help more than light paths that are a matter of choice, they take their place. Gives the light
+/// paths that are left, and whether paths are shared.
+pub(in crate::integrator::path) fn decide(
+    scene: &Scene,
+    view: &View,
+    desc: &PathDesc,
+    plan: Option<Plan>,
+) -> (Option<Plan>, bool) {
     let settings = Settings::path(desc);
     if !settings.reuse {
-        return;
+        return (plan, false);
     }
+    let suits = Reuse::suits(scene, view);
     if desc.reuse == PathReuse::Always {
-        scene.reuses_paths = Reuse::suits(scene);
-        return;
+        let shares = suits && plan.is_none();
+        return (plan, shares);
     }
-    let plan = scene.caustics.take();
     let least = plan.as_ref().map_or(Some(GAIN), |plan| plan.gain);
-    let pays = Reuse::suits(scene) && least.is_some_and(|least| gain(scene, settings) < least.min(GAIN));
-    scene.reuses_paths = pays;
-    if !pays {
-        scene.caustics = plan;
+    let context = Context { scene, view, settings, plan: None, shares: false };
+    // Scenes in which probes would take long do without.
+    let gains = |least: f64| is_cheap(scene, view) && gain(context) < least.min(GAIN);
+    match suits && least.is_some_and(gains) {
+        true => (None, true),
+        false => (plan, false),
     }
 }
 
 /// Work for the same noise, over that of paths which keep to themselves; infinite where there is no noise.
-fn gain(scene: &Scene, settings: Settings) -> f64 {
+fn gain(context: Context<'_>) -> f64 {
     let (mut alone, mut together) = (Look::default(), Look::default());
     let mut gain = f64::INFINITY;
     for place in PLACES {
-        alone.add(scene, settings, place, false);
-        together.add(scene, settings, place, true);
+        alone.add(context, place, false);
+        together.add(context, place, true);
         // Of whole groups: of few samples of one pixel one that is far from the mean would make it its own.
         let means: Vec<f64> = alone.groups.iter().zip(&together.groups).map(|(a, b)| mean(a, b)).collect();
         let all = means.iter().sum::<f64>() / means.len().max(1) as f64;
@@ -92,10 +99,10 @@ impl Look {
     }
 
     /// Looks at groups all over the picture, those at a place in eighths of the way from one to the next.
-    fn add(&mut self, scene: &Scene, settings: Settings, place: [u32; 2], together: bool) {
-        let film = &scene.film;
-        let mut wave = Wave::new(settings, scene, Off);
-        wave.reuse = Reuse::new(together);
+    fn add(&mut self, context: Context<'_>, place: [u32; 2], together: bool) {
+        let view = context.view;
+        let film = &view.film;
+        let mut wave = Wave::new(Context { shares: together, ..context }, Off);
         for cell in 0..SIDE * SIDE {
             let corner = |n: u32, place: u32, size: u32| {
                 let at = (u64::from(size) * u64::from(8 * n + place) / u64::from(8 * SIDE)) as u32;
@@ -106,8 +113,8 @@ impl Look {
             let [first, second] = [0x51de, 0x9e37_79b9].map(|seed| {
                 let id = SampleId { x, y, index: 0, seed: seed + u64::from(place[0]) };
                 let mut samples = CameraSamples::default();
-                let points = group(scene, id).map(|id| (id, place_of(scene, &id).into()));
-                take_points(scene, &mut samples, points);
+                let points = group(view, id).map(|id| (id, place_of(view, &id).into()));
+                take_points(view, &mut samples, points);
                 let (mut out, mut stats) = (Vec::new(), RayStats::default());
                 wave.radiance(&samples, &mut out, &mut stats);
                 self.rays += stats.total() as f64;

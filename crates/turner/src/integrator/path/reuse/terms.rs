@@ -6,8 +6,8 @@ use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work};
 
 use super::{First, GROUP, Offer, Second};
 use crate::bsdf::MIN_COSINE;
-use crate::integrator::path::bent_normal::bent_normal;
-use crate::integrator::path::vertex::softened;
+use crate::material::bent_normal::bent_normal;
+use crate::material::vertex::softened;
 use crate::math::DVec3;
 
 /// Blocks of a group.

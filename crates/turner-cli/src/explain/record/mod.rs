@@ -1,0 +1,371 @@
+//! What is known of a pixel: the one record that all writers take. As JSON it is written as it stands, documented in docs/explain.md: numbers in
+//! full, what is infinite or not there as null.
+//!
+//! A struct for each kind of thing: a pixel may have thousands of shadow rays, and each key is spelled once.
+
+pub(super) mod classic;
+pub(super) mod path;
+
+use classic::Tree;
+use path::Path;
+use serde::ser::Error;
+use serde::{Serialize, Serializer};
+use turner::color::Spectrum;
+use turner::integrator::classic::{CutReason, RayKind, Seen};
+use turner::integrator::path::{End, Passage};
+use turner::math::DVec3;
+use turner::render::SampleRecord;
+use turner::schema::MaterialId;
+use turner::view::camera_ray;
+
+use super::names::Names;
+
+/// Changes when a key changes its meaning or goes away; new keys may come at any time.
+pub(super) const VERSION: u32 = 1;
+
+/// What programs read in place of a value of the renderer.
+trait Plain {
+    type Form: Serialize;
+    fn form(&self) -> Self::Form;
+}
+
+/// Red, green, blue; as wide as all other numbers, so that readers in double precision find the value itself.
+impl Plain for Spectrum {
+    type Form = [f64; 3];
+    fn form(&self) -> [f64; 3] {
+        self.to_array().map(f64::from)
+    }
+}
+
+impl Plain for DVec3 {
+    type Form = [f64; 3];
+    fn form(&self) -> [f64; 3] {
+        self.to_array()
+    }
+}
+
+impl Plain for f32 {
+    type Form = f64;
+    fn form(&self) -> f64 {
+        f64::from(*self)
+    }
+}
+
+impl<T: Plain> Plain for Option<T> {
+    type Form = Option<T::Form>;
+    fn form(&self) -> Option<T::Form> {
+        self.as_ref().map(T::form)
+    }
+}
+
+/// Enumerations by their words.
+macro_rules! words {
+    ($($kind:ty),*) => {$(
+        impl Plain for $kind {
+            type Form = &'static str;
+            fn form(&self) -> &'static str {
+                self.word()
+            }
+        }
+    )*};
+}
+
+words!(RayKind, Seen, CutReason, End, Passage);
+
+/// Writes a value in its plain form.
+fn plain<T: Plain, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    value.form().serialize(serializer)
+}
+
+/// A material: its number and name.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct Material<'a> {
+    pub(crate) id: u32,
+    pub(crate) name: Option<&'a str>,
+    /// What kind it is of, if it is one of the scene's.
+    #[serde(skip)]
+    kind: Option<&'static str>,
+}
+
+impl<'a> Material<'a> {
+    fn new(names: &Names<'a>, id: MaterialId) -> Material<'a> {
+        Material { id: id.0, name: names.material_name(id), kind: names.material_kind(id) }
+    }
+
+    /// Its name, or what kind it is.
+    pub(crate) fn label(&self) -> String {
+        match (self.name, self.kind) {
+            (Some(name), _) => name.to_owned(),
+            (None, Some(kind)) => format!("{kind} material"),
+            (None, None) => "default material".to_owned(),
+        }
+    }
+}
+
+/// An object: the number of its primitive, its shape and its name, and the instance that placed it.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct Object<'a> {
+    pub(crate) primitive: u32,
+    pub(crate) shape: &'static str,
+    pub(crate) name: Option<&'a str>,
+    pub(crate) instance: Option<&'a str>,
+}
+
+impl<'a> Object<'a> {
+    fn new(names: &Names<'a>, primitive: u32, shape: &'static str) -> Object<'a> {
+        let name = names.scene.object_name(primitive);
+        Object { primitive, shape, name: name.own, instance: name.instance }
+    }
+
+    /// `ball`, `tree / leaf`, or `sphere #4` for what has no name.
+    pub(crate) fn label(&self) -> String {
+        let own = self.name.map_or_else(|| format!("{} #{}", self.shape, self.primitive), str::to_owned);
+        match self.instance {
+            Some(instance) => format!("{instance} / {own}"),
+            None => own,
+        }
+    }
+}
+
+/// Where a ray of the camera begins, and where it goes.
+#[derive(Serialize)]
+pub(crate) struct Camera {
+    #[serde(serialize_with = "plain")]
+    pub(crate) origin: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) direction: DVec3,
+}
+
+/// One of the pixel's samples.
+#[derive(Serialize)]
+pub(crate) struct Listed {
+    pub(crate) place: [f64; 2],
+    pub(crate) share: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) color: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) alpha: f32,
+}
+
+/// A square of adaptive anti-aliasing.
+#[derive(Serialize)]
+pub(crate) struct Square {
+    pub(crate) corner: [f64; 2],
+    pub(crate) size: f64,
+    pub(crate) spread: f64,
+}
+
+/// A pixel, explained.
+#[derive(Serialize)]
+pub(crate) struct Explanation<'a> {
+    pub(crate) format: &'static str,
+    pub(crate) version: u32,
+    pub(crate) turner: &'static str,
+    /// The scene file, as it was given.
+    pub(crate) scene: String,
+    pub(crate) scene_hash: String,
+    pub(crate) integrator: &'static str,
+    pub(crate) seed: u32,
+    /// Columns and rows of the picture.
+    pub(crate) size: [u32; 2],
+    pub(crate) pixel: [u32; 2],
+    /// The pixel's colour, times coverage.
+    #[serde(serialize_with = "plain")]
+    pub(crate) color: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) alpha: f32,
+    pub(crate) antialias: &'static str,
+    pub(crate) sample_count: u64,
+    pub(crate) samples: Vec<Listed>,
+    pub(crate) squares: Vec<Square>,
+    /// What `--path-of` asked for.
+    pub(crate) path_of: Option<String>,
+    /// Whether all sums are the samples as rendered.
+    pub(crate) exact: bool,
+    /// The samples that are shown.
+    pub(crate) explained: Vec<Sample<'a>>,
+    /// How the samples become the pixel, in a sentence.
+    #[serde(skip)]
+    pub(crate) averaging: String,
+    /// A sentence on which of the samples are shown, where not all are.
+    #[serde(skip)]
+    pub(crate) choice: Option<String>,
+}
+
+impl Explanation<'_> {
+    /// As JSON.
+    pub(super) fn json(&self) -> Result<String, serde_json::Error> {
+        let mut out = serde_json::to_vec(self)?;
+        out.push(b'\n');
+        String::from_utf8(out).map_err(serde_json::Error::custom)
+    }
+}
+
+/// One sample.
+#[derive(Serialize)]
+pub(crate) struct Sample<'a> {
+    /// Its number among the pixel's samples.
+    pub(crate) sample: usize,
+    pub(crate) place: [f64; 2],
+    /// The sum of all contributions, in the order in which they were added.
+    #[serde(serialize_with = "plain")]
+    pub(crate) sum: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) rendered: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) alpha: f32,
+    /// Whether the parts sum to the sample to the last bit.
+    pub(crate) exact: bool,
+    /// Whether a ray touches what `--path-of` asks for, if it asks for anything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) touches: Option<bool>,
+    #[serde(flatten)]
+    pub(crate) what: What<'a>,
+    /// Its share of the pixel.
+    #[serde(skip)]
+    pub(crate) share: f64,
+}
+
+/// What happened to it, by whoever traced it.
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub(crate) enum What<'a> {
+    Tree(Tree<'a>),
+    Path(Box<Path<'a>>),
+    FirstHit(Box<FirstHit<'a>>),
+}
+
+impl<'a> Sample<'a> {
+    pub(super) fn new(
+        names: &Names<'a>,
+        number: usize,
+        sample: &SampleRecord,
+        sum: Spectrum,
+        what: What<'a>,
+    ) -> Sample<'a> {
+        let touches = match &what {
+            What::Tree(tree) => tree.touches(),
+            What::Path(path) => path.touches(),
+            What::FirstHit(first) => first.hit.as_ref().is_some_and(|h| h.touches),
+        };
+        let bits = |s: Spectrum| s.to_array().map(f32::to_bits);
+        let rendered = sample.radiance.color;
+        Sample {
+            sample: number,
+            place: sample.place,
+            sum,
+            rendered,
+            alpha: sample.radiance.alpha,
+            // What is no finite number has no sum to speak of.
+            exact: bits(sum) == bits(rendered) || !rendered.is_finite(),
+            touches: names.path_of.map(|_| touches),
+            what,
+            share: sample.weight,
+        }
+    }
+}
+
+/// What integrators for looking at things show: the first hit.
+#[derive(Serialize)]
+pub(crate) struct FirstHit<'a> {
+    pub(crate) camera: Option<Camera>,
+    pub(crate) hit: Option<Surface<'a>>,
+}
+
+#[derive(Serialize)]
+pub(crate) struct Surface<'a> {
+    /// Whether it is what `--path-of` asks for.
+    #[serde(skip)]
+    pub(crate) touches: bool,
+    #[serde(skip)]
+    pub(crate) uv: [f64; 2],
+    pub(crate) t: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) position: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) geometric_normal: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) shading_normal: DVec3,
+    pub(crate) object: Object<'a>,
+    pub(crate) material: Material<'a>,
+}
+
+impl<'a> FirstHit<'a> {
+    pub(super) fn new(names: &Names<'a>, sample: &SampleRecord) -> FirstHit<'a> {
+        let scene = names.scene;
+        let Some(ray) = camera_ray(&names.prepared.view, sample.id, sample.place) else {
+            return FirstHit { camera: None, hit: None };
+        };
+        let hit = scene.intersect(&ray).map(|hit| {
+            let surface = scene.surface(&ray, &hit);
+            let (primitive, shape) = (scene.primitive_id(&hit), scene.shape_word(&hit));
+            Surface {
+                touches: names.touches(primitive, shape, surface.material),
+                uv: scene.texture_point(&surface).uv.into(),
+                t: hit.shape.t,
+                position: surface.p,
+                geometric_normal: surface.ng,
+                shading_normal: surface.ns,
+                object: Object::new(names, primitive, shape),
+                material: Material::new(names, surface.material),
+            }
+        });
+        FirstHit { camera: Some(Camera { origin: ray.origin, direction: ray.direction }), hit }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use turner::description::Labels;
+    use turner::schema::PrepareOptions;
+    use turner_io::assets::MemoryAssets;
+    use turner_io::scene::{LoadOptions, load_text};
+
+    use super::*;
+
+    /// With and without names, alone and within an instance.
+    const SCENE: &str = r#"
+[material.red]
+color = "red"
+[[object]]
+type = "sphere"
+name = "ball"
+material = "red"
+[[object]]
+type = "sphere"
+center = [3, 0, 0]
+material = { type = "matte" }
+[[group.tree.object]]
+type = "box"
+name = "leaf"
+[[object]]
+type = "instance"
+name = "oak"
+group = "tree"
+[[object]]
+type = "instance"
+group = "tree"
+"#;
+
+    #[test]
+    fn things_are_called_as_everywhere() {
+        let loaded =
+            load_text(SCENE.to_owned(), "s.toml", &MemoryAssets::default(), &LoadOptions::default()).unwrap();
+        let (prepared, desc) = (loaded.desc.prepare(&PrepareOptions::default()).unwrap(), loaded.desc);
+        let scene = &prepared.scene;
+        let names = Names { prepared: &prepared, scene, desc: &desc, path_of: None };
+        let labels = Labels { scene, desc: &desc };
+        let objects: Vec<String> = (0..4).map(|id| Object::new(&names, id, "box").label()).collect();
+        assert_eq!(objects, (0..4).map(|id| labels.object(id, "box")).collect::<Vec<_>>());
+        assert!(objects.contains(&"oak / leaf".to_owned()) && objects.contains(&"box #1".to_owned()));
+        let count = desc.materials.len() as u32;
+        // One more than there are: what objects without a material have.
+        let materials = (0..=count).map(MaterialId);
+        let found: Vec<String> = materials.clone().map(|id| Material::new(&names, id).label()).collect();
+        assert_eq!(found, materials.map(|id| labels.material(id)).collect::<Vec<_>>());
+        assert!(
+            found.contains(&"red".to_owned()) && found.contains(&"matte material".to_owned()),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,405 @@
+//! What is known of a sample of the path tracer: its path.
+
+use serde::Serialize;
+use turner::color::Spectrum;
+use turner::integrator::path::{
+    AroundRecord, EmissionRecord, End, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord,
+    PhotonsRecord, ScatterRecord, SharedRecord, VertexRecord, WalkRecord, WayRecord,
+};
+use turner::math::DVec3;
+
+use super::classic::InTheWay;
+use super::{Material, Object, plain};
+use crate::explain::names::Names;
+
+#[derive(Serialize)]
+pub(crate) struct Path<'a> {
+    pub(crate) camera: Camera,
+    pub(crate) vertices: Vec<Vertex<'a>>,
+    pub(crate) escape: Option<Escape<'a>>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) end: End,
+    pub(crate) shared: Option<Shared>,
+}
+
+/// What the sample's group shares with it.
+#[derive(Serialize)]
+pub(crate) struct Shared {
+    pub(crate) from: Option<usize>,
+    pub(crate) paths: Vec<Lent>,
+}
+
+#[derive(Serialize)]
+pub(crate) struct Lent {
+    /// Whether it is the sample's own path.
+    #[serde(skip)]
+    pub(crate) own: bool,
+    pub(crate) pixel: [u32; 2],
+    #[serde(serialize_with = "plain")]
+    pub(crate) position: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) radiance: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) share: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) contribution: Spectrum,
+}
+
+#[derive(Serialize)]
+pub(crate) struct Camera {
+    #[serde(serialize_with = "plain")]
+    pub(crate) origin: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) direction: DVec3,
+    pub(crate) time: f64,
+}
+
+pub(crate) fn of<'a>(names: &Names<'a>, path: &PathRecord) -> Path<'a> {
+    Path {
+        camera: Camera { origin: path.origin, direction: path.direction, time: f64::from(path.time) },
+        vertices: path.vertices.iter().map(|v| vertex(names, v)).collect(),
+        escape: path.escape.as_ref().map(|e| escape(names, e)),
+        end: path.end,
+        shared: path.shared.as_ref().map(|s| shared(path, s)),
+    }
+}
+
+fn shared(path: &PathRecord, s: &SharedRecord) -> Shared {
+    let lent = |p: &LentRecord| Lent {
+        own: p.id == path.id,
+        pixel: [p.id.x, p.id.y],
+        position: p.p,
+        radiance: p.radiance,
+        share: p.share,
+        contribution: p.contribution,
+    };
+    Shared { from: s.from, paths: s.parts.iter().map(lent).collect() }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Way<'a> {
+    pub(crate) inside: Option<Material<'a>>,
+    pub(crate) length: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) weight: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) emission: Option<Spectrum>,
+    pub(crate) second: Option<Second<'a>>,
+}
+
+#[derive(Serialize)]
+pub(crate) struct Second<'a> {
+    pub(crate) t: f64,
+    pub(crate) light: Light<'a>,
+}
+
+fn way<'a>(names: &Names<'a>, w: &WayRecord) -> Way<'a> {
+    Way {
+        inside: w.solid.map(|id| Material::new(names, id)),
+        length: w.length,
+        weight: w.weight,
+        emission: w.emission,
+        second: w.second.as_ref().map(|(t, l)| Second { t: *t, light: light(names, l) }),
+    }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Vertex<'a> {
+    /// Whether it is what `--path-of` asks for.
+    #[serde(skip)]
+    pub(crate) touches: bool,
+    pub(crate) way: Option<Way<'a>>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) origin: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) direction: DVec3,
+    pub(crate) t: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) position: DVec3,
+    /// Places in a medium have none.
+    #[serde(flatten)]
+    pub(crate) surface: Option<Surface<'a>>,
+    pub(crate) inside: Vec<Material<'a>>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) transmittance: Option<Spectrum>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) throughput: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) passage: Passage,
+    pub(crate) band: Option<u8>,
+    pub(crate) light: Option<Light<'a>>,
+    pub(crate) scatter: Option<Scatter>,
+}
+
+/// What only surfaces have.
+#[derive(Serialize)]
+pub(crate) struct Surface<'a> {
+    #[serde(serialize_with = "plain")]
+    pub(crate) geometric_normal: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) shading_normal: DVec3,
+    pub(crate) object: Object<'a>,
+    pub(crate) part: u32,
+    pub(crate) uv: [f64; 2],
+    pub(crate) material: Material<'a>,
+    pub(crate) chosen: Option<Material<'a>>,
+    pub(crate) outside: bool,
+    pub(crate) walk: Option<Walk>,
+    pub(crate) emission: Option<Emission>,
+    pub(crate) photons: Option<Photons>,
+    pub(crate) ior_around: Option<f64>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) dispersed: Option<Spectrum>,
+}
+
+fn vertex<'a>(names: &Names<'a>, v: &VertexRecord) -> Vertex<'a> {
+    let surface = (v.passage != Passage::Medium).then(|| Surface {
+        geometric_normal: v.ng,
+        shading_normal: v.ns,
+        object: Object::new(names, v.primitive, v.shape),
+        part: v.part,
+        uv: v.uv,
+        material: Material::new(names, v.material),
+        chosen: v.chosen.map(|id| Material::new(names, id)),
+        outside: v.outside,
+        walk: v.walk.as_ref().map(walk),
+        emission: v.emission.as_ref().map(emission),
+        photons: v.photons.as_ref().map(photons),
+        ior_around: v.ior_around,
+        dispersed: v.dispersed,
+    });
+    Vertex {
+        touches: names.touches(v.primitive, v.shape, v.material),
+        way: v.way.as_ref().map(|w| way(names, w)),
+        origin: v.origin,
+        direction: v.direction,
+        t: v.t,
+        position: v.p,
+        surface,
+        inside: v.inside.iter().map(|&id| Material::new(names, id)).collect(),
+        transmittance: v.transmittance,
+        throughput: v.throughput,
+        passage: v.passage,
+        band: v.band,
+        light: v.light.as_ref().map(|l| light(names, l)),
+        scatter: v.scatter.as_ref().map(scatter),
+    }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Walk {
+    pub(crate) steps: u32,
+    pub(crate) length: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) weight: Spectrum,
+}
+
+fn walk(w: &WalkRecord) -> Walk {
+    Walk { steps: w.steps, length: w.length, weight: w.weight }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Photons {
+    pub(crate) radius: f64,
+    pub(crate) count: u32,
+    #[serde(serialize_with = "plain")]
+    pub(crate) radiance: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) contribution: Spectrum,
+}
+
+fn photons(p: &PhotonsRecord) -> Photons {
+    Photons { radius: p.radius, count: p.count, radiance: p.radiance, contribution: p.contribution }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Emission {
+    #[serde(serialize_with = "plain")]
+    pub(crate) radiance: Spectrum,
+    pub(crate) pdf: Option<f64>,
+    pub(crate) light_pdf: f64,
+    pub(crate) mis_weight: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) contribution: Spectrum,
+}
+
+fn emission(e: &EmissionRecord) -> Emission {
+    Emission {
+        radiance: e.radiance,
+        pdf: e.pdf,
+        light_pdf: e.light_pdf,
+        mis_weight: e.weight,
+        contribution: e.contribution,
+    }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Light<'a> {
+    /// Where the shadow ray begins, if it is not the vertex.
+    #[serde(skip)]
+    pub(crate) shadow_origin: Option<DVec3>,
+    /// Whether what is in the way touches what `--path-of` asks for.
+    #[serde(skip)]
+    pub(crate) touches: bool,
+    #[serde(serialize_with = "plain")]
+    pub(crate) direction: DVec3,
+    pub(crate) distance: f64,
+    pub(crate) pdf: f64,
+    pub(crate) delta: bool,
+    #[serde(serialize_with = "plain")]
+    pub(crate) radiance: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) bsdf: Spectrum,
+    pub(crate) bsdf_pdf: f64,
+    pub(crate) cosine: f64,
+    pub(crate) mis_weight: f64,
+    pub(crate) candidates: u32,
+    pub(crate) counts: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) transmittance: Option<Spectrum>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) unshadowed: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) visible: Option<Spectrum>,
+    pub(crate) by: Vec<InTheWay<'a>>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) contribution: Spectrum,
+}
+
+fn light<'a>(names: &Names<'a>, l: &LightRecord) -> Light<'a> {
+    Light {
+        shadow_origin: l.shadow_origin,
+        touches: l.casters.iter().any(|c| names.touches(c.primitive, c.shape, c.material)),
+        direction: l.direction,
+        distance: l.distance,
+        pdf: l.pdf,
+        delta: l.is_delta,
+        radiance: l.radiance,
+        bsdf: l.bsdf,
+        bsdf_pdf: l.bsdf_pdf,
+        cosine: l.cosine,
+        mis_weight: l.weight,
+        candidates: l.candidates,
+        counts: f64::from(l.counts),
+        transmittance: l.transmittance,
+        unshadowed: l.unshadowed,
+        visible: l.visible,
+        by: l.casters.iter().map(|c| InTheWay::new(names, c)).collect(),
+        contribution: l.contribution,
+    }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Scatter {
+    #[serde(serialize_with = "plain")]
+    pub(crate) direction: DVec3,
+    pub(crate) lobe: Lobe,
+    #[serde(serialize_with = "plain")]
+    pub(crate) bsdf: Spectrum,
+    pub(crate) pdf: f64,
+    pub(crate) cosine: f64,
+    pub(crate) eta: f64,
+    pub(crate) terminator: f64,
+    #[serde(serialize_with = "plain")]
+    pub(crate) weight: Spectrum,
+    pub(crate) roulette: Option<Roulette>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) throughput: Spectrum,
+}
+
+#[derive(Serialize)]
+pub(crate) struct Lobe {
+    pub(crate) delta: bool,
+    pub(crate) transmission: bool,
+    pub(crate) diffuse: bool,
+}
+
+#[derive(Serialize)]
+pub(crate) struct Roulette {
+    pub(crate) survival: f64,
+    pub(crate) number: f64,
+}
+
+fn scatter(s: &ScatterRecord) -> Scatter {
+    let turner::bsdf::Lobe { is_delta, is_transmission, is_diffuse } = s.lobe;
+    Scatter {
+        direction: s.direction,
+        lobe: Lobe { delta: is_delta, transmission: is_transmission, diffuse: is_diffuse },
+        bsdf: s.bsdf,
+        pdf: s.pdf,
+        cosine: s.cosine,
+        eta: s.eta,
+        terminator: s.terminator,
+        weight: s.weight,
+        roulette: s.roulette.map(|r| Roulette { survival: r.survival, number: r.number }),
+        throughput: s.throughput,
+    }
+}
+
+#[derive(Serialize)]
+pub(crate) struct Escape<'a> {
+    pub(crate) way: Option<Way<'a>>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) origin: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) direction: DVec3,
+    #[serde(serialize_with = "plain")]
+    pub(crate) transmittance: Option<Spectrum>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) throughput: Spectrum,
+    pub(crate) pdf: Option<f64>,
+    pub(crate) lights: Vec<Around>,
+    #[serde(serialize_with = "plain")]
+    pub(crate) background: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) ambient: Spectrum,
+    #[serde(serialize_with = "plain")]
+    pub(crate) contribution: Spectrum,
+}
+
+/// A light around the scene.
+#[derive(Serialize)]
+pub(crate) struct Around {
+    #[serde(serialize_with = "plain")]
+    pub(crate) radiance: Spectrum,
+    pub(crate) light_pdf: f64,
+    pub(crate) mis_weight: f64,
+}
+
+fn around(l: &AroundRecord) -> Around {
+    Around { radiance: l.radiance, light_pdf: l.light_pdf, mis_weight: l.weight }
+}
+
+fn escape<'a>(names: &Names<'a>, e: &EscapeRecord) -> Escape<'a> {
+    Escape {
+        way: e.way.as_ref().map(|w| way(names, w)),
+        origin: e.origin,
+        direction: e.direction,
+        transmittance: e.transmittance,
+        throughput: e.throughput,
+        pdf: e.pdf,
+        lights: e.lights.iter().map(around).collect(),
+        background: e.background,
+        ambient: e.ambient,
+        contribution: e.contribution,
+    }
+}
+
+impl Light<'_> {
+    /// Whether anything was looked for along the way to it: it would bring something.
+    pub(crate) fn is_traced(&self) -> bool {
+        self.visible.is_some()
+    }
+}
+
+impl Path<'_> {
+    /// Whether a ray touches what `--path-of` asks for.
+    pub(super) fn touches(&self) -> bool {
+        let second = |way: &Option<Way<'_>>| {
+            way.as_ref().and_then(|w| w.second.as_ref()).is_some_and(|s| s.light.touches)
+        };
+        let light = |v: &Vertex<'_>| v.light.as_ref().is_some_and(|l| l.touches);
+        self.vertices.iter().any(|v| v.touches || light(v) || second(&v.way))
+            || self.escape.as_ref().is_some_and(|e| second(&e.way))
+    }
+}

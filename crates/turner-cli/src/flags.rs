@@ -1,0 +1,158 @@
+//! How remedies of the library are worded here: keys of a scene as the options that set them.
+
+use turner::schema::value::{Data, Value};
+use turner::schema::{ErrorCode, KeyEdit, Quality, Remedy, SceneError, Warning};
+
+/// Keys of a scene that have options of their own.
+const OPTIONS: &[(&str, &str)] = &[
+    ("film.antialias", "--antialias"),
+    ("film.auto_exposure", "--auto-exposure"),
+    ("film.crop", "--crop"),
+    ("film.exposure", "--exposure"),
+    ("film.filter", "--filter"),
+    ("film.height", "--height"),
+    ("film.samples", "--samples"),
+    ("film.seed", "--seed"),
+    ("film.tonemap", "--tonemap"),
+    ("film.width", "--width"),
+    ("integrator.caustics", "--caustics"),
+    ("integrator.clamp_indirect", "--clamp-indirect"),
+    ("integrator.max_depth", "--max-depth"),
+    ("integrator.reuse", "--reuse"),
+    ("integrator.type", "--integrator"),
+    ("stage.camera", "--camera"),
+    ("stage.ground", "--ground"),
+];
+
+/// The option that sets a key, if one does.
+pub(crate) fn option(key: &str) -> Option<&'static str> {
+    OPTIONS.iter().find(|(k, _)| *k == key).map(|(_, option)| *option)
+}
+
+/// The options that carry out a remedy.
+pub(crate) fn of(remedy: &Remedy) -> String {
+    match remedy {
+        Remedy::Set(edits) => edits.iter().map(set).collect::<Vec<_>>().join(" "),
+        Remedy::MoreMemory => "--max-memory SIZE".to_owned(),
+        Remedy::MoreTriangles => "--max-triangles N".to_owned(),
+        Remedy::LargerPictures => "--max-texture-size PIXELS".to_owned(),
+        Remedy::OpenFolder => "--allow-path DIR".to_owned(),
+        Remedy::Replace => "--force".to_owned(),
+        Remedy::Define(name) => format!("--define {name}=VALUE"),
+        Remedy::Environment => "--environment FILE".to_owned(),
+        Remedy::TreeQuality(Quality::Fast) => "--bvh-quality fast".to_owned(),
+        Remedy::TreeQuality(Quality::Balanced) => "--bvh-quality balanced".to_owned(),
+        Remedy::TreeQuality(Quality::High) => "--bvh-quality high".to_owned(),
+        Remedy::Seconds(seconds) => format!("--seconds {}", number(*seconds)),
+        // One that this front end has no option for.
+        _ => String::new(),
+    }
+}
+
+/// What an error says about its remedy, with the options that carry it out.
+pub(crate) fn help(error: &SceneError) -> Option<String> {
+    let help = error.help.clone();
+    if error.code == ErrorCode::Strict {
+        let plain = "without --strict this is a warning".to_owned();
+        return Some(help.map_or(plain.clone(), |help| format!("{plain}; {help}")));
+    }
+    match (error.remedy.as_deref().map(of).filter(|o| !o.is_empty()), help) {
+        (Some(options), Some(help)) => Some(format!("{help} ({options})")),
+        (options, help) => options.or(help),
+    }
+}
+
+/// What a warning says, with the options that change it.
+pub(crate) fn message(warning: &Warning) -> String {
+    match warning.remedy.as_ref().map(of).filter(|o| !o.is_empty()) {
+        Some(options) => format!("{}: {options}", warning.message),
+        None => warning.message.clone(),
+    }
+}
+
+/// One value by its own option, or by the one for all keys.
+fn set(edit: &KeyEdit) -> String {
+    let key: Vec<&str> = edit.path.iter().map(|part| part.key.as_str()).collect();
+    let key = key.join(".");
+    match (option(&key), &edit.value.data) {
+        (Some(option), Data::Bool(true)) => option.to_owned(),
+        (Some(option), Data::Bool(false)) => option.replacen("--", "--no-", 1),
+        (Some(option), Data::String(word)) => format!("{option} {word}"),
+        (Some(option), Data::Array(list)) => format!("{option} {}", items(list)),
+        (Some(option), data) => format!("{option} {}", toml(data)),
+        // A shell takes quotes away.
+        (None, data @ Data::String(_)) => format!("--set '{key}={}'", toml(data)),
+        (None, data) => format!("--set {key}={}", toml(data)),
+    }
+}
+
+/// A value as a scene would have it.
+fn toml(data: &Data) -> String {
+    match data {
+        Data::Bool(b) => b.to_string(),
+        Data::Integer(i) => i.to_string(),
+        Data::Number(v) => number(*v),
+        Data::String(text) => format!("\"{text}\""),
+        Data::Array(list) => format!("[{}]", items(list)),
+        Data::Table(table) => {
+            let entries: Vec<String> =
+                table.entries.iter().map(|e| format!("{} = {}", e.key, toml(&e.value.data))).collect();
+            format!("{{ {} }}", entries.join(", "))
+        }
+    }
+}
+
+fn items(list: &[Value]) -> String {
+    list.iter().map(|v| toml(&v.data)).collect::<Vec<_>>().join(",")
+}
+
+/// A number as short as it can be, small and large ones with an exponent.
+fn number(v: f64) -> String {
+    if v == 0.0 || (1e-3..1e5).contains(&v.abs()) {
+        return format!("{v}");
+    }
+    let short = format!("{v:.2e}");
+    if short.parse() == Ok(v) { short } else { format!("{v:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn remedies_become_options() {
+        let cases = [
+            (
+                Remedy::set("integrator.type", "path").and("integrator.caustics", "full"),
+                "--integrator path --caustics full",
+            ),
+            (Remedy::set("film.crop", [0, 0, 640, 480u32]), "--crop 0,0,640,480"),
+            (Remedy::set("film.exposure", 0.0), "--exposure 0"),
+            (Remedy::set("film.exposure", -1.25), "--exposure -1.25"),
+            (Remedy::set("film.auto_exposure", true), "--auto-exposure"),
+            (Remedy::set("stage.ground", false), "--no-ground"),
+            (Remedy::set("film.transfer", "srgb"), "--set 'film.transfer=\"srgb\"'"),
+            (Remedy::set("camera.look_at", [1.0, -0.5, 2e6]), "--set camera.look_at=[1,-0.5,2.00e6]"),
+            (Remedy::set("light.0.intensity", 1.0 / 3e4), "--set light.0.intensity=3.3333333333333335e-5"),
+            (Remedy::MoreMemory, "--max-memory SIZE"),
+            (Remedy::Define("spp".to_owned()), "--define spp=VALUE"),
+            (Remedy::TreeQuality(Quality::High), "--bvh-quality high"),
+            (Remedy::Seconds(60.0), "--seconds 60"),
+        ];
+        for (remedy, options) in cases {
+            assert_eq!(of(&remedy), options);
+        }
+    }
+
+    #[test]
+    fn help_names_the_option_beside_the_words() {
+        let error = SceneError::new(ErrorCode::TooLarge, "too large").remedy(Remedy::MoreMemory);
+        assert_eq!(help(&error).as_deref(), Some("--max-memory SIZE"));
+        assert_eq!(
+            help(&error.help("raise the limit")).as_deref(),
+            Some("raise the limit (--max-memory SIZE)")
+        );
+        let strict = SceneError::new(ErrorCode::Strict, "no effect");
+        assert_eq!(help(&strict).as_deref(), Some("without --strict this is a warning"));
+    }
+}

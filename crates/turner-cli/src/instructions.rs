@@ -1,0 +1,32 @@
+//! The instruction set, as the environment may choose it.
+
+use turner_bvh::InstructionSet;
+
+/// The environment variables that name an instruction set; the second is the former name.
+const NAMES: [&str; 2] = ["TURNER_INSTRUCTION_SET", "TURNER_KERNEL"];
+
+/// The set that the environment variable `TURNER_INSTRUCTION_SET` names: `scalar`, `neon`, `avx2` or `avx512`. The best one where there is
+/// none, or this machine does not have it: pictures are the same.
+pub fn instruction_set() -> InstructionSet {
+    chosen(NAMES.iter().find_map(|name| std::env::var(name).ok()).as_deref())
+}
+
+fn chosen(name: Option<&str>) -> InstructionSet {
+    name.and_then(InstructionSet::named).unwrap_or_else(InstructionSet::best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_choose_and_others_do_not() {
+        for set in InstructionSet::available() {
+            assert_eq!(chosen(Some(set.name())), set);
+            assert_eq!(chosen(Some(&set.name().to_uppercase())), set);
+        }
+        for none in [None, Some(""), Some("abacus")] {
+            assert_eq!(chosen(none), InstructionSet::best());
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Scenes from text to pictures, for tests.
+
+use std::sync::atomic::AtomicBool;
+
+use turner::description::SceneDesc;
+use turner::film::Picture;
+use turner::integrator::RayStats;
+use turner::render::{PassOptions, Renderer};
+use turner::schema::PrepareOptions;
+use turner_io::assets::MemoryAssets;
+use turner_io::scene::{LoadOptions, load_text};
+
+pub(crate) fn describe(text: &str) -> SceneDesc {
+    match load_text(text.to_owned(), "test.toml", &MemoryAssets::default(), &LoadOptions::default()) {
+        Ok(loaded) => loaded.desc,
+        Err(error) => panic!("{error}\n{text}"),
+    }
+}
+
+pub(crate) fn render(text: &str) -> (Picture, RayStats) {
+    render_with(&describe(text), 2, u32::MAX)
+}
+
+/// Renders with that many threads, that many samples per pass.
+pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
+    let scene = desc.prepare(&PrepareOptions { threads, ..Default::default() }).unwrap();
+    let mut renderer = Renderer::new(scene).unwrap();
+    let cancel = AtomicBool::new(false);
+    while !renderer.is_complete() {
+        assert!(renderer.pass(pass, &PassOptions { threads, cancel: &cancel, progress: None }).unwrap());
+    }
+    assert_eq!(renderer.film.non_finite.count, 0);
+    (renderer.develop(), renderer.stats)
+}
+
+pub(crate) fn pixel(picture: &Picture, x: u32, y: u32) -> [f32; 3] {
+    let [r, g, b, _] = picture.linear[(y * picture.width + x) as usize];
+    [r, g, b]
+}

@@ -1,0 +1,21 @@
+//! Path tracing from text to pixels: closed forms first, then one estimator against another.
+
+mod bad_input;
+mod caustics;
+mod dispersion;
+mod distant;
+mod emitters;
+mod estimators;
+mod glass;
+mod light_tree;
+mod mix;
+mod motion;
+mod panes;
+mod pixels;
+mod replay;
+mod reuse;
+mod sameness;
+mod statistics;
+mod subsurface;
+mod textures;
+mod volumes;

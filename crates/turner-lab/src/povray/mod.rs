@@ -1,0 +1,105 @@
+//! `turner-lab povray` and `antialias`: scenes and modes of anti-aliasing beside POV-Ray, in turn.
+
+mod program;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use program::PovRay;
+use turner::film::FilmDesc;
+use turner::schema::{ErrorCode, SceneError};
+use turner_cli::bench::antialias::{AntialiasBenchArgs, measure};
+use turner_cli::bench::{Rival, ScenesArgs, measure_scenes, reported};
+use turner_cli::failure::{Failure, two_lines};
+use turner_io::image::{DecodeLimits, decode};
+
+/// Measure how fast the scenes of a folder render, beside POV-Ray on the .pov file beside each, where there is one
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Seconds are the median over the repetitions of tracing alone: neither loading nor saving.\n\
+                        POV-Ray's are its own `Trace Time`; its runs alternate with Turner's."
+)]
+pub(crate) struct PovrayArgs {
+    #[command(flatten)]
+    scenes: ScenesArgs,
+    /// POV-Ray's program
+    #[arg(long, value_name = "PROGRAM", default_value = "povray")]
+    program: PathBuf,
+}
+
+/// Measure every mode of anti-aliasing on a scene, beside POV-Ray's on the .pov file beside it
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The error is the root of the mean square difference of display values (0 to 1) from the same scene with many\n\
+                  samples at random places of other seeds. Seconds are the median of tracing alone. POV-Ray renders without\n\
+                  anti-aliasing, with +A0.3, and with 16 samples in every pixel."
+)]
+pub(crate) struct AntialiasArgs {
+    #[command(flatten)]
+    modes: AntialiasBenchArgs,
+    /// POV-Ray's program
+    #[arg(long, value_name = "PROGRAM", default_value = "povray")]
+    program: PathBuf,
+}
+
+/// POV-Ray's modes: what to call them, their arguments.
+const MODES: [(&str, &[&str]); 3] = [
+    ("POV-Ray", &["-A"]),
+    ("POV-Ray +A0.3", &["+A0.3"]),
+    ("POV-Ray 16 samples", &["+AM1", "+A0.0", "+R4", "-J"]),
+];
+
+/// Runs `povray`.
+pub(crate) fn run(args: &PovrayArgs) -> u8 {
+    let beside = Beside { program: args.program.clone() };
+    reported(args.scenes.json(), measure_scenes(&args.scenes, Some(&beside)))
+}
+
+/// POV-Ray on the .pov files beside scenes.
+struct Beside {
+    program: PathBuf,
+}
+
+impl Rival for Beside {
+    fn name(&self) -> &'static str {
+        "POV-Ray"
+    }
+
+    fn key(&self) -> &'static str {
+        "povray"
+    }
+
+    fn trace(&self, path: &Path, film: &FilmDesc, threads: usize) -> Result<Option<f64>, Failure> {
+        let Some(povray) = PovRay::beside(&self.program, path) else { return Ok(None) };
+        povray.trace(film.width, film.height, threads).map(Some)
+    }
+}
+
+/// Runs `antialias`.
+pub(crate) fn run_antialias(args: &AntialiasArgs) -> u8 {
+    reported(args.modes.json(), antialias(args))
+}
+
+fn antialias(args: &AntialiasArgs) -> Result<(), Failure> {
+    let scene = args.modes.scene();
+    let Some(povray) = PovRay::beside(&args.program, scene) else {
+        let message = format!("{}: there is no .pov file beside it", scene.display());
+        let help = "scenes/bench has scenes with one: thirty-spheres.toml, from-scratch.toml";
+        return Err(Failure::new(SceneError::new(ErrorCode::File, message).help(help)));
+    };
+    let mut measured = measure(&args.modes)?;
+    let (width, height) = measured.size();
+    for (name, flags) in MODES {
+        let (mut seconds, mut picture) = (Vec::new(), Vec::new());
+        for _ in 0..args.modes.repeat() {
+            let (time, png) = povray.render(width, height, args.modes.threads(), flags)?;
+            seconds.push(time);
+            picture = png;
+        }
+        let picture = decode(&picture, "POV-Ray's picture", &DecodeLimits::default())
+            .map_err(|e| Failure::new(two_lines(ErrorCode::Image, &e.to_string())))?;
+        measured.add(name, &seconds, &picture)?;
+    }
+    measured.print();
+    Ok(())
+}

@@ -1,0 +1,125 @@
+//! Building: how long it takes, and how large the trees are.
+
+use std::time::Instant;
+
+use turner_bvh::generate::Scene;
+use turner_cli::bench::median;
+
+use super::embree::{Built, Embree};
+use super::measure::Tracer;
+use super::table::Column;
+use super::tracer::{Quality, Turner};
+use super::{RaysArgs, Rival};
+
+/// A tree is built again only until this many seconds have gone into it.
+const ENOUGH: f64 = 2.0;
+
+/// The trees that are traced.
+pub(super) struct Trees {
+    pub(super) turner: Vec<(Quality, Turner)>,
+    pub(super) embree: Vec<(Rival, Built)>,
+}
+
+/// What one way of building took.
+pub(super) struct BuildRow {
+    pub(super) column: Column,
+    /// Each build, in order.
+    pub(super) seconds: Vec<f64>,
+    /// The middle one.
+    pub(super) median: f64,
+    pub(super) bytes: usize,
+    /// Triangles of the meshes, each once, and instances.
+    pub(super) items: usize,
+}
+
+/// One way to build, and what it has built last.
+struct Site<'a, T> {
+    column: Column,
+    build: Box<dyn Fn() -> Result<T, String> + 'a>,
+    seconds: Vec<f64>,
+    last: Option<T>,
+}
+
+impl<'a, T> Site<'a, T> {
+    fn new(column: Column, build: impl Fn() -> Result<T, String> + 'a) -> Site<'a, T> {
+        Site { column, build: Box::new(build), seconds: Vec::new(), last: None }
+    }
+
+    fn turn(&mut self) -> Result<(), String> {
+        if self.last.is_some() && self.seconds.iter().sum::<f64>() > ENOUGH {
+            return Ok(());
+        }
+        // The one before makes room first.
+        self.last = None;
+        let start = Instant::now();
+        self.last = Some((self.build)()?);
+        self.seconds.push(start.elapsed().as_secs_f64());
+        Ok(())
+    }
+
+    fn row(&self, items: usize, bytes: impl Fn(&T) -> usize) -> BuildRow {
+        BuildRow {
+            column: self.column,
+            median: median(&self.seconds).unwrap_or(f64::NAN),
+            seconds: self.seconds.clone(),
+            bytes: self.last.as_ref().map_or(0, bytes),
+            items,
+        }
+    }
+}
+
+impl Trees {
+    /// Builds all, in turn.
+    pub(super) fn build(
+        args: &RaysArgs,
+        embree: Option<&Embree>,
+        scene: &Scene,
+        threads: usize,
+    ) -> Result<(Trees, Vec<BuildRow>), String> {
+        let items = scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>() + scene.instances.len();
+        let workshop = embree.map(|e| e.workshop(scene, threads)).transpose()?;
+        let mut turner: Vec<(Quality, Site<'_, Turner>)> = Vec::new();
+        for &quality in &args.quality {
+            let build = move || Turner::build(scene, quality, threads);
+            turner.push((quality, Site::new(Column::Turner(quality), build)));
+        }
+        let mut rivals: Vec<(Rival, Site<'_, Built>)> = Vec::new();
+        if let Some(workshop) = &workshop {
+            // That of low quality is built for its time, also where it is not traced.
+            let low = (!args.embree_quality.contains(&Rival::Low)).then_some(Rival::Low);
+            for rival in low.into_iter().chain(args.embree_quality.iter().copied()) {
+                rivals.push((rival, Site::new(Column::Embree(rival), move || workshop.build(rival))));
+            }
+        }
+        for _ in 0..args.repeat {
+            for (_, site) in &mut turner {
+                site.turn()?;
+            }
+            for (_, site) in &mut rivals {
+                site.turn()?;
+            }
+        }
+        let mut rows: Vec<BuildRow> = turner.iter().map(|(_, site)| site.row(items, Turner::bytes)).collect();
+        rows.extend(rivals.iter().map(|(_, site)| site.row(items, Built::bytes)));
+        let traced = rivals.into_iter().filter(|(rival, _)| args.embree_quality.contains(rival));
+        let trees = Trees {
+            turner: turner.into_iter().filter_map(|(q, site)| Some((q, site.last?))).collect(),
+            embree: traced.filter_map(|(r, site)| Some((r, site.last?))).collect(),
+        };
+        if trees.turner.is_empty() {
+            return Err("no quality was asked for".into());
+        }
+        Ok((trees, rows))
+    }
+
+    /// Turner's tree of the quality named last.
+    pub(super) fn best(&self) -> &dyn Tracer {
+        &self.turner[self.turner.len() - 1].1
+    }
+
+    /// The tree of Embree that answers are compared with: the watertight one if it is there.
+    pub(super) fn judge(&self) -> Option<&dyn Tracer> {
+        let robust = self.embree.iter().find(|(rival, _)| *rival == Rival::Robust);
+        robust.or(self.embree.last()).map(|(_, tree)| tree as &dyn Tracer)
+    }
+}

@@ -1,0 +1,223 @@
+//! Other renderers, each in a process of its own: `benches/peers/render.py`, one line to it for each picture and one back.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use clap::ValueEnum;
+use serde_json::Value;
+use tempfile::TempDir;
+use turner::schema::error::escape;
+use turner::schema::{ErrorCode, SceneError};
+use turner_cli::failure::Failure;
+
+use super::install;
+
+/// What is run; part of the program, so that it works in any folder.
+const SCRIPT: &str = include_str!("../../../../benches/peers/render.py");
+
+/// Renderers to measure beside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum PeerKind {
+    /// Mitsuba 3, compiled by LLVM, with its stratified sampler `multijitter`
+    MitsubaLlvm,
+    /// The same with its default sampler
+    MitsubaLlvmIndependent,
+    /// Mitsuba 3, one path at a time
+    MitsubaScalar,
+    /// Blender's Cycles on the processor
+    Cycles,
+    /// All but the one with the default sampler
+    All,
+}
+
+impl PeerKind {
+    /// What was asked for, each once.
+    pub(super) fn expand(asked: &[PeerKind]) -> Vec<PeerKind> {
+        const ALL: [PeerKind; 3] = [PeerKind::MitsubaLlvm, PeerKind::MitsubaScalar, PeerKind::Cycles];
+        let mut out = Vec::new();
+        for &kind in asked {
+            for kind in if kind == PeerKind::All { ALL.to_vec() } else { vec![kind] } {
+                if !out.contains(&kind) {
+                    out.push(kind);
+                }
+            }
+        }
+        out
+    }
+
+    /// The name, as in arguments.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            PeerKind::MitsubaLlvm => "mitsuba-llvm",
+            PeerKind::MitsubaLlvmIndependent => "mitsuba-llvm-independent",
+            PeerKind::MitsubaScalar => "mitsuba-scalar",
+            PeerKind::Cycles => "cycles",
+            PeerKind::All => "all",
+        }
+    }
+}
+
+/// A picture and how long it took.
+pub(super) struct PeerPicture {
+    /// Seconds of rendering.
+    pub(super) seconds: f64,
+    /// Samples per pixel: some samplers round them up.
+    pub(super) samples: u32,
+    /// Linear colours, row by row from the top.
+    pub(super) pixels: Vec<[f64; 3]>,
+}
+
+/// A renderer that has the scene and waits.
+pub(super) struct Peer {
+    pub(super) kind: PeerKind,
+    /// Version, as it says.
+    pub(super) version: String,
+    /// Seconds until it is ready.
+    pub(super) start: f64,
+    child: Child,
+    input: Option<ChildStdin>,
+    output: BufReader<ChildStdout>,
+    /// Script, pictures and what it has to say.
+    folder: TempDir,
+}
+
+impl Peer {
+    /// Starts the renderer on a description of the scene and waits until it has rendered a first picture.
+    pub(super) fn start(
+        kind: PeerKind,
+        python: Option<&Path>,
+        description: &Path,
+        threads: usize,
+    ) -> Result<Peer, Failure> {
+        let failed = |what: String| Failure::new(SceneError::new(ErrorCode::File, what));
+        let folder =
+            tempfile::tempdir().map_err(|e| failed(format!("no temporary folder can be made: {e}")))?;
+        let script = folder.path().join("render.py");
+        let log = folder.path().join("log");
+        let written = std::fs::write(&script, SCRIPT).and_then(|()| File::create(&log));
+        let log = written.map_err(|e| failed(format!("{}: {e}", script.display())))?;
+        let python: PathBuf = python.map_or_else(install::python, Path::to_owned);
+        let mut child = Command::new(&python)
+            .arg(&script)
+            .arg(kind.name())
+            .arg(description)
+            .arg(threads.to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(log)
+            .spawn()
+            .map_err(|e| {
+                let error = format!("{} cannot be run: {e}", python.display());
+                let help = "name a Python that has the peers with --python, or add --install-peers";
+                Failure::new(SceneError::new(ErrorCode::File, error).help(help))
+            })?;
+        let (input, output) = (child.stdin.take(), child.stdout.take());
+        let Some(output) = output else { return Err(failed("a process has no output".into())) };
+        let output = BufReader::new(output);
+        let mut peer = Peer { kind, version: String::new(), start: 0.0, child, input, output, folder };
+        let ready = peer.answer()?;
+        peer.start = ready.get("start_seconds").and_then(Value::as_f64).unwrap_or(f64::NAN);
+        peer.version = ready.get("version").and_then(Value::as_str).map(escape).unwrap_or_default();
+        Ok(peer)
+    }
+
+    /// Renders a picture of the size that the scene has.
+    pub(super) fn render(
+        &mut self,
+        samples: u32,
+        seed: u32,
+        (width, height): (u32, u32),
+    ) -> Result<PeerPicture, Failure> {
+        let path = self.folder.path().join("picture");
+        let asked = match &mut self.input {
+            Some(input) => {
+                writeln!(input, "{samples} {seed} {}", path.display()).and_then(|()| input.flush())
+            }
+            None => Ok(()),
+        };
+        // A process that has ended says why.
+        let answer = self.answer()?;
+        asked.map_err(|e| self.failed(&e.to_string(), None))?;
+        let number = |key: &str| answer.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
+        let (seconds, samples) = (number("seconds"), number("samples"));
+        if (number("width"), number("height")) != (f64::from(width), f64::from(height)) {
+            let what = format!(
+                "a picture of {}x{} pixels, expected {width}x{height}",
+                number("width"),
+                number("height")
+            );
+            return Err(self.failed(&what, None));
+        }
+        let bytes = std::fs::read(&path).map_err(|e| self.failed(&format!("no picture: {e}"), None))?;
+        if bytes.len() as u64 != u64::from(width) * u64::from(height) * 12
+            || !(seconds > 0.0 && samples >= 1.0)
+        {
+            return Err(self.failed("an incomplete picture", None));
+        }
+        let value = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        let pixels =
+            bytes.chunks_exact(12).map(|p| [value(&p[..4]), value(&p[4..8]), value(&p[8..])]).collect();
+        Ok(PeerPicture { seconds, samples: samples as u32, pixels })
+    }
+
+    /// The next line.
+    fn answer(&mut self) -> Result<Value, Failure> {
+        let mut line = String::new();
+        let read = self.output.read_line(&mut line);
+        let json = serde_json::from_str::<Value>(&line);
+        match (read, json) {
+            (Ok(1..), Ok(json)) => match json.get("error").and_then(Value::as_str) {
+                Some(error) => {
+                    let help = json.get("help").and_then(Value::as_str).filter(|h| !h.is_empty());
+                    Err(self.failed(error, help))
+                }
+                None => Ok(json),
+            },
+            _ => {
+                let log = std::fs::read(self.folder.path().join("log")).unwrap_or_default();
+                let log = String::from_utf8_lossy(&log).into_owned();
+                let said =
+                    log.lines().find(|l| l.contains("ERROR") || l.contains("Error")).or(log.lines().last());
+                let llvm = said.is_some_and(|l| l.contains("LLVM"));
+                let help = llvm.then_some(
+                    "Mitsuba needs libLLVM 16 or newer, best 19: name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles",
+                );
+                Err(self.failed(&format!("it ended: {}", said.unwrap_or("it says nothing")), help))
+            }
+        }
+    }
+
+    fn failed(&self, what: &str, help: Option<&str>) -> Failure {
+        let error = SceneError::new(ErrorCode::File, format!("{}: {}", self.kind.name(), escape(what)));
+        Failure::new(match help {
+            Some(help) => error.help(help.to_owned()),
+            None => error,
+        })
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // Its input ends, and so does it; whatever hangs is ended.
+        drop(self.input.take());
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_are_three_and_each_is_once() {
+        let names =
+            |asked: &[PeerKind]| -> Vec<_> { PeerKind::expand(asked).iter().map(|k| k.name()).collect() };
+        assert_eq!(names(&[PeerKind::Cycles, PeerKind::All]), ["cycles", "mitsuba-llvm", "mitsuba-scalar"]);
+        for kind in PeerKind::value_variants() {
+            assert_eq!(kind.to_possible_value().unwrap().get_name(), kind.name());
+        }
+    }
+}

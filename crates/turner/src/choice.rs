@@ -1,0 +1,39 @@
+//! Sets of words, each with its meaning: what stands after a key of a scene file where there are a few possibilities.
+
+/// One of a set of words. `choice!` implements it.
+pub trait Choice: Copy + Sized + 'static {
+    /// The words, in order.
+    const ALL_WORDS: &'static [&'static str];
+    /// The word in a scene file.
+    fn to_word(self) -> &'static str;
+    /// From its word.
+    fn of_word(word: &str) -> Option<Self>;
+}
+
+/// A set of words. `choice! { /// doc pub enum Name { /// doc Variant = "word", … } }`; the first is the default.
+macro_rules! choice {
+    (
+        $(#[doc = $doc:literal])+
+        pub enum $name:ident { $(#[doc = $first_doc:literal])+ $first:ident = $first_word:literal, $($(#[doc = $vdoc:literal])+ $variant:ident = $word:literal,)* }
+    ) => {
+        $(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+        pub enum $name { $(#[doc = $first_doc])+ #[default] $first, $($(#[doc = $vdoc])+ $variant,)* }
+        impl $name {
+            /// The words, in order.
+            pub const WORDS: &[&str] = &[$first_word, $($word,)*];
+            /// The word and what it means.
+            pub const DOCS: &[(&str, &str)] = &[($first_word, concat!($($first_doc),+).trim_ascii()), $(($word, concat!($($vdoc),+).trim_ascii()),)*];
+            /// The word in a scene file.
+            pub fn word(self) -> &'static str { match self { $name::$first => $first_word, $($name::$variant => $word,)* } }
+            /// From its word.
+            pub fn from_word(word: &str) -> Option<$name> { match word { $first_word => Some($name::$first), $($word => Some($name::$variant),)* _ => None } }
+        }
+        impl $crate::choice::Choice for $name {
+            const ALL_WORDS: &'static [&'static str] = $name::WORDS;
+            fn to_word(self) -> &'static str { self.word() }
+            fn of_word(word: &str) -> Option<$name> { $name::from_word(word) }
+        }
+    };
+}
+pub(crate) use choice;

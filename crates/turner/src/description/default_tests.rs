@@ -1,0 +1,173 @@
+//! `Default` says what a file means that says nothing.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use super::lent::{Lent, WithLent};
+use super::write::Writer;
+use crate::camera::{CameraDesc, PinholeDesc};
+use crate::description::*;
+use crate::image::{Image, Pixels};
+use crate::integrator::{IntegratorDesc, PathDesc};
+use crate::light::{LightDesc, PointDesc, SpotDesc};
+use crate::material::{ClassicMaterial, MaterialDesc, MixMaterial};
+use crate::math::DVec3;
+use crate::medium::MediumDesc;
+use crate::schema::value::{Data, FileId, Table, Value};
+use crate::schema::{
+    Asset, ErrorCode, FamilyDoc, MediumId, MeshData, Named, PrepareOptions, SceneError, WriteContext,
+};
+use crate::shape::{ShapeDesc, SphereDesc};
+use crate::texture::TextureDesc;
+
+/// Where there are none.
+struct NoFiles;
+
+fn refuse<T>() -> Result<T, SceneError> {
+    Err(SceneError::new(ErrorCode::File, "there are no files"))
+}
+
+impl SceneAssets for NoFiles {
+    fn image(&mut self, _: &str, _: FileId) -> Result<Arc<Image>, SceneError> {
+        refuse()
+    }
+    fn mesh(&mut self, _: &str, _: FileId) -> Result<Arc<MeshData>, SceneError> {
+        refuse()
+    }
+    fn model(&mut self, _: &ModelDesc, _: FileId) -> Result<Arc<SceneDesc>, SceneError> {
+        refuse()
+    }
+}
+
+#[test]
+fn an_empty_file_is_the_default_scene() {
+    let file = Value::new(Data::Table(Table::default()));
+    let read = read_scene(&file, &mut NoFiles).unwrap();
+    assert_eq!(read.warnings.len(), 1, "that it is empty");
+    assert_eq!(SceneDesc::default(), SceneDesc { warnings: Vec::new(), ..read });
+}
+
+#[test]
+fn parts_of_an_empty_table_are_the_default_ones() {
+    let section = |name: &str, value: Value| {
+        let mut top = Table::default();
+        top.push(name, value.data);
+        read_scene(&Value::new(Data::Table(top)), &mut NoFiles).unwrap()
+    };
+    let empty = || Value::new(Data::Table(Table::default()));
+    let in_list = || Value::new(Data::Array(vec![empty()]));
+    let named = || {
+        let mut table = Table::default();
+        table.push("one", empty().data);
+        Value::new(Data::Table(table))
+    };
+    assert_eq!(section("camera", empty()).camera.unwrap().value, CameraDesc::default());
+    assert_eq!(section("view", in_list()).cameras[0].value, CameraDesc::default());
+    assert_eq!(section("integrator", empty()).integrator, IntegratorDesc::default());
+    assert_eq!(section("stage", empty()).stage, Some(StageDesc::default()));
+    assert_eq!(section("material", named()).materials[0].value, MaterialDesc::default());
+    assert_eq!(section("medium", named()).media[0].value, MediumDesc::default());
+    assert_eq!(section("group", named()).groups[0].value, GroupDesc::default());
+}
+
+/// A scene with a picture and a mesh, for what refers to one.
+fn scene() -> SceneDesc {
+    let pixels = Pixels::U8(vec![255; 3]);
+    let image = Image { width: 1, height: 1, channels: 3, pixels };
+    let mesh = MeshData {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2]],
+        ..MeshData::default()
+    };
+    SceneDesc {
+        images: vec![Asset { uri: "white.png".into(), data: Arc::new(image) }],
+        meshes: vec![Asset { uri: "triangle.ply".into(), data: Arc::new(mesh) }],
+        objects: vec![ObjectDesc::default()],
+        integrator: IntegratorDesc::Path(PathDesc::default()),
+        ..SceneDesc::default()
+    }
+}
+
+/// What a file must say of each kind beside its `type` is what its documentation says; it reads back as the default, and prepares, but for those in `incomplete`.
+fn check<T: Clone + Debug>(
+    doc: &FamilyDoc,
+    of_type: fn(&str) -> Option<T>,
+    write: fn(&T, &mut dyn WriteContext) -> Result<Table, SceneError>,
+    put: fn(&mut SceneDesc, T),
+    incomplete: &[&str],
+) {
+    assert!(of_type("no such kind").is_none());
+    for entry in doc.entries {
+        let what = format!("the {} \"{}\"", doc.one, entry.name);
+        let value = of_type(entry.name).unwrap_or_else(|| panic!("{what} has no default"));
+        let mut desc = scene();
+        put(&mut desc, value.clone());
+        let mut lent = Lent::default();
+
+        let table = write(&value, &mut Writer::new(&desc, &mut lent)).unwrap();
+        let keys: Vec<&str> = table.entries.iter().map(|e| e.key.as_str()).collect();
+        let required = entry.fields.iter().filter(|f| f.default.is_none()).map(|f| f.name);
+        let data = matches!(entry.name, "mesh" | "points").then_some("file");
+        let expected: Vec<&str> = std::iter::once("type").chain(required).chain(data).collect();
+        assert_eq!(keys, expected, "{what}");
+
+        let file = write_scene(&desc, &mut lent).unwrap();
+        let read = read_scene(&file, &mut WithLent { lent: &lent, files: &mut NoFiles });
+        let read = read.unwrap_or_else(|e| panic!("{what}: {e}"));
+        desc.same_scene(&read).unwrap_or_else(|e| panic!("{what}: {e}"));
+
+        let prepared = desc.prepare(&PrepareOptions::default());
+        let expected = !incomplete.contains(&entry.name);
+        assert_eq!(prepared.is_ok(), expected, "{what}: {:?}", prepared.err());
+    }
+}
+
+#[test]
+fn every_kind_has_its_defaults() {
+    let shape = |desc: &mut SceneDesc, shape| desc.objects = vec![ObjectDesc::new(shape)];
+    check(&ShapeDesc::DOC, ShapeDesc::of_type, ShapeDesc::write, shape, &[]);
+    let texture = |desc: &mut SceneDesc, texture: TextureDesc| desc.textures = vec![texture.into()];
+    check(&TextureDesc::DOC, TextureDesc::of_type, TextureDesc::write, texture, &[]);
+    let material = |desc: &mut SceneDesc, material: MaterialDesc| desc.materials = vec![material.into()];
+    // A mix is of two materials at least.
+    check(&MaterialDesc::DOC, MaterialDesc::of_type, MaterialDesc::write, material, &["mix"]);
+    let medium = |desc: &mut SceneDesc, medium: MediumDesc| {
+        desc.media = vec![medium.into()];
+        desc.background.medium = Some(MediumId(0));
+    };
+    check(&MediumDesc::DOC, MediumDesc::of_type, MediumDesc::write, medium, &[]);
+    let light = |desc: &mut SceneDesc, light: LightDesc| desc.lights = vec![light.into()];
+    // A directional light says `from` or `direction`.
+    check(&LightDesc::DOC, LightDesc::of_type, LightDesc::write, light, &["directional"]);
+    let camera = |desc: &mut SceneDesc, camera: CameraDesc| desc.camera = Some(camera.into());
+    check(&CameraDesc::DOC, CameraDesc::of_type, CameraDesc::write, camera, &[]);
+    let integrator = |desc: &mut SceneDesc, integrator| desc.integrator = integrator;
+    check(&IntegratorDesc::DOC, IntegratorDesc::of_type, IntegratorDesc::write, integrator, &[]);
+}
+
+#[test]
+fn the_first_kind_is_the_default() {
+    assert_eq!(ShapeDesc::default(), ShapeDesc::Sphere(SphereDesc { center: DVec3::ZERO, radius: 1.0 }));
+    assert_eq!(ObjectDesc::default(), ObjectDesc::new(ShapeDesc::default()));
+    assert_eq!(CameraDesc::default(), CameraDesc::Pinhole(PinholeDesc::default()));
+    assert_eq!(MaterialDesc::default(), MaterialDesc::Classic(ClassicMaterial::default()));
+    assert_eq!(IntegratorDesc::default().type_name(), "classic");
+    assert_eq!(MediumDesc::default().type_name(), "homogeneous");
+}
+
+#[test]
+fn scenes_are_built_by_struct_update() {
+    let camera = PinholeDesc { fov: Some(30.0), ..Default::default() };
+    let scene = SceneDesc {
+        camera: Some(CameraDesc::Pinhole(camera).into()),
+        objects: vec![ObjectDesc::new(ShapeDesc::Sphere(SphereDesc { radius: 2.0, ..Default::default() }))],
+        lights: vec![
+            LightDesc::Point(PointDesc { intensity: 3.0, ..Default::default() }).into(),
+            LightDesc::Spot(SpotDesc { angle: 12.0, ..Default::default() }).into(),
+        ],
+        materials: vec![Named::from(MaterialDesc::Mix(MixMaterial::default()))],
+        ..Default::default()
+    };
+    let LightDesc::Spot(spot) = &scene.lights[1].value else { panic!("a spot light") };
+    assert_eq!((spot.position, spot.look_at, spot.penumbra), (DVec3::new(0.0, 5.0, 0.0), DVec3::ZERO, 5.0));
+}

@@ -1,0 +1,248 @@
+//! Models: files of other programs, placed in a scene as one object.
+
+use std::sync::Arc;
+
+use super::read::Reader;
+use crate::camera::CameraDesc;
+use crate::description::*;
+use crate::light::LightDesc;
+use crate::math::{DAffine3, DMat3, DVec3};
+use crate::schema::error::unknown_name;
+use crate::schema::value::Span;
+use crate::schema::{
+    ErrorCode, GroupId, MaterialId, MaterialsByName, Named, ReadContext, Renumber, SceneError, TableReader,
+    Transform, choice, params,
+};
+use crate::shape::ShapeDesc;
+
+choice! {
+    /// Which axis of a model points upwards.
+    pub enum UpAxis {
+        /// y, as in glTF and in Turner's scenes.
+        Y = "y",
+        /// z, as in most programs for engineering and 3-D printing.
+        Z = "z",
+    }
+}
+
+impl UpAxis {
+    /// From the model's axes to the scene's.
+    pub fn rotation(self) -> DAffine3 {
+        match self {
+            UpAxis::Y => DAffine3::IDENTITY,
+            UpAxis::Z => DAffine3::from_mat3(DMat3::from_cols(DVec3::X, -DVec3::Z, DVec3::Y)),
+        }
+    }
+}
+
+params! {
+    /// A file of another program, whole: glTF or GLB, OBJ with its MTL, PLY, STL. Its objects stay together as one; its lights and cameras come
+    /// with it (not in a group). A `material` of the object takes the place of all of its own.
+    pub struct ModelDesc as "model" {
+        /// The file, relative to the scene's.
+        file: String, required, default String::new();
+        /// Names of nodes or groups of the file that are wanted, with all that hangs on them; all of them if not given.
+        nodes: Vec<String> = Vec::new();
+        /// Which of the file's scenes, by name or number; the file's own choice if not given.
+        scene: Option<String> = None;
+        /// Which of the file's variants of materials, by name or number.
+        variant: Option<String> = None;
+        /// Which of the file's animations, by name or number; the first if not given.
+        animation: Option<String> = None;
+        /// Seconds into the animation.
+        time: f64 = 0.0;
+        /// Which axis of the file points upwards.
+        up: UpAxis = UpAxis::Y;
+        /// Materials that take the place of those of these names.
+        materials: Option<MaterialsByName> = None;
+    }
+    example r##"[[object]]
+type = "model"
+file = "model.obj"
+transform = { rotate = [0, 30, 0] }
+materials = { paint = { type = "principled", base_color = "tomato", specular_roughness = 0.4 } }
+"##
+}
+
+/// A model that is already part of the scene.
+pub(super) struct PlacedModel {
+    model: Arc<SceneDesc>,
+    material: Option<MaterialId>,
+    group: GroupId,
+    /// Such a model is not taken for another one: its materials may differ.
+    has_own_materials: bool,
+}
+
+impl Reader<'_> {
+    /// Reads an object of the type "model".
+    pub(super) fn read_model(
+        &mut self,
+        table: &mut TableReader<'_>,
+        material: Option<MaterialId>,
+        transform: &mut Transform,
+        motion: &mut Option<Transform>,
+    ) -> Result<GroupId, SceneError> {
+        let desc = ModelDesc::read(table, self)?;
+        let span = table.span_of("file");
+        let model = self.assets.model(&desc, span.file).map_err(|e| e.or_at(Some(span)))?;
+        for placed in std::iter::once(transform as &mut Transform).chain(motion) {
+            placed.0 *= desc.up.rotation();
+        }
+        let in_group = self.in_group;
+        let overrides = desc.materials.map(|m| m.0).unwrap_or_default();
+        if overrides.is_empty()
+            && let Some(placed) = self
+                .models
+                .iter()
+                .find(|p| Arc::ptr_eq(&p.model, &model) && p.material == material && !p.has_own_materials)
+        {
+            let group = placed.group;
+            self.place_lights_and_cameras(&model, &transform.0, in_group, false);
+            return Ok(group);
+        }
+        let by = Renumber {
+            textures: self.textures.len() as u32,
+            materials: self.materials.len() as u32,
+            images: self.images.len() as u32,
+            meshes: self.meshes.len() as u32,
+            groups: self.group_count,
+            media: self.media.len() as u32,
+            ..Renumber::default()
+        };
+        self.textures.extend(model.textures.iter().cloned().map(|mut t| {
+            t.value.renumber(&by);
+            Some(t)
+        }));
+        self.materials.extend(model.materials.iter().cloned().map(|mut m| {
+            m.value.renumber(&by);
+            Some(m)
+        }));
+        self.media.extend(model.media.iter().cloned().map(Some));
+        self.images.extend(model.images.iter().cloned());
+        self.meshes.extend(model.meshes.iter().cloned());
+        let replaced = replacements(&model, &overrides)?;
+        let place = |objects: &[ObjectDesc]| -> Vec<ObjectDesc> {
+            let place = |object: &ObjectDesc| placed_object(object, &by, material, &replaced);
+            objects.iter().map(place).collect()
+        };
+        for group in &model.groups {
+            let value = GroupDesc { objects: place(&group.value.objects) };
+            self.more_groups.push(Named { name: None, span: None, value });
+        }
+        let whole = GroupDesc { objects: place(&model.objects) };
+        self.more_groups.push(Named { name: None, span: None, value: whole });
+        self.group_count += model.groups.len() as u32 + 1;
+        let group = GroupId(self.group_count - 1);
+        self.imports.extend(model.imports.iter().cloned());
+        self.warnings.extend(model.warnings.iter().cloned());
+        self.place_lights_and_cameras(&model, &transform.0, in_group, true);
+        let has_own_materials = !overrides.is_empty();
+        self.models.push(PlacedModel { model, material, group, has_own_materials });
+        Ok(group)
+    }
+
+    fn place_lights_and_cameras(&mut self, model: &SceneDesc, by: &DAffine3, in_group: bool, first: bool) {
+        if in_group {
+            if !(model.lights.is_empty() && model.cameras.is_empty()) {
+                (self as &mut dyn ReadContext)
+                    .warn(None, "the lights and cameras of a model in a group are left out");
+            }
+            return;
+        }
+        for light in &model.lights {
+            self.model_lights.push(SceneLight { value: placed_light(&light.value, by), ..light.clone() });
+        }
+        if first {
+            for camera in &model.cameras {
+                self.cameras.push(Named { value: placed_camera(&camera.value, by), ..camera.clone() });
+            }
+        }
+    }
+}
+
+/// What takes the place of which of a model's materials.
+fn replacements(
+    model: &SceneDesc,
+    overrides: &[(String, Span, MaterialId)],
+) -> Result<Vec<(MaterialId, MaterialId)>, SceneError> {
+    let mut out = Vec::new();
+    for (name, span, material) in overrides {
+        let before = out.len();
+        for (i, own) in model.materials.iter().enumerate() {
+            if own.name.as_deref() == Some(name) {
+                out.push((MaterialId(i as u32), *material));
+            }
+        }
+        if out.len() == before {
+            let names: Vec<&str> = model.materials.iter().filter_map(|m| m.name.as_deref()).collect();
+            let what = "material of this model";
+            return Err(unknown_name(ErrorCode::UnknownName, *span, what, name, &names));
+        }
+    }
+    Ok(out)
+}
+
+/// An object of a model as one of the scene.
+fn placed_object(
+    object: &ObjectDesc,
+    by: &Renumber,
+    material: Option<MaterialId>,
+    replaced: &[(MaterialId, MaterialId)],
+) -> ObjectDesc {
+    let own = |id: MaterialId| {
+        let other = replaced.iter().find(|(old, _)| *old == id).map(|(_, new)| *new);
+        other.unwrap_or_else(|| by.material(id))
+    };
+    let content = match &object.content {
+        ObjectContent::Instance(g) => ObjectContent::Instance(by.group(*g)),
+        ObjectContent::Shape(shape) => {
+            let mut shape = shape.clone();
+            if let ShapeDesc::Mesh(mesh) = &mut shape {
+                mesh.mesh = by.mesh(mesh.mesh);
+                match material {
+                    Some(_) => mesh.materials.clear(),
+                    None => mesh.materials.iter_mut().for_each(|m| *m = m.map(own)),
+                }
+            } else {
+                shape.renumber(by);
+            }
+            ObjectContent::Shape(shape)
+        }
+    };
+    let material = material.or(object.material.map(own));
+    ObjectDesc { content, material, ..object.clone() }
+}
+
+/// A light moved with its model. Its strength stays what it is.
+fn placed_light(light: &LightDesc, by: &DAffine3) -> LightDesc {
+    let mut light = light.clone();
+    match &mut light {
+        LightDesc::Point(l) => l.position = by.transform_point3(l.position),
+        LightDesc::Spot(l) => {
+            l.position = by.transform_point3(l.position);
+            l.look_at = by.transform_point3(l.look_at);
+        }
+        LightDesc::Directional(l) => {
+            l.from = l.from.map(|v| by.transform_vector3(v));
+            l.direction = l.direction.map(|v| by.transform_vector3(v));
+        }
+        // Models have none of them, or they have no place.
+        LightDesc::Ambient(_)
+        | LightDesc::Rectangle(_)
+        | LightDesc::Disk(_)
+        | LightDesc::Sphere(_)
+        | LightDesc::Environment(_)
+        | LightDesc::Sky(_) => {}
+    }
+    light
+}
+
+/// A camera moved with its model.
+fn placed_camera(camera: &CameraDesc, by: &DAffine3) -> CameraDesc {
+    let mut camera = camera.clone();
+    let [position, look_at, up] = camera.placement_mut();
+    *position = by.transform_point3(*position);
+    *look_at = by.transform_point3(*look_at);
+    *up = by.transform_vector3(*up);
+    camera
+}

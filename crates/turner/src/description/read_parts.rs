@@ -1,0 +1,165 @@
+//! The parts of a scene file, each from its table.
+
+use crate::camera::CameraDesc;
+use crate::color::named;
+use crate::description::SceneLight;
+use crate::description::stage::StageDesc;
+use crate::film::FilmDesc;
+use crate::integrator::IntegratorDesc;
+use crate::light::{BackgroundDesc, LightDesc};
+use crate::material::MaterialDesc;
+use crate::medium::MediumDesc;
+use crate::schema::error::unknown_name;
+use crate::schema::value::{Data, Span, Value};
+use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, wrong_type};
+use crate::texture::TextureDesc;
+
+pub(super) fn read_film(value: &Value, cx: &mut dyn ReadContext) -> Result<FilmDesc, SceneError> {
+    whole_table(value, "[film]", cx, FilmDesc::read)
+}
+
+pub(super) fn read_background(value: &Value, cx: &mut dyn ReadContext) -> Result<BackgroundDesc, SceneError> {
+    whole_table(value, "[background]", cx, BackgroundDesc::read)
+}
+
+pub(super) fn read_stage(value: &Value, cx: &mut dyn ReadContext) -> Result<StageDesc, SceneError> {
+    whole_table(value, "[stage]", cx, StageDesc::read)
+}
+
+pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result<IntegratorDesc, SceneError> {
+    let mut table = TableReader::of(value, "[integrator]")?;
+    let doc = &IntegratorDesc::DOC;
+    let integrator = read_kind(&mut table, "integrator", Some("classic"), cx, doc, IntegratorDesc::read)?;
+    table.finish()?;
+    Ok(integrator)
+}
+
+/// Reads a light, its name and its group.
+pub(super) fn read_light(value: &Value, cx: &mut dyn ReadContext) -> Result<SceneLight, SceneError> {
+    let mut table = TableReader::of(value, "a light")?;
+    let name = table.optional::<String>("name", None, cx)?;
+    let group = light_group(&mut table, "group", cx)?;
+    let light = read_kind(&mut table, LightDesc::DOC.one, None, cx, &LightDesc::DOC, LightDesc::read)?;
+    table.finish()?;
+    Ok(SceneLight { name, group, span: Some(value.span), value: light })
+}
+
+/// Refuses names of colours for textures.
+pub(super) fn check_texture_name(name: &str, span: Span) -> Result<(), SceneError> {
+    if named(name).is_none() {
+        return Ok(());
+    }
+    let message = format!("\"{name}\" is the name of a colour and cannot name a texture");
+    Err(SceneError::at(ErrorCode::Conflict, span, message).help("choose another name"))
+}
+
+/// Reads a camera and its name.
+pub(super) fn read_camera(
+    value: &Value,
+    what: &str,
+    cx: &mut dyn ReadContext,
+) -> Result<Named<CameraDesc>, SceneError> {
+    let mut table = TableReader::of(value, what)?;
+    let name = table.optional::<String>("name", None, cx)?;
+    let camera = read_kind(&mut table, "camera", Some("pinhole"), cx, &CameraDesc::DOC, CameraDesc::read)?;
+    table.finish()?;
+    Ok(Named { name, span: Some(value.span), value: camera })
+}
+
+/// Reads a table that has no `type` and refuses unknown keys.
+fn whole_table<T>(
+    value: &Value,
+    what: &str,
+    cx: &mut dyn ReadContext,
+    read: impl Fn(&mut TableReader<'_>, &mut dyn ReadContext) -> Result<T, SceneError>,
+) -> Result<T, SceneError> {
+    let mut table = TableReader::of(value, what)?;
+    let read = read(&mut table, cx)?;
+    table.finish()?;
+    Ok(read)
+}
+
+/// Reads the `type` of a table and then what that type is made of.
+pub(super) fn read_kind<T>(
+    table: &mut TableReader<'_>,
+    kind: &str,
+    default: Option<&str>,
+    cx: &mut dyn ReadContext,
+    doc: &crate::schema::FamilyDoc,
+    read: impl Fn(&str, &mut TableReader<'_>, &mut dyn ReadContext) -> Result<Option<T>, SceneError>,
+) -> Result<T, SceneError> {
+    let valid: Vec<&str> = doc.entries.iter().map(|e| e.name).collect();
+    let name = match (table.take("type"), default) {
+        (Some(value), _) => match &value.data {
+            Data::String(name) => name.as_str(),
+            _ => return Err(wrong_type(value, &format!("the name of a {kind}"))),
+        },
+        (None, Some(default)) => default,
+        (None, None) => {
+            let message = format!("this {kind} needs the key `type`");
+            return Err(SceneError::at(ErrorCode::MissingKey, table.span(), message)
+                .help(format!("add `type = \"…\"`, one of: {}", valid.join(", "))));
+        }
+    };
+    let span = table.span_of("type");
+    read(name, table, cx)?.ok_or_else(|| unknown_name(ErrorCode::UnknownName, span, kind, name, &valid))
+}
+
+pub(super) fn read_texture(value: &Value, cx: &mut dyn ReadContext) -> Result<TextureDesc, SceneError> {
+    let mut table = TableReader::of(value, "a texture")?;
+    let texture = read_kind(&mut table, "texture", None, cx, &TextureDesc::DOC, TextureDesc::read)?;
+    table.finish()?;
+    Ok(texture)
+}
+
+pub(super) fn read_material(value: &Value, cx: &mut dyn ReadContext) -> Result<MaterialDesc, SceneError> {
+    let mut table = TableReader::of(value, "a material")?;
+    let doc = &MaterialDesc::DOC;
+    let material = read_kind(&mut table, "material", Some("classic"), cx, doc, MaterialDesc::read)?;
+    table.finish()?;
+    Ok(material)
+}
+
+pub(super) fn read_medium(value: &Value, cx: &mut dyn ReadContext) -> Result<MediumDesc, SceneError> {
+    let mut table = TableReader::of(value, "a medium")?;
+    let medium =
+        read_kind(&mut table, "medium", Some("homogeneous"), cx, &MediumDesc::DOC, MediumDesc::read)?;
+    table.finish()?;
+    Ok(medium)
+}
+
+/// `[kind.NAME]` tables as (name, place of the name, value).
+pub(super) fn named_tables<'a>(
+    section: Option<&'a Value>,
+    kind: &str,
+) -> Result<Vec<(&'a str, Span, &'a Value)>, SceneError> {
+    let Some(section) = section else { return Ok(Vec::new()) };
+    let Data::Table(table) = &section.data else {
+        return Err(wrong_type(section, &format!("named tables [{kind}.NAME]")));
+    };
+    Ok(table.entries.iter().map(|e| (e.key.as_str(), e.key_span, &e.value)).collect())
+}
+
+pub(super) fn array_of_tables<'a>(section: Option<&'a Value>, kind: &str) -> Result<&'a [Value], SceneError> {
+    let Some(section) = section else { return Ok(&[]) };
+    match &section.data {
+        Data::Array(items) => Ok(items),
+        _ => Err(wrong_type(section, &format!("tables headed [[{kind}]]"))
+            .help(format!("write [[{kind}]] with two brackets: there may be several"))),
+    }
+}
+
+/// The name of a group of lights, which must not be empty.
+pub(super) fn light_group(
+    table: &mut TableReader<'_>,
+    key: &'static str,
+    cx: &mut dyn ReadContext,
+) -> Result<Option<String>, SceneError> {
+    let group = table.optional::<String>(key, None, cx)?;
+    if group.as_ref().is_some_and(|g| g.trim().is_empty()) {
+        let message = format!("`{key}` must be the name of a group of lights, found \"\"");
+        return Err(SceneError::at(ErrorCode::OutOfRange, table.span_of(key), message)
+            .help("name it, e.g. \"lamps\", or leave it out"));
+    }
+    Ok(group)
+}

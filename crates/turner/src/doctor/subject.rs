@@ -1,0 +1,51 @@
+//! What is looked at.
+
+use std::ops::Deref;
+use std::sync::Arc;
+
+use crate::film::FilmDesc;
+use crate::integrator::{IntegratorDesc, Prepared};
+use crate::scene::Scene;
+
+/// A prepared scene with its integrator's settings; both can be changed, for what was prepared is shared and not touched.
+#[derive(Clone)]
+pub(super) struct Subject {
+    /// What is rendered.
+    pub(super) prepared: Prepared,
+    /// The settings of the integrator.
+    pub(super) integrator: IntegratorDesc,
+}
+
+impl Subject {
+    pub(super) fn film(&self) -> &FilmDesc {
+        &self.prepared.view.film
+    }
+
+    pub(super) fn film_mut(&mut self) -> &mut FilmDesc {
+        &mut self.prepared.view.film
+    }
+
+    /// The scene, to be changed: a copy of it, if it is shared.
+    pub(super) fn scene_mut(&mut self) -> &mut Scene {
+        Arc::make_mut(&mut self.prepared.scene)
+    }
+
+    /// Renders with other integrator settings from now on, without caustic photons or path reuse, so that paths are independent of each other.
+    pub(super) fn set_integrator(&mut self, mut integrator: IntegratorDesc) {
+        use crate::integrator::{Caustics, PathReuse};
+        if let IntegratorDesc::Path(path) = &mut integrator {
+            (path.reuse, path.caustics) = (PathReuse::Off, Caustics::Off);
+        }
+        if let Ok(prepared) = self.prepared.with_integrator(integrator.integrator()) {
+            (self.prepared, self.integrator) = (prepared, integrator);
+        }
+    }
+}
+
+impl Deref for Subject {
+    type Target = Scene;
+
+    fn deref(&self) -> &Scene {
+        &self.prepared.scene
+    }
+}

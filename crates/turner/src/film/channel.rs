@@ -1,0 +1,53 @@
+//! The named channels of a film.
+
+use crate::schema::{ErrorCode, SceneError};
+
+/// The names of the channels that every film has: colour times coverage, and coverage.
+pub const COLOR_CHANNELS: [&str; 4] = ["R", "G", "B", "A"];
+
+/// The most channels beside colour and coverage.
+pub const MAX_CHANNELS: usize = 256;
+
+/// The most bytes of a channel's name.
+pub const MAX_NAME: usize = 255;
+
+/// A channel beside colour and coverage: one number per sample, whose weighted mean a pixel shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name as in EXR files: `Z`, `N.X`, `albedo.R`.
+    pub name: String,
+}
+
+impl Channel {
+    /// A channel of a name.
+    pub fn new(name: impl Into<String>) -> Channel {
+        Channel { name: name.into() }
+    }
+
+    /// Refuses names that are empty, too long, or given twice, and too many channels.
+    pub(super) fn check(channels: &[Channel]) -> Result<(), SceneError> {
+        let error = |message: String| Err(SceneError::new(ErrorCode::Conflict, message));
+        if channels.len() > MAX_CHANNELS {
+            return error(format!(
+                "the film has {} channels; expected at most {MAX_CHANNELS}",
+                channels.len()
+            ));
+        }
+        for (i, Channel { name }) in channels.iter().enumerate() {
+            if name.is_empty() || name.len() > MAX_NAME {
+                let bytes = name.len();
+                return error(format!(
+                    "the name of a film's channel has {bytes} bytes; expected 1 to {MAX_NAME}"
+                ));
+            }
+            let earlier = || channels[..i].iter().any(|c| c.name == *name);
+            if COLOR_CHANNELS.contains(&name.as_str()) || earlier() {
+                return error(format!(
+                    "the film has two channels \"{}\"",
+                    crate::schema::error::escape(name)
+                ));
+            }
+        }
+        Ok(())
+    }
+}

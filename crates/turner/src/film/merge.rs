@@ -1,0 +1,54 @@
+//! One film out of two that hold different samples of one picture.
+
+use super::Film;
+use crate::schema::{ErrorCode, SceneError};
+
+impl Film {
+    /// Adds the samples of another film of the same picture. For any split of a picture's samples and tiles among films, in
+    /// any order, the merged film is the film of an undisturbed render, to the last bit.
+    ///
+    /// Errors, after which nothing has changed: the films are of different pictures or have different channels
+    /// ([`ErrorCode::Conflict`]); both hold a sample of one tile, or a light path (the same).
+    pub fn merge(&mut self, other: &Film) -> Result<(), SceneError> {
+        let error = |message: String| Err(SceneError::new(ErrorCode::Conflict, message));
+        if let Some(difference) = self.identity.difference(&other.identity) {
+            return error(format!("the films are of different pictures; {difference}"));
+        }
+        if self.channels() != other.channels() {
+            let names = |film: &Film| {
+                let names: Vec<&str> = film.channels().iter().map(|c| c.name.as_str()).collect();
+                if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+            };
+            let message = format!(
+                "the films have different channels beside colour: {} and {}",
+                names(self),
+                names(other)
+            );
+            return error(message);
+        }
+        let grid = self.tiles();
+        for tile in 0..grid.count() {
+            if let Some(both) = self.held(tile).overlap(other.held(tile)) {
+                let (rect, last) = (grid.rect(tile), both.end - 1);
+                return error(format!(
+                    "both films hold samples {} to {last} of tile {tile}, {}x{} pixels at ({}, {})",
+                    both.start, rect.width, rect.height, rect.x, rect.y
+                ));
+            }
+        }
+        if let (Some(own), Some(theirs)) = (&self.splats, &other.splats)
+            && let Some(both) = own.held.overlap(&theirs.held)
+        {
+            return error(format!("both films hold light paths {} to {}", both.start, both.end - 1));
+        }
+        for (own, theirs) in self.bands.iter_mut().zip(&other.bands) {
+            (0..grid.columns()).for_each(|column| own.merge_tile(theirs, column));
+            own.non_finite.merge(&theirs.non_finite);
+        }
+        if let (Some(own), Some(theirs)) = (&mut self.splats, &other.splats) {
+            own.merge(theirs);
+        }
+        self.count_non_finite();
+        Ok(())
+    }
+}

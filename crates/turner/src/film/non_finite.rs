@@ -1,0 +1,26 @@
+//! Samples that were not finite numbers.
+
+/// Samples that were not finite numbers: left out of the sums, counted, and the first of them named.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NonFinite {
+    /// How many.
+    pub count: u64,
+    /// (row, column, sample index) of the first in picture order.
+    pub first: Option<(u32, u32, u32)>,
+}
+
+impl NonFinite {
+    /// Counts one.
+    pub fn note(&mut self, x: u32, y: u32, index: u32) {
+        self.merge(&NonFinite { count: 1, first: Some((y, x, index)) });
+    }
+
+    /// Counts those of another part.
+    pub fn merge(&mut self, other: &NonFinite) {
+        self.count = self.count.saturating_add(other.count);
+        self.first = match (self.first, other.first) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+    }
+}

@@ -1,0 +1,94 @@
+//! A film while threads add to it.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use super::band::Band;
+use super::{Film, NonFinite, PixelRect, SampleSet, Splat, Splats, TILE, TileGrid, TileSums};
+use crate::color::Spectrum;
+use crate::filter::Filter;
+
+/// A film to which several threads add at once: those that work on different rows of tiles do not wait for each other. A lock is
+/// taken once for each tile or batch of light paths, never for each sample.
+pub struct SharedFilm<'a> {
+    grid: TileGrid,
+    bands: Vec<Mutex<&'a mut Band>>,
+    splats: Option<Mutex<&'a mut Splats>>,
+}
+
+impl Film {
+    /// Lets threads add to it.
+    pub fn share(&mut self) -> SharedFilm<'_> {
+        SharedFilm {
+            grid: self.tiles(),
+            bands: self.bands.iter_mut().map(Mutex::new).collect(),
+            splats: self.splats.as_mut().map(Mutex::new),
+        }
+    }
+}
+
+impl SharedFilm<'_> {
+    /// Does something to the band of a tile, given the tile's column and pixels.
+    fn in_band<T>(&self, tile: usize, work: impl FnOnce(&mut Band, usize, PixelRect) -> T) -> T {
+        let (row, column) = (tile / self.grid.columns(), tile % self.grid.columns());
+        let mut band = self.bands[row].lock().unwrap_or_else(|e| e.into_inner());
+        let rect = band.tile(column);
+        work(&mut band, column, rect)
+    }
+
+    /// Adds the sums of samples of these numbers to a tile and what their filter reaches around it. Says no, and adds
+    /// none, if the tile holds one of them already.
+    pub fn deposit_sums(
+        &self,
+        tile: usize,
+        sums: &TileSums,
+        samples: &SampleSet,
+        non_finite: &NonFinite,
+    ) -> bool {
+        let added = self.in_band(tile, |band, column, _| {
+            let added = band.record(column, samples, non_finite);
+            if added {
+                band.add_sums(sums);
+            }
+            added
+        });
+        if added {
+            let (own, top) = (tile / self.grid.columns(), self.grid.rect(0).y);
+            let PixelRect { y, height, .. } = sums.rect();
+            let (first, last) =
+                (y.saturating_sub(top) / TILE, (y + height).saturating_sub(top).div_ceil(TILE));
+            let reached = self.bands.iter().enumerate().take(last as usize).skip(first as usize);
+            for (_, band) in reached.filter(|(row, _)| *row != own) {
+                band.lock().unwrap_or_else(|e| e.into_inner()).add_sums(sums);
+            }
+        }
+        added
+    }
+
+    /// Adds one sample (colour times coverage, and coverage) of number 0 to each pixel of a tile, row by row. Says no, and
+    /// adds none, if the tile holds it already.
+    pub fn deposit_samples(
+        &self,
+        tile: usize,
+        samples: impl Iterator<Item = (Spectrum, f32)> + Clone,
+        non_finite: &NonFinite,
+    ) -> bool {
+        let mut first = SampleSet::default();
+        first.insert(0..1);
+        self.in_band(tile, |band, column, rect| {
+            let added = band.record(column, &first, non_finite);
+            if added {
+                band.add_samples(&rect, samples);
+            }
+            added
+        })
+    }
+
+    /// Adds the light of light paths of these numbers. Says no, and adds none, if the film holds one of them already or
+    /// has no room for light.
+    pub fn deposit_light(&self, filter: &Filter, paths: Range<u64>, splats: &[Splat]) -> bool {
+        self.splats
+            .as_ref()
+            .is_some_and(|own| own.lock().unwrap_or_else(|e| e.into_inner()).add(filter, paths, splats))
+    }
+}

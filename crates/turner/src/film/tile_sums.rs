@@ -1,0 +1,199 @@
+//! The sums of one tile while its samples are traced.
+
+use super::{Fixed96, PixelRect, PixelSum};
+use crate::color::Spectrum;
+use crate::filter::Filter;
+use crate::math::DVec2;
+
+/// A sample's values.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleValues<'a> {
+    /// Colour times coverage.
+    pub color: Spectrum,
+    /// Coverage, 0..=1.
+    pub alpha: f32,
+    /// One number for each further channel of the film.
+    pub more: &'a [f32],
+}
+
+impl SampleValues<'_> {
+    fn is_finite(&self) -> bool {
+        self.color.is_finite() && self.alpha.is_finite() && self.more.iter().all(|v| v.is_finite())
+    }
+}
+
+/// Sums of the pixels of a tile and of a border around it, which a worker fills before it adds them to the film.
+#[derive(Clone, Debug)]
+pub struct TileSums {
+    rect: PixelRect,
+    pub(crate) pixels: Vec<PixelSum>,
+    /// Of further channels: `channels` sums a pixel.
+    pub(super) more: Vec<Fixed96>,
+    channels: usize,
+}
+
+impl Default for TileSums {
+    fn default() -> TileSums {
+        TileSums {
+            rect: PixelRect { x: 0, y: 0, width: 0, height: 0 },
+            pixels: Vec::new(),
+            more: Vec::new(),
+            channels: 0,
+        }
+    }
+}
+
+impl TileSums {
+    /// How many pixels around a tile the filter reaches from inside it.
+    pub fn border(filter: &Filter) -> u32 {
+        (filter.radius() - 0.5).ceil().max(0.0) as u32
+    }
+
+    /// Empties the sums and makes them those of a rectangle, with `channels` channels beside colour and coverage.
+    pub fn reset(&mut self, rect: PixelRect, channels: usize) {
+        let count = rect.area() as usize;
+        (self.rect, self.channels) = (rect, channels);
+        self.pixels.clear();
+        self.pixels.resize(count, PixelSum::default());
+        self.more.clear();
+        self.more.resize(count * channels, Fixed96::default());
+    }
+
+    /// The pixels.
+    pub fn rect(&self) -> PixelRect {
+        self.rect
+    }
+
+    /// Adds a sample with a weight of -64..=64 to the pixel at an index, row by row. A sample that is not finite is left
+    /// out; says whether it is finite.
+    pub fn add_weighted(&mut self, pixel: usize, sample: &SampleValues<'_>, weight: f32) -> bool {
+        if !(sample.is_finite() && weight.is_finite()) {
+            self.pixels[pixel].leave_out();
+            return false;
+        }
+        self.pixels[pixel].add_weighted(sample.color, sample.alpha, weight);
+        let sums = &mut self.more[pixel * self.channels..(pixel + 1) * self.channels];
+        for (sum, v) in sums.iter_mut().zip(sample.more) {
+            *sum = sum.plus(Fixed96::from_f64(f64::from(*v) * f64::from(weight)));
+        }
+        true
+    }
+
+    /// Adds a sample at a place of the picture to every pixel that the filter reaches from there, weighted by the filter,
+    /// whose peak has weight 1. Says whether the sample is finite.
+    pub fn splat(&mut self, filter: &Filter, place: DVec2, sample: &SampleValues<'_>) -> bool {
+        let PixelRect { x: left, y: top, width, height } = self.rect;
+        let first = (place - filter.radius() - 0.5).ceil();
+        let last = (place + filter.radius() - 0.5).floor();
+        let along = |first: f64, last: f64, from: u32, size: u32| {
+            let (low, high) = (first.max(f64::from(from)), last.min(f64::from(from + size) - 1.0));
+            // An empty range where the filter reaches none.
+            if low <= high { low as u32..high as u32 + 1 } else { 0..0 }
+        };
+        let peak = filter.density(DVec2::ZERO);
+        let mut finite = sample.is_finite();
+        for y in along(first.y, last.y, top, height) {
+            for x in along(first.x, last.x, left, width) {
+                let middle = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+                let weight = (filter.density(place - middle) / peak) as f32;
+                if weight != 0.0 {
+                    let pixel = ((y - top) * width + (x - left)) as usize;
+                    finite &= self.add_weighted(pixel, sample, weight);
+                }
+            }
+        }
+        finite
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Channel, Film, FilmDesc, NonFinite, SampleSet, TileGrid};
+    use crate::filter::FilterKind;
+
+    const SIZE: u32 = 40;
+
+    /// The settings that no file changes.
+    fn plain() -> FilmDesc {
+        crate::description::SceneDesc::default().film
+    }
+
+    fn number(i: u32, k: u32) -> f32 {
+        ((i.wrapping_mul(2_654_435_761) >> 8).wrapping_mul(k) >> 4 & 0xffff) as f32 / 65536.0
+    }
+
+    /// Four samples a pixel of a tile: place, colour, coverage, one more channel.
+    fn samples_of(tile: &PixelRect) -> Vec<(DVec2, [f32; 5])> {
+        let mut out = Vec::new();
+        for i in 0..tile.area() as u32 * 4 {
+            let (x, y) = (tile.x + i / 4 % tile.width, tile.y + i / 4 / tile.width);
+            let id = (y * SIZE + x) * 4 + i % 4;
+            let at =
+                DVec2::new(f64::from(x) + f64::from(number(id, 3)), f64::from(y) + f64::from(number(id, 7)));
+            out.push((at, [1, 5, 9, 11, 13].map(|k| number(id, k))));
+        }
+        out
+    }
+
+    fn film(filter: FilterKind, order: &[usize]) -> Film {
+        let desc = FilmDesc { width: SIZE, height: SIZE, ..plain() };
+        let mut film = Film::with_channels(&desc, vec![Channel::new("Z")]).unwrap();
+        let (filter, grid) = (Filter::new(filter, None), TileGrid::new(film.region));
+        let mut sums = TileSums::default();
+        for &tile in order {
+            let rect = grid.rect(tile);
+            sums.reset(rect.grown(TileSums::border(&filter), &film.region), 1);
+            for (place, [r, g, b, alpha, z]) in samples_of(&rect) {
+                let color = Spectrum::new(r, g, b);
+                assert!(sums.splat(&filter, place, &SampleValues { color, alpha, more: &[z] }));
+            }
+            let mut samples = SampleSet::default();
+            samples.insert(0..1);
+            assert!(film.share().deposit_sums(tile, &sums, &samples, &NonFinite::default()));
+        }
+        film
+    }
+
+    #[test]
+    fn samples_count_in_every_pixel_their_filter_reaches() {
+        for kind in [FilterKind::Box, FilterKind::Tent, FilterKind::Gaussian, FilterKind::BlackmanHarris] {
+            let forward: Vec<usize> = (0..9).collect();
+            let first = film(kind, &forward);
+            let bytes = first.to_bytes();
+            assert!(bytes == film(kind, &[8, 3, 1, 0, 7, 2, 4, 6, 5]).to_bytes(), "{kind:?}: any order");
+            let filter = Filter::new(kind, None);
+            let all: Vec<_> =
+                forward.iter().flat_map(|t| samples_of(&TileGrid::new(first.region).rect(*t))).collect();
+            for (x, y) in [(0, 0), (15, 15), (16, 15), (17, 31), (39, 39), (31, 8), (5, 32)] {
+                let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let (mut sum, mut total) = ([0.0; 5], 0.0);
+                for (place, values) in &all {
+                    let weight = filter.density(*place - middle);
+                    total += weight;
+                    sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * f64::from(*v));
+                }
+                let [r, g, b, a] = first.sum(x, y).mean().unwrap();
+                let z = first.channel("Z", x, y).unwrap();
+                for (shown, exact) in [r, g, b, a, z].into_iter().zip(sum) {
+                    let exact = exact / total;
+                    assert!((f64::from(shown) - exact).abs() < 1e-5, "{kind:?} ({x}, {y}): {shown} {exact}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_sample_that_is_not_finite_is_left_out_wherever_it_would_count() {
+        let filter = Filter::new(FilterKind::Tent, None);
+        let mut sums = TileSums::default();
+        sums.reset(PixelRect { x: 0, y: 0, width: 4, height: 4 }, 1);
+        let sample = SampleValues { color: Spectrum::WHITE, alpha: 1.0, more: &[f32::INFINITY] };
+        assert!(!sums.splat(&filter, DVec2::new(1.7, 1.7), &sample));
+        let unknown = |i: usize| sums.pixels[i].mean().is_some_and(|m| m[0].is_nan());
+        assert_eq!((0..16).filter(|i| unknown(*i)).collect::<Vec<_>>(), [5, 6, 9, 10]);
+        assert!(sums.more.iter().all(|v| *v == Fixed96::default()));
+        // Beside the tile nothing is reached.
+        assert!(sums.splat(&filter, DVec2::new(-3.0, 900.0), &SampleValues { more: &[0.0], ..sample }));
+    }
+}

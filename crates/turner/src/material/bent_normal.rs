@@ -1,0 +1,29 @@
+//! Shading normals that must not turn away from what is seen.
+
+use crate::math::{DVec3, Frame, reflect};
+
+/// The same frame around another normal.
+pub(crate) fn turned(frame: &Frame, n: DVec3) -> Frame {
+    match (frame.x - n * n.dot(frame.x)).try_normalize() {
+        Some(x) => Frame { x, y: n.cross(x), z: n },
+        None => Frame::from_z(n),
+    }
+}
+
+/// A shading normal bent so far back that the mirror direction of `wo` is above the surface (Keller et al. 2017, "The
+/// Iray light transport simulation and rendering system", A.3): normal maps and smooth normals would otherwise show black
+/// specks where it is not.
+pub(crate) fn bent_normal(wo: DVec3, ns: DVec3, ng: DVec3) -> DVec3 {
+    /// Least height of the mirror direction, at most that of `wo` itself.
+    const HEIGHT: f64 = 0.01;
+    let mirrored = -reflect(wo, ns);
+    let least = HEIGHT.min(0.9 * wo.dot(ng));
+    let height = mirrored.dot(ng);
+    if height >= least && wo.dot(ns) > 0.0 {
+        return ns;
+    }
+    let flat = mirrored - height * ng;
+    let lifted = flat.normalize_or_zero() * (1.0 - least * least).max(0.0).sqrt() + least * ng;
+    let bent = (wo + lifted).normalize_or_zero();
+    if bent.dot(wo) > 0.0 && bent.dot(ng) > 0.0 { bent } else { ng }
+}

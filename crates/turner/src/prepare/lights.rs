@@ -1,0 +1,99 @@
+//! Lights made ready, those that did not change only once.
+
+use std::sync::Arc;
+
+use crate::color::Spectrum;
+use crate::description::{SceneDesc, SceneLight};
+use crate::image::Image;
+use crate::integrator::Capabilities;
+use crate::light::{Light, LightDesc};
+use crate::schema::{Asset, SceneError};
+
+/// Lights with a place or a direction, for each its number in the description, and the sum of the ambient ones.
+#[derive(Clone)]
+pub(super) struct PreparedLights {
+    pub(super) lights: Vec<Light>,
+    pub(super) sources: Vec<Option<u32>>,
+    pub(super) ambient: Spectrum,
+    /// How many of the description's were made anew.
+    pub(super) remade: usize,
+}
+
+/// The lights of a description as they were made last.
+#[derive(Default)]
+pub(super) struct KeptLights {
+    made: Vec<Made>,
+    capabilities: Capabilities,
+}
+
+/// One light of a description, with what it became.
+struct Made {
+    desc: LightDesc,
+    image: Option<Arc<Image>>,
+    lights: Vec<Light>,
+    ambient: Spectrum,
+}
+
+/// The picture that a light is made from.
+fn image_of(light: &LightDesc, images: &[Asset<Image>]) -> Option<Arc<Image>> {
+    let LightDesc::Environment(environment) = light else { return None };
+    images.get(environment.file?.index()).map(|asset| asset.data.clone())
+}
+
+fn same_image(a: &Option<Arc<Image>>, b: &Option<Arc<Image>>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    }
+}
+
+impl KeptLights {
+    /// The lights of a description; those that are as before are not made again.
+    ///
+    /// Errors: those of the lights.
+    pub(super) fn prepare(
+        &mut self,
+        desc: &SceneDesc,
+        capabilities: Capabilities,
+    ) -> Result<PreparedLights, SceneError> {
+        if self.capabilities != capabilities {
+            self.made.clear();
+            self.capabilities = capabilities;
+        }
+        let mut remade = 0;
+        for (number, light) in desc.lights.iter().enumerate() {
+            let image = image_of(&light.value, &desc.images);
+            let same = |m: &Made| m.desc == light.value && same_image(&m.image, &image);
+            if self.made.get(number).is_some_and(same) {
+                continue;
+            }
+            remade += 1;
+            let made = make(light, image, &desc.images, capabilities)?;
+            match self.made.get_mut(number) {
+                Some(place) => *place = made,
+                None => self.made.push(made),
+            }
+        }
+        self.made.truncate(desc.lights.len());
+        let (mut lights, mut sources, mut ambient) = (Vec::new(), Vec::new(), Spectrum::BLACK);
+        for (number, made) in self.made.iter().enumerate() {
+            lights.extend(made.lights.iter().cloned());
+            sources.resize(lights.len(), Some(number as u32));
+            ambient += made.ambient;
+        }
+        Ok(PreparedLights { lights, sources, ambient, remade })
+    }
+}
+
+fn make(
+    light: &SceneLight,
+    image: Option<Arc<Image>>,
+    images: &[Asset<Image>],
+    capabilities: Capabilities,
+) -> Result<Made, SceneError> {
+    let Capabilities { compensates, physical, .. } = capabilities;
+    let mut lights = Vec::new();
+    let ambient = light.value.prepare(images, compensates, physical, &mut lights);
+    let ambient = ambient.map_err(|e| e.or_at(light.span))?;
+    Ok(Made { desc: light.value.clone(), image, lights, ambient })
+}

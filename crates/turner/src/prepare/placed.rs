@@ -1,0 +1,204 @@
+//! Objects placed in the world: what the geometry is made from.
+
+use std::sync::Arc;
+
+use super::flatten::Flattener;
+use super::shapes::PreparedShapes;
+use super::staging::Staging;
+use super::surfaces::MaterialTraits;
+use crate::description::{GroupDesc, ObjectDesc, SceneDesc};
+use crate::math::Bounds;
+use crate::scene::faces::Faces;
+use crate::scene::light_groups::LightGroups;
+use crate::scene::names::NameCollector;
+use crate::scene::scene::{ObjectTransform, Primitive};
+use crate::schema::{ErrorCode, MaterialId, MeshData, PrepareOptions, SceneError, Warning};
+use crate::shape::{KeptShapes, Plane, Shape, TriangleMesh};
+
+/// Bytes that a placed object takes at most while the scene is prepared: itself, its box, its transform, its place in the tree.
+const PLACED: u64 = 1024;
+
+/// The primitives of a scene, in the order of the description.
+#[derive(Clone)]
+pub(super) struct Placed {
+    pub(super) primitives: Vec<Primitive>,
+    pub(super) bounds: Vec<Option<Bounds>>,
+    pub(super) transforms: Vec<ObjectTransform>,
+    pub(super) faces: Vec<Faces>,
+    pub(super) names: NameCollector,
+    pub(super) light_groups: LightGroups,
+    pub(super) meshes: Vec<Arc<TriangleMesh>>,
+    pub(super) warnings: Vec<Warning>,
+    /// Around everything that is bounded.
+    pub(super) total: Bounds,
+}
+
+impl Placed {
+    /// Adds the floor of a stage; its material is the one with this number.
+    pub(super) fn add_ground(&mut self, staging: &Staging, material: usize) {
+        let Some(plane) = ground_of(staging) else { return };
+        let first = self.primitives.len() as u32;
+        self.names.add_own(first, "floor");
+        self.light_groups.add(first, None);
+        let material = MaterialId(material as u32);
+        self.primitives.push(Primitive::unbounded(Shape::Plane(plane), material, first));
+        self.bounds.push(None);
+    }
+}
+
+/// The objects of a description as they were placed last, without a stage's floor.
+#[derive(Default)]
+pub(super) struct KeptPlaced {
+    made: Option<MadePlaced>,
+    shapes: KeptShapes,
+    /// Nothing is compared with it later: what was placed need not be copied.
+    once: bool,
+}
+
+struct MadePlaced {
+    objects: Vec<ObjectDesc>,
+    groups: Vec<GroupDesc>,
+    meshes: Vec<Arc<MeshData>>,
+    traits: Vec<MaterialTraits>,
+    physical: bool,
+    shutter: [f64; 2],
+    placed: Placed,
+}
+
+/// What was remade of the objects.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct NewPlaced {
+    pub(super) placed: bool,
+    /// Meshes without a tree so far.
+    pub(super) meshes: usize,
+}
+
+/// Whether two objects are the same but for their places in files.
+fn same_object(a: &ObjectDesc, b: &ObjectDesc) -> bool {
+    a.content == b.content
+        && a.material == b.material
+        && a.transform == b.transform
+        && a.motion == b.motion
+        && a.name == b.name
+        && a.light_group == b.light_group
+}
+
+fn same_objects(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same_object(a, b))
+}
+
+impl MadePlaced {
+    fn is_of(&self, desc: &SceneDesc, traits: &[MaterialTraits], lights: &LightGroups) -> bool {
+        let meshes = self.meshes.len() == desc.meshes.len()
+            && self.meshes.iter().zip(&desc.meshes).all(|(a, b)| Arc::ptr_eq(a, &b.data));
+        meshes
+            && self.traits == traits
+            && self.placed.light_groups.begins_with(lights)
+            && same_objects(&self.objects, &desc.objects)
+            && self.groups.len() == desc.groups.len()
+            && self.groups.iter().zip(&desc.groups).all(|(a, b)| same_objects(&a.objects, &b.value.objects))
+    }
+}
+
+impl KeptPlaced {
+    /// Places all objects of the scene in the world, if they are not there yet; says what of them is new.
+    ///
+    /// Errors: groups that contain themselves, transforms that cannot be undone, numbers that are too large, memory that there is not.
+    pub(super) fn prepare(
+        &mut self,
+        desc: &SceneDesc,
+        traits: &[MaterialTraits],
+        light_sources: &[Option<u32>],
+        physical: bool,
+        options: &PrepareOptions,
+    ) -> Result<NewPlaced, SceneError> {
+        let [open, close] = desc.film.shutter;
+        let shutter = [open, if physical { close } else { open }];
+        let group_of =
+            |source: &Option<u32>| desc.lights.get(source.as_ref().copied()? as usize)?.group.as_deref();
+        let groups = LightGroups::of_lights(light_sources.iter().map(group_of));
+        let same = |m: &&MadePlaced| {
+            m.physical == physical && m.shutter == shutter && m.is_of(desc, traits, &groups)
+        };
+        if self.made.as_ref().is_some_and(|made| same(&made)) {
+            if let Some(made) = &mut self.made {
+                made.placed.light_groups = made.placed.light_groups.with_lights(groups);
+            }
+            return Ok(NewPlaced::default());
+        }
+        let memory = &options.limits.memory;
+        let count = desc.count_primitives()?;
+        let triangles = desc.meshes.iter().map(|m| m.data.triangles.len() as u64).sum();
+        options.limits.check_triangles(triangles, || "the scene".to_owned())?;
+        memory.need(count.saturating_mul(PLACED), || format!("a scene of {count} objects and instances"))?;
+        let mut kept = self.shapes.clone();
+        let shapes = PreparedShapes::new(desc, options, &mut kept)?;
+        let meshes = self.shapes.new_meshes(&kept);
+        let mut flat = Flattener {
+            shapes: &shapes,
+            primitives: Vec::new(),
+            bounds: Vec::new(),
+            transforms: Vec::new(),
+            faces: Vec::new(),
+            materials: &desc.materials,
+            default_material: MaterialId(desc.materials.len() as u32),
+            names: NameCollector::default(),
+            light_groups: groups,
+            physical,
+            shutter,
+        };
+        if flat.primitives.try_reserve_exact(count as usize).is_err() {
+            let message = format!("there is no memory for {count} objects");
+            return Err(SceneError::new(ErrorCode::TooLarge, message));
+        }
+        flat.flatten(desc)?;
+        let Flattener { primitives, bounds, transforms, faces, names, light_groups, .. } = flat;
+        let PreparedShapes { meshes: used, warnings, .. } = shapes;
+        let total = bounds.iter().flatten().fold(Bounds::EMPTY, |a, b| a.union(b));
+        let placed = Placed {
+            primitives,
+            bounds,
+            transforms,
+            faces,
+            names,
+            light_groups,
+            meshes: used,
+            warnings,
+            total,
+        };
+        self.shapes = kept;
+        self.made = Some(MadePlaced {
+            objects: if self.once { Vec::new() } else { desc.objects.clone() },
+            groups: desc.groups.iter().filter(|_| !self.once).map(|g| g.value.clone()).collect(),
+            meshes: desc.meshes.iter().map(|m| m.data.clone()).collect(),
+            traits: traits.to_vec(),
+            physical,
+            shutter,
+            placed,
+        });
+        Ok(NewPlaced { placed: true, meshes })
+    }
+
+    /// For one preparation alone.
+    pub(super) fn once() -> KeptPlaced {
+        KeptPlaced { once: true, ..KeptPlaced::default() }
+    }
+
+    /// What was placed last, to be made use of.
+    pub(super) fn take(&mut self) -> Option<Placed> {
+        match self.once {
+            true => self.made.take().map(|made| made.placed),
+            false => self.placed().cloned(),
+        }
+    }
+
+    /// What was placed last.
+    pub(super) fn placed(&self) -> Option<&Placed> {
+        self.made.as_ref().map(|made| &made.placed)
+    }
+}
+
+/// The floor that a stage adds, as far as the geometry is concerned.
+pub(super) fn ground_of(staging: &Staging) -> Option<Plane> {
+    staging.ground.as_ref().map(|(plane, _)| *plane)
+}

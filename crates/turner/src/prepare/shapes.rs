@@ -1,0 +1,46 @@
+//! Shapes made ready, each mesh once, however often it is placed.
+
+use std::sync::Arc;
+
+use crate::description::{ObjectContent, ObjectDesc, SceneDesc};
+use crate::schema::{PrepareOptions, SceneError, Warning, WarningKind};
+use crate::shape::{KeptShapes, MeshCache, Shape, TriangleMesh};
+
+/// Shapes made ready once, however often their groups are placed.
+pub(crate) struct PreparedShapes {
+    /// For the scene's objects and for each group's, by index; `None` for instances.
+    pub(crate) objects: Vec<Option<Shape>>,
+    pub(crate) groups: Vec<Vec<Option<Shape>>>,
+    pub(crate) meshes: Vec<Arc<TriangleMesh>>,
+    /// What was left out of meshes.
+    pub(crate) warnings: Vec<Warning>,
+}
+
+impl PreparedShapes {
+    /// All shapes of a scene. Meshes and clouds of points that were made from the same data before are taken from `kept`, which then has those of this scene.
+    ///
+    /// Errors: meshes whose numbers do not fit together; memory that there is not.
+    pub(super) fn new(
+        desc: &SceneDesc,
+        options: &PrepareOptions,
+        kept: &mut KeptShapes,
+    ) -> Result<PreparedShapes, SceneError> {
+        let mut cache = MeshCache::with_kept(&desc.meshes, options, kept);
+        let mut prepare = |objects: &[ObjectDesc]| -> Result<Vec<Option<Shape>>, SceneError> {
+            objects
+                .iter()
+                .map(|o| match &o.content {
+                    ObjectContent::Shape(s) => s.prepare(&mut cache).map(Some).map_err(|e| e.or_at(o.span)),
+                    ObjectContent::Instance(_) => Ok(None),
+                })
+                .collect()
+        };
+        let objects = prepare(&desc.objects)?;
+        let groups = desc.groups.iter().map(|g| prepare(&g.value.objects)).collect::<Result<_, _>>()?;
+        let doubt = |m: &String| Warning::new(WarningKind::Doubtful, m.as_str());
+        let warnings = cache.warnings().iter().map(doubt).collect();
+        let meshes = cache.prepared().cloned().collect();
+        *kept = cache.into_kept();
+        Ok(PreparedShapes { objects, groups, meshes, warnings })
+    }
+}

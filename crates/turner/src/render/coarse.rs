@@ -1,0 +1,62 @@
+//! A coarse picture before the first samples.
+
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+
+use super::tile::TileBuffers;
+use super::work::Work;
+use super::{PassOptions, Renderer};
+use crate::film::Preview;
+use crate::integrator::RayStats;
+use crate::sampler::SampleId;
+use crate::schema::SceneError;
+use crate::view::place;
+
+impl Renderer {
+    /// Traces sample 0 of every fourth pixel in both directions, so that [`Renderer::develop`] has something to show for every
+    /// pixel: each traced pixel stands for its block of 4 x 4 until it has samples. The film's sums do not change: the finished picture has
+    /// the bytes that it has without. The pass that brings sample 0 takes these samples and traces the others. Where
+    /// pixels depend on one another (shared paths, photons, adaptive anti-aliasing) they are traced here by themselves and once more
+    /// in that pass. Returns whether the pass came to its end; blocks that were finished are shown.
+    pub fn preview_pass(&mut self, options: &PassOptions<'_>) -> Result<bool, SceneError> {
+        let empty = Preview::new(self.film.region);
+        let rows = empty.rows() as usize;
+        let preview = Mutex::new(empty.clone());
+        let rays = Mutex::new(RayStats::default());
+        let work = Work::new(options);
+        work.parts.store(rows, Ordering::Relaxed);
+        let p = &self.prepared;
+        let complete = work.run(rows, |mut tasks| {
+            let mut buffers = TileBuffers::new(p);
+            let mut values = Vec::new();
+            let stop = tasks.stop();
+            while let Some(row) = tasks.next() {
+                let seed = u64::from(p.view.film.seed);
+                let mut ids =
+                    empty.places(row as u32).map(|(x, y)| SampleId { x, y, index: 0, seed }).peekable();
+                values.clear();
+                while ids.peek().is_some() && !stop.is_set() {
+                    let batch: Vec<_> = ids.by_ref().take(BATCH).collect();
+                    let points: Vec<_> =
+                        batch.into_iter().map(|id| (id, place(&p.view, &buffers.filter, &id))).collect();
+                    values.extend(buffers.trace_points(points.into_iter()).iter().map(|r| {
+                        let [red, green, blue] = r.color.to_array();
+                        [red, green, blue, r.alpha]
+                    }));
+                }
+                if ids.peek().is_some() {
+                    tasks.leave_off();
+                }
+                let mut preview = preview.lock().unwrap_or_else(|e| e.into_inner());
+                preview.set_row(row as u32, values.iter().copied());
+            }
+            rays.lock().unwrap_or_else(|e| e.into_inner()).merge(&buffers.stats);
+        });
+        self.stats.merge(&rays.into_inner().unwrap_or_else(|e| e.into_inner()));
+        self.film.set_preview(Some(preview.into_inner().unwrap_or_else(|e| e.into_inner())));
+        complete
+    }
+}
+
+/// Samples that are traced together: as many as of a tile.
+const BATCH: usize = 256;

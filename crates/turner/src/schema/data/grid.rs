@@ -1,0 +1,150 @@
+//! Numbers on a grid of cells, as files hold them.
+
+use std::sync::Arc;
+
+use crate::math::DVec3;
+use crate::schema::value::{Data, Value};
+use crate::schema::{ParamType, ReadContext, SceneError, WriteContext, wrong_type};
+
+/// The most values that one channel of a grid may have.
+pub const MAX_VALUES: u64 = 1 << 30;
+
+/// Numbers on a grid of cells, x fastest, then y, then z.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridData {
+    size: [u32; 3],
+    density: Vec<f32>,
+    emission: Option<Vec<f32>>,
+}
+
+impl GridData {
+    /// A grid of `size` cells along x, y and z, with a density for each and, where it shines, a factor of the emission.
+    ///
+    /// Errors: counts that do not fit, numbers that are negative or not finite; in words.
+    pub fn new(size: [u32; 3], density: Vec<f32>, emission: Option<Vec<f32>>) -> Result<GridData, String> {
+        let count = size.iter().try_fold(1u64, |n, s| n.checked_mul(u64::from(*s)));
+        let Some(count) = count.filter(|n| (1..=MAX_VALUES).contains(n)) else {
+            let [x, y, z] = size;
+            return Err(format!("a grid of {x} × {y} × {z} cells: expected 1 to {MAX_VALUES}"));
+        };
+        for (what, values) in [("density", Some(&density)), ("emission", emission.as_ref())] {
+            let Some(values) = values else { continue };
+            if values.len() as u64 != count {
+                return Err(format!("{} values of {what} for {count} cells", values.len()));
+            }
+            // Sums and products of these stay finite.
+            if let Some(bad) = values.iter().position(|v| !(0.0..=1e30).contains(v)) {
+                let value = values.get(bad).copied().unwrap_or_default();
+                return Err(format!("the {what} of cell {bad} is {value}: expected 0 to 1e30"));
+            }
+        }
+        Ok(GridData { size, density, emission })
+    }
+
+    /// How many cells there are along x, y and z.
+    pub fn size(&self) -> [u32; 3] {
+        self.size
+    }
+
+    /// The density of each cell, x fastest, then y, then z.
+    pub fn density(&self) -> &[f32] {
+        &self.density
+    }
+
+    /// The factor of the emission of each cell, if there is one.
+    pub fn emission(&self) -> Option<&[f32]> {
+        self.emission.as_deref()
+    }
+
+    /// Bytes of memory.
+    pub fn memory(&self) -> usize {
+        let floats = self.density.len() + self.emission.as_ref().map_or(0, Vec::len);
+        floats * size_of::<f32>()
+    }
+
+    /// Density and emission at a place in units of cells, from the grid's corner: trilinear between the middles of cells, and at the rim that of the
+    /// cells there. The emission is 1 where the grid has none.
+    #[inline]
+    pub(crate) fn at(&self, p: DVec3) -> [f64; 2] {
+        let axis = |v: f64, n: u32| {
+            let v = (v - 0.5).clamp(0.0, f64::from(n - 1));
+            let low = (v as u32).min(n - 1);
+            (low as usize, (low + 1).min(n - 1) as usize, v - f64::from(low))
+        };
+        let [nx, ny, nz] = self.size;
+        let ((x0, x1, fx), (y0, y1, fy), (z0, z1, fz)) = (axis(p.x, nx), axis(p.y, ny), axis(p.z, nz));
+        let (nx, ny) = (nx as usize, ny as usize);
+        let row = |y: usize, z: usize| nx * (y + ny * z);
+        let rows = [row(y0, z0), row(y1, z0), row(y0, z1), row(y1, z1)];
+        let of = |values: &[f32]| {
+            let value = |i: usize| values.get(i).map_or(0.0, |v| f64::from(*v));
+            let along = |r: usize| value(r + x0) * (1.0 - fx) + value(r + x1) * fx;
+            let [a, b, c, d] = rows.map(along);
+            (a * (1.0 - fy) + b * fy) * (1.0 - fz) + (c * (1.0 - fy) + d * fy) * fz
+        };
+        [of(&self.density), self.emission.as_deref().map_or(1.0, of)]
+    }
+
+    /// What is left of the density at a place in units of cells where empty cells follow beyond the grid: 1 but in the outer halves of the outermost cells.
+    #[inline]
+    pub(crate) fn fade(&self, p: DVec3) -> f64 {
+        let along = |v: f64, n: u32| (v + 0.5).min(f64::from(n) - v + 0.5).clamp(0.0, 1.0);
+        let [nx, ny, nz] = self.size;
+        along(p.x, nx) * along(p.y, ny) * along(p.z, nz)
+    }
+
+    /// The largest density within a range of cells, both ends included and cut to the grid.
+    pub(crate) fn largest(&self, from: [i64; 3], to: [i64; 3]) -> f32 {
+        let cut = |v: i64, n: u32| v.clamp(0, i64::from(n) - 1) as usize;
+        let [nx, ny, nz] = self.size;
+        let mut most = 0.0f32;
+        for z in cut(from[2], nz)..=cut(to[2], nz) {
+            for y in cut(from[1], ny)..=cut(to[1], ny) {
+                let row = nx as usize * (y + ny as usize * z);
+                let values = self.density.get(row + cut(from[0], nx)..=row + cut(to[0], nx));
+                most = values.unwrap_or_default().iter().copied().fold(most, f32::max);
+            }
+        }
+        most
+    }
+}
+
+impl Default for GridData {
+    /// One cell of density 1.
+    fn default() -> GridData {
+        GridData { size: [1; 3], density: vec![1.0], emission: None }
+    }
+}
+
+/// A file of a grid that a medium names. Two are the same if they hold the same. By default one cell of density 1, of no file.
+#[derive(Clone, Debug, Default)]
+pub struct GridFile {
+    /// Its name as written.
+    pub uri: String,
+    /// What it holds.
+    pub data: Arc<GridData>,
+}
+
+impl PartialEq for GridFile {
+    fn eq(&self, other: &GridFile) -> bool {
+        Arc::ptr_eq(&self.data, &other.data) || self.data == other.data
+    }
+}
+
+impl ParamType for GridFile {
+    fn kind() -> String {
+        "\"grid file\"".into()
+    }
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<GridFile, SceneError> {
+        match &value.data {
+            Data::String(uri) => Ok(GridFile { uri: uri.clone(), data: cx.grid(uri, value.span)? }),
+            _ => Err(wrong_type(value, "the name of a grid file")),
+        }
+    }
+    fn show(&self) -> String {
+        "a file".into()
+    }
+    fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
+        cx.grid(self).map(Some)
+    }
+}

@@ -1,0 +1,9 @@
+//! What files hold that a scene names: plain data, as it was read.
+
+mod grid;
+mod light_profile;
+mod mesh;
+
+pub use grid::{GridData, GridFile, MAX_VALUES};
+pub use light_profile::{LightProfile, ProfileFile};
+pub use mesh::MeshData;

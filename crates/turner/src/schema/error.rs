@@ -1,0 +1,198 @@
+//! What is wrong with a scene, where, and what would be right.
+
+use crate::schema::Remedy;
+use crate::schema::value::Span;
+
+macro_rules! error_codes {
+    ($($(#[doc = $doc:literal])+ $name:ident = $code:literal,)*) => {
+        /// Stable codes of errors in a scene or in the files it names.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum ErrorCode { $($(#[doc = $doc])+ $name,)* }
+        impl ErrorCode {
+            /// Every code, in order.
+            pub const ALL: &[ErrorCode] = &[$(ErrorCode::$name,)*];
+            /// The code as printed, e.g. `E0102`.
+            pub fn as_str(self) -> &'static str { match self { $(ErrorCode::$name => $code,)* } }
+            /// What it means, in one sentence.
+            pub fn meaning(self) -> &'static str {
+                match self { $(ErrorCode::$name => concat!($($doc),+).trim_ascii(),)* }
+            }
+        }
+    };
+}
+
+error_codes! {
+    /// The file is not valid TOML.
+    Syntax = "E0101",
+    /// A key that does not exist here.
+    UnknownKey = "E0102",
+    /// A name (of a type, material, texture, group, colour, …) that does not exist.
+    UnknownName = "E0103",
+    /// A value of the wrong type.
+    WrongType = "E0104",
+    /// A number outside its range, or not finite.
+    OutOfRange = "E0105",
+    /// A key that must be there is not.
+    MissingKey = "E0106",
+    /// Two keys, or a key and its surroundings, contradict each other.
+    Conflict = "E0107",
+    /// Groups, textures or includes that contain themselves, or that nest too deep.
+    Cycle = "E0108",
+    /// More than a documented limit.
+    TooLarge = "E0109",
+    /// A file that cannot be read, or that lies outside the scene's folder.
+    File = "E0201",
+    /// A picture that cannot be decoded.
+    Image = "E0202",
+    /// A mesh file that cannot be decoded, or a mesh whose numbers do not fit together.
+    Mesh = "E0203",
+    /// A model file (glTF, …) that breaks the rules of its format, or that needs what is not known here.
+    Model = "E0204",
+    /// A file of a light's measurements (IES) that breaks the rules of its format, or that needs what is not known here.
+    Profile = "E0205",
+    /// A file of a medium on a grid that breaks the rules of its format.
+    Volume = "E0206",
+    /// The bytes of a film that are damaged, or of another version.
+    Film = "E0207",
+    /// A transform that cannot be undone.
+    Transform = "E0301",
+    /// A camera that sees nothing: eye = target, up along the view, …
+    Camera = "E0302",
+    /// The output cannot be written.
+    Output = "E0401",
+    /// Something in the file would be ignored, which strict reading refuses.
+    Strict = "E0501",
+    /// A fault of the program itself: please report it.
+    Internal = "E0901",
+}
+
+/// One error: what, where, and the remedy.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{message}")]
+pub struct SceneError {
+    /// Its stable code.
+    pub code: ErrorCode,
+    /// What was found and what was expected; one sentence.
+    pub message: String,
+    /// Where.
+    pub span: Option<Span>,
+    /// The remedy in words, e.g. the nearest valid name.
+    pub help: Option<String>,
+    /// The same, or another one, as data, where a program can carry it out.
+    pub remedy: Option<Box<Remedy>>,
+}
+
+impl SceneError {
+    /// An error at a place.
+    pub fn at(code: ErrorCode, span: Span, message: impl Into<String>) -> SceneError {
+        SceneError { code, message: message.into(), span: Some(span), help: None, remedy: None }
+    }
+
+    /// An error of the scene as a whole.
+    pub fn new(code: ErrorCode, message: impl Into<String>) -> SceneError {
+        SceneError { code, message: message.into(), span: None, help: None, remedy: None }
+    }
+
+    /// With a remedy in words.
+    pub fn help(mut self, help: impl Into<String>) -> SceneError {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// With a remedy as data, or the one that it has.
+    pub fn remedy(mut self, remedy: impl Into<Option<Remedy>>) -> SceneError {
+        self.remedy = remedy.into().map(Box::new).or(self.remedy);
+        self
+    }
+
+    /// With a place, if it has none yet.
+    pub fn or_at(mut self, span: Option<Span>) -> SceneError {
+        self.span = self.span.or(span);
+        self
+    }
+}
+
+/// `there is no KIND "NAME"`, with the nearest valid name and the list of all.
+pub fn unknown_name(code: ErrorCode, span: Span, kind: &str, name: &str, valid: &[&str]) -> SceneError {
+    let error = SceneError::at(code, span, format!("there is no {kind} \"{}\"", escape(name)));
+    match suggestion(name, valid) {
+        Some(help) => error.help(help),
+        None => error,
+    }
+}
+
+/// The nearest valid name, if one is near, and the valid names.
+pub fn suggestion(name: &str, valid: &[&str]) -> Option<String> {
+    if valid.is_empty() {
+        return None;
+    }
+    let list = || {
+        const SHOWN: usize = 24;
+        let mut names = valid.iter().take(SHOWN).map(|n| escape(n)).collect::<Vec<_>>().join(", ");
+        if valid.len() > SHOWN {
+            names += &format!(", … ({} in all)", valid.len());
+        }
+        names
+    };
+    Some(match nearest(name, valid) {
+        Some(near) => format!("did you mean \"{}\"? valid: {}", escape(near), list()),
+        None => format!("valid: {}", list()),
+    })
+}
+
+/// The valid name most like `name`, if any is like enough for a misspelling.
+pub fn nearest<'a>(name: &str, valid: &[&'a str]) -> Option<&'a str> {
+    let wanted = name.to_lowercase().replace(['-', ' '], "_");
+    valid
+        .iter()
+        .map(|v| (strsim::damerau_levenshtein(&wanted, &v.to_lowercase().replace('-', "_")), *v))
+        .min_by_key(|(distance, _)| *distance)
+        .filter(|(distance, v)| *distance <= 1 + v.len().min(wanted.len()) / 4)
+        .map(|(_, v)| v)
+}
+
+/// Text from a file, safe for a terminal: control characters escaped, long text shortened.
+pub fn escape(text: &str) -> String {
+    let mut out: String = text
+        .chars()
+        .take(80)
+        .flat_map(|c| if is_hidden(c) { c.escape_default().collect::<Vec<_>>() } else { vec![c] })
+        .collect();
+    if text.chars().count() > 80 {
+        out.push('…');
+    }
+    out
+}
+
+/// Whether a character moves the cursor or turns the direction of text around instead of being seen.
+fn is_hidden(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misspellings_find_their_word() {
+        let valid = ["sphere", "plane", "box", "look_at", "k_reflect"];
+        assert_eq!(nearest("spere", &valid), Some("sphere"));
+        assert_eq!(nearest("Sphere", &valid), Some("sphere"));
+        assert_eq!(nearest("look-at", &valid), Some("look_at"));
+        assert_eq!(nearest("banana", &valid), None);
+    }
+
+    #[test]
+    fn names_from_files_cannot_drive_the_terminal() {
+        assert_eq!(escape("a\u{1b}[31mb"), "a\\u{1b}[31mb");
+        assert!(escape(&"x".repeat(500)).chars().count() < 90);
+    }
+
+    #[test]
+    fn codes_are_unique() {
+        let mut codes: Vec<_> = ErrorCode::ALL.iter().map(|c| c.as_str()).collect();
+        codes.dedup();
+        assert_eq!(codes.len(), ErrorCode::ALL.len());
+    }
+}

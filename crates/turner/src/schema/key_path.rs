@@ -1,0 +1,90 @@
+//! Paths of keys, as in `film.width` or `object.0.radius`, and setting a value at the end of one.
+
+use super::error::{ErrorCode, SceneError, escape};
+use super::value::{Data, Entry, Span, Table, Value};
+
+/// One part of a path of keys and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyPart {
+    /// A key of a table, or the number of an item in a list, from 0.
+    pub key: String,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A value and where it belongs in a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyEdit {
+    /// The path, e.g. `film`, `width`.
+    pub path: Vec<KeyPart>,
+    /// The value.
+    pub value: Value,
+}
+
+impl KeyEdit {
+    /// An edit of a program, without a place in a text. Dots separate the parts of `path`.
+    pub fn new(path: &str, data: Data) -> KeyEdit {
+        let part = |key: &str| KeyPart { key: key.to_owned(), span: Span::NONE };
+        KeyEdit { path: path.split('.').map(part).collect(), value: Value::new(data) }
+    }
+}
+
+impl Value {
+    /// Walks down `path`, makes tables where there is nothing, and puts `value` at its end.
+    ///
+    /// Errors, at the part of the path concerned: a list without such an item; a part below what is neither table nor list.
+    pub fn set(&mut self, path: &[KeyPart], value: Value) -> Result<(), SceneError> {
+        let mut at = self;
+        let mut walked = String::new();
+        for part in path {
+            let shown = escape(&part.key);
+            at = at.step(part, &walked, &shown)?;
+            if !walked.is_empty() {
+                walked.push('.');
+            }
+            walked += &shown;
+        }
+        *at = value;
+        Ok(())
+    }
+
+    /// The value one step down; `walked` and `shown` are the way there and the step, for messages.
+    fn step(&mut self, part: &KeyPart, walked: &str, shown: &str) -> Result<&mut Value, SceneError> {
+        let span = part.span;
+        match &mut self.data {
+            Data::Table(table) => {
+                let i = match table.entries.iter().position(|e| e.key == part.key) {
+                    Some(i) => i,
+                    None => {
+                        let value = Value { data: Data::Table(Table::default()), span };
+                        table.entries.push(Entry { key: part.key.clone(), key_span: span, value });
+                        table.entries.len() - 1
+                    }
+                };
+                // An error about this key is now one about the edit.
+                table.entries[i].key_span = span;
+                Ok(&mut table.entries[i].value)
+            }
+            Data::Array(items) => {
+                let len = items.len();
+                let Ok(i) = part.key.parse::<usize>() else {
+                    let message =
+                        format!("`{walked}` is a list; expected a number after it, found `{shown}`");
+                    return Err(SceneError::at(ErrorCode::WrongType, span, message)
+                        .help(format!("count from 0: {walked}.0")));
+                };
+                items.get_mut(i).ok_or_else(|| {
+                    let message = format!("`{walked}` has {len} entries; there is none at {shown}");
+                    let range =
+                        if len == 0 { "it is empty".to_owned() } else { format!("valid: 0 to {}", len - 1) };
+                    SceneError::at(ErrorCode::OutOfRange, span, message).help(range)
+                })
+            }
+            other => {
+                let message = format!("`{walked}` is {} and has no key `{shown}`", other.kind());
+                Err(SceneError::at(ErrorCode::WrongType, span, message)
+                    .help(format!("set it as a whole: -D {walked}=…")))
+            }
+        }
+    }
+}

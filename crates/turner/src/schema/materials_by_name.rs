@@ -1,0 +1,28 @@
+//! Materials by name.
+use crate::schema::value::{Data, Entry, Span, Table, Value};
+use crate::schema::{MaterialId, ParamType, ReadContext, SceneError, WriteContext, wrong_type};
+
+/// Materials that take the place of a model's own, by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialsByName(pub Vec<(String, Span, MaterialId)>);
+
+impl ParamType for MaterialsByName {
+    fn kind() -> String {
+        "{ NAME = material, … }".into()
+    }
+    fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<MaterialsByName, SceneError> {
+        let Data::Table(table) = &value.data else { return Err(wrong_type(value, &Self::kind())) };
+        let entry = |e: &Entry| Ok((e.key.clone(), e.key_span, cx.material(&e.value)?));
+        table.entries.iter().map(entry).collect::<Result<_, _>>().map(MaterialsByName)
+    }
+    fn show(&self) -> String {
+        "materials".into()
+    }
+    fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError> {
+        let mut table = Table::default();
+        for (name, _, material) in &self.0 {
+            table.push(name, cx.material(*material)?);
+        }
+        Ok(Some(Data::Table(table)))
+    }
+}

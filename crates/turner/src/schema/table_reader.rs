@@ -1,0 +1,102 @@
+//! Tables of a scene file, key by key.
+
+use super::error::{ErrorCode, SceneError, escape, nearest, suggestion};
+use super::value::{Data, Span, Table, Value};
+use super::{ParamType, Range, ReadContext, wrong_type};
+
+/// Reads the keys of one table, remembers which were asked for, and refuses the others.
+pub struct TableReader<'a> {
+    table: &'a Table,
+    span: Span,
+    what: String,
+    known: Vec<&'static str>,
+}
+
+impl<'a> TableReader<'a> {
+    /// A reader of a table that is `what` (for messages: "a sphere", "the camera").
+    pub fn new(table: &'a Table, span: Span, what: impl Into<String>) -> TableReader<'a> {
+        TableReader { table, span, what: what.into(), known: Vec::new() }
+    }
+
+    /// A reader of a value that must be a table.
+    pub fn of(value: &'a Value, what: impl Into<String>) -> Result<TableReader<'a>, SceneError> {
+        match &value.data {
+            Data::Table(table) => Ok(TableReader::new(table, value.span, what)),
+            _ => Err(wrong_type(value, "a table { key = value, … }")),
+        }
+    }
+
+    /// Names the table more exactly, once its type is known.
+    pub fn rename(&mut self, what: impl Into<String>) {
+        self.what = what.into();
+    }
+
+    /// Where the table stands.
+    pub fn span(&self) -> Span {
+        self.span
+    }
+
+    /// The value of a key; the key counts as known from here on.
+    pub fn take(&mut self, key: &'static str) -> Option<&'a Value> {
+        self.known.push(key);
+        self.table.get(key)
+    }
+
+    /// Where the key or, without it, the table stands.
+    pub fn span_of(&self, key: &str) -> Span {
+        self.table.get(key).map_or(self.span, |v| v.span)
+    }
+
+    /// The value of a key, typed.
+    pub fn optional<T: ParamType>(
+        &mut self,
+        key: &'static str,
+        range: Option<Range>,
+        cx: &mut dyn ReadContext,
+    ) -> Result<Option<T>, SceneError> {
+        let Some(value) = self.take(key) else { return Ok(None) };
+        let read = T::read(value, cx)?;
+        if let Some(range) = range
+            && let Some(bad) = read.outside(&range)
+        {
+            let message = format!("`{key}` must be {range}, found {bad}");
+            return Err(SceneError::at(ErrorCode::OutOfRange, value.span, message));
+        }
+        Ok(Some(read))
+    }
+
+    /// The value of a key that must be there.
+    pub fn required<T: ParamType>(
+        &mut self,
+        key: &'static str,
+        range: Option<Range>,
+        cx: &mut dyn ReadContext,
+    ) -> Result<T, SceneError> {
+        match self.optional(key, range, cx)? {
+            Some(v) => Ok(v),
+            None => {
+                let message = format!("{} needs the key `{key}`", self.what);
+                Err(SceneError::at(ErrorCode::MissingKey, self.span, message)
+                    .help(format!("add `{key} = {}`", T::kind())))
+            }
+        }
+    }
+
+    /// Refuses keys nobody asked for.
+    pub fn finish(&self) -> Result<(), SceneError> {
+        for entry in &self.table.entries {
+            if !self.known.contains(&entry.key.as_str()) {
+                let message = format!("unknown key `{}` in {}", escape(&entry.key), self.what);
+                let error = SceneError::at(ErrorCode::UnknownKey, entry.key_span, message);
+                let mut valid = self.known.clone();
+                valid.sort_unstable();
+                valid.dedup();
+                return Err(match nearest(&entry.key, &valid) {
+                    Some(near) => error.help(format!("did you mean `{near}`?")),
+                    None => error.help(suggestion("", &valid).unwrap_or_default()),
+                });
+            }
+        }
+        Ok(())
+    }
+}

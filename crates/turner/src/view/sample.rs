@@ -1,0 +1,169 @@
+//! Samples of the picture and their camera rays.
+
+use turner_bvh::lanes::{Block, LANES};
+
+use super::View;
+use crate::camera::camera_rays;
+use crate::film::{Antialias, PixelSample};
+use crate::filter::Filter;
+use crate::math::{DVec2, Ray};
+use crate::sampler::{OwenSobol, SampleId, stratified};
+use crate::scene::RayBatch;
+use crate::schema::{ErrorCode, Remedy, SceneError};
+
+/// Points of the picture to be coloured.
+#[derive(Default)]
+pub struct CameraSamples {
+    /// What their random numbers depend on.
+    pub ids: Vec<SampleId>,
+    /// The camera rays, of unit direction.
+    pub rays: RayBatch,
+    /// The lengths of the directions as the camera formed them, from the eye to the screen: the classic documents
+    /// measure t in them.
+    pub lengths: Vec<Block>,
+}
+
+impl CameraSamples {
+    /// Takes all out.
+    pub fn clear(&mut self) {
+        self.ids.clear();
+        self.rays.clear();
+        self.lengths.clear();
+    }
+}
+
+/// Dimensions of a sample's random numbers: the place in the pixel, the place on the lens; lights come after 16.
+const PIXEL_DIMENSION: u64 = 0;
+const LENS_DIMENSION: u64 = 1;
+
+/// The same for integrators with Sobol points: surfaces come after 2.
+const PIXEL_SET: u32 = 0;
+const LENS_SET: u32 = 1;
+
+/// Whether the picture has such a pixel.
+pub(crate) fn check_pixel(view: &View, x: u32, y: u32) -> Result<(), SceneError> {
+    let film = &view.film;
+    if x < film.width && y < film.height {
+        return Ok(());
+    }
+    let message =
+        format!("there is no pixel in column {x}, row {y}: the picture has {}x{}", film.width, film.height);
+    let help = "columns and rows are counted from 0 at the top left";
+    Err(SceneError::new(ErrorCode::OutOfRange, message).help(help))
+}
+
+/// What a sample's numbers depend on, if the picture has it.
+pub(crate) fn sample_id(view: &View, x: u32, y: u32, index: u32) -> Result<SampleId, SceneError> {
+    let film = &view.film;
+    let error = |message: String, help: &str, remedy| {
+        SceneError::new(ErrorCode::OutOfRange, message).help(help).remedy(remedy)
+    };
+    check_pixel(view, x, y)?;
+    if film.antialias == Antialias::Adaptive {
+        return Err(error(
+            "adaptive anti-aliasing shares samples between pixels, so a single sample cannot be chosen by its number".to_owned(),
+            "choose another: `antialias = \"monte-carlo\"` in [film]",
+            Remedy::set("film.antialias", "monte-carlo"),
+        ));
+    }
+    let count = film.samples_per_pixel();
+    if index >= count {
+        let last = match count {
+            1 => "pixels of this picture have one sample, number 0".to_owned(),
+            n => format!("samples of a pixel are numbered 0 to {}", n - 1),
+        };
+        let message = format!("there is no sample {index}: {last}");
+        let more = Remedy::set("film.samples", index.saturating_add(1)).and("film.antialias", "monte-carlo");
+        return Err(error(
+            message,
+            "`samples` in [film] with `antialias = \"monte-carlo\"` takes more",
+            more,
+        ));
+    }
+    Ok(SampleId { x, y, index, seed: u64::from(film.seed) })
+}
+
+/// Where in the picture a sample lies, in pixels from its top left corner; not for adaptive anti-aliasing.
+pub(crate) fn place_of(view: &View, id: &SampleId) -> [f64; 2] {
+    place(view, &view.film.filter(), id).into()
+}
+
+/// Puts in the camera sample of one place of the picture.
+pub(crate) fn camera_point(view: &View, id: SampleId, place: [f64; 2], samples: &mut CameraSamples) {
+    samples.clear();
+    take_points(view, samples, std::iter::once((id, place.into())));
+}
+
+/// The camera's ray through a sample's place, of unit direction; `None` where the camera shows nothing.
+pub fn camera_ray(view: &View, id: SampleId, place: [f64; 2]) -> Option<Ray> {
+    let mut samples = CameraSamples::default();
+    camera_point(view, id, place, &mut samples);
+    samples.rays.get(0).filter(|ray| ray.t_max >= 0.0)
+}
+
+/// Adds the camera samples of points of the picture, in pixels from its top left corner.
+pub(crate) fn take_points(
+    view: &View,
+    samples: &mut CameraSamples,
+    mut points: impl Iterator<Item = (SampleId, DVec2)>,
+) {
+    let has_lens = view.camera.has_lens();
+    let sobol = view.sobol;
+    loop {
+        let first = samples.ids.len();
+        let (mut x, mut y) = (Block([f64::NAN; LANES]), Block([f64::NAN; LANES]));
+        for (lane, (id, at)) in (&mut points).take(LANES).enumerate() {
+            (x.0[lane], y.0[lane]) = (at.x, at.y);
+            samples.ids.push(id);
+        }
+        let ids = &samples.ids[first..];
+        if ids.is_empty() {
+            return;
+        }
+        let lens = |lane: usize| match ids.get(lane) {
+            Some(id) if has_lens && sobol => OwenSobol::new(id).two(LENS_SET).into(),
+            Some(id) if has_lens => id.unit_square(LENS_DIMENSION),
+            _ => DVec2::splat(0.5),
+        };
+        if view.moves {
+            // The third number beside the place on the lens.
+            let [open, close] = view.film.shutter;
+            for (i, id) in ids.iter().enumerate() {
+                let [.., u, _] = OwenSobol::new(id).four(LENS_SET);
+                samples.rays.set_time(first + i, (open + (close - open) * u) as f32);
+            }
+        }
+        let rays = samples.rays.add_block(ids.len());
+        samples.lengths.push(camera_rays(view.instruction_set, &view.camera, &view.film, &x, &y, lens, rays));
+        if ids.len() < LANES {
+            return;
+        }
+    }
+}
+
+/// Where in the picture a sample lies, in pixels from its top left corner.
+#[inline]
+pub(crate) fn place(view: &View, filter: &Filter, id: &SampleId) -> DVec2 {
+    DVec2::new(f64::from(id.x), f64::from(id.y)) + within_pixel(view, filter, id)
+}
+
+/// Where in its pixel a sample lies: (0, 0) is the top left corner, (1, 1) the bottom right one. Filters may reach beyond.
+#[inline]
+fn within_pixel(view: &View, filter: &Filter, id: &SampleId) -> DVec2 {
+    let film = &view.film;
+    match film.antialias {
+        Antialias::None | Antialias::Mean | Antialias::Adaptive => match film.pixel_sample {
+            PixelSample::Center => DVec2::splat(0.5),
+            PixelSample::Corner => DVec2::new(0.0, 1.0),
+        },
+        Antialias::Grid => {
+            let side = film.grid_side();
+            let cell = DVec2::new(f64::from(id.index % side), f64::from(id.index / side));
+            (cell + 0.5) / f64::from(side)
+        }
+        Antialias::MonteCarlo if view.sobol => filter.place(OwenSobol::new(id).two(PIXEL_SET).into()),
+        Antialias::MonteCarlo => {
+            filter.place(stratified(id.index, film.samples, id.unit_square(PIXEL_DIMENSION)))
+        }
+    }
+}

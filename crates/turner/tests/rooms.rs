@@ -1,0 +1,232 @@
+//! The rooms of the crate, from the ground up, and what each may import: `use` and paths run one way only. A new import upwards fails here, with its file and
+//! line.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Each room with the rooms that it may import, besides those that these may import; itself is understood.
+const ROOMS: &[(&str, &[&str])] = &[
+    ("math", &[]),
+    ("choice", &[]),
+    ("color", &["math", "choice"]),
+    ("image", &["math"]),
+    ("sampler", &["math"]),
+    ("filter", &["sampler", "choice"]),
+    // The words of the scene format: values, keys, errors, limits. It knows none of the families.
+    ("schema", &["color", "image"]),
+    ("shape", &["schema", "sampler"]),
+    // Where a ray met a surface: plain data.
+    ("interaction", &["shape"]),
+    // The other families, each with its contract at the top of its folder.
+    ("texture", &["interaction"]),
+    ("bsdf", &["schema", "sampler"]),
+    ("medium", &["texture"]),
+    ("material", &["bsdf", "medium"]),
+    ("light", &["material"]),
+    ("film", &["schema", "filter"]),
+    ("camera", &["film", "sampler"]),
+    // What there is, who looks, how light is computed.
+    ("scene", &["light"]),
+    ("view", &["scene", "camera"]),
+    ("integrator", &["view"]),
+    // What was asked for: the descriptions of all families, read and written.
+    ("description", &["integrator"]),
+    ("prepare", &["description"]),
+    ("render", &["prepare"]),
+    // Judges: nothing below imports them.
+    ("compare", &["film"]),
+    ("lint", &["prepare"]),
+    ("doctor", &["render"]),
+    ("testing", &["render", "compare"]),
+];
+
+/// The most files and lines of a room without its tests, and lines of a file.
+const MOST_FILES: usize = 60;
+const MOST_LINES: usize = 8000;
+const MOST_LINES_OF_A_FILE: usize = 500;
+
+fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files_below(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+/// Whether a file holds tests alone.
+fn is_test(path: &Path) -> bool {
+    let name = path.file_stem().unwrap().to_string_lossy();
+    let in_folder = path.components().any(|c| c.as_os_str() == "tests");
+    in_folder || name.ends_with("tests") || name == "testing"
+}
+
+/// The lines of a file that are compiled outside tests, without comments, with their numbers.
+fn code(text: &str) -> Vec<(usize, &str)> {
+    let mut out = Vec::new();
+    let mut lines = text.lines().enumerate();
+    while let Some((i, line)) = lines.next() {
+        if line.trim() == "#[cfg(test)]" {
+            // What follows is one item: a line, or a module or function that goes on to its closing brace in the same column.
+            let close = format!("{}}}", " ".repeat(line.len() - line.trim_start().len()));
+            let item = lines.by_ref().find(|(_, l)| !l.trim_start().starts_with("#["));
+            if item.is_some_and(|(_, l)| !l.trim_end().ends_with(';')) {
+                let _ = lines.by_ref().find(|(_, l)| *l == close);
+            }
+            continue;
+        }
+        out.push((i + 1, line.split("//").next().unwrap_or_default()));
+    }
+    out
+}
+
+/// The rooms that a line names after `crate::`.
+fn named(line: &str) -> Vec<&str> {
+    let mut out = Vec::new();
+    for (at, _) in line.match_indices("crate::") {
+        let rest = &line[at + "crate::".len()..];
+        if let Some(group) = rest.strip_prefix('{') {
+            out.extend(group.split(',').map(|part| word(part.trim())));
+        } else {
+            out.push(word(rest));
+        }
+    }
+    out
+}
+
+fn word(text: &str) -> &str {
+    let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(text.len());
+    &text[..end]
+}
+
+/// All that a room may import.
+fn allowed<'a>(rooms: &BTreeMap<&'a str, &'a [&'a str]>, room: &'a str, out: &mut Vec<&'a str>) {
+    if !out.contains(&room) {
+        out.push(room);
+        for below in rooms.get(room).copied().unwrap_or_default() {
+            allowed(rooms, below, out);
+        }
+    }
+}
+
+#[test]
+fn imports_run_one_way() {
+    let rooms: BTreeMap<&str, &[&str]> = ROOMS.iter().copied().collect();
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut offenders = Vec::new();
+    for entry in fs::read_dir(&src).unwrap() {
+        let path = entry.unwrap().path();
+        let room = path.file_stem().unwrap().to_string_lossy().into_owned();
+        if room == "lib" {
+            continue;
+        }
+        let Some((room, _)) = rooms.get_key_value(room.as_str()) else {
+            panic!("{room} is no room: give it a line in this table, and say what it may import");
+        };
+        let mut may = Vec::new();
+        allowed(&rooms, room, &mut may);
+        let mut files = Vec::new();
+        if path.is_dir() {
+            files_below(&path, &mut files)
+        } else {
+            files.push(path.clone())
+        }
+        for file in files.iter().filter(|f| !is_test(f)) {
+            for (number, line) in code(&fs::read_to_string(file).unwrap()) {
+                for other in named(line) {
+                    // What the crate shows at its root is for other crates: a name from there hides its room.
+                    if !other.is_empty() && !may.contains(&other) {
+                        let shown = file.strip_prefix(&src).unwrap().display();
+                        offenders.push(format!("{shown}:{number}: {room} imports {other}: {}", line.trim()));
+                    }
+                }
+            }
+        }
+    }
+    offenders.sort();
+    assert!(offenders.is_empty(), "imports that run upwards:\n{}", offenders.join("\n"));
+}
+
+#[test]
+fn no_room_is_above_itself() {
+    let rooms: BTreeMap<&str, &[&str]> = ROOMS.iter().copied().collect();
+    for (room, below) in ROOMS {
+        for other in *below {
+            let mut reached = Vec::new();
+            allowed(&rooms, other, &mut reached);
+            assert!(!reached.contains(room), "{room} and {other} may import each other");
+        }
+    }
+}
+
+#[test]
+fn rooms_and_files_stay_small() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut wrong = Vec::new();
+    // The path tracer is a room within a room, counted by itself.
+    let path = Path::new("integrator/path");
+    for room in ROOMS.iter().map(|(room, _)| Path::new(room)).chain([path]) {
+        let mut files = Vec::new();
+        if src.join(room).is_dir() {
+            files_below(&src.join(room), &mut files);
+        }
+        files.retain(|f| room == path || !f.starts_with(src.join(path)));
+        let room = room.display();
+        let lengths: Vec<usize> =
+            files.iter().map(|f| fs::read_to_string(f).unwrap().lines().count()).collect();
+        // Tests stand beside what they test; a room is no larger for being tested.
+        let own = files.iter().zip(&lengths).filter(|(f, _)| !is_test(f));
+        let (count, lines) = own.fold((0, 0), |(count, lines), (_, n)| (count + 1, lines + n));
+        if count > MOST_FILES || lines > MOST_LINES {
+            wrong.push(format!("{room}: {count} files, {lines} lines"));
+        }
+        let long = files.iter().zip(&lengths).filter(|(_, n)| **n > MOST_LINES_OF_A_FILE);
+        wrong.extend(long.map(|(f, n)| format!("{}: {n} lines", f.strip_prefix(&src).unwrap().display())));
+    }
+    assert!(wrong.is_empty(), "more than {MOST_FILES} files, {MOST_LINES} lines:\n{}", wrong.join("\n"));
+}
+
+/// The options of a command line that a line of code speaks of in its texts, as `--name`. Those of other programs may be named.
+fn options_in(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    if line.starts_with("//") || line.contains("pbrt --upgrade") {
+        return None;
+    }
+    let starts = |i: usize| {
+        let before = line.get(..i)?.chars().next_back().unwrap_or(' ');
+        let after = line.get(i + 2..)?.chars().next()?;
+        if " \"`'(".contains(before) && after.is_ascii_lowercase() { line.get(i..) } else { None }
+    };
+    line.match_indices("--").find_map(|(i, _)| starts(i))
+}
+
+/// The library says what would help as keys of the scene, names of limits and `Remedy`: what they are called on a command line is for the command line to say.
+#[test]
+fn no_text_of_the_library_speaks_of_options() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut wrong = Vec::new();
+    for name in ["turner", "turner-io"] {
+        let mut files = Vec::new();
+        files_below(&crates.join(name).join("src"), &mut files);
+        assert!(files.len() > 50, "{name}: {}", files.len());
+        for path in files {
+            let text = fs::read_to_string(&path).unwrap();
+            for (i, line) in text.lines().enumerate() {
+                if let Some(option) = options_in(line) {
+                    wrong.push(format!("{}:{}: {option}", path.display(), i + 1));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    for line in ["help(\"raise --max-memory\")", "\"`--caustics off`\"", "\"--define {}\"", "(\"(--force)\")"]
+    {
+        assert!(options_in(line).is_some(), "{line}");
+    }
+    for line in ["a -- b", "/// `--strict`", "\"----\"", "\"a--b\""] {
+        assert_eq!(options_in(line), None, "{line}");
+    }
+}

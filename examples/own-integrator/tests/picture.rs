@@ -1,0 +1,100 @@
+//! The integrator's pictures are those of formulas, for any number of threads.
+
+use std::sync::atomic::AtomicBool;
+
+use own_integrator::SkyLight;
+use turner::camera::{CameraDesc, OrthographicDesc, Viewport};
+use turner::color::Spectrum;
+use turner::film::Antialias;
+use turner::material::{ClassicMaterial, MaterialDesc};
+use turner::math::DVec3;
+use turner::schema::{ColorSource, MaterialId};
+use turner::shape::{PlaneDesc, ShapeDesc, SphereDesc};
+use turner::{ObjectDesc, PassOptions, PrepareOptions, Renderer, SceneDesc};
+
+const SKY: f32 = 0.5;
+const ALBEDO: f32 = 0.8;
+
+/// Shapes of one albedo under an even sky, seen without perspective from `position` in a square of `side` around `look_at`; 16x16 pixels.
+fn scene(shapes: Vec<ShapeDesc>, position: DVec3, look_at: DVec3, side: f64) -> SceneDesc {
+    let color = ColorSource::Constant(Spectrum::grey(ALBEDO));
+    let material = MaterialDesc::Classic(ClassicMaterial { color, ..Default::default() });
+    let viewport = Viewport::Height(side);
+    let camera = OrthographicDesc { position, look_at, viewport, ..Default::default() };
+    let object = |shape| ObjectDesc { material: Some(MaterialId(0)), ..ObjectDesc::new(shape) };
+    let mut desc = SceneDesc {
+        camera: Some(CameraDesc::Orthographic(camera).into()),
+        materials: vec![material.into()],
+        objects: shapes.into_iter().map(object).collect(),
+        ..Default::default()
+    };
+    desc.background.color = Spectrum::grey(SKY);
+    (desc.film.width, desc.film.height) = (16, 16);
+    desc.film.antialias = Antialias::MonteCarlo;
+    desc.film.samples = 64;
+    desc
+}
+
+fn rendered(desc: &SceneDesc, integrator: &SkyLight, threads: usize) -> Renderer {
+    let prepared = desc.prepare_with(integrator, &PrepareOptions::default()).unwrap();
+    let mut renderer = Renderer::new(prepared).unwrap();
+    let options = PassOptions { threads, cancel: &AtomicBool::new(false), progress: None };
+    assert!(renderer.pass(renderer.samples_per_pixel(), &options).unwrap());
+    renderer
+}
+
+/// A floor, and a ball of radius 1 whose middle is 2 above; the camera sees the floor right under it.
+fn ball_over_floor(side: f64) -> SceneDesc {
+    let ball = SphereDesc { center: DVec3::new(0.0, 2.0, 0.0), radius: 1.0 };
+    let shapes = vec![ShapeDesc::Plane(PlaneDesc::default()), ShapeDesc::Sphere(ball)];
+    scene(shapes, DVec3::new(4.0, 2.0, 0.0), DVec3::ZERO, side)
+}
+
+/// The mean of a picture's red.
+fn mean(renderer: &Renderer) -> f64 {
+    let linear = renderer.develop().linear;
+    linear.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / linear.len() as f64
+}
+
+#[test]
+fn a_convex_body_sees_all_of_the_sky_above_it() {
+    let ball = vec![ShapeDesc::Sphere(SphereDesc::default())];
+    let desc = scene(ball, DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 4.0);
+    let renderer = rendered(&desc, &SkyLight::default(), 1);
+    let picture = renderer.develop();
+    let pixel = |x: usize, y: usize| picture.linear[16 * y + x];
+    // Whatever the direction, the sample is albedo times radiance.
+    let [red, _, _, alpha] = pixel(8, 8);
+    assert!((red - ALBEDO * SKY).abs() < 1e-6, "{red}");
+    assert_eq!(alpha, 1.0);
+    // The corner is sky.
+    assert_eq!(pixel(0, 0), [SKY, SKY, SKY, 1.0]);
+    // Each sample is a camera ray; those on the ball have a sky ray.
+    assert_eq!(renderer.stats.camera, 16 * 16 * 64);
+    let share = renderer.stats.shadow as f64 / renderer.stats.camera as f64;
+    let disk = std::f64::consts::PI / 16.0;
+    assert!((share - disk).abs() < 0.005, "{share} of the picture, not {disk}");
+}
+
+#[test]
+fn a_ball_hides_its_form_factor_of_the_sky() {
+    // Nusselt: of the cosine-weighted hemisphere, a ball of radius r at the height h right above hides (r/h)² = 1/4.
+    let open = f64::from(ALBEDO * SKY) * 0.75;
+    let found = mean(&rendered(&ball_over_floor(0.01), &SkyLight::default(), 2));
+    // Four standard deviations of 16 · 16 · 64 independent directions.
+    let tolerance = 4.0 * f64::from(ALBEDO * SKY) * (0.75 * 0.25 / (16.0 * 16.0 * 64.0f64)).sqrt();
+    assert!((found - open).abs() < tolerance, "{found}, not {open} ± {tolerance}");
+    // The ball begins one unit above the floor: within half of that nothing is hidden.
+    let near = mean(&rendered(&ball_over_floor(0.01), &SkyLight { distance: 0.5 }, 2));
+    assert!((near - f64::from(ALBEDO * SKY)).abs() < 1e-6, "{near}");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let desc = ball_over_floor(6.0);
+    let one = rendered(&desc, &SkyLight::default(), 1);
+    let two = rendered(&desc, &SkyLight::default(), 2);
+    assert_eq!(one.film.to_bytes(), two.film.to_bytes());
+    assert_eq!(one.develop().display, two.develop().display);
+    assert_eq!(one.stats, two.stats);
+}
