@@ -1,6 +1,9 @@
 //! The tree over triangles.
 
+use std::sync::Arc;
+
 use crate::build::wide::{self, Source, WideTree};
+use crate::changed::Changed;
 use crate::node::WideNode;
 use crate::traverse::{Blocks, FARTHEST, Space, Tree};
 use crate::triangle::{Block, fill_blocks};
@@ -41,10 +44,15 @@ pub struct Triangles<'a> {
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(crate) nodes: Vec<WideNode>,
-    pub(crate) blocks: Vec<Block>,
+    /// Shared with trees that were changed.
+    pub(crate) blocks: Arc<Vec<Block>>,
     pub(crate) space: Space,
     pub(crate) stats: BuildStats,
-    instruction_set: InstructionSet,
+    pub(crate) instruction_set: InstructionSet,
+    /// Triangles of the mesh.
+    pub(crate) triangles: u32,
+    /// What else there is to search.
+    pub(crate) changed: Option<Box<Changed>>,
 }
 
 impl Bvh {
@@ -56,9 +64,11 @@ impl Bvh {
 
     fn of(mesh: &Triangles<'_>, options: &BuildOptions<'_>, build: Builder) -> Result<Bvh, BuildError> {
         let (WideTree { nodes, slots, mut stats }, space) = scaled(mesh, options, build)?;
-        let blocks = fill_blocks(mesh, space.scale, &slots, options.threads)?;
+        let blocks = Arc::new(fill_blocks(mesh, space.scale, &slots, options.threads)?);
         stats.bytes = size_of_val(&nodes[..]) + size_of_val(&blocks[..]);
-        Ok(Bvh { nodes, blocks, space, stats, instruction_set: options.instruction_set })
+        let triangles = mesh.triangles.len() as u32;
+        let instruction_set = options.instruction_set;
+        Ok(Bvh { nodes, blocks, space, stats, instruction_set, triangles, changed: None })
     }
 
     /// The size and the quality of the tree.
@@ -85,23 +95,35 @@ impl Bvh {
 
     /// The nearest hit.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        search::closest(self.tree(&self.all()), ray).some()
+        match &self.changed {
+            None => search::closest(self.tree(&self.all()), ray).some(),
+            Some(changed) => self.one_closest_changed(changed, ray, &|_| true).some(),
+        }
     }
 
     /// The nearest hit that `filter` takes. It is asked about hits in any order, farther ones included, and may be
     /// asked about the same one twice: its answer must depend on the hit alone.
     pub fn intersect_filtered(&self, ray: &Ray, filter: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        search::closest(self.tree(&self.some(|_, hit| filter(hit))), ray).some()
+        match &self.changed {
+            None => search::closest(self.tree(&self.some(|_, hit| filter(hit))), ray).some(),
+            Some(changed) => self.one_closest_changed(changed, ray, &filter).some(),
+        }
     }
 
     /// Whether anything is hit.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        search::any(self.tree(&self.all()), ray)
+        match &self.changed {
+            None => search::any(self.tree(&self.all()), ray),
+            Some(changed) => self.one_any_changed(changed, ray, &|_| true),
+        }
     }
 
     /// Whether there is a hit that `filter` takes.
     pub fn occluded_filtered(&self, ray: &Ray, filter: impl Fn(&Hit) -> bool) -> bool {
-        search::any(self.tree(&self.some(|_, hit| filter(hit))), ray)
+        match &self.changed {
+            None => search::any(self.tree(&self.some(|_, hit| filter(hit))), ray),
+            Some(changed) => self.one_any_changed(changed, ray, &filter),
+        }
     }
 
     /// The nearest hits of many rays, [`Hit::MISS`] where there is none. Rays need have nothing in common. Neighbours that
@@ -112,7 +134,10 @@ impl Bvh {
     ///
     /// If there are not as many `hits` as `rays`; so do all batches.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
-        search::closest_triangles(self.tree(&self.all()), rays, hits);
+        match &self.changed {
+            None => search::closest_triangles(self.tree(&self.all()), rays, hits),
+            Some(changed) => self.closest_changed(changed, rays, hits, &|_, _| true),
+        }
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -122,12 +147,18 @@ impl Bvh {
         hits: &mut [Hit],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::closest_triangles(self.tree(&self.some(filter)), rays, hits);
+        match &self.changed {
+            None => search::closest_triangles(self.tree(&self.some(filter)), rays, hits),
+            Some(changed) => self.closest_changed(changed, rays, hits, &filter),
+        }
     }
 
     /// Whether each of many rays hits anything.
     pub fn occluded_batch(&self, rays: &[Ray], hits: &mut [bool]) {
-        search::any_triangles(self.tree(&self.all()), rays, hits);
+        match &self.changed {
+            None => search::any_triangles(self.tree(&self.all()), rays, hits),
+            Some(changed) => self.any_changed(changed, rays, hits, &|_, _| true),
+        }
     }
 
     /// The same for the hits that `filter` takes; it is told the number of the ray.
@@ -137,38 +168,10 @@ impl Bvh {
         hits: &mut [bool],
         filter: impl Fn(u32, &Hit) -> bool,
     ) {
-        search::any_triangles(self.tree(&self.some(filter)), rays, hits);
-    }
-
-    /// [`intersect_batch`](Self::intersect_batch), which finds out by itself that rays run together, by the name for
-    /// rays that are known to.
-    pub fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Hit]) {
-        search::closest_triangles(self.tree(&self.all()), rays, hits);
-    }
-
-    /// The same for the hits that `filter` takes; it is told the number of the ray.
-    pub fn intersect_coherent_filtered(
-        &self,
-        rays: &[Ray],
-        hits: &mut [Hit],
-        filter: impl Fn(u32, &Hit) -> bool,
-    ) {
-        search::closest_triangles(self.tree(&self.some(filter)), rays, hits);
-    }
-
-    /// [`occluded_batch`](Self::occluded_batch), for rays that are known to run together.
-    pub fn occluded_coherent(&self, rays: &[Ray], hits: &mut [bool]) {
-        search::any_triangles(self.tree(&self.all()), rays, hits);
-    }
-
-    /// The same for the hits that `filter` takes; it is told the number of the ray.
-    pub fn occluded_coherent_filtered(
-        &self,
-        rays: &[Ray],
-        hits: &mut [bool],
-        filter: impl Fn(u32, &Hit) -> bool,
-    ) {
-        search::any_triangles(self.tree(&self.some(filter)), rays, hits);
+        match &self.changed {
+            None => search::any_triangles(self.tree(&self.some(filter)), rays, hits),
+            Some(changed) => self.any_changed(changed, rays, hits, &filter),
+        }
     }
 }
 
@@ -197,7 +200,7 @@ pub(crate) fn scaled(
 }
 
 /// Trees reach at least this far, after scaling.
-const NEAREST: f32 = 1.0 / 1024.0;
+pub(crate) const NEAREST: f32 = 1.0 / 1024.0;
 
 /// The scale for vertices, those left aside that are not finite.
 pub(crate) fn scale(positions: &[[f32; 3]]) -> f32 {

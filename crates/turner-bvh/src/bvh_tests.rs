@@ -52,10 +52,8 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
             same("in turns", &hits);
             bvh.intersect_batch(rays, &mut hits);
             same("batch", &hits);
-            bvh.intersect_coherent(rays, &mut hits);
-            same("packets", &hits);
-            bvh.intersect_coherent_filtered(rays, &mut hits, |_, _| true);
-            same("packets with a filter", &hits);
+            bvh.intersect_batch_filtered(rays, &mut hits, |_, _| true);
+            same("batch with a filter", &hits);
             for (ray, any) in rays.iter().zip(&mut any) {
                 *any = bvh.occluded(ray);
             }
@@ -64,8 +62,6 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
             any_same("any, in turns", &any);
             bvh.occluded_batch(rays, &mut any);
             any_same("any, batch", &any);
-            bvh.occluded_coherent(rays, &mut any);
-            any_same("any, packets", &any);
             bvh.occluded_batch_filtered(rays, &mut any, |ray, hit| {
                 // The filter learns which ray it is, and the hit in the caller's units.
                 assert!(rays[ray as usize].t_min <= hit.t && hit.t <= rays[ray as usize].t_max);
@@ -282,10 +278,6 @@ fn filters_see_hits_in_the_callers_units() {
             for (i, hit) in hits.iter().enumerate() {
                 assert!((hit.t - 1.0 - (i % 20) as f32).abs() < 1e-5);
             }
-            bvh.intersect_coherent_filtered(&rays, &mut hits, own);
-            for (i, hit) in hits.iter().enumerate() {
-                assert!((hit.t - 1.0 - (i % 20) as f32).abs() < 1e-5);
-            }
         });
     }
 }
@@ -340,7 +332,6 @@ fn empty_and_degenerate_meshes() {
     let nothing = Bvh::build(&Triangles::default(), &BuildOptions::default()).unwrap();
     let mut hits = [Hit { primitive: 3, ..Hit::MISS }; 20];
     nothing.intersect_batch(&[ray; 20], &mut hits);
-    nothing.intersect_coherent(&[ray; 20], &mut hits);
     assert!(hits.iter().all(|h| *h == Hit::MISS) && !nothing.occluded(&ray));
 
     let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [f32::NAN; 3], [2.0, 0.0, 0.0]];

@@ -35,6 +35,7 @@ mod aabb;
 mod build;
 mod bvh;
 mod bvh2;
+mod changed;
 mod custom;
 pub mod generate;
 mod hit;
@@ -60,6 +61,7 @@ pub use build::{BuildError, BuildOptions, BuildStats, Bvh2Options, Bvh2Stats, Qu
 pub use build::{build_stats, build_stats_of_boxes};
 pub use bvh::{Bvh, Triangles};
 pub use bvh2::{Bvh2, MAX_DEPTH};
+pub use changed::{ChangedMesh, Kept};
 pub use custom::BoxBvh;
 pub use hit::Hit;
 pub use ray::Ray;

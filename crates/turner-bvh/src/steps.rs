@@ -22,7 +22,8 @@ impl Bvh {
     /// things first.
     pub fn steps(&self, ray: &Ray) -> Steps {
         let mut blocks = 0;
-        let nodes = walk(&self.nodes, self.space.unscale, ray, |leaf| blocks += leaf.blocks() as u64);
+        let mut walk = |nodes| walk(nodes, self.space.unscale, ray, |leaf| blocks += leaf.blocks() as u64);
+        let nodes = walk(&self.nodes) + self.changed.as_ref().map_or(0, |changed| walk(changed.nodes()));
         Steps { nodes, blocks }
     }
 }

@@ -99,8 +99,7 @@ impl Tracer for Turner {
                     *out = mesh.intersect(ray).unwrap_or(turner_bvh::Hit::MISS);
                 }
             }
-            Query::Batch => mesh.intersect_batch(rays, &mut found[..rays.len()]),
-            Query::Coherent => mesh.intersect_coherent(rays, &mut found[..rays.len()]),
+            Query::Batch | Query::Coherent => mesh.intersect_batch(rays, &mut found[..rays.len()]),
         }
         for (out, found) in hits.iter_mut().zip(&found[..rays.len()]) {
             *out = Hit { t: found.t, primitive: found.primitive, instance: u32::MAX };
@@ -119,8 +118,7 @@ impl Tracer for Turner {
                     *out = mesh.occluded(ray);
                 }
             }
-            Query::Batch => mesh.occluded_batch(rays, &mut occluded[..rays.len()]),
-            Query::Coherent => mesh.occluded_coherent(rays, &mut occluded[..rays.len()]),
+            Query::Batch | Query::Coherent => mesh.occluded_batch(rays, &mut occluded[..rays.len()]),
         }
     }
 }

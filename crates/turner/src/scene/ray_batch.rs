@@ -23,8 +23,6 @@ pub struct RayBatch {
     pub(crate) blocked: Vec<u8>,
     /// Those that something tinted is before.
     pub(crate) tinted: Vec<u8>,
-    /// Whether neighbours run together, as camera rays do. Changes no hit, only the time they take to find.
-    pub coherent: bool,
     /// For meshes: how far each ray goes, and the rays in an object's space.
     pub(crate) ends: Vec<Block>,
     pub(crate) moved: Vec<RayBlock>,

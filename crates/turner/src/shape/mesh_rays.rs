@@ -67,12 +67,10 @@ impl<O: Fn(usize) -> u32> BlockRays<'_, O> {
 }
 
 impl TriangleMesh {
-    /// Calls `found` with the place and the nearest hit of each ray that hits something. `coherent` rays run together, as those of
-    /// the camera do.
+    /// Calls `found` with the place and the nearest hit of each ray that hits something.
     pub fn intersect_blocks<O: Fn(usize) -> u32>(
         &self,
         rays: &BlockRays<'_, O>,
-        coherent: bool,
         room: &mut MeshRays,
         mut found: impl FnMut(usize, ShapeHit),
     ) {
@@ -85,11 +83,7 @@ impl TriangleMesh {
             let place = places[i] as usize;
             hit.t > doubtful[i] || (rays.own)(place) != hit.primitive && self.is_exact(&rays.get(place), hit)
         };
-        if coherent {
-            self.tree().intersect_coherent_filtered(search, hits, check);
-        } else {
-            self.tree().intersect_batch_filtered(search, hits, check);
-        }
+        self.tree().intersect_batch_filtered(search, hits, check);
         met.clear();
         dispatch(
             self.tree().instruction_set(),

@@ -170,7 +170,6 @@ impl<R: Record> Tracer for Wave<'_, R> {
         self.trees.resize(count, Tree { spawned: 0, shaded: 0, waiting: None });
         self.waiting.clear();
         self.front.rays.copy(&samples.rays);
-        self.front.rays.coherent = true;
         self.front.tasks.clear();
         self.front.tasks.extend((0..count as u32).map(|sample| {
             let cone = footprint::of_camera(self.view, samples, sample as usize);
@@ -189,7 +188,6 @@ impl<R: Record> Wave<'_, R> {
     /// Traces the front and finds the next one.
     fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.scene.intersect_batch(&mut self.front.rays, &mut self.hits);
-        self.front.rays.coherent = false;
         self.next.clear();
         self.gather(out);
         let facing = self.integrator.facing;

@@ -259,7 +259,6 @@ impl<R: Record> Tracer for Wave<'_, R> {
         }
         self.begin_reuse(&samples.ids);
         self.front.rays.copy(&samples.rays);
-        self.front.rays.coherent = true;
         self.front.samples.clear();
         self.front.samples.extend(0..count as u32);
         while !self.front.samples.is_empty() {
@@ -319,7 +318,6 @@ impl<R: Record> Wave<'_, R> {
         self.light(out, stats);
         front.clear();
         self.front = std::mem::replace(&mut self.next, front);
-        self.next.rays.coherent = false;
     }
 
     /// Draws the numbers of the vertices at the hits.

@@ -284,7 +284,6 @@ impl<R: Record> Wave<'_, R> {
             return;
         }
         reuse.rays.clear();
-        reuse.rays.coherent = true;
         reuse.asked.clear();
         dispatch(
             self.scene.instruction_set,

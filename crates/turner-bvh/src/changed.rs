@@ -1,0 +1,320 @@
+//! Trees some of whose triangles changed: the others keep their nodes and blocks.
+//!
+//! Leaves that hold a triangle that changed are cut off a copy of the nodes; the blocks are shared. What those leaves held else, and what is new, goes
+//! into a small tree of its own, which each ray searches afterwards, up to the hit that it has. So the time of a change is that of copying the nodes
+//! (an eighth of the tree) and of building the small tree. Hits are those of a tree built over all, bit for bit: the nearest, of equally near ones that of
+//! the lowest number, found by the same arithmetic on the same corners.
+
+use std::sync::Arc;
+
+use crate::build::wide::{self, Source, WideTree, set_order};
+use crate::bvh::{NEAREST, scale_of};
+use crate::node::{ChildRef, WideNode};
+use crate::search;
+use crate::traverse::{Blocks, Space, Tree};
+use crate::triangle::{Block, fill_blocks};
+use crate::{Aabb, BuildError, BuildOptions, Bvh, Hit, Ray, Triangles};
+
+/// Triangles that are the same in a new mesh, one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// The number of the first in the mesh that the tree was built over.
+    pub from: u32,
+    /// Its number in the new mesh.
+    pub to: u32,
+    /// How many there are.
+    pub count: u32,
+}
+
+/// A mesh of which some triangles are those of a tree that there is.
+#[derive(Clone, Copy)]
+pub struct ChangedMesh<'a> {
+    /// Triangles of the new mesh.
+    pub count: u32,
+    /// The runs that it has in common with the old mesh, ascending in both.
+    pub kept: &'a [Kept],
+    /// A box around the old mesh's other triangles.
+    pub gone: Aabb,
+    /// The largest absolute value of a finite coordinate in the new mesh.
+    pub farthest: f32,
+    /// The corners of a triangle; `None` for one that rays pass through.
+    pub corners: &'a dyn Fn(u32) -> Option<[[f32; 3]; 3]>,
+}
+
+/// What a tree has that was changed.
+#[derive(Clone, Debug)]
+pub(crate) struct Changed {
+    /// The tree over what is new.
+    nodes: Vec<WideNode>,
+    blocks: Vec<Block>,
+    /// For each triangle of the old mesh its number in the new one; `None` if all have the same.
+    numbers: Option<Vec<u32>>,
+}
+
+/// Trees of so few blocks are built anew at once: searches test all their blocks without looking at nodes (half a packet of sixteen at the most).
+const FEW: usize = 16;
+
+/// Rays that are searched for again at a time, on the stack.
+const AT_ONCE: usize = 256;
+
+/// What filters are here: one copy of the searches serves all of them.
+type Filter<'a> = &'a dyn Fn(u32, &Hit) -> bool;
+type Leaves<'a> = Blocks<'a, Filter<'a>>;
+
+impl Bvh {
+    /// The tree of a mesh that differs in some triangles from the one this was built over. `None` where it has to be built anew: if this tree was
+    /// changed already or is small, or if the new mesh is so much larger or smaller that its tree has another scale.
+    ///
+    /// Searches take a little longer than in a tree that is built over all: use it while something is edited, and for small parts of a mesh.
+    pub fn changed(
+        &self,
+        mesh: &ChangedMesh<'_>,
+        options: &BuildOptions<'_>,
+    ) -> Result<Option<Bvh>, BuildError> {
+        if self.changed.is_some() || self.blocks.len() <= FEW {
+            return Ok(None);
+        }
+        let scale = self.space.scale;
+        let numbers = Numbers { kept: mesh.kept };
+        let mut cut = Cut {
+            blocks: &self.blocks,
+            gone: Aabb { min: mesh.gone.min.map(|x| x * scale), max: mesh.gone.max.map(|x| x * scale) },
+            numbers: &numbers,
+            orphans: Vec::new(),
+        };
+        let mut nodes = self.nodes.clone();
+        cut.node(&mut nodes, 0);
+        let mut ids = cut.orphans;
+        ids.extend(numbers.new(mesh.count).flatten());
+        ids.sort_unstable();
+        ids.dedup();
+        let added = small_tree(&ids, mesh.corners, scale, options)?;
+        let (base, small) = (Space::of(scale, &nodes), Space::of(scale, &added.0));
+        let space = Space { reach: base.reach.max(small.reach), ..base };
+        let first = scale_of(mesh.farthest);
+        let reach = space.reach * space.unscale;
+        let wanted = if first >= 1.0 || reach * first >= NEAREST { first } else { scale_of(reach) };
+        if wanted != scale {
+            return Ok(None);
+        }
+        let mut stats = self.stats;
+        stats.blocks += added.1.len();
+        stats.nodes += added.0.len();
+        stats.bytes += size_of_val(&added.0[..]) + size_of_val(&added.1[..]);
+        let numbers = numbers.table(self.triangles);
+        let changed = Some(Box::new(Changed { nodes: added.0, blocks: added.1, numbers }));
+        let blocks = Arc::clone(&self.blocks);
+        let triangles = mesh.count;
+        Ok(Some(Bvh { nodes, blocks, space, stats, changed, triangles, instruction_set: self.instruction_set }))
+    }
+}
+
+/// A tree over some triangles of a mesh, which keep their numbers.
+fn small_tree(
+    ids: &[u32],
+    corners: &dyn Fn(u32) -> Option<[[f32; 3]; 3]>,
+    scale: f32,
+    options: &BuildOptions<'_>,
+) -> Result<(Vec<WideNode>, Vec<Block>), BuildError> {
+    let (mut positions, mut numbers) = (Vec::with_capacity(3 * ids.len()), Vec::with_capacity(ids.len()));
+    for &id in ids {
+        if let Some(corners) = corners(id) {
+            positions.extend(corners);
+            numbers.push(id);
+        }
+    }
+    let triangles: Vec<[u32; 3]> = (0..numbers.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let mesh = Triangles { positions: &positions, triangles: &triangles };
+    let source = Source::Triangles { positions: &positions, triangles: &triangles, scale };
+    let WideTree { nodes, slots, .. } = wide::build_best(&source, options)?;
+    let mut blocks = fill_blocks(&mesh, scale, &slots, options.threads)?;
+    for id in blocks.iter_mut().flat_map(|block| &mut block.ids) {
+        *id = numbers.get(*id as usize).copied().unwrap_or(wide::NO_PRIMITIVE);
+    }
+    Ok((nodes, blocks))
+}
+
+/// From the numbers of the old mesh to those of the new one.
+struct Numbers<'a> {
+    kept: &'a [Kept],
+}
+
+impl Numbers<'_> {
+    /// The new number of a triangle, if there is one.
+    fn of(&self, id: u32) -> Option<u32> {
+        let after = self.kept.partition_point(|k| k.from <= id);
+        let kept = self.kept.get(after.checked_sub(1)?)?;
+        (id - kept.from < kept.count).then(|| kept.to + (id - kept.from))
+    }
+
+    /// The numbers that only the new mesh has.
+    fn new(&self, count: u32) -> impl Iterator<Item = std::ops::Range<u32>> {
+        let ends = self.kept.iter().map(|k| k.to + k.count);
+        let starts = self.kept.iter().map(|k| k.to).chain([count]);
+        std::iter::once(0).chain(ends).zip(starts).map(|(start, end)| start..end)
+    }
+
+    /// For each of the old triangles its new number, where any has another one.
+    fn table(&self, count: u32) -> Option<Vec<u32>> {
+        let moved = self.kept.iter().any(|k| k.from != k.to);
+        moved.then(|| {
+            let mut table = vec![Hit::NONE; count as usize];
+            for k in self.kept {
+                let from = k.from as usize..(k.from + k.count) as usize;
+                for (to, number) in table[from].iter_mut().zip(k.to..) {
+                    *to = number;
+                }
+            }
+            table
+        })
+    }
+}
+
+/// Cuts leaves off.
+struct Cut<'a> {
+    blocks: &'a [Block],
+    /// In units of the tree.
+    gone: Aabb,
+    numbers: &'a Numbers<'a>,
+    /// New numbers of triangles that were in leaves with others that are gone.
+    orphans: Vec<u32>,
+}
+
+impl Cut<'_> {
+    /// Cuts off what is below a node; returns its box if that became another one.
+    fn node(&mut self, nodes: &mut [WideNode], index: usize) -> Option<Aabb> {
+        let mut cut = false;
+        for i in 0..8 {
+            let (child, bounds) = (nodes[index].children[i], nodes[index].bounds(i));
+            if child == ChildRef::EMPTY || !overlap(bounds, self.gone) {
+                continue;
+            }
+            let left = match child.is_leaf() {
+                true => self.leaf(child).then_some(Aabb::EMPTY),
+                false => self.node(nodes, child.index()),
+            };
+            if let Some(left) = left {
+                cut = true;
+                let child = if left == Aabb::EMPTY { ChildRef::EMPTY } else { child };
+                nodes[index].set(i, left, child);
+            }
+        }
+        if !cut {
+            return None;
+        }
+        let node = &mut nodes[index];
+        set_order(node);
+        let there = (0..8).filter(|i| node.children[*i] != ChildRef::EMPTY);
+        Some(there.fold(Aabb::EMPTY, |all, i| all.union(node.bounds(i))))
+    }
+
+    /// Whether a leaf holds anything that is gone; what else it holds are orphans.
+    fn leaf(&mut self, leaf: ChildRef) -> bool {
+        let blocks = &self.blocks[leaf.first_block()..leaf.first_block() + leaf.blocks()];
+        let ids = || blocks.iter().flat_map(|block| block.ids).filter(|id| *id != wide::NO_PRIMITIVE);
+        let gone = ids().any(|id| self.numbers.of(id).is_none());
+        if gone {
+            self.orphans.extend(ids().filter_map(|id| self.numbers.of(id)));
+        }
+        gone
+    }
+}
+
+fn overlap(a: Aabb, b: Aabb) -> bool {
+    (0..3).all(|i| a.min[i] <= b.max[i] && b.min[i] <= a.max[i])
+}
+
+impl Changed {
+    fn renumbered(&self, hit: &Hit) -> Hit {
+        let number = |numbers: &Vec<u32>| numbers.get(hit.primitive as usize).copied();
+        let primitive = self.numbers.as_ref().and_then(number).unwrap_or(hit.primitive);
+        Hit { primitive, ..*hit }
+    }
+}
+
+/// A tree to search, of the old nodes and blocks or of the new ones.
+fn tree<'a, 'f>(bvh: &'a Bvh, nodes: &'a [WideNode], leaves: &'a Leaves<'f>) -> Tree<'a, Leaves<'f>> {
+    Tree { nodes, leaves, space: bvh.space, instruction_set: bvh.instruction_set }
+}
+
+fn leaves<'f>(blocks: &'f [Block], filter: Filter<'f>) -> Leaves<'f> {
+    Blocks { blocks, filter, filtered: true }
+}
+
+impl Bvh {
+    /// The nearest hits of many rays in a changed tree.
+    pub(crate) fn closest_changed(&self, changed: &Changed, rays: &[Ray], hits: &mut [Hit], filter: Filter<'_>) {
+        let old = |ray: u32, hit: &Hit| filter(ray, &changed.renumbered(hit));
+        let old = leaves(&self.blocks, &old);
+        search::closest_triangles(tree(self, &self.nodes, &old), rays, hits);
+        let mut near = [Ray::new([0.0; 3], [0.0; 3]); AT_ONCE];
+        let mut nearer = [Hit::MISS; AT_ONCE];
+        for (part, (rays, hits)) in rays.chunks(AT_ONCE).zip(hits.chunks_mut(AT_ONCE)).enumerate() {
+            let (near, nearer) = (&mut near[..rays.len()], &mut nearer[..rays.len()]);
+            for ((near, ray), hit) in near.iter_mut().zip(rays).zip(&mut *hits) {
+                *hit = changed.renumbered(hit);
+                let t_max = if hit.t < ray.t_max { hit.t } else { ray.t_max };
+                *near = Ray { t_max, ..*ray };
+            }
+            let first = (part * AT_ONCE) as u32;
+            let new = |ray: u32, hit: &Hit| filter(first + ray, hit);
+            let new = leaves(&changed.blocks, &new);
+            search::closest_triangles(tree(self, &changed.nodes, &new), near, nearer);
+            for (hit, nearer) in hits.iter_mut().zip(nearer) {
+                if nearer.t < hit.t || nearer.t == hit.t && nearer.primitive < hit.primitive {
+                    *hit = *nearer;
+                }
+            }
+        }
+    }
+
+    /// Whether each of many rays hits anything in a changed tree.
+    pub(crate) fn any_changed(&self, changed: &Changed, rays: &[Ray], hits: &mut [bool], filter: Filter<'_>) {
+        let old = |ray: u32, hit: &Hit| filter(ray, &changed.renumbered(hit));
+        let old = leaves(&self.blocks, &old);
+        search::any_triangles(tree(self, &self.nodes, &old), rays, hits);
+        let mut left = [Ray::new([0.0; 3], [0.0; 3]); AT_ONCE];
+        let mut found = [false; AT_ONCE];
+        for (part, (rays, hits)) in rays.chunks(AT_ONCE).zip(hits.chunks_mut(AT_ONCE)).enumerate() {
+            let (left, found) = (&mut left[..rays.len()], &mut found[..rays.len()]);
+            for ((left, ray), hit) in left.iter_mut().zip(rays).zip(&*hits) {
+                // Those that hit something already are no rays here.
+                *left = if *hit { Ray { t_max: f32::NEG_INFINITY, ..*ray } } else { *ray };
+            }
+            let first = (part * AT_ONCE) as u32;
+            let new = |ray: u32, hit: &Hit| filter(first + ray, hit);
+            let new = leaves(&changed.blocks, &new);
+            search::any_triangles(tree(self, &changed.nodes, &new), left, found);
+            for (hit, found) in hits.iter_mut().zip(found) {
+                *hit |= *found;
+            }
+        }
+    }
+
+    /// The nearest hit of one ray in a changed tree.
+    #[cold]
+    pub(crate) fn one_closest_changed(&self, changed: &Changed, ray: &Ray, filter: &dyn Fn(&Hit) -> bool) -> Hit {
+        let mut hit = [Hit::MISS];
+        self.closest_changed(changed, &[*ray], &mut hit, &|_, hit| filter(hit));
+        hit[0]
+    }
+
+    /// Whether one ray hits anything in a changed tree.
+    #[cold]
+    pub(crate) fn one_any_changed(&self, changed: &Changed, ray: &Ray, filter: &dyn Fn(&Hit) -> bool) -> bool {
+        let mut hit = [false];
+        self.any_changed(changed, &[*ray], &mut hit, &|_, hit| filter(hit));
+        hit[0]
+    }
+}
+
+impl Changed {
+    /// Its nodes, to be walked through.
+    pub(crate) fn nodes(&self) -> &[WideNode] {
+        &self.nodes
+    }
+}
+
+#[cfg(test)]
+#[path = "changed_tests.rs"]
+mod tests;
