@@ -105,7 +105,15 @@ impl Bvh {
         let changed = Some(Box::new(Changed { nodes: added.0, blocks: added.1, numbers }));
         let blocks = Arc::clone(&self.blocks);
         let triangles = mesh.count;
-        Ok(Some(Bvh { nodes, blocks, space, stats, changed, triangles, instruction_set: self.instruction_set }))
+        Ok(Some(Bvh {
+            nodes,
+            blocks,
+            space,
+            stats,
+            changed,
+            triangles,
+            instruction_set: self.instruction_set,
+        }))
     }
 }
 
@@ -243,7 +251,13 @@ fn leaves<'f>(blocks: &'f [Block], filter: Filter<'f>) -> Leaves<'f> {
 
 impl Bvh {
     /// The nearest hits of many rays in a changed tree.
-    pub(crate) fn closest_changed(&self, changed: &Changed, rays: &[Ray], hits: &mut [Hit], filter: Filter<'_>) {
+    pub(crate) fn closest_changed(
+        &self,
+        changed: &Changed,
+        rays: &[Ray],
+        hits: &mut [Hit],
+        filter: Filter<'_>,
+    ) {
         let old = |ray: u32, hit: &Hit| filter(ray, &changed.renumbered(hit));
         let old = leaves(&self.blocks, &old);
         search::closest_triangles(tree(self, &self.nodes, &old), rays, hits);
@@ -293,7 +307,12 @@ impl Bvh {
 
     /// The nearest hit of one ray in a changed tree.
     #[cold]
-    pub(crate) fn one_closest_changed(&self, changed: &Changed, ray: &Ray, filter: &dyn Fn(&Hit) -> bool) -> Hit {
+    pub(crate) fn one_closest_changed(
+        &self,
+        changed: &Changed,
+        ray: &Ray,
+        filter: &dyn Fn(&Hit) -> bool,
+    ) -> Hit {
         let mut hit = [Hit::MISS];
         self.closest_changed(changed, &[*ray], &mut hit, &|_, hit| filter(hit));
         hit[0]
@@ -301,7 +320,12 @@ impl Bvh {
 
     /// Whether one ray hits anything in a changed tree.
     #[cold]
-    pub(crate) fn one_any_changed(&self, changed: &Changed, ray: &Ray, filter: &dyn Fn(&Hit) -> bool) -> bool {
+    pub(crate) fn one_any_changed(
+        &self,
+        changed: &Changed,
+        ray: &Ray,
+        filter: &dyn Fn(&Hit) -> bool,
+    ) -> bool {
         let mut hit = [false];
         self.any_changed(changed, &[*ray], &mut hit, &|_, hit| filter(hit));
         hit[0]

@@ -68,7 +68,13 @@ fn same(changed: &Bvh, fresh: &Bvh, rays: &[Ray]) {
             bvh.intersect_batch_filtered(rays, &mut some, odd);
             let single = rays.iter().map(|ray| bvh.intersect(ray).unwrap_or(Hit::MISS));
             let odd = rays.iter().map(|r| bvh.intersect_filtered(r, |h| odd(1, h)).unwrap_or(Hit::MISS));
-            all.iter().copied().chain(some.iter().copied()).chain(single).chain(odd).map(bits).collect::<Vec<_>>()
+            all.iter()
+                .copied()
+                .chain(some.iter().copied())
+                .chain(single)
+                .chain(odd)
+                .map(bits)
+                .collect::<Vec<_>>()
         };
         assert_eq!(found(&a), found(&b), "{instruction_set}");
         let dark = |bvh: &Bvh| {

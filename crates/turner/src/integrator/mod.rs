@@ -93,6 +93,8 @@ pub struct Capabilities {
     pub compensates: bool,
     /// It shows what is at the first hit rather than light: lights are then not missed.
     pub debug: bool,
+    /// It shows what a search goes through: after an edit all trees are those of a fresh preparation, however long they take to build.
+    pub shows_search: bool,
 }
 
 /// A way of computing a picture. Integrators of other crates implement it as well as those here: `examples/own-integrator` of the sources is a whole one, with a

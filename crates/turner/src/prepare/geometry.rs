@@ -53,13 +53,14 @@ struct Singles {
 
 impl Geometry {
     /// Builds the trees; those of meshes that have one are left as they are. `last` is the geometry of the last preparation: what was gathered there in the same
-    /// places is shared. Says whether the gathered meshes got a new tree.
+    /// places is shared, and of what differs in some places the tree of the others, unless `whole` asks for a tree over all. Says whether the gathered meshes got a new tree.
     ///
     /// Errors: memory that there is not; a cancelled build is `None`.
     pub(super) fn new(
         placed: Placed,
         materials: &[Material],
         last: Option<&Geometry>,
+        whole: bool,
         options: &PrepareOptions,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<Option<(Geometry, bool)>, SceneError> {
@@ -101,7 +102,7 @@ impl Geometry {
                 faces: &faces,
             };
             let last = last.and_then(|last| last.merged.as_ref());
-            let (made, new) = Merged::build(&members, offset, last, options)?;
+            let (made, new) = Merged::build(&members, offset, last, whole, options)?;
             (merged, remade) = (Some(made), new);
         }
         let sieved = if sieve.is_some() { bounded } else { 0 };
@@ -123,6 +124,11 @@ impl Geometry {
             meshes,
         };
         Ok(Some((geometry, remade)))
+    }
+
+    /// Whether the tree of the gathered meshes was changed since it was built.
+    pub(super) fn is_changed(&self) -> bool {
+        self.merged.as_ref().is_some_and(Merged::is_changed)
     }
 
     /// Triangles of the meshes, each mesh counted once.

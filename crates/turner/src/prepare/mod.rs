@@ -17,6 +17,8 @@
 
 mod count;
 mod flatten;
+#[cfg(test)]
+mod gathered_tests;
 mod geometry;
 mod lights;
 mod picture_needs;

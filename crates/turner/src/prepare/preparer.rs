@@ -284,7 +284,9 @@ impl Preparer {
         if wanted.step(PrepareStep::Trees) {
             return Ok(None);
         }
-        let Some(geometry) = self.geometry(&staged, wanted)? else { return Ok(None) };
+        let Some(geometry) = self.geometry(&staged, capabilities.shows_search, wanted)? else {
+            return Ok(None);
+        };
         wanted.begin(PrepareStep::LightTree);
         let background = desc.background.prepared();
         let filtered = surfaces.filtered;
@@ -389,11 +391,15 @@ impl Preparer {
     fn geometry(
         &mut self,
         staged: &Staged,
+        whole: bool,
         wanted: &UpdateOptions<'_>,
     ) -> Result<Option<Geometry>, SceneError> {
         let last = self.last.as_ref();
-        let same =
-            |last: &&Last| last.ground == staged.ground && last.capabilities.physical == staged.physical;
+        let same = |last: &&Last| {
+            last.ground == staged.ground
+                && last.capabilities.physical == staged.physical
+                && !(whole && last.geometry.is_changed())
+        };
         if let Some(last) = last.filter(same).filter(|_| !self.changed.placed) {
             return Ok(Some(last.geometry.clone()));
         }
@@ -402,7 +408,7 @@ impl Preparer {
         placed.add_ground(&staged.staging, staged.floor);
         let before = last.map(|last| &last.geometry);
         let cancelled = || wanted.is_cancelled();
-        let made = Geometry::new(placed, &staged.materials, before, &self.options, &cancelled)?;
+        let made = Geometry::new(placed, &staged.materials, before, whole, &self.options, &cancelled)?;
         let Some((geometry, merged)) = made else { return Ok(None) };
         self.changed.remade.merged |= merged;
         Ok(Some(geometry))

@@ -56,13 +56,13 @@ fn ball(material: u32, at: [f64; 3], radius: f64) -> ObjectDesc {
     placed(ObjectContent::Shape(shape), material, at)
 }
 
-fn shown(mesh: u32, material: u32, at: [f64; 3]) -> ObjectDesc {
+pub(super) fn shown(mesh: u32, material: u32, at: [f64; 3]) -> ObjectDesc {
     let shape = ShapeDesc::Mesh(MeshDesc { mesh: MeshId(mesh), smooth: None, materials: Vec::new() });
     placed(ObjectContent::Shape(shape), material, at)
 }
 
 /// Balls, meshes that are gathered and instances of a group, over a floor: matte, shining, glass, textured.
-fn start() -> SceneDesc {
+pub(super) fn start() -> SceneDesc {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height, desc.film.samples) = (20, 15, 2);
     desc.film.antialias = Antialias::MonteCarlo;
@@ -113,7 +113,7 @@ fn image_texture() -> TextureDesc {
     TextureDesc::Image(ImageDesc { file: ImageId(0), ..Default::default() })
 }
 
-fn camera(distance: f64) -> CameraDesc {
+pub(super) fn camera(distance: f64) -> CameraDesc {
     CameraDesc::Pinhole(PinholeDesc {
         position: DVec3::new(0.3, 1.5, distance),
         look_at: DVec3::new(0.0, 0.6, 0.0),
@@ -123,7 +123,7 @@ fn camera(distance: f64) -> CameraDesc {
 }
 
 /// The picture to the last bit, and the warnings.
-fn rendered(prepared: Prepared) -> (Vec<[u32; 4]>, Vec<String>) {
+pub(super) fn rendered(prepared: Prepared) -> (Vec<[u32; 4]>, Vec<String>) {
     let warnings = prepared.warnings.iter().map(|w| w.message.clone()).collect();
     let mut renderer = Renderer::new(prepared).unwrap();
     let never = AtomicBool::new(false);

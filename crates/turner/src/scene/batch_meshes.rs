@@ -87,8 +87,9 @@ impl Scene {
         let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |o| own(o.primitive, o.part));
         let searched = BlockRays { offset, blocks, ends, own };
         match asked {
-            Asked::Nearest => mesh
-                .intersect_blocks(&searched, room, |place, hit| found.push((place as u32, hit))),
+            Asked::Nearest => {
+                mesh.intersect_blocks(&searched, room, |place, hit| found.push((place as u32, hit)))
+            }
             Asked::Any => {
                 let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
                 mesh.occluded_blocks(&searched, room, |place| found.push((place as u32, hit)));

@@ -21,6 +21,8 @@ mod cone;
 mod cuboid;
 mod cylinder;
 mod disk;
+pub(crate) mod extent;
+mod joined_mesh;
 pub mod mesh;
 mod mesh_cache;
 mod mesh_rays;
@@ -29,7 +31,6 @@ mod outline;
 mod plane;
 pub mod points;
 mod rectangle;
-mod shown_triangles;
 mod sphere;
 mod surface_change;
 #[cfg(test)]

@@ -18,8 +18,8 @@ use std::sync::{Arc, OnceLock};
 
 use turner_bvh::{BuildError, BuildOptions, Bvh, Hit, Quality, Triangles};
 
+use super::extent::{Extent, without_flat};
 use super::mesh_search::{MeshRay, MeshSpace};
-use super::shown_triangles::Shown;
 use super::triangle::RayShear;
 use super::{ROUNDING, ShapeHit, SurfacePoint, mean_parts};
 use crate::math::{Bounds, DVec2, DVec3, Ray};
@@ -84,22 +84,32 @@ impl TriangleMesh {
     /// Checks the data; [`TriangleMesh::build_tree`] must follow before rays are traced.
     pub fn without_tree(data: &Arc<MeshData>, smooth: bool) -> Result<(TriangleMesh, LeftOut), SceneError> {
         data.check()?;
-        let Shown { bounds, areas, left_out, triangles } = Shown::of(data);
+        let extent = Extent::of(&data.positions, &data.triangles);
         let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };
+        Ok((TriangleMesh::of(Arc::clone(data), &extent, smooth, made_normals), extent.left_out))
+    }
+
+    /// Without a tree, of data that were checked.
+    pub(super) fn of(
+        data: Arc<MeshData>,
+        extent: &Extent,
+        smooth: bool,
+        made_normals: Vec<[f32; 3]>,
+    ) -> TriangleMesh {
+        let Extent { bounds, areas, left_out } = *extent;
         let far = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
-        let mesh = TriangleMesh {
+        TriangleMesh {
             bounds,
             space: MeshSpace::new(&bounds, &data.positions),
             tree: OnceLock::new(),
             shown: data.triangles.len() - left_out.flat - left_out.non_finite,
-            has_flat: triangles.is_some(),
+            has_flat: left_out.flat > 0,
             tests_per_ray: (mean_parts(areas, &bounds) / BLOCK).max(1.0),
-            data: Arc::clone(data),
+            data,
             smooth,
             made_normals,
             error: ROUNDING * far,
-        };
-        Ok((mesh, left_out))
+        }
     }
 
     /// Builds the tree, if there is none yet.
@@ -108,33 +118,47 @@ impl TriangleMesh {
             return Ok(());
         }
         let data = &self.data;
-        let cleared = self.has_flat.then(|| Shown::of(data).triangles).flatten();
+        let cleared = self.has_flat.then(|| without_flat(data));
         let moved = self.space.moved(&data.positions);
         let triangles = cleared.as_deref().unwrap_or(&data.triangles);
         let positions = moved.as_deref().unwrap_or(&data.positions);
-        let memory = &options.limits.memory;
-        let count = triangles.len();
-        let name = || format!("the search tree of a mesh of {count} triangles");
-        memory.need((count as u64).saturating_mul(BUILD), name)?;
-        // What high quality would take beyond that it saves where there is none.
-        let left = usize::try_from(memory.left()).ok().filter(|left| *left != usize::MAX);
-        let build = BuildOptions {
+        options.limits.memory.need((triangles.len() as u64).saturating_mul(BUILD), || self.tree_name())?;
+        let tree = Bvh::build(&Triangles { positions, triangles }, &self.build_options(options))
+            .map_err(|e| self.refused(&e, options))?;
+        self.set_tree(tree);
+        Ok(())
+    }
+
+    fn tree_name(&self) -> String {
+        format!("the search tree of a mesh of {} triangles", self.data.triangles.len())
+    }
+
+    pub(super) fn build_options(&self, options: &PrepareOptions) -> BuildOptions<'static> {
+        // What high quality would take beyond what there is it saves.
+        let left = usize::try_from(options.limits.memory.left()).ok().filter(|left| *left != usize::MAX);
+        BuildOptions {
             quality: options.quality,
             threads: options.threads,
             instruction_set: options.instruction_set,
             memory_limit: left.filter(|_| options.quality == Quality::High),
             ..BuildOptions::default()
+        }
+    }
+
+    /// Why there is no tree.
+    pub(super) fn refused(&self, error: &BuildError, options: &PrepareOptions) -> SceneError {
+        let memory = &options.limits.memory;
+        let refused = match error {
+            BuildError::OutOfMemory { needed } => memory.need(*needed as u64, || self.tree_name()).err(),
+            _ => None,
         };
-        let tree = Bvh::build(&Triangles { positions, triangles }, &build).map_err(|e| {
-            let refused = match &e {
-                BuildError::OutOfMemory { needed } => memory.need(*needed as u64, name).err(),
-                _ => None,
-            };
-            refused.unwrap_or_else(|| SceneError::new(ErrorCode::TooLarge, e.to_string()))
-        })?;
-        // Another thread's tree is the same.
+        refused.unwrap_or_else(|| SceneError::new(ErrorCode::TooLarge, error.to_string()))
+    }
+
+    /// Sets the tree if there is none; says that there is one. Another thread's tree is the same.
+    pub(super) fn set_tree(&self, tree: Bvh) -> bool {
         let _ = self.tree.set(tree);
-        Ok(())
+        true
     }
 
     #[inline]

@@ -458,7 +458,7 @@ fn batches_find_what_single_rays_find() {
         }
         let ends: Vec<_> = blocks.iter().map(|b| b.t_max).collect();
         let asked = BlockRays { offset: DVec3::ZERO, blocks: &blocks, ends: &ends, own: |_| NO_TRIANGLE };
-        mesh.intersect_blocks(&asked, count == 64, &mut room, |i, hit| hits[i] = Some(hit));
+        mesh.intersect_blocks(&asked, &mut room, |i, hit| hits[i] = Some(hit));
         mesh.occluded_blocks(&asked, &mut room, |i| occluded[i] = true);
         for ((ray, hit), occluded) in rays.iter().zip(hits).zip(occluded) {
             assert_eq!(hit, mesh.intersect(ray));

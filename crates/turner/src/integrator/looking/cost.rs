@@ -28,6 +28,10 @@ impl Look for CostDesc {
         shown::cost(picture);
     }
 
+    fn shows_search(&self) -> bool {
+        true
+    }
+
     fn at(&self, sight: &Sight<'_>, _: &mut RayStats) -> Radiance {
         of(sight.scene, &Ray { t_max: sight.hit.shape.t, ..sight.ray })
     }

@@ -62,6 +62,11 @@ pub(super) trait Look: Clone + Send + Sync + 'static {
     /// Replaces the display values of a picture whose numbers are no colours.
     fn shown(&self, _: &mut Picture) {}
 
+    /// Whether it shows what searches go through.
+    fn shows_search(&self) -> bool {
+        false
+    }
+
     /// At a hit; counts the rays that it takes.
     fn at(&self, sight: &Sight<'_>, stats: &mut RayStats) -> Radiance;
 
@@ -96,7 +101,7 @@ impl<L: Look> Integrator for L {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities { debug: true, ..Capabilities::default() }
+        Capabilities { debug: true, shows_search: self.shows_search(), ..Capabilities::default() }
     }
 
     fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {

@@ -157,7 +157,11 @@ impl Integrator for DirectDesc {
 
 /// What a path tracer needs of a scene.
 fn capabilities(light_sampling: LightSampling) -> Capabilities {
-    Capabilities { physical: true, compensates: light_sampling == LightSampling::Both, debug: false }
+    Capabilities {
+        physical: true,
+        compensates: light_sampling == LightSampling::Both,
+        ..Capabilities::default()
+    }
 }
 
 /// A path tracer that is ready for a scene and a view: its settings, and what was chosen for them.

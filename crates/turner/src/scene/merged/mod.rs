@@ -5,32 +5,27 @@
 //! to: its number, its own triangle, its weights.
 //!
 //! Positions are rounded to single precision after they were moved into the world. Two rules keep that harmless: a mesh is
-//! gathered only if it is no smaller than [`RATIO`]th of the distances in the gathered mesh, and places on its
+//! gathered only if it is no smaller than [`gather::RATIO`]th of the distances in the gathered mesh, and places on its
 //! surface are computed from the rounded positions, so that a ray which leaves it does not meet it again. Meshes without a transform keep
 //! their positions bit for bit.
 //!
 //! **Memory.** 28 bytes per triangle beside the mesh's own, for positions, corners and owner; the tree is in place of theirs.
+//! While some members differ from those that the tree was built over, positions and nodes are there twice.
+
+mod gather;
 
 use std::cell::Cell;
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::material::{Material, ShadowKind};
-use crate::math::{Bounds, DAffine3, DVec3, Ray};
-use crate::scene::faces::{Faces, NO_FACES};
-use crate::scene::scene::{NO_TRANSFORM, ObjectTransform, Primitive};
+use crate::material::ShadowKind;
+use crate::math::{DAffine3, DVec3, Ray};
+use crate::scene::faces::NO_FACES;
+use crate::scene::scene::NO_TRANSFORM;
 use crate::scene::{Hit, Scene};
-use crate::schema::{ErrorCode, MeshData, PrepareOptions, SceneError};
+use crate::shape::extent::Extent;
 use crate::shape::{NO_TRIANGLE, Shape, ShapeHit, SurfacePoint, TriangleMesh};
 
-/// A mesh this much smaller than the gathered one, or larger than most, stands by itself.
-const RATIO: f64 = 1024.0;
-
-/// Meshes of more triangles stand by themselves: they gain little, and their positions would take memory twice.
-const MAX_MESH: usize = 1 << 22;
-
-/// Triangles of meshes that are placed more than once: gathered, they take memory for each place.
-const MAX_REPEATED: usize = 1 << 16;
+pub(crate) use gather::{Members, choose};
 
 /// The gathered meshes.
 #[derive(Clone, Debug)]
@@ -42,8 +37,11 @@ pub(crate) struct Merged {
     /// For each triangle its member.
     owners: Arc<[u32]>,
     members: Arc<[Member]>,
-    /// What the members were made from.
-    sources: Vec<Source>,
+    /// Where the members lie in the mesh, and what they were made from.
+    parts: Arc<[Part]>,
+    sources: Arc<[Source]>,
+    /// Whose tree this shares, if some members have changed since that was built.
+    base: Option<Base>,
     /// The first member among the scene's primitives; the others follow.
     first: u32,
     /// Whether hits of some members may be none.
@@ -59,10 +57,23 @@ struct Source {
     to_world: Option<DAffine3>,
 }
 
-impl Source {
-    fn is(&self, other: &Source) -> bool {
-        Arc::ptr_eq(&self.mesh, &other.mesh) && self.to_world == other.to_world
-    }
+/// Gathered meshes with a tree over all of them.
+#[derive(Clone, Debug)]
+struct Base {
+    mesh: Arc<TriangleMesh>,
+    owners: Arc<[u32]>,
+    members: Arc<[Member]>,
+    parts: Arc<[Part]>,
+    sources: Arc<[Source]>,
+}
+
+/// A member's place in the gathered mesh.
+#[derive(Clone, Debug)]
+struct Part {
+    /// Its first corner and its first triangle.
+    corner: u32,
+    start: u32,
+    extent: Extent,
 }
 
 #[derive(Clone, Debug)]
@@ -86,162 +97,20 @@ pub(crate) struct PlacedTriangle<'a> {
     pub(crate) moved: Option<(DVec3, f64)>,
 }
 
-/// Which primitives are gathered, and what is taken from their positions.
-pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Vec<bool>, DVec3) {
-    let none = (vec![false; primitives.len()], DVec3::ZERO);
-    let mut uses: HashMap<*const TriangleMesh, usize> = HashMap::new();
-    for primitive in primitives {
-        if let Shape::Mesh(mesh) = &primitive.shape {
-            *uses.entry(Arc::as_ptr(mesh)).or_default() += 1;
-        }
-    }
-    // By the first of its places, a mesh is in or out.
-    let (mut repeated, mut allowed) = (0, HashMap::new());
-    let mut candidates = Vec::new();
-    for (i, primitive) in primitives.iter().enumerate() {
-        let (Shape::Mesh(mesh), Some(b)) = (&primitive.shape, bounds[i]) else { continue };
-        let pointer = Arc::as_ptr(mesh);
-        let count = mesh.data().triangles.len();
-        let is_in = *allowed.entry(pointer).or_insert_with(|| {
-            let uses = uses.get(&pointer).copied().unwrap_or(1);
-            let all = count.saturating_mul(uses);
-            if uses == 1 {
-                return count <= MAX_MESH;
-            }
-            let fits = repeated + all <= MAX_REPEATED;
-            repeated += if fits { all } else { 0 };
-            fits
-        });
-        if is_in && mesh.triangle_count() > 0 && !b.is_empty() && b.is_finite() {
-            candidates.push((i, b));
-        }
-    }
-    if candidates.len() < 2 {
-        return none;
-    }
-    let mut sizes: Vec<f64> = candidates.iter().map(|(_, b)| b.size().length()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let most = RATIO * sizes[sizes.len() / 2];
-    // Where the middle is nearer than this, moving gains less than three bits.
-    let all = candidates.iter().fold(Bounds::EMPTY, |a, (_, b)| a.union(b));
-    let far = all.center().abs().max_element() > 4.0 * all.size().max_element();
-    let offset = if far { all.center() } else { DVec3::ZERO };
-    let reach = |b: &Bounds| (b.min - offset).abs().max((b.max - offset).abs()).max_element();
-    candidates.retain(|(_, b)| reach(b) <= most);
-    let extent = candidates.iter().map(|(_, b)| reach(b)).fold(0.0, f64::max);
-    candidates.retain(|(_, b)| b.size().length() * RATIO >= extent);
-    if candidates.len() < 2 {
-        return none;
-    }
-    let mut chosen = none.0;
-    for (i, _) in candidates {
-        chosen[i] = true;
-    }
-    (chosen, offset)
-}
-
-/// The primitives whose meshes are gathered, and what they refer to.
-#[derive(Clone, Copy)]
-pub(crate) struct Members<'a> {
-    pub(crate) primitives: &'a [Primitive],
-    /// Where they come to stand among the scene's primitives.
-    pub(crate) first: usize,
-    pub(crate) transforms: &'a [ObjectTransform],
-    pub(crate) materials: &'a [Material],
-    pub(crate) faces: &'a [Faces],
-}
-
-/// One mesh in the world's space of several, with the owner of each triangle.
-fn gather(
-    sources: &[Source],
-    offset: DVec3,
-    options: &PrepareOptions,
-) -> Result<(TriangleMesh, Vec<u32>, Vec<Member>), SceneError> {
-    let total = |count: fn(&MeshData) -> usize| {
-        sources.iter().fold(0usize, |sum, s| sum.saturating_add(count(s.mesh.data())))
-    };
-    let (corners, triangles) = (total(|d| d.positions.len()), total(|d| d.triangles.len()));
-    let mut data = MeshData::default();
-    let mut owners = Vec::new();
-    let bytes = (corners as u64).saturating_mul(12).saturating_add((triangles as u64).saturating_mul(16));
-    options.limits.memory.need(bytes, || format!("{triangles} triangles in one tree"))?;
-    let room = corners < u32::MAX as usize
-        && triangles < u32::MAX as usize
-        && data.positions.try_reserve_exact(corners).is_ok()
-        && data.triangles.try_reserve_exact(triangles).is_ok()
-        && owners.try_reserve_exact(triangles).is_ok();
-    if !room {
-        let message = format!("there is no memory for {triangles} triangles in one tree");
-        return Err(SceneError::new(ErrorCode::TooLarge, message));
-    }
-    let mut members = Vec::with_capacity(sources.len());
-    for Source { mesh, to_world } in sources {
-        let base = data.positions.len() as u32;
-        let from = mesh.data();
-        let exact = to_world.is_none() && offset == DVec3::ZERO;
-        if exact {
-            data.positions.extend_from_slice(&from.positions);
-        } else {
-            data.positions.extend(from.positions.iter().map(|p| {
-                let p = DVec3::from(p.map(f64::from));
-                let p = to_world.map_or(p, |t| t.transform_point3(p));
-                (p - offset).as_vec3().to_array()
-            }));
-        }
-        let side = to_world.map_or(1.0, |t| t.matrix3.determinant().signum());
-        members.push(Member { start: data.triangles.len() as u32, side, exact });
-        let member = members.len() as u32 - 1;
-        owners.resize(owners.len() + from.triangles.len(), member);
-        data.triangles.extend(from.triangles.iter().map(|t| t.map(|i| i + base)));
-    }
-    let (mesh, _) = TriangleMesh::build(&Arc::new(data), false, options)?;
-    Ok((mesh, owners, members))
-}
-
 impl Merged {
-    /// Gathers the meshes of some primitives, which come to stand from `first` on. Where `last` gathered the same meshes in the same places, its tree is shared;
-    /// says whether it was not.
-    pub(crate) fn build(
-        members: &Members<'_>,
-        offset: DVec3,
-        last: Option<&Merged>,
-        options: &PrepareOptions,
-    ) -> Result<(Merged, bool), SceneError> {
-        let Members { primitives, first, transforms, materials, faces } = *members;
-        let (mut checked, mut opaque) = (false, true);
-        let mut sources = Vec::with_capacity(primitives.len());
-        for primitive in primitives {
-            let Shape::Mesh(mesh) = &primitive.shape else { continue };
-            let to_world = transforms.get(primitive.transform as usize).map(|t| t.to_world);
-            sources.push(Source { mesh: mesh.clone(), to_world });
-            match faces.get(primitive.faces as usize) {
-                Some(f) => {
-                    checked |= f.are_checked();
-                    opaque &= f.are_opaque(materials);
-                }
-                None => opaque &= materials[primitive.material.index()].shadow() == ShadowKind::Opaque,
-            }
-        }
-        let first = first as u32;
-        let same = |last: &&Merged| {
-            last.offset == offset
-                && last.sources.len() == sources.len()
-                && last.sources.iter().zip(&sources).all(|(a, b)| a.is(b))
-        };
-        if let Some(last) = last.filter(same) {
-            return Ok((Merged { sources, first, checked, opaque, ..last.clone() }, false));
-        }
-        let (mesh, owners, members) = gather(&sources, offset, options)?;
-        let (mesh, owners, members) = (Arc::new(mesh), owners.into(), members.into());
-        Ok((Merged { mesh, offset, owners, members, sources, first, checked, opaque }, true))
-    }
-
     /// Bytes it takes.
     pub(crate) fn bytes(&self) -> usize {
         self.mesh.memory()
             + size_of_val(&self.owners[..])
             + size_of_val(&self.members[..])
+            + size_of_val(&self.parts[..])
             + size_of_val(&self.sources[..])
+            + self.base.as_ref().map_or(0, |base| base.mesh.memory() + size_of_val(&base.owners[..]))
+    }
+
+    /// Whether its tree was changed since it was built.
+    pub(crate) fn is_changed(&self) -> bool {
+        self.base.is_some()
     }
 
     /// Whether all members cast full shadows.
