@@ -16,7 +16,7 @@ impl PrincipledMaterial {
     /// All numbers as seen from outside, if none depends on the place.
     pub(super) fn constant_point(&self) -> Option<PrincipledPoint> {
         let mut all = true;
-        let point = self.point_by(&mut |source| match source {
+        let point = self.point_by(|source| match source {
             ColorSource::Constant(c) => c,
             ColorSource::Texture(_) => {
                 all = false;
@@ -42,7 +42,8 @@ impl PrincipledMaterial {
     }
 
     /// All numbers by the colours that `at` gives for their sources.
-    fn point_by(&self, at: &mut dyn FnMut(ColorSource) -> Spectrum) -> PrincipledPoint {
+    #[inline(always)]
+    fn point_by(&self, mut at: impl FnMut(ColorSource) -> Spectrum) -> PrincipledPoint {
         let strength = self.anisotropy_map.map_or(1.0, |map| f64::from(at(map).b));
         PrincipledPoint {
             base_weight: mean(at(self.base_weight)),
@@ -105,7 +106,7 @@ impl Physical {
         ior: f64,
     ) -> Bsdf {
         let at = scene.texture_point(surface);
-        let mut point = self.desc.point_by(&mut |source| scene.textures().color(source, &at));
+        let mut point = self.desc.point_by(|source| scene.textures().color(source, &at));
         point.specular_ior = ior;
         point.exterior_ior = around;
         Bsdf::new(&self.desc.on_side(point, entering))
