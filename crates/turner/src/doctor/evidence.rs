@@ -116,14 +116,15 @@ pub(super) fn gather(scene: &mut Subject, options: &Options<'_>) -> Gathered {
 
 /// The mean luminance of the picture that light paths bring, if there are any.
 fn light_by_paths(p: &Prepared) -> Option<f64> {
-    const PATHS: u32 = 16384;
+    const PATHS: u64 = 16384;
     let mut tracer = p.integrator.light_tracer(&p.scene, &p.view)?;
     let mut splats = Vec::new();
     for batch in 0..4 {
-        tracer.trace(u64::from(batch * PATHS / 4), PATHS / 4, &mut splats, &mut RayStats::default());
+        let paths = batch * PATHS / 4..(batch + 1) * PATHS / 4;
+        tracer.trace(paths, &|| false, &mut splats, &mut RayStats::default());
     }
     let light: f64 = splats.iter().map(|s| f64::from(s.color.luminance())).filter(|v| v.is_finite()).sum();
-    Some(light / (f64::from(PATHS) * f64::from(p.view.film.width) * f64::from(p.view.film.height)))
+    Some(light / (PATHS as f64 * f64::from(p.view.film.width) * f64::from(p.view.film.height)))
 }
 
 /// How many samples of each pixel can be followed within reason; where paths are very long some pixels are left out, too.

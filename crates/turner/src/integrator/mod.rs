@@ -14,6 +14,7 @@ pub use looking::{
 };
 pub use path::{Caustics, DirectDesc, LightSampling, PathDesc, PathIntegrator, PathReuse, Photon, PhotonMap};
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::CameraDesc;
@@ -243,9 +244,15 @@ impl std::fmt::Debug for Prepared {
 
 /// Traces light paths in one thread. Its buffers are reused from batch to batch; it keeps no other state.
 pub trait LightTracer {
-    /// Traces the light paths numbered `first..first + count` and appends their contributions to `splats`. A light path's contribution depends on its number,
-    /// the scene and the settings alone.
-    fn trace(&mut self, first: u64, count: u32, splats: &mut Vec<Splat>, stats: &mut RayStats);
+    /// Traces the light paths of these numbers and appends their contributions to `splats`. A light path's contribution depends on its number,
+    /// the scene and the settings alone. `stop` says now and then whether to leave off. Returns whether all were traced; if not, what was appended does not count.
+    fn trace(
+        &mut self,
+        paths: Range<u64>,
+        stop: &dyn Fn() -> bool,
+        splats: &mut Vec<Splat>,
+        stats: &mut RayStats,
+    ) -> bool;
 
     /// The photons of the last light paths, in the order of the paths where that is one.
     fn photons(&mut self) -> &mut Vec<Photon>;

@@ -64,44 +64,47 @@ impl<'a> LightBuffers<'a> {
         }
     }
 
-    fn trace(&mut self, paths: &Range<u64>) {
+    /// Says whether it came to the end.
+    fn trace(&mut self, paths: &Range<u64>, stop: Stop<'_>) -> bool {
         self.splats.clear();
-        if let Some(tracer) = &mut self.tracer {
-            tracer.trace(paths.start, (paths.end - paths.start) as u32, &mut self.splats, &mut self.stats);
-        }
+        let stop = || stop.is_set();
+        let tracer = self.tracer.as_mut();
+        tracer.is_none_or(|t| t.trace(paths.clone(), &stop, &mut self.splats, &mut self.stats))
     }
 
     /// Traces light paths and adds what they bring to the film, some at a time; says whether it came to their end.
     pub(super) fn render(&mut self, mut paths: Range<u64>, film: &SharedFilm<'_>, stop: Stop<'_>) -> bool {
         while !paths.is_empty() {
-            if stop.is_set() {
-                return false;
-            }
             let slice = paths.start..paths.end.min(paths.start + SLICE);
             paths.start = slice.end;
-            self.trace(&slice);
+            if !self.trace(&slice, stop) {
+                return false;
+            }
             film.deposit_light(&self.filter, slice, &self.splats);
         }
         true
     }
 
-    /// Traces a batch at once, for the order of photons is that of batches, and gives its photons. Of what it brings, the
+    /// Traces a batch at once, for the order of photons is that of batches, and gives its photons, if it came to its end. Of what it brings, the
     /// film gets that of the light paths in `missing`.
     pub(super) fn photons(
         &mut self,
         paths: &Range<u64>,
         missing: &[Range<u64>],
         film: &SharedFilm<'_>,
-    ) -> Vec<Photon> {
+        stop: Stop<'_>,
+    ) -> Option<Vec<Photon>> {
         if missing != [paths.clone()] {
             // Some light paths are on the film already: the others by themselves.
-            missing.iter().for_each(|part| _ = self.render(part.clone(), film, Stop::NEVER));
+            missing.iter().for_each(|part| _ = self.render(part.clone(), film, stop));
         }
-        self.trace(paths);
+        if !self.trace(paths, stop) {
+            return None;
+        }
         if missing == [paths.clone()] {
             film.deposit_light(&self.filter, paths.clone(), &self.splats);
         }
-        self.tracer.as_mut().map(|tracer| std::mem::take(tracer.photons())).unwrap_or_default()
+        self.tracer.as_mut().map(|tracer| std::mem::take(tracer.photons()))
     }
 }
 

@@ -158,12 +158,15 @@ impl Renderer {
         let rays = Mutex::new(RayStats::default());
         let film = self.film.share();
         let p = &self.prepared;
-        let complete = work.run(light.len(), |tasks| {
+        let complete = work.run(light.len(), |mut tasks| {
             let mut buffers = LightBuffers::new(p);
-            for task in tasks {
+            let stop = tasks.stop();
+            while let Some(task) = tasks.next() {
                 let (Some(paths), Some(batch)) = (light.get(task), batches.get(task)) else { continue };
-                let photons = buffers.photons(&paths, &lacking.within(paths.clone()), &film);
-                *batch.lock().unwrap_or_else(|e| e.into_inner()) = photons;
+                match buffers.photons(&paths, &lacking.within(paths.clone()), &film, stop) {
+                    Some(photons) => *batch.lock().unwrap_or_else(|e| e.into_inner()) = photons,
+                    None => tasks.leave_off(),
+                }
             }
             rays.lock().unwrap_or_else(|e| e.into_inner()).merge(&buffers.stats);
         });

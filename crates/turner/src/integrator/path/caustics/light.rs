@@ -2,6 +2,8 @@
 //!
 //! Paths of a batch advance together, a bounce at a time; what a path brings depends on nothing but its number.
 
+use std::ops::Range;
+
 use turner_bvh::lanes::LANES;
 
 use super::light_path::LightPath;
@@ -91,27 +93,32 @@ impl<'a> LightWave<'a> {
         self.photons.clear();
         self.begin(first, count);
         while !self.rays.is_empty() {
-            stats.light += self.rays.len() as u64;
-            if self.scene.moves {
-                for (i, &path) in self.of_ray.iter().enumerate() {
-                    self.rays.set_time(i, self.paths[path as usize].time);
-                }
-            }
-            let mut hits = std::mem::take(&mut self.hits);
-            self.scene.intersect_batch(&mut self.rays, &mut hits);
-            let of_ray = std::mem::take(&mut self.of_ray);
-            for (i, (&path, hit)) in of_ray.iter().zip(&hits).enumerate() {
-                if let (Some(ray), Some(hit)) = (self.rays.get(i), hit) {
-                    self.meet(path, &ray, hit);
-                }
-            }
-            (self.of_ray, self.hits) = (of_ray, hits);
-            self.join(stats, &mut bring);
-            std::mem::swap(&mut self.rays, &mut self.next);
-            std::mem::swap(&mut self.of_ray, &mut self.of_next);
-            self.next.clear();
-            self.of_next.clear();
+            self.round(stats, &mut bring);
         }
+    }
+
+    /// Takes all paths one bounce on.
+    fn round(&mut self, stats: &mut RayStats, bring: &mut impl FnMut(Splat, f64, u32)) {
+        stats.light += self.rays.len() as u64;
+        if self.scene.moves {
+            for (i, &path) in self.of_ray.iter().enumerate() {
+                self.rays.set_time(i, self.paths[path as usize].time);
+            }
+        }
+        let mut hits = std::mem::take(&mut self.hits);
+        self.scene.intersect_batch(&mut self.rays, &mut hits);
+        let of_ray = std::mem::take(&mut self.of_ray);
+        for (i, (&path, hit)) in of_ray.iter().zip(&hits).enumerate() {
+            if let (Some(ray), Some(hit)) = (self.rays.get(i), hit) {
+                self.meet(path, &ray, hit);
+            }
+        }
+        (self.of_ray, self.hits) = (of_ray, hits);
+        self.join(stats, bring);
+        std::mem::swap(&mut self.rays, &mut self.next);
+        std::mem::swap(&mut self.of_ray, &mut self.of_next);
+        self.next.clear();
+        self.of_next.clear();
     }
 
     /// The photons of the last paths.
@@ -387,10 +394,24 @@ impl<'a> LightWave<'a> {
 }
 
 impl LightTracer for LightWave<'_> {
-    fn trace(&mut self, first: u64, count: u32, splats: &mut Vec<Splat>, stats: &mut RayStats) {
-        self.advance(first, count, stats, |splat, weight, _| {
-            splats.push(Splat { color: splat.color * weight as f32, ..splat });
-        });
+    fn trace(
+        &mut self,
+        paths: Range<u64>,
+        stop: &dyn Fn() -> bool,
+        splats: &mut Vec<Splat>,
+        stats: &mut RayStats,
+    ) -> bool {
+        self.photons.clear();
+        self.begin(paths.start, (paths.end - paths.start) as u32);
+        while !self.rays.is_empty() {
+            if stop() {
+                return false;
+            }
+            self.round(stats, &mut |splat, weight, _| {
+                splats.push(Splat { color: splat.color * weight as f32, ..splat });
+            });
+        }
+        true
     }
 
     fn photons(&mut self) -> &mut Vec<Photon> {
