@@ -85,7 +85,7 @@ impl Bvh {
         let mut nodes = self.nodes.clone();
         cut.node(&mut nodes, 0);
         let mut ids = cut.orphans;
-        ids.extend(numbers.new(mesh.count).flatten());
+        ids.extend(numbers.added(mesh.count).flatten());
         ids.sort_unstable();
         ids.dedup();
         let added = small_tree(&ids, mesh.corners, scale, options)?;
@@ -156,7 +156,7 @@ impl Numbers<'_> {
     }
 
     /// The numbers that only the new mesh has.
-    fn new(&self, count: u32) -> impl Iterator<Item = std::ops::Range<u32>> {
+    fn added(&self, count: u32) -> impl Iterator<Item = std::ops::Range<u32>> {
         let ends = self.kept.iter().map(|k| k.to + k.count);
         let starts = self.kept.iter().map(|k| k.to).chain([count]);
         std::iter::once(0).chain(ends).zip(starts).map(|(start, end)| start..end)

@@ -61,7 +61,7 @@ fn same(changed: &Bvh, fresh: &Bvh, rays: &[Ray]) {
     for instruction_set in InstructionSet::available() {
         let [a, b] = [changed, fresh].map(|bvh| Bvh { instruction_set, ..bvh.clone() });
         // Some hits do not count, by the number of the ray as well.
-        let odd = |ray: u32, hit: &Hit| (ray + hit.primitive) % 3 != 0;
+        let odd = |ray: u32, hit: &Hit| !(ray + hit.primitive).is_multiple_of(3);
         let found = |bvh: &Bvh| {
             let (mut all, mut some) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
             bvh.intersect_batch(rays, &mut all);

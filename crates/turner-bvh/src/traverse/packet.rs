@@ -61,6 +61,18 @@ pub(super) fn any<S: Simd, L: PacketLeaves>(
     Some(packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit()))
 }
 
+/// Numbers from `first` on.
+#[inline(always)]
+fn numbered(first: usize) -> [u32; MOST] {
+    let mut index = [0; MOST];
+    let mut i = 0;
+    while i < MOST {
+        index[i] = (first + i) as u32;
+        i += 1;
+    }
+    index
+}
+
 impl Packet {
     /// `None` if the rays do not run together, or are not ordinary (see [`SearchRay`]).
     #[inline(always)]
@@ -100,21 +112,7 @@ impl Packet {
         if finite & ordinary & simd.splat_packet(1.0 / SIZE).le(longest) != all {
             return None;
         }
-        // The longest axis, by the same comparisons as for single rays.
-        let [x, y, z] = [dx.abs(), dy.abs(), dz.abs()];
-        let y_over_x = x.lt(y);
-        let z_longest = x.max(y).le(z);
-        let (axes, [kx, ky, kz]) = if z_longest == all {
-            (Axes::XYZ, [0, 1, 2])
-        } else if z_longest != 0 {
-            return None;
-        } else if y_over_x == all {
-            (Axes::ZXY, [2, 0, 1])
-        } else if y_over_x == 0 {
-            (Axes::YZX, [1, 2, 0])
-        } else {
-            return None;
-        };
+        let (axes, [kx, ky, kz]) = Self::axes::<S>([dx.abs(), dy.abs(), dz.abs()])?;
         let size = far.add(simd.splat_packet(tree.space.reach));
         let flattest = simd.splat_packet(FLATTEST).mul(longest);
         let zero = simd.splat_packet(0.0);
@@ -154,12 +152,6 @@ impl Packet {
         let ends = simd.load_packet(&t_max).min(largest);
         let mut t = [0.0; MOST];
         ends.store(&mut t);
-        let mut index = [0; MOST];
-        let mut i = 0;
-        while i < MOST {
-            index[i] = (first + i) as u32;
-            i += 1;
-        }
         let rows = Rows {
             axes,
             shear,
@@ -171,7 +163,7 @@ impl Packet {
             v: [0.0; MOST],
             primitive: [f32::from_bits(Hit::NONE); MOST],
             t_scale: [1.0; MOST],
-            index,
+            index: numbered(first),
         };
         Some(Packet {
             rows,
@@ -183,6 +175,25 @@ impl Packet {
             start: simd.load_packet(&t_min).range()[0],
             end: ends.range()[1],
         })
+    }
+
+    /// The axes with the longest one last, by the same comparisons as for single rays; `None` if not all rays have the same longest one.
+    #[inline(always)]
+    fn axes<S: Simd>([x, y, z]: [S::Packet; 3]) -> Option<(Axes, [usize; 3])> {
+        let all: u32 = (1 << S::PACKET) - 1;
+        let y_over_x = x.lt(y);
+        let z_longest = x.max(y).le(z);
+        if z_longest == all {
+            Some((Axes::XYZ, [0, 1, 2]))
+        } else if z_longest != 0 {
+            None
+        } else if y_over_x == all {
+            Some((Axes::ZXY, [2, 0, 1]))
+        } else if y_over_x == 0 {
+            Some((Axes::YZX, [1, 2, 0]))
+        } else {
+            None
+        }
     }
 
     /// Lower bounds of where eight boxes are entered by any ray, and upper ones of where they are left by all.

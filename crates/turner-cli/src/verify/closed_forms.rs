@@ -51,7 +51,19 @@ fn cases() -> Vec<Case> {
     let mut add = |name, scene: String, expected, samples, cap| {
         out.push(Case { name, scene, expected, samples, cap });
     };
-    let path = |more: &str| format!("integrator = {{ type = \"path\"{more} }}\n");
+    lights(&mut add);
+    shapes(&mut add);
+    glass(&mut add);
+    interreflection(&mut add);
+    media(&mut add);
+    out
+}
+
+fn path(more: &str) -> String {
+    format!("integrator = {{ type = \"path\"{more} }}\n")
+}
+
+fn lights(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
     for (name, around) in [
         ("background", "background.color = 1"),
         ("ambient", "light = [{ type = \"ambient\", intensity = 1 }]"),
@@ -83,6 +95,9 @@ fn cases() -> Vec<Case> {
         let scene = format!("{}{DOWN}light = [{{ {light} }}]\nobject = [{FLOOR}]", path(""));
         add(name, scene, [0.5 / PI * e; 3], 2, 1e-5);
     }
+}
+
+fn shapes(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
     let box_factor = 4.0 * corner_factor(0.5, 1.0);
     for (name, shape, factor) in [
         (
@@ -115,6 +130,9 @@ fn cases() -> Vec<Case> {
         );
         add(name, scene, [2.0 * factor; 3], 64, 0.01);
     }
+}
+
+fn glass(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
     for (name, ior) in [("water-slab", 1.33), ("glass-slab", 1.5), ("diamond-slab", 2.42)] {
         let scene = format!(
             "{ALONG}object = [{{ type = \"box\", min = [-5, -5, -1], max = [5, 5, 1], material = {{ type = \"dielectric\", ior = {ior} }} }}, {WALL}]"
@@ -128,6 +146,9 @@ fn cases() -> Vec<Case> {
     let r = reflectance(1.0, 1.5);
     let beer = [0.25, 0.5, 1.0].map(|c| passes(r, r, pow(c, 0.5)));
     add("glass-that-absorbs", scene, beer, 64, 0.01);
+}
+
+fn interreflection(add: &mut impl FnMut(&'static str, String, [f64; 3], u32, f64)) {
     // Inside a sphere that shines with 1 and returns half: 1 + 1/2 + 1/4 + …
     let inside = |more: &str| {
         format!(
@@ -164,8 +185,6 @@ fn cases() -> Vec<Case> {
         path("")
     );
     add("a-sheet-that-covers-a-quarter", scene, [0.75 + 0.5; 3], 64, 0.01);
-    media(&mut add);
-    out
 }
 
 /// Light that a point beside a ray sends to it, that fog scatters once (Henyey and Greenstein's g) and that comes back along it: by Simpson's rule. The light

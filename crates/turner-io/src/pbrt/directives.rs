@@ -64,17 +64,24 @@ const DIRECTIVES: &[&str] = &[
 impl Reader<'_> {
     /// Follows one.
     pub(super) fn directive(&mut self, word: &str, place: Place) -> Result<(), Fault> {
+        let known = self.transformation(word, place)?
+            || self.attribute(word, place)?
+            || self.definition(word, place)?
+            || self.frame(word, place)?;
+        if known {
+            return Ok(());
+        }
+        let message = format!("unknown directive {}", printable(word));
+        let help = match nearest(word, DIRECTIVES.iter().copied()) {
+            Some(near) => format!("did you mean {near}?"),
+            None => "directives are words such as Shape, Material, Translate, AttributeBegin".into(),
+        };
+        Err(Fault::at(place, ErrorCode::UnknownName, message).help(help))
+    }
+
+    /// Directives of the current transformation; says whether the word is one.
+    fn transformation(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
         match word {
-            "AttributeBegin" => self.open("AttributeBegin", place)?,
-            "AttributeEnd" => self.close_of("AttributeBegin", "AttributeEnd", place)?,
-            "TransformBegin" => self.open("TransformBegin", place)?,
-            "TransformEnd" => self.close_of("TransformBegin", "TransformEnd", place)?,
-            "Shape" => {
-                let (name, params) = self.typed(place)?;
-                let params = self.state.with_defaults(params, Target::Shape);
-                let in_object = self.defining.is_some();
-                shapes::add(&mut self.scene, &self.state, &name, params, in_object)?;
-            }
             "Translate" => {
                 let v = self.vector()?;
                 self.state.concat(DAffine3::from_translation(v));
@@ -145,6 +152,18 @@ impl Reader<'_> {
                 let times = [self.number()?, self.number()?];
                 self.scene.frame.transform_times = times;
             }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Directives of the graphics state; says whether the word is one.
+    fn attribute(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
+        match word {
+            "AttributeBegin" => self.open("AttributeBegin", place)?,
+            "AttributeEnd" => self.close_of("AttributeBegin", "AttributeEnd", place)?,
+            "TransformBegin" => self.open("TransformBegin", place)?,
+            "TransformEnd" => self.close_of("TransformBegin", "TransformEnd", place)?,
             "ReverseOrientation" => self.state.reverse = !self.state.reverse,
             "ColorSpace" => {
                 let name = self.name()?;
@@ -178,6 +197,32 @@ impl Reader<'_> {
                 let params = self.state.with_defaults(params, Target::Material);
                 self.state.material = self.scene.materials.add(None, name, params, &self.state)?;
             }
+            "NamedMaterial" => {
+                let name = self.name()?;
+                self.state.material = self.scene.materials.named(&name, place);
+            }
+            "AreaLightSource" => {
+                let (name, params) = self.typed(place)?;
+                if !matches!(name.as_str(), "diffuse" | "area") {
+                    return Err(unknown("area light", &name, &["diffuse"]));
+                }
+                let params = self.state.with_defaults(params, Target::Light);
+                self.state.area_light = Some(Rc::new(params));
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Directives that make things; says whether the word is one.
+    fn definition(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
+        match word {
+            "Shape" => {
+                let (name, params) = self.typed(place)?;
+                let params = self.state.with_defaults(params, Target::Shape);
+                let in_object = self.defining.is_some();
+                shapes::add(&mut self.scene, &self.state, &name, params, in_object)?;
+            }
             "MakeNamedMaterial" => {
                 let name = self.name()?;
                 let params = self.params(place)?;
@@ -189,24 +234,12 @@ impl Reader<'_> {
                 let params = self.state.with_defaults(params, Target::Material);
                 self.scene.materials.add(Some(name), kind, params, &self.state)?;
             }
-            "NamedMaterial" => {
-                let name = self.name()?;
-                self.state.material = self.scene.materials.named(&name, place);
-            }
             "Texture" => {
                 let name = self.name()?;
                 let kind = self.name()?;
                 let (class, params) = self.typed(place)?;
                 let params = self.state.with_defaults(params, Target::Texture);
                 textures::define(&mut self.scene, &self.state, (&name, &kind, &class), params)?;
-            }
-            "AreaLightSource" => {
-                let (name, params) = self.typed(place)?;
-                if !matches!(name.as_str(), "diffuse" | "area") {
-                    return Err(unknown("area light", &name, &["diffuse"]));
-                }
-                let params = self.state.with_defaults(params, Target::Light);
-                self.state.area_light = Some(Rc::new(params));
             }
             "LightSource" => {
                 let (name, params) = self.typed(place)?;
@@ -229,10 +262,18 @@ impl Reader<'_> {
                 };
                 if self.defining.is_some() {
                     self.report().ignored(place, "an ObjectInstance within an object");
-                    return Ok(());
+                    return Ok(true);
                 }
                 self.scene.place(ObjectContent::Instance(group), None, &self.state, place)?;
             }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Directives of the camera, the film and the file; says whether the word is one.
+    fn frame(&mut self, word: &str, place: Place) -> Result<bool, Fault> {
+        match word {
             "WorldBegin" => {
                 self.take_camera()?;
                 self.in_world = true;
@@ -264,15 +305,8 @@ impl Reader<'_> {
                 let params = self.params(place)?;
                 self.scene.frame.options(params, &mut self.scene.stock.report);
             }
-            other => {
-                let message = format!("unknown directive {}", printable(other));
-                let help = match nearest(other, DIRECTIVES.iter().copied()) {
-                    Some(near) => format!("did you mean {near}?"),
-                    None => "directives are words such as Shape, Material, Translate, AttributeBegin".into(),
-                };
-                return Err(Fault::at(place, ErrorCode::UnknownName, message).help(help));
-            }
+            _ => return Ok(false),
         }
-        Ok(())
+        Ok(true)
     }
 }

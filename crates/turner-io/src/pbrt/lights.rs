@@ -10,7 +10,7 @@ use turner::light::{
     Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc, SphereLightDesc, SpotDesc,
 };
 use turner::math::elementary::{cbrt, cos};
-use turner::math::{DMat3, DVec3, radians};
+use turner::math::{DAffine3, DMat3, DVec3, radians};
 use turner::shape::ShapeDesc;
 
 use super::assembly::Assembly;
@@ -33,131 +33,23 @@ const MAX_CONE: f64 = 180.0;
 /// Adds a light.
 pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: Params) -> Result<(), Fault> {
     let place = params.place;
-    let to_world = state.ctm[0];
     if state.ctm[0] != state.ctm[1] {
         scene.report.approximated(place, "a light moves: it stands where it begins");
     }
-    let mut scale = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
-    let light_color = |scene: &mut Assembly<'_>, name| {
-        let found = color(scene, state.color_space, &params, name, Role::Light)?;
-        Ok::<_, Fault>(scene.frame.balanced(found.unwrap_or(Spectrum::WHITE)))
-    };
-    let light: LightDesc = match name {
-        "point" | "goniometric" => {
-            let color = light_color(scene, "I")?;
-            if let Some(power) = params.float("power").filter(|p| *p > 0.0) {
-                scale *= power / (4.0 * PI);
-            }
-            if name == "goniometric" {
-                params.pass(&["filename"]);
-                scene.report.approximated(place, "a goniometric light shines in all directions alike");
-            }
-            let from = params.vector("from").unwrap_or(DVec3::ZERO);
-            LightDesc::Point(PointDesc {
-                position: to_world.transform_point3(from),
-                color,
-                intensity: sound(scale),
-                attenuation: INVERSE_SQUARE,
-                ..PointDesc::default()
-            })
+    let scale = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
+    let mut light = Light { scene, state, params: &params, to_world: state.ctm[0], scale };
+    let desc = match name {
+        "point" => light.point()?,
+        "goniometric" => {
+            params.pass(&["filename"]);
+            let desc = light.point()?;
+            light.scene.report.approximated(place, "a goniometric light shines in all directions alike");
+            desc
         }
-        "spot" | "projection" => {
-            let color = light_color(scene, "I")?;
-            let is_projection = name == "projection";
-            let (cone, delta) = if is_projection {
-                params.pass(&["filename"]);
-                scene
-                    .report
-                    .approximated(place, "a projection light is shown as a spot light without its picture");
-                (params.float("fov").unwrap_or(90.0) / 2.0, 0.0)
-            } else {
-                (params.float("coneangle").unwrap_or(30.0), params.float("conedeltaangle").unwrap_or(5.0))
-            };
-            let cone = cone.clamp(1e-3, MAX_CONE);
-            let delta = delta.clamp(0.0, cone);
-            if let Some(power) = params.float("power").filter(|p| *p > 0.0) {
-                let (end, start) = (cos(radians(cone)), cos(radians(cone - delta)));
-                scale *= power / (TAU * ((1.0 - start) + (start - end) / 2.0));
-            }
-            let from = if is_projection { DVec3::ZERO } else { params.vector("from").unwrap_or(DVec3::ZERO) };
-            let to = if is_projection { DVec3::Z } else { params.vector("to").unwrap_or(DVec3::Z) };
-            let (position, look_at) = (to_world.transform_point3(from), to_world.transform_point3(to));
-            if position == look_at {
-                scene.report.doubtful(place, "a spot light without a direction is left out");
-                return Ok(());
-            }
-            LightDesc::Spot(SpotDesc {
-                position,
-                look_at,
-                angle: cone,
-                penumbra: delta,
-                color,
-                intensity: sound(scale),
-                attenuation: INVERSE_SQUARE,
-                ..SpotDesc::default()
-            })
-        }
-        "distant" => {
-            let color = light_color(scene, "L")?;
-            if let Some(illuminance) = params.float("illuminance").filter(|v| *v > 0.0) {
-                scale *= illuminance;
-            }
-            let from = params.vector("from").unwrap_or(DVec3::ZERO);
-            let to = params.vector("to").unwrap_or(DVec3::Z);
-            let Some(direction) = to_world.transform_vector3(to - from).try_normalize() else {
-                scene.report.doubtful(place, "a distant light without a direction is left out");
-                return Ok(());
-            };
-            LightDesc::Directional(DirectionalDesc {
-                direction: Some(direction),
-                color,
-                intensity: sound(scale),
-                ..DirectionalDesc::default()
-            })
-        }
-        "infinite" => {
-            let illuminance = params.float("illuminance").filter(|v| *v > 0.0);
-            if params.has("portal") {
-                let message = "the portal of an infinite light: light comes from all around";
-                scene.report.approximated(params.place_of("portal"), message);
-                params.pass(&["portal"]);
-            }
-            let file = params.string("filename").map(str::to_owned);
-            let color = match &file {
-                Some(_) if params.has("L") => {
-                    let message =
-                        "an infinite light has a picture or a colour L, not both: the picture is taken";
-                    scene.report.doubtful(params.place_of("L"), message);
-                    params.pass(&["L"]);
-                    scene.frame.balanced(Spectrum::WHITE)
-                }
-                Some(_) => scene.frame.balanced(Spectrum::WHITE),
-                None => light_color(scene, "L")?,
-            };
-            let (image, mean_irradiance) = match file {
-                None => (surroundings::white(scene), PI),
-                Some(name) => {
-                    let Some(made) = environment::equirectangular(
-                        scene,
-                        &name,
-                        to_world.matrix3,
-                        params.place_of("filename"),
-                    ) else {
-                        return Ok(());
-                    };
-                    made
-                }
-            };
-            if let Some(illuminance) = illuminance {
-                scale *= illuminance / mean_irradiance.max(1e-30);
-            }
-            LightDesc::Environment(EnvironmentDesc {
-                file: Some(image),
-                strength: sound(scale),
-                rotation: 0.0,
-                tint: color,
-            })
-        }
+        "spot" => light.spot()?,
+        "projection" => light.projection()?,
+        "distant" => light.distant()?,
+        "infinite" => light.infinite()?,
         other => {
             let fault = super::reader::unknown(
                 "light",
@@ -167,9 +59,141 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
             return Err(fault.or_at(place));
         }
     };
-    params.finish(&format!("the light \"{}\"", printable(name)), &mut scene.report);
-    scene.lights.push(light.into());
+    if let Some(desc) = desc {
+        params.finish(&format!("the light \"{}\"", printable(name)), &mut scene.report);
+        scene.lights.push(desc.into());
+    }
     Ok(())
+}
+
+/// A light in the making. What is left out, with a remark, is `None`.
+struct Light<'a, 'b> {
+    scene: &'a mut Assembly<'b>,
+    state: &'a State,
+    params: &'a Params,
+    to_world: DAffine3,
+    /// What its colour is multiplied with.
+    scale: f64,
+}
+
+impl Light<'_, '_> {
+    fn color(&mut self, name: &'static str) -> Result<Spectrum, Fault> {
+        let found = color(self.scene, self.state.color_space, self.params, name, Role::Light)?;
+        Ok(self.scene.frame.balanced(found.unwrap_or(Spectrum::WHITE)))
+    }
+
+    /// A number above 0.
+    fn positive(&self, name: &'static str) -> Option<f64> {
+        self.params.float(name).filter(|v| *v > 0.0)
+    }
+
+    fn point(&mut self) -> Result<Option<LightDesc>, Fault> {
+        let color = self.color("I")?;
+        if let Some(power) = self.positive("power") {
+            self.scale *= power / (4.0 * PI);
+        }
+        let from = self.params.vector("from").unwrap_or(DVec3::ZERO);
+        Ok(Some(LightDesc::Point(PointDesc {
+            position: self.to_world.transform_point3(from),
+            color,
+            intensity: sound(self.scale),
+            attenuation: INVERSE_SQUARE,
+            ..PointDesc::default()
+        })))
+    }
+
+    fn spot(&mut self) -> Result<Option<LightDesc>, Fault> {
+        let cone = self.params.float("coneangle").unwrap_or(30.0);
+        let delta = self.params.float("conedeltaangle").unwrap_or(5.0);
+        let from = self.params.vector("from").unwrap_or(DVec3::ZERO);
+        let to = self.params.vector("to").unwrap_or(DVec3::Z);
+        self.cone([cone, delta], from, to)
+    }
+
+    fn projection(&mut self) -> Result<Option<LightDesc>, Fault> {
+        self.params.pass(&["filename"]);
+        let message = "a projection light is shown as a spot light without its picture";
+        self.scene.report.approximated(self.params.place, message);
+        let cone = self.params.float("fov").unwrap_or(90.0) / 2.0;
+        self.cone([cone, 0.0], DVec3::ZERO, DVec3::Z)
+    }
+
+    /// A spot light of a cone and the width of its edge, degrees.
+    fn cone(&mut self, [cone, delta]: [f64; 2], from: DVec3, to: DVec3) -> Result<Option<LightDesc>, Fault> {
+        let color = self.color("I")?;
+        let cone = cone.clamp(1e-3, MAX_CONE);
+        let delta = delta.clamp(0.0, cone);
+        if let Some(power) = self.positive("power") {
+            let (end, start) = (cos(radians(cone)), cos(radians(cone - delta)));
+            self.scale *= power / (TAU * ((1.0 - start) + (start - end) / 2.0));
+        }
+        let (position, look_at) = (self.to_world.transform_point3(from), self.to_world.transform_point3(to));
+        if position == look_at {
+            self.scene.report.doubtful(self.params.place, "a spot light without a direction is left out");
+            return Ok(None);
+        }
+        Ok(Some(LightDesc::Spot(SpotDesc {
+            position,
+            look_at,
+            angle: cone,
+            penumbra: delta,
+            color,
+            intensity: sound(self.scale),
+            attenuation: INVERSE_SQUARE,
+            ..SpotDesc::default()
+        })))
+    }
+
+    fn distant(&mut self) -> Result<Option<LightDesc>, Fault> {
+        let color = self.color("L")?;
+        if let Some(illuminance) = self.positive("illuminance") {
+            self.scale *= illuminance;
+        }
+        let from = self.params.vector("from").unwrap_or(DVec3::ZERO);
+        let to = self.params.vector("to").unwrap_or(DVec3::Z);
+        let Some(direction) = self.to_world.transform_vector3(to - from).try_normalize() else {
+            self.scene.report.doubtful(self.params.place, "a distant light without a direction is left out");
+            return Ok(None);
+        };
+        Ok(Some(LightDesc::Directional(DirectionalDesc {
+            direction: Some(direction),
+            color,
+            intensity: sound(self.scale),
+            ..DirectionalDesc::default()
+        })))
+    }
+
+    fn infinite(&mut self) -> Result<Option<LightDesc>, Fault> {
+        let (params, illuminance) = (self.params, self.positive("illuminance"));
+        if params.has("portal") {
+            let message = "the portal of an infinite light: light comes from all around";
+            self.scene.report.approximated(params.place_of("portal"), message);
+            params.pass(&["portal"]);
+        }
+        let file = params.string("filename").map(str::to_owned);
+        if file.is_some() && params.has("L") {
+            let message = "an infinite light has a picture or a colour L, not both: the picture is taken";
+            self.scene.report.doubtful(params.place_of("L"), message);
+            params.pass(&["L"]);
+        }
+        let tint = match &file {
+            Some(_) => self.scene.frame.balanced(Spectrum::WHITE),
+            None => self.color("L")?,
+        };
+        let made = match file {
+            None => Some((surroundings::white(self.scene), PI)),
+            Some(name) => {
+                let place = params.place_of("filename");
+                environment::equirectangular(self.scene, &name, self.to_world.matrix3, place)
+            }
+        };
+        let Some((image, mean_irradiance)) = made else { return Ok(None) };
+        if let Some(illuminance) = illuminance {
+            self.scale *= illuminance / mean_irradiance.max(1e-30);
+        }
+        let strength = sound(self.scale);
+        Ok(Some(LightDesc::Environment(EnvironmentDesc { file: Some(image), strength, rotation: 0.0, tint })))
+    }
 }
 
 /// A strength that a scene may have.

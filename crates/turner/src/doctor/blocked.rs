@@ -95,34 +95,10 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     if share(l.none) > 0.97 {
         return turned_away(e, l, &name, &find).map(|finding| Cause { finding, by: None });
     }
-    let up = e.scene.prepared.view.camera_desc.clone().placement_mut()[2].normalize_or(DVec3::Y);
-    let height = l.towards.dot(up);
-    if l.bounds.is_none() {
-        let is_sun = match l.one {
-            Shining::Light(i) => matches!(e.scene.lights.get(i as usize), Some(Light::Directional(_))),
-            Shining::Shape { .. } => false,
-        };
-        if is_sun && height < -1e-3 {
-            let below = 90.0 - acos((-height).clamp(-1.0, 1.0)).to_degrees();
-            let what = format!("\"{name}\" shines from {} degrees below the horizon", short(below));
-            let finding = find("sun-below-horizon", 0.93, what)
-                .why("what is seen is lit from above alone: the ground is in its way, or faces away from it")
-                .remedy("turn it round: `from` is the direction towards the light, `direction` the one in which it travels; a sky has `elevation`")
-                .measure("below-horizon", below, "degrees");
-            let finding = match e.light_number(l.one) {
-                Some(i)
-                    if matches!(e.desc.lights.get(i as usize).map(|l| &l.value), Some(LightDesc::Sky(_))) =>
-                {
-                    finding.set(&format!("light.{i}.elevation"), 35.0)
-                }
-                Some(i) => {
-                    let to = l.towards - 2.0 * height * up;
-                    finding.set(&format!("light.{i}.from"), to.to_array().map(rounded))
-                }
-                None => finding,
-            };
-            return Some(Cause { finding, by: None });
-        }
+    if l.bounds.is_none()
+        && let Some(finding) = below_horizon(e, l, &name, &find)
+    {
+        return Some(Cause { finding, by: None });
     }
     let blocker = l.blockers.iter().find(|b| !b.lets_through).or(l.blockers.first());
     if l.blockers.first().is_some_and(|b| b.lets_through)
@@ -146,23 +122,8 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
             .measure("kept-off-by-it", b.share, "share");
         return Some(Cause { finding, by: Some(b.primitive) });
     }
-    // Nearly all directions from it end at something: and where nothing gets through, that is around it.
-    if l.enclosed > 0.97
-        && let Some((encloser, shape)) = l.encloser
-        && l.blocked > 0
-        && blocker.is_some_and(|b| b.primitive == encloser || l.walls < 0.5 * l.distance)
-    {
-        let around = e.labels.object(encloser, shape);
-        let what = format!("\"{name}\" is shut in by \"{around}\"");
-        let finding = find("light-enclosed", 0.95, what)
-            .why(format!(
-                "{} of all directions from it end at something that lets no light through, and it reaches {} of the points that are seen",
-                percent(l.enclosed),
-                percent(share(l.clear))
-            ))
-            .remedy(format!("move the light out of \"{around}\", or make a hole in it; light that should come through it needs a material that lets it: transmission, or `shadow = \"none\"` with \"classic\""))
-            .measure("directions-enclosed", l.enclosed, "share");
-        return Some(Cause { finding, by: Some(encloser) });
+    if let Some(cause) = shut_in(e, l, blocker, &name, &find) {
+        return Some(cause);
     }
     match blocker {
         Some(b) => {
@@ -190,6 +151,65 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
         }
         None => None,
     }
+}
+
+/// What makes a finding of a light: its code, weight and what it says.
+type Find<'a> = &'a dyn Fn(&'static str, f64, String) -> Finding;
+
+/// Of a sun that shines from below.
+fn below_horizon(e: &Evidence<'_>, l: &LightFacts, name: &str, find: Find<'_>) -> Option<Finding> {
+    let up = e.scene.prepared.view.camera_desc.clone().placement_mut()[2].normalize_or(DVec3::Y);
+    let height = l.towards.dot(up);
+    let is_sun = match l.one {
+        Shining::Light(i) => matches!(e.scene.lights.get(i as usize), Some(Light::Directional(_))),
+        Shining::Shape { .. } => false,
+    };
+    if !is_sun || height >= -1e-3 {
+        return None;
+    }
+    let below = 90.0 - acos((-height).clamp(-1.0, 1.0)).to_degrees();
+    let what = format!("\"{name}\" shines from {} degrees below the horizon", short(below));
+    let finding = find("sun-below-horizon", 0.93, what)
+        .why("what is seen is lit from above alone: the ground is in its way, or faces away from it")
+        .remedy("turn it round: `from` is the direction towards the light, `direction` the one in which it travels; a sky has `elevation`")
+        .measure("below-horizon", below, "degrees");
+    let Some(i) = e.light_number(l.one) else { return Some(finding) };
+    let is_sky = matches!(e.desc.lights.get(i as usize).map(|l| &l.value), Some(LightDesc::Sky(_)));
+    Some(match is_sky {
+        true => finding.set(&format!("light.{i}.elevation"), 35.0),
+        false => {
+            let to = l.towards - 2.0 * height * up;
+            finding.set(&format!("light.{i}.from"), to.to_array().map(rounded))
+        }
+    })
+}
+
+/// Of a light from which nearly all directions end at something: where nothing gets through, that is around it.
+fn shut_in(
+    e: &Evidence<'_>,
+    l: &LightFacts,
+    blocker: Option<&Blocker>,
+    name: &str,
+    find: Find<'_>,
+) -> Option<Cause> {
+    let (encloser, shape) = l.encloser?;
+    let is_enclosed = l.enclosed > 0.97
+        && l.blocked > 0
+        && blocker.is_some_and(|b| b.primitive == encloser || l.walls < 0.5 * l.distance);
+    if !is_enclosed {
+        return None;
+    }
+    let around = e.labels.object(encloser, shape);
+    let what = format!("\"{name}\" is shut in by \"{around}\"");
+    let finding = find("light-enclosed", 0.95, what)
+        .why(format!(
+            "{} of all directions from it end at something that lets no light through, and it reaches {} of the points that are seen",
+            percent(l.enclosed),
+            percent(f64::from(l.clear) / f64::from(l.asked))
+        ))
+        .remedy(format!("move the light out of \"{around}\", or make a hole in it; light that should come through it needs a material that lets it: transmission, or `shadow = \"none\"` with \"classic\""))
+        .measure("directions-enclosed", l.enclosed, "share");
+    Some(Cause { finding, by: Some(encloser) })
 }
 
 /// Of a light that sends nothing towards what is seen.

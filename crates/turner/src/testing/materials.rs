@@ -4,6 +4,7 @@ use crate::bsdf::PrincipledPoint;
 use crate::color::Spectrum;
 
 /// Names and points. Those whose name starts with "white" absorb nothing: their furnace is white.
+#[expect(clippy::too_many_lines, reason = "a table")]
 pub fn materials() -> Vec<(&'static str, PrincipledPoint)> {
     let p = PrincipledPoint { specular_weight: 0.0, ..Default::default() };
     let plastic = PrincipledPoint::default();

@@ -72,6 +72,7 @@ pub(super) fn cases() -> Vec<Case> {
     all
 }
 
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn meshes() -> Vec<Case> {
     use Expected::{Error, Picture};
     let one = |name: &str, file: &str, text: String| Case::one(name, file, text);

@@ -58,35 +58,83 @@ fn check(bytes: &[u8], what: &str) {
     ] {
         assert!(json.get(key).is_none_or(|v| !v.as_array().unwrap().is_empty()), "{what}: {key}");
     }
-    let views = list(&json, "bufferViews");
+    let views = check_views(&json, &binary, what);
+    let mut file = File { what, binary: &binary, views, used_views: vec![false; views.len()] };
+    let used_accessors = file.accessors(&json);
+    file.meshes(&json, used_accessors);
+    file.images(&json);
+    assert!(file.used_views.iter().all(|u| *u), "{what}: an unused buffer view");
+    check_materials(&json, what);
+    check_nodes(&json, what);
+    for camera in list(&json, "cameras").iter().filter_map(|c| c.get("perspective")) {
+        assert!(camera["znear"].as_f64().unwrap() > 0.0 && camera["yfov"].as_f64().unwrap() > 0.0);
+    }
+    // What is used is declared, and the other way.
+    let mut found = std::collections::BTreeSet::new();
+    collect_extensions(&json, &mut found);
+    let declared: std::collections::BTreeSet<String> =
+        list(&json, "extensionsUsed").iter().map(|v| v.as_str().unwrap().to_owned()).collect();
+    assert_eq!(found, declared, "{what}");
+}
+
+/// Buffer views stand one after the other, aligned, within the buffer.
+fn check_views<'a>(json: &'a Value, binary: &[u8], what: &str) -> &'a [Value] {
+    let views = list(json, "bufferViews");
     let mut end = 0;
     for view in views {
-        let (offset, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
+        let (offset, length) = range(view);
         assert!(
             offset % 4 == 0 && offset >= end && length > 0 && offset + length <= binary.len(),
             "{what}: {view}"
         );
         end = offset + length;
     }
-    let mut used_views = vec![false; views.len()];
-    let accessors = list(&json, "accessors");
-    for accessor in accessors {
-        let view = number(&accessor["bufferView"]);
-        used_views[view] = true;
-        let (offset, length) = (number(&views[view]["byteOffset"]), number(&views[view]["byteLength"]));
-        let count = number(&accessor["count"]);
-        let width = match accessor["type"].as_str().unwrap() {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            _ => 4,
-        };
-        assert!(count > 0 && count * width * 4 == length, "{what}: {accessor}");
-        if accessor["componentType"] == 5126 {
-            let floats: Vec<f32> = binary[offset..offset + length]
-                .chunks(4)
-                .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
-                .collect();
+    views
+}
+
+/// Where a buffer view begins, and its length.
+fn range(view: &Value) -> (usize, usize) {
+    (number(&view["byteOffset"]), number(&view["byteLength"]))
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
+}
+
+/// What is looked at, and what of it is used.
+struct File<'a> {
+    what: &'a str,
+    binary: &'a [u8],
+    views: &'a [Value],
+    used_views: Vec<bool>,
+}
+
+impl<'a> File<'a> {
+    fn bytes(&self, view: &Value) -> &'a [u8] {
+        let (offset, length) = range(view);
+        &self.binary[offset..offset + length]
+    }
+
+    /// Sizes, finite numbers, bounds; a place for each to say whether it is used.
+    fn accessors(&mut self, json: &Value) -> Vec<bool> {
+        let what = self.what;
+        let accessors = list(json, "accessors");
+        for accessor in accessors {
+            let view = number(&accessor["bufferView"]);
+            self.used_views[view] = true;
+            let bytes = self.bytes(&self.views[view]);
+            let count = number(&accessor["count"]);
+            let width = match accessor["type"].as_str().unwrap() {
+                "SCALAR" => 1,
+                "VEC2" => 2,
+                "VEC3" => 3,
+                _ => 4,
+            };
+            assert!(count > 0 && count * width * 4 == bytes.len(), "{what}: {accessor}");
+            if accessor["componentType"] != 5126 {
+                continue;
+            }
+            let floats = floats(bytes);
             assert!(floats.iter().all(|v| v.is_finite()), "{what}: {accessor}");
             for k in 0..width {
                 let column = || floats.iter().skip(k).step_by(width).copied();
@@ -100,53 +148,22 @@ fn check(bytes: &[u8], what: &str) {
                 }
             }
         }
+        vec![false; accessors.len()]
     }
-    let materials = list(&json, "materials");
-    let mut used_materials = vec![false; materials.len()];
-    let mut used_accessors = vec![false; accessors.len()];
-    for mesh in list(&json, "meshes") {
-        for primitive in list(mesh, "primitives") {
-            let attributes = primitive["attributes"].as_object().unwrap();
-            let count = |i: usize| number(&accessors[i]["count"]);
-            let vertices = count(number(&attributes["POSITION"]));
-            assert!(
-                accessors[number(&attributes["POSITION"])].get("min").is_some(),
-                "{what}: bounds of positions"
-            );
-            for (name, index) in attributes {
-                used_accessors[number(index)] = true;
-                let accessor = &accessors[number(index)];
-                let view = &views[number(&accessor["bufferView"])];
-                assert_eq!(
-                    (count(number(index)), &view["target"]),
-                    (vertices, &Value::from(34962)),
-                    "{what}: {name}"
-                );
-                if name == "NORMAL" || name == "TANGENT" {
-                    let (offset, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
-                    let width = if name == "NORMAL" { 3 } else { 4 };
-                    for row in binary[offset..offset + length].chunks(4 * width) {
-                        let v: Vec<f32> =
-                            row.chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
-                        let size = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-                        assert!(
-                            (size - 1.0).abs() < 5e-4 && (width == 3 || v[3].abs() == 1.0),
-                            "{what}: {name} {v:?}"
-                        );
-                    }
-                }
-            }
+
+    /// All accessors and materials are used, by meshes that have what they need.
+    fn meshes(&self, json: &Value, mut used_accessors: Vec<bool>) {
+        let (accessors, materials) = (list(json, "accessors"), list(json, "materials"));
+        let mut used_materials = vec![false; materials.len()];
+        for primitive in list(json, "meshes").iter().flat_map(|mesh| list(mesh, "primitives")) {
+            let vertices = self.attributes(primitive, accessors, &mut used_accessors);
             if let Some(indices) = primitive.get("indices") {
                 used_accessors[number(indices)] = true;
-                let view = &views[number(&accessors[number(indices)]["bufferView"])];
+                let view = &self.views[number(&accessors[number(indices)]["bufferView"])];
                 assert_eq!(view["target"], 34963);
-                let (offset, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
-                let corners = binary[offset..offset + length].chunks(4);
-                assert!(
-                    corners
-                        .map(|b| u32::from_le_bytes(b.try_into().unwrap()))
-                        .all(|i| (i as usize) < vertices)
-                );
+                let mut corners =
+                    self.bytes(view).chunks(4).map(|b| u32::from_le_bytes(b.try_into().unwrap()));
+                assert!(corners.all(|i| (i as usize) < vertices));
             }
             let material = number(&primitive["material"]);
             used_materials[material] = true;
@@ -158,24 +175,55 @@ fn check(bytes: &[u8], what: &str) {
                 } else {
                     text.contains(&format!("\"texCoord\":{set}"))
                 };
-                assert!(!asked || attributes.contains_key(&format!("TEXCOORD_{set}")), "{what}: {text}");
+                let there = primitive["attributes"].get(format!("TEXCOORD_{set}")).is_some();
+                assert!(!asked || there, "{}: {text}", self.what);
             }
         }
+        let all = used_materials.iter().chain(&used_accessors).all(|used| *used);
+        assert!(all, "{}: something is unused", self.what);
     }
-    assert!(
-        used_materials.iter().all(|u| *u) && used_accessors.iter().all(|u| *u),
-        "{what}: something is unused"
-    );
-    for image in list(&json, "images") {
-        let view = number(&image["bufferView"]);
-        used_views[view] = true;
-        let at = number(&views[view]["byteOffset"]);
-        let is_png = binary[at..].starts_with(b"\x89PNG");
-        assert_eq!(image["mimeType"], if is_png { "image/png" } else { "image/jpeg" }, "{what}");
+
+    /// Attributes of the same length, unit normals; how many vertices there are.
+    fn attributes(&self, primitive: &Value, accessors: &[Value], used: &mut [bool]) -> usize {
+        let what = self.what;
+        let attributes = primitive["attributes"].as_object().unwrap();
+        let count = |i: usize| number(&accessors[i]["count"]);
+        let positions = number(&attributes["POSITION"]);
+        let vertices = count(positions);
+        assert!(accessors[positions].get("min").is_some(), "{what}: bounds of positions");
+        for (name, index) in attributes {
+            used[number(index)] = true;
+            let view = &self.views[number(&accessors[number(index)]["bufferView"])];
+            assert_eq!(
+                (count(number(index)), &view["target"]),
+                (vertices, &Value::from(34962)),
+                "{what}: {name}"
+            );
+            if name == "NORMAL" || name == "TANGENT" {
+                let width = if name == "NORMAL" { 3 } else { 4 };
+                for v in floats(self.bytes(view)).chunks(width) {
+                    let size = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+                    let unit = (size - 1.0).abs() < 5e-4 && (width == 3 || v[3].abs() == 1.0);
+                    assert!(unit, "{what}: {name} {v:?}");
+                }
+            }
+        }
+        vertices
     }
-    assert!(used_views.iter().all(|u| *u), "{what}: an unused buffer view");
-    // Numbers in their ranges.
-    for material in materials {
+
+    fn images(&mut self, json: &Value) {
+        for image in list(json, "images") {
+            let view = number(&image["bufferView"]);
+            self.used_views[view] = true;
+            let is_png = self.bytes(&self.views[view]).starts_with(b"\x89PNG");
+            assert_eq!(image["mimeType"], if is_png { "image/png" } else { "image/jpeg" }, "{}", self.what);
+        }
+    }
+}
+
+/// Numbers in their ranges.
+fn check_materials(json: &Value, what: &str) {
+    for material in list(json, "materials") {
         let pbr = &material["pbrMetallicRoughness"];
         let factors = ["metallicFactor", "roughnessFactor"].map(|k| pbr[k].as_f64().unwrap());
         let lists = [&pbr["baseColorFactor"], &material["emissiveFactor"]]
@@ -183,8 +231,11 @@ fn check(bytes: &[u8], what: &str) {
         let colors = lists.iter().flatten().map(|v| v.as_f64().unwrap());
         assert!(factors.into_iter().chain(colors).all(|v| (0.0..=1.0).contains(&v)), "{what}: {material}");
     }
-    // Every node has one parent or is a root, once; rotations have unit length.
-    let nodes = list(&json, "nodes");
+}
+
+/// Every node has one parent or is a root, once; rotations have unit length.
+fn check_nodes(json: &Value, what: &str) {
+    let nodes = list(json, "nodes");
     let mut parents = vec![0; nodes.len()];
     let roots = json["scenes"][0].get("nodes").map_or(&[][..], |n| n.as_array().unwrap());
     nodes.iter().flat_map(|n| list(n, "children")).chain(roots).for_each(|n| parents[number(n)] += 1);
@@ -198,15 +249,6 @@ fn check(bytes: &[u8], what: &str) {
             assert!(scale.as_array().unwrap().iter().all(|v| v.as_f64().unwrap() != 0.0), "{what}");
         }
     }
-    for camera in list(&json, "cameras").iter().filter_map(|c| c.get("perspective")) {
-        assert!(camera["znear"].as_f64().unwrap() > 0.0 && camera["yfov"].as_f64().unwrap() > 0.0);
-    }
-    // What is used is declared, and the other way.
-    let mut found = std::collections::BTreeSet::new();
-    collect_extensions(&json, &mut found);
-    let declared: std::collections::BTreeSet<String> =
-        list(&json, "extensionsUsed").iter().map(|v| v.as_str().unwrap().to_owned()).collect();
-    assert_eq!(found, declared, "{what}");
 }
 
 fn collect_extensions(json: &Value, found: &mut std::collections::BTreeSet<String>) {
