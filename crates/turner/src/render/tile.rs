@@ -14,6 +14,9 @@ use crate::math::DVec2;
 use crate::sampler::SampleId;
 use crate::view::{place, take_points};
 
+/// Rays to trace at a time, about: some milliseconds. In tests few, so that tiles are traced in strips.
+const MOST_RAYS: u64 = if cfg!(test) { 128 } else { 8192 };
+
 /// What a worker needs for its tiles; kept from tile to tile.
 pub(super) struct TileBuffers<'a> {
     pub(super) p: &'a Prepared,
@@ -28,6 +31,10 @@ pub(super) struct TileBuffers<'a> {
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
     pub(super) radiance: Vec<Radiance>,
+    /// The same of a tile's strips before the one that is traced.
+    earlier: (Vec<SampleId>, Vec<Radiance>),
+    /// Rays that a sample takes: those of the last ones.
+    rays_per_sample: u64,
     /// The photons of a sample's number, if samples find any.
     photons: Option<Arc<PhotonMap>>,
     finds_photons: bool,
@@ -49,6 +56,8 @@ impl<'a> TileBuffers<'a> {
             stats: RayStats::default(),
             samples: CameraSamples::default(),
             radiance: Vec::new(),
+            earlier: (Vec::new(), Vec::new()),
+            rays_per_sample: 0,
             photons: None,
             finds_photons: p.integrator.finds_photons(),
             preview: None,
@@ -104,7 +113,9 @@ impl<'a> TileBuffers<'a> {
             if stop.is_set() {
                 break;
             }
-            self.render_sample(tile, &traced, index as u32);
+            if !self.render_sample(tile, &traced, index as u32, stop) {
+                break;
+            }
             finished.insert(index..index + 1);
             if one_sample {
                 std::mem::swap(&mut self.pixels, &mut self.radiance);
@@ -121,9 +132,44 @@ impl<'a> TileBuffers<'a> {
         finished
     }
 
-    /// Traces one sample of each pixel of a tile; `traced` are the pixels that share paths with them.
-    fn render_sample(&mut self, tile: &PixelRect, traced: &PixelRect, index: u32) {
+    /// Traces one sample of each pixel of a tile; `traced` are the pixels that share paths with them. Says whether it came to its end.
+    fn render_sample(&mut self, tile: &PixelRect, traced: &PixelRect, index: u32, stop: Stop<'_>) -> bool {
         self.prepare(index);
+        let rows = self.rows_at_once(traced);
+        if rows >= traced.height {
+            self.render_strip(tile, traced, index);
+            return true;
+        }
+        // Pixels that share no paths: the tile is what is traced.
+        self.earlier.0.clear();
+        self.earlier.1.clear();
+        for first in (0..tile.height).step_by(rows as usize) {
+            if stop.is_set() {
+                return false;
+            }
+            let height = rows.min(tile.height - first);
+            let strip = PixelRect { y: tile.y + first, height, ..*tile };
+            self.render_strip(&strip, &strip, index);
+            self.earlier.0.append(&mut self.samples.ids);
+            self.earlier.1.append(&mut self.radiance);
+        }
+        std::mem::swap(&mut self.earlier.0, &mut self.samples.ids);
+        std::mem::swap(&mut self.earlier.1, &mut self.radiance);
+        true
+    }
+
+    /// Rows of a tile to trace at a time: fewer than all where samples take so many rays that a cancel would have to wait for them.
+    fn rows_at_once(&self, traced: &PixelRect) -> u32 {
+        if self.p.integrator.shares_paths() {
+            return traced.height;
+        }
+        let rays = self.rays_per_sample * u64::from(traced.width);
+        (MOST_RAYS / rays.max(1)).clamp(1, u64::from(traced.height)) as u32
+    }
+
+    /// Traces one sample of each pixel of some rows of a tile.
+    fn render_strip(&mut self, tile: &PixelRect, traced: &PixelRect, index: u32) {
+        let before = self.stats.total();
         let film = &self.p.view.film;
         let preview = self.preview.filter(|_| index == 0);
         let points = (traced.y..traced.y + traced.height)
@@ -146,6 +192,8 @@ impl<'a> TileBuffers<'a> {
         if let Some(preview) = preview {
             self.add_preview(tile, preview);
         }
+        let rays = (self.stats.total() - before) / traced.area().max(1);
+        self.rays_per_sample = rays.max(self.rays_per_sample / 2);
     }
 
     /// Puts the samples of a preview among those that were traced, in the order of the tile's pixels.
