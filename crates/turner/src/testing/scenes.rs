@@ -1,16 +1,21 @@
 //! Scenes made in code, and means of their pictures: for the tests that stand beside integrators, lights and materials.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use super::{CompareOptions, Estimate, Reference, Runs, compare, render_runs};
 use crate::camera::{CameraDesc, PinholeDesc};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
-use crate::film::Antialias;
-use crate::integrator::IntegratorDesc;
+use crate::film::{Antialias, Picture};
+use crate::integrator::{IntegratorDesc, PathDesc, RayStats};
 use crate::light::LightDesc;
 use crate::material::{MaterialDesc, PrincipledMaterial};
 use crate::math::DVec3;
-use crate::schema::{ColorSource, MaterialId, PrepareOptions};
-use crate::shape::ShapeDesc;
+use crate::render::{PassOptions, Renderer};
+use crate::schema::{Asset, ColorSource, MaterialId, MeshData, MeshId, PrepareOptions, TextureId};
+use crate::shape::{BoxDesc, MeshDesc, PlaneDesc, PointsDesc, RectangleDesc, ShapeDesc, SphereDesc};
+use crate::texture::TextureDesc;
 
 /// A point or a direction.
 pub(crate) fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -46,6 +51,29 @@ pub(crate) fn shining(luminance: f64, color: ColorSource) -> PrincipledMaterial 
 /// An empty scene whose light is computed so.
 pub(crate) fn scene(integrator: IntegratorDesc) -> SceneDesc {
     SceneDesc { integrator, ..SceneDesc::default() }
+}
+
+/// An empty scene for path tracing.
+pub(crate) fn path(desc: PathDesc) -> SceneDesc {
+    scene(IntegratorDesc::Path(desc))
+}
+
+pub(crate) fn sphere(center: DVec3, radius: f64) -> ShapeDesc {
+    ShapeDesc::Sphere(SphereDesc { center, radius })
+}
+
+pub(crate) fn rectangle(center: DVec3, edge_u: DVec3, edge_v: DVec3) -> ShapeDesc {
+    ShapeDesc::Rectangle(RectangleDesc { center, edge_u, edge_v })
+}
+
+/// From corner to corner.
+pub(crate) fn cuboid(min: DVec3, max: DVec3) -> ShapeDesc {
+    ShapeDesc::Box(BoxDesc { min: Some(min), max: Some(max), ..BoxDesc::default() })
+}
+
+/// The ground.
+pub(crate) fn plane() -> ShapeDesc {
+    ShapeDesc::Plane(PlaneDesc::default())
 }
 
 impl SceneDesc {
@@ -88,6 +116,82 @@ impl SceneDesc {
         self.objects.push(ObjectDesc { material: Some(id), ..object });
         self
     }
+
+    /// Seen from the z axis, towards the origin.
+    pub(crate) fn seen_from_front(self, distance: f64, fov: f64) -> SceneDesc {
+        self.seen_at(v(0.0, 0.0, distance), DVec3::ZERO, fov)
+    }
+
+    /// Seen from one point towards another.
+    pub(crate) fn seen_at(self, position: DVec3, look_at: DVec3, fov: f64) -> SceneDesc {
+        self.seen(PinholeDesc { position, look_at, fov: Some(fov), ..PinholeDesc::default() })
+    }
+
+    /// Before a background of that grey, which shines.
+    pub(crate) fn before(mut self, grey: f64) -> SceneDesc {
+        self.background.color = Spectrum::grey(grey as f32);
+        self
+    }
+
+    /// One more material, for objects and mixes.
+    pub(crate) fn material(&mut self, material: MaterialDesc) -> MaterialId {
+        self.materials.push(material.into());
+        MaterialId(self.materials.len() as u32 - 1)
+    }
+
+    /// With a shape of a material that there is.
+    pub(crate) fn with_shared(mut self, shape: ShapeDesc, material: MaterialId) -> SceneDesc {
+        self.objects.push(ObjectDesc { material: Some(material), ..ObjectDesc::new(shape) });
+        self
+    }
+
+    /// One more texture, as a colour.
+    pub(crate) fn texture(&mut self, texture: TextureDesc) -> ColorSource {
+        self.textures.push(texture.into());
+        ColorSource::Texture(TextureId(self.textures.len() as u32 - 1))
+    }
+
+    /// One more mesh, as a shape.
+    pub(crate) fn mesh(&mut self, data: MeshData) -> ShapeDesc {
+        self.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
+        ShapeDesc::Mesh(MeshDesc { mesh: MeshId(self.meshes.len() as u32 - 1), ..MeshDesc::default() })
+    }
+
+    /// One more cloud of points, as a shape.
+    pub(crate) fn points(&mut self, positions: Vec<[f32; 3]>, radii: Vec<f32>) -> ShapeDesc {
+        let data = MeshData { positions, ..MeshData::default() };
+        self.meshes.push(Asset { uri: String::new(), data: Arc::new(data) });
+        ShapeDesc::Points(PointsDesc { points: MeshId(self.meshes.len() as u32 - 1), radius: None, radii })
+    }
+
+    /// Of that many columns and rows, each pixel of that many samples at random.
+    pub(crate) fn filmed(mut self, [width, height]: [u32; 2], samples: u32) -> SceneDesc {
+        (self.film.width, self.film.height) = (width, height);
+        (self.film.antialias, self.film.samples) = (Antialias::MonteCarlo, samples);
+        self
+    }
+}
+
+/// The picture, by two threads.
+pub(crate) fn render(desc: &SceneDesc) -> (Picture, RayStats) {
+    render_with(desc, 2, u32::MAX)
+}
+
+/// The picture, by that many threads, that many samples per pass.
+pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
+    let scene = desc.prepare(&PrepareOptions { threads, ..PrepareOptions::default() }).unwrap();
+    let mut renderer = Renderer::new(scene).unwrap();
+    let cancel = AtomicBool::new(false);
+    while !renderer.is_complete() {
+        assert!(renderer.pass(pass, &PassOptions { threads, cancel: &cancel, progress: None }).unwrap());
+    }
+    assert_eq!(renderer.film.non_finite.count, 0);
+    (renderer.develop(), renderer.stats)
+}
+
+pub(crate) fn pixel(picture: &Picture, x: u32, y: u32) -> [f32; 3] {
+    let [r, g, b, _] = picture.linear[(y * picture.width + x) as usize];
+    [r, g, b]
 }
 
 /// Independent renders of one scene.
@@ -103,11 +207,8 @@ pub(crate) fn mean(samples: u32, desc: SceneDesc) -> Mean {
 }
 
 /// Of that many rows and columns.
-pub(crate) fn mean_of(size: u32, samples: u32, mut desc: SceneDesc) -> Mean {
-    [desc.film.width, desc.film.height] = [size, size];
-    desc.film.antialias = Antialias::MonteCarlo;
-    desc.film.samples = samples;
-    let prepared = desc.prepare(&PrepareOptions::default()).unwrap();
+pub(crate) fn mean_of(size: u32, samples: u32, desc: SceneDesc) -> Mean {
+    let prepared = desc.filmed([size; 2], samples).prepare(&PrepareOptions::default()).unwrap();
     let runs = render_runs(&prepared, RUNS, 7, 2).unwrap();
     assert_eq!(runs.non_finite.count, 0);
     Mean(runs)
@@ -120,6 +221,11 @@ impl Mean {
     /// In the three bands.
     pub(crate) fn value(&self) -> [f64; 3] {
         [0, 1, 2].map(|band| self.0.mean(band).mean)
+    }
+
+    /// Standard errors of the bands.
+    pub(crate) fn error(&self) -> [f64; 3] {
+        [0, 1, 2].map(|band| self.0.mean(band).error())
     }
 
     pub(crate) fn alpha(&self) -> f64 {
@@ -136,6 +242,12 @@ impl Mean {
     #[track_caller]
     pub(crate) fn is_grey(&self, expected: f64, cap: f64) {
         self.is([expected; 3], cap);
+    }
+
+    /// Two estimates of one picture.
+    #[track_caller]
+    pub(crate) fn agrees(&self, other: &Mean, cap: f64) {
+        self.matches(&other.0, cap);
     }
 
     #[track_caller]

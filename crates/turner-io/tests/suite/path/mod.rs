@@ -6,7 +6,6 @@ mod dispersion;
 mod distant;
 mod emitters;
 mod estimators;
-mod glass;
 mod light_tree;
 mod mix;
 mod motion;

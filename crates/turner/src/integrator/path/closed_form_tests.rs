@@ -16,12 +16,8 @@ use crate::material::{AlphaMode, PrincipledMaterial};
 use crate::math::{DAffine3, DVec3};
 use crate::schema::Transform;
 use crate::schema::transform::rotation;
-use crate::shape::{BoxDesc, CylinderDesc, DiskDesc, PlaneDesc, RectangleDesc, ShapeDesc, SphereDesc};
-use crate::testing::scenes::{grey, matte, mean, rgb, scene, shining, v};
-
-fn path(desc: PathDesc) -> SceneDesc {
-    scene(IntegratorDesc::Path(desc))
-}
+use crate::shape::{BoxDesc, CylinderDesc, DiskDesc, PlaneDesc, ShapeDesc};
+use crate::testing::scenes::{grey, matte, mean, path, plane, rectangle, rgb, scene, shining, sphere, v};
 
 fn plain() -> SceneDesc {
     path(PathDesc::default())
@@ -32,18 +28,6 @@ fn by(light_sampling: LightSampling) -> PathDesc {
 }
 
 const WAYS: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
-
-fn sphere(center: DVec3, radius: f64) -> ShapeDesc {
-    ShapeDesc::Sphere(SphereDesc { center, radius })
-}
-
-fn rectangle(center: DVec3, edge_u: DVec3, edge_v: DVec3) -> ShapeDesc {
-    ShapeDesc::Rectangle(RectangleDesc { center, edge_u, edge_v })
-}
-
-fn plane() -> ShapeDesc {
-    ShapeDesc::Plane(PlaneDesc::default())
-}
 
 fn ambient() -> LightDesc {
     LightDesc::Ambient(AmbientDesc { intensity: 1.0, ..AmbientDesc::default() })

@@ -20,6 +20,8 @@ mod reuse;
 mod settings;
 mod shade;
 mod subsurface;
+#[cfg(test)]
+mod tests;
 mod volume;
 mod volume_light;
 mod wave;

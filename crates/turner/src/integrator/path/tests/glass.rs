@@ -1,0 +1,117 @@
+//! Smooth glass: what passes, what is absorbed, solids in one another.
+
+use crate::description::SceneDesc;
+use crate::integrator::PathDesc;
+use crate::material::{MaterialDesc, PrincipledMaterial};
+use crate::schema::ColorSource;
+use crate::shape::ShapeDesc;
+use crate::testing::scenes::{Mean, cuboid, grey, mean, path, rectangle, rgb, shining, v};
+use crate::texture::{ChessboardDesc, TextureDesc};
+
+/// Looks along the z axis, from 10.
+fn looking(desc: PathDesc) -> SceneDesc {
+    path(desc).seen_from_front(10.0, 0.001)
+}
+
+fn empty() -> SceneDesc {
+    looking(PathDesc { max_depth: 200, ..PathDesc::default() })
+}
+
+/// Looks at a wall that shines with 1, through what is between; all else is black.
+fn through(between: SceneDesc) -> Mean {
+    let wall = rectangle(v(0.0, 0.0, -10.0), v(9.0, 0.0, 0.0), v(0.0, 9.0, 0.0));
+    mean(256, between.with(wall, shining(1.0, grey(1.0))))
+}
+
+fn glass(ior: f64) -> PrincipledMaterial {
+    PrincipledMaterial {
+        transmission_weight: grey(1.0),
+        specular_roughness: grey(0.0),
+        specular_ior: ior,
+        ..PrincipledMaterial::default()
+    }
+}
+
+/// Glass of the index 1.5 that leaves such a colour of light after 4.
+fn tinted(color: ColorSource) -> PrincipledMaterial {
+    PrincipledMaterial { transmission_color: color, transmission_depth: 4.0, ..glass(1.5) }
+}
+
+const TINT: [f64; 3] = [0.25, 0.5, 1.0];
+
+fn slab([from, to]: [f64; 2]) -> ShapeDesc {
+    cuboid(v(-5.0, -5.0, from), v(5.0, 5.0, to))
+}
+
+fn reflectance(a: f64, b: f64) -> f64 {
+    ((a - b) / (a + b)).powi(2)
+}
+
+/// Of a slab with reflecting faces r and s and the share a left after one way through it, all ways between them counted.
+fn passes(r: f64, s: f64, a: f64) -> f64 {
+    (1.0 - r) * (1.0 - s) * a / (1.0 - r * s * a * a)
+}
+
+/// Of a slab of the index 1.5, two thick, that is tinted.
+fn passes_tinted() -> [f64; 3] {
+    let r = reflectance(1.0, 1.5);
+    TINT.map(|c| passes(r, r, c.powf(2.0 / 4.0)))
+}
+
+#[test]
+fn a_slab_passes_what_its_faces_do_not_reflect() {
+    for ior in [1.2, 1.5, 2.4] {
+        let r = reflectance(1.0, ior);
+        through(empty().with(slab([-1.0, 1.0]), glass(ior))).is_grey(passes(r, r, 1.0), 0.01);
+    }
+}
+
+#[test]
+fn glass_absorbs_with_the_way_inside() {
+    through(empty().with(slab([-1.0, 1.0]), tinted(rgb(TINT)))).is(passes_tinted(), 0.01);
+}
+
+/// A texture counts as it is where light enters.
+#[test]
+fn glass_absorbs_by_its_texture() {
+    let mut desc = empty();
+    let (even, odd) = (rgb(TINT), rgb(TINT));
+    let board = desc.texture(TextureDesc::Chessboard(ChessboardDesc { even, odd, ..Default::default() }));
+    through(desc.with(slab([-1.0, 1.0]), tinted(board))).is(passes_tinted(), 0.01);
+}
+
+#[test]
+fn solids_of_one_material_are_one_where_they_overlap() {
+    let mut desc = empty();
+    let glass = desc.material(MaterialDesc::Principled(tinted(rgb(TINT))));
+    let both = desc.with_shared(slab([-1.0, 0.4]), glass).with_shared(slab([-0.3, 1.0]), glass);
+    through(both).is(passes_tinted(), 0.01);
+}
+
+/// A drink that reaches into its glass: the boundary between them is the glass's.
+#[test]
+fn where_solids_overlap_the_denser_one_is_there() {
+    let (air, between) = (reflectance(1.0, 1.5), reflectance(1.5, 1.33));
+    // Glass from 1 to 2, water from −2 to 1.3 or exactly to 1: the rays see glass, then water.
+    let overlapping =
+        through(empty().with(slab([1.0, 2.0]), glass(1.5)).with(slab([-2.0, 1.3]), glass(1.33)));
+    let wet = reflectance(1.33, 1.0);
+    // Three faces: the first two as a slab with inner reflectance, then with the third.
+    let t12 = passes(air, between, 1.0);
+    let back = between + (1.0 - between).powi(2) * air / (1.0 - air * between);
+    let expected = t12 * (1.0 - wet) / (1.0 - back * wet);
+    overlapping.is_grey(expected, 0.01);
+}
+
+#[test]
+fn rays_pass_thin_walls_and_hundreds_of_shells() {
+    // A shell is glass outside and air inside: 64 of them in one another, with a clear material that reflects nothing.
+    let mut desc = looking(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }).before(1.0);
+    let clear = PrincipledMaterial { specular_weight: grey(0.0), ..glass(1.5) };
+    let clear = desc.material(MaterialDesc::Principled(clear));
+    for i in 0..64 {
+        let (outer, inner) = (4.0 - 0.06 * f64::from(i), 3.97 - 0.06 * f64::from(i));
+        desc = desc.with_shared(slab([-outer, -inner]), clear).with_shared(slab([inner, outer]), clear);
+    }
+    mean(4, desc).is_grey(1.0, 1e-6);
+}

@@ -1,0 +1,7 @@
+//! Path tracing from a scene to pixels: closed forms first, then one estimator against another.
+#![allow(
+    clippy::disallowed_methods,
+    reason = "expected values are independent of the renderer's own functions"
+)]
+
+mod glass;
