@@ -9,7 +9,6 @@ mod estimators;
 mod light_tree;
 mod mix;
 mod motion;
-mod panes;
 mod pixels;
 mod replay;
 mod reuse;

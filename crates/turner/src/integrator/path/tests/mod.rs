@@ -5,3 +5,4 @@
 )]
 
 mod glass;
+mod panes;
