@@ -2,7 +2,6 @@
 
 mod bad_input;
 mod caustics;
-mod dispersion;
 mod distant;
 mod emitters;
 mod estimators;

@@ -4,5 +4,6 @@
     reason = "expected values are independent of the renderer's own functions"
 )]
 
+mod dispersion;
 mod glass;
 mod panes;
