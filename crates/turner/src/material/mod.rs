@@ -29,6 +29,8 @@ mod matte;
 mod metal;
 pub mod metals;
 pub(crate) mod mix;
+#[cfg(test)]
+mod mix_tests;
 mod mixed;
 mod normals;
 mod pane;
