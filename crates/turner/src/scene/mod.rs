@@ -11,6 +11,8 @@ pub(crate) mod footprint;
 pub(crate) mod light_groups;
 pub(crate) mod merged;
 pub(crate) mod motion;
+#[cfg(test)]
+mod motion_tests;
 pub(crate) mod names;
 pub(crate) mod outline;
 pub(crate) mod placed_emitters;

@@ -6,7 +6,6 @@ mod distant;
 mod emitters;
 mod estimators;
 mod light_tree;
-mod motion;
 mod pixels;
 mod replay;
 mod reuse;
