@@ -4,6 +4,8 @@ pub(crate) mod batch;
 pub(crate) mod batch_meshes;
 pub mod casters;
 pub(crate) mod emitter_batch;
+#[cfg(test)]
+mod emitter_tests;
 pub mod emitters;
 pub(crate) mod faces;
 pub(crate) mod facets;

@@ -3,7 +3,6 @@
 mod bad_input;
 mod caustics;
 mod distant;
-mod emitters;
 mod estimators;
 mod light_tree;
 mod pixels;
