@@ -22,6 +22,8 @@ mod bound;
 mod directional;
 pub mod emission;
 mod environment;
+#[cfg(test)]
+mod light_tree_tests;
 mod point;
 mod profile;
 mod sky;

@@ -4,7 +4,6 @@ mod bad_input;
 mod caustics;
 mod distant;
 mod estimators;
-mod light_tree;
 mod pixels;
 mod replay;
 mod reuse;
