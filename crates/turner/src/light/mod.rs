@@ -20,6 +20,8 @@ mod area;
 mod background;
 mod bound;
 mod directional;
+#[cfg(test)]
+mod distant_tests;
 pub mod emission;
 mod environment;
 #[cfg(test)]

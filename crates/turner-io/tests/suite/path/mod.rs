@@ -2,8 +2,8 @@
 
 mod bad_input;
 mod caustics;
-mod distant;
 mod estimators;
+mod lamp_files;
 mod pixels;
 mod replay;
 mod reuse;
