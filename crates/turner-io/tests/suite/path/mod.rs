@@ -2,7 +2,6 @@
 
 mod bad_input;
 mod caustics;
-mod estimators;
 mod lamp_files;
 mod pixels;
 mod replay;

@@ -5,5 +5,6 @@
 )]
 
 mod dispersion;
+mod estimators;
 mod glass;
 mod panes;

@@ -1,0 +1,109 @@
+//! The same light found in different ways.
+
+use crate::description::SceneDesc;
+use crate::integrator::{Caustics, LightSampling, PathDesc};
+use crate::light::{EnvironmentDesc, LightDesc};
+use crate::material::PrincipledMaterial;
+use crate::math::DVec3;
+use crate::schema::{ColorSource, MeshData};
+use crate::shape::{PlaneDesc, ShapeDesc};
+use crate::testing::scenes::{
+    Mean, cuboid, grey, matte, mean_of, path, plane, rectangle, rgb, shining, sphere, v,
+};
+
+fn metal(base_color: ColorSource, roughness: f64) -> PrincipledMaterial {
+    PrincipledMaterial {
+        base_color,
+        base_metalness: grey(1.0),
+        specular_roughness: grey(roughness),
+        ..PrincipledMaterial::default()
+    }
+}
+
+/// A floor, a wall, a ball of metal and three lamps.
+fn room(desc: PathDesc) -> SceneDesc {
+    let wall = || PrincipledMaterial { base_color: rgb([0.7, 0.6, 0.5]), ..PrincipledMaterial::default() };
+    let lamp = || shining(5.0, grey(1.0));
+    let back = PlaneDesc { point: v(0.0, 0.0, -2.0), normal: DVec3::Z };
+    path(desc)
+        .seen_at(v(0.0, 1.0, 3.4), v(0.0, 0.9, 0.0), 45.0)
+        .with(plane(), wall())
+        .with(ShapeDesc::Plane(back), wall())
+        .with(sphere(v(0.5, 0.6, 0.0), 0.6), metal(rgb([0.9, 0.6, 0.2]), 0.4))
+        .with(rectangle(v(-0.5, 2.0, 0.0), v(1.0, 0.0, 0.0), v(0.0, 0.0, 1.0)), lamp())
+        .with(sphere(v(-0.9, 0.4, 0.6), 0.25), lamp())
+        .with(cuboid(v(1.2, 0.0, 0.6), v(1.4, 0.3, 0.8)), lamp())
+}
+
+fn estimate(samples: u32, desc: SceneDesc) -> Mean {
+    mean_of(24, samples, desc)
+}
+
+#[test]
+fn with_and_without_light_sampling() {
+    let by = |light_sampling| room(PathDesc { max_depth: 4, light_sampling, ..PathDesc::default() });
+    let both = estimate(16, by(LightSampling::Both));
+    let bsdf = estimate(128, by(LightSampling::Bsdf));
+    let light = estimate(16, by(LightSampling::Light));
+    both.agrees(&bsdf, 0.02);
+    both.agrees(&light, 0.03);
+}
+
+/// Where mirrors look at several lights before one is followed: flat ones that are shaded in blocks, and round ones.
+#[test]
+fn one_of_several_lights_stands_for_all() {
+    let with = |samples, light_sampling| {
+        let caustics = Caustics::Off;
+        let mut desc = path(PathDesc { max_depth: 3, caustics, light_sampling, ..PathDesc::default() })
+            .seen_at(v(0.0, 2.0, 5.0), v(0.0, 0.2, 1.0), 32.0)
+            .lit(LightDesc::Environment(EnvironmentDesc::studio()));
+        for (x, roughness) in [(-1.5, 0.15), (-0.5, 0.3), (0.5, 0.45)] {
+            let plate = desc.mesh(MeshData {
+                positions: vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 0.0, 2.0], [x, 0.0, 2.0]],
+                triangles: vec![[0, 2, 1], [0, 3, 2]],
+                ..MeshData::default()
+            });
+            desc = desc.with(plate, metal(rgb([0.9, 0.8, 0.5]), roughness));
+        }
+        // Something in the way of some light, too.
+        let desc = desc
+            .with(sphere(v(-1.0, 0.8, -1.0), 0.1), shining(40.0, grey(1.0)))
+            .with(sphere(v(0.0, 0.9, -1.0), 0.3), shining(10.0, grey(1.0)))
+            .with(sphere(v(1.2, 1.0, -1.0), 0.6), shining(4.0, grey(1.0)))
+            .with(sphere(v(0.2, 0.3, 1.6), 0.3), metal(grey(0.8), 0.25))
+            .with(cuboid(v(-0.3, 0.3, -0.4), v(-0.1, 2.0, -0.2)), matte(grey(0.8)));
+        estimate(samples, desc)
+    };
+    let (both, bsdf) = (with(32, LightSampling::Both), with(256, LightSampling::Bsdf));
+    both.agrees(&bsdf, 0.01);
+    both.agrees(&with(64, LightSampling::Light), 0.02);
+}
+
+#[test]
+fn environments_sampled_and_hit() {
+    let by = |samples, light_sampling| {
+        let around =
+            EnvironmentDesc { rotation: 40.0, tint: [1.0, 0.8, 0.6].into(), ..EnvironmentDesc::studio() };
+        let room = room(PathDesc { max_depth: 3, light_sampling, ..PathDesc::default() });
+        estimate(samples, room.lit(LightDesc::Environment(around)))
+    };
+    let both = by(16, LightSampling::Both);
+    both.agrees(&by(64, LightSampling::Bsdf), 0.02);
+    both.agrees(&by(64, LightSampling::Light), 0.03);
+}
+
+#[test]
+fn russian_roulette_changes_no_mean() {
+    let starting = |rr_start| room(PathDesc { rr_start, ..PathDesc::default() });
+    estimate(16, starting(1000)).agrees(&estimate(32, starting(1)), 0.02);
+}
+
+#[test]
+fn a_clamp_takes_light_away_and_only_indirect_light() {
+    let clamped = |max_depth, clamp_indirect| {
+        estimate(4, room(PathDesc { max_depth, clamp_indirect, ..PathDesc::default() }))
+    };
+    let (without, with) = (clamped(16, 0.0), clamped(16, 0.1));
+    assert!(with.value()[0] < 0.98 * without.value()[0], "{with:?} {without:?}");
+    assert_eq!(clamped(1, 0.0).value(), clamped(1, 0.1).value());
+}
