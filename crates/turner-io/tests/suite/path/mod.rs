@@ -1,7 +1,6 @@
 //! Path tracing from text to pixels: closed forms first, then one estimator against another.
 
 mod bad_input;
-mod caustics;
 mod lamp_files;
 mod pixels;
 mod replay;

@@ -1,0 +1,160 @@
+//! Light that mirrors and glass gather, found in every way: all give the same picture.
+
+use std::f64::consts::PI;
+
+use crate::description::SceneDesc;
+use crate::filter::FilterKind;
+use crate::integrator::{Caustics, PathDesc};
+use crate::light::{Attenuation, DirectionalDesc, EnvironmentDesc, LightDesc, PointDesc};
+use crate::material::{DielectricMaterial, MetalMaterial, PrincipledMaterial};
+use crate::math::DVec3;
+use crate::shape::{CylinderDesc, PlaneDesc, ShapeDesc};
+use crate::testing::scenes::{
+    Mean, cuboid, grey, matte, mean_of, path, plane, rectangle, render_with, rgb, shining, sphere, v,
+};
+
+fn metal(roughness: f64) -> PrincipledMaterial {
+    MetalMaterial { roughness: grey(roughness), ..MetalMaterial::default() }.principled()
+}
+
+fn lamp() -> PrincipledMaterial {
+    shining(4.0, grey(1.0))
+}
+
+/// A level square.
+fn level(center: DVec3, edge: f64) -> ShapeDesc {
+    rectangle(center, v(edge, 0.0, 0.0), v(0.0, 0.0, edge))
+}
+
+/// A ball of glass, one of polished and one of brushed metal in the corner of a room.
+fn table(desc: PathDesc) -> SceneDesc {
+    let wall = || matte(rgb([0.7, 0.6, 0.5]));
+    let back = PlaneDesc { point: v(0.0, 0.0, -2.0), normal: DVec3::Z };
+    let glass = DielectricMaterial { ior: 1.5, ..DielectricMaterial::default() };
+    let drum = CylinderDesc {
+        from: v(-0.8, 0.0, 0.4),
+        to: v(-0.8, 0.5, 0.4),
+        radius: 0.3,
+        ..CylinderDesc::default()
+    };
+    path(desc)
+        .seen_at(v(0.0, 1.6, 3.4), v(0.0, 0.5, 0.0), 45.0)
+        .with(plane(), wall())
+        .with(ShapeDesc::Plane(back), wall())
+        .with(sphere(v(0.7, 0.5, 0.0), 0.5), glass.principled())
+        .with(cuboid(v(-0.3, 0.0, -0.6), v(0.1, 0.8, -0.3)), metal(0.0))
+        .with(ShapeDesc::Cylinder(drum), metal(0.25))
+}
+
+/// The table in some light, its light found in such a way.
+fn found(samples: u32, desc: PathDesc, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
+    mean_of(24, samples, lit(table(PathDesc { max_depth: 6, ..desc })))
+}
+
+fn estimate(samples: u32, caustics: Caustics, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
+    found(samples, PathDesc { caustics, ..PathDesc::default() }, lit)
+}
+
+/// Metal polished, but no mirror: it gathers light by a narrow lobe, and shows what others gather.
+#[test]
+fn of_polished_metal() {
+    let lit = |desc: SceneDesc| {
+        let tube =
+            CylinderDesc { from: v(-0.2, 0.0, 0.4), to: v(-0.2, 0.4, 0.4), radius: 0.35, capped: false };
+        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), lamp())
+            .with(sphere(v(0.1, 0.35, 0.9), 0.35), metal(0.12))
+            .with(ShapeDesc::Cylinder(tube), metal(0.12))
+    };
+    let alone = estimate(256, Caustics::Off, lit);
+    alone.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
+    // In so small a picture photons would be blurred over the whole of it.
+    let photons = PathDesc { caustics: Caustics::Full, photon_radius: Some(0.03), ..PathDesc::default() };
+    alone.agrees(&found(64, photons, lit), 0.02);
+}
+
+/// Camera paths alone, with light paths, and with photons.
+fn all_agree(lit: impl Fn(SceneDesc) -> SceneDesc, off: u32, tolerance: f64) {
+    let alone = estimate(off, Caustics::Off, &lit);
+    alone.agrees(&estimate(off / 4, Caustics::LightTracing, &lit), tolerance);
+    alone.agrees(&estimate(off / 4, Caustics::Full, &lit), tolerance);
+}
+
+#[test]
+fn of_shapes_that_shine() {
+    let lit = |desc: SceneDesc| {
+        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), lamp()).with(sphere(v(1.8, 1.6, 0.5), 0.5), lamp())
+    };
+    all_agree(lit, 256, 0.02);
+}
+
+#[test]
+fn of_light_from_around() {
+    let lit = |desc: SceneDesc| {
+        let around =
+            EnvironmentDesc { rotation: 40.0, tint: [1.0, 0.8, 0.6].into(), ..EnvironmentDesc::studio() };
+        let disc = DirectionalDesc {
+            from: Some(v(0.5, 1.0, 0.6)),
+            angle: 25.0,
+            intensity: 2.0,
+            ..DirectionalDesc::default()
+        };
+        desc.lit(LightDesc::Environment(around)).lit(LightDesc::Directional(disc))
+    };
+    all_agree(lit, 256, 0.02);
+}
+
+/// A small ball that shines is a point to the rest; camera paths never find points behind glass, light paths do.
+#[test]
+fn of_points() {
+    let at = v(0.5, 2.4, 1.0);
+    let ball = |desc: SceneDesc| desc.with(sphere(at, 0.05), shining(400.0, grey(1.0)));
+    // Radiant intensity π r² L.
+    let intensity = PI * 0.05 * 0.05 * 400.0;
+    let point = |desc: SceneDesc| {
+        let attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
+        desc.lit(LightDesc::Point(PointDesc { position: at, intensity, attenuation, ..PointDesc::default() }))
+    };
+    let ball = estimate(128, Caustics::LightTracing, ball);
+    let point_light = estimate(128, Caustics::LightTracing, point);
+    // The ball blocks a little light of its own, and is seen in mirrors.
+    ball.agrees(&point_light, 0.03);
+    let without = estimate(128, Caustics::Off, point);
+    let (without, with) = (without.value()[1], point_light.value()[1]);
+    assert!(without < 0.985 * with, "{without} {with}");
+}
+
+#[test]
+fn through_panes_and_with_many_lamps() {
+    let lit = |desc: SceneDesc| {
+        let pane = PrincipledMaterial {
+            transmission_weight: grey(1.0),
+            thin_walled: true,
+            specular_roughness: grey(0.0),
+            ..PrincipledMaterial::default()
+        };
+        // More than a table holds: a tree chooses.
+        (0..70).fold(desc.with(level(v(0.0, 2.2, 0.5), 4.0), pane), |desc, i| {
+            let (x, z) = (f64::from(i % 10) * 0.3 - 1.5, f64::from(i / 10) * 0.3 - 0.5);
+            desc.with(sphere(v(x, 2.8, z), 0.12), lamp())
+        })
+    };
+    all_agree(lit, 256, 0.02);
+}
+
+#[test]
+fn any_number_of_threads_and_any_split_into_passes() {
+    for caustics in [Caustics::LightTracing, Caustics::Full] {
+        let mut desc = table(PathDesc { caustics, ..PathDesc::default() })
+            .filmed([80, 50], 5)
+            .with(level(v(-0.5, 2.6, 0.5), 0.6), lamp());
+        desc.film.filter = FilterKind::Gaussian;
+        let bits = |threads, pass| {
+            let picture = render_with(&desc, threads, pass).0;
+            picture.linear.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>()
+        };
+        let whole = bits(1, u32::MAX);
+        for (threads, pass) in [(2, u32::MAX), (5, 1), (3, 2)] {
+            assert!(bits(threads, pass) == whole, "{caustics:?}: {threads} threads, passes of {pass}");
+        }
+    }
+}
