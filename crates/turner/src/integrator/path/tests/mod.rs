@@ -4,6 +4,7 @@
     reason = "expected values are independent of the renderer's own functions"
 )]
 
+mod bad_input;
 mod caustics;
 mod dispersion;
 mod estimators;
