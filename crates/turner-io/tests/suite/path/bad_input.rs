@@ -13,7 +13,8 @@ fn sphere(material: &str) -> String {
 /// What reading refuses it with.
 fn refused(text: &str) -> String {
     let read = load_text(text.to_owned(), "s.toml", &MemoryAssets::default(), &LoadOptions::default());
-    read.err().expect(text).to_string()
+    let Err(error) = read else { panic!("{text}") };
+    error.to_string()
 }
 
 #[test]
