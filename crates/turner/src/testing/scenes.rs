@@ -4,16 +4,25 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::{CompareOptions, Estimate, Reference, Runs, compare, render_runs};
-use crate::camera::{CameraDesc, PinholeDesc};
-use crate::color::Spectrum;
+use crate::camera::{
+    CameraDesc, EquirectangularDesc, FisheyeDesc, OrthographicDesc, PinholeDesc, ThinLensDesc,
+};
+use crate::color::{Spectrum, named};
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::film::{Antialias, Picture};
 use crate::integrator::{IntegratorDesc, PathDesc, RayStats};
-use crate::light::LightDesc;
-use crate::material::{MaterialDesc, PrincipledMaterial};
-use crate::math::DVec3;
+use crate::light::{Attenuation, LightDesc, PointDesc};
+use crate::material::{
+    BoundaryMaterial, ClassicMaterial, DielectricMaterial, MaterialDesc, MetalMaterial, MixMaterial,
+    PrincipledMaterial,
+};
+use crate::math::{DAffine3, DVec3};
+use crate::medium::{HomogeneousMedium, MediumDesc, SmokeMedium};
 use crate::render::{PassOptions, Renderer};
-use crate::schema::{Asset, ColorSource, MaterialId, MeshData, MeshId, PrepareOptions, TextureId};
+use crate::schema::transform::rotation;
+use crate::schema::{
+    Asset, ColorSource, MaterialId, MediumId, MeshData, MeshId, PrepareOptions, TextureId, Transform,
+};
 use crate::shape::{BoxDesc, MeshDesc, PlaneDesc, PointsDesc, RectangleDesc, ShapeDesc, SphereDesc};
 use crate::texture::TextureDesc;
 
@@ -32,6 +41,21 @@ pub(crate) fn rgb([r, g, b]: [f64; 3]) -> ColorSource {
     ColorSource::Constant(Spectrum::new(r as f32, g as f32, b as f32))
 }
 
+/// The same number in all bands, for what is no texture.
+pub(crate) fn even(value: f64) -> Option<Spectrum> {
+    bands([value; 3])
+}
+
+/// A colour, for what is no texture.
+pub(crate) fn bands([r, g, b]: [f64; 3]) -> Option<Spectrum> {
+    Some(Spectrum::new(r as f32, g as f32, b as f32))
+}
+
+/// The colour of that name.
+pub(crate) fn called(name: &str) -> ColorSource {
+    ColorSource::Constant(named(name).unwrap())
+}
+
 /// A Lambertian surface and nothing else.
 pub(crate) fn matte(color: ColorSource) -> PrincipledMaterial {
     PrincipledMaterial { base_color: color, specular_weight: grey(0.0), ..PrincipledMaterial::default() }
@@ -46,6 +70,39 @@ pub(crate) fn shining(luminance: f64, color: ColorSource) -> PrincipledMaterial 
         emission_color: color,
         ..PrincipledMaterial::default()
     }
+}
+
+/// A point that shines, the less the farther away.
+pub(crate) fn lamp(position: DVec3, intensity: f64) -> LightDesc {
+    let attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
+    LightDesc::Point(PointDesc { position, intensity, attenuation, ..PointDesc::default() })
+}
+
+/// Kinds of things that scenes take as they are.
+macro_rules! kinds {
+    ($($family:ident::$variant:ident($kind:ty),)*) => {
+        $(impl From<$kind> for $family {
+            fn from(value: $kind) -> $family {
+                $family::$variant(value)
+            }
+        })*
+    };
+}
+
+kinds! {
+    CameraDesc::Pinhole(PinholeDesc),
+    CameraDesc::Orthographic(OrthographicDesc),
+    CameraDesc::ThinLens(ThinLensDesc),
+    CameraDesc::Equirectangular(EquirectangularDesc),
+    CameraDesc::Fisheye(FisheyeDesc),
+    MaterialDesc::Classic(ClassicMaterial),
+    MaterialDesc::Metal(MetalMaterial),
+    MaterialDesc::Mix(MixMaterial),
+    MaterialDesc::Principled(PrincipledMaterial),
+    MaterialDesc::Dielectric(DielectricMaterial),
+    MaterialDesc::Boundary(BoundaryMaterial),
+    MediumDesc::Homogeneous(HomogeneousMedium),
+    MediumDesc::Smoke(SmokeMedium),
 }
 
 /// An empty scene whose light is computed so.
@@ -76,10 +133,21 @@ pub(crate) fn plane() -> ShapeDesc {
     ShapeDesc::Plane(PlaneDesc::default())
 }
 
+/// A shape moved by a transform.
+pub(crate) fn placed(shape: ShapeDesc, transform: DAffine3) -> ObjectDesc {
+    ObjectDesc { transform: Transform(transform), ..ObjectDesc::new(shape) }
+}
+
+/// Turned about x, then y, then z, by so many degrees.
+pub(crate) fn turned(x: f64, y: f64, z: f64) -> DAffine3 {
+    let about = |axis, degrees| DAffine3::from_mat3(rotation(axis, degrees));
+    about(DVec3::Z, z) * about(DVec3::Y, y) * about(DVec3::X, x)
+}
+
 impl SceneDesc {
     /// Seen by this camera.
-    pub(crate) fn seen(mut self, camera: PinholeDesc) -> SceneDesc {
-        self.camera = Some(CameraDesc::Pinhole(camera).into());
+    pub(crate) fn seen(mut self, camera: impl Into<CameraDesc>) -> SceneDesc {
+        self.camera = Some(camera.into().into());
         self
     }
 
@@ -105,14 +173,14 @@ impl SceneDesc {
     }
 
     /// With a shape of a material of its own.
-    pub(crate) fn with(self, shape: ShapeDesc, material: PrincipledMaterial) -> SceneDesc {
+    pub(crate) fn with(self, shape: ShapeDesc, material: impl Into<MaterialDesc>) -> SceneDesc {
         self.with_object(ObjectDesc::new(shape), material)
     }
 
     /// With an object of a material of its own.
-    pub(crate) fn with_object(mut self, object: ObjectDesc, material: PrincipledMaterial) -> SceneDesc {
+    pub(crate) fn with_object(mut self, object: ObjectDesc, material: impl Into<MaterialDesc>) -> SceneDesc {
         let id = MaterialId(self.materials.len() as u32);
-        self.materials.push(MaterialDesc::Principled(material).into());
+        self.materials.push(material.into().into());
         self.objects.push(ObjectDesc { material: Some(id), ..object });
         self
     }
@@ -157,6 +225,19 @@ impl SceneDesc {
         ShapeDesc::Mesh(MeshDesc { mesh: MeshId(self.meshes.len() as u32 - 1), ..MeshDesc::default() })
     }
 
+    /// Of that many columns and rows, each pixel of that many samples at random.
+    pub(crate) fn filmed(self, size: [u32; 2], samples: u32) -> SceneDesc {
+        let mut desc = self.sized(size);
+        (desc.film.antialias, desc.film.samples) = (Antialias::MonteCarlo, samples);
+        desc
+    }
+
+    /// Of that many columns and rows.
+    pub(crate) fn sized(mut self, [width, height]: [u32; 2]) -> SceneDesc {
+        (self.film.width, self.film.height) = (width, height);
+        self
+    }
+
     /// One more cloud of points, as a shape.
     pub(crate) fn points(&mut self, positions: Vec<[f32; 3]>, radii: Vec<f32>) -> ShapeDesc {
         let data = MeshData { positions, ..MeshData::default() };
@@ -164,10 +245,39 @@ impl SceneDesc {
         ShapeDesc::Points(PointsDesc { points: MeshId(self.meshes.len() as u32 - 1), radius: None, radii })
     }
 
-    /// Of that many columns and rows, each pixel of that many samples at random.
-    pub(crate) fn filmed(mut self, [width, height]: [u32; 2], samples: u32) -> SceneDesc {
-        (self.film.width, self.film.height) = (width, height);
-        (self.film.antialias, self.film.samples) = (Antialias::MonteCarlo, samples);
+    /// One more medium, for what is inside.
+    pub(crate) fn medium(&mut self, medium: impl Into<MediumDesc>) -> Option<MediumId> {
+        self.media.push(medium.into().into());
+        Some(MediumId(self.media.len() as u32 - 1))
+    }
+
+    /// One more material: the boundary of a medium, nothing else.
+    pub(crate) fn boundary(&mut self, medium: impl Into<MediumDesc>) -> MaterialId {
+        let interior = self.medium(medium);
+        self.material(BoundaryMaterial { interior }.into())
+    }
+
+    /// With a medium in a shape without a surface.
+    pub(crate) fn filled(mut self, shape: ShapeDesc, medium: impl Into<MediumDesc>) -> SceneDesc {
+        let boundary = self.boundary(medium);
+        self.with_shared(shape, boundary)
+    }
+
+    /// All in one medium.
+    pub(crate) fn in_fog(mut self, medium: HomogeneousMedium) -> SceneDesc {
+        self.background.medium = self.medium(medium);
+        self
+    }
+
+    /// With a shape of the default material.
+    pub(crate) fn with_default(mut self, shape: ShapeDesc) -> SceneDesc {
+        self.objects.push(ObjectDesc::new(shape));
+        self
+    }
+
+    /// Before a background of that colour, which shines.
+    pub(crate) fn before_color(mut self, color: [f64; 3]) -> SceneDesc {
+        self.background.color = bands(color).unwrap_or_default();
         self
     }
 }

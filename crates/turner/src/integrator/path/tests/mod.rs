@@ -10,3 +10,4 @@ mod dispersion;
 mod estimators;
 mod glass;
 mod panes;
+mod volumes;
