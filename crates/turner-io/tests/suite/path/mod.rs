@@ -6,7 +6,5 @@ mod pixels;
 mod replay;
 mod reuse;
 mod sameness;
-mod statistics;
-mod subsurface;
 mod textures;
 mod volumes;

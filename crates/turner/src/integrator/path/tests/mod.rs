@@ -10,4 +10,5 @@ mod dispersion;
 mod estimators;
 mod glass;
 mod panes;
+mod subsurface;
 mod volumes;
