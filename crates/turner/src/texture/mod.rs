@@ -39,6 +39,8 @@ mod wood;
 mod wrap;
 
 #[cfg(test)]
+mod footprint_tests;
+#[cfg(test)]
 mod swatches;
 #[cfg(test)]
 mod tests;

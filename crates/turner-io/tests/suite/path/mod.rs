@@ -6,5 +6,4 @@ mod pixels;
 mod replay;
 mod reuse;
 mod sameness;
-mod textures;
 mod volumes;
