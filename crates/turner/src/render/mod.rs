@@ -7,6 +7,8 @@ mod order;
 mod pass;
 mod pixel;
 #[cfg(test)]
+mod pixel_tests;
+#[cfg(test)]
 mod resume_tests;
 mod schedule;
 mod single;

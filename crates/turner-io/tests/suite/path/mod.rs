@@ -2,7 +2,6 @@
 
 mod bad_input;
 mod lamp_files;
-mod pixels;
 mod replay;
 mod reuse;
 mod sameness;
