@@ -3,6 +3,5 @@
 mod bad_input;
 mod lamp_files;
 mod replay;
-mod reuse;
 mod sameness;
 mod volumes;

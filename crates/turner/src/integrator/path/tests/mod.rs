@@ -10,5 +10,6 @@ mod dispersion;
 mod estimators;
 mod glass;
 mod panes;
+mod reuse;
 mod subsurface;
 mod volumes;

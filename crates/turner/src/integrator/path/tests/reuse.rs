@@ -1,78 +1,66 @@
 //! Paths that neighbouring pixels use together: the same light with less noise, the same bytes whatever is rendered beside it.
 
-use turner::description::SceneDesc;
-use turner::film::{Picture, PixelSum};
-use turner::integrator::path::{PathRecord, replay};
-use turner::integrator::{IntegratorDesc, PathReuse, Prepared};
-use turner::render::sample;
-use turner::schema::PrepareOptions;
-
-use crate::classic::common::{describe, render_with};
+use crate::color::Spectrum;
+use crate::description::{ObjectDesc, SceneDesc};
+use crate::film::{Antialias, Picture, PixelSum};
+use crate::integrator::path::{PathRecord, replay};
+use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, PathDesc, PathReuse, Prepared};
+use crate::light::{EnvironmentDesc, LightDesc};
+use crate::material::{AlphaMode, DielectricMaterial, MetalMaterial, PrincipledMaterial};
+use crate::math::{DAffine3, DVec3};
+use crate::medium::HomogeneousMedium;
+use crate::render::sample;
+use crate::schema::{MeshData, PrepareOptions, Transform};
+use crate::testing::scenes::{
+    called, cuboid, even, grey, matte, path, rectangle, render, render_with, rgb, shining, sphere, v,
+};
+use crate::texture::{ChessboardDesc, TextureDesc};
 
 const WIDTH: u32 = 44;
 const HEIGHT: u32 = 27;
 
-/// A room of diffuse walls, a smooth mesh, a textured ball, glass, a rough mirror, a hole by chance and a pane of glass.
-const ROOM: &str = r#"
-camera = { position = [0, 1, 3.6], look_at = [0, 0.9, 0], fov = 48 }
-integrator = { type = "path", caustics = "off" }
-film = { width = 44, height = 27, antialias = "monte-carlo", samples = 5 }
-[material.wall]
-type = "matte"
-color = [0.8, 0.6, 0.4]
-[material.lamp]
-type = "emissive"
-strength = 12
-[[object]]
-type = "box"
-min = [-1.2, 0, -1]
-max = [1.2, 2, 4]
-material = "wall"
-[[object]]
-type = "rectangle"
-center = [0.3, 1.98, 0.5]
-edge_u = [0.4, 0, 0]
-edge_v = [0, 0, 0.4]
-material = "lamp"
-[[object]]
-type = "sphere"
-center = [-0.5, 0.4, 0]
-radius = 0.4
-material = { type = "matte", color = { type = "chessboard", even = "ivory", odd = "tomato", density = 8 } }
-[[object]]
-type = "mesh"
-positions = [[0.2, 0, 0.2], [0.9, 0, 0.4], [0.6, 0.9, 0], [0.5, 0, -0.4]]
-normals = [[-0.5, 0.2, 0.6], [0.6, 0.2, 0.6], [0, 1, 0.1], [0, 0.2, -1]]
-triangles = [[0, 1, 2], [1, 3, 2], [3, 0, 2]]
-material = { type = "matte", color = [0.3, 0.5, 0.8] }
-[[object]]
-type = "sphere"
-center = [0.1, 0.2, 0.9]
-radius = 0.2
-material = { type = "dielectric", ior = 1.5 }
-[[object]]
-type = "rectangle"
-center = [-0.8, 0.9, 0.8]
-edge_u = [0.5, 0, 0]
-edge_v = [0, 0.9, 0.1]
-material = { type = "principled", specular_weight = 0, base_color = [0.6, 0.9, 0.6], alpha_mode = "blend", opacity = 0.5, double_sided = true }
-[[object]]
-type = "rectangle"
-center = [0.9, 1.2, 1]
-edge_u = [0.5, 0, 0.1]
-edge_v = [0, 0.8, 0]
-material = { type = "dielectric", thin = true }
-"#;
+/// Diffuse walls and a lamp.
+fn empty_room() -> SceneDesc {
+    path(PathDesc { caustics: Caustics::Off, ..PathDesc::default() })
+        .seen_at(v(0.0, 1.0, 3.6), v(0.0, 0.9, 0.0), 48.0)
+        .filmed([WIDTH, HEIGHT], 5)
+        .with(cuboid(v(-1.2, 0.0, -1.0), v(1.2, 2.0, 4.0)), matte(rgb([0.8, 0.6, 0.4])))
+        .with(rectangle(v(0.3, 1.98, 0.5), v(0.4, 0.0, 0.0), v(0.0, 0.0, 0.4)), shining(12.0, grey(1.0)))
+}
 
+/// A room of diffuse walls, a smooth mesh, a textured ball, glass, a rough mirror, a hole by chance and a pane of glass.
 fn room(reuse: PathReuse) -> SceneDesc {
-    let mut desc = describe(ROOM);
+    let mut desc = empty_room();
     set(&mut desc, reuse);
-    desc
+    let board =
+        ChessboardDesc { even: called("ivory"), odd: called("tomato"), density: 8.0, ..Default::default() };
+    let board = desc.texture(TextureDesc::Chessboard(board));
+    let mesh = desc.mesh(MeshData {
+        positions: vec![[0.2, 0.0, 0.2], [0.9, 0.0, 0.4], [0.6, 0.9, 0.0], [0.5, 0.0, -0.4]],
+        normals: vec![[-0.5, 0.2, 0.6], [0.6, 0.2, 0.6], [0.0, 1.0, 0.1], [0.0, 0.2, -1.0]],
+        triangles: vec![[0, 1, 2], [1, 3, 2], [3, 0, 2]],
+        ..MeshData::default()
+    });
+    let sheet = PrincipledMaterial {
+        alpha_mode: AlphaMode::Blend,
+        opacity: grey(0.5),
+        ..matte(rgb([0.6, 0.9, 0.6]))
+    };
+    let pane = DielectricMaterial { thin: true, ..DielectricMaterial::default() };
+    desc.with(sphere(v(-0.5, 0.4, 0.0), 0.4), matte(board))
+        .with(mesh, matte(rgb([0.3, 0.5, 0.8])))
+        .with(sphere(v(0.1, 0.2, 0.9), 0.2), DielectricMaterial::default())
+        .with(rectangle(v(-0.8, 0.9, 0.8), v(0.5, 0.0, 0.0), v(0.0, 0.9, 0.1)), sheet)
+        .with(rectangle(v(0.9, 1.2, 1.0), v(0.5, 0.0, 0.1), v(0.0, 0.8, 0.0)), pane)
+}
+
+fn settings(desc: &mut SceneDesc) -> &mut PathDesc {
+    let IntegratorDesc::Path(path) = &mut desc.integrator else { panic!("path") };
+    path
 }
 
 fn set(desc: &mut SceneDesc, reuse: PathReuse) {
-    let IntegratorDesc::Path(path) = &mut desc.integrator else { panic!("path") };
-    path.reuse = reuse;
+    settings(desc).reuse = reuse;
 }
 
 fn prepared(desc: &SceneDesc) -> Prepared {
@@ -80,7 +68,7 @@ fn prepared(desc: &SceneDesc) -> Prepared {
 }
 
 fn picture(desc: &SceneDesc) -> Picture {
-    render_with(desc, 2, u32::MAX).0
+    render(desc).0
 }
 
 #[test]
@@ -116,7 +104,7 @@ fn samples_are_sums_of_their_own_path_and_of_what_neighbours_lend() {
 }
 
 /// What a path adds up from a vertex on.
-fn found_from(path: &PathRecord, from: usize) -> turner::color::Spectrum {
+fn found_from(path: &PathRecord, from: usize) -> Spectrum {
     let mut rest = path.clone();
     rest.shared = None;
     rest.vertices.drain(..from);
@@ -167,11 +155,9 @@ fn the_mean_is_that_of_paths_by_themselves() {
 #[test]
 fn pixels_have_less_noise() {
     // The room and its lamp alone, seen finely: most of the noise is light by way of another wall.
-    let empty: Vec<&str> = ROOM.split("[[object]]").take(3).collect();
-    let empty = empty.join("[[object]]").replace("width = 44, height = 27", "width = 120, height = 90");
     let noise = |reuse: PathReuse| -> f64 {
         let of = |seed: u32| {
-            let mut desc = describe(&empty);
+            let mut desc = empty_room().filmed([120, 90], 5);
             set(&mut desc, reuse);
             desc.film.seed = seed;
             picture(&desc).linear
@@ -210,20 +196,24 @@ fn the_same_bytes_for_threads_passes_and_crops() {
 
 #[test]
 fn where_it_is_not_right_it_is_not_done() {
-    for (what, from, to) in [
-        ("motion", "radius = 0.4\n", "radius = 0.4\nmotion = { translate = [0.1, 0, 0] }\n"),
-        ("a medium", "[material.wall]", "[background]\nmedium = { extinction = 0.05 }\n[material.wall]"),
-        ("a clamp", "caustics = \"off\"", "caustics = \"off\", clamp_indirect = 1"),
-        ("chance at once", "caustics = \"off\"", "caustics = \"off\", rr_start = 1"),
-        ("adaptive", "antialias = \"monte-carlo\", samples = 5", "antialias = \"adaptive\""),
-        ("direct light", "type = \"path\", caustics = \"off\"", "type = \"direct\""),
-    ] {
-        let text = ROOM.replace(from, to);
-        assert_ne!(text, ROOM, "{what}");
-        let mut desc = describe(&text);
-        if let IntegratorDesc::Path(path) = &mut desc.integrator {
-            path.reuse = PathReuse::Always;
-        }
+    type Change = fn(&mut SceneDesc);
+    let cases: [(&str, Change); 6] = [
+        ("motion", |desc| {
+            let ball: &mut ObjectDesc = &mut desc.objects[2];
+            ball.motion = Some(Transform(DAffine3::from_translation(v(0.1, 0.0, 0.0))));
+        }),
+        ("a medium", |desc| {
+            let fog = HomogeneousMedium { extinction: even(0.05), ..HomogeneousMedium::default() };
+            desc.background.medium = desc.medium(fog);
+        }),
+        ("a clamp", |desc| settings(desc).clamp_indirect = 1.0),
+        ("chance at once", |desc| settings(desc).rr_start = 1),
+        ("adaptive", |desc| (desc.film.antialias, desc.film.samples) = (Antialias::Adaptive, 16)),
+        ("direct light", |desc| desc.integrator = IntegratorDesc::Direct(DirectDesc::default())),
+    ];
+    for (what, change) in cases {
+        let mut desc = room(PathReuse::Always);
+        change(&mut desc);
         assert!(!prepared(&desc).integrator.shares_paths(), "{what}");
         if let IntegratorDesc::Path(_) = desc.integrator {
             let shared = picture(&desc).linear;
@@ -238,10 +228,10 @@ fn where_it_is_not_right_it_is_not_done() {
 #[test]
 fn a_test_decides() {
     assert!(prepared(&room(PathReuse::Auto)).integrator.shares_paths());
-    let desc = describe(
-        "integrator = { type = \"path\" }\nfilm = { width = 64, height = 48, antialias = \"monte-carlo\", samples = 4 }\n\
-         light = [{ type = \"environment\" }]\n\
-         object = [{ type = \"sphere\", material = { type = \"metal\", roughness = 0.3 } }]\n",
-    );
-    assert!(!prepared(&desc).integrator.shares_paths());
+    let metal = MetalMaterial { roughness: grey(0.3), ..MetalMaterial::default() };
+    let open = path(PathDesc::default())
+        .filmed([64, 48], 4)
+        .lit(LightDesc::Environment(EnvironmentDesc::default()))
+        .with(sphere(DVec3::ZERO, 1.0), metal);
+    assert!(!prepared(&open).integrator.shares_paths());
 }
