@@ -3,5 +3,4 @@
 mod bad_input;
 mod lamp_files;
 mod replay;
-mod sameness;
 mod volumes;

@@ -11,5 +11,6 @@ mod estimators;
 mod glass;
 mod panes;
 mod reuse;
+mod sameness;
 mod subsurface;
 mod volumes;
