@@ -2,5 +2,4 @@
 
 mod bad_input;
 mod lamp_files;
-mod replay;
 mod volumes;

@@ -10,6 +10,8 @@ mod dispersion;
 mod estimators;
 mod glass;
 mod panes;
+mod replay;
+mod replay_scenes;
 mod reuse;
 mod sameness;
 mod subsurface;
