@@ -11,6 +11,8 @@ mod record;
 mod replay;
 mod shade;
 mod spawn;
+#[cfg(test)]
+mod tests;
 
 pub use record::{
     CutReason, CutRecord, HitRecord, LightTerm, MAX_WRITTEN, MissRecord, RayEnd, RayKind, RayRecord, Seen,

@@ -1,0 +1,3 @@
+//! Classic recursive ray tracing from a scene to pixels.
+
+mod closed_forms;
