@@ -20,6 +20,8 @@ pub(crate) mod outline;
 pub(crate) mod placed_emitters;
 pub(crate) mod planes;
 pub(crate) mod ray_batch;
+#[cfg(test)]
+mod ray_batch_tests;
 pub(crate) mod rectangles;
 #[allow(clippy::module_inception)]
 pub(crate) mod scene;

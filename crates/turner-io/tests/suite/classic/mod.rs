@@ -1,6 +1,5 @@
 //! Classic recursive ray tracing from text to pixels.
 
-mod batches;
 pub(crate) mod common;
 mod documents;
 mod looking;

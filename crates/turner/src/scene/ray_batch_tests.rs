@@ -1,51 +1,43 @@
 //! Many rays at once find what each finds alone.
 
-use turner::math::{DVec3, Ray};
-use turner::sampler::{SampleId, uniform_sphere};
-use turner::scene::RayBatch;
-use turner::schema::PrepareOptions;
-
-use crate::classic::common::describe;
+use super::RayBatch;
+use crate::description::SceneDesc;
+use crate::material::{ClassicMaterial, ShadowKind};
+use crate::math::{DAffine3, DVec3, Ray};
+use crate::sampler::{SampleId, uniform_sphere};
+use crate::schema::PrepareOptions;
+use crate::shape::{BoxDesc, ShapeDesc};
+use crate::testing::scenes::{placed, plane, rgb, sphere, v};
 
 /// Spheres and other shapes, opaque, tinted and shadowless, with and without transforms; `more` spheres beside.
-fn scene(more: usize) -> String {
-    let mut text = r#"
-        [[object]]
-        type = "plane"
-        [[object]]
-        type = "sphere"
-        center = [0, 1, 0]
-        [[object]]
-        type = "sphere"
-        center = [2, 1, 0]
-        material = { color = [0.5, 0.9, 0.7], k_refract = 0.8, shadow = "tinted" }
-        [[object]]
-        type = "sphere"
-        center = [2, 1, 0.5]
-        material = { shadow = "none" }
-        [[object]]
-        type = "sphere"
-        transform = [{ scale = [1, 2, 1] }, { translate = [-2, 1, 1] }]
-        [[object]]
-        type = "box"
-        material = { color = [0.3, 0.9, 0.7], k_refract = 0.5, shadow = "tinted" }
-        [[object]]
-        type = "sphere"
-        center = [0, 1, 0]
-        "#
-    .to_owned();
-    for i in 0..more {
-        let x = i as f64 * 0.37 - 3.0;
-        text +=
-            &format!("[[object]]\ntype = \"sphere\"\nradius = 0.2\ncenter = [{x}, {}, -1]\n", x * x * 0.3);
-    }
-    text
+fn scene(more: u32) -> SceneDesc {
+    let tinted = |color, k_refract| ClassicMaterial {
+        color: rgb(color),
+        k_refract,
+        shadow: ShadowKind::Tinted,
+        ..ClassicMaterial::default()
+    };
+    let shadowless = ClassicMaterial { shadow: ShadowKind::None, ..ClassicMaterial::default() };
+    let long = DAffine3::from_translation(v(-2.0, 1.0, 1.0)) * DAffine3::from_scale(v(1.0, 2.0, 1.0));
+    let mut desc = SceneDesc::default()
+        .with_default(plane())
+        .with_default(sphere(DVec3::Y, 1.0))
+        .with(sphere(v(2.0, 1.0, 0.0), 1.0), tinted([0.5, 0.9, 0.7], 0.8))
+        .with(sphere(v(2.0, 1.0, 0.5), 1.0), shadowless);
+    desc.objects.push(placed(sphere(DVec3::ZERO, 1.0), long));
+    let desc = desc
+        .with(ShapeDesc::Box(BoxDesc::default()), tinted([0.3, 0.9, 0.7], 0.5))
+        .with_default(sphere(DVec3::Y, 1.0));
+    (0..more).fold(desc, |desc, i| {
+        let x = f64::from(i) * 0.37 - 3.0;
+        desc.with_default(sphere(v(x, x * x * 0.3, -1.0), 0.2))
+    })
 }
 
 #[test]
 fn batches_find_what_single_rays_find() {
     for more in [0, 20, 90] {
-        let scene = describe(&scene(more)).prepare(&PrepareOptions::default()).unwrap().scene;
+        let scene = scene(more).prepare(&PrepareOptions::default()).unwrap().scene;
         let (mut hits, mut through) = (Vec::new(), Vec::new());
         let (mut struck, mut tinted) = (0, 0);
         for n in 0..400 {
