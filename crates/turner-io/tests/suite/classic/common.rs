@@ -17,10 +17,6 @@ pub(crate) fn describe(text: &str) -> SceneDesc {
     }
 }
 
-pub(crate) fn render(text: &str) -> (Picture, RayStats) {
-    render_with(&describe(text), 2, u32::MAX)
-}
-
 /// Renders with that many threads, that many samples per pass.
 pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Picture, RayStats) {
     let scene = desc.prepare(&PrepareOptions { threads, ..Default::default() }).unwrap();
@@ -31,9 +27,4 @@ pub(crate) fn render_with(desc: &SceneDesc, threads: usize, pass: u32) -> (Pictu
     }
     assert_eq!(renderer.film.non_finite.count, 0);
     (renderer.develop(), renderer.stats)
-}
-
-pub(crate) fn pixel(picture: &Picture, x: u32, y: u32) -> [f32; 3] {
-    let [r, g, b, _] = picture.linear[(y * picture.width + x) as usize];
-    [r, g, b]
 }

@@ -2,6 +2,5 @@
 
 pub(crate) mod common;
 mod documents;
-mod looking;
 mod oracle;
 mod replay;

@@ -1,4 +1,4 @@
-//! Path tracing from text to pixels: closed forms first, then one estimator against another.
+//! What text and files bring to path tracing, and what is refused of them.
 
 mod bad_input;
 mod lamp_files;

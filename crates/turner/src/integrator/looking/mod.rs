@@ -11,6 +11,8 @@ mod ids;
 mod normals;
 mod position;
 pub(super) mod shown;
+#[cfg(test)]
+mod tests;
 mod uv;
 mod wireframe;
 
