@@ -130,7 +130,17 @@ fn one<'a>(names: &Names<'a>, n: usize, sample: &SampleRecord) -> Result<Sample<
             let record = path_record::replay_at(names.prepared, sample.id, sample.place)?;
             (record.sum(), What::Path(Box::new(path::of(names, &record))))
         }
-        _ => (sample.radiance.color, What::FirstHit(Box::new(FirstHit::new(names, sample)))),
+        IntegratorDesc::Normals(_)
+        | IntegratorDesc::Depth(_)
+        | IntegratorDesc::Position(_)
+        | IntegratorDesc::Uv(_)
+        | IntegratorDesc::Albedo(_)
+        | IntegratorDesc::Ids(_)
+        | IntegratorDesc::Wireframe(_)
+        | IntegratorDesc::AmbientOcclusion(_)
+        | IntegratorDesc::Cost(_) => {
+            (sample.radiance.color, What::FirstHit(Box::new(FirstHit::new(names, sample))))
+        }
     };
     Ok(Sample::new(names, n, sample, sum, what))
 }

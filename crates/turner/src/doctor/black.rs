@@ -82,10 +82,8 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
     }
     let first = off.first().copied().unwrap_or(0);
     let name = e.desc.lights.get(first).map_or("light", |l| l.value.type_name());
-    let key = match e.desc.lights.get(first).map(|l| &l.value) {
-        Some(LightDesc::Environment(_) | LightDesc::Sky(_)) => "strength",
-        _ => "intensity",
-    };
+    let key =
+        e.desc.lights.get(first).and_then(|l| strength_key(&l.value)).map_or("intensity", |(key, _)| key);
     let what = format!(
         "all {} lights are switched off or black; the first is the {name} light #{first}",
         e.desc.lights.len()
@@ -371,17 +369,10 @@ pub(super) fn strength_key(light: &LightDesc) -> Option<(&'static str, f64)> {
 
 /// Whether what arrives depends on the distance.
 fn attenuates(e: &Evidence<'_>, l: &LightFacts) -> bool {
-    let coefficients =
-        e.light_number(l.one).and_then(|i| e.desc.lights.get(i as usize)).and_then(|l| match &l.value {
-            LightDesc::Point(l) => Some(l.attenuation),
-            LightDesc::Spot(l) => Some(l.attenuation),
-            LightDesc::Rectangle(l) => Some(l.attenuation),
-            LightDesc::Disk(l) => Some(l.attenuation),
-            LightDesc::Sphere(l) => Some(l.attenuation),
-            _ => None,
-        });
+    let light = e.light_number(l.one).and_then(|i| e.desc.lights.get(i as usize));
+    let attenuation = light.and_then(|l| l.value.attenuation());
     // Shapes that shine look smaller from afar.
-    coefficients.is_none_or(|a| a.coefficients[1] + a.coefficients[2] > 0.0)
+    attenuation.is_none_or(|a| a.coefficients[1] + a.coefficients[2] > 0.0)
 }
 
 /// Light arrives, but nothing returns it.

@@ -293,11 +293,7 @@ fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
         share * l.kept_off
     };
     let delta = |l: &&LightFacts| match l.one {
-        Shining::Light(i) => match e.scene.lights.get(i as usize) {
-            Some(Light::Directional(d)) => !d.is_disc(),
-            Some(Light::Environment(_)) | None => false,
-            Some(_) => true,
-        },
+        Shining::Light(i) => e.scene.lights.get(i as usize).is_some_and(Light::is_delta),
         Shining::Shape { .. } => false,
     };
     let most = e.g.lights.iter().filter(delta).max_by(|a, b| lost(a).total_cmp(&lost(b)))?;

@@ -152,7 +152,7 @@ fn around(scene: &Scene, direction: DVec3, is_delta: bool) -> Source {
                 return Source::Light(i);
             }
             Light::Environment(_) => environment = Source::Light(i),
-            _ => {}
+            Light::Directional(_) | Light::Point(_) | Light::Spot(_) | Light::Area(_) => {}
         }
     }
     environment

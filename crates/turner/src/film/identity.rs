@@ -27,8 +27,29 @@ pub struct Identity {
 impl Identity {
     /// Of a description's film; of no scene, without light paths.
     pub(super) fn new(desc: &FilmDesc, region: PixelRect, crop: PixelRect) -> Identity {
-        let FilmDesc { antialias, threshold, max_subdivisions, filter, filter_radius, .. } = desc;
-        let FilmDesc { texture_filter, shutter, pixel_sample, max_sample, .. } = desc;
+        // All keys, so that a new one is not forgotten.
+        let FilmDesc {
+            antialias,
+            threshold,
+            max_subdivisions,
+            filter,
+            filter_radius,
+            texture_filter,
+            shutter,
+            pixel_sample,
+            max_sample,
+            // In fields of their own.
+            width: _,
+            height: _,
+            crop: _,
+            samples: _,
+            seed: _,
+            // What is made of the samples.
+            transfer: _,
+            tonemap: _,
+            exposure: _,
+            auto_exposure: _,
+        } = desc;
         let sampling = format!(
             "{antialias:?} {threshold} {max_subdivisions} {filter:?} {filter_radius:?} {texture_filter:?} {shutter:?} \
              {pixel_sample:?} {max_sample}"

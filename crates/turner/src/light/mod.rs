@@ -50,7 +50,7 @@ use crate::image::Image;
 use crate::math::{DVec2, DVec3};
 use crate::schema::value::{Data, Value};
 use crate::schema::{
-    Asset, ErrorCode, ParamType, ReadContext, SceneError, WriteContext, choice, family, wrong_type,
+    Asset, ErrorCode, ImageId, ParamType, ReadContext, SceneError, WriteContext, choice, family, wrong_type,
 };
 
 family! {
@@ -173,6 +173,36 @@ pub enum Light {
 }
 
 impl LightDesc {
+    /// The picture that it is made from.
+    pub(crate) fn picture(&self) -> Option<ImageId> {
+        match self {
+            LightDesc::Environment(l) => l.file,
+            LightDesc::Ambient(_)
+            | LightDesc::Point(_)
+            | LightDesc::Directional(_)
+            | LightDesc::Spot(_)
+            | LightDesc::Rectangle(_)
+            | LightDesc::Disk(_)
+            | LightDesc::Sphere(_)
+            | LightDesc::Sky(_) => None,
+        }
+    }
+
+    /// How it weakens with distance; `None` for lights that have no place.
+    pub(crate) fn attenuation(&self) -> Option<Attenuation> {
+        match self {
+            LightDesc::Point(l) => Some(l.attenuation),
+            LightDesc::Spot(l) => Some(l.attenuation),
+            LightDesc::Rectangle(l) => Some(l.attenuation),
+            LightDesc::Disk(l) => Some(l.attenuation),
+            LightDesc::Sphere(l) => Some(l.attenuation),
+            LightDesc::Ambient(_)
+            | LightDesc::Directional(_)
+            | LightDesc::Environment(_)
+            | LightDesc::Sky(_) => None,
+        }
+    }
+
     /// Makes it ready and adds what it is made of to `lights`; gives the colour of an ambient light, which has no place. `images` are the
     /// scene's; `compensated` is for environments ([`EnvironmentDesc::prepare`]), `physical` whether the integrator is.
     pub fn prepare(

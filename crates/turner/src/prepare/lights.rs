@@ -36,8 +36,7 @@ struct Made {
 
 /// The picture that a light is made from.
 fn image_of(light: &LightDesc, images: &[Asset<Image>]) -> Option<Arc<Image>> {
-    let LightDesc::Environment(environment) = light else { return None };
-    images.get(environment.file?.index()).map(|asset| asset.data.clone())
+    images.get(light.picture()?.index()).map(|asset| asset.data.clone())
 }
 
 fn same_image(a: &Option<Arc<Image>>, b: &Option<Arc<Image>>) -> bool {

@@ -3,10 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::description::SceneDesc;
-use crate::light::LightDesc;
 use crate::schema::error::escape;
 use crate::schema::{ImageId, Memory, SceneError};
-use crate::texture::TextureDesc;
 
 impl SceneDesc {
     /// Asks for what is made of pictures: smaller sizes of those that textures show, tables of those that shine.
@@ -14,14 +12,7 @@ impl SceneDesc {
         let samples = |id: ImageId| {
             self.images.get(id.index()).map_or(0, |i| i.data.memory() as u64 / i.data.pixels.sample_bytes())
         };
-        let shown: BTreeSet<ImageId> = self
-            .textures
-            .iter()
-            .filter_map(|t| match &t.value {
-                TextureDesc::Image(image) => Some(image.file),
-                _ => None,
-            })
-            .collect();
+        let shown: BTreeSet<ImageId> = self.textures.iter().filter_map(|t| t.value.picture()).collect();
         if filtered && !shown.is_empty() {
             // A third of each, and the largest one's first two levels as numbers.
             let third: u64 = shown
@@ -35,9 +26,7 @@ impl SceneDesc {
             })?;
         }
         for light in &self.lights {
-            if let LightDesc::Environment(environment) = &light.value
-                && let Some(image) = environment.file.and_then(|id| self.images.get(id.index()))
-            {
+            if let Some(image) = light.value.picture().and_then(|id| self.images.get(id.index())) {
                 // Four bytes of a pixel for its column, one for the guide, two while it is made.
                 let pixels = u64::from(image.data.width).saturating_mul(u64::from(image.data.height));
                 memory

@@ -119,7 +119,7 @@ impl Emitters {
             powers.push(0.0);
             let surrounds = matches!(light, Light::Environment(_));
             emitters.surrounded |= surrounds;
-            if surrounds || matches!(light, Light::Directional(l) if l.is_disc()) {
+            if !light.is_finite() && !light.is_delta() {
                 emitters.around.push(i as u32);
             }
         }

@@ -70,7 +70,7 @@ pub use self::prepare::KeptPyramids;
 use self::prepare::{Kind, Preparing};
 use crate::color::Spectrum;
 use crate::math::{DAffine3, DVec2, DVec3};
-use crate::schema::{ColorSource, SceneError, TextureId, Transform, family};
+use crate::schema::{ColorSource, ImageId, SceneError, TextureId, Transform, family};
 use crate::shape::{Shape, ShapeHit, SurfacePoint, TriangleMesh};
 
 /// The table of textures: `Variant(description => what is evaluated)`.
@@ -151,6 +151,26 @@ textures! {
     VertexColor(VertexColorDesc => vertex_color::VertexColor),
     Product(ProductDesc => product::Product),
     Mix(MixDesc => mix::Mix),
+}
+
+impl TextureDesc {
+    /// The picture that it shows.
+    pub(crate) fn picture(&self) -> Option<ImageId> {
+        match self {
+            TextureDesc::Image(d) => Some(d.file),
+            TextureDesc::Constant(_)
+            | TextureDesc::Chessboard(_)
+            | TextureDesc::Stripes(_)
+            | TextureDesc::Gradient(_)
+            | TextureDesc::Wood(_)
+            | TextureDesc::Marble(_)
+            | TextureDesc::Noise(_)
+            | TextureDesc::Perlin(_)
+            | TextureDesc::VertexColor(_)
+            | TextureDesc::Product(_)
+            | TextureDesc::Mix(_) => None,
+        }
+    }
 }
 
 /// Where a texture is looked up.
