@@ -60,6 +60,9 @@ fn shapes() -> Vec<ObjectDesc> {
         ShapeDesc::Points(PointsDesc { points: MeshId(0), radius: None, radii: vec![0.4, 0.3, 0.2] }),
         ShapeDesc::Mesh(MeshDesc { mesh: MeshId(1), ..MeshDesc::default() }),
     ];
+    for entry in ShapeDesc::DOC.entries.iter().filter(|e| e.name != "plane") {
+        assert!(plain.iter().any(|s| s.type_name() == entry.name), "no shape of the kind {}", entry.name);
+    }
     let as_it_is = plain.iter().cloned().map(ObjectDesc::new);
     as_it_is.chain(plain.iter().cloned().map(slanted)).collect()
 }

@@ -122,6 +122,15 @@ fn cases() -> Vec<Case> {
     cases
 }
 
+#[test]
+fn every_shape_has_a_case() {
+    // Meshes and clouds of points have tests of their own.
+    let formulas = ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "mesh" | "points"));
+    for entry in formulas {
+        assert!(cases().iter().any(|c| c.shape.word() == entry.name), "no case for the shape {}", entry.name);
+    }
+}
+
 impl Case {
     /// The nearest zero of a sheet that belongs, walking from 0 to `end` in steps.
     fn oracle(&self, ray: &Ray, end: f64, steps: u32) -> Option<f64> {

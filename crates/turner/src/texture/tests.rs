@@ -95,11 +95,9 @@ fn every_texture_is_finite_everywhere() {
     let odd =
         [0.0, -0.0, -1e-300, 0.5, 1e9, -1e18, 1e300, f64::MAX, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
     let everything = TextureDesc::DOC.entries.iter().flat_map(|doc| {
-        let file = ("file", text("picture.png"));
         let keys = match doc.name {
-            "image" => vec![file],
             "product" | "mix" => vec![("a", Data::Number(1e30)), ("b", Data::Number(-1e30))],
-            _ => vec![],
+            kind => needed(kind),
         };
         let huge = match doc.name {
             "constant" | "vertex-color" | "product" | "mix" => vec![],
@@ -194,6 +192,43 @@ fn cycles_are_refused_with_their_names() {
     let a = table(&[("type", text("stripes")), ("even", inner)]);
     let error = refused(&scene(&[("a", a)]).unwrap());
     assert_eq!(error.message, "a texture contains itself: a -> { chessboard } -> a");
+}
+
+/// The keys that a texture of a kind must have, whatever they are.
+fn needed(kind: &str) -> Vec<(&'static str, Data)> {
+    match kind {
+        "image" => vec![("file", text("picture.png"))],
+        "product" | "mix" => vec![("a", text("red")), ("b", text("blue"))],
+        _ => vec![],
+    }
+}
+
+/// What a kind says of itself agrees with its keys: the textures that it names, and where it looks itself up.
+#[test]
+fn kinds_know_all_their_keys() {
+    for entry in TextureDesc::DOC.entries {
+        for field in entry.fields {
+            let with = |value: Data| {
+                let others = needed(entry.name).into_iter().filter(|(key, _)| *key != field.name);
+                let mut keys = vec![("type", text(entry.name)), (field.name, value)];
+                keys.extend(others);
+                scene(&[("t", table(&keys))])
+            };
+            match (field.kind)().as_str() {
+                "color | texture" => {
+                    let error = refused(&with(text("t")).unwrap());
+                    assert_eq!(error.code, ErrorCode::Cycle, "`{}` of {}", field.name, entry.name);
+                }
+                _ if field.name == "mapping" => {
+                    let of = |mapping: &str| with(text(mapping)).unwrap().textures[0].value.clone();
+                    assert!(of("uv").uses_uv() && !of("solid").uses_uv(), "{}", entry.name);
+                    assert!(of("uv").triplanar().is_none(), "{}", entry.name);
+                    assert!(of("triplanar").triplanar().is_some(), "{}", entry.name);
+                }
+                _ => {}
+            }
+        }
+    }
 }
 
 /// Boards t0, t1, …, each with the next in it, the last plain.

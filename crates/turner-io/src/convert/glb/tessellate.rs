@@ -195,6 +195,10 @@ mod tests {
             "\"torus\"",
             "\"torus\"\naxis = [1, -1, 0.4]",
         ];
+        for entry in ShapeDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "mesh" | "points")) {
+            let name = format!("\"{}\"", entry.name);
+            assert!(scenes.iter().any(|scene| scene.starts_with(&name)), "no scene of the shape {name}");
+        }
         for scene in scenes {
             let text = format!("[[object]]\ntype = {scene}\n");
             let assets = crate::assets::MemoryAssets::default();

@@ -369,3 +369,24 @@ impl SceneAssets for NoFiles {
         panic!("{} is read again", model.file)
     }
 }
+
+/// A key that changes nothing in the physical material was forgotten there. A classic material is only likened to it, and a mix is none.
+#[test]
+fn every_key_of_a_material_counts() {
+    let mut random = Random(11);
+    let principled = |entry: &EntryDoc, keys: &str| {
+        let desc = read(&format!("{BASE}[material.m]\ntype = \"{}\"\n{keys}", entry.name))?;
+        let material = desc.materials.iter().find(|m| m.name.as_deref() == Some("m"));
+        Ok::<_, String>(material.and_then(|m| m.value.principled()))
+    };
+    for entry in MaterialDesc::DOC.entries.iter().filter(|e| !matches!(e.name, "classic" | "mix")) {
+        let plain = principled(entry, "").unwrap();
+        for field in entry.fields {
+            let counts = (0..60).any(|_| {
+                let keys = format!("{} = {}\n", field.name, value(entry, field, &mut random));
+                principled(entry, &keys).is_ok_and(|changed| changed != plain)
+            });
+            assert!(counts, "`{}` of the material {} changes nothing", field.name, entry.name);
+        }
+    }
+}
