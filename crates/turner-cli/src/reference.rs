@@ -15,7 +15,7 @@ use turner::shape::ShapeDesc;
 use turner::texture::TextureDesc;
 
 use crate::text::{columns, wrap};
-use crate::topics::{self, CHOICES};
+use crate::topics;
 
 /// One key of a page.
 #[derive(Clone, Debug)]
@@ -112,15 +112,13 @@ fn entry(doc: &'static EntryDoc, title: String) -> Page {
 }
 
 fn key(field: &Field) -> Key {
-    let kind = (field.kind)();
-    let words = CHOICES.iter().find(|(choice, _)| choice() == kind).map_or(&[][..], |(_, words)| words);
     Key {
         name: field.name.to_owned(),
         default: field.default.map(|show| show()),
         range: field.range.map(|r| r.to_string()),
         doc: paragraph(field.doc),
-        words,
-        kind,
+        words: (field.words)(),
+        kind: (field.kind)(),
     }
 }
 

@@ -1,57 +1,8 @@
 //! Pages of the reference that no table holds: objects, groups, transforms, colours, includes.
 
-use turner::camera::Handedness;
-use turner::color::{Tonemap, Transfer};
-use turner::description::{SECTIONS, UpAxis};
-use turner::film::{Antialias, PixelSample, TextureFilter};
-use turner::filter::FilterKind;
-use turner::integrator::{AtDepth, Caustics, Combine, DepthMeasure, Facing, Highlight, Miss, NormalKind};
-use turner::light::{AttenuationKind, ProfileUnits};
-use turner::material::{AlphaMode, BumpUnit, Fresnel, ShadowKind};
-use turner::schema::ParamType;
-use turner::texture::{Axis, Encoding, GradientKind, ImageChannel, ImageFilter, Mapping, NoiseKind, Wrap};
+use turner::description::SECTIONS;
 
 use crate::reference::{Key, Page};
-
-/// How the type is shown.
-type Kind = fn() -> String;
-
-/// Words and their meanings.
-type Words = &'static [(&'static str, &'static str)];
-
-/// Sets of words, found by how their type is shown.
-pub(crate) const CHOICES: &[(Kind, Words)] = &[
-    (Antialias::kind, Antialias::DOCS),
-    (FilterKind::kind, FilterKind::DOCS),
-    (PixelSample::kind, PixelSample::DOCS),
-    (TextureFilter::kind, TextureFilter::DOCS),
-    (Transfer::kind, Transfer::DOCS),
-    (Tonemap::kind, Tonemap::DOCS),
-    (AtDepth::kind, AtDepth::DOCS),
-    (Miss::kind, Miss::DOCS),
-    (Combine::kind, Combine::DOCS),
-    (Facing::kind, Facing::DOCS),
-    (Highlight::kind, Highlight::DOCS),
-    (NormalKind::kind, NormalKind::DOCS),
-    (DepthMeasure::kind, DepthMeasure::DOCS),
-    (Handedness::kind, Handedness::DOCS),
-    (Mapping::kind, Mapping::DOCS),
-    (Axis::kind, Axis::DOCS),
-    (ImageFilter::kind, ImageFilter::DOCS),
-    (Wrap::kind, Wrap::DOCS),
-    (GradientKind::kind, GradientKind::DOCS),
-    (NoiseKind::kind, NoiseKind::DOCS),
-    (AttenuationKind::kind, AttenuationKind::DOCS),
-    (ProfileUnits::kind, ProfileUnits::DOCS),
-    (Fresnel::kind, Fresnel::DOCS),
-    (BumpUnit::kind, BumpUnit::DOCS),
-    (ShadowKind::kind, ShadowKind::DOCS),
-    (AlphaMode::kind, AlphaMode::DOCS),
-    (Caustics::kind, Caustics::DOCS),
-    (ImageChannel::kind, ImageChannel::DOCS),
-    (Encoding::kind, Encoding::DOCS),
-    (UpAxis::kind, UpAxis::DOCS),
-];
 
 /// A scene that shows something.
 pub(crate) const SCENE: &str = r##"[camera]

@@ -4,6 +4,8 @@
 pub trait Choice: Copy + Sized + 'static {
     /// The words, in order.
     const ALL_WORDS: &'static [&'static str];
+    /// Each word and what it means.
+    const ALL_DOCS: &'static [(&'static str, &'static str)];
     /// The word in a scene file.
     fn to_word(self) -> &'static str;
     /// From its word.
@@ -31,6 +33,7 @@ macro_rules! choice {
         }
         impl $crate::choice::Choice for $name {
             const ALL_WORDS: &'static [&'static str] = $name::WORDS;
+            const ALL_DOCS: &'static [(&'static str, &'static str)] = $name::DOCS;
             fn to_word(self) -> &'static str { self.word() }
             fn of_word(word: &str) -> Option<$name> { $name::from_word(word) }
         }

@@ -27,6 +27,7 @@ macro_rules! params {
                 fields: &[$($crate::schema::Field {
                     name: stringify!($field),
                     kind: <$ty as $crate::schema::ParamType>::kind,
+                    words: <$ty as $crate::schema::ParamType>::words,
                     default: $crate::schema::params!(@show $ty $(, $default)?),
                     doc: &[$($fdoc),+],
                     range: $crate::schema::params!(@range $($range)?),

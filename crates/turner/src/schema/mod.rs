@@ -54,6 +54,8 @@ pub struct Field {
     pub name: &'static str,
     /// The type of its value, in words.
     pub kind: fn() -> String,
+    /// The words that it may be, with their meanings, if it is one of a set.
+    pub words: fn() -> &'static [(&'static str, &'static str)],
     /// Its default as written in a scene; `None` if it must be given.
     pub default: Option<fn() -> String>,
     /// What it means, a line each.
@@ -92,6 +94,10 @@ pub struct FamilyDoc {
 pub trait ParamType: Sized {
     /// The type in words, e.g. `number` or `[x, y, z]`.
     fn kind() -> String;
+    /// The words that it may be, with their meanings; none for types that are not such a set.
+    fn words() -> &'static [(&'static str, &'static str)] {
+        &[]
+    }
     /// From a value.
     fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Self, SceneError>;
     /// As it would be written in a scene; used to show defaults.

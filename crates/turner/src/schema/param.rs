@@ -116,6 +116,9 @@ impl<T: ParamType> ParamType for Option<T> {
     fn kind() -> String {
         T::kind()
     }
+    fn words() -> &'static [(&'static str, &'static str)] {
+        T::words()
+    }
     fn read(value: &Value, cx: &mut dyn ReadContext) -> Result<Option<T>, SceneError> {
         T::read(value, cx).map(Some)
     }
@@ -421,6 +424,9 @@ impl ParamType for MediumId {
 impl<T: Choice> ParamType for T {
     fn kind() -> String {
         T::ALL_WORDS.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" | ")
+    }
+    fn words() -> &'static [(&'static str, &'static str)] {
+        T::ALL_DOCS
     }
     fn read(value: &Value, _: &mut dyn ReadContext) -> Result<T, SceneError> {
         match &value.data {
