@@ -233,6 +233,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn formats_that_are_written_can_be_asked_for() {
+        let named: Vec<ImageFormat> = FormatArg::value_variants().iter().map(|f| (*f).into()).collect();
+        for format in ImageFormat::all() {
+            assert_eq!(named.contains(&format), format.can_write(), "--format and {}", format.name());
+        }
+    }
+
+    #[test]
     fn settings_are_compact() {
         let normals = turner::integrator::IntegratorDesc::Normals(turner::integrator::NormalsDesc {
             normal: turner::integrator::NormalKind::Geometric,

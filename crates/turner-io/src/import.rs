@@ -101,7 +101,10 @@ pub fn import_file(
     match SceneFormat::of_path(Path::new(uri)) {
         Some(SceneFormat::Pbrt) => return pbrt::import(uri, assets, options),
         Some(SceneFormat::Mitsuba) => return mitsuba::import(uri, assets, options),
-        _ => {}
+        Some(
+            SceneFormat::Toml | SceneFormat::Gltf | SceneFormat::Obj | SceneFormat::Ply | SceneFormat::Stl,
+        )
+        | None => {}
     }
     let bytes = assets.read(uri, MAX_FILE).map_err(|e| e.to_scene_error())?;
     import(bytes, uri, assets, options)

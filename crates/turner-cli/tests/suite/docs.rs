@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use turner::integrator::IntegratorDesc;
 use turner::render::{PassOptions, Renderer};
 use turner::schema::PrepareOptions;
 use turner_io::assets::{AssetError, AssetSource};
-use turner_io::scene::{LoadOptions, load_text};
+use turner_io::image::ImageFormat;
+use turner_io::scene::{LoadOptions, SceneFormat, load_text};
 
 const BEGIN: &str = "<!-- generated: reference -->";
 const END: &str = "<!-- end -->";
@@ -28,6 +30,53 @@ fn the_reference_is_generated() {
     }
     let same = text[begin..end].replace("\r\n", "\n") == generated;
     assert!(same, "docs/scene-format.md is out of date: run this test with TURNER_UPDATE=1");
+}
+
+/// Documents that list all of something.
+#[test]
+fn lists_in_documents_are_whole() {
+    let root = docs().join("..");
+    let text = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
+    let looking = text("docs/looking.md");
+    for entry in IntegratorDesc::DOC.entries {
+        let is_view = IntegratorDesc::of_type(entry.name).unwrap().capabilities().debug;
+        let row = format!("| `{}` |", entry.name);
+        assert!(!is_view || looking.contains(&row), "docs/looking.md has no row for {}", entry.name);
+    }
+    let words = |name: &str| -> Vec<String> {
+        text(name).split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase).collect()
+    };
+    let pictures = || ImageFormat::all().map(|f| (f.name(), f.extensions()));
+    let scenes = SceneFormat::all().map(|f| (f.name(), f.extensions()));
+    let (security, compare) = (words("SECURITY.md"), words("docs/compare.md"));
+    let names =
+        |words: &[String], extensions: &[&str]| words.iter().any(|w| extensions.contains(&w.as_str()));
+    for (name, extensions) in pictures().chain(scenes) {
+        assert!(names(&security, extensions), "SECURITY.md does not name {name} by an extension");
+    }
+    for (name, extensions) in pictures() {
+        let found = names(&compare, extensions) || text("docs/compare.md").contains(name);
+        assert!(found, "docs/compare.md does not name {name}");
+    }
+}
+
+/// Every format has a fuzz target, called by one of its extensions or by its name.
+#[test]
+fn formats_have_fuzz_targets() {
+    let folder = docs().join("../fuzz");
+    let [manifest, readme] =
+        ["Cargo.toml", "README.md"].map(|name| std::fs::read_to_string(folder.join(name)).unwrap());
+    let pictures = ImageFormat::all().map(|f| (f.name(), f.extensions()));
+    let scenes = SceneFormat::all().map(|f| (f.name(), f.extensions()));
+    for (name, extensions) in pictures.chain(scenes) {
+        // Scenes of our own are called so.
+        let own = if name == "TOML" { "scene".to_owned() } else { name.to_lowercase() };
+        let exists = |target: &&str| folder.join(format!("fuzz_targets/{target}.rs")).exists();
+        let target = extensions.iter().copied().chain([own.as_str()]).find(exists);
+        let target = target.unwrap_or_else(|| panic!("{name} has no fuzz target"));
+        assert!(manifest.contains(&format!("name = \"{target}\"")), "fuzz/Cargo.toml: {target}");
+        assert!(readme.contains(&format!("`{target}`")), "fuzz/README.md: {target}");
+    }
 }
 
 /// Any file that a snippet names, in its simplest form.

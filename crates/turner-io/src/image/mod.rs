@@ -83,6 +83,11 @@ pub fn read_metadata(bytes: &[u8], name: &str) -> Result<Metadata, ImageError> {
     match ImageFormat::of_bytes(bytes, name)? {
         ImageFormat::Png => png::read_metadata(bytes, name),
         ImageFormat::Exr => exr::read_metadata(bytes, name),
-        _ => Ok(Metadata::new()),
+        ImageFormat::Hdr
+        | ImageFormat::Jpeg
+        | ImageFormat::WebP
+        | ImageFormat::Tga
+        | ImageFormat::Bmp
+        | ImageFormat::Pfm => Ok(Metadata::new()),
     }
 }

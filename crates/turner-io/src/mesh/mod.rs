@@ -61,7 +61,9 @@ pub fn decode_any(bytes: &[u8], name: &str) -> Result<ReadMesh, MeshError> {
                 let problem = "the first line is not `ply`".to_owned();
                 return Err(MeshError::damaged(name, SceneFormat::Ply, Place::Line(1), problem));
             }
-            _ => return Err(MeshError::unknown(name)),
+            Some(SceneFormat::Toml | SceneFormat::Gltf | SceneFormat::Pbrt | SceneFormat::Mitsuba) | None => {
+                return Err(MeshError::unknown(name));
+            }
         }
     };
     drop_not_finite(&mut read, name);

@@ -27,7 +27,11 @@ pub(crate) fn check(bytes: &[u8], name: &str, limits: &Limits) -> Result<(), Sce
             Some(SceneFormat::Obj) => of_file(OBJ),
             Some(SceneFormat::Stl) if bytes.trim_ascii_start().starts_with(b"solid") => of_file(STL_TEXT),
             Some(SceneFormat::Stl) => of_file(STL_BINARY),
-            _ => 0,
+            // Known by its first bytes.
+            Some(SceneFormat::Ply) => 0,
+            Some(SceneFormat::Toml | SceneFormat::Gltf | SceneFormat::Pbrt | SceneFormat::Mitsuba) | None => {
+                0
+            }
         }
     };
     limits.memory.need(need, || format!("{}: reading it", called()))

@@ -6,25 +6,6 @@ use turner::schema::{ErrorCode, SceneError};
 
 use crate::assets::{nearest, printable};
 
-/// A file format that describes geometry or a whole scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SceneFormat {
-    /// A scene in TOML.
-    Toml,
-    /// glTF 2.0, as text or in one file.
-    Gltf,
-    /// Wavefront OBJ: a mesh.
-    Obj,
-    /// Stanford PLY: a mesh or a cloud of points.
-    Ply,
-    /// STL: a mesh.
-    Stl,
-    /// pbrt-v4: a scene of another renderer.
-    Pbrt,
-    /// Mitsuba 3's XML: a scene of another renderer.
-    Mitsuba,
-}
-
 /// One line of the table.
 struct Row {
     format: SceneFormat,
@@ -43,59 +24,72 @@ enum Holds {
     Model,
     /// A model that is one mesh.
     Mesh,
+    /// A scene of another renderer, which says by itself how it is to be rendered: with its own camera, film and integrator.
+    Whole,
 }
 
-const TABLE: &[Row] = &[
-    Row {
-        format: SceneFormat::Toml,
+/// The table of formats: each entry is a variant and its line.
+macro_rules! formats {
+    ($($(#[doc = $doc:literal])+ $variant:ident { $($line:tt)+ })+) => {
+        /// A file format that describes geometry or a whole scene.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum SceneFormat { $($(#[doc = $doc])+ $variant,)+ }
+
+        const TABLE: &[Row] = &[$(Row { format: SceneFormat::$variant, $($line)+ },)+];
+    };
+}
+
+formats! {
+    /// A scene in TOML.
+    Toml {
         name: "TOML",
         extensions: &["toml"],
         description: "a scene: text that a person writes",
         holds: Holds::Scene,
-    },
-    Row {
-        format: SceneFormat::Gltf,
+    }
+    /// glTF 2.0, as text or in one file.
+    Gltf {
         name: "glTF 2.0",
         extensions: &["glb", "gltf"],
         description: "a model: nodes, meshes, skins, animations, physical materials, lights, cameras",
         holds: Holds::Model,
-    },
-    Row {
-        format: SceneFormat::Obj,
+    }
+    /// Wavefront OBJ: a mesh.
+    Obj {
         name: "Wavefront OBJ",
         extensions: &["obj"],
         description: "a model of one mesh: polygons, normals, texture coordinates, materials of its MTL files",
         holds: Holds::Mesh,
-    },
-    Row {
-        format: SceneFormat::Ply,
+    }
+    /// Stanford PLY: a mesh or a cloud of points.
+    Ply {
         name: "Stanford PLY",
         extensions: &["ply"],
         description: "a model of one mesh or a cloud of points: polygons, normals, texture coordinates, colours; ASCII and binary",
         holds: Holds::Mesh,
-    },
-    Row {
-        format: SceneFormat::Stl,
+    }
+    /// STL: a mesh.
+    Stl {
         name: "STL",
         extensions: &["stl"],
         description: "a model of one mesh: triangles; ASCII and binary; z is taken for up",
         holds: Holds::Mesh,
-    },
-    Row {
-        format: SceneFormat::Pbrt,
+    }
+    /// pbrt-v4: a scene of another renderer.
+    Pbrt {
         name: "pbrt-v4",
         extensions: &["pbrt"],
         description: "a scene of another renderer, with its camera, film, materials, lights and media",
-        holds: Holds::Model,
-    },
-    Row {
-        format: SceneFormat::Mitsuba,
+        holds: Holds::Whole,
+    }
+    /// Mitsuba 3's XML: a scene of another renderer.
+    Mitsuba {
         name: "Mitsuba",
         extensions: &["xml"],
         description: "a scene of another renderer, with its sensor, film, BSDFs, emitters and media; XML of Mitsuba 3, 2 and 0.6",
-        holds: Holds::Model,
-    },
-];
+        holds: Holds::Whole,
+    }
+}
 
 /// Extensions of files that people try and that are not read as scenes.
 const FOREIGN: &[(&[&str], &str)] = &[
@@ -146,7 +140,7 @@ impl SceneFormat {
 
     /// Whether it says by itself how it is to be rendered: with its own camera, film and integrator.
     pub(crate) fn is_whole(self) -> bool {
-        matches!(self, SceneFormat::Pbrt | SceneFormat::Mitsuba)
+        self.row().holds == Holds::Whole
     }
 
     /// The format that a name asks for by its extension, in upper or lower case.
@@ -202,23 +196,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_has_each_format_once() {
-        for format in [
-            SceneFormat::Toml,
-            SceneFormat::Gltf,
-            SceneFormat::Obj,
-            SceneFormat::Ply,
-            SceneFormat::Stl,
-            SceneFormat::Pbrt,
-            SceneFormat::Mitsuba,
-        ] {
-            assert_eq!(TABLE.iter().filter(|row| row.format == format).count(), 1);
-            assert_eq!(
-                SceneFormat::of_path(Path::new(&format!("a.{}", format.extensions()[0]))),
-                Some(format)
-            );
+    fn an_extension_means_one_format() {
+        for format in SceneFormat::all() {
+            for extension in format.extensions() {
+                assert_eq!(SceneFormat::of_path(Path::new(&format!("a.{extension}"))), Some(format));
+                assert!(FOREIGN.iter().all(|(extensions, _)| !extensions.contains(extension)), "{extension}");
+            }
         }
-        assert_eq!(SceneFormat::all().count(), TABLE.len());
     }
 
     #[test]

@@ -44,7 +44,16 @@ pub(super) fn object(file: &str, format: SceneFormat) -> Value {
     let mut table = Table::default();
     table.push("type", Data::String(ModelDesc::DOC.name.to_owned()));
     table.push("file", Data::String(file.to_owned()));
-    table.push("up", Data::String(if format == SceneFormat::Stl { "z" } else { "y" }.to_owned()));
+    let up = match format {
+        SceneFormat::Stl => "z",
+        SceneFormat::Toml
+        | SceneFormat::Gltf
+        | SceneFormat::Obj
+        | SceneFormat::Ply
+        | SceneFormat::Pbrt
+        | SceneFormat::Mitsuba => "y",
+    };
+    table.push("up", Data::String(up.to_owned()));
     Value::new(Data::Table(table))
 }
 

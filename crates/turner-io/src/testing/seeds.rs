@@ -239,12 +239,22 @@ pub fn glb_of(json: &str, chunk: &[u8]) -> Vec<u8> {
 mod tests {
     use super::*;
     use crate::assets::MemoryAssets;
-    use crate::scene::{LoadOptions, load_text};
+    use crate::scene::{LoadOptions, SceneFormat, load_text};
+
+    /// What has a seed is among the files that are damaged on purpose.
+    #[test]
+    fn every_format_has_a_seed() {
+        let pictures = ImageFormat::all().map(|f| (f.name(), f.extensions()));
+        let scenes = SceneFormat::all().map(|f| (f.name(), f.extensions()));
+        for (name, extensions) in pictures.chain(scenes) {
+            let is = |seed: &Seed| seed.name.rsplit_once('.').is_some_and(|(_, e)| extensions.contains(&e));
+            assert!(seeds().iter().any(is), "no seed is a file of the format {name}");
+        }
+    }
 
     #[test]
     fn every_seed_is_a_scene() {
         let all = seeds();
-        assert_eq!(all.len(), 25);
         let mut assets = MemoryAssets::default();
         assets.files.extend(companions().into_iter().map(|(n, b)| (n.to_owned(), b)));
         assets.files.extend(all.iter().map(|s| (s.name.to_owned(), s.bytes.clone())));
