@@ -127,6 +127,10 @@ pub fn materials() -> Vec<(&'static str, PrincipledPoint)> {
             PrincipledPoint { coat_weight: 0.5, coat_roughness: 0.3, specular_roughness: 0.4, ..glass },
         ),
         (
+            "half a coat on glass in glass",
+            PrincipledPoint { coat_weight: 0.5, coat_roughness: 0.3, exterior_ior: 1.5, ..glass },
+        ),
+        (
             "coat on white",
             PrincipledPoint { base_color: Spectrum::WHITE, coat_darkening: 0.0, coat_roughness: 0.3, ..coat },
         ),

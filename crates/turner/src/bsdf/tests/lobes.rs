@@ -1,0 +1,44 @@
+//! What is said of a BSDF as a whole is true of all its lobes.
+
+use crate::bsdf::albedo::Toward;
+use crate::bsdf::mixture::{INTERFACE, LOBES, REFLECT};
+use crate::bsdf::{Bsdf, PrincipledPoint, Rgb};
+use crate::testing::{direction, materials};
+
+/// Which lobes return light.
+fn lobes(bsdf: &Bsdf) -> [bool; LOBES] {
+    bsdf.albedos(bsdf.above_on(Toward::all(0.6), bsdf.inside)).map(|albedo| albedo != Rgb::ZERO)
+}
+
+#[test]
+fn every_lobe_is_in_the_table_of_materials() {
+    let mut met = [false; LOBES];
+    for (_, point) in materials() {
+        for subsurface_walk in [false, true] {
+            let bsdf = Bsdf::new(&PrincipledPoint { subsurface_walk, ..point });
+            met.iter_mut().zip(lobes(&bsdf)).for_each(|(met, has)| *met |= has);
+        }
+    }
+    assert_eq!(met, [true; LOBES], "testing::materials has no point for a lobe");
+}
+
+#[test]
+fn what_is_one_lobe_has_no_other() {
+    for (name, point) in materials() {
+        let bsdf = Bsdf::new(&point);
+        let only = |lobe: usize| lobes(&bsdf).iter().enumerate().all(|(i, has)| !has || i == lobe);
+        assert!(bsdf.as_lambert().is_none() || only(REFLECT), "{name} is not Lambert's reflection alone");
+        assert!(bsdf.as_rough_mirror().is_none() || only(INTERFACE), "{name} is not a rough mirror alone");
+    }
+}
+
+#[test]
+fn lights_can_be_connected_to_where_light_is_scattered() {
+    let wo = direction(0.6, 0.3);
+    let around = || (0..400).map(|i| (f64::from(i % 20) / 10.0 - 0.95, f64::from(i / 20) * 0.314));
+    for (name, point) in materials() {
+        let bsdf = Bsdf::new(&point);
+        let scatters = around().any(|(mu, phi)| !bsdf.eval(wo, direction(mu, phi)).is_black());
+        assert_eq!(bsdf.has_smooth(), scatters, "{name}");
+    }
+}
