@@ -30,6 +30,8 @@ impl TriangleMesh {
         if base.space().shift() != shift {
             return Ok(false);
         }
+        // A copy of the nodes, and what is new.
+        options.limits.memory.need(base.tree_bytes() as u64 / 4, || self.tree_name())?;
         let to_tree = |p: [f32; 3]| match shift == DVec3::ZERO {
             true => p,
             false => [0, 1, 2].map(|i| (f64::from(p[i]) - shift[i]) as f32),

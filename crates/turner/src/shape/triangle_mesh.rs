@@ -129,7 +129,7 @@ impl TriangleMesh {
         Ok(())
     }
 
-    fn tree_name(&self) -> String {
+    pub(super) fn tree_name(&self) -> String {
         format!("the search tree of a mesh of {} triangles", self.data.triangles.len())
     }
 
