@@ -1,7 +1,7 @@
-//! Trees some of whose triangles changed: the others keep their nodes and blocks.
+//! A BVH for a mesh some of whose triangles changed: the others keep their nodes and blocks.
 //!
-//! Leaves that hold a triangle that changed are cut off a copy of the nodes; the blocks are shared. What those leaves held else, and what is new, goes
-//! into a small tree of its own, which each ray searches afterwards, up to the hit that it has. So the time of a change is that of copying the nodes
+//! Leaves with a changed triangle are removed from a copy of the nodes; the blocks are shared. The unchanged triangles of those leaves and the new
+//! triangles go into a small second BVH. Each ray traverses the first BVH, then the second one up to its nearest hit so far. So the time of a change is that of copying the nodes
 //! (an eighth of the tree) and of building the small tree. Hits are those of a tree built over all, bit for bit: the nearest, of equally near ones that of
 //! the lowest number, found by the same arithmetic on the same corners.
 
@@ -47,7 +47,7 @@ pub(crate) struct Changed {
     /// The tree over what is new.
     nodes: Vec<WideNode>,
     blocks: Vec<Block>,
-    /// For each triangle of the old mesh its number in the new one; `None` if all have the same.
+    /// Maps a triangle index of the old mesh to its index in the new mesh; `None` if no index changed.
     numbers: Option<Vec<u32>>,
 }
 
@@ -306,29 +306,35 @@ impl Bvh {
     }
 
     /// The nearest hit of one ray in a changed tree.
-    #[cold]
     pub(crate) fn one_closest_changed(
         &self,
         changed: &Changed,
         ray: &Ray,
         filter: &dyn Fn(&Hit) -> bool,
     ) -> Hit {
-        let mut hit = [Hit::MISS];
-        self.closest_changed(changed, &[*ray], &mut hit, &|_, hit| filter(hit));
-        hit[0]
+        let old = |_: u32, hit: &Hit| filter(&changed.renumbered(hit));
+        let old = leaves(&self.blocks, &old);
+        let hit = changed.renumbered(&search::closest(tree(self, &self.nodes, &old), ray));
+        let t_max = if hit.t < ray.t_max { hit.t } else { ray.t_max };
+        let new = |_: u32, hit: &Hit| filter(hit);
+        let new = leaves(&changed.blocks, &new);
+        let nearer = search::closest(tree(self, &changed.nodes, &new), &Ray { t_max, ..*ray });
+        let is_nearer = nearer.t < hit.t || nearer.t == hit.t && nearer.primitive < hit.primitive;
+        if is_nearer { nearer } else { hit }
     }
 
     /// Whether one ray hits anything in a changed tree.
-    #[cold]
     pub(crate) fn one_any_changed(
         &self,
         changed: &Changed,
         ray: &Ray,
         filter: &dyn Fn(&Hit) -> bool,
     ) -> bool {
-        let mut hit = [false];
-        self.any_changed(changed, &[*ray], &mut hit, &|_, hit| filter(hit));
-        hit[0]
+        let old = |_: u32, hit: &Hit| filter(&changed.renumbered(hit));
+        let old = leaves(&self.blocks, &old);
+        let new = |_: u32, hit: &Hit| filter(hit);
+        let new = leaves(&changed.blocks, &new);
+        search::any(tree(self, &self.nodes, &old), ray) || search::any(tree(self, &changed.nodes, &new), ray)
     }
 }
 

@@ -123,7 +123,7 @@ proptest! {
         let mut refitted = build(&first);
         let mut hits = 0;
         for round in 0..5 {
-            // A few moved a little, all of them anywhere, all in one place, one gone, as at first.
+            // Refits in turn: a few boxes move slightly, all move at random, all coincide, one becomes invalid, all return.
             let (anywhere, _) = boxes_and_rays();
             let boxes: Vec<Aabb> = match round {
                 0 => (0..count).map(|i| if i % 17 == 0 { anywhere[i] } else { first[i] }).collect(),

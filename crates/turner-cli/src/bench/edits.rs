@@ -131,7 +131,7 @@ pub(crate) fn run(args: &EditsBenchArgs) -> u8 {
     reported(args.json, measure(args).map_err(Failure::new))
 }
 
-/// What an edit took, in milliseconds each time, and what it remade.
+/// The measured times of one edit, in milliseconds, and what the update rebuilt.
 struct Row {
     scene: &'static str,
     edit: &'static str,

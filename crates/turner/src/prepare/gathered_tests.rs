@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::tests::{rendered, shown, start};
+use super::tests::{is_as_fresh, rendered, shown, start};
 use super::{Preparer, UpdateOptions};
 use crate::description::SceneDesc;
 use crate::integrator::{CostDesc, IntegratorDesc, NormalsDesc};
@@ -77,9 +77,7 @@ proptest! {
         preparer.update(&desc).unwrap();
         for (what, by) in edits {
             edit(&mut desc, what, by);
-            let updated = rendered(preparer.update(&desc).unwrap());
-            let fresh = rendered(desc.prepare(&PrepareOptions::default()).unwrap());
-            prop_assert!(updated == fresh, "{what} {by}");
+            prop_assert!(is_as_fresh(&mut preparer, &desc), "{what} {by}");
         }
     }
 }

@@ -148,7 +148,7 @@ impl KeptVolumes {
             && self.open == desc.background.medium
             && self.media.iter().eq(desc.media.iter().map(|m| &m.value))
             && (desc.media.is_empty() || self.materials.iter().eq(desc.materials.iter().map(|m| &m.value)));
-        // A medium that is named where there is none is an error each time.
+        // Report an undefined medium on every update, also where nothing else changed.
         if same && !(desc.media.is_empty() && physical) {
             return Ok((self.volumes.clone(), false));
         }

@@ -132,6 +132,12 @@ pub(super) fn rendered(prepared: Prepared) -> (Vec<[u32; 4]>, Vec<String>) {
     (renderer.develop().linear.iter().map(|p| p.map(f32::to_bits)).collect(), warnings)
 }
 
+/// Whether an update gives the picture and the warnings of a fresh preparation.
+pub(super) fn is_as_fresh(preparer: &mut Preparer, desc: &SceneDesc) -> bool {
+    let fresh = desc.prepare(&PrepareOptions::default()).unwrap();
+    rendered(preparer.update(desc).unwrap()) == rendered(fresh)
+}
+
 /// One edit, by two numbers.
 fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
     let x = f64::from(by) / 64.0 - 2.0;
@@ -211,9 +217,7 @@ proptest! {
         preparer.update(&desc).unwrap();
         for (what, by) in edits {
             edit(&mut desc, what, by);
-            let updated = rendered(preparer.update(&desc).unwrap());
-            let fresh = rendered(desc.prepare(&PrepareOptions::default()).unwrap());
-            prop_assert!(updated == fresh, "{what} {by}");
+            prop_assert!(is_as_fresh(&mut preparer, &desc), "{what} {by}");
         }
     }
 }

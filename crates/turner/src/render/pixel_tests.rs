@@ -46,7 +46,7 @@ fn half(integrator: IntegratorDesc, from: f64, material: impl Into<MaterialDesc>
     scene(integrator).seen(camera).sized([12, 4]).with(surface, material)
 }
 
-/// A row of pixels; everything to the right of the picture's middle shines.
+/// One row of pixels; the right half of the image is an emitter.
 fn edge(filter: FilterKind, filter_radius: Option<f64>, integrator: IntegratorDesc) -> Vec<f64> {
     let material: MaterialDesc = match integrator {
         IntegratorDesc::Classic(_) => {

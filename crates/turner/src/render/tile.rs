@@ -14,7 +14,7 @@ use crate::math::DVec2;
 use crate::sampler::SampleId;
 use crate::view::{place, take_points};
 
-/// Rays to trace at a time, about: some milliseconds. In tests few, so that tiles are traced in strips.
+/// The approximate number of rays traced between two checks for a cancel: a few milliseconds of work. Small in tests, so that tiles are traced in strips.
 const MOST_RAYS: u64 = if cfg!(test) { 128 } else { 8192 };
 
 /// What a worker needs for its tiles; kept from tile to tile.
@@ -31,9 +31,9 @@ pub(super) struct TileBuffers<'a> {
     pub(super) stats: RayStats,
     pub(super) samples: CameraSamples,
     pub(super) radiance: Vec<Radiance>,
-    /// The same of a tile's strips before the one that is traced.
+    /// Samples and radiance of the strips of this tile that are already traced.
     earlier: (Vec<SampleId>, Vec<Radiance>),
-    /// Rays that a sample takes: those of the last ones.
+    /// The recent mean number of rays per sample.
     rays_per_sample: u64,
     /// The photons of a sample's number, if samples find any.
     photons: Option<Arc<PhotonMap>>,
@@ -158,7 +158,7 @@ impl<'a> TileBuffers<'a> {
         true
     }
 
-    /// Rows of a tile to trace at a time: fewer than all where samples take so many rays that a cancel would have to wait for them.
+    /// The number of rows of a tile traced at a time. Fewer than all if samples take so many rays that a cancel would be answered late.
     fn rows_at_once(&self, traced: &PixelRect) -> u32 {
         if self.p.integrator.shares_paths() {
             return traced.height;

@@ -54,7 +54,7 @@ pub struct Field {
     pub name: &'static str,
     /// The type of its value, in words.
     pub kind: fn() -> String,
-    /// The words that it may be, with their meanings, if it is one of a set.
+    /// For a choice, its valid words with their meanings; otherwise empty.
     pub words: fn() -> &'static [(&'static str, &'static str)],
     /// Its default as written in a scene; `None` if it must be given.
     pub default: Option<fn() -> String>,
@@ -94,7 +94,7 @@ pub struct FamilyDoc {
 pub trait ParamType: Sized {
     /// The type in words, e.g. `number` or `[x, y, z]`.
     fn kind() -> String;
-    /// The words that it may be, with their meanings; none for types that are not such a set.
+    /// For a choice, its valid words with their meanings; otherwise empty.
     fn words() -> &'static [(&'static str, &'static str)] {
         &[]
     }
@@ -108,7 +108,7 @@ pub trait ParamType: Sized {
     fn write(&self, cx: &mut dyn WriteContext) -> Result<Option<Data>, SceneError>;
     /// Moves the numbers of things it refers to.
     fn renumber(&mut self, _by: &Renumber) {}
-    /// The first number in it outside a range, if any. Types without numbers have none.
+    /// The first number of this value that lies outside the range, if any. A type without numbers returns `None`.
     fn outside(&self, _range: &Range) -> Option<f64> {
         None
     }

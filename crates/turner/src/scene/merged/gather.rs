@@ -152,11 +152,11 @@ struct Gathered {
     base: Option<Base>,
 }
 
-/// At most one in so many triangles may have changed for the tree of the others to be kept: with more, both making and searching the second tree
-/// cost too much.
+/// The BVH is kept while at most one in so many triangles was added and at most one in so many removed: beyond that, building and searching the second
+/// BVH costs too much, and the first one holds too much that is no longer used.
 const CHANGED: usize = 8;
 
-/// Fewer triangles have a new tree in no time.
+/// With fewer triangles, a rebuild takes a few milliseconds.
 const SMALL: usize = if cfg!(test) { 1 << 8 } else { 1 << 13 };
 
 impl Gathered {
@@ -180,7 +180,7 @@ impl Gathered {
         Ok(Gathered { mesh: Arc::new(mesh), owners, members, parts, base: None })
     }
 
-    /// What a base and other sources have in common as it is there; `None` where that is too little, or the tree has to be another one.
+    /// Keeps the BVH of a base for the meshes that it shares with `sources`; `None` if it shares too few, or if the BVH has to be rebuilt.
     fn changed(
         sources: &[Source],
         offset: DVec3,
@@ -195,7 +195,9 @@ impl Gathered {
         let count = |source: &Source| source.mesh.data().triangles.len();
         let new = sources.iter().zip(&matches).filter(|(_, m)| m.is_none()).map(|(s, _)| count(s));
         let (new, all) = (new.sum::<usize>(), sources.iter().map(count).sum::<usize>());
-        if all < SMALL || new > all / CHANGED {
+        let kept = matches.iter().flatten().map(|from| count(&base.sources[*from])).sum::<usize>();
+        let removed = base.owners.len() - kept;
+        if all < SMALL || new > all / CHANGED || removed > all / CHANGED {
             return Ok(None);
         }
         let mut data = room(sources, options)?;
@@ -259,7 +261,8 @@ impl Base {
         }
         let mut next = 0;
         let found = sources.iter().map(|source| {
-            let place = *places.get(&source.key())?.iter().find(|i| **i >= next)?;
+            let places = places.get(&source.key())?;
+            let place = *places.get(places.partition_point(|i| *i < next))?;
             next = place + 1;
             Some(place)
         });
