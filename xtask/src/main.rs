@@ -88,6 +88,19 @@ mod tests {
     /// What is not made by this program: it takes other renderers, or models that are not stored here.
     const BY_OTHERS: [&str; 3] = ["error-over-time.svg", "gltf-test-models.jpg", "bunny.jpg"];
 
+    fn markdown_below(folder: &Path) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                files.extend(markdown_below(&path));
+            } else if path.extension().is_some_and(|e| e == "md") {
+                files.push(path);
+            }
+        }
+        files
+    }
+
     fn images() -> Vec<(String, u64)> {
         let entries = std::fs::read_dir(root().join("docs/images")).unwrap();
         let of = |e: std::fs::DirEntry| (e.file_name().into_string().unwrap(), e.metadata().unwrap().len());
@@ -112,21 +125,20 @@ mod tests {
 
     #[test]
     fn the_documents_show_pictures_that_are_there() {
-        let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
         let mut shown = String::new();
-        for path in docs.chain([root().join("README.md")]) {
-            if path.extension().is_some_and(|e| e == "md") {
-                let text = std::fs::read_to_string(&path).unwrap();
-                for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-                    let file = link.split('#').next().unwrap();
-                    if file.is_empty() || file.contains("://") {
-                        continue;
-                    }
-                    let found = path.parent().unwrap().join(file);
-                    assert!(found.exists(), "{}: {link}", path.display());
+        let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
+        let others = others.map(|name| root().join(name));
+        for path in markdown_below(&root().join("docs")).into_iter().chain(others) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+                let file = link.split('#').next().unwrap();
+                if file.is_empty() || file.contains("://") {
+                    continue;
                 }
-                shown += &text;
+                let found = path.parent().unwrap().join(file);
+                assert!(found.exists(), "{}: {link}", path.display());
             }
+            shown += &text;
         }
         for (name, _) in images() {
             assert!(shown.contains(&format!("images/{name}")), "{name} is shown nowhere");

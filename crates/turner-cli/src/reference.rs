@@ -1,7 +1,7 @@
 //! The reference of the scene format: the tables that read it, as text and as Markdown.
 //!
 //! Chapters follow the sections of a scene; each has an introduction and one page per kind. `turner help scene`
-//! shows single pages, docs/scene-format.md holds them all.
+//! shows single pages, docs/reference/scene-format.md holds them all.
 
 use turner::camera::CameraDesc;
 use turner::description::{ModelDesc, StageDesc};

@@ -19,7 +19,7 @@ use crate::assets::printable;
 
 /// Why a grid could not be read: the file, what was found, what was expected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{name}: damaged grid file: {problem}\n  docs/volumes.md describes the format")]
+#[error("{name}: damaged grid file: {problem}\n  docs/guides/fog-and-smoke.md describes the format")]
 pub struct GridError {
     /// The file.
     pub name: String,

@@ -1,4 +1,4 @@
-//! What was found, for programs. docs/compare.md explains it: keys may be added, none changes its meaning.
+//! What was found, for programs. docs/reference/compare.md explains it: keys may be added, none changes its meaning.
 
 use serde_json::{Map, Value, json};
 use turner::compare::{Metric, NonFinite};

@@ -42,7 +42,7 @@ pub(crate) struct CompareArgs {
     /// Write the difference of each pixel as a PNG, from black (none) to pale yellow
     #[arg(long, value_name = "OUT.png")]
     diff: Option<PathBuf>,
-    /// As JSON: docs/compare.md explains it
+    /// As JSON: docs/reference/compare.md explains it
     #[arg(long)]
     json: bool,
     /// Threads [default: all there are]; the result is the same for any number

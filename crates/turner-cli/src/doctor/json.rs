@@ -1,4 +1,4 @@
-//! Findings for programs: the format is described in docs/doctor.md.
+//! Findings for programs: the format is described in docs/reference/doctor.md.
 
 use serde_json::{Map, Value, json};
 use turner::doctor::{Finding, PathKind};

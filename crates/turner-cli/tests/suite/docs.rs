@@ -19,7 +19,7 @@ fn docs() -> PathBuf {
 
 #[test]
 fn the_reference_is_generated() {
-    let path = docs().join("scene-format.md");
+    let path = docs().join("reference/scene-format.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let begin = text.find(BEGIN).expect("a marker") + BEGIN.len();
     let end = text.find(END).expect("an end marker");
@@ -29,7 +29,7 @@ fn the_reference_is_generated() {
         return;
     }
     let same = text[begin..end].replace("\r\n", "\n") == generated;
-    assert!(same, "docs/scene-format.md is out of date: run this test with TURNER_UPDATE=1");
+    assert!(same, "docs/reference/scene-format.md is out of date: run this test with TURNER_UPDATE=1");
 }
 
 /// Documents that list all of something.
@@ -37,26 +37,30 @@ fn the_reference_is_generated() {
 fn lists_in_documents_are_whole() {
     let root = docs().join("..");
     let text = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
-    let looking = text("docs/looking.md");
+    let looking = text("docs/reference/debug-views.md");
     for entry in IntegratorDesc::DOC.entries {
         let is_view = IntegratorDesc::of_type(entry.name).unwrap().capabilities().debug;
         let row = format!("| `{}` |", entry.name);
-        assert!(!is_view || looking.contains(&row), "docs/looking.md has no row for {}", entry.name);
+        assert!(
+            !is_view || looking.contains(&row),
+            "docs/reference/debug-views.md has no row for {}",
+            entry.name
+        );
     }
     let words = |name: &str| -> Vec<String> {
         text(name).split(|c: char| !c.is_alphanumeric()).map(str::to_lowercase).collect()
     };
     let pictures = || ImageFormat::all().map(|f| (f.name(), f.extensions()));
     let scenes = SceneFormat::all().map(|f| (f.name(), f.extensions()));
-    let (security, compare) = (words("SECURITY.md"), words("docs/compare.md"));
+    let (security, compare) = (words("SECURITY.md"), words("docs/reference/compare.md"));
     let names =
         |words: &[String], extensions: &[&str]| words.iter().any(|w| extensions.contains(&w.as_str()));
     for (name, extensions) in pictures().chain(scenes) {
         assert!(names(&security, extensions), "SECURITY.md does not name {name} by an extension");
     }
     for (name, extensions) in pictures() {
-        let found = names(&compare, extensions) || text("docs/compare.md").contains(name);
-        assert!(found, "docs/compare.md does not name {name}");
+        let found = names(&compare, extensions) || text("docs/reference/compare.md").contains(name);
+        assert!(found, "docs/reference/compare.md does not name {name}");
     }
 }
 
@@ -171,15 +175,11 @@ fn every_example_renders() {
 #[test]
 fn every_snippet_of_the_documents_renders() {
     let mut wrong = Vec::new();
-    for entry in std::fs::read_dir(docs()).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_some_and(|e| e == "md") {
-            let text = std::fs::read_to_string(&path).unwrap();
-            let file = path.file_name().unwrap().to_string_lossy().into_owned();
-            let each = snippets(&text);
-            wrong
-                .extend(each.iter().filter_map(|(line, text)| render(&format!("{file}:{line}"), text).err()));
-        }
+    for path in crate::sh_blocks::markdown_below(&docs()) {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let file = path.file_name().unwrap().to_string_lossy().into_owned();
+        let each = snippets(&text);
+        wrong.extend(each.iter().filter_map(|(line, text)| render(&format!("{file}:{line}"), text).err()));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -182,7 +182,7 @@ fn the_keys_of_the_json_are_these() {
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/explain.md")).unwrap();
     for part in [&all, &all["samples"][0], tree, ray, &ray["hit"], &ray["hit"]["lights"][0]] {
         for key in keys(part) {
-            assert!(docs.contains(&format!("`{key}`")), "docs/explain.md does not tell of `{key}`");
+            assert!(docs.contains(&format!("`{key}`")), "docs/reference/explain.md does not tell of `{key}`");
         }
     }
     let path = explain(&f, "c.toml", "12,7", &["--integrator", "path"]);

@@ -9,12 +9,25 @@ pub(crate) fn root() -> &'static Path {
 
 /// All documents that have commands.
 pub(crate) fn documents() -> Vec<PathBuf> {
-    let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
-    let mut files: Vec<_> = docs.filter(|p| p.extension().is_some_and(|e| e == "md")).collect();
+    let mut files = markdown_below(&root().join("docs"));
     files.sort();
     let more =
         ["README.md", "scenes/peers/README.md", "scenes/showcase/README.md", "crates/turner-bvh/README.md"];
     files.extend(more.map(|f| root().join(f)));
+    files
+}
+
+/// The Markdown files in a folder and in the folders below it.
+pub(crate) fn markdown_below(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(markdown_below(&path));
+        } else if path.extension().is_some_and(|e| e == "md") {
+            files.push(path);
+        }
+    }
     files
 }
 

@@ -18,7 +18,7 @@ choice! {
 }
 
 params! {
-    /// A medium whose density is given on a grid: smoke, clouds, scans. Its file is described in docs/volumes.md. The grid fills the box from `min` to
+    /// A medium whose density is given on a grid: smoke, clouds, scans. Its file is described in docs/guides/fog-and-smoke.md. The grid fills the box from `min` to
     /// `max`; beyond there is nothing of it. All that a medium does is in proportion to the density of the place.
     pub struct GridMedium as "grid" {
         /// The file, relative to the scene's.
@@ -44,7 +44,7 @@ params! {
         /// Radiance that it emits per unit of length at density 1, times the grid's emission where it has one.
         emission: Spectrum = Spectrum::BLACK, in Range::closed(0.0, 1e15);
     }
-    // An example needs a file of its own: docs/volumes.md has one.
+    // An example needs a file of its own: docs/guides/fog-and-smoke.md has one.
     example ""
 }
 

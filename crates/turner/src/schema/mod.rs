@@ -1,4 +1,4 @@
-//! The schema of the scene format: one source for reading it, for writing it, for `turner help scene` and for docs/scene-format.md.
+//! The schema of the scene format: one source for reading it, for writing it, for `turner help scene` and for docs/reference/scene-format.md.
 //!
 //! Three small macros: `params!` declares what one kind of thing (a sphere, a spot light) is made of,
 //! `family!` the closed set of its kinds, `choice!` a set of words. Each gives the plain data type, its `Default`, how it

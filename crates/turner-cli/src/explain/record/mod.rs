@@ -1,4 +1,4 @@
-//! What is known of a pixel: the one record that all writers take. As JSON it is written as it stands, documented in docs/explain.md: numbers in
+//! What is known of a pixel: the one record that all writers take. As JSON it is written as it stands, documented in docs/reference/explain.md: numbers in
 //! full, what is infinite or not there as null.
 //!
 //! A struct for each kind of thing: a pixel may have thousands of shadow rays, and each key is spelled once.

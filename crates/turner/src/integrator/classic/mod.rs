@@ -1,6 +1,6 @@
 //! Classic recursive ray tracing: the five documents' programs as one, with named settings.
 //!
-//! Whitted 1980, "An improved illumination model for shaded display"; docs/classic.md says which settings make
+//! Whitted 1980, "An improved illumination model for shaded display"; docs/reference/classic.md says which settings make
 //! which document.
 
 mod notes;
