@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use turner::camera::CameraDesc;
-use turner::description::{SECTIONS, StageDesc};
+use turner::description::{SECTIONS, StudioDesc};
 use turner::film::FilmDesc;
 use turner::integrator::IntegratorDesc;
 use turner::light::{BackgroundDesc, LightDesc};
@@ -67,7 +67,7 @@ fn entry(section: &str, kind: &str) -> Option<&'static EntryDoc> {
         "film" => Some(&FilmDesc::DOC),
         "integrator" => of(&IntegratorDesc::DOC),
         "background" => Some(&BackgroundDesc::DOC),
-        "stage" => Some(&StageDesc::DOC),
+        "stage" => Some(&StudioDesc::DOC),
         "light" => of(&LightDesc::DOC),
         "medium" => of(&MediumDesc::DOC),
         "texture" => of(&TextureDesc::DOC),

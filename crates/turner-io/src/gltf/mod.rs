@@ -103,7 +103,7 @@ pub fn import(
 fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOptions) -> Outcome<SceneDesc> {
     let mut report = Report::default();
     let parts = glb::split(&bytes)?;
-    parts.doubts.iter().for_each(|doubt| report.doubtful(*doubt));
+    parts.faults.iter().for_each(|doubt| report.doubtful(*doubt));
     let text = bytes.get(parts.json).unwrap_or_default();
     let needed = JSON_PER_BYTE.saturating_mul(text.len() as u64);
     options.limits.memory.need(needed, || "its JSON text".to_owned()).map_err(Fault::of_scene)?;

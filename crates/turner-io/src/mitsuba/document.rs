@@ -6,8 +6,8 @@ use turner::schema::{ErrorCode, Remedy};
 
 use super::xml::{Event, Reader};
 use crate::assets::{AssetSource, printable};
-use crate::whole::report::Fault;
-use crate::whole::{Place, unknown};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, unknown};
 
 /// Most files that include one another in a chain.
 const MAX_CHAIN: usize = 64;

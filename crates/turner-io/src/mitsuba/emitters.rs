@@ -12,8 +12,8 @@ use super::environment;
 use super::params::Object;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, source};
-use crate::whole::report::Fault;
-use crate::whole::{surroundings, unknown};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{environment_light, unknown};
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -118,7 +118,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
         }
         "constant" => {
             let tint = light_color(scene, object, "radiance")?;
-            let file = Some(surroundings::white(scene));
+            let file = Some(environment_light::white(scene));
             Some(LightDesc::Environment(EnvironmentDesc { file, strength: 1.0, rotation: 0.0, tint }))
         }
         "envmap" => envmap(scene, object)?,

@@ -15,8 +15,8 @@ use super::assembly::Assembly;
 use super::media;
 use super::params::Object;
 use crate::assets::printable;
-use crate::whole::report::{Fault, Report};
-use crate::whole::{is_sound, unknown};
+use crate::scene_import::report::{Fault, Report};
+use crate::scene_import::{is_sound, unknown};
 
 /// Most columns or rows.
 const MAX_SIDE: i64 = 65536;

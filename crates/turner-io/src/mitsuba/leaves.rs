@@ -11,9 +11,9 @@ use super::metals;
 use super::params::Object;
 use super::spectra::{Role, color, index, sampled};
 use super::textures::Surface;
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Through, inner_reflectance, map_values, product, single_scattering, unknown};
 use crate::spectral::metal_of_index;
-use crate::whole::report::Fault;
-use crate::whole::{Through, inner_reflectance, map_values, one_facet_alone, product, unknown};
 
 /// BSDFs that are known and not shown.
 const UNSUPPORTED: &[&str] = &[
@@ -213,7 +213,7 @@ impl Maker<'_, '_> {
         }
         if is_rough {
             self.roughness(&mut glass)?;
-            one_facet_alone(&mut glass);
+            single_scattering(&mut glass);
         }
         Ok(glass)
     }
@@ -291,7 +291,7 @@ impl Maker<'_, '_> {
         };
         if is_rough {
             self.roughness(&mut surface)?;
-            one_facet_alone(&mut surface);
+            single_scattering(&mut surface);
         }
         Ok(surface)
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use turner::color::Spectrum;
 use turner::material::{
-    AlphaMode, BoundaryMaterial, BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial,
+    AlphaMode, BumpUnit, InterfaceMaterial, MaterialDesc, MixMaterial, PrincipledMaterial,
 };
 use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
 
@@ -17,8 +17,8 @@ use super::params::Object;
 use super::rough_layer::RoughLayer;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, numbers, shares, source};
-use crate::whole::report::Fault;
-use crate::whole::{Place, product};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, product};
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;
@@ -111,7 +111,7 @@ pub(super) fn grey(v: f64) -> ColorSource {
 /// What shapes without a BSDF have: diffuse grey, or black where they shine.
 fn plain(usage: Use) -> MaterialDesc {
     if usage.interior.is_some() && usage.emission.is_none() {
-        return MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior });
+        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
     }
     let reflectance = if usage.emission.is_some() { 0.0 } else { 0.5 };
     let surface = PrincipledMaterial { base_color: grey(reflectance), ..PrincipledMaterial::matte() };
@@ -196,7 +196,7 @@ fn only_texture(object: &Object) -> Result<Option<usize>, Fault> {
 
 fn null(scene: &mut Assembly<'_>, place: Place, usage: Use) -> MaterialDesc {
     if usage.emission.is_none() {
-        return MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior });
+        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
     }
     scene.report.approximated(place, "a shape that shines and is no surface: it is black");
     let black = PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() };
@@ -222,9 +222,12 @@ fn blend(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<Materi
             let share = match (part == a, weight) {
                 (true, w) => w,
                 (false, ColorSource::Constant(c)) => ColorSource::Constant(c.map(|v| 1.0 - v)),
-                (false, w) => {
-                    crate::whole::map_values(&mut scene.stock, w, object.place, crate::whole::Through::Rest)
-                }
+                (false, w) => crate::scene_import::map_values(
+                    &mut scene.stock,
+                    w,
+                    object.place,
+                    crate::scene_import::Through::Rest,
+                ),
             };
             let opacity = match usage.opacity {
                 Some(outer) => product(&mut scene.stock, outer, share),

@@ -11,8 +11,8 @@ use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{Role, color};
 use crate::assets::printable;
-use crate::whole::report::Fault;
-use crate::whole::unknown;
+use crate::scene_import::report::Fault;
+use crate::scene_import::unknown;
 
 /// Most bytes of a grid.
 const MAX_GRID: u64 = 2 << 30;

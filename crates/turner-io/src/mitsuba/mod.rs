@@ -35,8 +35,8 @@ use turner::schema::{Named, SceneError};
 
 use crate::assets::{AssetSource, printable};
 use crate::import::ImportOptions;
-use crate::whole::report::Fault;
-use crate::whole::{Stock, fill_open};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{CommonParts, fill_open};
 
 /// Most bytes of the file itself.
 const MAX_FILE: u64 = 256 << 20;
@@ -110,7 +110,7 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     // What the camera stands in and no shape encloses is everywhere in the open.
     let around = assembly.frame.medium.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
-    let Stock { mut report, files, uri, objects, .. } = stock;
+    let CommonParts { mut report, files, uri, objects, .. } = stock;
     if objects.is_empty() {
         report.note("the file has nothing to show");
     }

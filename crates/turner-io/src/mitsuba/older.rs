@@ -11,8 +11,8 @@ use super::materials::{Use, color_of, grey, number_of};
 use super::params::{Object, numbers};
 use super::spectra::{Role, index};
 use super::textures::source;
-use crate::whole::report::Fault;
-use crate::whole::{Through, map_values};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Through, map_values};
 
 /// Most BSDFs of a sum.
 const MAX_PARTS: usize = 64;

@@ -11,8 +11,8 @@ use turner::schema::ErrorCode;
 use super::document::{Document, Node};
 use super::transform;
 use crate::assets::{nearest, printable};
-use crate::whole::Place;
-use crate::whole::report::{Fault, Report};
+use crate::scene_import::Place;
+use crate::scene_import::report::{Fault, Report};
 
 /// The elements that are objects, with a `type`.
 pub(super) const OBJECTS: &[&str] = &[

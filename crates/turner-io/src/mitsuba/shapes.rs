@@ -14,8 +14,8 @@ use super::meshes::{self, Made};
 use super::params::Object;
 use super::textures::Surface;
 use super::{emitters, media};
-use crate::whole::report::Fault;
-use crate::whole::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
 
 /// Shapes that are known and not shown.
 const UNSUPPORTED: &[&str] = &[

@@ -6,9 +6,9 @@ use turner::schema::ErrorCode;
 use super::assembly::Assembly;
 use super::params::{Object, number, numbers};
 use crate::assets::printable;
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, unknown};
 use crate::spectral::{self, Sampled};
-use crate::whole::report::Fault;
-use crate::whole::{Place, unknown};
 
 /// Most bytes of a file of a spectrum.
 const MAX_SPD: u64 = 1 << 24;

@@ -7,7 +7,7 @@ use turner::image::{Image, Pixels};
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::{ColorSource, ErrorCode, ImageId, Transform};
 use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
+    CheckerboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
     Wrap,
 };
 
@@ -15,8 +15,8 @@ use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{COLORS, Role, color};
 use crate::assets::printable;
-use crate::whole::report::Fault;
-use crate::whole::{Place, is_sound, product, unknown};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, is_sound, product, unknown};
 
 /// Most textures within one another.
 const MAX_DEPTH: u32 = 16;
@@ -290,8 +290,8 @@ fn checkerboard(
         return Ok(even);
     }
     let transform = Transform(to_squares.inverse());
-    let desc = ChessboardDesc { even, odd, density: 1.0, mapping: Mapping::Uv, blend: 4.0, transform };
-    Ok(scene.texture(TextureDesc::Chessboard(desc)))
+    let desc = CheckerboardDesc { even, odd, density: 1.0, mapping: Mapping::Uv, blend: 4.0, transform };
+    Ok(scene.texture(TextureDesc::Checkerboard(desc)))
 }
 
 fn attribute(scene: &mut Assembly<'_>, object: &Object) -> Result<ColorSource, Fault> {

@@ -7,8 +7,8 @@ use turner::schema::transform::rotation;
 use super::document::{Document, Node};
 use super::params::numbers;
 use crate::assets::printable;
-use crate::whole::report::Fault;
-use crate::whole::unknown;
+use crate::scene_import::report::Fault;
+use crate::scene_import::unknown;
 
 /// Most steps of one transform.
 const MAX_STEPS: usize = 4096;

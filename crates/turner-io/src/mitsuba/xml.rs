@@ -4,8 +4,8 @@
 use turner::schema::ErrorCode;
 
 use crate::assets::printable;
-use crate::whole::Place;
-use crate::whole::report::Fault;
+use crate::scene_import::Place;
+use crate::scene_import::report::Fault;
 
 /// Most attributes of one element.
 const MAX_ATTRIBUTES: usize = 64;

@@ -12,7 +12,7 @@ use super::source::Place;
 use super::state::{ColorSpace, IDENTITY, Target};
 use super::{lights, media, shapes, textures, transform};
 use crate::assets::{nearest, printable};
-use crate::whole::unknown;
+use crate::scene_import::unknown;
 
 /// Most numbers and letters of all defaults that `Attribute` gives.
 const MAX_DEFAULTS: usize = 1 << 12;

@@ -22,7 +22,7 @@ use super::source::Place;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
-use crate::whole::surroundings;
+use crate::scene_import::environment_light;
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -181,7 +181,7 @@ impl Light<'_, '_> {
             None => self.color("L")?,
         };
         let made = match file {
-            None => Some((surroundings::white(self.scene), PI)),
+            None => Some((environment_light::white(self.scene), PI)),
             Some(name) => {
                 let place = params.place_of("filename");
                 environment::equirectangular(self.scene, &name, self.to_world.matrix3, place)

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use turner::material::{AlphaMode, BoundaryMaterial, MaterialDesc, PrincipledMaterial};
+use turner::material::{AlphaMode, InterfaceMaterial, MaterialDesc, PrincipledMaterial};
 use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
 
 use super::assembly::Assembly;
@@ -14,7 +14,7 @@ use super::source::Place;
 use super::state::{ColorSpace, State};
 use super::surfaces::{Maker, grey};
 use crate::assets::printable;
-use crate::whole::one_facet_alone;
+use crate::scene_import::single_scattering;
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;
@@ -167,7 +167,7 @@ fn make(
         "interface" | "none" | "" => {
             params.finish(&what, &mut maker.scene.report);
             if usage.emission.is_none() {
-                return Ok(MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior }));
+                return Ok(MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior }));
             }
             maker
                 .scene
@@ -237,7 +237,7 @@ fn make(
     };
     maker.details(&mut surface)?;
     params.finish(&what, &mut maker.scene.report);
-    one_facet_alone(&mut surface);
+    single_scattering(&mut surface);
     surface.alpha_mode = AlphaMode::Opaque;
     if let Some(alpha) = usage.alpha {
         (surface.opacity, surface.alpha_mode) = (alpha, AlphaMode::Blend);

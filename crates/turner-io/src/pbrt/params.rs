@@ -10,7 +10,7 @@ use super::lexer::{Lexer, Next};
 use super::report::{Fault, Report};
 use super::source::Place;
 use crate::assets::{nearest, printable};
-use crate::whole::push;
+use crate::scene_import::push;
 
 /// Most elements of one list: 2^30.
 const MAX_LIST: usize = 1 << 30;

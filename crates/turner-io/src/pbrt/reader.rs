@@ -8,7 +8,7 @@ use super::source::{Place, Source};
 use super::state::{Ctm, State};
 use super::{camera, transform};
 use crate::assets::{AssetSource, printable};
-pub(super) use crate::whole::unknown;
+pub(super) use crate::scene_import::unknown;
 use std::collections::BTreeMap;
 use turner::math::{DAffine3, DVec3};
 use turner::schema::ErrorCode;

@@ -16,8 +16,8 @@ use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
 use super::state::ColorSpace;
 use super::textures::{normal_picture, source_named};
 use crate::assets::printable;
+use crate::scene_import::{Through, inner_reflectance, map_values};
 use crate::spectral::metal_of_index;
-use crate::whole::{Through, inner_reflectance, map_values};
 
 /// The same for all colours.
 pub(super) fn grey(v: f64) -> ColorSource {

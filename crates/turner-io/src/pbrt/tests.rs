@@ -339,7 +339,7 @@ fn textures_are_pictures_boards_and_mixes() {
          Material \"diffuse\" \"texture reflectance\" \"m\" Shape \"sphere\"",
     );
     assert!(board.warnings.is_empty(), "{:?}", board.warnings);
-    let TextureDesc::Chessboard(c) = &board.textures[0].value else { panic!("a board") };
+    let TextureDesc::Checkerboard(c) = &board.textures[0].value else { panic!("a board") };
     // u = 0.3 lies in the third of eight columns: 8·0.3 = 2.4.
     let at = c.transform.0.inverse().transform_point3(DVec3::new(2.0 * 0.3 - 1.0, 0.0, 0.0));
     assert!((at.x - 2.4).abs() < 1e-9 && (at.y - 2.0).abs() < 1e-9);

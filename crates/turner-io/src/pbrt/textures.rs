@@ -5,7 +5,7 @@ use turner::image::{Image, Pixels};
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::{ColorSource, ImageId, Transform};
 use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
+    CheckerboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
     TextureDesc, Wrap,
 };
 
@@ -17,7 +17,7 @@ use super::spectra::{Role, color};
 use super::state::State;
 use super::transform::is_sound;
 use crate::assets::printable;
-use crate::whole::{mix, product};
+use crate::scene_import::{mix, product};
 
 /// The texture of a name.
 pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -> Result<ColorSource, Fault> {
@@ -299,8 +299,8 @@ impl Maker<'_, '_> {
             };
             (Mapping::Uv, transform)
         };
-        let desc = ChessboardDesc { even, odd, density: 1.0, mapping, blend: 4.0, transform };
-        Ok(self.scene.texture(TextureDesc::Chessboard(desc)))
+        let desc = CheckerboardDesc { even, odd, density: 1.0, mapping, blend: 4.0, transform };
+        Ok(self.scene.texture(TextureDesc::Checkerboard(desc)))
     }
 
     /// Four colours at the corners of (u, v), as a small picture.

@@ -1,12 +1,12 @@
 //! Edits by paths of keys, as `-D film.samples=64` makes them: the parts of a description that they name are written as tables, changed, and read back.
 
+use super::borrowed_assets::{BorrowedAssets, WithBorrowed};
 use super::draft::{Draft, Names, kept};
-use super::lent::{Lent, WithLent};
 use super::read::{Reader, SECTIONS};
 use super::read_object::read_object;
 use super::read_parts::*;
 use crate::camera::CameraDesc;
-use crate::description::{GroupDesc, ModelDesc, ObjectDesc, SceneAssets, SceneDesc, SceneLight, StageDesc};
+use crate::description::{GroupDesc, ModelDesc, ObjectDesc, SceneAssets, SceneDesc, SceneLight, StudioDesc};
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
 use crate::light::{BackgroundDesc, LightDesc};
@@ -26,7 +26,7 @@ impl SceneDesc {
     ///
     /// Errors: those of reading such a scene, at the part of the path or at the value that is wrong. The description is then as it was.
     pub fn edit(&mut self, edits: &[KeyEdit], assets: &mut dyn SceneAssets) -> Result<(), SceneError> {
-        let mut lent = Lent::default();
+        let mut lent = BorrowedAssets::default();
         self.edit_with(edits, assets, &mut lent).map_err(|mut error| {
             // No place is better than one that is in no file.
             error.span = error.span.filter(|span| span.file != Span::NONE.file);
@@ -38,10 +38,10 @@ impl SceneDesc {
         &mut self,
         edits: &[KeyEdit],
         assets: &mut dyn SceneAssets,
-        lent: &mut Lent,
+        lent: &mut BorrowedAssets,
     ) -> Result<(), SceneError> {
         let (root, names) = Draft::apply(self, edits, lent)?;
-        let mut assets = WithLent { lent, files: assets };
+        let mut assets = WithBorrowed { lent, files: assets };
         let mut cx = Reader::new(&mut assets);
         let lengths = self.lend_lists(&mut cx, &names);
         let changes = Changes::read(&root, &names, &mut cx);
@@ -101,7 +101,7 @@ struct Changes {
     film: Option<FilmDesc>,
     integrator: Option<IntegratorDesc>,
     background: Option<BackgroundDesc>,
-    stage: Option<StageDesc>,
+    studio: Option<StudioDesc>,
     camera: Option<Named<CameraDesc>>,
     cameras: Option<Vec<Item<Named<CameraDesc>>>>,
     lights: Option<Vec<Item<SceneLight>>>,
@@ -135,7 +135,7 @@ impl Changes {
         changes.cameras = list(top.take("view"), "view", |value| read_camera(value, "a view", cx))?;
         changes.integrator = top.take("integrator").map(|value| read_integrator(value, cx)).transpose()?;
         changes.background = top.take("background").map(|value| read_background(value, cx)).transpose()?;
-        changes.stage = top.take("stage").map(|value| read_stage(value, cx)).transpose()?;
+        changes.studio = top.take("stage").map(|value| read_stage(value, cx)).transpose()?;
         Ok(changes)
     }
 
@@ -223,7 +223,7 @@ impl Changes {
         set(&mut desc.film, self.film);
         set(&mut desc.integrator, self.integrator);
         set(&mut desc.background, self.background);
-        desc.stage = self.stage.or(desc.stage.take());
+        desc.studio = self.studio.or(desc.studio.take());
         desc.camera = self.camera.map(|c| Named { span: c.span.and_then(place), ..c }).or(desc.camera.take());
         for (number, value) in self.textures {
             desc.textures[number].value = value;

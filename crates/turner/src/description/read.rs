@@ -316,7 +316,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     cameras.append(&mut cx.cameras);
     let integrator = read_integrator(top.take("integrator").unwrap_or(&empty), &mut cx)?;
     let background = read_background(top.take("background").unwrap_or(&empty), &mut cx)?;
-    let stage = match top.take("stage") {
+    let studio = match top.take("stage") {
         None => None,
         Some(value) => Some(read_stage(value, &mut cx)?),
     };
@@ -338,7 +338,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         images: cx.images,
         meshes: cx.meshes,
         cameras,
-        stage,
+        studio,
         imports: cx.imports,
         warnings: cx.warnings,
     })

@@ -3,7 +3,7 @@
 use crate::camera::CameraDesc;
 use crate::color::named;
 use crate::description::SceneLight;
-use crate::description::stage::StageDesc;
+use crate::description::default_studio::StudioDesc;
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
 use crate::light::{BackgroundDesc, LightDesc};
@@ -22,8 +22,8 @@ pub(super) fn read_background(value: &Value, cx: &mut dyn ReadContext) -> Result
     whole_table(value, "[background]", cx, BackgroundDesc::read)
 }
 
-pub(super) fn read_stage(value: &Value, cx: &mut dyn ReadContext) -> Result<StageDesc, SceneError> {
-    whole_table(value, "[stage]", cx, StageDesc::read)
+pub(super) fn read_stage(value: &Value, cx: &mut dyn ReadContext) -> Result<StudioDesc, SceneError> {
+    whole_table(value, "[stage]", cx, StudioDesc::read)
 }
 
 pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result<IntegratorDesc, SceneError> {

@@ -118,7 +118,7 @@ params! {
         filter_radius: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 16.0, open_max: false };
         /// Whether textures are averaged over the part of the surface that a sample stands for, so that distant patterns do not shimmer: "auto" does it with the integrators "path" and "direct".
         texture_filter: TextureFilter = TextureFilter::Auto;
-        /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. Physical
+        /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. OpenPbr
         /// integrators show it; the others show the moment at which it opens.
         shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
         /// Where in the pixel the one ray of "none" and "mean" goes.

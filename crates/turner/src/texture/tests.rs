@@ -281,7 +281,7 @@ fn dangling_references_are_errors_not_panics() {
     let missing = ColorSource::Texture(TextureId(7));
     let constant = ColorSource::Constant(Spectrum::BLACK);
     let mut descs: Vec<Named<TextureDesc>> = read("chessboard", &[]).unwrap().textures;
-    let TextureDesc::Chessboard(board) = &mut descs[0].value else { panic!("asked for a chessboard") };
+    let TextureDesc::Checkerboard(board) = &mut descs[0].value else { panic!("asked for a chessboard") };
     (board.even, board.odd) = (missing, constant);
     assert_eq!(Textures::prepare(&descs, &[], Transfer::None, false).unwrap_err().code, ErrorCode::Internal);
 }

@@ -22,7 +22,7 @@ use super::source::Place;
 use super::state::{Ctm, State};
 use super::textures::source_named;
 use crate::assets::printable;
-use crate::whole::orient;
+use crate::scene_import::orient;
 
 /// What a directive `Shape` becomes.
 pub(super) enum Made {

@@ -5,7 +5,7 @@ use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
 use super::{Made, orient};
-use crate::whole::{ALONG, AROUND, Surface, upright};
+use crate::scene_import::{ALONG, AROUND, Surface, upright};
 use std::f64::consts::{PI, TAU};
 use turner::math::elementary::acos;
 use turner::math::{DAffine3, DMat3, DVec3, radians};

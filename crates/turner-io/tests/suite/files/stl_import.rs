@@ -6,11 +6,11 @@ use turner_io::import::ImportOptions;
 use super::mesh_import::{constant, import_with, material, mesh, said};
 
 /// A binary STL of the given header, facets (normal, corners) and spare bytes.
-fn stl(header: &[u8], facets: &[([f32; 12], u16)]) -> Vec<u8> {
+fn stl(header: &[u8], flat_triangles: &[([f32; 12], u16)]) -> Vec<u8> {
     let mut out = header.to_vec();
     out.resize(80, b' ');
-    out.extend((facets.len() as u32).to_le_bytes());
-    for (numbers, spare) in facets {
+    out.extend((flat_triangles.len() as u32).to_le_bytes());
+    for (numbers, spare) in flat_triangles {
         numbers.iter().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(spare.to_le_bytes());
     }

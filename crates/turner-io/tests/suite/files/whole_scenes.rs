@@ -50,7 +50,7 @@ fn what_a_file_says_of_film_integrator_and_camera_is_what_is_loaded() {
         let scene = load(&path).unwrap();
         let assets = FolderAssets::new(folder.path()).unwrap();
         let imported = import_file(name, &assets, &ImportOptions::default()).unwrap();
-        let own = SceneDesc { stage: scene.stage.clone(), ..imported };
+        let own = SceneDesc { studio: scene.studio.clone(), ..imported };
         own.same_scene(&scene).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
     let scene = changed("a.pbrt", PBRT, &[]).unwrap();
@@ -86,7 +86,7 @@ fn options_change_what_they_name_and_nothing_else() {
     );
     let [mut a, mut b] = [own.clone(), more];
     (a.film.samples, b.film.samples) = (0, 0);
-    (a.integrator, a.stage) = (b.integrator.clone(), b.stage.clone());
+    (a.integrator, a.studio) = (b.integrator.clone(), b.studio.clone());
     a.same_scene(&b).unwrap();
 
     // The camera keeps what is not named.
