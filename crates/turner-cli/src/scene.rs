@@ -90,8 +90,8 @@ pub(crate) struct FilmArgs {
     #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(Caustics::WORDS))]
     caustics: Option<String>,
     /// Whether neighbouring pixels use one another's paths, for "path"
-    #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(SharedPathsMode::WORDS))]
-    reuse: Option<String>,
+    #[arg(long, alias = "reuse", value_name = "MODE", value_parser = PossibleValuesParser::new(SharedPathsMode::WORDS))]
+    shared_paths: Option<String>,
     /// Seed of the random numbers
     #[arg(long)]
     seed: Option<u32>,
@@ -155,7 +155,7 @@ impl FilmArgs {
         let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
         set("integrator.clamp_indirect", clamp, None);
         set("integrator.caustics", quoted(&self.caustics), self.caustics.as_deref());
-        set("integrator.reuse", quoted(&self.reuse), self.reuse.as_deref());
+        set("integrator.shared_paths", quoted(&self.shared_paths), self.shared_paths.as_deref());
         if self.side().is_none() {
             set("film.width", number(self.width), None);
             set("film.height", number(self.height), None);

@@ -74,13 +74,13 @@ impl StageArgs {
             out.push((Override { path: path.to_owned(), value }, label));
         };
         if let Some(camera) = &self.camera {
-            set("stage.camera", quoted(camera), format!("--camera {camera}"));
+            set("studio.camera", quoted(camera), format!("--camera {camera}"));
         }
         if self.ground {
-            set("stage.ground", "true".into(), "--ground".into());
+            set("studio.ground", "true".into(), "--ground".into());
         }
         if self.no_ground {
-            set("stage.ground", "false".into(), "--no-ground".into());
+            set("studio.ground", "false".into(), "--no-ground".into());
         }
         if let Some(what) = &self.background {
             let label = format!("--background {what}");
@@ -147,7 +147,7 @@ impl StageArgs {
             }
             _ => None,
         });
-        let studio = desc.studio.iter_mut().map(|s| (&mut s.studio_rotation, &mut s.studio_strength));
+        let studio = desc.studio.iter_mut().map(|s| (&mut s.rotation, &mut s.strength));
         for (rotation, strength) in environments.chain(studio) {
             *rotation = self.env_rotation.unwrap_or(*rotation);
             *strength = self.env_strength.unwrap_or(*strength);

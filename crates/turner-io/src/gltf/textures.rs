@@ -141,7 +141,7 @@ impl Textures {
 
     /// The colours of vertices.
     pub(super) fn vertex_color(&mut self) -> ColorSource {
-        self.add(TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::WHITE }))
+        self.add(TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::WHITE }))
     }
 
     /// The product of two colours; white is left out.

@@ -173,7 +173,7 @@ impl Import {
     /// With the colours of vertices, if there are any, in place of grey or times the picture.
     fn push_colored(&mut self, name: Option<String>, mut material: PrincipledMaterial, mesh: &MeshData) {
         if !mesh.colors.is_empty() {
-            let colors = TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::WHITE });
+            let colors = TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::WHITE });
             let colors = self.pictures.texture(colors);
             if matches!(material.base_color, ColorSource::Constant(_)) {
                 material.base_color = colors;

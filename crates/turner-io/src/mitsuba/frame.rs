@@ -166,7 +166,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                     distance,
                     shift,
                     lens_radius: radius,
-                    focus: Some(focus),
+                    focus_distance: Some(focus),
                     near,
                     ..ThinLensDesc::default()
                 })

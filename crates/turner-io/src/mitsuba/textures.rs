@@ -302,6 +302,6 @@ fn attribute(scene: &mut Assembly<'_>, object: &Object) -> Result<ColorSource, F
             format!("the mesh attribute \"{}\": the colours of vertices are taken", printable(&name));
         scene.report.approximated(object.place, message);
     }
-    let texture = scene.texture(TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::BLACK }));
+    let texture = scene.texture(TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::BLACK }));
     Ok(product(&mut scene.stock, texture, grey(scale)))
 }

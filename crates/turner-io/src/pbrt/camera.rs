@@ -193,7 +193,7 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
             distance,
             shift: screen.shift,
             lens_radius: radius * unit,
-            focus: Some(focus * unit),
+            focus_distance: Some(focus * unit),
             near,
             ..ThinLensDesc::default()
         }),

@@ -29,7 +29,7 @@ pub(super) struct Frame {
     pub(super) transform_times: [f64; 2],
     iso: f64,
     /// Most that a sample shows; 0 for any.
-    max_sample: f64,
+    clamp_sample: f64,
     /// Whether the integrator counts media: those that do not pass through them as through nothing.
     pub(super) shows_media: bool,
     /// The medium that the camera stands in, by name; empty for none.
@@ -53,7 +53,7 @@ impl Default for Frame {
             shutter: [0.0, 1.0],
             transform_times: [0.0, 1.0],
             iso: 100.0,
-            max_sample: 0.0,
+            clamp_sample: 0.0,
             shows_media: true,
             medium: String::new(),
             white: Spectrum::WHITE,
@@ -111,7 +111,7 @@ impl Frame {
             let message = "the white balance of the film: the colours of lights are divided by daylight's";
             report.approximated(params.place_of("whitebalance"), message);
         }
-        self.max_sample =
+        self.clamp_sample =
             params.float("maxcomponentvalue").filter(|v| *v > 0.0 && v.is_finite()).unwrap_or(0.0);
         // The output is named on the command line; half precision and layers are its choice, too.
         params.pass(&[
@@ -265,7 +265,7 @@ impl Frame {
         film.crop = self.crop;
         film.antialias = Antialias::MonteCarlo;
         film.samples = self.samples;
-        film.max_sample = self.max_sample;
+        film.clamp_sample = self.clamp_sample;
         (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
         film.texture_filter = self.texture_filter;
         film.transfer = turner::color::Transfer::Srgb;

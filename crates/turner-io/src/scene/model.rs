@@ -35,8 +35,8 @@ fn showing() -> SceneDesc {
     }
 }
 
-fn studio(ground: Option<bool>, studio: bool) -> StudioDesc {
-    StudioDesc { camera: None, fov: FOV, ground, studio, studio_rotation: 0.0, studio_strength: 1.0 }
+fn studio(ground: Option<bool>, lights: bool) -> StudioDesc {
+    StudioDesc { camera: None, fov: FOV, ground, lights, rotation: 0.0, strength: 1.0 }
 }
 
 /// The object that is a model.

@@ -12,7 +12,7 @@ pub const FOV: f64 = 38.0;
 params! {
     /// What a model needs to be a picture: a camera, light, a floor. Each is added only where the scene has none of its own. A model that is
     /// rendered by itself (`turner model.glb`) stands on this stage.
-    pub struct StudioDesc as "stage" {
+    pub struct StudioDesc as "studio" {
         /// The camera: the name or number of one that a model brings, or "orbit:azimuth,elevation" or "orbit:azimuth,elevation,distance": a look at the middle of
         /// everything from that many degrees to the right of the front (+z) and above, from a distance in radii of the sphere around it. Without it the scene's own
         /// camera, or the first one of a model, or "orbit:35,22".
@@ -22,13 +22,13 @@ params! {
         /// A floor under everything. Without it where the scene brings no camera and the background is not transparent.
         ground: Option<bool> = None;
         /// Whether the built-in studio lights scenes without light.
-        studio: bool = true;
+        lights: bool = true;
         /// Turns the studio about the vertical, degrees.
-        studio_rotation: f64 = 0.0;
+        rotation: f64 = 0.0;
         /// Factor of its light.
-        studio_strength: f64 = 1.0, in Range::NON_NEGATIVE;
+        strength: f64 = 1.0, in Range::NON_NEGATIVE;
     }
-    example r##"[stage]
+    example r##"[studio]
 camera = "orbit:20,30"
 
 [[object]]

@@ -64,7 +64,7 @@ fn parts_of_an_empty_table_are_the_default_ones() {
     assert_eq!(section("camera", empty()).camera.unwrap().value, CameraDesc::default());
     assert_eq!(section("view", in_list()).cameras[0].value, CameraDesc::default());
     assert_eq!(section("integrator", empty()).integrator, IntegratorDesc::default());
-    assert_eq!(section("stage", empty()).studio, Some(StudioDesc::default()));
+    assert_eq!(section("studio", empty()).studio, Some(StudioDesc::default()));
     assert_eq!(section("material", named()).materials[0].value, MaterialDesc::default());
     assert_eq!(section("medium", named()).media[0].value, MediumDesc::default());
     assert_eq!(section("group", named()).groups[0].value, GroupDesc::default());

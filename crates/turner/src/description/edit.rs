@@ -12,6 +12,7 @@ use crate::integrator::IntegratorDesc;
 use crate::light::{BackgroundDesc, LightDesc};
 use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
+use crate::schema::old_names;
 use crate::schema::value::{Data, Span, Table, Value};
 use crate::schema::{
     FamilyDoc, GroupId, KeyEdit, MaterialId, MediumId, Named, SceneError, TableReader, TextureId,
@@ -40,7 +41,9 @@ impl SceneDesc {
         assets: &mut dyn SceneAssets,
         lent: &mut BorrowedAssets,
     ) -> Result<(), SceneError> {
-        let (root, names) = Draft::apply(self, edits, lent)?;
+        let mut edits = edits.to_vec();
+        edits.iter_mut().for_each(|edit| old_names::update_path(&mut edit.path));
+        let (root, names) = Draft::apply(self, &edits, lent)?;
         let mut assets = WithBorrowed { lent, files: assets };
         let mut cx = Reader::new(&mut assets);
         let lengths = self.lend_lists(&mut cx, &names);
@@ -135,7 +138,7 @@ impl Changes {
         changes.cameras = list(top.take("view"), "view", |value| read_camera(value, "a view", cx))?;
         changes.integrator = top.take("integrator").map(|value| read_integrator(value, cx)).transpose()?;
         changes.background = top.take("background").map(|value| read_background(value, cx)).transpose()?;
-        changes.studio = top.take("stage").map(|value| read_stage(value, cx)).transpose()?;
+        changes.studio = top.take("studio").map(|value| read_studio(value, cx)).transpose()?;
         Ok(changes)
     }
 
@@ -305,7 +308,9 @@ pub fn drop_foreign_keys(section: &str, table: &mut Table, keeps: &dyn Fn(&str) 
         None if section == "object" && kind == "instance" => &[],
         None => return,
     };
-    let has = |fields: &[crate::schema::Field], key: &str| fields.iter().any(|field| field.name == key);
+    let has = |fields: &[crate::schema::Field], key: &str| {
+        fields.iter().any(|field| field.name == key || old_names::of_key(field.name) == Some(key))
+    };
     table.entries.retain(|entry| {
         let key = entry.key.as_str();
         let is_foreign = !has(own, key) && entries.iter().any(|other| has(other.fields, key));

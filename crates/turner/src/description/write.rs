@@ -123,7 +123,7 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
     top.push("integrator", Data::Table(desc.integrator.write(&mut cx)?));
     push_table(&mut top, "background", desc.background.write(&mut cx)?);
     if let Some(studio) = &desc.studio {
-        top.push("stage", Data::Table(studio.write(&mut cx)?));
+        top.push("studio", Data::Table(studio.write(&mut cx)?));
     }
     let mut lights = Vec::new();
     for light in &desc.lights {

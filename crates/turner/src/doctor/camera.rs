@@ -285,7 +285,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
 /// A lens that nothing is in focus of.
 fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let CameraDesc::ThinLens(lens) = &e.scene.prepared.view.camera_desc else { return None };
-    let focus = lens.focus.unwrap_or((view.target - view.eye).length());
+    let focus = lens.focus_distance.unwrap_or((view.target - view.eye).length());
     // Of points at a depth, the width of their circle in the plane in focus; that plane's height is what the picture shows of it.
     let pixels = |depth: f64| {
         let circle = 2.0 * lens.lens_radius * (depth - focus).abs() / depth.max(1e-300);
@@ -309,8 +309,8 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     Some(
         Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
             .why(format!("the plane in focus is {} units away, with a lens of radius {}; most of what is seen is {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
-            .remedy("set `focus` of [camera] to that distance, or make `lens_radius` smaller")
-            .set("camera.focus", rounded(nearest))
+            .remedy("set `focus_distance` of [camera] to that distance, or make `lens_radius` smaller")
+            .set("camera.focus_distance", rounded(nearest))
             .set("camera.lens_radius", rounded(lens.lens_radius * 0.02 / share))
             .measure("blur", sharpest, "pixels")
             .measure("focus", focus, "units")

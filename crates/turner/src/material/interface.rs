@@ -7,7 +7,7 @@ use crate::schema::{ColorSource, MediumId, params};
 params! {
     /// No surface at all, but the boundary of a medium: light goes straight through. For the shape of a cloud, of smoke or of a room full of dust;
     /// the shape must be closed. An object with the key `medium` has this material.
-    pub struct InterfaceMaterial as "boundary" {
+    pub struct InterfaceMaterial as "interface" {
         /// What is inside; nothing if not given, not even the medium around.
         interior: Option<MediumId> = None;
     }
@@ -16,7 +16,7 @@ extinction = 3
 albedo = 0.7
 
 [material.cloud]
-type = "boundary"
+type = "interface"
 interior = "smoke"
 
 [[object]]

@@ -69,14 +69,14 @@ impl StudioDesc {
         };
         if framed {
             note(
-                "no camera in the file: framed from three-quarters above (`camera` in [stage] changes it)",
-                Remedy::set("stage.camera", "orbit:azimuth,elevation"),
+                "no camera in the file: framed from three-quarters above (`camera` in [studio] changes it)",
+                Remedy::set("studio.camera", "orbit:azimuth,elevation"),
             );
         }
-        if self.studio && lights.is_empty() {
+        if self.lights && lights.is_empty() {
             let studio = EnvironmentDesc {
-                strength: self.studio_strength,
-                rotation: self.studio_rotation,
+                strength: self.strength,
+                rotation: self.rotation,
                 ..EnvironmentDesc::studio()
             };
             lights.push(Light::Environment(studio.prepare(&[], compensates)?));
@@ -94,8 +94,8 @@ impl StudioDesc {
             studio.ground = Some((Plane { point, normal: DVec3::Y }, material));
             if self.ground.is_none() {
                 note(
-                    "a floor was added (`ground = false` in [stage] leaves it out)",
-                    Remedy::set("stage.ground", false),
+                    "a floor was added (`ground = false` in [studio] leaves it out)",
+                    Remedy::set("studio.ground", false),
                 );
             }
         }

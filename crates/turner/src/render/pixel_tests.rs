@@ -162,7 +162,7 @@ fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
         let camera = FisheyeDesc {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
-            angle: 360.0,
+            fov: 360.0,
             ..FisheyeDesc::default()
         };
         let lamp = PointDesc { position: v(0.0, 0.0, 0.5), ..PointDesc::default() };
@@ -190,8 +190,8 @@ fn samples_are_cut_where_the_film_says_so() {
         [Antialias::None, Antialias::Mean, Antialias::Grid, Antialias::Adaptive, Antialias::MonteCarlo]
     {
         let name = antialias.word();
-        let cut = |max_sample: f64| {
-            let film = FilmDesc { antialias, samples: 64, max_sample, ..lit.film.clone() };
+        let cut = |clamp_sample: f64| {
+            let film = FilmDesc { antialias, samples: 64, clamp_sample, ..lit.film.clone() };
             SceneDesc { film, ..lit.clone() }
         };
         let at = |most: f64, x: u32| pixel(&render(&cut(most)).0, x, 1);

@@ -246,7 +246,7 @@ fn merging_refuses_samples_twice_and_other_pictures() {
         "part that is rendered: 53x37 pixels at (0, 0) and 20x30 pixels at (2, 3)",
     );
     refuse(
-        &|s| s.view.film.max_sample = 2.0,
+        &|s| s.view.film.clamp_sample = 2.0,
         "anti-aliasing, filter, shutter or another setting of sampling",
     );
     let without = |s: &mut Prepared| {

@@ -13,7 +13,7 @@ use crate::schema::{ColorSource, Range, SceneError, Transform, params};
 params! {
     /// Squares (cubes with `mapping = "solid"`) of two colours, one unit of texture coordinates wide: with density 1 four
     /// squares cover a shape, with density 4 sixteen by four.
-    pub struct CheckerboardDesc as "chessboard" {
+    pub struct CheckerboardDesc as "checkerboard" {
         /// Colour of the squares that touch the corner (0, 0) from above right.
         even: ColorSource = ColorSource::Constant(Spectrum::WHITE);
         /// Colour of the others.
@@ -28,7 +28,7 @@ params! {
         transform: Transform = Transform::IDENTITY;
     }
     example r##"[texture.board]
-type = "chessboard"
+type = "checkerboard"
 even = "ivory"
 odd = "#305030"
 density = 4

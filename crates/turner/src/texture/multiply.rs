@@ -8,15 +8,15 @@ use crate::schema::{ColorSource, SceneError, params};
 params! {
     /// Two colours or textures multiplied, band by band: a picture tinted by vertex colours, a label under dirt. The opacity of the product
     /// is the product of theirs.
-    pub struct MultiplyDesc as "product" {
+    pub struct MultiplyDesc as "multiply" {
         /// One.
         a: ColorSource, required, default ColorSource::Constant(Spectrum::WHITE);
         /// The other.
         b: ColorSource, required, default ColorSource::Constant(Spectrum::WHITE);
     }
     example r##"[texture.stained]
-type = "product"
-a = { type = "chessboard" }
+type = "multiply"
+a = { type = "checkerboard" }
 b = { type = "marble" }
 
 [[object]]

@@ -224,7 +224,7 @@ fn everything() -> Vec<(&'static str, &'static EntryDoc, bool)> {
     all.extend([
         ("film", &FilmDesc::DOC, false),
         ("background", &BackgroundDesc::DOC, false),
-        ("stage", &StudioDesc::DOC, false),
+        ("studio", &StudioDesc::DOC, false),
     ]);
     all
 }
@@ -314,7 +314,7 @@ fn edits_of_nothing_change_nothing(desc: &SceneDesc) {
         edit(&["background", "transparent"], Data::Bool(desc.background.transparent)),
     ];
     if let Some(studio) = &desc.studio {
-        edits.push(edit(&["stage", "studio"], Data::Bool(studio.studio)));
+        edits.push(edit(&["studio", "lights"], Data::Bool(studio.lights)));
     }
     if let Some(camera) = &desc.camera {
         edits.push(edit(&["camera", "type"], word(camera.value.type_name())));

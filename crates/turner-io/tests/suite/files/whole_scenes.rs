@@ -56,7 +56,7 @@ fn what_a_file_says_of_film_integrator_and_camera_is_what_is_loaded() {
     let scene = changed("a.pbrt", PBRT, &[]).unwrap();
     assert!(matches!(&scene.integrator, IntegratorDesc::AmbientOcclusion(i) if i.distance == 2.5));
     let film = &scene.film;
-    assert_eq!((film.width, film.samples, film.max_sample), (40, 7, 9.0));
+    assert_eq!((film.width, film.samples, film.clamp_sample), (40, 7, 9.0));
     assert_eq!(film.texture_filter, TextureFilter::Off);
 }
 
@@ -79,7 +79,7 @@ fn exposures_and_depths_of_mitsuba_are_kept() {
 fn options_change_what_they_name_and_nothing_else() {
     let scene = |overrides: &[&str]| changed("a.pbrt", PBRT, overrides).unwrap();
     let own = scene(&[]);
-    let more = scene(&["film.samples=64", "integrator.samples=3", "stage.ground=true"]);
+    let more = scene(&["film.samples=64", "integrator.samples=3", "studio.ground=true"]);
     assert_eq!(more.film.samples, 64);
     assert!(
         matches!(&more.integrator, IntegratorDesc::AmbientOcclusion(i) if (i.distance, i.samples) == (2.5, 3))

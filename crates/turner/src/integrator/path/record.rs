@@ -93,7 +93,7 @@ pub enum End {
     /// The limit on surfaces of all kinds.
     Vertices,
     /// The camera shows nothing there.
-    SkippedTriangles,
+    OutsideField,
 }
 
 impl End {
@@ -107,7 +107,7 @@ impl End {
             End::Roulette => "roulette",
             End::Unlit => "unlit",
             End::Vertices => "vertices",
-            End::SkippedTriangles => "left-out",
+            End::OutsideField => "left-out",
         }
     }
 }

@@ -67,7 +67,7 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
         radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
     };
     if ray.is_none_or(|ray| ray.t_max < 0.0) {
-        record.end = End::SkippedTriangles;
+        record.end = End::OutsideField;
         record.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(record);
     }

@@ -72,7 +72,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
             any(p, |v| v.passage == Passage::Exit && v.light.is_some())
                 && any(p, |v| v.walk.is_some_and(|w| w.steps > 5))
         }),
-        ("a fisheye", fisheye(), |p| p.end == End::SkippedTriangles),
+        ("a fisheye", fisheye(), |p| p.end == End::OutsideField),
     ]
 }
 
@@ -230,7 +230,7 @@ fn clamp_and_motion() -> SceneDesc {
         position: v(0.0, 1.5, 5.0),
         look_at: v(0.0, 0.7, 0.0),
         fov: Some(45.0),
-        focus: Some(5.0),
+        focus_distance: Some(5.0),
         lens_radius: 0.1,
         ..ThinLensDesc::default()
     };

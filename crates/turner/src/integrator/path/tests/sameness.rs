@@ -14,7 +14,7 @@ fn scene(bright: f64) -> SceneDesc {
         position: v(0.0, 1.0, 4.0),
         look_at: v(0.0, 0.5, 0.0),
         fov: Some(40.0),
-        focus: Some(4.0),
+        focus_distance: Some(4.0),
         lens_radius: 0.05,
         ..ThinLensDesc::default()
     };
