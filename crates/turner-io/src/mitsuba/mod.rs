@@ -112,7 +112,7 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     let Assembly { frame, stock, .. } = assembly;
     let Stock { mut report, files, uri, objects, .. } = stock;
     if objects.is_empty() {
-        report.note("the file has nothing to show");
+        report.note("the file contains no geometry");
     }
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;
