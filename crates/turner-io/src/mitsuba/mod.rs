@@ -70,7 +70,7 @@ pub(crate) fn import_from(
 /// Makes everything that stands in the scene itself.
 fn fill(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     for name in scene.document.unused.clone() {
-        let message = format!("the definition of \"{}\": the scene asks for no such name", printable(&name));
+        let message = format!("\"{}\" is set, but the scene has no such parameter", printable(&name));
         scene.report.ignored_anywhere(message);
     }
     let root = Object::new(&scene.document, 0)?;
