@@ -42,7 +42,7 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
     let length = length as usize;
     if length > bytes.len() {
         return Err(Fault::of_file(format!(
-            "its header says {length} bytes, but the file has {}; it is cut off",
+            "its header says {length} bytes, but the file has {}; it is truncated",
             bytes.len()
         )));
     }
@@ -53,7 +53,7 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
     let mut at = 12usize;
     while at < length {
         let (Some(size), Some(kind)) = (word(at), at.checked_add(4).and_then(word)) else {
-            faults.push("there are bytes behind the last chunk");
+            faults.push("there are bytes after the last chunk");
             break;
         };
         let begin = at + 8;
@@ -66,7 +66,7 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
         match kind {
             JSON if json.is_none() => json = Some(begin..end),
             BIN if bin.is_none() => bin = Some(begin..end),
-            JSON | BIN => faults.push("there is more than one chunk of a kind; the first one counts"),
+            JSON | BIN => faults.push("several chunks of one type: the first one is used"),
             // Other chunks are to be ignored (§4.4.3).
             _ => {}
         }
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn lying_lengths_are_refused_or_named() {
         let said = |bytes: &[u8]| split(bytes).map(|p| p.faults).map_err(|f| f.in_file("a.glb").message);
-        assert!(said(&glb(1000, &[(4, JSON, b"{}  ")])).unwrap_err().contains("cut off"));
+        assert!(said(&glb(1000, &[(4, JSON, b"{}  ")])).unwrap_err().contains("truncated"));
         assert!(said(&glb(24, &[(5000, JSON, b"{}  ")])).unwrap_err().contains("has 5000 bytes"));
         assert!(said(&glb(0, &[])).unwrap_err().contains("no chunk of JSON"));
         assert!(said(b"glTF\x01\0\0\0\0\0\0\0").unwrap_err().contains("version 1"));

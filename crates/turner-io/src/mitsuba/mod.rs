@@ -70,7 +70,7 @@ pub(crate) fn import_from(
 /// Makes everything that stands in the scene itself.
 fn fill(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     for name in scene.document.unused.clone() {
-        let message = format!("the definition of \"{}\": the scene asks for no such name", printable(&name));
+        let message = format!("\"{}\" is set, but the scene has no such parameter", printable(&name));
         scene.report.ignored_anywhere(message);
     }
     let root = Object::new(&scene.document, 0)?;
@@ -112,7 +112,7 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     let Assembly { frame, stock, .. } = assembly;
     let CommonParts { mut report, files, uri, objects, .. } = stock;
     if objects.is_empty() {
-        report.note("the file has nothing to show");
+        report.note("the file contains no geometry");
     }
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;

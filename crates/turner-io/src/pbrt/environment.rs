@@ -24,7 +24,7 @@ pub(super) fn equirectangular(
     let id = scene.image(name, place)?;
     let source = scene.images.get(id.index())?.data.clone();
     if source.width != source.height {
-        let message = "a picture of the surroundings that is not square: pbrt-v4 takes squares (equal-area octahedral); it is taken as equirectangular";
+        let message = "an environment map that is not square: read as equirectangular (pbrt-v4 expects a square, equal-area octahedral map)";
         scene.report.doubtful(place, message);
     }
     let square = source.width == source.height;

@@ -169,10 +169,10 @@ fn make(
             if usage.emission.is_none() {
                 return Ok(MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior }));
             }
-            maker
-                .scene
-                .report
-                .approximated(params.place, "a shape that shines and is no surface: it is black");
+            maker.scene.report.approximated(
+                params.place,
+                "an emissive shape with an interface material: its surface is black",
+            );
             PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() }
         }
         "mix" => return maker.mix(usage),
@@ -194,7 +194,7 @@ fn make(
         "hair" => maker.hair()?,
         "measured" => {
             params.pass(&["filename"]);
-            maker.scene.report.ignored(params.place, "a measured material: it is shown as diffuse grey");
+            maker.scene.report.ignored(params.place, "a measured material: rendered as diffuse grey");
             PrincipledMaterial { base_color: grey(0.5), ..PrincipledMaterial::matte() }
         }
         other => {
@@ -230,7 +230,7 @@ fn make(
                 ],
             );
             if old.contains(&other) {
-                fault = fault.help("this is a material of pbrt-v3: convert the file by `pbrt --upgrade`");
+                fault = fault.help("this is a material of pbrt-v3: convert the file with `pbrt --upgrade`");
             }
             return Err(fault.or_at(params.place));
         }

@@ -113,7 +113,7 @@ fn finish(
     let CommonParts { mut report, files, uri, objects, medium_list: mut media, .. } = stock;
     media::expose(&mut media, &frame);
     if objects.is_empty() {
-        report.note("the file has nothing to show");
+        report.note("the file contains no geometry");
     }
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;

@@ -297,7 +297,7 @@ impl Params {
             self.asked.borrow_mut().push(name);
             for p in self.list.iter().filter(|p| p.name == *name) {
                 p.used.set(true);
-                report.ignored(p.place, format!("{name} of {what} is not known here"));
+                report.ignored(p.place, format!("{name} of {what} is not supported"));
             }
         }
     }

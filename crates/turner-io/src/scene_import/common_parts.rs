@@ -28,10 +28,10 @@ const MAX_OBJECTS: usize = 1 << 24;
 pub(crate) fn push<T>(list: &mut Vec<T>, value: T, limit: usize) -> Result<(), &'static str> {
     if list.len() == list.capacity() {
         if list.len() >= limit {
-            return Err("the list is longer than what a file may hold");
+            return Err("the list is longer than the limit of a file");
         }
         let more = list.len().clamp(4, limit.max(4));
-        list.try_reserve(more).map_err(|_| "there is no memory for the list")?;
+        list.try_reserve(more).map_err(|_| "not enough memory for the list")?;
     }
     list.push(value);
     Ok(())
@@ -100,9 +100,8 @@ impl<'a> CommonParts<'a> {
                 Ok(())
             }
             None => {
-                let message =
-                    format!("{vertices} vertices more than what is left for surfaces that are divided");
-                Err(Fault::at(place, ErrorCode::TooLarge, message).help("divide it less"))
+                let message = format!("{vertices} vertices exceed the limit for subdivided surfaces");
+                Err(Fault::at(place, ErrorCode::TooLarge, message).help("use fewer subdivisions"))
             }
         }
     }
@@ -116,7 +115,7 @@ impl<'a> CommonParts<'a> {
         place: Place,
     ) -> Result<(), Fault> {
         if !(is_sound(&start) && is_sound(&end)) {
-            self.report.doubtful(place, "a shape whose transform cannot be undone is left out");
+            self.report.doubtful(place, "a shape whose transform is not invertible: omitted");
             return Ok(());
         }
         let object = ObjectDesc {
@@ -188,7 +187,7 @@ impl<'a> CommonParts<'a> {
                 Some(id)
             }
             Err(problem) => {
-                self.report.ignored(place, format!("the picture {problem}; it is left out"));
+                self.report.ignored(place, format!("the image {problem}; omitted"));
                 None
             }
         };

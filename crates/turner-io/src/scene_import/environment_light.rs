@@ -38,7 +38,7 @@ pub(crate) fn equirectangular(
     let count = (rows as usize) * (columns as usize) * 3;
     let mut pixels: Vec<f32> = Vec::new();
     if !to_light.is_finite() || pixels.try_reserve_exact(count).is_err() {
-        let message = "a picture of the surroundings whose transform cannot be undone, or too large";
+        let message = "an environment map that is too large or whose transform is not invertible";
         stock.report.ignored(place, message);
         return None;
     }

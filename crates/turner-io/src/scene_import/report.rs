@@ -93,7 +93,7 @@ pub(crate) fn unknown(what: &str, name: &str, names: &[&str]) -> Fault {
     let fault = Fault::new(ErrorCode::UnknownName, message);
     match nearest(name, names.iter().copied()) {
         Some(near) => fault.help(format!("did you mean \"{}\"?", printable(near))),
-        None if names.is_empty() => fault.help(format!("there is no {what} before this place")),
+        None if names.is_empty() => fault.help(format!("there is no {what} before this position")),
         None => {
             let shown: Vec<String> = names.iter().take(12).map(|n| printable(n)).collect();
             let more = if names.len() > 12 { ", …" } else { "" };

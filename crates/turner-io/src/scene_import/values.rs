@@ -109,7 +109,7 @@ fn mapped_source(
     }
     let made = if depth < MAX_DEPTH { mapped_texture(scene, source, place, f, depth + 1) } else { None };
     let made = made.unwrap_or_else(|| {
-        let message = "a texture whose values go through a function and that is no picture, checkerboard or mix of them: its values are taken as they are";
+        let message = "a procedural texture whose values need a conversion: they are used unconverted";
         scene.report.approximated(place, message);
         source
     });
