@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use turner::description::SceneDesc;
 use turner::film::{Film, checksum};
-use turner::integrator::{Caustics, IntegratorDesc, PathReuse};
+use turner::integrator::{Caustics, IntegratorDesc, SharedPathsMode};
 use turner_io::assets::MemoryAssets;
 use turner_io::import::{ImportOptions, import};
 use turner_io::scene::{LoadOptions, load_text};
@@ -50,7 +50,7 @@ fn check(mut scene: SceneDesc, data: &[u8]) {
         return;
     }
     if let (1.., IntegratorDesc::Path(path)) = (lot, &mut scene.integrator) {
-        (path.caustics, path.reuse) = (Caustics::Off, PathReuse::Off);
+        (path.caustics, path.reuse) = (Caustics::Off, SharedPathsMode::Off);
     }
     let _ = scene.prepare(&turner::schema::PrepareOptions { threads: 1, ..Default::default() });
 }

@@ -18,7 +18,7 @@ integrator = { type = "path", max_depth = 5 }
 camera = { position = [0, 1.2, 5], look_at = [0, 0.6, 0] }
 light = [{ type = "environment", strength = 0.5 }, { type = "point", position = [2, 4, 3], intensity = 9, attenuation = "inverse-square" }]
 object = [
-  { type = "plane", material = { type = "matte", color = { type = "chessboard" } } },
+  { type = "plane", material = { type = "matte", color = { type = "checkerboard" } } },
   { type = "model", file = "roof.obj", material = { type = "principled", base_color = "tomato", specular_roughness = 0.3 } },
   { type = "sphere", center = [1.2, 0.5, 0.8], radius = 0.5, material = { type = "metal", name = "gold" } },
   { type = "sphere", center = [-1.2, 0.5, 0.8], radius = 0.5, material = { type = "dielectric", roughness = 0.2 } },

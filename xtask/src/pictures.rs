@@ -132,10 +132,13 @@ pub(crate) const PICTURES: &[Picture] = &[
         ),
     ),
     // Textures
-    picture("shared-off.png", Turner("scenes/peers/s1.toml --samples 4 --crop 120,120,240,240 --reuse off")),
+    picture(
+        "shared-off.png",
+        Turner("scenes/peers/s1.toml --samples 4 --crop 120,120,240,240 --shared-paths off"),
+    ),
     picture(
         "shared-auto.png",
-        Turner("scenes/peers/s1.toml --samples 4 --crop 120,120,240,240 --reuse auto"),
+        Turner("scenes/peers/s1.toml --samples 4 --crop 120,120,240,240 --shared-paths auto"),
     ),
     picture("horizon-points.png", Turner("scenes/textures/horizon.toml -D film.texture_filter=\"off\"")),
     picture("horizon-filtered.png", Turner("scenes/textures/horizon.toml")),

@@ -73,7 +73,7 @@ fn convert(args: &ConvertArgs, reporter: &Reporter, control: &Control) -> Result
     let pictures = KeptPictures::default();
     let limits = args.scene.watched_limits(control);
     let described =
-        args.scene.described(&args.film, args.scene.stage.models(), 0, Some(pictures.clone()), &limits)?;
+        args.scene.described(&args.film, args.scene.studio.models(), 0, Some(pictures.clone()), &limits)?;
     let (desc, sources, labels) = (&described.desc, &described.sources, &described.labels);
     reporter.imports(&desc.imports);
     reporter.warnings(&desc.warnings, sources, labels);

@@ -18,10 +18,10 @@ const OPTIONS: &[(&str, &str)] = &[
     ("integrator.caustics", "--caustics"),
     ("integrator.clamp_indirect", "--clamp-indirect"),
     ("integrator.max_depth", "--max-depth"),
-    ("integrator.reuse", "--reuse"),
+    ("integrator.shared_paths", "--shared-paths"),
     ("integrator.type", "--integrator"),
-    ("stage.camera", "--camera"),
-    ("stage.ground", "--ground"),
+    ("studio.camera", "--camera"),
+    ("studio.ground", "--ground"),
 ];
 
 /// The option that sets a key, if one does.
@@ -130,7 +130,7 @@ mod tests {
             (Remedy::set("film.exposure", 0.0), "--exposure 0"),
             (Remedy::set("film.exposure", -1.25), "--exposure -1.25"),
             (Remedy::set("film.auto_exposure", true), "--auto-exposure"),
-            (Remedy::set("stage.ground", false), "--no-ground"),
+            (Remedy::set("studio.ground", false), "--no-ground"),
             (Remedy::set("film.transfer", "srgb"), "--set 'film.transfer=\"srgb\"'"),
             (Remedy::set("camera.look_at", [1.0, -0.5, 2e6]), "--set camera.look_at=[1,-0.5,2.00e6]"),
             (Remedy::set("light.0.intensity", 1.0 / 3e4), "--set light.0.intensity=3.3333333333333335e-5"),

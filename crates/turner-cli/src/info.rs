@@ -29,7 +29,7 @@ pub(crate) struct InfoArgs {
 pub(crate) fn run(args: &InfoArgs, control: &Control) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
     control.hear(&reporter);
-    match args.scene.ready(&FilmArgs::default(), args.scene.stage.models(), 0, control) {
+    match args.scene.ready(&FilmArgs::default(), args.scene.studio.models(), 0, control) {
         Ok(ready) if args.json => {
             text::print(&format!("{}\n", as_json(&ready)));
             0
@@ -155,7 +155,7 @@ fn as_text(ready: &Ready) -> String {
     let groups: Vec<&str> = desc.groups.iter().filter_map(|g| g.name.as_deref()).collect();
     let camera = match desc.camera.as_ref().or(desc.cameras.first()) {
         Some(camera) => camera.value.type_name().to_owned(),
-        None if desc.stage.is_some() => "none in the file: framed from three-quarters above".to_owned(),
+        None if desc.studio.is_some() => "none in the file: framed from three-quarters above".to_owned(),
         None => "none given: the scene is framed from the front".to_owned(),
     };
     let memory = memory(ready).map(|(what, n)| format!("{what} {}", text::bytes(n))).join(", ");

@@ -48,7 +48,7 @@ mod scene;
 mod sequence;
 mod shell;
 mod signals;
-mod stage;
+mod studio;
 pub mod text;
 mod topics;
 pub mod verify;

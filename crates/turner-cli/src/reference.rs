@@ -4,7 +4,7 @@
 //! shows single pages, docs/reference/scene-format.md holds them all.
 
 use turner::camera::CameraDesc;
-use turner::description::{ModelDesc, StageDesc};
+use turner::description::{ModelDesc, StudioDesc};
 use turner::film::FilmDesc;
 use turner::integrator::IntegratorDesc;
 use turner::light::{BackgroundDesc, LightDesc};
@@ -62,7 +62,7 @@ pub(crate) fn chapters() -> Vec<Chapter> {
         family("Shapes", &["shapes"], &ShapeDesc::DOC, topics::SHAPE),
         written("Groups", &["groups", "instance"], topics::group()),
         model(),
-        single("Stage", &[], &StageDesc::DOC),
+        single("Stage", &[], &StudioDesc::DOC),
         written("Transforms", &["transforms", "scale", "rotate", "translate", "matrix"], topics::transform()),
         written("Colours", &["colors", "colour", "colours"], topics::color()),
         family("Materials", &["materials"], &MaterialDesc::DOC, topics::MATERIAL),

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use serde_json::json;
-use turner::description::stage::FOV;
+use turner::description::default_studio::FOV;
 use turner::film::{Antialias, Film};
 use turner::render::{PassOptions, Renderer};
 use turner::schema::{ErrorCode, SceneError, Warning, WarningKind};
@@ -113,8 +113,8 @@ pub(crate) fn again(
     control: &Control,
     watched: &mut Watched,
 ) -> Result<Option<u8>, Failure> {
-    let stage = &args.scene.stage;
-    let ready = load(args, stage.models(), output, (reporter, control), true);
+    let studio = &args.scene.studio;
+    let ready = load(args, studio.models(), output, (reporter, control), true);
     match &ready {
         Ok(ready) => watched.add(&args.scene.scene, &ready.sources, Some(&ready.desc)),
         Err(failure) => watched.add(&args.scene.scene, &failure.sources, None),
@@ -134,12 +134,12 @@ fn render_all(
         let error = SceneError::new(ErrorCode::Output, "several pictures cannot go to standard output");
         return Err(Failure::usage(error.help("name a file with `-o`: the pictures are numbered")));
     }
-    let stage = &args.scene.stage;
+    let studio = &args.scene.studio;
     let mut ready = None;
     for (i, step) in steps.iter().enumerate() {
         let models = match step {
-            Step::Frame(frame) => stage.at_frame(*frame),
-            _ => stage.models(),
+            Step::Frame(frame) => studio.at_frame(*frame),
+            _ => studio.models(),
         };
         // A turntable changes nothing but the camera.
         if ready.is_none() || matches!(step, Step::Frame(_)) {
@@ -147,8 +147,8 @@ fn render_all(
             ready = Some(load(args, models, output, (reporter, control), i == 0)?);
         }
         let Some(ready) = &mut ready else { continue };
-        let fov = ready.desc.stage.as_ref().map_or(FOV, |s| s.fov);
-        step.turn(&mut ready.prepared, ready.desc.integrator.integrator(), stage.orbit(), fov)
+        let fov = ready.desc.studio.as_ref().map_or(FOV, |s| s.fov);
+        step.turn(&mut ready.prepared, ready.desc.integrator.integrator(), studio.orbit(), fov)
             .map_err(|e| Failure::in_scene(e, &ready.sources, &ready.labels))?;
         let output = output.numbered(step)?;
         let Some(code) = render(args, ready, &output, reporter, control, None)? else { continue };

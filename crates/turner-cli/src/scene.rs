@@ -10,7 +10,7 @@ use turner::color::Tonemap;
 use turner::description::SceneDesc;
 use turner::film::{Antialias, FilmDesc};
 use turner::filter::FilterKind;
-use turner::integrator::{Caustics, IntegratorDesc, PathReuse, Prepared};
+use turner::integrator::{Caustics, IntegratorDesc, Prepared, SharedPathsMode};
 use turner::lint::lint;
 use turner::schema::{ErrorCode, Limits, PrepareOptions, Quality, SceneError};
 use turner_io::assets::FolderAssets;
@@ -26,7 +26,7 @@ use crate::failure::{Failure, Labels};
 use crate::flags;
 use crate::instructions::instruction_set;
 use crate::limits::LimitArgs;
-use crate::stage::StageArgs;
+use crate::studio::StageArgs;
 
 /// Which scene, and what is changed in it.
 #[derive(Debug, Args)]
@@ -43,7 +43,7 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "QUALITY", default_value = "balanced")]
     bvh_quality: BvhQuality,
     #[command(flatten)]
-    pub(crate) stage: StageArgs,
+    pub(crate) studio: StageArgs,
     #[command(flatten)]
     limits: LimitArgs,
 }
@@ -90,8 +90,8 @@ pub(crate) struct FilmArgs {
     #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(Caustics::WORDS))]
     caustics: Option<String>,
     /// Whether neighbouring pixels use one another's paths, for "path"
-    #[arg(long, value_name = "WAY", value_parser = PossibleValuesParser::new(PathReuse::WORDS))]
-    reuse: Option<String>,
+    #[arg(long, alias = "reuse", value_name = "MODE", value_parser = PossibleValuesParser::new(SharedPathsMode::WORDS))]
+    shared_paths: Option<String>,
     /// Seed of the random numbers
     #[arg(long)]
     seed: Option<u32>,
@@ -155,7 +155,7 @@ impl FilmArgs {
         let clamp = self.clamp_indirect.map(|most| format!("{most:?}").to_lowercase());
         set("integrator.clamp_indirect", clamp, None);
         set("integrator.caustics", quoted(&self.caustics), self.caustics.as_deref());
-        set("integrator.reuse", quoted(&self.reuse), self.reuse.as_deref());
+        set("integrator.shared_paths", quoted(&self.shared_paths), self.shared_paths.as_deref());
         if self.side().is_none() {
             set("film.width", number(self.width), None);
             set("film.height", number(self.height), None);
@@ -282,7 +282,7 @@ impl SceneArgs {
     ) -> Result<Described, Failure> {
         let input = Input::new(&self.scene)?;
         let mut film_overrides = film.overrides();
-        film_overrides.extend(self.stage.overrides());
+        film_overrides.extend(self.studio.overrides());
         let mut labels: Labels =
             film_overrides.iter().map(|(o, label)| (format!("-D {}", o.text()), label.clone())).collect();
         if let Some(name) = &film.integrator {
@@ -311,7 +311,7 @@ impl SceneArgs {
         let Loaded { mut desc, sources, mut hash } =
             input.load(&options).map_err(|e| Failure::load(e, &labels))?;
         film.fit(&mut desc.film, &mut hash);
-        self.stage.surround(&mut desc, &mut hash, &options)?;
+        self.studio.surround(&mut desc, &mut hash, &options)?;
         Ok(Described { desc, sources, labels, hash })
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use turner::description::stage::Orbit;
+use turner::description::default_studio::Orbit;
 use turner::integrator::{Integrator, Prepared};
 use turner::math::Bounds;
 use turner::schema::SceneError;

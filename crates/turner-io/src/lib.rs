@@ -31,9 +31,9 @@ mod mitsuba;
 mod pbrt;
 mod save;
 pub mod scene;
+mod scene_import;
 mod spectral;
 pub mod testing;
-mod whole;
 mod words;
 
 pub use load::{load, load_with};

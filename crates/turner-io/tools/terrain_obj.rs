@@ -18,11 +18,11 @@ fn main() -> std::io::Result<()> {
     let side = cells + 1;
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
     // A triangle wave: the same on every machine.
-    let wave = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
+    let batch = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
     for j in 0..side {
         for i in 0..side {
             let (u, v) = (i as f32 / cells as f32, j as f32 / cells as f32);
-            let height = wave(3.0 * u) * wave(5.0 * v) + 0.1 * wave(31.0 * u + 17.0 * v);
+            let height = batch(3.0 * u) * batch(5.0 * v) + 0.1 * batch(31.0 * u + 17.0 * v);
             writeln!(out, "v {:.6} {:.6} {:.6}", 4.0 * u - 2.0, height, 4.0 * v - 2.0)?;
             writeln!(out, "vt {u:.6} {v:.6}\nvn {:.4} {:.4} {:.4}", 0.1 * height, 0.99, -0.2 * height)?;
         }

@@ -12,11 +12,11 @@ use std::path::Path;
 /// Height of the land over (x, z) in 0..1: waves of ever shorter length.
 fn height(x: f32, z: f32) -> f32 {
     // A triangle wave: the same on every machine.
-    let wave = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
+    let batch = |v: f32| (v - v.floor() - 0.5).abs() - 0.25;
     let (mut sum, mut size, mut step) = (0.0, 0.35, 2.0);
     for octave in 0..10 {
         let turn = octave as f32 * 0.37;
-        sum += size * wave(x * step + turn + 0.3 * wave(z * step)) * wave(z * step * 0.9 - turn);
+        sum += size * batch(x * step + turn + 0.3 * batch(z * step)) * batch(z * step * 0.9 - turn);
         size *= 0.55;
         step *= 1.9;
     }

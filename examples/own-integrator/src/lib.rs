@@ -131,7 +131,7 @@ impl Tracer for SkyTracer<'_> {
             let radiance = match (samples.rays.get(i), self.hits[i]) {
                 (Some(ray), Some(hit)) => self.shade(i, id, &ray, &hit),
                 (Some(_), None) if scene.background.transparent => Radiance::default(),
-                (Some(ray), None) => Radiance { color: scene.surroundings(ray.direction), alpha: 1.0 },
+                (Some(ray), None) => Radiance { color: scene.background_radiance(ray.direction), alpha: 1.0 },
                 (None, _) => Radiance::default(),
             };
             out.push(radiance);
@@ -141,7 +141,7 @@ impl Tracer for SkyTracer<'_> {
         stats.shadow += self.lit.len() as u64;
         for ((sample, direction, albedo), hit) in self.lit.iter().zip(&self.hits) {
             if hit.is_none() {
-                out[*sample].color = *albedo * scene.surroundings(*direction);
+                out[*sample].color = *albedo * scene.background_radiance(*direction);
             }
         }
     }

@@ -190,7 +190,7 @@ fn print(row: &Row, args: &EditsBenchArgs) {
                 "median_milliseconds": middle,
                 "aim_milliseconds": row.most,
                 "remade_objects": row.remade.objects,
-                "remade_merged": row.remade.merged,
+                "remade_merged": row.remade.world_mesh,
                 "remade_meshes": row.remade.meshes,
                 "version": env!("CARGO_PKG_VERSION"),
             });

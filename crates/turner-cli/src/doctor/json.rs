@@ -58,7 +58,7 @@ pub(super) fn of(report: &Report<'_>, scene: &str) -> Value {
             "steps_per_ray": s.steps_per_ray,
             "kinds": kinds,
             "lights": lights,
-            "shining": s.shining,
+            "shining": s.emitters,
         },
         "maps": maps,
         "legend": legend,

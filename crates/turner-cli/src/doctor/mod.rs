@@ -73,7 +73,7 @@ pub(crate) fn run(args: &DoctorArgs, control: &Control) -> u8 {
 
 fn doctor(args: &DoctorArgs, control: &Control) -> Result<u8, Failure> {
     let target = args.output.as_deref().map(maps::Target::new).transpose()?;
-    let ready = args.scene.ready(&args.film, args.scene.stage.models(), args.threads, control)?;
+    let ready = args.scene.ready(&args.film, args.scene.studio.models(), args.threads, control)?;
     if let Some(target) = &target {
         target.check_against(&args.scene.scene, &ready.desc)?;
     }

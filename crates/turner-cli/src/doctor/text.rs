@@ -119,7 +119,7 @@ fn measured(report: &Report<'_>) -> String {
         })
         .collect();
     if !lights.is_empty() {
-        let more = s.shining.saturating_sub(lights.len());
+        let more = s.emitters.saturating_sub(lights.len());
         let more = if more > 0 { format!("; {more} more") } else { String::new() };
         rows.push(("lights", format!("{}{more}", lights.join("; "))));
     }

@@ -137,7 +137,7 @@ fn explain(args: &ExplainArgs, reporter: &Reporter, control: &Control) -> Result
         |e: turner_io::image::OutputError| Failure::new(two_lines(ErrorCode::Output, &e.to_string()));
     // Before any work is done: whether it can be written.
     let file = path.map(OutputFile::create).transpose().map_err(output)?;
-    let ready = args.scene.ready(&args.film, args.scene.stage.models(), 0, control)?;
+    let ready = args.scene.ready(&args.film, args.scene.studio.models(), 0, control)?;
     let prepared = &ready.prepared;
     let bad = |e| Failure::in_scene(e, &ready.sources, &ready.labels);
     let names = names::Names {

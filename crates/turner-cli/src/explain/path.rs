@@ -20,7 +20,7 @@ pub(super) fn end(end: End) -> &'static str {
         End::Roulette => "Russian roulette",
         End::Unlit => "the surface shows its colour without light",
         End::Vertices => "more surfaces than one path may meet",
-        End::LeftOut => "the camera shows nothing there",
+        End::OutsideField => "the camera shows nothing there",
     }
 }
 

@@ -177,7 +177,7 @@ fn chosen(pixel: &PixelRecord, order: &[usize], room: usize) -> Option<String> {
 
 /// Whether the film scales a sample down.
 fn is_cut(p: &Prepared, s: &SampleRecord) -> bool {
-    let most = p.view.film.max_sample;
+    let most = p.view.film.clamp_sample;
     most > 0.0 && s.radiance.color.max_component() > most as f32
 }
 
@@ -186,7 +186,7 @@ fn averaging(p: &Prepared, pixel: &PixelRecord) -> String {
     let mut samples = mean_of_samples(p, pixel);
     let cut = pixel.samples.iter().filter(|s| is_cut(p, s)).count();
     if cut > 0 {
-        samples += &format!("; {cut} of them cut to {} (film.max_sample)", short(p.view.film.max_sample));
+        samples += &format!("; {cut} of them cut to {} (film.clamp_sample)", short(p.view.film.clamp_sample));
     }
     match p.path().and_then(|path| path.caustics()) {
         Some(_) => {

@@ -13,7 +13,7 @@ use super::check::{Check, Context, Finding, Verdict, fault};
 
 /// Glass, a rough metal, meshes, plain materials, a lens, textures, several kinds of lights.
 const SCENE: &str = r#"
-camera = { type = "thin-lens", position = [0, 1, 4], look_at = [0, 0.5, 0], fov = 40, focus = 4, lens_radius = 0.05 }
+camera = { type = "thin-lens", position = [0, 1, 4], look_at = [0, 0.5, 0], fov = 40, focus_distance = 4, lens_radius = 0.05 }
 integrator = { type = "path", max_depth = 6 }
 [material.glass]
 type = "dielectric"
@@ -36,7 +36,7 @@ type = "environment"
 strength = 0.2
 [[object]]
 type = "plane"
-material = { type = "matte", color = { type = "chessboard" } }
+material = { type = "matte", color = { type = "checkerboard" } }
 [[object]]
 type = "sphere"
 center = [0, 0.5, 0]

@@ -28,7 +28,7 @@ fn a_scene_as_gltf_looks_the_same() {
         "path",
         "--no-ground",
         "-D",
-        "stage.studio=false",
+        "studio.lights=false",
         "--background",
         "#000",
         "--tonemap",

@@ -54,7 +54,7 @@ material = "glass"
 [[object]]
 name = "floor"
 type = "plane"
-material = { color = { type = "chessboard" }, k_reflect = 0.2 }
+material = { color = { type = "checkerboard" }, k_reflect = 0.2 }
 [[object]]
 name = "screen"
 type = "box"
@@ -179,7 +179,7 @@ fn the_keys_of_the_json_are_these() {
     );
     // Every key is documented.
     let docs =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/explain.md")).unwrap();
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reference/explain.md")).unwrap();
     for part in [&all, &all["samples"][0], tree, ray, &ray["hit"], &ray["hit"]["lights"][0]] {
         for key in keys(part) {
             assert!(docs.contains(&format!("`{key}`")), "docs/reference/explain.md does not tell of `{key}`");
@@ -233,9 +233,9 @@ fn the_text_names_what_was_met_and_shows_the_sum() {
     let most = brightest.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).unwrap().0;
     assert!(text.contains(&format!("sample {most} carries most")), "{text}");
     // Samples that the film cuts.
-    let cut = f.turner(&[&args[..], &options, &["-D", "film.max_sample=0.001"]].concat()).ok().stdout;
+    let cut = f.turner(&[&args[..], &options, &["-D", "film.clamp_sample=0.001"]].concat()).ok().stdout;
     assert!(
-        cut.contains("of them cut to 0.001 (film.max_sample)") && cut.contains("equal to the last bit"),
+        cut.contains("of them cut to 0.001 (film.clamp_sample)") && cut.contains("equal to the last bit"),
         "{cut}"
     );
     let direct = explain(&f, "g.toml", "12,7", &["--integrator", "direct"]);

@@ -44,7 +44,7 @@ intensity = 0.4
 
 [[object]]
 type = "plane"
-material = { color = { type = "chessboard" }, k_reflect = 0.2 }
+material = { color = { type = "checkerboard" }, k_reflect = 0.2 }
 
 [[object]]
 type = "sphere"

@@ -135,7 +135,7 @@ width = 16
 height = 12
 [integrator]
 type = "path"
-[stage]
+[studio]
 [[object]]
 type = "model"
 file = "cube.obj"

@@ -9,7 +9,7 @@ fn topics_are_listed() {
     for (topic, word) in [
         ("shapes", "sphere"),
         ("materials", "classic"),
-        ("textures", "chessboard"),
+        ("textures", "checkerboard"),
         ("lights", "directional"),
         ("cameras", "pinhole"),
         ("integrators", "normals"),

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use turner::camera::CameraDesc;
-use turner::description::{SECTIONS, StageDesc};
+use turner::description::{SECTIONS, StudioDesc};
 use turner::film::FilmDesc;
 use turner::integrator::IntegratorDesc;
 use turner::light::{BackgroundDesc, LightDesc};
@@ -23,7 +23,7 @@ const COMMON: &[(&str, &str, &str)] = &[
     ("light", "type", "The kind: turner list lights"),
     ("light", "name", "For reports"),
     ("light", "group", "The group of lights it belongs to"),
-    ("view", "name", "For `camera` in [stage]"),
+    ("view", "name", "For `camera` in [studio]"),
     ("texture", "type", "The kind: turner list textures"),
     ("material", "type", "The kind: turner list materials"),
     ("medium", "type", "The kind: turner list media"),
@@ -67,7 +67,7 @@ fn entry(section: &str, kind: &str) -> Option<&'static EntryDoc> {
         "film" => Some(&FilmDesc::DOC),
         "integrator" => of(&IntegratorDesc::DOC),
         "background" => Some(&BackgroundDesc::DOC),
-        "stage" => Some(&StageDesc::DOC),
+        "studio" => Some(&StudioDesc::DOC),
         "light" => of(&LightDesc::DOC),
         "medium" => of(&MediumDesc::DOC),
         "texture" => of(&TextureDesc::DOC),

@@ -55,7 +55,7 @@ impl Pose {
             None => Index(0),
         };
         if wanted.is_none() && animations.len() > 1 {
-            report.add(WarningKind::Note, "there are several animations; the first one is shown");
+            report.add(WarningKind::Note, "several animations: the first one is used");
         }
         let animation = &animations[chosen];
         let targets_of: Vec<usize> = document.meshes.iter().map(morph_targets).collect();
@@ -68,7 +68,7 @@ impl Pose {
             };
             let Some(node) = channel.target.node else {
                 // An extension's target (§3.11).
-                report.ignored("an animation drives something other than a node");
+                report.ignored("an animation of something other than a node");
                 continue;
             };
             if node.index() >= self.locals.len() {
@@ -82,17 +82,17 @@ impl Pose {
                     mesh.and_then(|m| targets_of.get(m.index())).copied().unwrap_or(0)
                 }
                 _ => {
-                    report.ignored("an animation drives a property that is not known");
+                    report.ignored("an animation of an unknown property");
                     continue;
                 }
             };
             if !driven.insert((node, path)) {
-                report.doubtful("an animation drives a property twice; the first way counts");
+                report.doubtful("an animation targets a property twice: the first channel is used");
                 continue;
             }
             let keys = Keys::open(document, buffers, sampler, targets, &pointer)?;
             let Some(keys) = keys else {
-                report.doubtful("an animation has no keys");
+                report.doubtful("an animation without keyframes");
                 continue;
             };
             let place = keys.at(time);
@@ -103,7 +103,7 @@ impl Pose {
                 continue;
             }
             let Local::Parts { translation, rotation, scale } = &mut self.locals[node.index()] else {
-                report.doubtful("an animation drives a node that is placed by a matrix");
+                report.doubtful("an animation of a node that has a matrix");
                 continue;
             };
             match path {

@@ -68,7 +68,7 @@ impl Budget {
         let mut list = Vec::new();
         match list.try_reserve_exact(count) {
             Ok(()) => Ok(list),
-            Err(_) => Err(Fault::too_large(pointer, format!("there is no memory for {count} elements"))),
+            Err(_) => Err(Fault::too_large(pointer, format!("not enough memory for {count} elements"))),
         }
     }
 }

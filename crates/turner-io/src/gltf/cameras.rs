@@ -56,7 +56,7 @@ pub(super) fn camera(
             // Negative ones mirror the picture; 0 sees nothing.
             let height = 2.0 * o.ymag.abs();
             if !(height > 0.0 && o.xmag != 0.0) {
-                report.doubtful("an orthographic camera without extent");
+                report.doubtful("an orthographic camera of size 0");
                 return Ok(None);
             }
             CameraDesc::Orthographic(OrthographicDesc {

@@ -15,7 +15,7 @@ pub(super) struct Parts {
     /// The bytes of buffer 0, for the binary container.
     pub(super) bin: Option<Range<usize>>,
     /// What is odd, but does no harm.
-    pub(super) doubts: Vec<&'static str>,
+    pub(super) faults: Vec<&'static str>,
 }
 
 /// Finds the parts of a file: of a binary one by its first bytes, else all of it is JSON.
@@ -23,7 +23,7 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
     if !bytes.starts_with(MAGIC) {
         // Some editors put a byte order mark before the text.
         let start = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
-        return Ok(Parts { json: start..bytes.len(), bin: None, doubts: Vec::new() });
+        return Ok(Parts { json: start..bytes.len(), bin: None, faults: Vec::new() });
     }
     let word = |at: usize| {
         let bytes = bytes.get(at..at.checked_add(4)?)?;
@@ -38,22 +38,22 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
     if version != 2 {
         return Err(Fault::of_file(format!("is binary glTF of version {version}; expected version 2")));
     }
-    let mut doubts = Vec::new();
+    let mut faults = Vec::new();
     let length = length as usize;
     if length > bytes.len() {
         return Err(Fault::of_file(format!(
-            "its header says {length} bytes, but the file has {}; it is cut off",
+            "its header says {length} bytes, but the file has {}; it is truncated",
             bytes.len()
         )));
     }
     if length < bytes.len() {
-        doubts.push("the file is longer than its header says");
+        faults.push("the file is longer than its header says");
     }
     let (mut json, mut bin) = (None, None);
     let mut at = 12usize;
     while at < length {
         let (Some(size), Some(kind)) = (word(at), at.checked_add(4).and_then(word)) else {
-            doubts.push("there are bytes behind the last chunk");
+            faults.push("there are bytes after the last chunk");
             break;
         };
         let begin = at + 8;
@@ -66,7 +66,7 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
         match kind {
             JSON if json.is_none() => json = Some(begin..end),
             BIN if bin.is_none() => bin = Some(begin..end),
-            JSON | BIN => doubts.push("there is more than one chunk of a kind; the first one counts"),
+            JSON | BIN => faults.push("several chunks of one type: the first one is used"),
             // Other chunks are to be ignored (§4.4.3).
             _ => {}
         }
@@ -74,7 +74,7 @@ pub(super) fn split(bytes: &[u8]) -> Outcome<Parts> {
         at = end.checked_next_multiple_of(4).unwrap_or(length);
     }
     let json = json.ok_or_else(|| Fault::of_file("has no chunk of JSON; expected one after the header"))?;
-    Ok(Parts { json, bin, doubts })
+    Ok(Parts { json, bin, faults })
 }
 
 #[cfg(test)]
@@ -94,14 +94,14 @@ mod tests {
         let bytes = glb(12 + 8 + 4 + 8 + 4, &[(4, JSON, b"{}  "), (4, BIN, b"abcd")]);
         let parts = split(&bytes).unwrap();
         assert_eq!((&bytes[parts.json], &bytes[parts.bin.unwrap()]), (&b"{}  "[..], &b"abcd"[..]));
-        assert!(parts.doubts.is_empty());
+        assert!(parts.faults.is_empty());
         assert_eq!(split(b"\xef\xbb\xbf{}").unwrap().json, 3..5);
     }
 
     #[test]
     fn lying_lengths_are_refused_or_named() {
-        let said = |bytes: &[u8]| split(bytes).map(|p| p.doubts).map_err(|f| f.in_file("a.glb").message);
-        assert!(said(&glb(1000, &[(4, JSON, b"{}  ")])).unwrap_err().contains("cut off"));
+        let said = |bytes: &[u8]| split(bytes).map(|p| p.faults).map_err(|f| f.in_file("a.glb").message);
+        assert!(said(&glb(1000, &[(4, JSON, b"{}  ")])).unwrap_err().contains("truncated"));
         assert!(said(&glb(24, &[(5000, JSON, b"{}  ")])).unwrap_err().contains("has 5000 bytes"));
         assert!(said(&glb(0, &[])).unwrap_err().contains("no chunk of JSON"));
         assert!(said(b"glTF\x01\0\0\0\0\0\0\0").unwrap_err().contains("version 1"));

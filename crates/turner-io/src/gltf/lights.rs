@@ -41,7 +41,7 @@ pub(super) fn light(
     let color = Spectrum::new(color[0], color[1], color[2]);
     let intensity = json.intensity.unwrap_or(1.0).clamp(0.0, f64::from(f32::MAX));
     if json.range.is_some() {
-        report.ignored("the range of lights: they weaken by the square of the distance, however far");
+        report.ignored("the range of lights: they fall off with the square of the distance, without a limit");
     }
     let value = match json.kind.as_str() {
         "point" => LightDesc::Point(PointDesc {
@@ -59,7 +59,7 @@ pub(super) fn light(
             ..DirectionalDesc::default()
         }),
         _ => {
-            report.ignored("a light of a kind that is not known");
+            report.ignored("a light of an unknown type");
             return Ok(None);
         }
     };
@@ -79,7 +79,7 @@ fn spot(
     let inner = cone.and_then(|c| c.inner_cone_angle).unwrap_or(0.0);
     let outer = cone.and_then(|c| c.outer_cone_angle).unwrap_or(FRAC_PI_4);
     if !(0.0 <= inner && inner < outer && outer <= FRAC_PI_2) {
-        report.doubtful("the cone of a spot light is wider than a half-space, or wider inside than outside");
+        report.doubtful("a spot light with an outer cone angle above 90 degrees or below the inner one");
     }
     let outer = outer.clamp(1e-6, FRAC_PI_2);
     let inner = inner.clamp(0.0, outer);

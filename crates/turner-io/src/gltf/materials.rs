@@ -161,7 +161,7 @@ impl Converter<'_> {
         let base = match &extensions.specular_glossiness {
             Some(x) => {
                 self.report
-                    .approximated("KHR_materials_pbrSpecularGlossiness, converted to metal or plastic");
+                    .approximated("KHR_materials_pbrSpecularGlossiness: converted to metal or plastic");
                 self.specular_glossiness(&mut out, x)
             }
             None => {
@@ -197,7 +197,7 @@ impl Converter<'_> {
             "BLEND" => AlphaMode::Blend,
             other => {
                 if other != "OPAQUE" {
-                    self.report.doubtful("a material with an unknown alphaMode is shown opaque");
+                    self.report.doubtful("a material with an unknown alphaMode: rendered as opaque");
                 }
                 AlphaMode::Opaque
             }
@@ -276,7 +276,7 @@ impl Converter<'_> {
                     && out.base_color != ColorSource::Constant(Spectrum::WHITE)
                 {
                     self.report.approximated(
-                        "coloured glass with an inside: light takes the colour of the inside, not that of the surface",
+                        "glass with a surface colour and an attenuation colour: only the attenuation colour is used",
                     );
                 }
                 out.transmission_color = ColorSource::Constant(attenuation);
@@ -296,7 +296,7 @@ impl Converter<'_> {
         let factor = x.multiscatter_color_factor.unwrap_or([0.0; 3]);
         if extensions.diffuse_transmission.is_none() {
             if factor.iter().any(|v| *v > 0.0) {
-                self.report.approximated("glass that scatters light inside: it is clear");
+                self.report.approximated("glass with volume scattering: rendered as clear");
             }
             return;
         }

@@ -103,7 +103,7 @@ pub fn import(
 fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOptions) -> Outcome<SceneDesc> {
     let mut report = Report::default();
     let parts = glb::split(&bytes)?;
-    parts.doubts.iter().for_each(|doubt| report.doubtful(*doubt));
+    parts.faults.iter().for_each(|doubt| report.doubtful(*doubt));
     let text = bytes.get(parts.json).unwrap_or_default();
     let needed = JSON_PER_BYTE.saturating_mul(text.len() as u64);
     options.limits.memory.need(needed, || "its JSON text".to_owned()).map_err(Fault::of_scene)?;
@@ -171,7 +171,7 @@ fn read(bytes: Vec<u8>, uri: &str, assets: &dyn AssetSource, options: &ImportOpt
         ("instances", instances),
     ];
     if objects.is_empty() {
-        report.doubtful("the file has nothing to show");
+        report.doubtful("the file contains no geometry");
     }
     let empty = SceneDesc::default();
     let summary = ImportSummary { file: printable(uri), format: "glTF 2.0", counts };
@@ -198,14 +198,14 @@ fn check_extensions(document: &Document, report: &mut Report) -> Outcome<()> {
         }
         let fault = Fault::at(
             format!("/extensionsRequired/{i}"),
-            format!("the file cannot be shown without {name}, which is not known here"),
+            format!("the file requires {name}, which is not supported"),
         );
         return Err(match name.as_str() {
             "KHR_draco_mesh_compression" => {
                 fault.help("export it without Draco compression, or with meshopt")
             }
-            "KHR_texture_basisu" => fault.help("export it with PNG, JPEG or WebP pictures"),
-            _ => fault.help(format!("known are {}", KNOWN.join(", "))),
+            "KHR_texture_basisu" => fault.help("export it with PNG, JPEG or WebP images"),
+            _ => fault.help(format!("supported are {}", KNOWN.join(", "))),
         });
     }
     for name in &document.extensions_used {
@@ -245,7 +245,7 @@ fn decode_images(
             match textures::candidates(texture).next() {
                 // A picture that is both is averaged as colours when it is made smaller.
                 Some(image) => *used.entry(image).or_default() |= is_color,
-                None if basisu => report.ignored("textures that are there as KHR_texture_basisu only"),
+                None if basisu => report.ignored("textures with a KHR_texture_basisu image only"),
                 None => report.ignored("textures without an image"),
             }
         }

@@ -118,7 +118,7 @@ impl Tree {
             let mut reached = vec![false; count];
             order.iter().for_each(|i| reached[*i as usize] = true);
             let node = reached.iter().position(|r| !r).unwrap_or(0);
-            let message = format!("node {node} hangs on itself, or on nodes that do; expected a tree");
+            let message = format!("node {node} is its own ancestor; expected a tree");
             return Err(Fault::at(format!("/nodes/{node}"), message));
         }
         Ok(Tree { parents, order })
@@ -155,7 +155,7 @@ impl Tree {
                 }
                 let inner = listed.iter().filter(|n| !self.is_root(n.0)).count();
                 if inner > 0 {
-                    report.doubtful("a scene lists nodes that hang on others; they are where those put them");
+                    report.doubtful("a scene lists child nodes: their parents' transforms apply");
                 }
                 listed.iter().map(|n| n.0).collect()
             }

@@ -150,12 +150,12 @@ impl<'a> Objects<'a> {
             Some(_) => (DAffine3::IDENTITY, None),
             None if is_invertible(&world) => (world, None),
             None if !world.is_finite() => {
-                report.doubtful("a node whose transform is not finite");
+                report.doubtful("a node whose transform has NaN or infinite values");
                 return Ok(());
             }
             None if is_flat(&world.matrix3) => (DAffine3::IDENTITY, Some(world)),
             None => {
-                report.doubtful("a node that is scaled to nothing");
+                report.doubtful("a node with a scale of 0");
                 return Ok(());
             }
         };
@@ -196,7 +196,7 @@ impl<'a> Objects<'a> {
                 self.wanted.push(wanted);
             }
             if self.objects.len() == MAX_OBJECTS {
-                let message = format!("has more than {MAX_OBJECTS} objects, instances counted");
+                let message = format!("has more than {MAX_OBJECTS} objects, including instances");
                 return Err(Fault::too_large(format!("/nodes/{number}"), message));
             }
             let name = node.name.as_ref().or(json.name.as_ref()).filter(|n| !n.is_empty());

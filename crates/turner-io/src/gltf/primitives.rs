@@ -60,7 +60,7 @@ pub(super) fn shape(
     if draco {
         let stored = document.accessors.get(position.index()).is_some_and(|a| a.buffer_view.is_some());
         if !stored {
-            report.ignored("a primitive compressed by KHR_draco_mesh_compression, which is not read");
+            report.ignored("a primitive with KHR_draco_mesh_compression, which is not supported");
             return Ok(None);
         }
     }
@@ -71,7 +71,7 @@ pub(super) fn shape(
     let mode = primitive.mode.map_or(4, |m| m.0);
     let (mut topology, left_over) = Topology::read(mode, indices, count, budget, pointer)?;
     if left_over {
-        report.doubtful("vertices left over behind the last whole line or triangle");
+        report.doubtful("surplus vertices after the last complete line or triangle");
     }
     let chosen = topology.compact(count, budget, pointer)?;
     let vertices = Vertices { chosen: chosen.as_deref(), count };
@@ -82,7 +82,7 @@ pub(super) fn shape(
         mirrored ^= transform(&mut mesh, |_| Ok::<_, Fault>(matrix))?;
     }
     if mesh.positions.iter().flatten().any(|x| x.abs() > HUGE) {
-        report.doubtful("coordinates beyond 1e9, where single precision is coarse");
+        report.doubtful("coordinates beyond 1e9, where single precision is inaccurate");
     }
     let mut mesh = match topology {
         Topology::Triangles(mut list) => {
@@ -93,7 +93,7 @@ pub(super) fn shape(
             mesh
         }
         Topology::Points(list) => {
-            report.approximated("points are shown as small balls");
+            report.approximated("points: rendered as small spheres");
             return Ok(Some(Shaped {
                 mesh: cloud(mesh, list, budget, pointer)?,
                 smooth: true,
@@ -101,13 +101,13 @@ pub(super) fn shape(
             }));
         }
         Topology::Lines(list) => {
-            report.approximated("lines are shown as thin tubes");
+            report.approximated("lines: rendered as thin tubes");
             tubes::tubes(&mesh, &list, budget, pointer)?
         }
     };
     let flat = mesh.normals.is_empty();
     if !flat && turned_away(&mesh) {
-        report.doubtful("a mesh whose normals point to the back of most of its faces");
+        report.doubtful("a mesh whose normals oppose most of its faces");
     }
     match request.normal_map {
         Some(set) if mesh.tangents.is_empty() => {
@@ -239,7 +239,7 @@ impl<'a> Source<'a> {
             if set == 0 { mesh.uvs = uvs } else { mesh.more_uvs.push(uvs) }
         }
         if self.attributes_of("TEXCOORD_", MAX_UV_SETS) {
-            report.ignored("sets of texture coordinates beyond the eighth");
+            report.ignored("texture coordinate sets beyond the eighth");
         }
         mesh.colors = self.attribute("COLOR_0", &[3, 4], vertices)?;
         let opaque =
@@ -272,7 +272,7 @@ impl<'a> Source<'a> {
             let vertex = numbers.next().unwrap_or(0);
             influences.matrix(vertex, joints).map_err(|joint| {
                 let message =
-                    format!("vertex {vertex} hangs on joint {joint}, but the skin has {}", joints.len());
+                    format!("vertex {vertex} uses joint {joint}, but the skin has {}", joints.len());
                 Fault::at(format!("{}/attributes/JOINTS_0", self.pointer), message)
             })
         })

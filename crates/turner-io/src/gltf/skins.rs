@@ -66,7 +66,7 @@ impl<'a> Influences<'a> {
         while let Some(joints) = primitive.attributes.get(&format!("JOINTS_{}", sets.len())) {
             let pointer = format!("{pointer}/attributes/WEIGHTS_{}", sets.len());
             let Some(weights) = primitive.attributes.get(&format!("WEIGHTS_{}", sets.len())) else {
-                return Err(Fault::at(pointer, "is missing, though there are joints of this number"));
+                return Err(Fault::at(pointer, "is missing, but the joints of this set exist"));
             };
             let open = |accessor: Index, what: &str| {
                 Elements::open(document, buffers, accessor, &pointer)?

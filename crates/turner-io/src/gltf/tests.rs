@@ -178,7 +178,7 @@ fn flat_and_vanished_nodes_do_no_harm() {
     assert_eq!(mesh(&flat, 0).positions[2], [0.0, 3.0, 0.0]);
     for scale in ["[0,0,0]", "[0,0,1]"] {
         let gone = import(triangle(&format!(r#","scale":{scale}"#), "", "")).unwrap();
-        assert!(gone.objects.is_empty() && said(&gone, WarningKind::Doubtful, "scaled to nothing"));
+        assert!(gone.objects.is_empty() && said(&gone, WarningKind::Doubtful, "scale of 0"));
     }
     let huge = r#","matrix":[1e308,0,0,0,0,1e308,0,0,0,0,1e308,0,0,0,0,1],"children":[]"#;
     assert!(import(triangle(huge, "", "")).is_ok());

@@ -6,7 +6,7 @@ use turner::color::Spectrum;
 use turner::math::elementary::sin_cos;
 use turner::schema::{ColorSource, Named, TextureId};
 use turner::texture::{
-    Encoding, ImageChannel, ImageDesc, ImageFilter, ProductDesc, TextureDesc, VertexColorDesc, Wrap,
+    Encoding, ImageChannel, ImageDesc, ImageFilter, MultiplyDesc, TextureDesc, VertexColorDesc, Wrap,
 };
 
 use super::images::Images;
@@ -141,7 +141,7 @@ impl Textures {
 
     /// The colours of vertices.
     pub(super) fn vertex_color(&mut self) -> ColorSource {
-        self.add(TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::WHITE }))
+        self.add(TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::WHITE }))
     }
 
     /// The product of two colours; white is left out.
@@ -151,7 +151,7 @@ impl Textures {
             (a, b) if a == white => b,
             (a, b) if b == white => a,
             (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
-            (a, b) => self.add(TextureDesc::Product(ProductDesc { a, b })),
+            (a, b) => self.add(TextureDesc::Product(MultiplyDesc { a, b })),
         }
     }
 }

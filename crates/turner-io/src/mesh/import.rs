@@ -173,7 +173,7 @@ impl Import {
     /// With the colours of vertices, if there are any, in place of grey or times the picture.
     fn push_colored(&mut self, name: Option<String>, mut material: PrincipledMaterial, mesh: &MeshData) {
         if !mesh.colors.is_empty() {
-            let colors = TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::WHITE });
+            let colors = TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::WHITE });
             let colors = self.pictures.texture(colors);
             if matches!(material.base_color, ColorSource::Constant(_)) {
                 material.base_color = colors;
@@ -215,7 +215,7 @@ impl Import {
         }
         for error in missing {
             let line = error.lines().next().unwrap_or_default();
-            let message = format!("the library of materials {}; it is left out", shortened(line));
+            let message = format!("the material library {}; omitted", shortened(line));
             self.scene.warnings.push(Warning::new(WarningKind::Ignored, message));
         }
         for (path, file) in &found {
@@ -263,7 +263,7 @@ impl Import {
         }
         let file = self.uri.clone();
         if unknown > 0 {
-            let message = "materials are in no library; their faces get the default";
+            let message = "materials without a definition: their faces get the default material";
             self.scene.warnings.push(warning(WarningKind::Ignored, &file, unknown, message));
         }
         for ((kind, message), count) in remarks {
@@ -292,7 +292,7 @@ impl Import {
         };
         let shape = if is_cloud {
             let message =
-                "the points have no radius: it is made three quarters of the distance between neighbours";
+                "points without a radius: three quarters of the distance between neighbours is used";
             self.scene.warnings.push(Warning::new(WarningKind::Note, message));
             ShapeDesc::Points(PointsDesc { points: MeshId(0), radius: None, radii: Vec::new() })
         } else {

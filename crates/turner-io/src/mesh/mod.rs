@@ -109,7 +109,7 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
             (mesh.normals, mesh.uvs) = (Vec::new(), Vec::new());
             (mesh.tangents, mesh.more_uvs) = (Vec::new(), Vec::new());
             mesh.positions.retain(finite);
-            (dropped, "points dropped: not finite")
+            (dropped, "points with NaN or infinite coordinates: removed")
         } else {
             let before = mesh.triangles.len();
             let shown = |t: &[u32; 3]| t.iter().all(|&i| positions.get(i as usize).is_some_and(finite));
@@ -123,7 +123,7 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
                 // No cloud of points either.
                 *mesh = MeshData::default();
             }
-            (dropped, "triangles dropped: a corner is not finite")
+            (dropped, "triangles with a NaN or infinite vertex: removed")
         };
         if dropped > 0 {
             read.warnings.push(warning(WarningKind::Doubtful, name, dropped as u64, message));
@@ -140,7 +140,7 @@ fn drop_not_finite(read: &mut ReadMesh, name: &str) {
         }
     }
     if replaced > 0 {
-        let message = "numbers in normals, (u, v) and colours are not finite, read as 0";
+        let message = "NaN or infinite values in normals, (u, v) and colours: read as 0";
         read.warnings.push(warning(WarningKind::Doubtful, name, replaced, message));
     }
 }

@@ -55,13 +55,13 @@ impl Pictures {
                     Found::Known(path) => again.push((name, path)),
                     Found::Bytes { path, bytes, moved } => {
                         if moved {
-                            let message = "pictures that are not where they should be are taken from beside the file that names them";
+                            let message = "images missing at their path: read from the folder of the file that names them";
                             warnings.push(Warning::new(WarningKind::Approximated, message));
                         }
                         read.push((name, *used_as, path, bytes));
                     }
                     Found::Nothing(problem) => {
-                        let message = format!("the picture {}; it is left out", shortened(&problem));
+                        let message = format!("the image {}; omitted", shortened(&problem));
                         warnings.push(Warning::new(WarningKind::Ignored, message));
                     }
                 }
@@ -92,7 +92,7 @@ impl Pictures {
                         // The second line is the remedy.
                         let message = error.to_string();
                         let message = message.lines().next().unwrap_or_default();
-                        let message = format!("the picture {}; it is left out", shortened(message));
+                        let message = format!("the image {}; omitted", shortened(message));
                         warnings.push(Warning::new(WarningKind::Ignored, message));
                     }
                 }

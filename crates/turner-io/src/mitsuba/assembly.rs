@@ -12,13 +12,13 @@ use super::materials::Materials;
 use super::textures::TextureKey;
 use crate::assets::AssetSource;
 use crate::import::ImportOptions;
-use crate::whole::report::Fault;
-use crate::whole::{Place, Stock};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{CommonParts, Place};
 
 /// The scene in the making.
 pub(super) struct Assembly<'a> {
     /// What it is made of; all of that is at hand here, too.
-    pub(super) stock: Stock<'a>,
+    pub(super) stock: CommonParts<'a>,
     pub(super) document: Rc<Document>,
     pub(super) frame: Frame,
     pub(super) materials: Materials,
@@ -33,14 +33,14 @@ pub(super) struct Assembly<'a> {
 }
 
 impl<'a> Deref for Assembly<'a> {
-    type Target = Stock<'a>;
-    fn deref(&self) -> &Stock<'a> {
+    type Target = CommonParts<'a>;
+    fn deref(&self) -> &CommonParts<'a> {
         &self.stock
     }
 }
 
 impl<'a> DerefMut for Assembly<'a> {
-    fn deref_mut(&mut self) -> &mut Stock<'a> {
+    fn deref_mut(&mut self) -> &mut CommonParts<'a> {
         &mut self.stock
     }
 }
@@ -52,7 +52,7 @@ impl<'a> Assembly<'a> {
         options: &'a ImportOptions,
         document: Document,
     ) -> Assembly<'a> {
-        let mut stock = Stock::new(assets, uri, options);
+        let mut stock = CommonParts::new(assets, uri, options);
         stock.files.clone_from(&document.files);
         Assembly {
             stock,

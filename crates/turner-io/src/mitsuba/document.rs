@@ -6,8 +6,8 @@ use turner::schema::{ErrorCode, Remedy};
 
 use super::xml::{Event, Reader};
 use crate::assets::{AssetSource, printable};
-use crate::whole::report::Fault;
-use crate::whole::{Place, unknown};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, unknown};
 
 /// Most files that include one another in a chain.
 const MAX_CHAIN: usize = 64;
@@ -136,7 +136,7 @@ impl<'a> Loader<'a> {
                         return Err(Fault::at(place, ErrorCode::Syntax, message));
                     }
                     if names.len() >= MAX_DEPTH || self.open.len() >= 2 * MAX_DEPTH {
-                        let message = format!("more than {MAX_DEPTH} elements within one another");
+                        let message = format!("elements nest deeper than {MAX_DEPTH}");
                         return Err(Fault::at(place, ErrorCode::TooLarge, message));
                     }
                     let is_root = names.is_empty();
@@ -271,7 +271,7 @@ impl<'a> Loader<'a> {
 
     fn include(&mut self, name: &str, place: Place) -> Result<(), Fault> {
         if self.document.files.len() >= MAX_FILES || self.chain.len() >= MAX_CHAIN {
-            let message = format!("more than {MAX_CHAIN} files within one another, or {MAX_FILES} in all");
+            let message = format!("includes deeper than {MAX_CHAIN}, or more than {MAX_FILES} files");
             return Err(Fault::at(place, ErrorCode::TooLarge, message));
         }
         let (path, bytes) = read_file(self.assets, self.uri, &self.document.paths, name, self.left)
@@ -302,7 +302,7 @@ impl<'a> Loader<'a> {
                 let fault = unknown("parameter", missing, &all).or_at(place);
                 return Err(fault
                     .help(
-                        "define it when the scene is loaded, or by <default name=\"NAME\" value=\"VALUE\"/>",
+                        "define it when the scene is loaded, or with <default name=\"NAME\" value=\"VALUE\"/>",
                     )
                     .remedy(Remedy::Define(missing.to_owned())));
             };
@@ -311,7 +311,7 @@ impl<'a> Loader<'a> {
                 *used = true;
                 self.replaced = self.replaced.saturating_add(value.len());
                 if self.replaced > MAX_REPLACED {
-                    let message = "what $names stand for is too long in all";
+                    let message = "the values of $names are too long in total";
                     return Err(Fault::at(place, ErrorCode::TooLarge, message));
                 }
                 out.push_str(value);

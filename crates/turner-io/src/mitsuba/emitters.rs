@@ -12,8 +12,8 @@ use super::environment;
 use super::params::Object;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, source};
-use crate::whole::report::Fault;
-use crate::whole::{surroundings, unknown};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{environment_light, unknown};
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -33,7 +33,7 @@ pub(super) fn area(
     if emitter.kind != "area" {
         if emitter.kind == "directionalarea" {
             emitter.pass_all();
-            scene.report.ignored(emitter.place, "a directionalarea emitter: it does not shine");
+            scene.report.ignored(emitter.place, "a directionalarea emitter: it emits no light");
             return Ok(None);
         }
         return Err(
@@ -62,7 +62,7 @@ fn light_color(scene: &mut Assembly<'_>, object: &Object, name: &'static str) ->
             ColorSource::Texture(_) => {
                 scene.report.ignored(
                     object.place_of(name),
-                    format!("a texture as {name} of {}: it is white", object.title()),
+                    format!("a texture as {name} of {}: white replaces it", object.title()),
                 );
                 Ok(Spectrum::WHITE)
             }
@@ -91,12 +91,12 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
         "projector" => {
             object.pass(&["irradiance", "scale", "fov", "fov_axis", "to_world"]);
             object.objects(&["texture"])?;
-            scene.report.ignored(place, "a projector: it does not shine");
+            scene.report.ignored(place, "a projector: it emits no light");
             None
         }
         "directionalarea" => {
             object.pass_all();
-            scene.report.ignored(place, "a directionalarea emitter: it does not shine");
+            scene.report.ignored(place, "a directionalarea emitter: it emits no light");
             None
         }
         "directional" => {
@@ -111,21 +111,21 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
                     ..DirectionalDesc::default()
                 })),
                 None => {
-                    scene.report.doubtful(place, "a directional light without a direction is left out");
+                    scene.report.doubtful(place, "a directional light without a direction: omitted");
                     None
                 }
             }
         }
         "constant" => {
             let tint = light_color(scene, object, "radiance")?;
-            let file = Some(surroundings::white(scene));
+            let file = Some(environment_light::white(scene));
             Some(LightDesc::Environment(EnvironmentDesc { file, strength: 1.0, rotation: 0.0, tint }))
         }
         "envmap" => envmap(scene, object)?,
         "sky" | "sun" | "sunsky" => Some(sky(scene, object)?),
         "area" => {
             object.pass_all();
-            scene.report.ignored(place, "an area emitter that stands in no shape");
+            scene.report.ignored(place, "an area emitter outside a shape");
             None
         }
         other => {
@@ -154,12 +154,12 @@ fn spot(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>, 
     let cutoff = object.float("cutoff_angle")?.unwrap_or(20.0).clamp(1e-3, 180.0);
     let beam = object.float("beam_width")?.unwrap_or(cutoff * 0.75).clamp(0.0, cutoff);
     if !object.objects(&["texture"])?.is_empty() {
-        scene.report.ignored(object.place, "the picture of a spot light: it shines evenly");
+        scene.report.ignored(object.place, "the texture of a spot light: not used");
     }
     let color = light_color(scene, object, "intensity")?;
     let position = to_world.translation;
     let Some(axis) = to_world.transform_vector3(DVec3::Z).try_normalize() else {
-        scene.report.doubtful(object.place, "a spot light without a direction is left out");
+        scene.report.doubtful(object.place, "a spot light without a direction: omitted");
         return Ok(None);
     };
     let mut steps = vec![(0.0, 1.0), (beam, 1.0), (cutoff, 0.0), (180.0, 0.0)];
@@ -191,7 +191,7 @@ fn envmap(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<LightDesc>
         name = bitmap.string("filename")?.map(str::to_owned);
     }
     let Some(name) = name else {
-        scene.report.ignored(object.place, "an envmap without filename: it does not shine");
+        scene.report.ignored(object.place, "an envmap without filename: it emits no light");
         return Ok(None);
     };
     let name = scene.picture_name(&name);
@@ -215,7 +215,7 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
     let own = object.vector("sun_direction")?;
     let dated = ["latitude", "longitude", "hour", "day"].iter().any(|n| object.has(n));
     if own.is_none() && dated {
-        let message = "a sun by place and time: it stands as without, 35° high; write sun_direction";
+        let message = "a sun by location and time: its elevation is 35°; use sun_direction";
         scene.report.ignored(object.place, message);
     }
     let scale = |name| object.float(name).map(|v| v.unwrap_or(1.0).clamp(0.0, 1e6));
@@ -237,14 +237,14 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
         "stretch",
         "resolution",
     ]);
-    scene.report.approximated(object.place, "the sky of Mitsuba: Turner's own, computed from air and dust");
+    scene.report.approximated(object.place, "the sky of Mitsuba: Turner's sky model replaces it");
     // In Mitsuba 0.6 y is up, and the direction is the world's; later z is up before the transform.
     let is_old = scene.document.is_old;
     let up = DAffine3::from_mat3(turner::math::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y));
     let zenith = if is_old { DVec3::Y } else { DVec3::Z };
     let turned = (to_world.matrix3 * zenith).dot(DVec3::Y) > 0.9;
     if !turned {
-        let message = "the zenith of a sky is not +y: here it is";
+        let message = "a sky whose zenith is not +y: +y replaces it";
         scene.report.approximated(object.place, message);
     }
     let direction = own.map(|d| match (is_old, turned) {
@@ -256,7 +256,7 @@ fn sky(scene: &mut Assembly<'_>, object: &Object) -> Result<LightDesc, Fault> {
     let has_sun = object.kind != "sky" && sun_scale > 0.0;
     let strength = if is_sun_alone { sun_scale } else { sky_scale } * all;
     if is_sun_alone {
-        scene.report.approximated(object.place, "a sun without a sky: the sky shines, too");
+        scene.report.approximated(object.place, "a sun without a sky: the sky is added");
     }
     Ok(LightDesc::Sky(SkyDesc {
         direction: direction.filter(|d| d.length() > 0.0),

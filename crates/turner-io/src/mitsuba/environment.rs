@@ -10,7 +10,7 @@ use turner::math::{DMat3, DVec3};
 use turner::schema::ImageId;
 
 use super::assembly::Assembly;
-use crate::whole::{Place, surroundings};
+use crate::scene_import::{Place, environment_light};
 
 /// The picture `name` seen through a transform to the world.
 pub(super) fn picture(
@@ -21,19 +21,20 @@ pub(super) fn picture(
 ) -> Option<ImageId> {
     let id = scene.image(name, place)?;
     let source = scene.images.get(id.index())?.data.clone();
-    let look = Look { image: &source, is_encoded: source.is_display_encoded() };
+    let look = EncodedView { image: &source, is_encoded: source.is_display_encoded() };
     let size = [source.width, source.height];
-    let image = surroundings::equirectangular(&mut scene.stock, size, to_world, place, |d| look.towards(d))?;
+    let image =
+        environment_light::equirectangular(&mut scene.stock, size, to_world, place, |d| look.towards(d))?;
     Some(scene.add_image(name, image))
 }
 
 /// A picture of the surroundings as Mitsuba looks at it.
-struct Look<'a> {
+struct EncodedView<'a> {
     image: &'a Image,
     is_encoded: bool,
 }
 
-impl Look<'_> {
+impl EncodedView<'_> {
     /// The light from a unit direction.
     fn towards(&self, d: DVec3) -> [f64; 3] {
         let u = atan2(d.x, -d.z) / TAU;
@@ -74,7 +75,7 @@ mod tests {
         // What Mitsuba 3.9.1 answers for a picture whose pixels are their own columns and rows.
         let pixels = (0..4).flat_map(|y| (0..8).flat_map(move |x| [x as f32, y as f32, 1.0])).collect();
         let image = Image { width: 8, height: 4, channels: 3, pixels: Pixels::F32(pixels) };
-        let look = Look { image: &image, is_encoded: false };
+        let look = EncodedView { image: &image, is_encoded: false };
         for (d, x, y) in [
             (DVec3::NEG_Z, 3.5, 1.5),
             (DVec3::Z, 3.5, 1.5),

@@ -15,8 +15,8 @@ use super::assembly::Assembly;
 use super::media;
 use super::params::Object;
 use crate::assets::printable;
-use crate::whole::report::{Fault, Report};
-use crate::whole::{is_sound, unknown};
+use crate::scene_import::report::{Fault, Report};
+use crate::scene_import::{is_sound, unknown};
 
 /// Most columns or rows.
 const MAX_SIDE: i64 = 65536;
@@ -64,7 +64,7 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
     if let Some(inner) = inner.first() {
         let inner = Object::new(&scene.document, *inner)?;
         if inner.objects(&["integrator"])?.is_empty() {
-            let message = format!("{} around {}: the latter alone", object.title(), inner.title());
+            let message = format!("{} around {}: the inner one is used", object.title(), inner.title());
             scene.report.ignored(object.place, message);
             object.pass_all();
             return integrator(scene, &inner);
@@ -88,7 +88,7 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
         "direct" | "direct_projective" | "emission" => max_depth = u32::from(object.kind != "emission"),
         "volpath_simple" | "bdpt" => object.pass_all(),
         "ptracer" | "particle" | "photonmapper" | "ppm" | "sppm" | "mlt" | "pssmlt" | "erpt" | "vpl" => {
-            let message = format!("{}: light is followed by paths from the camera", object.title());
+            let message = format!("{}: \"path\" replaces it", object.title());
             scene.report.approximated(object.place, message);
             object.pass_all();
         }
@@ -98,18 +98,18 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
             return Ok(());
         }
         "aov" | "moment" | "stokes" | "adaptive" | "irrcache" => {
-            let message = format!("{}: light is followed by paths", object.title());
+            let message = format!("{}: \"path\" replaces it", object.title());
             scene.report.ignored(object.place, message);
             object.pass_all();
         }
         other => {
-            let known = "the integrator is not known, light is followed by paths";
+            let known = "unknown integrator, \"path\" replaces it";
             scene.report.ignored(object.place, format!("\"{}\": {known}", printable(other)));
             object.pass_all();
         }
     }
     if object.boolean("hide_emitters")?.unwrap_or(false) {
-        let message = "hide_emitters: lamps and surroundings are seen";
+        let message = "hide_emitters: emitters and the environment remain visible";
         scene.report.ignored(object.place_of("hide_emitters"), message);
     }
     if object.boolean("strict_normals")?.unwrap_or(false) {
@@ -123,7 +123,7 @@ pub(super) fn integrator(scene: &mut Assembly<'_>, object: &Object) -> Result<()
 /// Takes the camera of the file; of several the first.
 pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault> {
     if scene.frame.camera.is_some() {
-        scene.report.ignored(object.place, "another sensor: the first is the camera");
+        scene.report.ignored(object.place, "another sensor: the first one is used");
         return Ok(());
     }
     if let Some(film) = object.object("film")? {
@@ -147,7 +147,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
             // There downwards.
             let mut shift = DVec2::new(x?.unwrap_or(0.0), -y?.unwrap_or(0.0));
             if shift.abs().max_element() > MAX_SHIFT {
-                let message = "a principal point far from the picture: it lies in the middle";
+                let message = "a principal point far off the film: it is centred";
                 scene.report.ignored(object.place, message);
                 shift = DVec2::ZERO;
             }
@@ -166,7 +166,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
                     distance,
                     shift,
                     lens_radius: radius,
-                    focus: Some(focus),
+                    focus_distance: Some(focus),
                     near,
                     ..ThinLensDesc::default()
                 })
@@ -195,7 +195,7 @@ pub(super) fn sensor(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fa
         }
         "radiancemeter" | "irradiancemeter" | "distant" | "batch" => {
             object.pass_all();
-            let message = format!("{} is no camera here: the scene is framed from the front", object.title());
+            let message = format!("{} is not supported: the default camera replaces it", object.title());
             scene.report.ignored(object.place, message);
             return Ok(());
         }
@@ -230,7 +230,7 @@ struct Pose {
 
 fn pose(scene: &mut Assembly<'_>, object: &Object, to_world: DAffine3) -> Result<Pose, Fault> {
     if !is_sound(&to_world) {
-        let message = "the camera's transform cannot be undone";
+        let message = "the camera's transform is not invertible";
         return Err(Fault::at(object.place, ErrorCode::Transform, message));
     }
     let m = to_world.matrix3;
@@ -239,7 +239,10 @@ fn pose(scene: &mut Assembly<'_>, object: &Object, to_world: DAffine3) -> Result
     let askew =
         [left.dot(up), up.dot(forward), forward.dot(left)].iter().any(|d| d.abs() > 1e-3 * unit * unit);
     if askew {
-        scene.report.approximated(object.place, "the camera's transform shears: it is left as it stands");
+        scene.report.approximated(
+            object.place,
+            "the camera's transform has shear: the camera uses its position and directions only",
+        );
     }
     let handedness = if m.determinant() > 0.0 { Handedness::Right } else { Handedness::Left };
     let position = to_world.translation;
@@ -262,7 +265,8 @@ fn height(scene: &mut Assembly<'_>, object: &Object) -> Result<f64, Fault> {
             let length = length.unwrap_or("50mm");
             let mm = super::params::number(length.trim().trim_end_matches("mm")).filter(|v| *v > 0.0);
             let Some(mm) = mm else {
-                let message = format!("focal_length \"{}\"; expected a length as in 50mm", printable(length));
+                let message =
+                    format!("focal_length \"{}\"; expected a length such as 50mm", printable(length));
                 return Err(Fault::at(object.place_of("focal_length"), ErrorCode::WrongType, message));
             };
             axis = "diagonal";
@@ -341,7 +345,7 @@ fn filter(object: &Object, report: &mut Report) -> Result<(FilterKind, f64), Fau
         "gaussian" => (FilterKind::Gaussian, 3.0 * deviation),
         "mitchell" | "catmullrom" | "lanczos" => {
             let message = format!(
-                "the filter \"{}\" has negative parts: \"blackman-harris\" takes its place",
+                "the filter \"{}\" has negative weights: \"blackman-harris\" replaces it",
                 object.kind
             );
             report.approximated(object.place, message);

@@ -11,9 +11,9 @@ use super::metals;
 use super::params::Object;
 use super::spectra::{Role, color, index, sampled};
 use super::textures::Surface;
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Through, inner_reflectance, map_values, product, single_scattering, unknown};
 use crate::spectral::metal_of_index;
-use crate::whole::report::Fault;
-use crate::whole::{Through, inner_reflectance, map_values, one_facet_alone, product, unknown};
 
 /// BSDFs that are known and not shown.
 const UNSUPPORTED: &[&str] = &[
@@ -95,14 +95,14 @@ pub(super) fn surface(
         "plastic" => maker.plastic(false),
         "roughplastic" => maker.plastic(true),
         "pplastic" => {
-            let message = "pplastic: roughplastic, without polarization";
+            let message = "pplastic: rendered as roughplastic, without polarization";
             maker.scene.report.approximated(object.place, message);
             maker.plastic(true)
         }
         "principled" => maker.principled(),
         "principledthin" => maker.principled_thin(),
         kind if UNSUPPORTED.contains(&kind) => {
-            let message = format!("{} is not known here: it is shown as diffuse grey", object.title());
+            let message = format!("{} is not supported: rendered as diffuse grey", object.title());
             maker.scene.report.ignored(object.place, message);
             let color = maker.color("diffuse_reflectance", 0.5)?;
             object.pass_all();
@@ -138,7 +138,7 @@ impl Maker<'_, '_> {
         match self.number(name, or)? {
             ColorSource::Constant(c) => Ok(f64::from(c.g)),
             ColorSource::Texture(_) => {
-                let message = format!("a texture of {name}: it is {or} everywhere");
+                let message = format!("a texture of {name}: {or} replaces it");
                 self.scene.report.approximated(self.object.place_of(name), message);
                 Ok(or)
             }
@@ -157,7 +157,7 @@ impl Maker<'_, '_> {
         let width = match object.string("distribution")?.unwrap_or("beckmann") {
             "ggx" => 1.0,
             "beckmann" | "phong" | "as" => {
-                let message = "Beckmann's distribution of microfacets: GGX with half of its light within the same angle";
+                let message = "Beckmann's microfacet distribution: GGX of similar width replaces it";
                 self.scene.report.approximated(object.place, message);
                 BECKMANN
             }
@@ -174,7 +174,7 @@ impl Maker<'_, '_> {
         let through = Through::Roughness { remap: false };
         let (ColorSource::Constant(u), ColorSource::Constant(v)) = (along, across) else {
             if along != across {
-                let message = "a texture of roughness along one direction: it is taken for both";
+                let message = "a roughness texture for one direction: used for both";
                 self.scene.report.approximated(object.place, message);
             }
             let texture = if matches!(along, ColorSource::Texture(_)) { along } else { across };
@@ -208,12 +208,12 @@ impl Maker<'_, '_> {
         let reflected = self.factor("specular_reflectance")?;
         if reflected != grey(1.0) {
             glass.specular_color = reflected;
-            let message = "specular_reflectance of glass: it tints what is reflected head-on";
+            let message = "specular_reflectance of glass: it tints reflection at normal incidence";
             self.scene.report.approximated(self.object.place_of("specular_reflectance"), message);
         }
         if is_rough {
             self.roughness(&mut glass)?;
-            one_facet_alone(&mut glass);
+            single_scattering(&mut glass);
         }
         Ok(glass)
     }
@@ -237,7 +237,7 @@ impl Maker<'_, '_> {
             let Some((node, element)) = object.find(name) else { continue };
             let resolved = object.document.resolve(node)?;
             if object.document.node(resolved).is_some_and(|n| n.tag == "texture") {
-                let message = format!("a texture of {name}: a perfect mirror is shown");
+                let message = format!("a texture of {name}: a perfect mirror replaces the metal");
                 self.scene.report.ignored(element.place, message);
                 object.pass(&["eta", "k"]);
                 return Ok(None);
@@ -291,7 +291,7 @@ impl Maker<'_, '_> {
         };
         if is_rough {
             self.roughness(&mut surface)?;
-            one_facet_alone(&mut surface);
+            single_scattering(&mut surface);
         }
         Ok(surface)
     }
@@ -309,7 +309,7 @@ impl Maker<'_, '_> {
         let reflected = self.factor("specular_reflectance")?;
         if reflected != grey(1.0) {
             surface.specular_color = reflected;
-            let message = "specular_reflectance of plastic: it tints what is reflected head-on";
+            let message = "specular_reflectance of plastic: it tints reflection at normal incidence";
             self.scene.report.approximated(self.object.place_of("specular_reflectance"), message);
         }
         if is_rough {
@@ -371,7 +371,7 @@ impl Maker<'_, '_> {
         if sheen != grey(0.0) {
             surface.fuzz_weight =
                 map_values(&mut self.scene.stock, sheen, object.place, Through::Scale(SHEEN));
-            let message = "sheen: a faint fuzz of OpenPBR's takes its place";
+            let message = "sheen: OpenPBR's fuzz replaces it";
             self.scene.report.approximated(object.place_of("sheen"), message);
         }
         for name in ["flatness", "spec_tint", "sheen_tint"] {
@@ -393,7 +393,7 @@ impl Maker<'_, '_> {
         let base = self.color("base_color", 0.5)?;
         // 2 stands for all light.
         let through = self.number("diff_trans", 0.0)?;
-        let message = "principledthin: shares of OpenPBR's thin wall";
+        let message = "principledthin: OpenPBR's thin-walled surface replaces it";
         self.scene.report.approximated(object.place, message);
         let surface = PrincipledMaterial {
             base_color: base,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use turner::color::Spectrum;
 use turner::material::{
-    AlphaMode, BoundaryMaterial, BumpUnit, MaterialDesc, MixMaterial, PrincipledMaterial,
+    AlphaMode, BumpUnit, InterfaceMaterial, MaterialDesc, MixMaterial, PrincipledMaterial,
 };
 use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
 
@@ -17,8 +17,8 @@ use super::params::Object;
 use super::rough_layer::RoughLayer;
 use super::spectra::Role;
 use super::textures::{Surface, is_source, numbers, shares, source};
-use crate::whole::report::Fault;
-use crate::whole::{Place, product};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, product};
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;
@@ -111,7 +111,7 @@ pub(super) fn grey(v: f64) -> ColorSource {
 /// What shapes without a BSDF have: diffuse grey, or black where they shine.
 fn plain(usage: Use) -> MaterialDesc {
     if usage.interior.is_some() && usage.emission.is_none() {
-        return MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior });
+        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
     }
     let reflectance = if usage.emission.is_some() { 0.0 } else { 0.5 };
     let surface = PrincipledMaterial { base_color: grey(reflectance), ..PrincipledMaterial::matte() };
@@ -128,7 +128,7 @@ pub(super) fn make(
         let place = object.place;
         usage.depth += 1;
         if usage.depth > MAX_NESTING {
-            let message = format!("more than {MAX_NESTING} BSDFs within one another");
+            let message = format!("BSDFs nest deeper than {MAX_NESTING}");
             return Err(Fault::at(place, ErrorCode::TooLarge, message));
         }
         let inner = match object.kind.as_str() {
@@ -136,8 +136,7 @@ pub(super) fn make(
                 usage.two_sided = true;
                 let inner = object.objects(&["bsdf"])?;
                 if inner.len() > 1 {
-                    let message =
-                        "a BSDF for the front and another for the back: the front's is shown on both sides";
+                    let message = "different BSDFs for front and back: the front's is used on both sides";
                     scene.report.approximated(place, message);
                 }
                 inner.first().copied()
@@ -180,7 +179,7 @@ pub(super) fn make(
             _ => return leaf(scene, &object, usage),
         };
         let Some(inner) = inner else {
-            let message = format!("{} has no BSDF in it", object.title());
+            let message = format!("{} contains no BSDF", object.title());
             return Err(Fault::at(place, ErrorCode::MissingKey, message));
         };
         scene.finish(&object);
@@ -196,9 +195,9 @@ fn only_texture(object: &Object) -> Result<Option<usize>, Fault> {
 
 fn null(scene: &mut Assembly<'_>, place: Place, usage: Use) -> MaterialDesc {
     if usage.emission.is_none() {
-        return MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior });
+        return MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior });
     }
-    scene.report.approximated(place, "a shape that shines and is no surface: it is black");
+    scene.report.approximated(place, "an emissive shape with a null BSDF: its surface is black");
     let black = PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() };
     MaterialDesc::Principled(with_use(black, usage))
 }
@@ -210,21 +209,24 @@ fn blend(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Result<Materi
     };
     let parts = object.objects(&["bsdf"])?;
     let &[a, b] = &parts[..] else {
-        let message = format!("a blendbsdf has two BSDFs, found {}", parts.len());
+        let message = format!("a blendbsdf needs two BSDFs, found {}", parts.len());
         return Err(Fault::at(object.place, ErrorCode::MissingKey, message));
     };
     scene.finish(object);
     let mut wanted = Vec::new();
     for part in [a, b] {
         if Object::new(&scene.document, part)?.kind == "null" {
-            let message = "a blend with null: the other BSDF is there with its share as opacity";
+            let message = "a blend with null: rendered as the other BSDF with its weight as opacity";
             scene.report.approximated(object.place, message);
             let share = match (part == a, weight) {
                 (true, w) => w,
                 (false, ColorSource::Constant(c)) => ColorSource::Constant(c.map(|v| 1.0 - v)),
-                (false, w) => {
-                    crate::whole::map_values(&mut scene.stock, w, object.place, crate::whole::Through::Rest)
-                }
+                (false, w) => crate::scene_import::map_values(
+                    &mut scene.stock,
+                    w,
+                    object.place,
+                    crate::scene_import::Through::Rest,
+                ),
             };
             let opacity = match usage.opacity {
                 Some(outer) => product(&mut scene.stock, outer, share),
@@ -254,7 +256,7 @@ pub(super) fn shown(
     scene.finish(object);
     let is_transmissive = surface.transmission_weight != grey(0.0) || surface.thin_walled;
     if surface.thin_walled && usage.interior.is_some() {
-        let message = "a medium behind a thin wall: nothing is there";
+        let message = "a medium behind a thin wall";
         scene.report.ignored(object.place, message);
     }
     surface.front_only = !usage.two_sided && !is_transmissive;

@@ -11,8 +11,8 @@ use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{Role, color};
 use crate::assets::printable;
-use crate::whole::report::Fault;
-use crate::whole::unknown;
+use crate::scene_import::report::Fault;
+use crate::scene_import::unknown;
 
 /// Most bytes of a grid.
 const MAX_GRID: u64 = 2 << 30;
@@ -50,7 +50,7 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
                 "isotropic" => 0.0,
                 other if ["rayleigh", "blendphase", "sggx", "tabphase"].contains(&other) => {
                     phase.pass_all();
-                    let message = format!("{} is taken for isotropic", phase.title());
+                    let message = format!("{}: rendered as isotropic", phase.title());
                     scene.report.approximated(phase.place, message);
                     0.0
                 }
@@ -80,7 +80,7 @@ fn make(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<MediumDesc>,
     let albedo = match albedo {
         Volume::Constant(c, _) => c.map(|v| v.clamp(0.0, 1.0)),
         Volume::Grid(..) => {
-            let message = "a grid of albedos: it is 0.75 everywhere";
+            let message = "a grid of albedos: 0.75 replaces it";
             scene.report.approximated(object.place_of("albedo"), message);
             Spectrum::grey(0.75)
         }
@@ -168,11 +168,13 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
     let to_world = object.transform("to_world")?;
     let own_box = object.boolean("use_grid_bbox")?.unwrap_or(false);
     if object.string("filter_type")? == Some("nearest") {
-        scene.report.approximated(object.place, "a grid of cells without transitions: they are interpolated");
+        scene
+            .report
+            .approximated(object.place, "a grid with nearest-neighbour filtering: interpolated linearly");
     }
     object.pass(&["wrap_mode", "raw", "accel", "filter_type", "data", "grid"]);
     let Some(name) = object.string("filename")?.map(str::to_owned) else {
-        scene.report.ignored(object.place, "a gridvolume without filename: nothing is there");
+        scene.report.ignored(object.place, "a gridvolume without filename: the medium is empty");
         return Ok(None);
     };
     let place = object.place_of("filename");
@@ -185,14 +187,13 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
             if (straight - to_world.matrix3).to_cols_array().iter().any(|v| v.abs() > 1e-6)
                 || !min.cmplt(max).all()
             {
-                let message =
-                    "the grid of a medium that is turned or mirrored: it lies along the axes of the world";
+                let message = "a medium grid that is rotated or mirrored: aligned with the world axes";
                 scene.report.approximated(object.place, message);
             }
             Ok(Some(Volume::Grid(data, min.min(max), max.max(min) + 1e-9)))
         }
         Err(problem) => {
-            let message = format!("{}: {problem}; nothing is there", printable(&name));
+            let message = format!("{}: {problem}; the medium is empty", printable(&name));
             scene.report.ignored(place, message);
             Ok(None)
         }
@@ -202,14 +203,14 @@ fn grid(scene: &mut Assembly<'_>, object: &Object) -> Result<Option<Volume>, Fau
 /// A .vol file: "VOL", version 3, type 1 (f32), sizes along x, y, z, channels, the box around it, then the values, x fastest. Of several
 /// channels the first counts.
 fn decode(bytes: &[u8]) -> Result<(GridData, [DVec3; 2]), String> {
-    let cut = || "the file is cut off".to_owned();
+    let cut = || "the file is truncated".to_owned();
     if !bytes.starts_with(b"VOL\x03") {
-        return Err("is no volume of version 3".into());
+        return Err("is not a volume file of version 3".into());
     }
     let word = |i: usize| -> Option<[u8; 4]> { bytes.get(4 * i..4 * i + 4)?.try_into().ok() };
     let integer = |i: usize| word(i).map(i32::from_le_bytes).ok_or_else(cut);
     if integer(1)? != 1 {
-        return Err("its numbers are not 32-bit floats".into());
+        return Err("its values are not 32-bit floats".into());
     }
     let mut size = [0u32; 3];
     for (i, s) in size.iter_mut().enumerate() {

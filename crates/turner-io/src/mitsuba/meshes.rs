@@ -10,8 +10,8 @@ use super::serialized;
 use super::textures::Surface;
 use crate::assets::printable;
 use crate::mesh;
-use crate::whole::orient;
-use crate::whole::report::Fault;
+use crate::scene_import::orient;
+use crate::scene_import::report::Fault;
 
 /// Most bytes of a file.
 const MAX_FILE: u64 = 16 << 30;

@@ -35,8 +35,8 @@ use turner::schema::{Named, SceneError};
 
 use crate::assets::{AssetSource, printable};
 use crate::import::ImportOptions;
-use crate::whole::report::Fault;
-use crate::whole::{Stock, fill_open};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{CommonParts, fill_open};
 
 /// Most bytes of the file itself.
 const MAX_FILE: u64 = 256 << 20;
@@ -70,7 +70,7 @@ pub(crate) fn import_from(
 /// Makes everything that stands in the scene itself.
 fn fill(scene: &mut Assembly<'_>) -> Result<Vec<Named<MaterialDesc>>, Fault> {
     for name in scene.document.unused.clone() {
-        let message = format!("the definition of \"{}\": the scene asks for no such name", printable(&name));
+        let message = format!("\"{}\" is set, but the scene has no such parameter", printable(&name));
         scene.report.ignored_anywhere(message);
     }
     let root = Object::new(&scene.document, 0)?;
@@ -110,9 +110,9 @@ fn finish(assembly: Assembly<'_>, materials: Vec<Named<MaterialDesc>>) -> Result
     // What the camera stands in and no shape encloses is everywhere in the open.
     let around = assembly.frame.medium.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
-    let Stock { mut report, files, uri, objects, .. } = stock;
+    let CommonParts { mut report, files, uri, objects, .. } = stock;
     if objects.is_empty() {
-        report.note("the file has nothing to show");
+        report.note("the file contains no geometry");
     }
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;

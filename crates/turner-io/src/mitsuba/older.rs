@@ -11,8 +11,8 @@ use super::materials::{Use, color_of, grey, number_of};
 use super::params::{Object, numbers};
 use super::spectra::{Role, index};
 use super::textures::source;
-use crate::whole::report::Fault;
-use crate::whole::{Through, map_values};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Through, map_values};
 
 /// Most BSDFs of a sum.
 const MAX_PARTS: usize = 64;
@@ -46,7 +46,7 @@ pub(super) fn two_lobes(
         None if share <= 0.0 => Lobe::Diffuse,
         None => {
             let node = Some(object.node);
-            let message = format!("{}: a diffuse surface with a rough mirror", object.title());
+            let message = format!("{}: rendered as a diffuse surface plus a rough mirror", object.title());
             scene.report.approximated(object.place, message);
             let parts = [Lobe::Diffuse, Lobe::Glossy]
                 .map(|lobe| scene.materials.wanted(node, Use { lobe: Some(lobe), ..usage.clone() }));
@@ -133,14 +133,14 @@ pub(super) fn coat(scene: &mut Assembly<'_>, object: &Object, usage: Use) -> Res
     object.pass(&["distribution", "specular_reflectance", "alpha", "sample_visible"]);
     let inner = object.objects(&["bsdf"])?;
     let Some(inner) = inner.first() else {
-        let message = format!("{} has no BSDF in it", object.title());
+        let message = format!("{} contains no BSDF", object.title());
         return Err(Fault::at(object.place, ErrorCode::MissingKey, message));
     };
     scene.finish(object);
     let inner = Object::new(&scene.document, *inner)?;
     let made = super::materials::make(scene, inner, usage)?;
     let MaterialDesc::Principled(mut surface) = made else {
-        let message = format!("{} on a mixture: it is left out", object.title());
+        let message = format!("{} on a mixture of BSDFs", object.title());
         scene.report.ignored(object.place, message);
         return Ok(made);
     };

@@ -11,8 +11,8 @@ use turner::schema::ErrorCode;
 use super::document::{Document, Node};
 use super::transform;
 use crate::assets::{nearest, printable};
-use crate::whole::Place;
-use crate::whole::report::{Fault, Report};
+use crate::scene_import::Place;
+use crate::scene_import::report::{Fault, Report};
 
 /// The elements that are objects, with a `type`.
 pub(super) const OBJECTS: &[&str] = &[
@@ -51,7 +51,7 @@ impl Object {
     pub(super) fn new(document: &Rc<Document>, node: usize) -> Result<Object, Fault> {
         let node = document.resolve(node)?;
         let document = Rc::clone(document);
-        let internal = || Fault::new(ErrorCode::Internal, "an element that is not there");
+        let internal = || Fault::new(ErrorCode::Internal, "a missing element");
         let element = document.node(node).ok_or_else(internal)?;
         let (place, tag) = (element.place, element.tag.clone());
         let kind = element.attribute("type").unwrap_or_default().to_owned();
@@ -197,8 +197,7 @@ impl Object {
         }
         let near = nearest(found, words.iter().copied());
         let near = near.map_or_else(String::new, |n| format!("; did you mean \"{n}\"?"));
-        let message =
-            format!("{name} \"{}\" is not known{near}: it is taken for \"{first}\"", printable(found));
+        let message = format!("unknown {name} \"{}\"{near}: \"{first}\" replaces it", printable(found));
         report.ignored(self.place_of(name), message);
         Ok(first)
     }
@@ -234,12 +233,12 @@ impl Object {
                 Some(name) => {
                     let near = nearest(name, asked.iter().copied());
                     let near = near.map_or_else(String::new, |n| format!("; did you mean \"{n}\"?"));
-                    format!("{}: the parameter \"{}\" is not known{near}", self.title(), printable(name))
+                    format!("{}: unknown parameter \"{}\"{near}", self.title(), printable(name))
                 }
                 None => {
                     let kind = node.attribute("type").or(node.attribute("id")).unwrap_or_default();
                     let shown = format!("<{} \"{}\">", printable(&node.tag), printable(kind));
-                    format!("{}: {shown} means nothing there", self.title())
+                    format!("{}: unexpected {shown}", self.title())
                 }
             };
             report.ignored(node.place, message);

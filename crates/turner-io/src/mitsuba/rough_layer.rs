@@ -1,7 +1,7 @@
 //! The diffuse light of `roughplastic` as Mitsuba counts it: what gets in and out of a rough layer without being reflected twice between its microfacets.
 //! Turner loses none of that light, so that the base takes what the file's renderer would have left of it.
 
-use crate::whole::Facets;
+use crate::scene_import::Microfacets;
 
 /// Directions over the hemisphere: as many as Mitsuba takes, since its sum depends on it.
 const DIRECTIONS: usize = 64;
@@ -19,9 +19,9 @@ pub(super) struct RoughLayer {
 impl RoughLayer {
     /// Of a GGX boundary of width `alpha` with `ior` inside over outside, at least 1.
     pub(super) fn new(alpha: f64, ior: f64) -> RoughLayer {
-        let facets = Facets::new(alpha.max(1e-3), false);
-        let inward = |mu| facets.mean(mu, |wi, m| facets.through(wi, m, ior).0);
-        let inside = |mu| facets.mean(mu, |wi, m| facets.back(wi, m, 1.0 / ior).0);
+        let microfacets = Microfacets::new(alpha.max(1e-3), false);
+        let inward = |mu| microfacets.mean(mu, |wi, m| microfacets.through(wi, m, ior).0);
+        let inside = |mu| microfacets.mean(mu, |wi, m| microfacets.back(wi, m, 1.0 / ior).0);
         let n = DIRECTIONS as f64;
         // The square of the cosine in even steps, each at its middle; and Mitsuba's own sum, the cosine in even steps.
         let transmitted = (0..DIRECTIONS).map(|i| inward(((i as f64 + 0.5) / n).sqrt())).sum::<f64>() / n;
@@ -59,8 +59,8 @@ mod tests {
             [(1.5, 0.1, 0.5217, 0.3495), (1.5, 0.2, 0.4540, 0.3293), (1.9, 0.2, 0.3747, 0.2122)]
         {
             let layer = RoughLayer::new(alpha, ior);
-            let facets = Facets::new(alpha, false);
-            let ahead = facets.mean(1.0, |wi, m| facets.through(wi, m, ior).0);
+            let microfacets = Microfacets::new(alpha, false);
+            let ahead = microfacets.mean(1.0, |wi, m| microfacets.through(wi, m, ior).0);
             let base = 0.6 * layer.transmitted * ahead / (ior * ior);
             let found = [base / (1.0 - layer.inner), base / (1.0 - 0.6 * layer.inner)];
             assert!((found[0] / linear - 1.0).abs() < 0.012, "{ior} {alpha}: {found:?}");
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn a_smooth_layer_gains_nothing() {
-        let smooth = crate::whole::inner_reflectance(1.5);
+        let smooth = crate::scene_import::inner_reflectance(1.5);
         let (gain, inner) = RoughLayer::new(0.0, 1.5).gain(smooth);
         // In a linear file ρ stays ρ.
         assert!((gain / (1.0 - inner) - 1.0).abs() < 0.05, "{gain} {inner}");

@@ -23,7 +23,7 @@ const MAX_GROWTH: usize = 256;
 ///
 /// Errors: damaged files, numbers that do not fit together; in words.
 pub(super) fn decode(bytes: &[u8], index: usize, most: usize) -> Result<MeshData, String> {
-    let cut = || "the file is cut off".to_owned();
+    let cut = || "the file is truncated".to_owned();
     let version = header(bytes)?;
     let end = bytes.len().checked_sub(4).ok_or_else(cut)?;
     let count = word(bytes, end).ok_or_else(cut)? as usize;
@@ -52,7 +52,7 @@ fn header(bytes: &[u8]) -> Result<u16, String> {
     match bytes {
         [0x1c, 0x04, version @ (3 | 4), 0, ..] => Ok(u16::from(*version)),
         [0x1c, 0x04, a, b, ..] => Err(format!("version {}; expected 3 or 4", u16::from_le_bytes([*a, *b]))),
-        _ => Err("is no serialized mesh".into()),
+        _ => Err("is not a serialized mesh".into()),
     }
 }
 
@@ -86,7 +86,7 @@ impl Rest<'_> {
             }
         };
         let mut out = Vec::new();
-        out.try_reserve_exact(count).map_err(|_| "there is no memory for the mesh".to_owned())?;
+        out.try_reserve_exact(count).map_err(|_| "not enough memory for the mesh".to_owned())?;
         for v in own.chunks_exact(N * size) {
             let mut vector = [0.0; N];
             for (slot, b) in vector.iter_mut().zip(v.chunks_exact(size)) {
@@ -99,7 +99,7 @@ impl Rest<'_> {
 }
 
 fn mesh(bytes: &[u8], version: u16) -> Result<MeshData, String> {
-    let cut = || "a mesh is cut off".to_owned();
+    let cut = || "a mesh is truncated".to_owned();
     let flags = word(bytes, 0).ok_or_else(cut)?;
     let mut at = 4;
     if version == 4 {
@@ -121,7 +121,7 @@ fn mesh(bytes: &[u8], version: u16) -> Result<MeshData, String> {
     let wanted = wanted.ok_or_else(|| format!("{triangles} triangles are more than the mesh holds"))?;
     let corners: Vec<u32> = corners.iter().take(wanted).map(|b| u32::from_le_bytes(*b)).collect();
     if let Some(bad) = corners.iter().find(|i| **i as usize >= vertices) {
-        return Err(format!("corner {bad} of a mesh of {vertices} vertices"));
+        return Err(format!("vertex index {bad} in a mesh of {vertices} vertices"));
     }
     let (triangles, _) = corners.as_chunks::<3>();
     let colors = colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect();

@@ -14,8 +14,8 @@ use super::meshes::{self, Made};
 use super::params::Object;
 use super::textures::Surface;
 use super::{emitters, media};
-use crate::whole::report::Fault;
-use crate::whole::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{ALONG, AROUND, Surface as Round, orient, unknown, upright};
 
 /// Shapes that are known and not shown.
 const UNSUPPORTED: &[&str] = &[
@@ -40,7 +40,7 @@ pub(super) fn add(scene: &mut Assembly<'_>, object: &Object) -> Result<(), Fault
 fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), Fault> {
     let place = object.place;
     if depth > MAX_NESTING {
-        let message = format!("more than {MAX_NESTING} groups within one another");
+        let message = format!("groups nest deeper than {MAX_NESTING}");
         return Err(Fault::at(place, ErrorCode::TooLarge, message));
     }
     // Rates of sampling of silhouettes are for differentiable rendering.
@@ -60,7 +60,7 @@ fn add_to(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<(), F
         }
         kind if UNSUPPORTED.contains(&kind) => {
             object.pass_all();
-            scene.report.ignored(place, format!("{} is not known here and left out", object.title()));
+            scene.report.ignored(place, format!("{} is not supported", object.title()));
             return Ok(());
         }
         _ => {}
@@ -151,7 +151,7 @@ fn sphere(scene: &mut Assembly<'_>, object: &Object, flip: bool) -> Result<Place
         let sphere = SphereDesc { center: DVec3::ZERO, radius };
         return Ok((ShapeDesc::Sphere(sphere), to_center * upright(), Surface::Flipped));
     }
-    scene.report.approximated(object.place, "a sphere turned inside out is cut into triangles");
+    scene.report.approximated(object.place, "a sphere with flipped normals: rendered as triangles");
     scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), object.place)?;
     let id =
         shared(scene, "\0sphere", true, || Round::Sphere { radius: 1.0, from: PI, to: 0.0 }.cut(2.0 * PI));
@@ -163,7 +163,7 @@ fn cylinder(scene: &mut Assembly<'_>, object: &Object, flip: bool) -> Result<Opt
     let to = object.vector("p1")?.unwrap_or(DVec3::Z);
     let radius = object.float("radius")?.unwrap_or(1.0).abs().clamp(1e-30, 1e30);
     let Some(axis) = (to - from).try_normalize() else {
-        scene.report.doubtful(object.place, "a cylinder without length is left out");
+        scene.report.doubtful(object.place, "a cylinder of length 0: omitted");
         return Ok(None);
     };
     // From z to its axis.
@@ -175,7 +175,7 @@ fn cylinder(scene: &mut Assembly<'_>, object: &Object, flip: bool) -> Result<Opt
         let cylinder = CylinderDesc { from: DVec3::ZERO, to: DVec3::Y * length, radius, capped: false };
         return Ok(Some((ShapeDesc::Cylinder(cylinder), lie * upright(), Surface::Same)));
     }
-    scene.report.approximated(object.place, "a cylinder turned inside out is cut into triangles");
+    scene.report.approximated(object.place, "a cylinder with flipped normals: rendered as triangles");
     scene.divide(u64::from(AROUND + 1) * u64::from(ALONG + 1), object.place)?;
     let id = shared(scene, "\0cylinder", true, || {
         Round::Cylinder { radius: 1.0, from: 0.0, to: 1.0 }.cut(2.0 * PI)
@@ -199,7 +199,7 @@ fn material(scene: &mut Assembly<'_>, object: &Object, surface: Surface) -> Resu
     }
     let bsdfs = object.objects(&["bsdf"])?;
     if bsdfs.len() > 1 {
-        scene.report.doubtful(object.place, "a shape with several BSDFs: the first is its own");
+        scene.report.doubtful(object.place, "a shape with several BSDFs: the first one is used");
     }
     if !object.objects(&["subsurface"])?.is_empty() {
         scene.report.ignored(object.place, "the subsurface scattering of Mitsuba 0.6");
@@ -228,7 +228,7 @@ fn shape_group(scene: &mut Assembly<'_>, object: &Object, depth: u32) -> Result<
     match scene.shape_groups.get(&object.node) {
         Some(Some(known)) => return Ok(Some(*known)),
         Some(None) => {
-            let message = "a shapegroup that contains itself, or nothing";
+            let message = "a shapegroup that contains itself or is empty";
             return Err(Fault::at(object.place, ErrorCode::Syntax, message));
         }
         None => {}

@@ -6,9 +6,9 @@ use turner::schema::ErrorCode;
 use super::assembly::Assembly;
 use super::params::{Object, number, numbers};
 use crate::assets::printable;
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, unknown};
 use crate::spectral::{self, Sampled};
-use crate::whole::report::Fault;
-use crate::whole::{Place, unknown};
 
 /// Most bytes of a file of a spectrum.
 const MAX_SPD: u64 = 1 << 24;
@@ -48,7 +48,7 @@ pub(super) fn color(scene: &mut Assembly<'_>, node: usize, role: Role) -> Result
     };
     let most = if role == Role::Albedo { 1.0 } else { 1e15 };
     if c.to_array().iter().any(|v| *v < 0.0 || *v > most * 1.0001) {
-        scene.report.doubtful(object.place, "a colour has a value out of range, which is cut");
+        scene.report.doubtful(object.place, "a colour has a value out of range: clamped");
     }
     Ok(c.map(|v| v.clamp(0.0, most)))
 }
@@ -108,7 +108,7 @@ fn curve(scene: &mut Assembly<'_>, object: &Object, role: Role) -> Result<Curve,
             let scale = node.attribute("scale").and_then(number).unwrap_or(1.0);
             Ok(Curve::Rgb(black_body(kelvin, scale)))
         }
-        (tag, _) => Err(bad(object, &format!("<{}> is no colour, or has no value", printable(tag)))),
+        (tag, _) => Err(bad(object, &format!("<{}> is not a colour, or has no value", printable(tag)))),
     }
 }
 

@@ -204,7 +204,7 @@ fn integrators_of_others_are_paths_and_their_values_are_not_asked_for() {
     let scene = read("<integrator type='guided'><integer name='max_depth' value='9'/><float name='budget' value='3'/></integrator>").unwrap();
     assert!(matches!(&scene.integrator, IntegratorDesc::Path(p) if p.max_depth == 8));
     let said: Vec<&str> = scene.warnings.iter().map(|w| w.message.as_str()).collect();
-    assert!(said.len() == 2 && said[0].contains("\"guided\": the integrator is not known"), "{said:?}");
+    assert!(said.len() == 2 && said[0].contains("\"guided\": unknown integrator"), "{said:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use turner::image::{Image, Pixels};
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::{ColorSource, ErrorCode, ImageId, Transform};
 use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
+    CheckerboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, TextureDesc, VertexColorDesc,
     Wrap,
 };
 
@@ -15,8 +15,8 @@ use super::assembly::Assembly;
 use super::params::Object;
 use super::spectra::{COLORS, Role, color};
 use crate::assets::printable;
-use crate::whole::report::Fault;
-use crate::whole::{Place, is_sound, product, unknown};
+use crate::scene_import::report::Fault;
+use crate::scene_import::{Place, is_sound, product, unknown};
 
 /// Most textures within one another.
 const MAX_DEPTH: u32 = 16;
@@ -94,7 +94,7 @@ fn of(
         return Ok(*known);
     }
     if depth >= MAX_DEPTH {
-        let message = format!("more than {MAX_DEPTH} textures within one another");
+        let message = format!("textures nest deeper than {MAX_DEPTH}");
         return Err(Fault::at(object.place, ErrorCode::TooLarge, message));
     }
     let made = match object.kind.as_str() {
@@ -127,13 +127,13 @@ fn of(
             }
         }
         "d65" | "blackbody" | "regular" | "irregular" => {
-            let message = format!("{} is written as <texture>: it is grey", object.title());
+            let message = format!("{} is written as <texture>: grey replaces it", object.title());
             scene.report.ignored(object.place, message);
             grey(0.5)
         }
         "volume" => {
             object.pass(&["volume"]);
-            scene.report.ignored(object.place, "a texture of a volume: it is grey");
+            scene.report.ignored(object.place, "a volume as a texture: grey replaces it");
             grey(0.5)
         }
         other => {
@@ -176,7 +176,9 @@ fn from_here([a, b, c, d, e, f]: Rows, surface: Surface) -> Rows {
 
 fn other_surface(scene: &mut Assembly<'_>, surface: Surface, place: Place) {
     if surface == Surface::Other {
-        scene.report.approximated(place, "a texture on a disk lies flat on it, not around its middle");
+        scene
+            .report
+            .approximated(place, "a texture on a disk: mapped in Cartesian, not in polar coordinates");
     }
 }
 
@@ -201,7 +203,7 @@ fn picture(
     };
     let (u, v) = (wrap(object.string("wrap_mode_u")?), wrap(object.string("wrap_mode_v")?));
     if u.is_none() || v.is_none() {
-        let message = "an unknown wrap_mode: repeat, mirror or clamp are known; the picture repeats";
+        let message = "unknown wrap_mode (expected repeat, mirror or clamp): repeat replaces it";
         scene.report.ignored(object.place_of("wrap_mode"), message);
     }
     let channel = match object.string("channel")? {
@@ -213,7 +215,7 @@ fn picture(
     };
     let rows = uv_rows(object)?;
     let Some(name) = object.string("filename")?.map(str::to_owned) else {
-        scene.report.ignored(object.place, "a bitmap without filename: it is grey");
+        scene.report.ignored(object.place, "a bitmap without filename: grey replaces it");
         return Ok(grey(0.5));
     };
     other_surface(scene, surface, object.place);
@@ -286,22 +288,21 @@ fn checkerboard(
         DVec3::new(a + b + 2.0 * c, d + e + 2.0 * f, 0.0),
     );
     if !is_sound(&to_squares) {
-        scene.report.doubtful(object.place, "a checkerboard without extent has one colour");
+        scene.report.doubtful(object.place, "a checkerboard of size 0: one colour");
         return Ok(even);
     }
     let transform = Transform(to_squares.inverse());
-    let desc = ChessboardDesc { even, odd, density: 1.0, mapping: Mapping::Uv, blend: 4.0, transform };
-    Ok(scene.texture(TextureDesc::Chessboard(desc)))
+    let desc = CheckerboardDesc { even, odd, density: 1.0, mapping: Mapping::Uv, blend: 4.0, transform };
+    Ok(scene.texture(TextureDesc::Checkerboard(desc)))
 }
 
 fn attribute(scene: &mut Assembly<'_>, object: &Object) -> Result<ColorSource, Fault> {
     let name = object.string("name")?.unwrap_or("vertex_color").to_owned();
     let scale = object.float("scale")?.unwrap_or(1.0);
     if !name.starts_with("vertex_") || !name.contains("color") {
-        let message =
-            format!("the mesh attribute \"{}\": the colours of vertices are taken", printable(&name));
+        let message = format!("the mesh attribute \"{}\": vertex colours replace it", printable(&name));
         scene.report.approximated(object.place, message);
     }
-    let texture = scene.texture(TextureDesc::VertexColor(VertexColorDesc { otherwise: Spectrum::BLACK }));
+    let texture = scene.texture(TextureDesc::VertexColor(VertexColorDesc { fallback: Spectrum::BLACK }));
     Ok(product(&mut scene.stock, texture, grey(scale)))
 }

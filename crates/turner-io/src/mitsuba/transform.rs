@@ -7,8 +7,8 @@ use turner::schema::transform::rotation;
 use super::document::{Document, Node};
 use super::params::numbers;
 use crate::assets::printable;
-use crate::whole::report::Fault;
-use crate::whole::unknown;
+use crate::scene_import::report::Fault;
+use crate::scene_import::unknown;
 
 /// Most steps of one transform.
 const MAX_STEPS: usize = 4096;
@@ -49,17 +49,17 @@ fn one(step: &Node) -> Result<DAffine3, Fault> {
             let target = point("target", DVec3::Z)?;
             let up = point("up", DVec3::ZERO)?;
             let forward = (target - origin).try_normalize();
-            let forward = forward.ok_or_else(|| bad("origin and target of a lookat are the same point"))?;
+            let forward = forward.ok_or_else(|| bad("origin and target of a lookat are equal"))?;
             // Without an upward direction any will do.
             let up = if up == DVec3::ZERO { turner::math::Frame::from_z(forward).y } else { up };
             let left = up.cross(forward).try_normalize();
-            let left = left.ok_or_else(|| bad("up is the direction of view of a lookat"))?;
+            let left = left.ok_or_else(|| bad("up is parallel to the viewing direction of a lookat"))?;
             let matrix = DMat3::from_cols(left, forward.cross(left), forward);
             DAffine3::from_mat3_translation(matrix, origin)
         }
         "matrix" => {
             let text = step.attribute("value").unwrap_or_default();
-            let m = numbers(text, 16).ok_or_else(|| bad("a matrix has 16 numbers, or 9"))?;
+            let m = numbers(text, 16).ok_or_else(|| bad("a matrix needs 16 or 9 numbers"))?;
             match m[..] {
                 [a, b, c, d, e, f, g, h, i] => DAffine3::from_mat3(rows([[a, b, c], [d, e, f], [g, h, i]])),
                 [a, b, c, x, d, e, f, y, g, h, i, z, p, q, r, w] => {

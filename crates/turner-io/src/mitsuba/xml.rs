@@ -4,8 +4,8 @@
 use turner::schema::ErrorCode;
 
 use crate::assets::printable;
-use crate::whole::Place;
-use crate::whole::report::Fault;
+use crate::scene_import::Place;
+use crate::scene_import::report::Fault;
 
 /// Most attributes of one element.
 const MAX_ATTRIBUTES: usize = 64;
@@ -82,8 +82,8 @@ impl<'a> Reader<'a> {
                 self.skip_past("?>", 2, "a processing instruction")?;
             } else if rest.starts_with("<!") {
                 return Err(self
-                    .fault("found a document type or CDATA: neither is read here")
-                    .help("write names and values out, and leave entities away"));
+                    .fault("document type declarations and CDATA are not supported")
+                    .help("write names and values without entities"));
             } else if rest.starts_with("</") {
                 self.at += 2;
                 let name = self.name()?;
@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
         let Some(end) = inner.find([quote, '<']) else { return Err(self.fault("a value does not end")) };
         let raw = inner.get(..end).unwrap_or_default();
         if !inner.get(end..).unwrap_or_default().starts_with(quote) {
-            return Err(self.fault("a value does not end, or has a < in it").help("write &lt;"));
+            return Err(self.fault("a value does not end, or contains <").help("write &lt;"));
         }
         let value = match unescaped(raw) {
             Some(value) => value,

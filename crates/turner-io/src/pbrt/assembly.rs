@@ -14,7 +14,7 @@ use super::source::Place;
 use super::state::State;
 use crate::assets::AssetSource;
 use crate::import::ImportOptions;
-use crate::whole::Stock;
+use crate::scene_import::CommonParts;
 
 /// What a named texture is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub(super) struct Texture {
 /// The scene in the making.
 pub(super) struct Assembly<'a> {
     /// What it is made of; all of that is at hand here, too.
-    pub(super) stock: Stock<'a>,
+    pub(super) stock: CommonParts<'a>,
     pub(super) frame: Frame,
     pub(super) materials: Materials,
     pub(super) layers: Layers,
@@ -35,14 +35,14 @@ pub(super) struct Assembly<'a> {
 }
 
 impl<'a> Deref for Assembly<'a> {
-    type Target = Stock<'a>;
-    fn deref(&self) -> &Stock<'a> {
+    type Target = CommonParts<'a>;
+    fn deref(&self) -> &CommonParts<'a> {
         &self.stock
     }
 }
 
 impl<'a> DerefMut for Assembly<'a> {
-    fn deref_mut(&mut self) -> &mut Stock<'a> {
+    fn deref_mut(&mut self) -> &mut CommonParts<'a> {
         &mut self.stock
     }
 }
@@ -50,7 +50,7 @@ impl<'a> DerefMut for Assembly<'a> {
 impl<'a> Assembly<'a> {
     pub(super) fn new(assets: &'a dyn AssetSource, uri: &str, options: &'a ImportOptions) -> Assembly<'a> {
         Assembly {
-            stock: Stock::new(assets, uri, options),
+            stock: CommonParts::new(assets, uri, options),
             frame: Frame::default(),
             materials: Materials::default(),
             layers: Layers::default(),

@@ -53,7 +53,7 @@ pub(super) fn define(
 ) -> Result<(), Fault> {
     let place = params.place;
     if state.ctm[0] != state.ctm[1] {
-        scene.report.approximated(place, "the camera moves: it stands where it begins");
+        scene.report.approximated(place, "camera motion: the start position is used");
     }
     let pose = pose(scene, state, &params)?;
     scene.frame.shutter =
@@ -64,7 +64,7 @@ pub(super) fn define(
         "perspective" => perspective(&params, pose, screen),
         "orthographic" => {
             if params.float("lensradius").is_some_and(|r| r > 0.0) {
-                let message = "the lens of an orthographic camera: everything is sharp";
+                let message = "the lens of an orthographic camera: no defocus";
                 scene.report.ignored(params.place_of("lensradius"), message);
             }
             params.pass(&["focaldistance", "fov"]);
@@ -88,7 +88,7 @@ pub(super) fn define(
         }
         "spherical" | "environment" => {
             if params.string("mapping").unwrap_or("equalarea") != "equirectangular" && name == "spherical" {
-                let message = "the spherical camera's equal-area mapping: the picture is equirectangular";
+                let message = "the equal-area mapping of a spherical camera: rendered as equirectangular";
                 scene.report.approximated(place, message);
             }
             let Pose { position, look_at, up, handedness, .. } = pose;
@@ -96,7 +96,7 @@ pub(super) fn define(
         }
         "realistic" => {
             params.pass(&["lensfile", "aperturediameter", "focusdistance", "aperture"]);
-            let message = "a camera of lens elements is shown as a pinhole camera of 40°";
+            let message = "a realistic camera: rendered as a pinhole camera with a field of view of 40°";
             scene.report.approximated(place, message);
             perspective_of(pose, half_height(40.0), screen, None)
         }
@@ -116,7 +116,7 @@ pub(super) fn define(
 
 fn pose(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Pose, Fault> {
     if !is_sound(&state.ctm[0]) {
-        let message = "the camera's transform cannot be undone";
+        let message = "the camera's transform is not invertible";
         return Err(Fault::at(params.place, ErrorCode::Transform, message));
     }
     let to_world = state.ctm[0].inverse();
@@ -128,7 +128,7 @@ fn pose(scene: &mut Assembly<'_>, state: &State, params: &Params) -> Result<Pose
     if askew || lengths.iter().any(|l| (l / unit - 1.0).abs() > 1e-3) {
         scene.report.approximated(
             params.place,
-            "the camera's transform shears or stretches: it is left as it stands",
+            "the camera's transform has shear or non-uniform scale: the camera uses its position and directions only",
         );
     }
     let handedness = if to_world.matrix3.determinant() < 0.0 { Handedness::Right } else { Handedness::Left };
@@ -152,7 +152,7 @@ fn screen(scene: &mut Assembly<'_>, params: &Params) -> Screen {
         if by.abs().max_element() <= MAX_SHIFT {
             shift = by;
         } else {
-            let message = "a screen window that is far from the middle: the middle is shown";
+            let message = "a screen window far off centre: it is centred";
             scene.report.ignored(params.place_of("screenwindow"), message);
         }
     }
@@ -193,7 +193,7 @@ fn perspective_of(pose: Pose, half: f64, screen: Screen, lens: Option<(f64, f64)
             distance,
             shift: screen.shift,
             lens_radius: radius * unit,
-            focus: Some(focus * unit),
+            focus_distance: Some(focus * unit),
             near,
             ..ThinLensDesc::default()
         }),

@@ -12,7 +12,7 @@ use super::source::Place;
 use super::state::{ColorSpace, IDENTITY, Target};
 use super::{lights, media, shapes, textures, transform};
 use crate::assets::{nearest, printable};
-use crate::whole::unknown;
+use crate::scene_import::unknown;
 
 /// Most numbers and letters of all defaults that `Attribute` gives.
 const MAX_DEFAULTS: usize = 1 << 12;
@@ -89,7 +89,7 @@ impl Reader<'_> {
             "Scale" => {
                 let v = self.vector()?;
                 if v.min_element() <= 0.0 && v.to_array().contains(&0.0) {
-                    self.report().doubtful(place, "a scale of 0: what it is for cannot be shown");
+                    self.report().doubtful(place, "a scale of 0: its objects are not rendered");
                 }
                 self.state.concat(DAffine3::from_scale(v));
             }
@@ -98,9 +98,7 @@ impl Reader<'_> {
                 let axis = self.vector()?;
                 match transform::rotate(degrees, axis) {
                     Some(by) => self.state.concat(by),
-                    None => {
-                        self.report().doubtful(place, "Rotate about an axis without a direction is left out")
-                    }
+                    None => self.report().doubtful(place, "Rotate about a zero axis: omitted"),
                 }
             }
             "LookAt" => {
@@ -109,7 +107,7 @@ impl Reader<'_> {
                     Fault::at(
                         place,
                         ErrorCode::Transform,
-                        "LookAt: the eye is the point looked at, or up lies along the view",
+                        "LookAt: the eye equals the look-at point, or up is parallel to the viewing direction",
                     )
                 })?;
                 self.state.concat(by);
@@ -188,7 +186,7 @@ impl Reader<'_> {
                 }
                 // Each attribute that is open may have its own.
                 if defaults.iter().map(|(_, p)| p.value.cost()).sum::<usize>() > MAX_DEFAULTS {
-                    let message = "more defaults of parameters than a few thousand numbers";
+                    let message = "Attribute sets too many default values";
                     return Err(Fault::at(place, ErrorCode::TooLarge, message));
                 }
             }
@@ -261,7 +259,7 @@ impl Reader<'_> {
                     return Err(unknown("object", &name, &names));
                 };
                 if self.defining.is_some() {
-                    self.report().ignored(place, "an ObjectInstance within an object");
+                    self.report().ignored(place, "ObjectInstance between ObjectBegin and ObjectEnd");
                     return Ok(true);
                 }
                 self.scene.place(ObjectContent::Instance(group), None, &self.state, place)?;

@@ -12,7 +12,7 @@ use turner::schema::ImageId;
 
 use super::assembly::Assembly;
 use super::source::Place;
-use crate::whole::surroundings;
+use crate::scene_import::environment_light;
 
 /// The picture `name` seen through a transform to the world, and its irradiance on a surface, averaged over all that face it (π for white).
 pub(super) fn equirectangular(
@@ -24,14 +24,14 @@ pub(super) fn equirectangular(
     let id = scene.image(name, place)?;
     let source = scene.images.get(id.index())?.data.clone();
     if source.width != source.height {
-        let message = "a picture of the surroundings that is not square: pbrt-v4 takes squares (equal-area octahedral); it is taken as equirectangular";
+        let message = "an environment map that is not square: read as equirectangular (pbrt-v4 expects a square, equal-area octahedral map)";
         scene.report.doubtful(place, message);
     }
     let square = source.width == source.height;
-    let look = Look::new(&source);
+    let look = EncodedView::new(&source);
     let light = |own: DVec3| if square { look.at(square_of(own)) } else { look.at(lat_long_of(own)) };
     let size = [source.height.saturating_mul(2), source.height];
-    let image = surroundings::equirectangular(scene, size, to_world, place, light)?;
+    let image = environment_light::equirectangular(scene, size, to_world, place, light)?;
     let (mut sum, mut weight) = (0.0, 0.0);
     for y in 0..image.height {
         let edge = |y: u32| cos(PI * f64::from(y) / f64::from(image.height));
@@ -69,14 +69,14 @@ fn square_of(d: DVec3) -> [f64; 2] {
 }
 
 /// A picture that is looked at between the middles of its pixels.
-struct Look<'a> {
+struct EncodedView<'a> {
     image: &'a Image,
     is_encoded: bool,
 }
 
-impl Look<'_> {
-    fn new(image: &Image) -> Look<'_> {
-        Look { image, is_encoded: image.is_display_encoded() }
+impl EncodedView<'_> {
+    fn new(image: &Image) -> EncodedView<'_> {
+        EncodedView { image, is_encoded: image.is_display_encoded() }
     }
 
     /// The pixel at a column and row; beyond an edge of an octahedral map the neighbour is found by mirroring across the edge's middle.

@@ -29,7 +29,7 @@ pub(super) struct Frame {
     pub(super) transform_times: [f64; 2],
     iso: f64,
     /// Most that a sample shows; 0 for any.
-    max_sample: f64,
+    clamp_sample: f64,
     /// Whether the integrator counts media: those that do not pass through them as through nothing.
     pub(super) shows_media: bool,
     /// The medium that the camera stands in, by name; empty for none.
@@ -53,7 +53,7 @@ impl Default for Frame {
             shutter: [0.0, 1.0],
             transform_times: [0.0, 1.0],
             iso: 100.0,
-            max_sample: 0.0,
+            clamp_sample: 0.0,
             shows_media: true,
             medium: String::new(),
             white: Spectrum::WHITE,
@@ -88,7 +88,7 @@ impl Frame {
 
     pub(super) fn film(&mut self, name: &str, params: Params, report: &mut Report) {
         if !matches!(name, "rgb" | "gbuffer" | "spectral" | "image") {
-            report.ignored(params.place, format!("unknown film \"{}\"; taken for \"rgb\"", printable(name)));
+            report.ignored(params.place, format!("unknown film \"{}\": read as \"rgb\"", printable(name)));
         }
         self.has_sensor = name != "image";
         self.size = [size(params.integer("xresolution"), 1280), size(params.integer("yresolution"), 720)];
@@ -103,15 +103,16 @@ impl Frame {
         }
         self.iso = params.float("iso").unwrap_or(100.0);
         if let Some(sensor) = params.string("sensor").filter(|s| *s != "cie1931") {
-            let message = format!("the sensor \"{}\" is taken for \"cie1931\"", printable(sensor));
+            let message = format!("the sensor \"{}\": read as \"cie1931\"", printable(sensor));
             report.approximated(params.place_of("sensor"), message);
         }
         if let Some(kelvin) = params.float("whitebalance").filter(|v| *v > 0.0) {
             self.white = spectral::daylight(kelvin);
-            let message = "the white balance of the film: the colours of lights are divided by daylight's";
+            let message =
+                "the white balance of the film: the colours of lights are divided by the colour of daylight";
             report.approximated(params.place_of("whitebalance"), message);
         }
-        self.max_sample =
+        self.clamp_sample =
             params.float("maxcomponentvalue").filter(|v| *v > 0.0 && v.is_finite()).unwrap_or(0.0);
         // The output is named on the command line; half precision and layers are its choice, too.
         params.pass(&[
@@ -148,7 +149,7 @@ impl Frame {
             "gaussian" => (FilterKind::Gaussian, 1.5),
             "mitchell" | "sinc" | "lanczossinc" => {
                 let message =
-                    format!("the filter \"{name}\" has negative parts: \"blackman-harris\" takes its place");
+                    format!("the filter \"{name}\" has negative weights: \"blackman-harris\" replaces it");
                 report.approximated(params.place, message);
                 (FilterKind::BlackmanHarris, 2.0)
             }
@@ -161,7 +162,7 @@ impl Frame {
         if let (Some(x), Some(y)) = (x, y)
             && x != y
         {
-            report.approximated(params.place, "the filter's two radii are different: the mean is taken");
+            report.approximated(params.place, "different filter radii in x and y: their mean is used");
         }
         let mut radius = (x.unwrap_or(radius) + y.unwrap_or(radius)) / 2.0;
         match kind {
@@ -197,7 +198,7 @@ impl Frame {
         if !known.contains(&name) {
             report.ignored(
                 params.place,
-                format!("unknown integrator \"{}\"; light is followed by paths", printable(name)),
+                format!("unknown integrator \"{}\": \"path\" replaces it", printable(name)),
             );
         }
         let without_media =
@@ -213,7 +214,7 @@ impl Frame {
             self.integrator = IntegratorDesc::Path(PathDesc { max_depth: depth, ..PathDesc::default() });
         }
         if params.bool("regularize") == Some(true) {
-            report.ignored(params.place_of("regularize"), "regularize: paths are not made rougher here");
+            report.ignored(params.place_of("regularize"), "regularize: path regularization is not supported");
         }
         params.pass(&[
             "maxdepth",
@@ -265,7 +266,7 @@ impl Frame {
         film.crop = self.crop;
         film.antialias = Antialias::MonteCarlo;
         film.samples = self.samples;
-        film.max_sample = self.max_sample;
+        film.clamp_sample = self.clamp_sample;
         (film.filter, film.filter_radius) = (self.filter.0, Some(self.filter.1));
         film.texture_filter = self.texture_filter;
         film.transfer = turner::color::Transfer::Srgb;

@@ -104,7 +104,7 @@ fn media_shine_as_the_film_that_follows_them_takes_them() {
 
 #[test]
 fn bright_samples_are_cut() {
-    let most = |film: &str| read(&format!("Film \"rgb\" {film} WorldBegin")).film.max_sample;
+    let most = |film: &str| read(&format!("Film \"rgb\" {film} WorldBegin")).film.clamp_sample;
     assert_eq!(most(""), 0.0);
     assert_eq!(most("\"float maxcomponentvalue\" 10"), 10.0);
 }

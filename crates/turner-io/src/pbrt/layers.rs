@@ -1,7 +1,7 @@
 //! Clear layers as pbrt counts them: a rough boundary that follows light to one microfacet alone, over a base, with what absorbs between the two.
 //! pbrt finds by random walks what comes out; here it is known beforehand how much that is, and the likeness here is made as bright.
 
-use crate::whole::{Facets, incoming};
+use crate::scene_import::{Microfacets, incoming};
 use std::collections::BTreeMap;
 use turner::bsdf::{Bsdf, PrincipledPoint};
 use turner::color::Spectrum;
@@ -76,17 +76,17 @@ impl Layer {
     }
 
     fn over_diffuse(&self) -> (f64, f64) {
-        let facets = Facets::new(self.alpha, true);
+        let microfacets = Microfacets::new(self.alpha, true);
         let inward = |mu: f64| {
-            facets.mean(mu, |wi, m| {
-                let (share, below) = facets.through(wi, m, self.ior);
+            microfacets.mean(mu, |wi, m| {
+                let (share, below) = microfacets.through(wi, m, self.ior);
                 share * self.passes(below)
             })
         };
-        let outside = |mu: f64| facets.mean(mu, |wi, m| facets.back(wi, m, self.ior).0);
+        let outside = |mu: f64| microfacets.mean(mu, |wi, m| microfacets.back(wi, m, self.ior).0);
         let inside = |mu: f64| {
-            let again = facets.mean(mu, |wi, m| {
-                let (share, down) = facets.back(wi, m, 1.0 / self.ior);
+            let again = microfacets.mean(mu, |wi, m| {
+                let (share, down) = microfacets.back(wi, m, 1.0 / self.ior);
                 share * self.passes(down)
             });
             self.passes(mu) * again
@@ -103,7 +103,7 @@ impl Layer {
 
     /// What comes back of light from directions, by number of the walk: at the boundary, and from the metal.
     fn walked(&self, metal: MetalColors, alpha: f64, from: fn(usize) -> DVec3) -> (f64, [f64; 3]) {
-        let (boundary, base) = (Facets::new(self.alpha, true), Facets::new(alpha, true));
+        let (boundary, base) = (Microfacets::new(self.alpha, true), Microfacets::new(alpha, true));
         let (mut first, mut rest) = (0.0, [0.0; 3]);
         for walk in 0..WALKS {
             let mut numbers = numbers(walk);

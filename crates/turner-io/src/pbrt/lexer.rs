@@ -5,7 +5,7 @@ use turner::schema::ErrorCode;
 use super::report::Fault;
 use super::source::{Place, Source};
 use crate::mesh::{parse_number, quick_number, quick_whole};
-use crate::whole::push;
+use crate::scene_import::push;
 
 /// Most bytes of a word or a string.
 const MAX_WORD: usize = 1 << 12;

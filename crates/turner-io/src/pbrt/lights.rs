@@ -22,7 +22,7 @@ use super::source::Place;
 use super::spectra::{Role, color};
 use super::state::State;
 use crate::assets::printable;
-use crate::whole::surroundings;
+use crate::scene_import::environment_light;
 
 /// By 1/d².
 const INVERSE_SQUARE: Attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
@@ -34,7 +34,7 @@ const MAX_CONE: f64 = 180.0;
 pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: Params) -> Result<(), Fault> {
     let place = params.place;
     if state.ctm[0] != state.ctm[1] {
-        scene.report.approximated(place, "a light moves: it stands where it begins");
+        scene.report.approximated(place, "light motion: the start position is used");
     }
     let scale = params.float("scale").unwrap_or(1.0) * scene.frame.exposure();
     let mut light = Light { scene, state, params: &params, to_world: state.ctm[0], scale };
@@ -43,7 +43,10 @@ pub(super) fn add(scene: &mut Assembly<'_>, state: &State, name: &str, params: P
         "goniometric" => {
             params.pass(&["filename"]);
             let desc = light.point()?;
-            light.scene.report.approximated(place, "a goniometric light shines in all directions alike");
+            light
+                .scene
+                .report
+                .approximated(place, "a goniometric light: rendered as a point light without its image");
             desc
         }
         "spot" => light.spot()?,
@@ -112,7 +115,7 @@ impl Light<'_, '_> {
 
     fn projection(&mut self) -> Result<Option<LightDesc>, Fault> {
         self.params.pass(&["filename"]);
-        let message = "a projection light is shown as a spot light without its picture";
+        let message = "a projection light: rendered as a spot light without its image";
         self.scene.report.approximated(self.params.place, message);
         let cone = self.params.float("fov").unwrap_or(90.0) / 2.0;
         self.cone([cone, 0.0], DVec3::ZERO, DVec3::Z)
@@ -129,7 +132,7 @@ impl Light<'_, '_> {
         }
         let (position, look_at) = (self.to_world.transform_point3(from), self.to_world.transform_point3(to));
         if position == look_at {
-            self.scene.report.doubtful(self.params.place, "a spot light without a direction is left out");
+            self.scene.report.doubtful(self.params.place, "a spot light without a direction: omitted");
             return Ok(None);
         }
         Ok(Some(LightDesc::Spot(SpotDesc {
@@ -152,7 +155,7 @@ impl Light<'_, '_> {
         let from = self.params.vector("from").unwrap_or(DVec3::ZERO);
         let to = self.params.vector("to").unwrap_or(DVec3::Z);
         let Some(direction) = self.to_world.transform_vector3(to - from).try_normalize() else {
-            self.scene.report.doubtful(self.params.place, "a distant light without a direction is left out");
+            self.scene.report.doubtful(self.params.place, "a distant light without a direction: omitted");
             return Ok(None);
         };
         Ok(Some(LightDesc::Directional(DirectionalDesc {
@@ -166,13 +169,13 @@ impl Light<'_, '_> {
     fn infinite(&mut self) -> Result<Option<LightDesc>, Fault> {
         let (params, illuminance) = (self.params, self.positive("illuminance"));
         if params.has("portal") {
-            let message = "the portal of an infinite light: light comes from all around";
+            let message = "the portal of an infinite light: not used";
             self.scene.report.approximated(params.place_of("portal"), message);
             params.pass(&["portal"]);
         }
         let file = params.string("filename").map(str::to_owned);
         if file.is_some() && params.has("L") {
-            let message = "an infinite light has a picture or a colour L, not both: the picture is taken";
+            let message = "an infinite light with an image and a colour L: the image is used";
             self.scene.report.doubtful(params.place_of("L"), message);
             params.pass(&["L"]);
         }
@@ -181,7 +184,7 @@ impl Light<'_, '_> {
             None => self.color("L")?,
         };
         let made = match file {
-            None => Some((surroundings::white(self.scene), PI)),
+            None => Some((environment_light::white(self.scene), PI)),
             Some(name) => {
                 let place = params.place_of("filename");
                 environment::equirectangular(self.scene, &name, self.to_world.matrix3, place)
@@ -222,7 +225,7 @@ pub(super) fn unseen(
     let Made::Shape(ShapeDesc::Sphere(sphere), _) = made else {
         scene
             .report
-            .ignored(place, "a light that is not seen (alpha 0) and no whole sphere: it does not shine");
+            .ignored(place, "an invisible area light (alpha 0) that is not a full sphere: it emits no light");
         return Ok(());
     };
     let to_world = &state.ctm[0];
@@ -230,12 +233,10 @@ pub(super) fn unseen(
     let radius = sphere.radius * size;
     let Some(emission) = area(scene, state, params, |_| 4.0 * PI * radius * radius)? else { return Ok(()) };
     if !(radius > 0.0 && radius.is_finite()) {
-        scene.report.doubtful(place, "a light without extent is left out");
+        scene.report.doubtful(place, "an area light of zero size: omitted");
         return Ok(());
     }
-    scene
-        .report
-        .approximated(place, "a light that is not seen (alpha 0): it shines from all points of a ball");
+    scene.report.approximated(place, "an invisible area light (alpha 0): replaced by a sphere light");
     // As strong as its radiance times the disk that it is seen as.
     let light = SphereLightDesc {
         center: to_world.transform_point3(DVec3::ZERO),
@@ -267,7 +268,7 @@ pub(super) fn area(
     }
     if params.has("filename") {
         params.pass(&["filename"]);
-        let message = "the picture of an area light: it shines evenly";
+        let message = "the image of an area light: not used, the light emits uniformly";
         scene.report.approximated(params.place_of("filename"), message);
     }
     params.pass(&["nsamples", "samples"]);

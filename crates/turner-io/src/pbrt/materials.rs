@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use turner::material::{AlphaMode, BoundaryMaterial, MaterialDesc, PrincipledMaterial};
+use turner::material::{AlphaMode, InterfaceMaterial, MaterialDesc, PrincipledMaterial};
 use turner::schema::{ColorSource, ErrorCode, MaterialId, MediumId, Named};
 
 use super::assembly::Assembly;
@@ -14,7 +14,7 @@ use super::source::Place;
 use super::state::{ColorSpace, State};
 use super::surfaces::{Maker, grey};
 use crate::assets::printable;
-use crate::whole::one_facet_alone;
+use crate::scene_import::single_scattering;
 
 /// Most materials.
 const MAX_MATERIALS: usize = 1 << 22;
@@ -167,12 +167,12 @@ fn make(
         "interface" | "none" | "" => {
             params.finish(&what, &mut maker.scene.report);
             if usage.emission.is_none() {
-                return Ok(MaterialDesc::Boundary(BoundaryMaterial { interior: usage.interior }));
+                return Ok(MaterialDesc::Boundary(InterfaceMaterial { interior: usage.interior }));
             }
-            maker
-                .scene
-                .report
-                .approximated(params.place, "a shape that shines and is no surface: it is black");
+            maker.scene.report.approximated(
+                params.place,
+                "an emissive shape with an interface material: its surface is black",
+            );
             PrincipledMaterial { base_color: grey(0.0), ..PrincipledMaterial::matte() }
         }
         "mix" => return maker.mix(usage),
@@ -194,7 +194,7 @@ fn make(
         "hair" => maker.hair()?,
         "measured" => {
             params.pass(&["filename"]);
-            maker.scene.report.ignored(params.place, "a measured material: it is shown as diffuse grey");
+            maker.scene.report.ignored(params.place, "a measured material: rendered as diffuse grey");
             PrincipledMaterial { base_color: grey(0.5), ..PrincipledMaterial::matte() }
         }
         other => {
@@ -230,14 +230,14 @@ fn make(
                 ],
             );
             if old.contains(&other) {
-                fault = fault.help("this is a material of pbrt-v3: convert the file by `pbrt --upgrade`");
+                fault = fault.help("this is a material of pbrt-v3: convert the file with `pbrt --upgrade`");
             }
             return Err(fault.or_at(params.place));
         }
     };
     maker.details(&mut surface)?;
     params.finish(&what, &mut maker.scene.report);
-    one_facet_alone(&mut surface);
+    single_scattering(&mut surface);
     surface.alpha_mode = AlphaMode::Opaque;
     if let Some(alpha) = usage.alpha {
         (surface.opacity, surface.alpha_mode) = (alpha, AlphaMode::Blend);

@@ -54,7 +54,7 @@ pub(super) fn define(
         Some(preset) => {
             let found = named(preset);
             if found.is_none() {
-                let message = format!("the preset \"{}\" of a medium is not known", printable(preset));
+                let message = format!("unknown medium preset \"{}\"", printable(preset));
                 scene.report.ignored(params.place_of("preset"), message);
             }
             found
@@ -92,7 +92,8 @@ pub(super) fn define(
                     ));
                     let (min, max) = (m.transform_point3(p0), m.transform_point3(p1));
                     if scales != m.matrix3 || !min.cmplt(max).all() {
-                        let message = "the grid of a medium that is turned or mirrored: it lies along the axes of the world";
+                        let message =
+                            "a medium grid that is rotated or mirrored: aligned with the world axes";
                         scene.report.approximated(place, message);
                     }
                     let file = GridFile { uri: String::new(), data: Arc::new(data) };
@@ -126,7 +127,7 @@ pub(super) fn define(
             ]);
             params.pass(&["wispiness", "frequency", "p0", "p1", "sigma_a_grid", "LeScale", "Lescale"]);
             let message =
-                format!("the medium type \"{}\" is not known here: nothing is there", printable(other));
+                format!("the medium type \"{}\" is not supported: the medium is empty", printable(other));
             scene.report.ignored(place, message);
             homogeneous(0.0, absorption, scattering, anisotropy, Spectrum::BLACK)
         }

@@ -39,7 +39,7 @@ use turner::schema::{ErrorCode, SceneError};
 use crate::assets::{AssetSource, printable};
 use crate::gzip;
 use crate::import::ImportOptions;
-use crate::whole::{Stock, fill_open, report};
+use crate::scene_import::{CommonParts, fill_open, report};
 
 /// Most bytes of the file itself.
 const MAX_FILE: u64 = 64 << 30;
@@ -110,10 +110,10 @@ fn finish(
     let around = assembly.media.get(&assembly.frame.medium).filter(|_| assembly.frame.shows_media).copied();
     let around = around.filter(|id| !assembly.materials.encloses(*id));
     let Assembly { frame, stock, .. } = assembly;
-    let Stock { mut report, files, uri, objects, medium_list: mut media, .. } = stock;
+    let CommonParts { mut report, files, uri, objects, medium_list: mut media, .. } = stock;
     media::expose(&mut media, &frame);
     if objects.is_empty() {
-        report.note("the file has nothing to show");
+        report.note("the file contains no geometry");
     }
     frame.apply(&mut scene);
     scene.textures = stock.texture_list;

@@ -10,7 +10,7 @@ use super::lexer::{Lexer, Next};
 use super::report::{Fault, Report};
 use super::source::Place;
 use crate::assets::{nearest, printable};
-use crate::whole::push;
+use crate::scene_import::push;
 
 /// Most elements of one list: 2^30.
 const MAX_LIST: usize = 1 << 30;
@@ -297,7 +297,7 @@ impl Params {
             self.asked.borrow_mut().push(name);
             for p in self.list.iter().filter(|p| p.name == *name) {
                 p.used.set(true);
-                report.ignored(p.place, format!("{name} of {what} is not known here"));
+                report.ignored(p.place, format!("{name} of {what} is not supported"));
             }
         }
     }

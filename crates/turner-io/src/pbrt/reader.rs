@@ -8,7 +8,7 @@ use super::source::{Place, Source};
 use super::state::{Ctm, State};
 use super::{camera, transform};
 use crate::assets::{AssetSource, printable};
-pub(super) use crate::whole::unknown;
+pub(super) use crate::scene_import::unknown;
 use std::collections::BTreeMap;
 use turner::math::{DAffine3, DVec3};
 use turner::schema::ErrorCode;
@@ -160,7 +160,7 @@ impl<'a> Reader<'a> {
             self.report().doubtful(at, message);
         }
         if !self.in_world {
-            self.report().doubtful(place, "the file has no WorldBegin: it shows nothing");
+            self.report().doubtful(place, "the file has no WorldBegin, so that it has no objects");
         }
         Ok(())
     }
@@ -244,7 +244,7 @@ impl<'a> Reader<'a> {
         // Names are relative to the scene; some tools write them relative to the file that includes.
         let uri = self.assets.resolve(&root, &name).map_err(fault)?;
         if self.files.iter().any(|f| f.uri == uri) {
-            let message = format!("files include each other in a circle: {}", printable(&uri));
+            let message = format!("cyclic include: {}", printable(&uri));
             return Err(Fault::at(place, ErrorCode::Cycle, message).help("remove this include"));
         }
         if self.files.len() >= MAX_CHAIN || self.scene.files.len() >= MAX_FILES {
@@ -258,7 +258,7 @@ impl<'a> Reader<'a> {
                 let found = beside.and_then(|other| Some((self.assets.open(&other, MAX_FILE).ok()?, other)));
                 let Some((bytes, other)) = found else { return Err(fault(error)) };
                 if self.files.iter().any(|f| f.uri == other) {
-                    let message = format!("files include each other in a circle: {}", printable(&other));
+                    let message = format!("cyclic include: {}", printable(&other));
                     return Err(Fault::at(place, ErrorCode::Cycle, message).help("remove this include"));
                 }
                 (other, bytes)
@@ -324,12 +324,12 @@ impl<'a> Reader<'a> {
             self.lexer()?.bracket();
         }
         let Some((matrix, is_affine)) = transform::of_numbers(&m) else {
-            let message = "a matrix whose last number is 0 is no affine transform";
+            let message = "a matrix whose last element is 0 is not an affine transform";
             return Err(Fault::at(place, ErrorCode::Transform, message));
         };
         if !is_affine {
             let message =
-                "a matrix whose last row is not 0 0 0 1 is no affine transform: that row is left out";
+                "a matrix whose last row is not 0 0 0 1 is not an affine transform: that row is ignored";
             self.report().doubtful(place, message);
         }
         Ok(matrix)

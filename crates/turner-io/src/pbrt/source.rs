@@ -1,6 +1,6 @@
 //! The bytes of one file as a window that moves over them, so that a text of any length is read in little memory.
 
-pub(super) use crate::whole::Place;
+pub(super) use crate::scene_import::Place;
 use std::io::Read;
 
 /// Bytes that are read at a time.

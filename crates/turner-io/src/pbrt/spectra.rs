@@ -64,8 +64,7 @@ pub(super) fn curve(
             let mut c = space.to_rec709([r, g, b]);
             let most = if role == Role::Albedo { 1.0 } else { f64::from(f32::MAX) };
             if [r, g, b].iter().any(|v| *v < 0.0 || *v > most) {
-                let message =
-                    format!("rgb {} has a value out of range, which is cut", printable(&param.name));
+                let message = format!("rgb {} has a value out of range: clamped", printable(&param.name));
                 scene.report.doubtful(param.place, message);
             }
             c.iter_mut().for_each(|v| *v = v.clamp(0.0, most));

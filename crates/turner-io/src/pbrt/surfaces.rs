@@ -16,8 +16,8 @@ use super::spectra::{Curve, Role, color, curve, glass_of, metal_of, to_color};
 use super::state::ColorSpace;
 use super::textures::{normal_picture, source_named};
 use crate::assets::printable;
+use crate::scene_import::{Through, inner_reflectance, map_values};
 use crate::spectral::metal_of_index;
-use crate::whole::{Through, inner_reflectance, map_values};
 
 /// The same for all colours.
 pub(super) fn grey(v: f64) -> ColorSource {
@@ -86,7 +86,7 @@ impl Maker<'_, '_> {
         let across = self.number(names[2])?.or(both).unwrap_or(grey(0.0));
         let (ColorSource::Constant(u), ColorSource::Constant(v)) = (along, across) else {
             if along != across {
-                let message = "a texture of roughness along one direction: it is taken for both";
+                let message = "a roughness texture for one direction: used for both";
                 self.scene.report.approximated(self.params.place, message);
             }
             let texture = if matches!(along, ColorSource::Texture(_)) { along } else { across };
@@ -118,7 +118,7 @@ impl Maker<'_, '_> {
         surface: PrincipledMaterial,
     ) -> Result<PrincipledMaterial, Fault> {
         if self.params.is(name, Type::Texture) {
-            let message = "a texture of indices of refraction: it is 1.5";
+            let message = "a texture of an index of refraction: 1.5 replaces it";
             self.scene.report.ignored(self.params.place_of(name), message);
             self.params.pass(&[name]);
             return Ok(surface);
@@ -168,7 +168,7 @@ impl Maker<'_, '_> {
         let mut curves = [None, None];
         for ((slot, name), copper) in curves.iter_mut().zip([eta, k]).zip(["metal-Cu-eta", "metal-Cu-k"]) {
             if self.params.is(name, Type::Texture) {
-                let message = "a texture of a metal's index of refraction: it is copper's";
+                let message = "a texture of a metal's index of refraction: copper replaces it";
                 self.scene.report.ignored(self.params.place_of(name), message);
                 self.params.pass(&[name]);
             } else if let Some(param) = self.params.spectrum(name) {
@@ -206,10 +206,9 @@ impl Maker<'_, '_> {
         let mut rough = PrincipledMaterial::default();
         self.roughness(names, &mut rough)?;
         if rough.specular_roughness_anisotropy != grey(0.0) {
-            self.scene.report.approximated(
-                self.params.place,
-                "an anisotropic clear layer: it is equally rough along and across",
-            );
+            self.scene
+                .report
+                .approximated(self.params.place, "an anisotropic clear layer: rendered as isotropic");
         }
         let absorbs = match self.params.spectrum("albedo") {
             None => false,
@@ -218,14 +217,14 @@ impl Maker<'_, '_> {
         if absorbs {
             self.scene.report.approximated(
                 self.params.place_of("albedo"),
-                "what scatters within a clear layer: the layer is clear",
+                "scattering inside a clear layer: not rendered",
             );
         }
         let is_texture = self.params.is(thickness, Type::Texture);
         if is_texture {
             self.scene.report.approximated(
                 self.params.place_of(thickness),
-                "a texture of a layer's thickness: it is 0.01",
+                "a texture of a layer's thickness: 0.01 replaces it",
             );
         }
         let thickness = match is_texture {
@@ -278,7 +277,7 @@ impl Maker<'_, '_> {
             &mut surface,
         )?;
         if roughness != grey(0.0) {
-            let message = "a rough layer over metal: as much light comes back, what the metal mirrors is blurred otherwise";
+            let message = "a rough layer over metal: same reflected energy, different blur of reflections";
             self.scene.report.approximated(self.params.place, message);
         }
         surface.coat_weight = grey(1.0);
@@ -312,7 +311,7 @@ impl Maker<'_, '_> {
             [Some(r), Some(t)] if r + t > 0.0 => t / (r + t),
             [Some(_), Some(_)] => 0.0,
             _ => {
-                let message = "textures of diffuse transmission: at most half of the light comes back, and at most half passes";
+                let message = "textures of diffuse transmission: reflection and transmission are each limited to half of the light";
                 self.scene.report.approximated(self.params.place, message);
                 0.5
             }
@@ -339,8 +338,7 @@ impl Maker<'_, '_> {
         } else {
             let found = named.as_deref().and_then(media::named);
             if let (Some(name), None) = (&named, found) {
-                let message =
-                    format!("the medium \"{}\" of a subsurface material is not known", printable(name));
+                let message = format!("unknown medium \"{}\" of a subsurface material", printable(name));
                 self.scene.report.ignored(self.params.place_of("name"), message);
             }
             let (a, s) = match found {
@@ -373,9 +371,7 @@ impl Maker<'_, '_> {
             (ColorSource::Constant(color.into()), radius)
         };
         self.params.pass(&["mfp", "reflectance", "sigma_a", "sigma_s", "g", "name"]);
-        self.scene
-            .report
-            .approximated(place, "a subsurface material: its colour and mean way of light are kept");
+        self.scene.report.approximated(place, "a subsurface material: matched by colour and mean free path");
         surface.subsurface_weight = grey(1.0);
         surface.subsurface_color = color;
         surface.subsurface_radius = if radius.is_finite() { radius.clamp(0.0, 1e30) } else { 0.0 };
@@ -401,7 +397,7 @@ impl Maker<'_, '_> {
             "alpha",
             "reflectance",
         ]);
-        self.scene.report.approximated(place, "hair is shown as a glossy dielectric of its colour");
+        self.scene.report.approximated(place, "hair: rendered as a glossy dielectric of its colour");
         Ok(PrincipledMaterial {
             base_color: color,
             specular_roughness: grey(0.4),
@@ -426,7 +422,8 @@ impl Maker<'_, '_> {
         let materials = &mut self.scene.materials;
         let slots = [materials.named(a, place), materials.named(b, place)];
         if slots.iter().any(|s| materials.is_interface(*s)) {
-            let message = "a mix with an interface: the other material is there with its share as opacity";
+            let message =
+                "a mix with an interface: rendered as the other material with its weight as opacity";
             self.scene.report.approximated(place, message);
             let materials = &mut self.scene.materials;
             let surface = usize::from(materials.is_interface(slots[0]));

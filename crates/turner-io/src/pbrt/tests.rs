@@ -178,7 +178,11 @@ fn integrators_without_media_show_none() {
     let (with, without) = (scene("volpath"), scene("path"));
     assert!(inside(&with).is_some() && with.warnings.is_empty(), "{:?}", with.warnings);
     assert_eq!((inside(&without), without.background.medium), (None, None));
-    assert!(without.warnings.iter().any(|w| w.message.contains("volpath does")), "{:?}", without.warnings);
+    assert!(
+        without.warnings.iter().any(|w| w.message.contains("volpath renders media")),
+        "{:?}",
+        without.warnings
+    );
 }
 
 #[test]
@@ -230,7 +234,7 @@ fn lights_that_are_not_seen_shine() {
     assert!((light.intensity - 5.0 * std::f64::consts::PI).abs() < 1e-9);
     assert!(scene.objects.is_empty());
     let scene = world("AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" 0");
-    assert!(scene.warnings.iter().any(|w| w.message.contains("does not shine")), "{:?}", scene.warnings);
+    assert!(scene.warnings.iter().any(|w| w.message.contains("emits no light")), "{:?}", scene.warnings);
 }
 
 #[test]
@@ -339,7 +343,7 @@ fn textures_are_pictures_boards_and_mixes() {
          Material \"diffuse\" \"texture reflectance\" \"m\" Shape \"sphere\"",
     );
     assert!(board.warnings.is_empty(), "{:?}", board.warnings);
-    let TextureDesc::Chessboard(c) = &board.textures[0].value else { panic!("a board") };
+    let TextureDesc::Checkerboard(c) = &board.textures[0].value else { panic!("a board") };
     // u = 0.3 lies in the third of eight columns: 8·0.3 = 2.4.
     let at = c.transform.0.inverse().transform_point3(DVec3::new(2.0 * 0.3 - 1.0, 0.0, 0.0));
     assert!((at.x - 2.4).abs() < 1e-9 && (at.y - 2.0).abs() < 1e-9);

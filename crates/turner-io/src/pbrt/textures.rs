@@ -5,7 +5,7 @@ use turner::image::{Image, Pixels};
 use turner::math::{DAffine3, DMat3, DVec3};
 use turner::schema::{ColorSource, ImageId, Transform};
 use turner::texture::{
-    ChessboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
+    CheckerboardDesc, Encoding, ImageChannel, ImageDesc, ImageFilter, Mapping, PerlinDesc, PerlinKind,
     TextureDesc, Wrap,
 };
 
@@ -17,7 +17,7 @@ use super::spectra::{Role, color};
 use super::state::State;
 use super::transform::is_sound;
 use crate::assets::printable;
-use crate::whole::{mix, product};
+use crate::scene_import::{mix, product};
 
 /// The texture of a name.
 pub(super) fn source_named(scene: &mut Assembly<'_>, name: &str, place: Place) -> Result<ColorSource, Fault> {
@@ -70,10 +70,7 @@ pub(super) fn define(
             let amount = maker.float_input("amount", 0.5)?;
             if class == "directionmix" {
                 params.pass(&["dir"]);
-                maker
-                    .scene
-                    .report
-                    .approximated(place, "a mix by direction: both textures have the same share");
+                maker.scene.report.approximated(place, "directionmix: both textures have the same weight");
             }
             mix(maker.scene, a, b, amount)
         }
@@ -92,7 +89,7 @@ pub(super) fn define(
                     maker.scene.texture(TextureDesc::Perlin(desc))
                 }
                 None => {
-                    maker.scene.report.doubtful(place, "dots without scale: there is one colour");
+                    maker.scene.report.doubtful(place, "dots with a uv scale of 0: one colour");
                     outside
                 }
             }
@@ -120,7 +117,7 @@ pub(super) fn define(
         }
         "ptex" => {
             params.pass(&["filename", "encoding", "scale"]);
-            maker.scene.report.ignored(place, "a Ptex texture: it is grey");
+            maker.scene.report.ignored(place, "a Ptex texture: grey replaces it");
             ColorSource::Constant(Spectrum::grey(0.5))
         }
         other => {
@@ -216,14 +213,13 @@ impl Maker<'_, '_> {
                 let to_texture = DAffine3::from_mat3_translation(rows, shift);
                 let to_texture = to_texture * self.state.ctm[0].inverse();
                 if !is_sound(&to_texture) {
-                    self.scene.report.ignored(place, "a planar mapping whose directions are one");
+                    self.scene.report.ignored(place, "a planar mapping with parallel axes");
                     return None;
                 }
                 Some(Transform(to_texture.inverse()))
             }
             other => {
-                let message =
-                    format!("the mapping \"{}\" of a texture: (u, v) takes its place", printable(other));
+                let message = format!("the texture mapping \"{}\": (u, v) replaces it", printable(other));
                 self.scene.report.approximated(place, message);
                 None
             }
@@ -233,7 +229,7 @@ impl Maker<'_, '_> {
     fn picture(&mut self) -> Result<ColorSource, Fault> {
         let place = self.params.place_of("filename");
         let Some(name) = self.params.string("filename").map(str::to_owned) else {
-            self.scene.report.ignored(self.params.place, "an imagemap without filename: it is grey");
+            self.scene.report.ignored(self.params.place, "an imagemap without filename: grey replaces it");
             return Ok(grey(0.5));
         };
         let planar = self.planar();
@@ -247,7 +243,8 @@ impl Maker<'_, '_> {
             Some("clamp") => Wrap::Clamp,
             Some("black") => Wrap::Black,
             Some(other) => {
-                let message = format!("unknown wrap \"{}\" of a picture: it repeats", printable(other));
+                let message =
+                    format!("unknown wrap mode \"{}\" of an image: \"repeat\" replaces it", printable(other));
                 self.scene.report.ignored(self.params.place_of("wrap"), message);
                 Wrap::Repeat
             }
@@ -256,8 +253,7 @@ impl Maker<'_, '_> {
             Some("linear") => Encoding::Linear,
             None | Some("sRGB") => Encoding::Srgb,
             Some(other) => {
-                let message =
-                    format!("the encoding \"{}\" of a picture: sRGB takes its place", printable(other));
+                let message = format!("the image encoding \"{}\": sRGB replaces it", printable(other));
                 self.scene.report.approximated(self.params.place_of("encoding"), message);
                 Encoding::Srgb
             }
@@ -294,13 +290,15 @@ impl Maker<'_, '_> {
         } else {
             let _ = self.planar();
             let Some(transform) = self.squares() else {
-                self.scene.report.doubtful(self.params.place, "a checkerboard without scale has one colour");
+                self.scene
+                    .report
+                    .doubtful(self.params.place, "a checkerboard with a uv scale of 0: one colour");
                 return Ok(even);
             };
             (Mapping::Uv, transform)
         };
-        let desc = ChessboardDesc { even, odd, density: 1.0, mapping, blend: 4.0, transform };
-        Ok(self.scene.texture(TextureDesc::Chessboard(desc)))
+        let desc = CheckerboardDesc { even, odd, density: 1.0, mapping, blend: 4.0, transform };
+        Ok(self.scene.texture(TextureDesc::Checkerboard(desc)))
     }
 
     /// Four colours at the corners of (u, v), as a small picture.

@@ -1,6 +1,6 @@
 //! Transforms as directives write them. Matrices stand in the file column by column; points are columns.
 
-pub(super) use crate::whole::is_sound;
+pub(super) use crate::scene_import::is_sound;
 use turner::math::elementary::tan;
 use turner::math::{DAffine3, DMat3, DVec3, radians};
 use turner::schema::transform::rotation;

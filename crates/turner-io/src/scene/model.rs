@@ -3,8 +3,8 @@
 use std::io::Read;
 
 use turner::color::{Spectrum, Tonemap, Transfer};
-use turner::description::stage::FOV;
-use turner::description::{ModelDesc, SceneDesc, StageDesc};
+use turner::description::default_studio::FOV;
+use turner::description::{ModelDesc, SceneDesc, StudioDesc};
 use turner::film::{Antialias, FilmDesc};
 use turner::integrator::{IntegratorDesc, PathDesc};
 use turner::light::BackgroundDesc;
@@ -30,13 +30,13 @@ fn showing() -> SceneDesc {
         },
         integrator: IntegratorDesc::Path(PathDesc::default()),
         background: BackgroundDesc { color: Spectrum::WHITE, ..scene.background },
-        stage: Some(stage(None, true)),
+        studio: Some(studio(None, true)),
         ..scene
     }
 }
 
-fn stage(ground: Option<bool>, studio: bool) -> StageDesc {
-    StageDesc { camera: None, fov: FOV, ground, studio, studio_rotation: 0.0, studio_strength: 1.0 }
+fn studio(ground: Option<bool>, lights: bool) -> StudioDesc {
+    StudioDesc { camera: None, fov: FOV, ground, lights, rotation: 0.0, strength: 1.0 }
 }
 
 /// The object that is a model.
@@ -86,7 +86,7 @@ pub(super) fn load_whole(
     };
     let (scene, hashes) = import().map_err(|error| LoadError { error, sources: Sources::default() })?;
     // Nothing is added to it: what it does not light is dark.
-    let scene = SceneDesc { stage: Some(stage(Some(false), false)), ..scene };
+    let scene = SceneDesc { studio: Some(studio(Some(false), false)), ..scene };
     changed(scene, (name, uri), assets, options, |files, edits| {
         files.add_hashes(&hashes);
         Ok(edits)

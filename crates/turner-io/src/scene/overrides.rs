@@ -2,7 +2,7 @@
 
 use turner::description::drop_foreign_keys;
 use turner::schema::value::{Data, Entry, FileId, Span, Value};
-use turner::schema::{ErrorCode, KeyEdit, KeyPart, SceneError};
+use turner::schema::{ErrorCode, KeyEdit, KeyPart, SceneError, old_names};
 
 use super::hash::SceneHash;
 use super::model::quoted;
@@ -68,7 +68,8 @@ fn edit(change: &Override, uri: &str, sources: &mut Sources) -> Result<KeyEdit, 
     let text = change.text();
     let name = printable(&format!("-D {text}"));
     let file = sources.add(SourceFile { name, uri: uri.to_owned(), text, is_argument: true });
-    let path = parts(change, file)?;
+    let mut path = parts(change, file)?;
+    old_names::update_path(&mut path);
     let value = value(change, file)?;
     if path.first().is_some_and(|p| p.key == "include") {
         let message = "`include` cannot be set here: files are included before values are";

@@ -82,8 +82,8 @@ pub fn noisy_sphere_ply(n: u32) -> Vec<u8> {
 fn moved(p: DVec3) -> DVec3 {
     let (mut height, mut frequency, mut amplitude) = (0.0, 2.0, 1.0);
     for octave in &WAVES {
-        let wave = |[x, y, z, phase]: &[f64; 4]| sin(frequency * p.dot(DVec3::new(*x, *y, *z)) + phase);
-        height += amplitude * octave.iter().map(wave).sum::<f64>() / octave.len() as f64;
+        let batch = |[x, y, z, phase]: &[f64; 4]| sin(frequency * p.dot(DVec3::new(*x, *y, *z)) + phase);
+        height += amplitude * octave.iter().map(batch).sum::<f64>() / octave.len() as f64;
         frequency *= 2.3;
         amplitude *= 0.5;
     }

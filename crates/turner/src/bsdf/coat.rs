@@ -1,6 +1,6 @@
 //! The clear coat: a dielectric boundary over the base, that tints and darkens what is below.
 
-use super::albedo::{Reflected, Toward};
+use super::albedo::{AlbedoDirection, Reflected};
 use super::fresnel;
 use super::microfacet::Ggx;
 use super::{PrincipledPoint, Rgb, color, unit};
@@ -67,7 +67,7 @@ impl Coat {
 
     /// Share of light from µ that the coat, where it is, reflects.
     pub(super) fn albedo(&self, mu: f64) -> f64 {
-        self.rough.map_or_else(|| self.fresnel(mu), |rough| rough.at(Toward::all(mu)))
+        self.rough.map_or_else(|| self.fresnel(mu), |rough| rough.at(AlbedoDirection::all(mu)))
     }
 
     /// The way through a coat of thickness 1 from the direction µ.

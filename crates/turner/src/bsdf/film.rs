@@ -74,9 +74,9 @@ fn airy(top: f64, bottom: Rgb, waves: &[Rgb; 2]) -> Rgb {
     let rs = t121 * t121 * r23 / (Rgb::ONE - r12 * r23).max(Rgb::splat(1e-9));
     let mut sum = rs + r12;
     let mut order = rs - t121;
-    for wave in waves {
+    for batch in waves {
         order *= amplitude;
-        sum += 2.0 * order * *wave;
+        sum += 2.0 * order * *batch;
     }
     sum
 }

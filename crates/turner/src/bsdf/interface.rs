@@ -2,7 +2,7 @@
 //! distribution of microfacets. Rough: Walter et al. 2007; what is lost between the facets returns as a diffuse part
 //! (Kulla and Conty 2017), for glass shared between its two sides so that it stays reciprocal.
 
-use super::albedo::{self, Line, Reflected, Toward};
+use super::albedo::{self, AlbedoDirection, Line, Reflected};
 use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
 use super::microfacet::Ggx;
@@ -91,7 +91,7 @@ impl Spread {
 }
 
 /// The product of two losses. Between the entries of the tables they may come out a little below 0.
-fn lost(a: &Line, w_a: Toward, b: &Line, w_b: Toward) -> f64 {
+fn lost(a: &Line, w_a: AlbedoDirection, b: &Line, w_b: AlbedoDirection) -> f64 {
     a.at(w_a).max(0.0) * b.at(w_b).max(0.0)
 }
 
@@ -217,7 +217,7 @@ impl Interface {
     }
 
     /// The diffuse BRDF of light scattered several times between facets.
-    pub(super) fn lost_and_reflected(&self, o: Toward, i: Toward) -> Rgb {
+    pub(super) fn lost_and_reflected(&self, o: AlbedoDirection, i: AlbedoDirection) -> Rgb {
         let Some(c) = &self.compensation else { return Rgb::ZERO };
         let mut f = Rgb::ZERO;
         if self.metal > 0.0 {
@@ -230,7 +230,7 @@ impl Interface {
     }
 
     /// The same for light that leaves on the far side.
-    pub(super) fn lost_and_transmitted(&self, o: Toward, i: Toward) -> Rgb {
+    pub(super) fn lost_and_transmitted(&self, o: AlbedoDirection, i: AlbedoDirection) -> Rgb {
         match &self.compensation {
             Some(c) if self.glass > 0.0 => c.transmit * lost(&c.near, o, &c.far, i),
             _ => Rgb::ZERO,
@@ -238,7 +238,7 @@ impl Interface {
     }
 
     /// Shares of light from a direction that come out of these diffuse parts: reflected, transmitted.
-    pub(super) fn lost_albedos(&self, w: Toward) -> (Rgb, Rgb) {
+    pub(super) fn lost_albedos(&self, w: AlbedoDirection) -> (Rgb, Rgb) {
         let Some(c) = &self.compensation else { return (Rgb::ZERO, Rgb::ZERO) };
         let [mirror_average, near_average, far_average] = c.averages;
         let (mut reflected, mut transmitted) = (Rgb::ZERO, Rgb::ZERO);
@@ -323,7 +323,7 @@ impl Interface {
     }
 
     /// The share of light from a direction that the opaque dielectric leaves for what is below it; the same for all colours.
-    pub(super) fn below(&self, w: Toward) -> f64 {
+    pub(super) fn below(&self, w: AlbedoDirection) -> f64 {
         let boundary = match &self.rough {
             Some(rough) => rough.at(w),
             None => fresnel::dielectric(w.mu, self.opaque_index),

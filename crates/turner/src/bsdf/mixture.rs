@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::albedo::Toward;
+use super::albedo::AlbedoDirection;
 use super::coat::Coat;
 use super::diffuse::{eon, sample_cosine};
 use super::fuzz::Charlie;
@@ -30,7 +30,7 @@ pub(super) const LOBES: usize = 9;
 /// What lies over the base on the way to or from a direction.
 #[derive(Clone, Copy)]
 pub(super) struct Above {
-    pub(super) w: Toward,
+    pub(super) w: AlbedoDirection,
     /// The cosine to the coat's normal.
     pub(super) coat: f64,
     /// Shares that pass the fuzz, and the fuzz and the coat.
@@ -59,7 +59,7 @@ const GAUSS: [(f64, f64); 8] = [
 
 impl Bsdf {
     /// What lies above the base outside.
-    pub(super) fn above(&self, w: Toward) -> Above {
+    pub(super) fn above(&self, w: AlbedoDirection) -> Above {
         let mu = w.mu;
         let fuzz = self.fuzz.as_ref().map_or(1.0, |f| 1.0 - f.weight * f.charlie.albedo(mu));
         let (through, way) = match &self.coat {
@@ -71,7 +71,7 @@ impl Bsdf {
 
     /// What lies above the base on the way to or from a direction, on a side; a coat with a normal of its own is met at its own angle.
     pub(super) fn above_towards(&self, w: DVec3, inside: bool) -> Above {
-        let above = self.above_on(Toward::of(w), inside);
+        let above = self.above_on(AlbedoDirection::of(w), inside);
         let (Some(n), Some(c), false) = (self.coat_normal, &self.coat, inside || w.z < 0.0) else {
             return above;
         };
@@ -102,7 +102,7 @@ impl Bsdf {
 
     /// Share of light under the layers that reaches the diffuse body.
     #[inline]
-    fn below(&self, w: Toward) -> f64 {
+    fn below(&self, w: AlbedoDirection) -> f64 {
         match &self.interface {
             _ if !self.has_body() => 0.0,
             None => 1.0,
@@ -111,7 +111,7 @@ impl Bsdf {
     }
 
     /// The same on either side: inside glass there are no layers.
-    pub(super) fn above_on(&self, w: Toward, inside: bool) -> Above {
+    pub(super) fn above_on(&self, w: AlbedoDirection, inside: bool) -> Above {
         if inside {
             Above { w, coat: w.mu, fuzz: 1.0, through: 1.0, way: 0.0, body: self.below(w) }
         } else {
@@ -124,7 +124,7 @@ impl Bsdf {
         if self.lambert {
             let mut p = [0.0; LOBES];
             p[REFLECT] = 1.0;
-            let w = Toward::all(wo.z);
+            let w = AlbedoDirection::all(wo.z);
             return (Above { w, coat: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
         }
         if self.leaves {
@@ -150,14 +150,14 @@ impl Bsdf {
             _ => {
                 let sum = GAUSS
                     .iter()
-                    .map(|(mu, w)| 2.0 * mu * w * self.above_on(Toward::all(*mu), self.inside).body);
+                    .map(|(mu, w)| 2.0 * mu * w * self.above_on(AlbedoDirection::all(*mu), self.inside).body);
                 sum.sum()
             }
         };
         // A rough body is brighter towards some directions: the largest transmittance is safe for all of them.
         let rough = (2.0 * self.diffuse.roughness).min(1.0);
         let most = if rough > 0.0 {
-            self.above_on(Toward::all(1.0), self.inside).body.max(average)
+            self.above_on(AlbedoDirection::all(1.0), self.inside).body.max(average)
         } else {
             average
         };
@@ -338,11 +338,11 @@ impl Bsdf {
                     Some(_) => return None,
                 }
             }
-            // See Towards::enter.
+            // See BsdfFromWo::enter.
             ENTER => return None,
             PASS => {
                 let interface = self.interface.as_ref()?;
-                let i = self.above_on(Toward::all(wo.z), !self.inside);
+                let i = self.above_on(AlbedoDirection::all(wo.z), !self.inside);
                 let f = interface.passing(wo.z) * self.layers(o, &i, false);
                 return delta(-wo, f, p[PASS], true, 1.0);
             }
@@ -354,7 +354,7 @@ impl Bsdf {
                 }
                 if interface.smooth {
                     let inside = if choice.transmits && !self.thin { !self.inside } else { self.inside };
-                    let i = self.above_on(Toward::of(choice.wi), inside);
+                    let i = self.above_on(AlbedoDirection::of(choice.wi), inside);
                     let layers = self.layers(o, &i, !choice.transmits || self.thin);
                     let f = choice.color * layers / (eta * eta);
                     return delta(choice.wi, f, p[INTERFACE] * choice.share, choice.transmits, eta);

@@ -40,7 +40,7 @@ pub use point::PrincipledPoint;
 pub use rough_mirror::{RoughMirror, RoughMirrorBlock};
 pub use subsurface::Entry;
 
-use albedo::Toward;
+use albedo::AlbedoDirection;
 use coat::Coat;
 use fuzz::Charlie;
 use interface::Interface;
@@ -260,10 +260,10 @@ impl Bsdf {
     }
 
     /// The scattering of light that leaves towards `wo`: for several questions about it.
-    pub fn towards(&self, wo: DVec3) -> Towards<'_> {
+    pub fn towards(&self, wo: DVec3) -> BsdfFromWo<'_> {
         let wo = self.turned(wo);
         let (above, p) = self.seen(wo);
-        Towards { bsdf: self, wo, above, p }
+        BsdfFromWo { bsdf: self, wo, above, p }
     }
 
     /// Whether any lobe is not a delta lobe: whether lights can be connected to.
@@ -285,7 +285,9 @@ impl Bsdf {
             self.interface.as_ref().map_or(0.0, |i| rough(i.smooth, (i.ggx.ax * i.ggx.ay).sqrt()));
         roughness[mixture::PASS] = 0.0;
         let (mut sum, mut weights) = (0.0, 0.0);
-        for (albedo, roughness) in self.albedos(self.above(Toward::all(1.0))).into_iter().zip(roughness) {
+        for (albedo, roughness) in
+            self.albedos(self.above(AlbedoDirection::all(1.0))).into_iter().zip(roughness)
+        {
             sum += albedo.element_sum() * roughness;
             weights += albedo.element_sum();
         }
@@ -294,7 +296,7 @@ impl Bsdf {
 
     /// About the share of light from head-on that is reflected or transmitted, in each band within 0..=1.
     pub fn albedo_hint(&self) -> Spectrum {
-        let sum: Rgb = self.albedos(self.above(Toward::all(1.0))).into_iter().sum();
+        let sum: Rgb = self.albedos(self.above(AlbedoDirection::all(1.0))).into_iter().sum();
         spectrum(sum.clamp(Rgb::ZERO, Rgb::ONE))
     }
 
@@ -315,7 +317,7 @@ impl Bsdf {
 
 /// A BSDF with what depends on the direction alone that light leaves in: shares of the lobes.
 #[derive(Clone, Copy)]
-pub struct Towards<'a> {
+pub struct BsdfFromWo<'a> {
     bsdf: &'a Bsdf,
     /// Turned to the direction of anisotropy.
     wo: DVec3,
@@ -323,7 +325,7 @@ pub struct Towards<'a> {
     p: mixture::Shares,
 }
 
-impl Towards<'_> {
+impl BsdfFromWo<'_> {
     /// As [`Bsdf::as_lambert`].
     #[inline]
     pub fn as_lambert(&self) -> Option<Spectrum> {

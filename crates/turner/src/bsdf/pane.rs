@@ -1,6 +1,6 @@
 //! Thin clear walls: light that goes straight on.
 
-use super::albedo::Toward;
+use super::albedo::AlbedoDirection;
 use super::{Bsdf, spectrum};
 use crate::color::Spectrum;
 use crate::math::DVec3;
@@ -11,7 +11,7 @@ impl Bsdf {
         match &self.interface {
             Some(i) if self.thin && i.smooth && i.glass > 0.0 && wo.z > 0.0 => {
                 let (above, mu) = (self.above_towards(wo, self.inside), wo.z.min(1.0));
-                let behind = self.above_on(Toward::all(mu), self.inside);
+                let behind = self.above_on(AlbedoDirection::all(mu), self.inside);
                 spectrum(i.split(mu).1 * self.layers(&above, &behind, true))
             }
             _ => Spectrum::BLACK,

@@ -43,7 +43,7 @@ pub struct PrincipledPoint {
     pub subsurface_weight: f64,
     /// Colour of the translucent part.
     pub subsurface_color: Spectrum,
-    /// Whether light that enters the translucent part of a solid is left to a walk inside ([`Towards::enter`](super::Towards::enter)); otherwise that part is a
+    /// Whether light that enters the translucent part of a solid is left to a walk inside ([`BsdfFromWo::enter`](super::BsdfFromWo::enter)); otherwise that part is a
     /// diffuse surface of the same colour.
     pub subsurface_walk: bool,
     /// Share covered by a clear coat.

@@ -5,10 +5,10 @@
 //! On both ways the layers take their share, symmetrically, as from any diffuse body: entering T(µo), leaving T(µi) / T̄, so that a body that returns all light
 //! returns exactly what a white diffuse one would. The colours of a coat count by half on each way.
 
-use super::albedo::Toward;
+use super::albedo::AlbedoDirection;
 use super::diffuse::sample_cosine;
 use super::mixture::{Above, ENTER, LOBES, MIN_COSINE, REFLECT, Shares, choose};
-use super::{Bsdf, BsdfSample, Lobe, Rgb, Towards, spectrum};
+use super::{Bsdf, BsdfFromWo, BsdfSample, Lobe, Rgb, spectrum};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use std::f64::consts::PI;
@@ -62,7 +62,7 @@ impl Bsdf {
     pub(super) fn seen_from_inside(&self, wo: DVec3) -> (Above, Shares) {
         let mut p = [0.0; LOBES];
         p[REFLECT] = 1.0;
-        let w = Toward::all(wo.z);
+        let w = AlbedoDirection::all(wo.z);
         (Above { w, coat: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p)
     }
 
@@ -71,7 +71,7 @@ impl Bsdf {
         if wi.z <= MIN_COSINE {
             return (Rgb::ZERO, 0.0);
         }
-        let i = self.above_on(Toward::of(wi), false);
+        let i = self.above_on(AlbedoDirection::of(wi), false);
         let share = i.body / (self.diffuse.through * PI);
         (self.tint_of_one_way(&i) * share, wi.z / PI)
     }
@@ -84,8 +84,8 @@ impl Bsdf {
     }
 }
 
-impl Towards<'_> {
-    /// The way into the body, if the number that chooses among the lobes falls on it: [`Towards::sample`] has no sample then.
+impl BsdfFromWo<'_> {
+    /// The way into the body, if the number that chooses among the lobes falls on it: [`BsdfFromWo::sample`] has no sample then.
     #[inline]
     pub fn enter(&self, u: [f64; 3]) -> Option<Entry> {
         if !self.bsdf.has_walk() { None } else { self.enter_body(u) }

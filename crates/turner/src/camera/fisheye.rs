@@ -18,7 +18,7 @@ params! {
         /// Which hand the axes follow.
         handedness: Handedness = Handedness::Right;
         /// Angle from one side of the circle to the other, degrees: 180 shows what is before the camera, 360 everything.
-        angle: f64 = 180.0, in Range { min: 0.0, open_min: true, max: 360.0, open_max: false };
+        fov: f64 = 180.0, in Range { min: 0.0, open_min: true, max: 360.0, open_max: false };
         /// Nothing nearer than this to the eye counts.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
     }
@@ -26,7 +26,7 @@ params! {
 type = "fisheye"
 position = [0, 1, 3]
 look_at = [0, 1, 0]
-angle = 200
+fov = 200
 
 [film]
 width = 48
@@ -50,7 +50,7 @@ impl FisheyeDesc {
     pub fn prepare(&self, aspect: f64) -> Result<Fisheye, SceneError> {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let half = DVec2::new(aspect.max(1.0), aspect.recip().max(1.0));
-        Ok(Fisheye { frame, half, rim: radians(0.5 * self.angle), near: self.near })
+        Ok(Fisheye { frame, half, rim: radians(0.5 * self.fov), near: self.near })
     }
 }
 

@@ -60,7 +60,7 @@ impl Camera {
     pub fn project(&self, film: &FilmDesc, p: DVec3, lens: DVec2) -> Option<Projection> {
         let s = match self {
             Camera::Pinhole(c) => flat(&c.frame, &c.screen, c.near, DVec3::ZERO, f64::INFINITY, p)?,
-            Camera::ThinLens(c) => flat(&c.frame, &c.screen, c.near, c.offset(lens), c.focus, p)?,
+            Camera::ThinLens(c) => flat(&c.frame, &c.screen, c.near, c.offset(lens), c.focus_distance, p)?,
             Camera::Orthographic(c) => {
                 let v = p - c.frame.position;
                 let depth = v.dot(c.frame.forward);
@@ -179,7 +179,7 @@ mod tests {
                 near: 0.2,
             }),
             CameraDesc::Equirectangular(EquirectangularDesc { position, look_at, up, handedness, near: 0.1 }),
-            CameraDesc::Fisheye(FisheyeDesc { position, look_at, up, handedness, angle: 250.0, near: 0.0 }),
+            CameraDesc::Fisheye(FisheyeDesc { position, look_at, up, handedness, fov: 250.0, near: 0.0 }),
         ];
         descs.iter().map(|c| c.prepare(1.5).unwrap()).collect()
     }

@@ -20,7 +20,8 @@ fn panorama() -> Camera {
 }
 
 fn fisheye(angle: f64, aspect: f64) -> Camera {
-    let desc = FisheyeDesc { position: DVec3::ZERO, look_at: DVec3::NEG_Z, angle, ..FisheyeDesc::default() };
+    let desc =
+        FisheyeDesc { position: DVec3::ZERO, look_at: DVec3::NEG_Z, fov: angle, ..FisheyeDesc::default() };
     CameraDesc::Fisheye(desc).prepare(aspect).unwrap()
 }
 
@@ -101,7 +102,7 @@ fn a_lens_with_blades_is_in_focus_where_a_round_one_is() {
         lens_radius: 0.5,
         blades,
         blade_rotation: 10.0,
-        focus: Some(7.0),
+        focus_distance: Some(7.0),
         ..ThinLensDesc::default()
     };
     for blades in [0, 3, 6] {
@@ -147,7 +148,7 @@ fn a_shifted_screen_shows_what_lies_beside() {
             distance,
             shift,
             lens_radius: 0.2,
-            focus: Some(3.0),
+            focus_distance: Some(3.0),
             near,
             ..ThinLensDesc::default()
         };

@@ -32,7 +32,7 @@ params! {
         /// Degrees by which the blades are turned, against the clock as the camera sees it; at 0 a corner is straight up.
         blade_rotation: f64 = 0.0;
         /// Distance of the plane in focus, along the direction of view; without it `look_at` is in focus.
-        focus: Option<f64> = None, in Range::POSITIVE;
+        focus_distance: Option<f64> = None, in Range::POSITIVE;
         /// Nothing nearer than this counts, measured along the direction of view.
         near: f64 = 0.0, in Range::NON_NEGATIVE;
     }
@@ -57,7 +57,7 @@ pub struct ThinLens {
     pub(super) screen: Screen,
     lens_radius: f64,
     aperture: Aperture,
-    pub(super) focus: f64,
+    pub(super) focus_distance: f64,
     pub(super) near: f64,
 }
 
@@ -67,16 +67,23 @@ impl ThinLensDesc {
         let frame = CameraFrame::new(self.position, self.look_at, self.up, self.handedness)?;
         let to_target = (self.look_at - self.position).length();
         let screen = screen(self.fov, self.viewport, self.distance, self.shift, to_target, aspect)?;
-        let focus = self.focus.unwrap_or(to_target);
+        let focus_distance = self.focus_distance.unwrap_or(to_target);
         let aperture = Aperture::new(self.blades, self.blade_rotation)?;
-        Ok(ThinLens { frame, screen, lens_radius: self.lens_radius, aperture, focus, near: self.near })
+        Ok(ThinLens {
+            frame,
+            screen,
+            lens_radius: self.lens_radius,
+            aperture,
+            focus_distance,
+            near: self.near,
+        })
     }
 }
 
 impl ThinLens {
     /// Half the size of what is seen of the plane in focus, which directions lead to.
     pub(super) fn half_focus(&self) -> DVec2 {
-        self.screen.half * (self.focus / self.screen.distance)
+        self.screen.half * (self.focus_distance / self.screen.distance)
     }
 
     /// From the middle of the lens to its point at `lens` in the unit square.
@@ -89,9 +96,9 @@ impl ThinLens {
     pub(super) fn ray(&self, at: DVec2, lens: DVec2) -> Ray {
         let f = &self.frame;
         let d = self.screen.direction(f, at);
-        let on_focus = d * (self.focus / self.screen.distance);
+        let on_focus = d * (self.focus_distance / self.screen.distance);
         let offset = self.offset(lens);
         let d = on_focus - offset;
-        Ray { t_min: self.near / self.focus, ..Ray::new(f.position + offset, d) }
+        Ray { t_min: self.near / self.focus_distance, ..Ray::new(f.position + offset, d) }
     }
 }

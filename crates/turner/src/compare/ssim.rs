@@ -75,10 +75,10 @@ mod tests {
 
     #[test]
     fn equal_pictures_are_alike_and_negatives_are_not() {
-        let wave = |x: u32, y: u32| [((x * 5 + y * 3) % 7) as f32 / 6.0; 3];
-        let same = pair(20, 16, false, wave, wave);
+        let batch = |x: u32, y: u32| [((x * 5 + y * 3) % 7) as f32 / 6.0; 3];
+        let same = pair(20, 16, false, batch, batch);
         assert!((ssim(&same, 1).value - 1.0).abs() < 1e-12);
-        let negative = pair(20, 16, false, wave, |x, y| wave(x, y).map(|v| 1.0 - v));
+        let negative = pair(20, 16, false, batch, |x, y| batch(x, y).map(|v| 1.0 - v));
         assert!(ssim(&negative, 2).value < -0.5);
     }
 

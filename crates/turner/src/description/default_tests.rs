@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::lent::{Lent, WithLent};
+use super::borrowed_assets::{BorrowedAssets, WithBorrowed};
 use super::write::Writer;
 use crate::camera::{CameraDesc, PinholeDesc};
 use crate::description::*;
@@ -64,7 +64,7 @@ fn parts_of_an_empty_table_are_the_default_ones() {
     assert_eq!(section("camera", empty()).camera.unwrap().value, CameraDesc::default());
     assert_eq!(section("view", in_list()).cameras[0].value, CameraDesc::default());
     assert_eq!(section("integrator", empty()).integrator, IntegratorDesc::default());
-    assert_eq!(section("stage", empty()).stage, Some(StageDesc::default()));
+    assert_eq!(section("studio", empty()).studio, Some(StudioDesc::default()));
     assert_eq!(section("material", named()).materials[0].value, MaterialDesc::default());
     assert_eq!(section("medium", named()).media[0].value, MediumDesc::default());
     assert_eq!(section("group", named()).groups[0].value, GroupDesc::default());
@@ -102,7 +102,7 @@ fn check<T: Clone + Debug>(
         let value = of_type(entry.name).unwrap_or_else(|| panic!("{what} has no default"));
         let mut desc = scene();
         put(&mut desc, value.clone());
-        let mut lent = Lent::default();
+        let mut lent = BorrowedAssets::default();
 
         let table = write(&value, &mut Writer::new(&desc, &mut lent)).unwrap();
         let keys: Vec<&str> = table.entries.iter().map(|e| e.key.as_str()).collect();
@@ -112,7 +112,7 @@ fn check<T: Clone + Debug>(
         assert_eq!(keys, expected, "{what}");
 
         let file = write_scene(&desc, &mut lent).unwrap();
-        let read = read_scene(&file, &mut WithLent { lent: &lent, files: &mut NoFiles });
+        let read = read_scene(&file, &mut WithBorrowed { lent: &lent, files: &mut NoFiles });
         let read = read.unwrap_or_else(|e| panic!("{what}: {e}"));
         desc.same_scene(&read).unwrap_or_else(|e| panic!("{what}: {e}"));
 

@@ -164,8 +164,8 @@ fn whole_section(section: &str, cx: &mut Writer<'_>) -> Result<Option<Value>, Sc
         "film" => Data::Table(desc.film.write(cx)?),
         "integrator" => Data::Table(desc.integrator.write(cx)?),
         "background" => Data::Table(desc.background.write(cx)?),
-        "stage" => match &desc.stage {
-            Some(stage) => Data::Table(stage.write(cx)?),
+        "studio" => match &desc.studio {
+            Some(studio) => Data::Table(studio.write(cx)?),
             None => return Ok(None),
         },
         "camera" => match &desc.camera {

@@ -1,17 +1,18 @@
 //! Edits by paths of keys, as `-D film.samples=64` makes them: the parts of a description that they name are written as tables, changed, and read back.
 
+use super::borrowed_assets::{BorrowedAssets, WithBorrowed};
 use super::draft::{Draft, Names, kept};
-use super::lent::{Lent, WithLent};
 use super::read::{Reader, SECTIONS};
 use super::read_object::read_object;
 use super::read_parts::*;
 use crate::camera::CameraDesc;
-use crate::description::{GroupDesc, ModelDesc, ObjectDesc, SceneAssets, SceneDesc, SceneLight, StageDesc};
+use crate::description::{GroupDesc, ModelDesc, ObjectDesc, SceneAssets, SceneDesc, SceneLight, StudioDesc};
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
 use crate::light::{BackgroundDesc, LightDesc};
 use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
+use crate::schema::old_names;
 use crate::schema::value::{Data, Span, Table, Value};
 use crate::schema::{
     FamilyDoc, GroupId, KeyEdit, MaterialId, MediumId, Named, SceneError, TableReader, TextureId,
@@ -26,7 +27,7 @@ impl SceneDesc {
     ///
     /// Errors: those of reading such a scene, at the part of the path or at the value that is wrong. The description is then as it was.
     pub fn edit(&mut self, edits: &[KeyEdit], assets: &mut dyn SceneAssets) -> Result<(), SceneError> {
-        let mut lent = Lent::default();
+        let mut lent = BorrowedAssets::default();
         self.edit_with(edits, assets, &mut lent).map_err(|mut error| {
             // No place is better than one that is in no file.
             error.span = error.span.filter(|span| span.file != Span::NONE.file);
@@ -38,10 +39,12 @@ impl SceneDesc {
         &mut self,
         edits: &[KeyEdit],
         assets: &mut dyn SceneAssets,
-        lent: &mut Lent,
+        lent: &mut BorrowedAssets,
     ) -> Result<(), SceneError> {
-        let (root, names) = Draft::apply(self, edits, lent)?;
-        let mut assets = WithLent { lent, files: assets };
+        let mut edits = edits.to_vec();
+        edits.iter_mut().for_each(|edit| old_names::update_path(&mut edit.path));
+        let (root, names) = Draft::apply(self, &edits, lent)?;
+        let mut assets = WithBorrowed { lent, files: assets };
         let mut cx = Reader::new(&mut assets);
         let lengths = self.lend_lists(&mut cx, &names);
         let changes = Changes::read(&root, &names, &mut cx);
@@ -101,7 +104,7 @@ struct Changes {
     film: Option<FilmDesc>,
     integrator: Option<IntegratorDesc>,
     background: Option<BackgroundDesc>,
-    stage: Option<StageDesc>,
+    studio: Option<StudioDesc>,
     camera: Option<Named<CameraDesc>>,
     cameras: Option<Vec<Item<Named<CameraDesc>>>>,
     lights: Option<Vec<Item<SceneLight>>>,
@@ -135,7 +138,7 @@ impl Changes {
         changes.cameras = list(top.take("view"), "view", |value| read_camera(value, "a view", cx))?;
         changes.integrator = top.take("integrator").map(|value| read_integrator(value, cx)).transpose()?;
         changes.background = top.take("background").map(|value| read_background(value, cx)).transpose()?;
-        changes.stage = top.take("stage").map(|value| read_stage(value, cx)).transpose()?;
+        changes.studio = top.take("studio").map(|value| read_studio(value, cx)).transpose()?;
         Ok(changes)
     }
 
@@ -223,7 +226,7 @@ impl Changes {
         set(&mut desc.film, self.film);
         set(&mut desc.integrator, self.integrator);
         set(&mut desc.background, self.background);
-        desc.stage = self.stage.or(desc.stage.take());
+        desc.studio = self.studio.or(desc.studio.take());
         desc.camera = self.camera.map(|c| Named { span: c.span.and_then(place), ..c }).or(desc.camera.take());
         for (number, value) in self.textures {
             desc.textures[number].value = value;
@@ -305,7 +308,9 @@ pub fn drop_foreign_keys(section: &str, table: &mut Table, keeps: &dyn Fn(&str) 
         None if section == "object" && kind == "instance" => &[],
         None => return,
     };
-    let has = |fields: &[crate::schema::Field], key: &str| fields.iter().any(|field| field.name == key);
+    let has = |fields: &[crate::schema::Field], key: &str| {
+        fields.iter().any(|field| field.name == key || old_names::of_key(field.name) == Some(key))
+    };
     table.entries.retain(|entry| {
         let key = entry.key.as_str();
         let is_foreign = !has(own, key) && entries.iter().any(|other| has(other.fields, key));

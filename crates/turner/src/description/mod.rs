@@ -1,26 +1,26 @@
 //! What was asked for: plain, editable data. [`SceneDesc`] holds the descriptions of all families; a scene file reads into it and is written from it.
 
+mod borrowed_assets;
 mod builder;
+pub mod default_studio;
 #[cfg(test)]
 mod default_tests;
 mod draft;
 mod edit;
 mod labels;
-mod lent;
 mod model;
 mod read;
 mod read_object;
 mod read_parts;
 mod same;
 mod scene_desc;
-pub mod stage;
 mod write;
 mod write_names;
 
+pub use default_studio::StudioDesc;
 pub use edit::drop_foreign_keys;
 pub use labels::Labels;
 pub use model::{ModelDesc, UpAxis};
 pub use read::{SECTIONS, SceneAssets, read_scene};
 pub use scene_desc::{GroupDesc, ImportSummary, ObjectContent, ObjectDesc, SceneDesc, SceneLight};
-pub use stage::StageDesc;
 pub use write::{SceneAssetWriter, write_scene};

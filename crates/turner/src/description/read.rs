@@ -226,11 +226,11 @@ pub(super) fn sorted_names<T>(ids: &HashMap<String, T>) -> Vec<&str> {
 pub const SECTIONS: &[(&str, &str)] = &[
     ("include", "names of scene files whose sections are read first"),
     ("camera", "where the picture is taken from"),
-    ("view", "other cameras, for `camera` in [stage]: [[view]]"),
+    ("view", "other cameras, for `camera` in [studio]: [[view]]"),
     ("film", "size, sampling and transfer curve of the picture"),
     ("integrator", "how light is computed"),
     ("background", "what a ray sees that hits nothing"),
-    ("stage", "what is added to a scene without camera, light or floor"),
+    ("studio", "what is added to a scene without camera, light or floor"),
     ("texture", "named textures: [texture.NAME]"),
     ("material", "named materials: [material.NAME]"),
     ("medium", "named participating media, as fog and smoke: [medium.NAME]"),
@@ -242,7 +242,7 @@ pub const SECTIONS: &[(&str, &str)] = &[
 /// Reads a whole scene. `root` is the table of the file, includes already merged.
 pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDesc, SceneError> {
     let mut top = TableReader::of(root, "the scene")?;
-    for (section, _) in SECTIONS {
+    for section in SECTIONS.iter().map(|(section, _)| *section).chain(["stage"]) {
         top.take(section);
     }
     top.finish()?;
@@ -316,9 +316,9 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     cameras.append(&mut cx.cameras);
     let integrator = read_integrator(top.take("integrator").unwrap_or(&empty), &mut cx)?;
     let background = read_background(top.take("background").unwrap_or(&empty), &mut cx)?;
-    let stage = match top.take("stage") {
+    let studio = match top.take_renamed("studio", &mut cx) {
         None => None,
-        Some(value) => Some(read_stage(value, &mut cx)?),
+        Some(value) => Some(read_studio(value, &mut cx)?),
     };
     if objects.is_empty() {
         (&mut cx as &mut dyn ReadContext)
@@ -338,7 +338,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
         images: cx.images,
         meshes: cx.meshes,
         cameras,
-        stage,
+        studio,
         imports: cx.imports,
         warnings: cx.warnings,
     })

@@ -3,7 +3,7 @@
 use super::read::{Reader, sorted_names};
 use super::read_parts::{light_group, read_kind};
 use crate::description::{ModelDesc, *};
-use crate::material::{BoundaryMaterial, MaterialDesc};
+use crate::material::{InterfaceMaterial, MaterialDesc};
 use crate::schema::error::unknown_name;
 use crate::schema::value::{Data, Value};
 use crate::schema::{ErrorCode, MaterialId, Named, ReadContext, SceneError, TableReader, Transform};
@@ -29,7 +29,7 @@ pub(super) fn read_object(value: &Value, cx: &mut Reader<'_>) -> Result<ObjectDe
         }
         Some(value) => {
             let interior = Some(cx.medium(value)?);
-            let boundary = MaterialDesc::Boundary(BoundaryMaterial { interior });
+            let boundary = MaterialDesc::Boundary(InterfaceMaterial { interior });
             cx.materials.push(Some(Named { name: None, span: Some(value.span), value: boundary }));
             Some(MaterialId(cx.materials.len() as u32 - 1))
         }

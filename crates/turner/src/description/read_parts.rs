@@ -3,7 +3,7 @@
 use crate::camera::CameraDesc;
 use crate::color::named;
 use crate::description::SceneLight;
-use crate::description::stage::StageDesc;
+use crate::description::default_studio::StudioDesc;
 use crate::film::FilmDesc;
 use crate::integrator::IntegratorDesc;
 use crate::light::{BackgroundDesc, LightDesc};
@@ -11,7 +11,7 @@ use crate::material::MaterialDesc;
 use crate::medium::MediumDesc;
 use crate::schema::error::unknown_name;
 use crate::schema::value::{Data, Span, Value};
-use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, wrong_type};
+use crate::schema::{ErrorCode, Named, ReadContext, SceneError, TableReader, old_names, wrong_type};
 use crate::texture::TextureDesc;
 
 pub(super) fn read_film(value: &Value, cx: &mut dyn ReadContext) -> Result<FilmDesc, SceneError> {
@@ -22,8 +22,8 @@ pub(super) fn read_background(value: &Value, cx: &mut dyn ReadContext) -> Result
     whole_table(value, "[background]", cx, BackgroundDesc::read)
 }
 
-pub(super) fn read_stage(value: &Value, cx: &mut dyn ReadContext) -> Result<StageDesc, SceneError> {
-    whole_table(value, "[stage]", cx, StageDesc::read)
+pub(super) fn read_studio(value: &Value, cx: &mut dyn ReadContext) -> Result<StudioDesc, SceneError> {
+    whole_table(value, "[studio]", cx, StudioDesc::read)
 }
 
 pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result<IntegratorDesc, SceneError> {
@@ -102,6 +102,13 @@ pub(super) fn read_kind<T>(
         }
     };
     let span = table.span_of("type");
+    let name = match old_names::new_type(name) {
+        Some(new) if valid.contains(&new) => {
+            old_names::note(name, new, span, cx);
+            new
+        }
+        _ => name,
+    };
     read(name, table, cx)?.ok_or_else(|| unknown_name(ErrorCode::UnknownName, span, kind, name, &valid))
 }
 

@@ -24,7 +24,7 @@ impl SceneDesc {
         same("film", &x.film, &y.film)?;
         same("integrator", &x.integrator, &y.integrator)?;
         same("background", &x.background, &y.background)?;
-        same("stage", &x.stage, &y.stage)?;
+        same("studio", &x.studio, &y.studio)?;
         same_lists("view", &x.cameras, &y.cameras)?;
         same_lists("light", &x.lights, &y.lights)?;
         same_lists("medium", &x.media, &y.media)?;

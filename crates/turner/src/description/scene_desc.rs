@@ -1,7 +1,7 @@
 //! What was asked for: plain, editable data. [`SceneDesc::prepare`] makes it renderable.
 
 use crate::camera::CameraDesc;
-use crate::description::stage::StageDesc;
+use crate::description::default_studio::StudioDesc;
 use crate::film::FilmDesc;
 use crate::image::Image;
 use crate::integrator::IntegratorDesc;
@@ -99,7 +99,7 @@ pub struct SceneDesc {
     /// Every camera that an imported file names; `camera` is the one the picture is taken with.
     pub cameras: Vec<Named<CameraDesc>>,
     /// What is added to a scene that has no camera, light or floor.
-    pub stage: Option<StageDesc>,
+    pub studio: Option<StudioDesc>,
     /// What was imported.
     pub imports: Vec<ImportSummary>,
     /// What was ignored or doubtful while reading.

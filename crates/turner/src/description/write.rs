@@ -122,8 +122,8 @@ pub fn write_scene(desc: &SceneDesc, assets: &mut dyn SceneAssetWriter) -> Resul
     push_table(&mut top, "film", desc.film.write(&mut cx)?);
     top.push("integrator", Data::Table(desc.integrator.write(&mut cx)?));
     push_table(&mut top, "background", desc.background.write(&mut cx)?);
-    if let Some(stage) = &desc.stage {
-        top.push("stage", Data::Table(stage.write(&mut cx)?));
+    if let Some(studio) = &desc.studio {
+        top.push("studio", Data::Table(studio.write(&mut cx)?));
     }
     let mut lights = Vec::new();
     for light in &desc.lights {

@@ -33,7 +33,7 @@ fn dark(e: &Evidence<'_>) -> Option<Finding> {
     let scene = e.scene;
     let background =
         !scene.background.color.is_black() || scene.background.zenith.is_some_and(|z| !z.is_black());
-    let shapes = scene.shining().len() > scene.lights.len() || e.mets().any(|(_, _, m)| m.shines);
+    let shapes = scene.emitter_list().len() > scene.lights.len() || e.mets().any(|(_, _, m)| m.shines);
     let unsampled = scene.integrator.capabilities().physical && materials_shine(e);
     let physical = scene.integrator.capabilities().physical;
     if shapes || unsampled || !scene.ambient.is_black() || physical && background {
@@ -302,7 +302,7 @@ fn too_dim(e: &Evidence<'_>) -> Option<Finding> {
     let wanted = 0.35;
     let factor = wanted / (brightest * e.picture.factor).max(1e-30);
     let stops = (ln(factor) * std::f64::consts::LOG2_E).ceil();
-    let name = e.shining(most.one);
+    let name = e.emitter_name(most.one);
     if let Some(finding) = e.light_number(most.one).and_then(|i| night(e, i, arrives)) {
         return Some(finding);
     }

@@ -8,7 +8,7 @@ use super::lights::{Blocker, LightFacts};
 use crate::light::{Light, LightDesc};
 use crate::math::DVec3;
 use crate::math::elementary::acos;
-use crate::scene::Shining;
+use crate::scene::ListedEmitter;
 use crate::schema::Remedy;
 
 const BLACK: Question = Question::Black;
@@ -59,8 +59,8 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
 /// Whether its light comes to the picture by way of other surfaces, or it is seen itself.
 fn indirectly(e: &Evidence<'_>, l: &LightFacts) -> bool {
     let source = match l.one {
-        Shining::Light(i) => super::Source::Light(i),
-        Shining::Shape { primitive, .. } => super::Source::Object(primitive),
+        ListedEmitter::Light(i) => super::Source::Light(i),
+        ListedEmitter::Shape { primitive, .. } => super::Source::Object(primitive),
     };
     e.by_source.get(&source).is_some_and(|s| s[0] > 0.05 * e.all[0])
 }
@@ -81,7 +81,7 @@ fn cause(e: &Evidence<'_>, l: &LightFacts) -> Option<Cause> {
     if share(l.clear) > ARRIVES && !next_to_nothing {
         return None;
     }
-    let name = e.shining(l.one);
+    let name = e.emitter_name(l.one);
     let measured = |f: Finding| {
         f.about(name.clone())
             .measure("points-reached", share(l.clear), "share")
@@ -161,8 +161,8 @@ fn below_horizon(e: &Evidence<'_>, l: &LightFacts, name: &str, find: Find<'_>) -
     let up = e.scene.prepared.view.camera_desc.clone().placement_mut()[2].normalize_or(DVec3::Y);
     let height = l.towards.dot(up);
     let is_sun = match l.one {
-        Shining::Light(i) => matches!(e.scene.lights.get(i as usize), Some(Light::Directional(_))),
-        Shining::Shape { .. } => false,
+        ListedEmitter::Light(i) => matches!(e.scene.lights.get(i as usize), Some(Light::Directional(_))),
+        ListedEmitter::Shape { .. } => false,
     };
     if !is_sun || height >= -1e-3 {
         return None;
@@ -260,7 +260,7 @@ fn turned_away(
         return None;
     }
     let what = format!("\"{name}\" shines away from everything that is seen");
-    let one_sided = matches!(l.one, Shining::Shape { .. });
+    let one_sided = matches!(l.one, ListedEmitter::Shape { .. });
     let why = if one_sided {
         "its material has `double_sided = false` and shines on one side alone, that of its normal, which points away"
     } else {
@@ -293,8 +293,8 @@ fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
         share * l.kept_off
     };
     let delta = |l: &&LightFacts| match l.one {
-        Shining::Light(i) => e.scene.lights.get(i as usize).is_some_and(Light::is_delta),
-        Shining::Shape { .. } => false,
+        ListedEmitter::Light(i) => e.scene.lights.get(i as usize).is_some_and(Light::is_delta),
+        ListedEmitter::Shape { .. } => false,
     };
     let most = e.g.lights.iter().filter(delta).max_by(|a, b| lost(a).total_cmp(&lost(b)))?;
     let total: f64 = e.g.lights.iter().filter(delta).map(lost).sum();
@@ -303,7 +303,7 @@ fn behind_glass(e: &Evidence<'_>, all_arrives: f64) -> Option<Finding> {
         return None;
     }
     let b = most.blockers.iter().find(|b| b.lets_through)?;
-    let (name, glass) = (e.shining(most.one), e.labels.object(b.primitive, b.shape));
+    let (name, glass) = (e.emitter_name(most.one), e.labels.object(b.primitive, b.shape));
     let severity = match share {
         s if e.is_black() && s > 0.5 => Severity::Error,
         s if s > 0.3 => Severity::Warning,

@@ -170,7 +170,7 @@ fn backs(e: &Evidence<'_>) -> Option<Finding> {
         return None;
     }
     let mut passed: BTreeMap<u32, (u32, &'static str)> = BTreeMap::new();
-    for sight in e.g.sights.iter().flatten() {
+    for sight in e.g.first_hits.iter().flatten() {
         let mut ray = sight.ray;
         ray.t_max = sight.met.map_or(ray.t_max, |m| m.t);
         for (primitive, shape) in e.scene.backs_on(&ray) {
@@ -183,7 +183,7 @@ fn backs(e: &Evidence<'_>) -> Option<Finding> {
     }
     let (&primitive, &(count, shape)) =
         passed.iter().max_by_key(|(i, (n, _))| (*n, std::cmp::Reverse(**i)))?;
-    let share = f64::from(count) / e.g.sights.iter().flatten().count().max(1) as f64;
+    let share = f64::from(count) / e.g.first_hits.iter().flatten().count().max(1) as f64;
     let name = e.labels.object(primitive, shape);
     let severity =
         if share > 0.2 || e.is_black() || e.met < 0.01 { Severity::Error } else { Severity::Warning };

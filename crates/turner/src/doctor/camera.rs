@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::evidence::Evidence;
 use super::finding::{Finding, Question, Severity, percent, rounded, short};
+use super::first_hits::{directions, first};
 use super::materials;
-use super::sights::{directions, first};
 use crate::camera::CameraDesc;
 use crate::math::elementary::acos;
 use crate::math::{Bounds, DVec3, Ray};
@@ -45,7 +45,7 @@ impl View {
     fn new(e: &Evidence<'_>) -> Option<View> {
         let [position, look_at, _] = e.scene.prepared.view.camera_desc.clone().placement_mut().map(|v| *v);
         let forward = (look_at - position).normalize_or_zero();
-        let rays = || e.g.sights.iter().flatten().map(|s| s.ray);
+        let rays = || e.g.first_hits.iter().flatten().map(|s| s.ray);
         rays().next()?;
         let cos_rim = rays().map(|r| r.direction.dot(forward)).fold(1.0, f64::min);
         let height = f64::from(e.scene.film().height.max(1));
@@ -103,7 +103,7 @@ fn inside(e: &Evidence<'_>, view: &View) -> Option<Finding> {
         around.iter().max_by_key(|(id, (n, ..))| (*n, std::cmp::Reverse(**id)))?;
     let share = f64::from(count) / f64::from(DIRECTIONS);
     // What the camera's own rays meet; a near plane may begin them outside.
-    let rays = e.g.sights.iter().flatten().count().max(1) as f64;
+    let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
     let seen = e.mets().filter(|(_, _, m)| m.primitive == primitive && !m.outside).count() as f64 / rays;
     if share < 0.8 || seen < 0.8 {
         return None;
@@ -159,9 +159,9 @@ fn invisible(e: &Evidence<'_>) -> Option<Finding> {
         .collect();
     let boxes: Vec<(Bounds, usize)> =
         e.scene.all_bounds().filter_map(|(id, b)| Some((b, *of.get(&id)?))).take(4096).collect();
-    let rays = e.g.sights.iter().flatten().count().max(1) as f64;
+    let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
     let mut through: BTreeMap<usize, u32> = BTreeMap::new();
-    for sight in e.g.sights.iter().flatten() {
+    for sight in e.g.first_hits.iter().flatten() {
         if let Some((_, i)) = boxes.iter().find(|(b, _)| enters(b, &sight.ray)) {
             *through.entry(*i).or_default() += 1;
         }
@@ -202,7 +202,7 @@ fn enters(b: &Bounds, ray: &Ray) -> bool {
 fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let (bounds, count) = subject(e)?;
     let bounded = e.mets().filter(|(_, _, m)| !m.endless).count();
-    let rays = e.g.sights.iter().flatten().count().max(1) as f64;
+    let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
     let share = bounded as f64 / rays;
     if bounded > 0 && !(share < 0.01 && e.is_black()) {
         return None;
@@ -285,7 +285,7 @@ fn nothing_seen(e: &Evidence<'_>, view: &View) -> Option<Finding> {
 /// A lens that nothing is in focus of.
 fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     let CameraDesc::ThinLens(lens) = &e.scene.prepared.view.camera_desc else { return None };
-    let focus = lens.focus.unwrap_or((view.target - view.eye).length());
+    let focus = lens.focus_distance.unwrap_or((view.target - view.eye).length());
     // Of points at a depth, the width of their circle in the plane in focus; that plane's height is what the picture shows of it.
     let pixels = |depth: f64| {
         let circle = 2.0 * lens.lens_radius * (depth - focus).abs() / depth.max(1e-300);
@@ -309,8 +309,8 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
     Some(
         Finding::new(Question::Broken, severity, "out-of-focus", 0.5, what)
             .why(format!("the plane in focus is {} units away, with a lens of radius {}; most of what is seen is {} units away or more", short(focus), short(lens.lens_radius), short(nearest)))
-            .remedy("set `focus` of [camera] to that distance, or make `lens_radius` smaller")
-            .set("camera.focus", rounded(nearest))
+            .remedy("set `focus_distance` of [camera] to that distance, or make `lens_radius` smaller")
+            .set("camera.focus_distance", rounded(nearest))
             .set("camera.lens_radius", rounded(lens.lens_radius * 0.02 / share))
             .measure("blur", sharpest, "pixels")
             .measure("focus", focus, "units")
@@ -320,7 +320,7 @@ fn blurred(e: &Evidence<'_>, view: &View) -> Option<Finding> {
 
 /// Something near fills the picture.
 fn near(e: &Evidence<'_>, view: &View) -> Option<Finding> {
-    let rays = e.g.sights.iter().flatten().count();
+    let rays = e.g.first_hits.iter().flatten().count();
     let mut by: BTreeMap<u32, (usize, &'static str, MaterialId, Vec<f64>)> = BTreeMap::new();
     for (_, _, met) in e.mets() {
         let entry = by.entry(met.primitive).or_insert((0, met.shape, met.material, Vec::new()));

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::Options;
+use super::first_hits::{FirstHit, Met, first_hits};
 use super::grid::{Pixel, pixels};
 use super::kind::{PathKind, Source};
 use super::lights::{self, LightFacts};
 use super::media::{self, Without};
 use super::paths::{self, PixelPaths};
 use super::picture::{PictureFacts, quantile};
-use super::sights::{Met, Sight, sights};
 use super::trees::{self, TreeFacts};
 use super::trial::{self, Trial};
 use crate::description::{Labels, SceneDesc};
@@ -17,7 +17,7 @@ use crate::doctor::subject::Subject;
 use crate::film::Antialias;
 use crate::integrator::{IntegratorDesc, Prepared, RayStats};
 use crate::math::DVec3;
-use crate::scene::Shining;
+use crate::scene::ListedEmitter;
 use crate::schema::MaterialId;
 
 /// Samples of a pixel with which changes are tried.
@@ -26,12 +26,12 @@ const TRIED: u32 = 4;
 /// What was measured.
 pub(super) struct Gathered {
     pub(super) pixels: Vec<Pixel>,
-    pub(super) sights: Vec<Option<Sight>>,
+    pub(super) first_hits: Vec<Option<FirstHit>>,
     pub(super) paths: Vec<Option<PixelPaths>>,
     pub(super) trees: Option<TreeFacts>,
     pub(super) lights: Vec<LightFacts>,
     /// Things that shine, those that were not looked at included.
-    pub(super) shining: usize,
+    pub(super) emitters: usize,
     pub(super) colors: Vec<[f64; 3]>,
     /// More scatterings allowed; no clamp; light sampled and found.
     pub(super) deeper: Option<Trial>,
@@ -72,11 +72,11 @@ pub(super) fn gather(scene: &mut Subject, options: &Options<'_>) -> Gathered {
     let rect = crop.unwrap_or(whole);
     let (pixels, _) = pixels(rect, options.pixels);
     let mut g = Gathered {
-        sights: sights(scene, &pixels, options),
+        first_hits: first_hits(scene, &pixels, options),
         paths: Vec::new(),
         trees: None,
         lights: Vec::new(),
-        shining: 0,
+        emitters: 0,
         colors: Vec::new(),
         deeper: None,
         unclamped: None,
@@ -91,7 +91,7 @@ pub(super) fn gather(scene: &mut Subject, options: &Options<'_>) -> Gathered {
     if scene.integrator.capabilities().debug {
         return g;
     }
-    g.shining = scene.shining().len();
+    g.emitters = scene.emitter_list().len();
     if physical {
         let exposure = crate::math::elementary::pow(2.0, film.exposure);
         let samples = affordable(scene, &mut g, options, stop);
@@ -147,7 +147,7 @@ fn affordable(
         let mut kept = (0..).map(|i: usize| i.is_multiple_of(step));
         g.pixels.retain(|_| kept.next() == Some(true));
         let mut kept = (0..).map(|i: usize| i.is_multiple_of(step));
-        g.sights.retain(|_| kept.next() == Some(true));
+        g.first_hits.retain(|_| kept.next() == Some(true));
     }
     (samples.max(FEWEST) as u32).min(options.samples).max(2)
 }
@@ -174,7 +174,7 @@ fn crop_facts(scene: &Subject, crop: [u32; 4], options: &Options<'_>) -> [(f64, 
     [crop, [0, 0, scene.film().width, scene.film().height]].map(|rect| {
         let (pixels, _) = pixels(rect, 64);
         let light = trial::light(scene, &pixels, 1, options);
-        let met = sights(scene, &pixels, options).iter().flatten().filter(|s| s.met.is_some()).count();
+        let met = first_hits(scene, &pixels, options).iter().flatten().filter(|s| s.met.is_some()).count();
         (quantile(light, 0.9), met as f64 / pixels.len().max(1) as f64)
     })
 }
@@ -186,7 +186,7 @@ fn points(g: &Gathered) -> Vec<(DVec3, DVec3)> {
     if !points.is_empty() {
         return points;
     }
-    g.sights.iter().flatten().filter_map(|s| s.met).map(|m| (m.p, m.n)).collect()
+    g.first_hits.iter().flatten().filter_map(|s| s.met).map(|m| (m.p, m.n)).collect()
 }
 
 fn try_changes(scene: &mut Subject, g: &mut Gathered, samples: u32, options: &Options<'_>) {
@@ -264,13 +264,13 @@ pub(super) struct Evidence<'a> {
 impl<'a> Evidence<'a> {
     pub(super) fn new(scene: &'a Subject, desc: &'a SceneDesc, g: Gathered) -> Evidence<'a> {
         let picture = PictureFacts::new(scene.film(), &g.colors);
-        let met_at = |i: usize| g.sights.get(i).copied().flatten().and_then(|s| s.met);
+        let met_at = |i: usize| g.first_hits.get(i).copied().flatten().and_then(|s| s.met);
         let lit = |i: usize| met_at(i).is_some_and(|m: Met| !m.shines);
         let objects = picture.shown.iter().enumerate().filter(|(i, _)| lit(*i)).map(|(_, v)| *v);
         let objects_shown = quantile(objects, 0.95);
         let all_shown = quantile(picture.shown.iter().copied(), 0.98);
-        let rays = g.sights.iter().flatten().count().max(1) as f64;
-        let met = g.sights.iter().flatten().filter(|s| s.met.is_some()).count() as f64 / rays;
+        let rays = g.first_hits.iter().flatten().count().max(1) as f64;
+        let met = g.first_hits.iter().flatten().filter(|s| s.met.is_some()).count() as f64 / rays;
         let mut e = Evidence {
             scene,
             desc,
@@ -331,9 +331,9 @@ impl<'a> Evidence<'a> {
     }
 
     /// First hits.
-    pub(super) fn mets(&self) -> impl Iterator<Item = (usize, &Sight, Met)> + '_ {
-        let sights = self.g.sights.iter().enumerate();
-        sights.filter_map(|(i, s)| s.as_ref().and_then(|s| Some((i, s, s.met?))))
+    pub(super) fn mets(&self) -> impl Iterator<Item = (usize, &FirstHit, Met)> + '_ {
+        let first_hits = self.g.first_hits.iter().enumerate();
+        first_hits.filter_map(|(i, s)| s.as_ref().and_then(|s| Some((i, s, s.met?))))
     }
 
     /// What a source is called.
@@ -348,20 +348,20 @@ impl<'a> Evidence<'a> {
     }
 
     /// What something that shines is called.
-    pub(super) fn shining(&self, one: Shining) -> String {
+    pub(super) fn emitter_name(&self, one: ListedEmitter) -> String {
         match one {
-            Shining::Light(i) => self.labels.light(i),
-            Shining::Shape { primitive, .. } => {
+            ListedEmitter::Light(i) => self.labels.light(i),
+            ListedEmitter::Shape { primitive, .. } => {
                 self.labels.object(primitive, self.scene.primitive_shape(primitive))
             }
         }
     }
 
     /// The number of its light in the description: for the key path `light.N.…`.
-    pub(super) fn light_number(&self, one: Shining) -> Option<u32> {
+    pub(super) fn light_number(&self, one: ListedEmitter) -> Option<u32> {
         match one {
-            Shining::Light(i) => self.scene.light_sources.get(i as usize).copied().flatten(),
-            Shining::Shape { .. } => None,
+            ListedEmitter::Light(i) => self.scene.light_sources.get(i as usize).copied().flatten(),
+            ListedEmitter::Shape { .. } => None,
         }
     }
 

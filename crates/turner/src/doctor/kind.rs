@@ -120,7 +120,7 @@ impl LightPlaces {
         if scene.lights.len() > MOST {
             return LightPlaces(Vec::new());
         }
-        let one = |i| scene.shining_bounds(crate::scene::Shining::Light(i));
+        let one = |i| scene.emitter_bounds(crate::scene::ListedEmitter::Light(i));
         LightPlaces((0..scene.lights.len() as u32).map(one).collect())
     }
 
@@ -279,6 +279,6 @@ pub(super) fn parts(scene: &Scene, places: &LightPlaces, path: &PathRecord, mut 
 }
 
 /// Whether a material bends or mirrors light into caustics.
-pub(super) fn focuses(scene: &Scene, id: MaterialId) -> bool {
+pub(super) fn casts_caustics(scene: &Scene, id: MaterialId) -> bool {
     materials::lets_through(scene, id)
 }

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::sights::directions;
+use super::first_hits::directions;
 use super::{Options, materials, threads};
 use crate::material::ShadowKind;
 use crate::math::{Bounds, DVec3, Ray};
 use crate::sampler::SampleId;
 use crate::scene::emitters::LightSample;
-use crate::scene::{Scene, Shining};
+use crate::scene::{ListedEmitter, Scene};
 
 /// Points of light asked for, in all.
 const MOST_ASKED: usize = 60_000;
@@ -22,7 +22,7 @@ const MOST_POINTS: usize = 192;
 /// One light, asked from many points.
 #[derive(Clone, Debug)]
 pub(super) struct LightFacts {
-    pub(super) one: Shining,
+    pub(super) one: ListedEmitter,
     /// Where it is, if it has a place.
     pub(super) bounds: Option<Bounds>,
     /// How often it was asked, and of these: nothing came that way; it came from behind the surface; something was in the way; it arrived.
@@ -62,9 +62,9 @@ pub(super) struct Blocker {
 
 /// Asks all lights from the points, each with the normal on the side that is seen.
 pub(super) fn ask(scene: &Scene, points: &[(DVec3, DVec3)], options: &Options<'_>) -> Vec<LightFacts> {
-    let all = scene.shining();
+    let all = scene.emitter_list();
     let step = all.len().div_ceil(MOST_LIGHTS).max(1);
-    let chosen: Vec<Shining> = all.iter().copied().step_by(step).collect();
+    let chosen: Vec<ListedEmitter> = all.iter().copied().step_by(step).collect();
     let count = (MOST_ASKED / chosen.len().max(1)).clamp(8, MOST_POINTS * 2);
     let step = (points.len() * 2).div_ceil(count).max(1);
     let points: Vec<(DVec3, DVec3)> = points.iter().copied().step_by(step).collect();
@@ -79,8 +79,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
-fn of_light(scene: &Scene, one: Shining, points: &[(DVec3, DVec3)], size: f64) -> LightFacts {
-    let bounds = scene.shining_bounds(one);
+fn of_light(scene: &Scene, one: ListedEmitter, points: &[(DVec3, DVec3)], size: f64) -> LightFacts {
+    let bounds = scene.emitter_bounds(one);
     let mut f = LightFacts {
         one,
         bounds,
@@ -108,7 +108,7 @@ fn of_light(scene: &Scene, one: Shining, points: &[(DVec3, DVec3)], size: f64) -
             let id = SampleId { x: i, y: k, index: 0, seed: 0x6c69_6768 };
             let (a, b) = (id.unit_square(0), id.unit_square(1));
             f.asked += 1;
-            let Some(lit) = scene.shine_at(one, *p, [a.x, a.y, b.x]).filter(|l| !l.radiance.is_black())
+            let Some(lit) = scene.sample_emitter(one, *p, [a.x, a.y, b.x]).filter(|l| !l.radiance.is_black())
             else {
                 f.none += 1;
                 continue;
@@ -175,11 +175,11 @@ fn look(
 }
 
 /// Of all that is in the way, what is next to the light: of several things this is the one that concerns most points.
-fn next_to_light(scene: &Scene, one: Shining, mut ray: Ray) -> Option<Blocker> {
+fn next_to_light(scene: &Scene, one: ListedEmitter, mut ray: Ray) -> Option<Blocker> {
     const MOST: u32 = 32;
     let own = match one {
-        Shining::Shape { primitive, .. } => Some(primitive),
-        Shining::Light(_) => None,
+        ListedEmitter::Shape { primitive, .. } => Some(primitive),
+        ListedEmitter::Light(_) => None,
     };
     let mut last = None;
     for _ in 0..MOST {
@@ -202,13 +202,13 @@ fn around(scene: &Scene, f: &mut LightFacts, bounds: &Bounds, size: f64) {
     let center = bounds.center();
     let far = bounds.size().length() + 1e-3 * size.max(1e-30);
     let own = match f.one {
-        Shining::Shape { primitive, .. } => Some(primitive),
-        Shining::Light(_) => None,
+        ListedEmitter::Shape { primitive, .. } => Some(primitive),
+        ListedEmitter::Light(_) => None,
     };
     let (mut lit, mut met): (u32, BTreeMap<u32, (u32, &'static str)>) = (0, BTreeMap::new());
     let (mut axis, mut walls) = (DVec3::ZERO, Vec::new());
     for d in directions(DIRECTIONS) {
-        let shines = scene.shine_at(f.one, center + d * far, [0.5, 0.5, 0.5]);
+        let shines = scene.sample_emitter(f.one, center + d * far, [0.5, 0.5, 0.5]);
         if shines.is_some_and(|l| !l.radiance.is_black()) {
             lit += 1;
             axis += d;

@@ -9,7 +9,7 @@ use crate::schema::{ColorSource, MaterialId};
 /// Whether a material shines on this side, or shows its colour whatever the light.
 pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
     match scene.materials.get(id.index()) {
-        Some(Material::Physical(m)) => m.desc.unlit || m.is_emissive() && (outside || m.shines_backwards()),
+        Some(Material::OpenPbr(m)) => m.desc.unlit || m.is_emissive() && (outside || m.shines_backwards()),
         Some(Material::Principled(m, _)) => m.unlit,
         Some(m) => m.is_emissive(scene),
         None => false,
@@ -19,7 +19,7 @@ pub(super) fn shines_at(scene: &Scene, id: MaterialId, outside: bool) -> bool {
 /// Whether light goes through what is made of it, at least in part, bent or as through a pane.
 pub(super) fn lets_through(scene: &Scene, id: MaterialId) -> bool {
     match scene.materials.get(id.index()) {
-        Some(Material::Physical(m)) => m.desc.is_transmissive(),
+        Some(Material::OpenPbr(m)) => m.desc.is_transmissive(),
         Some(Material::Principled(m, _)) => m.is_transmissive(),
         Some(Material::Classic(m)) => m.k_refract > 0.0,
         Some(Material::Mix(_)) | None => false,
@@ -57,7 +57,7 @@ pub(super) fn invisible(material: &MaterialDesc) -> Option<f64> {
 /// The way after which the inside of a transparent material has the colour that it states; `None` if it does not absorb.
 pub(super) fn absorbing_depth(material: &Material) -> Option<f64> {
     match material {
-        Material::Physical(m) => Some(m.desc.transmission_depth).filter(|d| *d > 0.0),
+        Material::OpenPbr(m) => Some(m.desc.transmission_depth).filter(|d| *d > 0.0),
         _ => None,
     }
 }

@@ -22,7 +22,7 @@ const MOST: usize = 8;
 
 /// What swallows light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Swallows {
+pub(super) enum Absorber {
     /// A medium by its number.
     Medium(u32),
     /// The inside of a transparent material.
@@ -32,7 +32,7 @@ pub(super) enum Swallows {
 /// What the picture is without it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Without {
-    pub(super) what: Swallows,
+    pub(super) what: Absorber,
     pub(super) trial: Trial,
 }
 
@@ -46,8 +46,8 @@ pub(super) fn try_without(
     let media = scene.volumes.as_ref().map_or(0, |v| v.count()).min(MOST) as u32;
     let absorbing: Vec<MaterialId> =
         (0..scene.materials.len() as u32).map(MaterialId).filter(|m| absorbs(scene, *m)).take(MOST).collect();
-    let media = (0..media).map(Swallows::Medium);
-    let all: Vec<Swallows> = media.chain(absorbing.into_iter().map(Swallows::Inside)).collect();
+    let media = (0..media).map(Absorber::Medium);
+    let all: Vec<Absorber> = media.chain(absorbing.into_iter().map(Absorber::Inside)).collect();
     if all.is_empty() {
         return Vec::new();
     }
@@ -55,13 +55,13 @@ pub(super) fn try_without(
     let mut out = Vec::new();
     for what in all {
         let after = match what {
-            Swallows::Medium(id) => {
+            Absorber::Medium(id) => {
                 let Some(own) = exchange(scene, id, Medium::void()) else { continue };
                 let after = trial::light(scene, pixels, samples, options);
                 exchange(scene, id, own);
                 after
             }
-            Swallows::Inside(id) => {
+            Absorber::Inside(id) => {
                 let Some(color) = inside(scene, id) else { continue };
                 let own = std::mem::replace(color, WHITE);
                 let after = trial::light(scene, pixels, samples, options);
@@ -83,7 +83,7 @@ fn exchange(scene: &mut Subject, id: u32, medium: Medium) -> Option<Medium> {
 /// Whether the inside of a transparent material absorbs.
 fn absorbs(scene: &Scene, id: MaterialId) -> bool {
     match scene.materials.get(id.index()) {
-        Some(Material::Physical(m)) => {
+        Some(Material::OpenPbr(m)) => {
             let d = &m.desc;
             d.transmission_weight != BLACK && d.transmission_depth > 0.0 && d.transmission_color != WHITE
         }
@@ -94,7 +94,7 @@ fn absorbs(scene: &Scene, id: MaterialId) -> bool {
 /// The colour that light has after the way that a transparent material states; `None` if its inside does not absorb.
 fn inside(scene: &mut Subject, id: MaterialId) -> Option<&mut ColorSource> {
     match Arc::make_mut(&mut scene.scene_mut().materials).get_mut(id.index())? {
-        Material::Physical(m) if m.desc.transmission_weight != BLACK && m.desc.transmission_depth > 0.0 => {
+        Material::OpenPbr(m) if m.desc.transmission_weight != BLACK && m.desc.transmission_depth > 0.0 => {
             Some(&mut m.desc.transmission_color).filter(|c| **c != WHITE)
         }
         _ => None,
@@ -122,7 +122,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
         )
     };
     match found.what {
-        Swallows::Medium(id) => {
+        Absorber::Medium(id) => {
             let Some(medium) = e.desc.media.get(id as usize) else { return };
             let name = medium.name.clone().unwrap_or_else(|| format!("medium #{id}"));
             let extinction = e.scene.volumes.as_ref().map_or(0.0, |v| v.extinction(id));
@@ -144,7 +144,7 @@ pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
                 if medium.name.is_some() { finding } else { Finding { remedies: Vec::new(), ..finding } };
             out.push(measured(finding.about(name)).measure("mean-way-of-light", way, "units"));
         }
-        Swallows::Inside(id) => {
+        Absorber::Inside(id) => {
             let name = e.labels.material(id);
             let depth = e.scene.materials.get(id.index()).and_then(materials::absorbing_depth).unwrap_or(0.0);
             let what = format!("the inside of \"{name}\" swallows {lost} of the light");

@@ -7,7 +7,7 @@ use super::lights::LightFacts;
 use super::picture::quantile;
 use crate::film::Antialias;
 use crate::light::Light;
-use crate::scene::Shining;
+use crate::scene::ListedEmitter;
 use crate::schema::Remedy;
 
 /// Relative mean squared error above which noise is seen at once.
@@ -79,7 +79,7 @@ fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
         share * l.kept_off
     };
     let small = |l: &LightFacts| {
-        let Shining::Shape { .. } = l.one else { return None };
+        let ListedEmitter::Shape { .. } = l.one else { return None };
         let radius = 0.5 * l.bounds?.size().length();
         let share = 0.5 * (radius / l.distance) * (radius / l.distance);
         (share < SMALL).then_some(share)
@@ -92,7 +92,7 @@ fn rare_caustics(e: &Evidence<'_>) -> Option<Finding> {
     if share.is_nan() || share < 0.02 {
         return None;
     }
-    let (name, glass) = (e.shining(light.one), e.labels.object(blocker.primitive, blocker.shape));
+    let (name, glass) = (e.emitter_name(light.one), e.labels.object(blocker.primitive, blocker.shape));
     // What is noisy by way of other surfaces then comes from there, too.
     let weight = if share > 0.5 { 0.93 } else { 0.72 };
     let what = format!(
@@ -165,7 +165,7 @@ fn advice(
     source: Option<Source>,
     chance: f64,
 ) -> (&'static str, &'static str, &'static str) {
-    let many = e.g.shining > 64;
+    let many = e.g.emitters > 64;
     let environment = |s| matches!(s, Some(Source::Light(i)) if matches!(e.scene.lights.get(i as usize), Some(Light::Environment(_))));
     match kind {
         PathKind::Caustic => (

@@ -195,7 +195,9 @@ fn note(out: &mut PixelPaths, scene: &Scene, places: &LightPlaces, path: &PathRe
         let lost = f64::from(light.unshadowed.luminance());
         if visible.is_black() && lost.is_finite() {
             out.shadowed += lost;
-            if let Some(caster) = light.casters.first().filter(|c| super::kind::focuses(scene, c.material)) {
+            if let Some(caster) =
+                light.casters.first().filter(|c| super::kind::casts_caustics(scene, c.material))
+            {
                 let source = places.source_of(scene, v, light);
                 *out.behind_glass.entry((source, caster.material)).or_default() += lost;
             }

@@ -122,7 +122,7 @@ fn trees(e: &Evidence<'_>) -> Vec<Finding> {
 fn costly_object(e: &Evidence<'_>) -> Option<Finding> {
     let mut by: BTreeMap<u32, (u64, u64, &'static str)> = BTreeMap::new();
     let (mut all, mut rays) = (0, 0);
-    for sight in e.g.sights.iter().flatten() {
+    for sight in e.g.first_hits.iter().flatten() {
         all += sight.steps;
         rays += 1;
         if let Some(met) = sight.met {

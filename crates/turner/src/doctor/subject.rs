@@ -32,9 +32,9 @@ impl Subject {
 
     /// Renders with other integrator settings from now on, without caustic photons or path reuse, so that paths are independent of each other.
     pub(super) fn set_integrator(&mut self, mut integrator: IntegratorDesc) {
-        use crate::integrator::{Caustics, PathReuse};
+        use crate::integrator::{Caustics, SharedPathsMode};
         if let IntegratorDesc::Path(path) = &mut integrator {
-            (path.reuse, path.caustics) = (PathReuse::Off, Caustics::Off);
+            (path.shared_paths, path.caustics) = (SharedPathsMode::Off, Caustics::Off);
         }
         if let Ok(prepared) = self.prepared.with_integrator(integrator.integrator()) {
             (self.prepared, self.integrator) = (prepared, integrator);

@@ -3,7 +3,7 @@
 use super::evidence::Evidence;
 use super::kind::PathKind;
 use super::picture::quantile;
-use crate::scene::Shining;
+use crate::scene::ListedEmitter;
 
 /// Of one sort of path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +65,7 @@ pub struct Summary {
     /// Lights, those first that bring most; at most 16.
     pub lights: Vec<LightShare>,
     /// Things that shine, in all.
-    pub shining: usize,
+    pub emitters: usize,
 }
 
 pub(super) fn of(e: &Evidence<'_>) -> Summary {
@@ -83,13 +83,13 @@ pub(super) fn of(e: &Evidence<'_>) -> Summary {
             .iter()
             .map(|l| {
                 let source = match l.one {
-                    Shining::Light(i) => super::Source::Light(i),
-                    Shining::Shape { primitive, .. } => super::Source::Object(primitive),
+                    ListedEmitter::Light(i) => super::Source::Light(i),
+                    ListedEmitter::Shape { primitive, .. } => super::Source::Object(primitive),
                 };
                 let sums = e.by_source.get(&source);
                 let followed = !e.g.paths.is_empty();
                 LightShare {
-                    name: e.shining(l.one),
+                    name: e.emitter_name(l.one),
                     arrives: l.arrives,
                     kept_off: l.kept_off,
                     reaches: f64::from(l.clear) / f64::from(l.asked.max(1)),
@@ -110,7 +110,7 @@ pub(super) fn of(e: &Evidence<'_>) -> Summary {
     let per = |of_paths: f64, of_trees: u64| {
         if followed { of_paths / paths } else { of_trees as f64 / trees.samples.max(1) as f64 }
     };
-    let rays = e.g.sights.iter().flatten().count().max(1) as f64;
+    let rays = e.g.first_hits.iter().flatten().count().max(1) as f64;
     Summary {
         pixels: e.g.pixels.len() as u32,
         samples: e.g.paths.iter().flatten().map(|p| p.samples).max().unwrap_or(1),
@@ -123,9 +123,9 @@ pub(super) fn of(e: &Evidence<'_>) -> Summary {
         samples_wanted: followed.then(|| (e.variance / 0.01).ceil().max(1.0) as u64),
         surfaces_per_sample: per(e.sum(|p| p.vertices as f64), trees.rays),
         shadow_rays_per_sample: per(e.sum(|p| p.shadow_rays as f64), trees.shadow_rays),
-        steps_per_ray: e.g.sights.iter().flatten().map(|s| s.steps as f64).sum::<f64>() / rays,
+        steps_per_ray: e.g.first_hits.iter().flatten().map(|s| s.steps as f64).sum::<f64>() / rays,
         kinds,
         lights,
-        shining: e.g.shining,
+        emitters: e.g.emitters,
     }
 }

@@ -7,7 +7,7 @@ use super::kind::Source;
 use super::picture::{quantile, show};
 use crate::color::{Tonemap, Transfer};
 use crate::math::elementary::ln;
-use crate::scene::Shining;
+use crate::scene::ListedEmitter;
 
 pub(super) fn ask(e: &Evidence<'_>, out: &mut Vec<Finding>) {
     let p = &e.picture;
@@ -116,13 +116,13 @@ fn too_strong(e: &Evidence<'_>, severity: Severity, stops: f64) -> Finding {
     let (name, share, light) = match (by_paths, strongest) {
         (Some((source, sums)), _) => {
             let light = match source {
-                Source::Light(i) => e.light_number(Shining::Light(*i)),
+                Source::Light(i) => e.light_number(ListedEmitter::Light(*i)),
                 _ => None,
             };
             (e.source(*source), sums[0] / e.all[0].max(f64::MIN_POSITIVE), light)
         }
         (None, Some(l)) => {
-            (e.shining(l.one), l.arrives / arrives.max(f64::MIN_POSITIVE), e.light_number(l.one))
+            (e.emitter_name(l.one), l.arrives / arrives.max(f64::MIN_POSITIVE), e.light_number(l.one))
         }
         (None, None) => {
             let what = "the picture is white, though no light can be made out".to_owned();

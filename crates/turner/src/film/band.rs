@@ -10,7 +10,7 @@ pub(crate) struct Band {
     rows: PixelRect,
     pub(super) pixels: Pixels,
     /// Sums of further channels, `channels` a pixel.
-    more: Vec<[u32; 3]>,
+    extra: Vec<[u32; 3]>,
     channels: usize,
     /// For each tile, from the left: its samples.
     pub(super) held: Vec<SampleSet>,
@@ -44,7 +44,7 @@ impl Band {
         Band {
             rows,
             pixels,
-            more: vec![[0; 3]; count * channels],
+            extra: vec![[0; 3]; count * channels],
             channels,
             held,
             non_finite: NonFinite::default(),
@@ -136,9 +136,9 @@ impl Band {
             }
         }
         if channels > 0 {
-            let more = sums.more[skipped * channels..].chunks_exact(width * channels);
-            for (start, sums) in starts.zip(more) {
-                let own = &mut self.more[start * channels..(start + width) * channels];
+            let extra = sums.extra[skipped * channels..].chunks_exact(width * channels);
+            for (start, sums) in starts.zip(extra) {
+                let own = &mut self.extra[start * channels..(start + width) * channels];
                 for (words, sum) in own.iter_mut().zip(sums) {
                     *words = Fixed96::from_words(*words).plus(*sum).to_words();
                 }
@@ -172,8 +172,8 @@ impl Band {
         }
         let channels = self.channels;
         for i in indices.flat_map(|i| i * channels..(i + 1) * channels) {
-            self.more[i] =
-                Fixed96::from_words(self.more[i]).plus(Fixed96::from_words(other.more[i])).to_words();
+            self.extra[i] =
+                Fixed96::from_words(self.extra[i]).plus(Fixed96::from_words(other.extra[i])).to_words();
         }
     }
 
@@ -189,13 +189,13 @@ impl Band {
     }
 
     /// The sums of further channels of the pixel at an index.
-    pub(super) fn more(&self, i: usize) -> &[[u32; 3]] {
-        &self.more[i * self.channels..(i + 1) * self.channels]
+    pub(super) fn extra(&self, i: usize) -> &[[u32; 3]] {
+        &self.extra[i * self.channels..(i + 1) * self.channels]
     }
 
     /// The same, to be changed.
     pub(super) fn more_mut(&mut self, i: usize) -> &mut [[u32; 3]] {
-        &mut self.more[i * self.channels..(i + 1) * self.channels]
+        &mut self.extra[i * self.channels..(i + 1) * self.channels]
     }
 
     /// The sums of the pixel at an index, row by row.

@@ -129,18 +129,18 @@ impl Writer {
         for (column, held) in band.held.iter().enumerate() {
             self.set(held);
             let indices = band.indices(&band.tile(column));
-            let more = |i: usize| band.more(i).iter().any(|sum| *sum != [0; 3]);
+            let extra = |i: usize| band.extra(i).iter().any(|sum| *sum != [0; 3]);
             match &band.pixels {
                 Pixels::Samples(pixels) if indices.clone().any(|i| pixels[i] != [0; 4]) => {
                     self.bytes.push(1);
                     indices.for_each(|i| self.words(&pixels[i]));
                 }
                 Pixels::Sums(pixels)
-                    if indices.clone().any(|i| pixels[i] != [0; PixelSum::WORDS] || more(i)) =>
+                    if indices.clone().any(|i| pixels[i] != [0; PixelSum::WORDS] || extra(i)) =>
                 {
                     self.bytes.push(2);
                     indices.clone().for_each(|i| self.words(&pixels[i]));
-                    indices.for_each(|i| band.more(i).iter().for_each(|sum| self.words(sum)));
+                    indices.for_each(|i| band.extra(i).iter().for_each(|sum| self.words(sum)));
                 }
                 _ => self.bytes.push(0),
             }

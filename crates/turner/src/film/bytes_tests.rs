@@ -39,7 +39,7 @@ fn full() -> Film {
     for i in 0..3 {
         let v = i as f32;
         let color = Spectrum::new(v, 0.5, -v);
-        assert!(sums.add_weighted(i, &SampleValues { color, alpha: 1.0, more: &[7.0, v] }, 1.0));
+        assert!(sums.add_weighted(i, &SampleValues { color, alpha: 1.0, extra: &[7.0, v] }, 1.0));
     }
     let non_finite = NonFinite { count: 1, first: Some((2, 19, 4)) };
     let shared = film.share();

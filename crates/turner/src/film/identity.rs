@@ -37,7 +37,7 @@ impl Identity {
             texture_filter,
             shutter,
             pixel_sample,
-            max_sample,
+            clamp_sample,
             // In fields of their own.
             width: _,
             height: _,
@@ -52,7 +52,7 @@ impl Identity {
         } = desc;
         let sampling = format!(
             "{antialias:?} {threshold} {max_subdivisions} {filter:?} {filter_radius:?} {texture_filter:?} {shutter:?} \
-             {pixel_sample:?} {max_sample}"
+             {pixel_sample:?} {clamp_sample}"
         );
         Identity {
             size: [desc.width, desc.height],

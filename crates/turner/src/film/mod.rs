@@ -118,7 +118,7 @@ params! {
         filter_radius: Option<f64> = None, in Range { min: 0.0, open_min: true, max: 16.0, open_max: false };
         /// Whether textures are averaged over the part of the surface that a sample stands for, so that distant patterns do not shimmer: "auto" does it with the integrators "path" and "direct".
         texture_filter: TextureFilter = TextureFilter::Auto;
-        /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. Physical
+        /// When the shutter opens and closes, as shares of the time in which objects with a `motion` go from their `transform` to it: what moves in between is blurred. OpenPbr
         /// integrators show it; the others show the moment at which it opens.
         shutter: [f64; 2] = [0.0, 1.0], in Range::UNIT;
         /// Where in the pixel the one ray of "none" and "mean" goes.
@@ -133,7 +133,7 @@ params! {
         auto_exposure: bool = false;
         /// Most that one sample may show in any colour channel; brighter ones are scaled down to it, and 0 is no limit. It takes away fireflies and light: pictures get darker.
         /// What light paths bring (`caustics`) is not cut.
-        max_sample: f64 = 0.0, in Range::NON_NEGATIVE;
+        clamp_sample: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Seed of the random numbers.
         seed: u32 = 0;
     }
@@ -165,10 +165,10 @@ impl FilmDesc {
         Filter::new(self.filter, self.filter_radius)
     }
 
-    /// The share of a sample's light that `max_sample` leaves to it.
+    /// The share of a sample's light that `clamp_sample` leaves to it.
     #[inline]
     pub(crate) fn kept(&self, color: Spectrum) -> f32 {
-        let (most, max) = (self.max_sample as f32, color.max_component());
+        let (most, max) = (self.clamp_sample as f32, color.max_component());
         if most > 0.0 && max > most { most / max } else { 1.0 }
     }
 

@@ -171,7 +171,7 @@ impl Film {
         let inside = (left..left + width).contains(&x) && (top..top + height).contains(&y);
         let (band, i) = self.place(x, y).filter(|_| inside)?;
         let weight = band.sum(i).weight();
-        (weight != 0.0).then(|| Fixed96::from_words(band.more(i)[channel]).mean(weight) as f32)
+        (weight != 0.0).then(|| Fixed96::from_words(band.extra(i)[channel]).mean(weight) as f32)
     }
 
     /// The tiles whose samples it knows.

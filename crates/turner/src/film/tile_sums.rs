@@ -13,12 +13,12 @@ pub struct SampleValues<'a> {
     /// Coverage, 0..=1.
     pub alpha: f32,
     /// One number for each further channel of the film.
-    pub more: &'a [f32],
+    pub extra: &'a [f32],
 }
 
 impl SampleValues<'_> {
     fn is_finite(&self) -> bool {
-        self.color.is_finite() && self.alpha.is_finite() && self.more.iter().all(|v| v.is_finite())
+        self.color.is_finite() && self.alpha.is_finite() && self.extra.iter().all(|v| v.is_finite())
     }
 }
 
@@ -28,7 +28,7 @@ pub struct TileSums {
     rect: PixelRect,
     pub(crate) pixels: Vec<PixelSum>,
     /// Of further channels: `channels` sums a pixel.
-    pub(super) more: Vec<Fixed96>,
+    pub(super) extra: Vec<Fixed96>,
     channels: usize,
 }
 
@@ -37,7 +37,7 @@ impl Default for TileSums {
         TileSums {
             rect: PixelRect { x: 0, y: 0, width: 0, height: 0 },
             pixels: Vec::new(),
-            more: Vec::new(),
+            extra: Vec::new(),
             channels: 0,
         }
     }
@@ -55,8 +55,8 @@ impl TileSums {
         (self.rect, self.channels) = (rect, channels);
         self.pixels.clear();
         self.pixels.resize(count, PixelSum::default());
-        self.more.clear();
-        self.more.resize(count * channels, Fixed96::default());
+        self.extra.clear();
+        self.extra.resize(count * channels, Fixed96::default());
     }
 
     /// The pixels.
@@ -72,8 +72,8 @@ impl TileSums {
             return false;
         }
         self.pixels[pixel].add_weighted(sample.color, sample.alpha, weight);
-        let sums = &mut self.more[pixel * self.channels..(pixel + 1) * self.channels];
-        for (sum, v) in sums.iter_mut().zip(sample.more) {
+        let sums = &mut self.extra[pixel * self.channels..(pixel + 1) * self.channels];
+        for (sum, v) in sums.iter_mut().zip(sample.extra) {
             *sum = sum.plus(Fixed96::from_f64(f64::from(*v) * f64::from(weight)));
         }
         true
@@ -146,7 +146,7 @@ mod tests {
             sums.reset(rect.grown(TileSums::border(&filter), &film.region), 1);
             for (place, [r, g, b, alpha, z]) in samples_of(&rect) {
                 let color = Spectrum::new(r, g, b);
-                assert!(sums.splat(&filter, place, &SampleValues { color, alpha, more: &[z] }));
+                assert!(sums.splat(&filter, place, &SampleValues { color, alpha, extra: &[z] }));
             }
             let mut samples = SampleSet::default();
             samples.insert(0..1);
@@ -188,12 +188,12 @@ mod tests {
         let filter = Filter::new(FilterKind::Tent, None);
         let mut sums = TileSums::default();
         sums.reset(PixelRect { x: 0, y: 0, width: 4, height: 4 }, 1);
-        let sample = SampleValues { color: Spectrum::WHITE, alpha: 1.0, more: &[f32::INFINITY] };
+        let sample = SampleValues { color: Spectrum::WHITE, alpha: 1.0, extra: &[f32::INFINITY] };
         assert!(!sums.splat(&filter, DVec2::new(1.7, 1.7), &sample));
         let unknown = |i: usize| sums.pixels[i].mean().is_some_and(|m| m[0].is_nan());
         assert_eq!((0..16).filter(|i| unknown(*i)).collect::<Vec<_>>(), [5, 6, 9, 10]);
-        assert!(sums.more.iter().all(|v| *v == Fixed96::default()));
+        assert!(sums.extra.iter().all(|v| *v == Fixed96::default()));
         // Beside the tile nothing is reached.
-        assert!(sums.splat(&filter, DVec2::new(-3.0, 900.0), &SampleValues { more: &[0.0], ..sample }));
+        assert!(sums.splat(&filter, DVec2::new(-3.0, 900.0), &SampleValues { extra: &[0.0], ..sample }));
     }
 }

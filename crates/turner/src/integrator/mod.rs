@@ -2,17 +2,19 @@
 //! names in a scene.
 
 pub mod classic;
+mod debug_views;
 mod footprint;
-mod looking;
 pub mod path;
 
 pub use crate::view::CameraSamples;
 pub use classic::{AtDepth, ClassicDesc, Combine, Facing, Highlight, Miss};
-pub use looking::{
+pub use debug_views::{
     AlbedoDesc, AmbientOcclusionDesc, CostDesc, DepthDesc, DepthMeasure, IdsDesc, NormalKind, NormalsDesc,
     PositionDesc, UvDesc, WireframeDesc,
 };
-pub use path::{Caustics, DirectDesc, LightSampling, PathDesc, PathIntegrator, PathReuse, Photon, PhotonMap};
+pub use path::{
+    Caustics, DirectDesc, LightSampling, PathDesc, PathIntegrator, Photon, PhotonMap, SharedPathsMode,
+};
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -56,7 +58,7 @@ pub struct Radiance {
 pub struct RayStats {
     /// From the camera.
     pub camera: u64,
-    /// Towards lights.
+    /// BsdfFromWo lights.
     pub shadow: u64,
     /// Mirrored.
     pub reflected: u64,

@@ -36,7 +36,7 @@ angle = 2
 /// A directional light, prepared.
 #[derive(Clone, Copy, Debug)]
 pub struct Directional {
-    /// Towards the light, unit.
+    /// BsdfFromWo the light, unit.
     pub to_light: DVec3,
     /// The same with the length it was given: the classic documents measure shadow rays in it.
     given: DVec3,

@@ -10,9 +10,9 @@ use crate::math::{DVec3, Ray};
 use crate::scene::LightChoice;
 use crate::schema::{MaterialId, MeshData, PrepareOptions};
 use crate::shape::{DiskDesc, PlaneDesc, ShapeDesc};
-use crate::testing::scenes::{cuboid, grey, matte, path, plane, rectangle, rgb, shining, sphere, v};
+use crate::testing::scenes::{cuboid, emissive, grey, matte, path, plane, rectangle, rgb, sphere, v};
 use crate::testing::{CompareOptions, Random, Runs, compare, render_runs};
-use crate::texture::{ChessboardDesc, TextureDesc};
+use crate::texture::{CheckerboardDesc, TextureDesc};
 
 fn by(light_sampling: LightSampling) -> PathDesc {
     PathDesc { max_depth: 2, light_sampling, ..PathDesc::default() }
@@ -50,15 +50,15 @@ fn bare(desc: PathDesc) -> SceneDesc {
 
 /// A lamp, one that shines in front alone, and a board that shines in places.
 fn lamps(desc: &mut SceneDesc) -> [MaterialId; 3] {
-    let front = PrincipledMaterial { double_sided: false, ..shining(4.0, grey(1.0)) };
-    let board = ChessboardDesc {
+    let front = PrincipledMaterial { double_sided: false, ..emissive(4.0, grey(1.0)) };
+    let board = CheckerboardDesc {
         even: rgb([1.0, 0.2, 0.1]),
         odd: grey(0.05),
         density: 9.0,
-        ..ChessboardDesc::default()
+        ..CheckerboardDesc::default()
     };
-    let board = desc.texture(TextureDesc::Chessboard(board));
-    [shining(3.0, rgb([1.0, 0.8, 0.5])), front, shining(3.0, board)]
+    let board = desc.texture(TextureDesc::Checkerboard(board));
+    [emissive(3.0, rgb([1.0, 0.8, 0.5])), front, emissive(3.0, board)]
         .map(|m| desc.material(MaterialDesc::Principled(m)))
 }
 
@@ -187,7 +187,7 @@ fn glossy_surfaces_choose_lights_by_their_lobe() {
         .seen_at(v(0.0, 3.0, 4.0), v(0.0, 0.0, -1.0), 40.0)
         .with(rectangle(DVec3::ZERO, v(8.0, 0.0, 0.0), v(0.0, 0.0, -8.0)), metal.principled());
     for x in [-2.5, -0.8, 0.9, 2.6] {
-        desc = desc.with(sphere(v(x, 3.0, -6.0), 0.15), shining(30.0, grey(1.0)));
+        desc = desc.with(sphere(v(x, 3.0, -6.0), 0.15), emissive(30.0, grey(1.0)));
     }
     let (tree, table) = (runs(&desc, LightChoice::Auto, 64), runs(&desc, LightChoice::Table, 64));
     agree(&tree, &table, 0.02);
@@ -200,7 +200,7 @@ fn glossy_surfaces_choose_lights_by_their_lobe() {
 #[test]
 fn hits_know_the_density_of_samples() {
     let desc =
-        usual(300, 0).with(cuboid(v(-3.0, 2.0, 1.0), v(-2.6, 2.2, 1.5)), shining(3.0, rgb([1.0, 0.8, 0.5])));
+        usual(300, 0).with(cuboid(v(-3.0, 2.0, 1.0), v(-2.6, 2.2, 1.5)), emissive(3.0, rgb([1.0, 0.8, 0.5])));
     let scene = prepare(&desc, LightChoice::Auto).scene;
     let mut random = Random::new(3);
     let mut seen = 0;

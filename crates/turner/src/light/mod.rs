@@ -141,7 +141,7 @@ impl ParamType for Attenuation {
 /// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Illumination {
-    /// Towards the light, not normalised: its length is the distance for lights that have a place.
+    /// BsdfFromWo the light, not normalised: its length is the distance for lights that have a place.
     pub to_light: DVec3,
     /// Whether the light has a place: then only what is nearer than it casts a shadow.
     pub finite: bool,
@@ -244,7 +244,7 @@ pub enum Uniform {
     },
     /// From one direction.
     Directional {
-        /// Towards the light.
+        /// BsdfFromWo the light.
         to_light: DVec3,
         /// Colour times intensity.
         intensity: Spectrum,

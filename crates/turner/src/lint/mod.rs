@@ -84,8 +84,8 @@ fn of_scene(scene: &Scene, desc: &SceneDesc, capabilities: Capabilities) -> Vec<
         return out;
     }
     let off = desc.lights.iter().filter(|l| is_off(&l.value)).count();
-    let shining = scene.lights.len() + usize::from(!scene.ambient.is_black()) > dark + off;
-    if shining || surfaces_shine(scene) {
+    let emissive = scene.lights.len() + usize::from(!scene.ambient.is_black()) > dark + off;
+    if emissive || surfaces_shine(scene) {
         return out;
     }
     let around = !scene.background.color.is_black()
@@ -113,7 +113,7 @@ fn shines(material: &Material, scene: &Scene) -> bool {
     match material {
         Material::Classic(_) => false,
         Material::Principled(m, _) => m.unlit || m.sound_emission().0 > 0.0,
-        Material::Physical(m) => m.desc.unlit || m.is_emissive(),
+        Material::OpenPbr(m) => m.desc.unlit || m.is_emissive(),
         Material::Mix(m) => m.shares().any(|(id, share)| {
             share > 0.0 && scene.materials.get(id.index()).is_some_and(|m| shines(m, scene))
         }),

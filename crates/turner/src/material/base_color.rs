@@ -17,7 +17,7 @@ impl Material {
         match self {
             Material::Classic(m) => at(m.color),
             Material::Principled(m, _) => at(m.base_color) * at(m.base_weight),
-            Material::Physical(m) => at(m.desc.base_color) * at(m.desc.base_weight),
+            Material::OpenPbr(m) => at(m.desc.base_color) * at(m.desc.base_weight),
             Material::Mix(m) => {
                 let mut sum = Spectrum::BLACK;
                 m.each(scene, &scene.texture_point(surface), outside, &mut |part| {

@@ -1,4 +1,4 @@
-//! Physical materials for the classic integrator, which knows a local colour, one mirrored and one refracted ray.
+//! OpenPbr materials for the classic integrator, which knows a local colour, one mirrored and one refracted ray.
 //!
 //! | physical | classic |
 //! |---|---|

@@ -10,7 +10,7 @@ impl Material {
     /// Whether it shines and lights other things.
     pub fn is_emissive(&self, scene: &impl MaterialEvalContext) -> bool {
         match self {
-            Material::Physical(m) => m.is_emissive(),
+            Material::OpenPbr(m) => m.is_emissive(),
             Material::Mix(m) => m.emitting(scene).next().is_some(),
             Material::Classic(_) | Material::Principled(..) => false,
         }
@@ -19,7 +19,7 @@ impl Material {
     /// Whether it may shine; a mix may by any of its materials.
     pub(crate) fn may_shine(&self) -> bool {
         match self {
-            Material::Physical(m) => m.is_emissive(),
+            Material::OpenPbr(m) => m.is_emissive(),
             Material::Mix(_) => true,
             Material::Classic(_) | Material::Principled(..) => false,
         }
@@ -28,7 +28,7 @@ impl Material {
     /// Radiance, both sides counted, where it is the same everywhere; of a texture, that of white.
     pub fn emission_estimate(&self, scene: &impl MaterialEvalContext) -> f64 {
         match self {
-            Material::Physical(m) => m.emission_estimate(),
+            Material::OpenPbr(m) => m.emission_estimate(),
             Material::Mix(m) => m.emitting(scene).map(|(share, m)| share * m.emission_estimate(scene)).sum(),
             Material::Classic(_) | Material::Principled(..) => 0.0,
         }
@@ -37,7 +37,7 @@ impl Material {
     /// Whether it may shine on both sides.
     pub fn may_shine_backwards(&self) -> bool {
         match self {
-            Material::Physical(m) => m.shines_backwards(),
+            Material::OpenPbr(m) => m.shines_backwards(),
             Material::Mix(_) | Material::Classic(_) | Material::Principled(..) => true,
         }
     }
@@ -45,7 +45,7 @@ impl Material {
     /// Whether its light differs from place to place.
     pub fn has_emission_texture(&self) -> bool {
         match self {
-            Material::Physical(m) => m.has_emission_texture(),
+            Material::OpenPbr(m) => m.has_emission_texture(),
             // Its weights, its holes, its parts: hardly ever are all of them the same everywhere.
             Material::Mix(_) => true,
             Material::Classic(_) | Material::Principled(..) => false,
@@ -61,13 +61,13 @@ impl Material {
         outside: bool,
     ) -> Spectrum {
         match self {
-            Material::Physical(m) if outside || m.shines_backwards() => {
+            Material::OpenPbr(m) if outside || m.shines_backwards() => {
                 m.constant_emission().unwrap_or_else(|| m.emitted(scene, &at()))
             }
             Material::Mix(m) => {
                 let (mut sum, at) = (Spectrum::BLACK, at());
                 m.each(scene, &at, outside, &mut |part| {
-                    if let Material::Physical(m) = part.material
+                    if let Material::OpenPbr(m) = part.material
                         && part.is_there
                         && m.is_emissive()
                         && (outside || m.shines_backwards())
@@ -77,7 +77,7 @@ impl Material {
                 });
                 sum
             }
-            Material::Physical(_) | Material::Classic(_) | Material::Principled(..) => Spectrum::BLACK,
+            Material::OpenPbr(_) | Material::Classic(_) | Material::Principled(..) => Spectrum::BLACK,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The physical material at a place: textures looked up, what the layered BSDF is made of.
 
-use super::{Physical, PrincipledMaterial};
+use super::{OpenPbr, PrincipledMaterial};
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
@@ -83,7 +83,7 @@ impl PrincipledMaterial {
     }
 }
 
-impl Physical {
+impl OpenPbr {
     /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
     /// around the solid.
     pub fn bsdf(
@@ -203,7 +203,7 @@ mod tests {
         let ray = Ray::new(DVec3::new(0.3, 0.2, 4.0), DVec3::NEG_Z);
         let surface = scene.surface(&ray, &scene.intersect(&ray).unwrap());
         let along = |degrees: f64| {
-            let material = Physical::new(PrincipledMaterial {
+            let material = OpenPbr::new(PrincipledMaterial {
                 specular_roughness_anisotropy: ColorSource::Constant(Spectrum::grey(0.5)),
                 anisotropy_rotation: degrees,
                 ..Default::default()

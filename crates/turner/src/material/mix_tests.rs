@@ -10,7 +10,7 @@ use crate::math::{DVec2, DVec3};
 use crate::schema::{ColorSource, MaterialId};
 use crate::shape::{DiskDesc, ShapeDesc};
 use crate::testing::scenes::{
-    Mean, grey, matte, mean, path, pixel, plane, rectangle, render, rgb, shining, sphere, v,
+    Mean, emissive, grey, matte, mean, path, pixel, plane, rectangle, render, rgb, sphere, v,
 };
 use crate::texture::{GradientDesc, Stop, TextureDesc};
 
@@ -93,7 +93,7 @@ fn a_textured_weight_shows_its_texture() {
     desc.camera = Some(CameraDesc::Orthographic(camera).into());
     let stops = vec![Stop { at: 0.499, color: grey(0.0) }, Stop { at: 0.501, color: grey(1.0) }];
     let step = desc.texture(TextureDesc::Gradient(GradientDesc { stops, ..GradientDesc::default() }));
-    let materials = mixed([[1.0, 0.0, 0.0], [0.0, 0.0, 2.0]].map(|c| shining(1.0, rgb(c))), vec![step]);
+    let materials = mixed([[1.0, 0.0, 0.0], [0.0, 0.0, 2.0]].map(|c| emissive(1.0, rgb(c))), vec![step]);
     let square = rectangle(DVec3::ZERO, v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0));
     let picture = render(&of_last(desc, materials, square)).0;
     let both = [pixel(&picture, 0, 0), pixel(&picture, 1, 0)];
@@ -103,7 +103,7 @@ fn a_textured_weight_shows_its_texture() {
 /// A lamp with a share of 0.25 behind holes with a share of 0.5; the lamp is the first.
 fn lamp() -> Vec<MaterialDesc> {
     let hole = PrincipledMaterial { opacity: grey(0.0), ..PrincipledMaterial::default() };
-    mixed([shining(4.0, grey(1.0)), matte(grey(0.0)), hole], numbers(&[1.0, 1.0, 2.0]))
+    mixed([emissive(4.0, grey(1.0)), matte(grey(0.0)), hole], numbers(&[1.0, 1.0, 2.0]))
 }
 
 fn disk(height: f64, normal: DVec3) -> ShapeDesc {
@@ -142,7 +142,7 @@ fn one_sided_parts_pass_what_comes_from_behind() {
             double_sided: false,
             ..PrincipledMaterial::default()
         };
-        let materials = mixed([unlit, shining(1.0, grey(1.0))], Vec::new());
+        let materials = mixed([unlit, emissive(1.0, grey(1.0))], Vec::new());
         mean(256, of_last(desc, materials, disk(0.0, v(0.0, 0.0, normal))))
     };
     seen(1.0).is_grey(0.5 * (0.75 + 1.0), 0.01);

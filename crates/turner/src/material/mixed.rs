@@ -8,7 +8,7 @@
 use super::emission::estimate;
 use super::mix::MAX_PARTS;
 use super::{
-    Classic, ClassicMaterial, Cutout, Fresnel, Material, MixMaterial, Physical, ShadowKind, color_at,
+    Classic, ClassicMaterial, Cutout, Fresnel, Material, MixMaterial, OpenPbr, ShadowKind, color_at,
 };
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
@@ -146,11 +146,11 @@ impl Mix {
         surface: &SurfaceInteraction,
         outside: bool,
         u: f64,
-    ) -> Option<&'a Physical> {
+    ) -> Option<&'a OpenPbr> {
         let at = scene.texture_point(surface);
         let (mut below, mut chosen, mut last) = (0.0, None, None);
         self.each(scene, &at, outside, &mut |part| {
-            let Material::Physical(m) = part.material else { return };
+            let Material::OpenPbr(m) = part.material else { return };
             let share =
                 if part.is_there { part.share * f64::from(m.desc.coverage_at(scene, &at)) } else { 0.0 };
             if share > 0.0 {
@@ -222,7 +222,7 @@ impl Mix {
                     emitted += light * part.share as f32;
                     classic
                 }
-                Material::Physical(_) | Material::Mix(_) => return,
+                Material::OpenPbr(_) | Material::Mix(_) => return,
             };
             let left = (1.0 - own.k_reflect - own.k_refract).max(0.0);
             let weight = part.share * own.k_local.unwrap_or(left);

@@ -6,7 +6,7 @@
 //!   description, the former are given OpenPBR's layers: all kinds but mixes become a [`PrincipledMaterial`] ([`MaterialDesc::principled`] is `None` for mixes).
 //! - It is given a [`SurfaceInteraction`] in world space and the scene's textures ([`MaterialEvalContext`]). Which side of the surface a ray meets
 //!   (`entering`, `outside`) is the sign of N·D with the geometric normal, decided before any map bends the normal.
-//! - [`Physical::bsdf`] is a [`Bsdf`](crate::bsdf::Bsdf) in the frame of [`Physical::frame`]: local directions with +z along the shading normal, pointing away from the surface,
+//! - [`OpenPbr::bsdf`] is a [`Bsdf`](crate::bsdf::Bsdf) in the frame of [`OpenPbr::frame`]: local directions with +z along the shading normal, pointing away from the surface,
 //!   values without the cosine, densities per solid angle, as written there.
 //! - Emission is radiance, the same in all directions, on the outer side and, unless the material says otherwise, on the inner one.
 //! - Colours are linear, shares and roughnesses within 0..=1; what textures give beyond that is cut. Lengths (`subsurface_radius`, `transmission_depth`) are scene units.
@@ -16,7 +16,6 @@
 
 mod base_color;
 pub(crate) mod bent_normal;
-mod boundary;
 mod classic;
 mod conversion;
 mod dielectric;
@@ -25,6 +24,7 @@ mod emission;
 mod emissive;
 mod evaluate;
 mod gloss;
+mod interface;
 mod matte;
 mod metal;
 pub mod metals;
@@ -33,26 +33,26 @@ pub(crate) mod mix;
 mod mix_tests;
 mod mixed;
 mod normals;
+mod open_pbr;
 mod pane;
-mod physical;
 mod plastic;
 mod principled;
 mod subsurface;
 pub(crate) mod vertex;
 
-pub use boundary::BoundaryMaterial;
 pub use classic::{Classic, ClassicMaterial, Fresnel, ShadowKind};
 pub use dielectric::DielectricMaterial;
 pub use emissive::EmissiveMaterial;
 pub(crate) use gloss::Gloss;
 pub use gloss::GlossyLobe;
+pub use interface::InterfaceMaterial;
 pub use matte::MatteMaterial;
 pub use metal::MetalMaterial;
 pub use mix::MixMaterial;
 pub use mixed::Mix;
 pub use normals::{apply_bump_map, apply_normal_map, bumped_normal, mapped_normal};
-pub use physical::Physical;
-pub(crate) use physical::PlainBsdf;
+pub use open_pbr::OpenPbr;
+pub(crate) use open_pbr::PlainBsdf;
 pub use plastic::PlasticMaterial;
 pub use principled::{AlphaMode, Bump, BumpUnit, PrincipledMaterial};
 
@@ -73,7 +73,7 @@ family! {
         Plastic(PlasticMaterial),
         Emissive(EmissiveMaterial),
         Mix(MixMaterial),
-        Boundary(BoundaryMaterial),
+        Boundary(InterfaceMaterial),
     }
 }
 
@@ -85,7 +85,7 @@ pub enum Material {
     /// The physical material, with what its objects' shadows are like for the classic integrator.
     Principled(Box<PrincipledMaterial>, ShadowKind),
     /// Any material, for integrators that follow light.
-    Physical(Box<Physical>),
+    OpenPbr(Box<OpenPbr>),
     /// Several of them.
     Mix(Box<Mix>),
 }
@@ -122,8 +122,8 @@ impl MaterialDesc {
         match (self, self.principled()) {
             (MaterialDesc::Classic(m), _) if !physical => Material::Classic(m.prepare()),
             (MaterialDesc::Mix(m), _) => Material::Mix(Box::new(m.prepare(physical, descs))),
-            (MaterialDesc::Boundary(m), _) if physical => Material::Physical(Box::new(Physical::boundary(m))),
-            (_, Some(m)) if physical => Material::Physical(Box::new(Physical::new(m))),
+            (MaterialDesc::Boundary(m), _) if physical => Material::OpenPbr(Box::new(OpenPbr::boundary(m))),
+            (_, Some(m)) if physical => Material::OpenPbr(Box::new(OpenPbr::new(m))),
             (_, m) => {
                 let m = m.unwrap_or_default();
                 let shadow = m.shadow();
@@ -188,7 +188,7 @@ impl Material {
         match self {
             Material::Classic(m) => m.shadow,
             Material::Principled(_, shadow) => *shadow,
-            Material::Physical(m) => m.shadow,
+            Material::OpenPbr(m) => m.shadow,
             Material::Mix(m) => m.shadow,
         }
     }
@@ -203,7 +203,7 @@ impl Material {
         match self {
             Material::Classic(m) => color_at(m.color, scene, surface) * m.k_refract as f32,
             Material::Principled(m, _) => m.shadow_tint(scene, surface),
-            Material::Physical(m) => m.shadow_tint(scene, surface, direction),
+            Material::OpenPbr(m) => m.shadow_tint(scene, surface, direction),
             Material::Mix(m) => m.shadow_tint(scene, surface, direction),
         }
     }

@@ -1,12 +1,12 @@
 //! Thin clear panes, which shadow rays pass straight.
 
 use super::vertex::prepare;
-use super::{MaterialEvalContext, Physical};
+use super::{MaterialEvalContext, OpenPbr};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
 use crate::math::{DVec3, Ray};
 
-impl Physical {
+impl OpenPbr {
     /// The share of light that passes a crossing in `direction`: where the surface is not, and straight through a pane.
     pub(crate) fn shadow_tint(
         &self,

@@ -1,6 +1,6 @@
 //! Translucent bodies: what is inside of a material with `subsurface_weight`.
 
-use super::{Material, Physical, PrincipledMaterial, color_at};
+use super::{Material, OpenPbr, PrincipledMaterial, color_at};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
 use crate::material::MaterialEvalContext;
@@ -25,7 +25,7 @@ impl PrincipledMaterial {
     }
 }
 
-impl Physical {
+impl OpenPbr {
     /// The medium inside, by the colours of a place of the surface; no mean way of light in it is shorter than `shortest`.
     pub(crate) fn body(
         &self,
@@ -51,7 +51,7 @@ impl Material {
     /// Whether it encloses, if only by a part of a mix, a translucent body.
     pub(crate) fn has_walk(&self, scene: &impl MaterialEvalContext) -> bool {
         match self {
-            Material::Physical(m) => m.walks,
+            Material::OpenPbr(m) => m.walks,
             Material::Mix(m) => m.walks(scene),
             Material::Classic(_) | Material::Principled(..) => false,
         }

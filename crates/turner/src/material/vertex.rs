@@ -1,8 +1,8 @@
 //! A surface that a ray met, with its scattering: where a material becomes a BSDF in a frame, turned to the ray.
 
 use super::bent_normal::{bent_normal, turned};
-use super::{MaterialEvalContext, Physical};
-use crate::bsdf::{Bsdf, BsdfSample, Towards};
+use super::{MaterialEvalContext, OpenPbr};
+use crate::bsdf::{Bsdf, BsdfFromWo, BsdfSample};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
 use crate::math::{DVec3, Frame, Ray};
@@ -15,15 +15,15 @@ pub(crate) struct Vertex<'a> {
     /// Geometric normal: outer for what has an inside, else on the side the ray came from.
     pub(crate) ng: DVec3,
     /// Seen from there.
-    pub(crate) bsdf: Towards<'a>,
-    /// Towards where the ray came from, in the scene and in the frame.
+    pub(crate) bsdf: BsdfFromWo<'a>,
+    /// BsdfFromWo where the ray came from, in the scene and in the frame.
     pub(crate) wo: DVec3,
     pub(crate) wo_local: DVec3,
 }
 
 /// How light of a sampled light meets a surface.
 pub(crate) struct Met {
-    /// Towards the light, in the scene and in the frame, and how far it is.
+    /// BsdfFromWo the light, in the scene and in the frame, and how far it is.
     pub(crate) wi: DVec3,
     pub(crate) wi_local: DVec3,
     pub(crate) distance: f64,
@@ -39,7 +39,7 @@ impl Vertex<'_> {
         self.surface
     }
 
-    /// Towards where the ray came from.
+    /// BsdfFromWo where the ray came from.
     pub(crate) fn wo(&self) -> DVec3 {
         self.wo
     }
@@ -132,7 +132,7 @@ pub(crate) fn softened(ns: DVec3, ng: DVec3, wi: DVec3) -> f64 {
 pub(crate) fn prepare<'a>(
     scene: &impl MaterialEvalContext,
     ray: &Ray,
-    material: &Physical,
+    material: &OpenPbr,
     surface: &'a SurfaceInteraction,
     bsdf: &'a Bsdf,
     outside: bool,
@@ -140,7 +140,7 @@ pub(crate) fn prepare<'a>(
     let wo = -ray.direction;
     let mut frame = material.frame(scene, surface);
     let mut ng = surface.ng;
-    // Towards the ray.
+    // BsdfFromWo the ray.
     let side = if outside { 1.0 } else { -1.0 };
     if frame.z != ng {
         let bent = side * bent_normal(wo, side * frame.z, side * ng);
@@ -162,7 +162,7 @@ pub(crate) fn prepare<'a>(
 pub(crate) fn coated(
     scene: &impl MaterialEvalContext,
     ray: &Ray,
-    material: &Physical,
+    material: &OpenPbr,
     surface: &SurfaceInteraction,
     bsdf: &Bsdf,
     outside: bool,

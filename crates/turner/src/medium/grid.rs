@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Coefficients, Varying};
+use super::{Coefficients, Heterogeneous};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::schema::{ErrorCode, GridFile, Range, SceneError, choice, params};
@@ -52,7 +52,7 @@ impl GridMedium {
     /// Makes it ready.
     ///
     /// Errors: a box without an inside, both ways to say the coefficients at once.
-    pub fn prepare(&self) -> Result<Varying, SceneError> {
+    pub fn prepare(&self) -> Result<Heterogeneous, SceneError> {
         let coefficients = Coefficients::new(
             self.density,
             [self.extinction, self.albedo],
@@ -66,6 +66,6 @@ impl GridMedium {
                 .help("`min` must be less than `max` along each axis"));
         }
         let fades = self.border == GridBorder::Fade;
-        Varying::new(coefficients, Arc::clone(&self.file.data), fades, [self.min, self.max])
+        Heterogeneous::new(coefficients, Arc::clone(&self.file.data), fades, [self.min, self.max])
     }
 }

@@ -19,19 +19,19 @@
 
 mod equiangular;
 mod grid;
+mod heterogeneous;
 mod homogeneous;
 mod phase;
 mod smoke;
 mod subsurface;
-mod varying;
 
 pub use equiangular::Equiangular;
 pub use grid::{GridBorder, GridMedium};
+pub use heterogeneous::Heterogeneous;
 pub use homogeneous::{Homogeneous, HomogeneousMedium, Place};
 pub use phase::HenyeyGreenstein;
 pub use smoke::SmokeMedium;
 pub use subsurface::scattering_albedo;
-pub use varying::Varying;
 
 use crate::color::Spectrum;
 use crate::math::Ray;
@@ -140,7 +140,7 @@ pub enum Medium {
     /// The same everywhere.
     Homogeneous(Homogeneous),
     /// Of varying density.
-    Varying(Varying),
+    Heterogeneous(Heterogeneous),
 }
 
 impl MediumDesc {
@@ -148,8 +148,8 @@ impl MediumDesc {
     pub fn prepare(&self) -> Result<Medium, SceneError> {
         Ok(match self {
             MediumDesc::Homogeneous(m) => Medium::Homogeneous(m.prepare()?),
-            MediumDesc::Grid(m) => Medium::Varying(m.prepare()?),
-            MediumDesc::Smoke(m) => Medium::Varying(m.prepare()?),
+            MediumDesc::Grid(m) => Medium::Heterogeneous(m.prepare()?),
+            MediumDesc::Smoke(m) => Medium::Heterogeneous(m.prepare()?),
         })
     }
 }
@@ -160,7 +160,7 @@ impl Medium {
     pub fn coefficients(&self) -> &Coefficients {
         match self {
             Medium::Homogeneous(m) => &m.coefficients,
-            Medium::Varying(m) => &m.coefficients,
+            Medium::Heterogeneous(m) => &m.coefficients,
         }
     }
 
@@ -169,7 +169,7 @@ impl Medium {
     pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
         match self {
             Medium::Homogeneous(m) => m.walk(stretch, u),
-            Medium::Varying(m) => m.walk(stretch, u, more),
+            Medium::Heterogeneous(m) => m.walk(stretch, u, more),
         }
     }
 
@@ -178,7 +178,7 @@ impl Medium {
     pub fn transmittance(&self, ray: &Ray, from: f64, to: f64, more: &mut Stream) -> Spectrum {
         match self {
             Medium::Homogeneous(m) => m.transmittance(to - from),
-            Medium::Varying(m) => m.transmittance(ray, from, to, more),
+            Medium::Heterogeneous(m) => m.transmittance(ray, from, to, more),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Coefficients, Varying};
+use super::{Coefficients, Heterogeneous};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::schema::{ErrorCode, GridData, Range, SceneError, params};
@@ -58,7 +58,7 @@ impl SmokeMedium {
     /// Makes it ready.
     ///
     /// Errors: both ways to say the coefficients at once, no memory.
-    pub fn prepare(&self) -> Result<Varying, SceneError> {
+    pub fn prepare(&self) -> Result<Heterogeneous, SceneError> {
         let coefficients = Coefficients::new(
             self.density,
             [self.extinction, self.albedo],
@@ -86,7 +86,7 @@ impl SmokeMedium {
         let data = GridData::new([n; 3], density, None)
             .map_err(|problem| SceneError::new(ErrorCode::OutOfRange, problem))?;
         let half = DVec3::splat(self.radius);
-        Varying::new(coefficients, Arc::new(data), false, [self.center - half, self.center + half])
+        Heterogeneous::new(coefficients, Arc::new(data), false, [self.center - half, self.center + half])
     }
 
     /// The density at a place of the unit ball.

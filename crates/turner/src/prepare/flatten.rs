@@ -4,7 +4,7 @@ use super::shapes::PreparedShapes;
 use crate::description::*;
 use crate::material::MaterialDesc;
 use crate::math::{Bounds, DAffine3};
-use crate::scene::faces::{Faces, NO_FACES};
+use crate::scene::alpha_test::{Faces, NO_FACES};
 use crate::scene::light_groups::LightGroups;
 use crate::scene::motion::Motion;
 use crate::scene::names::NameCollector;

@@ -89,10 +89,10 @@ fn the_tree_of_the_others_is_kept_but_where_searches_are_shown() {
     preparer.update(&desc).unwrap();
     let mut changed = |desc: &SceneDesc| {
         let update = preparer.update_with(desc, &UpdateOptions::default()).unwrap().unwrap();
-        let changed = update.prepared.scene.merged.as_ref().unwrap().is_changed();
+        let changed = update.prepared.scene.world_mesh.as_ref().unwrap().is_changed();
         let fresh = desc.prepare(&PrepareOptions::default()).unwrap();
         assert!(rendered(update.prepared) == rendered(fresh));
-        (update.remade.merged, changed)
+        (update.remade.world_mesh, changed)
     };
     desc.integrator = IntegratorDesc::Normals(NormalsDesc::default());
     assert_eq!(changed(&desc), (false, false));

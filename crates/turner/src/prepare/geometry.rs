@@ -7,12 +7,12 @@ use turner_bvh::{Aabb, BoxBvh, BuildOptions};
 use super::placed::Placed;
 use crate::material::Material;
 use crate::math::Bounds;
+use crate::scene::alpha_test::Faces;
 use crate::scene::batch::BatchShapes;
-use crate::scene::faces::Faces;
-use crate::scene::merged::{self, Members, Merged};
 use crate::scene::names::ObjectNames;
 use crate::scene::scene::{NO_TRANSFORM, ObjectTransform, Primitive};
-use crate::scene::sieve::{MAX_SHAPES, Sieve};
+use crate::scene::sphere_culler::{MAX_SHAPES, SphereCuller};
+use crate::scene::world_mesh::{self, Members, StaticWorldMesh};
 use crate::schema::{ErrorCode, PrepareOptions, SceneError};
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, TriangleMesh};
@@ -29,11 +29,11 @@ pub(super) struct Geometry {
     pub(super) bounded: usize,
     /// Where those begin that are gathered in `merged`, which come last.
     pub(super) gathered: usize,
-    pub(super) merged: Option<Merged>,
+    pub(super) world_mesh: Option<StaticWorldMesh>,
     pub(super) transforms: Arc<[ObjectTransform]>,
     pub(super) faces: Arc<[Faces]>,
     pub(super) bvh: Arc<BoxBvh>,
-    pub(super) sieve: Option<Sieve>,
+    pub(super) culler: Option<SphereCuller>,
     pub(super) frame: TraversalFrame,
     pub(super) batch: Arc<BatchShapes>,
     pub(super) names: Arc<ObjectNames>,
@@ -43,11 +43,11 @@ pub(super) struct Geometry {
 }
 
 /// The trees over shapes that are not gathered.
-struct Singles {
+struct SeparateTrees {
     /// Their numbers in the description, in the order of the tree or the sieve.
     order: Vec<u32>,
     bvh: BoxBvh,
-    sieve: Option<Sieve>,
+    culler: Option<SphereCuller>,
     frame: TraversalFrame,
 }
 
@@ -69,7 +69,7 @@ impl Geometry {
         let moving: Vec<bool> = primitives.iter().map(moves).collect();
         let still: Vec<Option<Bounds>> =
             bounds.iter().zip(&moving).map(|(b, moves)| b.filter(|_| !moves)).collect();
-        let (gathered, offset) = merged::choose(&primitives, &still);
+        let (gathered, offset) = world_mesh::choose(&primitives, &still);
         for (primitive, gathered) in primitives.iter().zip(&gathered) {
             if let (Shape::Mesh(mesh), false) = (&primitive.shape, gathered) {
                 if cancelled() {
@@ -78,8 +78,8 @@ impl Geometry {
                 mesh.build_tree(options)?;
             }
         }
-        let Singles { order, bvh, sieve, frame } =
-            Singles::new(&primitives, &bounds, &gathered, &total, options)?;
+        let SeparateTrees { order, bvh, culler, frame } =
+            SeparateTrees::new(&primitives, &bounds, &gathered, &total, options)?;
         let mut slots: Vec<Option<Primitive>> = primitives.into_iter().map(Some).collect();
         let mut ordered: Vec<Primitive> = Vec::with_capacity(slots.len());
         ordered.extend(order.iter().filter_map(|i| slots[*i as usize].take()));
@@ -92,7 +92,7 @@ impl Geometry {
         if cancelled() {
             return Ok(None);
         }
-        let (mut merged, mut remade) = (None, false);
+        let (mut world_mesh, mut remade) = (None, false);
         if first < ordered.len() {
             let members = Members {
                 primitives: &ordered[first..],
@@ -101,21 +101,21 @@ impl Geometry {
                 materials,
                 faces: &faces,
             };
-            let last = last.and_then(|last| last.merged.as_ref());
-            let (made, new) = Merged::build(&members, offset, last, whole, options)?;
-            (merged, remade) = (Some(made), new);
+            let last = last.and_then(|last| last.world_mesh.as_ref());
+            let (made, new) = StaticWorldMesh::build(&members, offset, last, whole, options)?;
+            (world_mesh, remade) = (Some(made), new);
         }
-        let sieved = if sieve.is_some() { bounded } else { 0 };
-        let batch = BatchShapes::new(&ordered[..first], sieved, bounded - sieved, materials, &faces);
+        let culled = if culler.is_some() { bounded } else { 0 };
+        let batch = BatchShapes::new(&ordered[..first], culled, bounded - culled, materials, &faces);
         let geometry = Geometry {
             primitives: ordered.into(),
             bounded,
             gathered: first,
-            merged,
+            world_mesh,
             transforms: transforms.into(),
             faces: faces.into(),
             bvh: Arc::new(bvh),
-            sieve,
+            culler,
             frame,
             batch: Arc::new(batch),
             names: Arc::new(names.finish()),
@@ -128,7 +128,7 @@ impl Geometry {
 
     /// Whether the tree of the gathered meshes was changed since it was built.
     pub(super) fn is_changed(&self) -> bool {
-        self.merged.as_ref().is_some_and(Merged::is_changed)
+        self.world_mesh.as_ref().is_some_and(StaticWorldMesh::is_changed)
     }
 
     /// Triangles of the meshes, each mesh counted once.
@@ -145,18 +145,18 @@ impl Geometry {
     /// Bytes: meshes with their trees.
     pub(super) fn mesh_bytes(&self) -> u64 {
         self.meshes.iter().map(|m| m.memory() as u64).sum::<u64>()
-            + self.merged.as_ref().map_or(0, |m| m.bytes() as u64)
+            + self.world_mesh.as_ref().map_or(0, |m| m.bytes() as u64)
     }
 }
 
-impl Singles {
+impl SeparateTrees {
     fn new(
         primitives: &[Primitive],
         bounds: &[Option<Bounds>],
         gathered: &[bool],
         total: &Bounds,
         options: &PrepareOptions,
-    ) -> Result<Singles, SceneError> {
+    ) -> Result<SeparateTrees, SceneError> {
         // Few shapes are tested one by one, without a tree.
         let single = gathered.iter().filter(|gathered| !**gathered).count();
         let has_tree = single > MAX_LINEAR;
@@ -174,13 +174,13 @@ impl Singles {
                 };
                 (box_of(i), sphere)
             });
-            let sieve = Some(Sieve::new(&frame, shapes));
-            return Ok(Singles { bvh: tree(&[], options)?, sieve, frame, order: ids });
+            let culler = Some(SphereCuller::new(&frame, shapes));
+            return Ok(SeparateTrees { bvh: tree(&[], options)?, culler, frame, order: ids });
         }
         let boxes: Vec<_> = ids.iter().map(|i| frame.aabb(&box_of(i))).collect();
         let bvh = tree(&boxes, options)?;
         let order = bvh.order().iter().map(|i| ids[*i as usize]).collect();
-        Ok(Singles { bvh, sieve: None, frame, order })
+        Ok(SeparateTrees { bvh, culler: None, frame, order })
     }
 }
 

@@ -16,6 +16,7 @@
 //! preparation, whatever the edits were.
 
 mod count;
+mod default_studio;
 mod flatten;
 #[cfg(test)]
 mod gathered_tests;
@@ -25,7 +26,6 @@ mod picture_needs;
 mod placed;
 mod preparer;
 mod shapes;
-mod staging;
 mod surfaces;
 #[cfg(test)]
 mod tests;

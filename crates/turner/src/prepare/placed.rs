@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use super::default_studio::DefaultStudio;
 use super::flatten::Flattener;
 use super::shapes::PreparedShapes;
-use super::staging::Staging;
 use super::surfaces::MaterialTraits;
 use crate::description::{GroupDesc, ObjectDesc, SceneDesc};
 use crate::math::Bounds;
-use crate::scene::faces::Faces;
+use crate::scene::alpha_test::Faces;
 use crate::scene::light_groups::LightGroups;
 use crate::scene::names::NameCollector;
 use crate::scene::scene::{ObjectTransform, Primitive};
@@ -35,8 +35,8 @@ pub(super) struct Placed {
 
 impl Placed {
     /// Adds the floor of a stage; its material is the one with this number.
-    pub(super) fn add_ground(&mut self, staging: &Staging, material: usize) {
-        let Some(plane) = ground_of(staging) else { return };
+    pub(super) fn add_ground(&mut self, studio: &DefaultStudio, material: usize) {
+        let Some(plane) = ground_of(studio) else { return };
         let first = self.primitives.len() as u32;
         self.names.add_own(first, "floor");
         self.light_groups.add(first, None);
@@ -199,6 +199,6 @@ impl KeptPlaced {
 }
 
 /// The floor that a stage adds, as far as the geometry is concerned.
-pub(super) fn ground_of(staging: &Staging) -> Option<Plane> {
-    staging.ground.as_ref().map(|(plane, _)| *plane)
+pub(super) fn ground_of(studio: &DefaultStudio) -> Option<Plane> {
+    studio.ground.as_ref().map(|(plane, _)| *plane)
 }

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use turner_bvh::InstructionSet;
 
+use super::default_studio::DefaultStudio;
 use super::geometry::Geometry;
 use super::lights::{KeptLights, PreparedLights};
 use super::placed::{KeptPlaced, NewPlaced, ground_of};
-use super::staging::Staging;
 use super::surfaces::{KeptMaterials, KeptTextures, KeptVolumes};
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
@@ -77,9 +77,9 @@ struct Surfaces {
 }
 
 /// Lights and materials, with what the stage added to them.
-struct Staged {
+struct WithStudio {
     is_staged: bool,
-    staging: Staging,
+    studio: DefaultStudio,
     ground: Option<Plane>,
     /// The number of the floor's material.
     floor: usize,
@@ -91,10 +91,10 @@ struct Staged {
     light_groups: LightGroups,
 }
 
-impl Staged {
+impl WithStudio {
     /// The camera to look through, and where it stands in a file.
     fn camera(&self, desc: &SceneDesc, geometry: &Geometry) -> Named<CameraDesc> {
-        let named = self.staging.camera.as_ref().or(desc.camera.as_ref());
+        let named = self.studio.camera.as_ref().or(desc.camera.as_ref());
         named.cloned().unwrap_or_else(|| CameraDesc::framing(&geometry.total, desc.film.aspect()).into())
     }
 }
@@ -102,13 +102,13 @@ impl Staged {
 /// All parts of a scene but what lights are chosen from.
 fn assemble(
     surfaces: Surfaces,
-    staged: Staged,
+    with_studio: WithStudio,
     g: Geometry,
     background: BackgroundDesc,
     instruction_set: InstructionSet,
 ) -> Scene {
     let Surfaces { textures, volumes, .. } = surfaces;
-    let Staged { physical, materials, lights, sources, ambient, light_groups, .. } = staged;
+    let WithStudio { physical, materials, lights, sources, ambient, light_groups, .. } = with_studio;
     let stats = SceneStats {
         primitives: g.primitives.len() as u64,
         triangles: g.triangles(),
@@ -126,10 +126,10 @@ fn assemble(
         primitives: g.primitives,
         bounded: g.bounded,
         gathered: g.gathered,
-        merged: g.merged,
+        world_mesh: g.world_mesh,
         transforms: g.transforms,
         bvh: g.bvh,
-        sieve: g.sieve,
+        culler: g.culler,
         frame: g.frame,
         batch: g.batch,
         faces: g.faces,
@@ -216,7 +216,7 @@ pub struct Remade {
     /// The objects in the world and the tree over them.
     pub objects: bool,
     /// The one tree over meshes that are placed once or a few times.
-    pub merged: bool,
+    pub world_mesh: bool,
     /// What lights are chosen from.
     pub light_tree: bool,
     /// What the integrator knows of the scene and the view: it chooses anew.
@@ -280,19 +280,19 @@ impl Preparer {
         if wanted.step(PrepareStep::Objects) {
             return Ok(None);
         }
-        let staged = self.place(desc, capabilities, lights, &mut warnings)?;
+        let with_studio = self.place(desc, capabilities, lights, &mut warnings)?;
         if wanted.step(PrepareStep::Trees) {
             return Ok(None);
         }
-        let Some(geometry) = self.geometry(&staged, capabilities.shows_search, wanted)? else {
+        let Some(geometry) = self.geometry(&with_studio, capabilities.shows_search, wanted)? else {
             return Ok(None);
         };
         wanted.begin(PrepareStep::LightTree);
         let background = desc.background.prepared();
         let filtered = surfaces.filtered;
-        let camera = staged.camera(desc, &geometry);
-        let ground = staged.ground;
-        let scene = self.scene(surfaces, staged, geometry.clone(), background, capabilities);
+        let camera = with_studio.camera(desc, &geometry);
+        let ground = with_studio.ground;
+        let scene = self.scene(surfaces, with_studio, geometry.clone(), background, capabilities);
         wanted.begin(PrepareStep::View);
         let sampling = ViewSampling {
             sobol: capabilities.physical,
@@ -345,7 +345,7 @@ impl Preparer {
         capabilities: Capabilities,
         lights: PreparedLights,
         warnings: &mut Vec<Warning>,
-    ) -> Result<Staged, SceneError> {
+    ) -> Result<WithStudio, SceneError> {
         let Capabilities { physical, compensates, .. } = capabilities;
         let PreparedLights { mut lights, mut sources, ambient, .. } = lights;
         let traits = self.materials.traits();
@@ -358,24 +358,24 @@ impl Preparer {
         let invalid: u64 = lights.iter().map(|l| l.invalid_pixels()).sum();
         warnings.extend(placed.iter().flat_map(|placed| placed.warnings.iter().cloned()));
         warnings.extend((invalid > 0).then(|| invalid_pixels(invalid)));
-        let staging = match &desc.stage {
-            Some(stage) => stage.complete(desc, &total, compensates, &mut lights)?,
-            None => Staging::default(),
+        let studio = match &desc.studio {
+            Some(studio) => studio.complete(desc, &total, compensates, &mut lights)?,
+            None => DefaultStudio::default(),
         };
         sources.resize(lights.len(), None);
-        warnings.extend(staging.notes.iter().cloned());
+        warnings.extend(studio.notes.iter().cloned());
         let mut materials = self.materials.materials();
         let floor = materials.len();
-        staging.add_floor(physical, &mut materials);
-        let ground = ground_of(&staging);
+        studio.add_floor(physical, &mut materials);
+        let ground = ground_of(&studio);
         let mut light_groups = placed.map_or_else(Default::default, |placed| placed.light_groups.clone());
         if let (Some(placed), Some(_)) = (placed, &ground) {
             light_groups.add(placed.primitives.len() as u32, None);
         }
-        let is_staged = desc.stage.is_some();
-        Ok(Staged {
+        let is_staged = desc.studio.is_some();
+        Ok(WithStudio {
             is_staged,
-            staging,
+            studio,
             ground,
             floor,
             physical,
@@ -390,14 +390,14 @@ impl Preparer {
     /// The trees: those of the last preparation, where they are of the same objects. `None` if it was cancelled.
     fn geometry(
         &mut self,
-        staged: &Staged,
+        with_studio: &WithStudio,
         whole: bool,
         wanted: &UpdateOptions<'_>,
     ) -> Result<Option<Geometry>, SceneError> {
         let last = self.last.as_ref();
         let same = |last: &&Last| {
-            last.ground == staged.ground
-                && last.capabilities.physical == staged.physical
+            last.ground == with_studio.ground
+                && last.capabilities.physical == with_studio.physical
                 && !(whole && last.geometry.is_changed())
         };
         if let Some(last) = last.filter(same).filter(|_| !self.changed.placed) {
@@ -405,12 +405,12 @@ impl Preparer {
         }
         self.changed.remade.objects = true;
         let Some(mut placed) = self.placed.take() else { return Ok(None) };
-        placed.add_ground(&staged.staging, staged.floor);
+        placed.add_ground(&with_studio.studio, with_studio.floor);
         let before = last.map(|last| &last.geometry);
         let cancelled = || wanted.is_cancelled();
-        let made = Geometry::new(placed, &staged.materials, before, whole, &self.options, &cancelled)?;
-        let Some((geometry, merged)) = made else { return Ok(None) };
-        self.changed.remade.merged |= merged;
+        let made = Geometry::new(placed, &with_studio.materials, before, whole, &self.options, &cancelled)?;
+        let Some((geometry, world_mesh)) = made else { return Ok(None) };
+        self.changed.remade.world_mesh |= world_mesh;
         Ok(Some(geometry))
     }
 
@@ -418,14 +418,14 @@ impl Preparer {
     fn scene(
         &mut self,
         surfaces: Surfaces,
-        staged: Staged,
+        with_studio: WithStudio,
         geometry: Geometry,
         background: BackgroundDesc,
         capabilities: Capabilities,
     ) -> Arc<Scene> {
         let Changed { remade, shines, volumes, .. } = self.changed;
-        let is_staged = staged.is_staged;
-        let mut scene = assemble(surfaces, staged, geometry, background, self.options.instruction_set);
+        let is_staged = with_studio.is_staged;
+        let mut scene = assemble(surfaces, with_studio, geometry, background, self.options.instruction_set);
         let last = self.last.as_ref().map(|last| (&last.prepared.scene, last.capabilities));
         let same_emitters = !(remade.objects || remade.lights > 0 || remade.textures || shines || is_staged);
         let kept = last.filter(|(last, own)| {

@@ -11,7 +11,7 @@ use crate::color::Spectrum;
 use crate::description::{GroupDesc, ObjectContent, ObjectDesc, SceneDesc};
 use crate::film::Antialias;
 use crate::image::{Image, Pixels};
-use crate::integrator::{IntegratorDesc, NormalsDesc, PathDesc, PathReuse, Prepared};
+use crate::integrator::{IntegratorDesc, NormalsDesc, PathDesc, Prepared, SharedPathsMode};
 use crate::light::{AmbientDesc, LightDesc, PointDesc};
 use crate::material::{MaterialDesc, MatteMaterial, PrincipledMaterial};
 use crate::math::{DAffine3, DMat3, DVec3};
@@ -149,7 +149,7 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
         3 => {
             let path = PathDesc { max_depth: u32::from(by % 4), ..PathDesc::default() };
             desc.integrator = match by % 5 {
-                0 => IntegratorDesc::Path(PathDesc { reuse: PathReuse::Always, ..path }),
+                0 => IntegratorDesc::Path(PathDesc { shared_paths: SharedPathsMode::Always, ..path }),
                 1 => IntegratorDesc::Normals(NormalsDesc::default()),
                 2 => IntegratorDesc::Classic(Default::default()),
                 _ => IntegratorDesc::Path(path),
@@ -183,7 +183,7 @@ fn edit(desc: &mut SceneDesc, what: u8, by: u8) {
         13 => desc.meshes[usize::from(by) % 3].data = mesh(0.2 + f32::from(by) / 100.0),
         14 => desc.background.color = Spectrum::grey(f32::from(by % 5) * 0.2),
         15 => desc.objects[object].light_group = by.is_multiple_of(2).then(|| "lamps".to_owned()),
-        16 => desc.stage = by.is_multiple_of(2).then(Default::default),
+        16 => desc.studio = by.is_multiple_of(2).then(Default::default),
         17 => {
             let color = Spectrum::grey(f32::from(by) / 255.0);
             desc.lights.push(LightDesc::Ambient(AmbientDesc { color, intensity: 1.0 }).into());
@@ -251,7 +251,7 @@ fn an_edit_remakes_what_it_changes() {
     assert_eq!(remade(|d| edit(d, 6, 9)), Remade { textures: true, light_tree: true, ..chooses });
     let moved = Remade { objects: true, light_tree: true, ..chooses };
     assert_eq!(remade(|d| d.objects[1].transform.0.translation.x += 0.1), moved);
-    let gathered = Remade { merged: true, ..moved };
+    let gathered = Remade { world_mesh: true, ..moved };
     assert_eq!(remade(|d| d.objects[3].transform.0.translation.x += 0.1), gathered);
     assert_eq!(remade(|d| d.meshes[2].data = mesh(3.0)), Remade { meshes: 1, ..gathered });
 }

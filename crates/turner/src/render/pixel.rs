@@ -36,9 +36,9 @@ pub struct SampleRecord {
     pub id: SampleId,
     /// Where in the picture it lies: columns from its left edge, rows from its top one.
     pub place: [f64; 2],
-    /// Its share of the pixel. Shares add to 1 where all samples are finite, and less where `film.max_sample` cuts some.
+    /// Its share of the pixel. Shares add to 1 where all samples are finite, and less where `film.clamp_sample` cuts some.
     pub weight: f64,
-    /// What it gives, before the film's `max_sample` cuts it.
+    /// What it gives, before the film's `clamp_sample` cuts it.
     pub radiance: Radiance,
 }
 

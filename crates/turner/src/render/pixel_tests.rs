@@ -16,7 +16,7 @@ use crate::material::{ClassicMaterial, MaterialDesc};
 use crate::math::{DVec2, DVec3};
 use crate::schema::PrepareOptions;
 use crate::shape::{BoxDesc, ShapeDesc};
-use crate::testing::scenes::{called, grey, path, pixel, rectangle, render, rgb, scene, shining, sphere, v};
+use crate::testing::scenes::{called, emissive, grey, path, pixel, rectangle, render, rgb, scene, sphere, v};
 
 fn by_paths() -> IntegratorDesc {
     IntegratorDesc::Path(PathDesc::default())
@@ -52,7 +52,7 @@ fn edge(filter: FilterKind, filter_radius: Option<f64>, integrator: IntegratorDe
         IntegratorDesc::Classic(_) => {
             ClassicMaterial { color: grey(1.0), ka: 1.0, kd: 0.0, ..ClassicMaterial::default() }.into()
         }
-        _ => shining(1.0, grey(1.0)).into(),
+        _ => emissive(1.0, grey(1.0)).into(),
     };
     let ambient = AmbientDesc { intensity: 1.0, ..AmbientDesc::default() };
     let mut desc = half(integrator, 0.0, material).filmed([12, 4], 4096).lit(LightDesc::Ambient(ambient));
@@ -162,7 +162,7 @@ fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
         let camera = FisheyeDesc {
             position: DVec3::ZERO,
             look_at: DVec3::NEG_Z,
-            angle: 360.0,
+            fov: 360.0,
             ..FisheyeDesc::default()
         };
         let lamp = PointDesc { position: v(0.0, 0.0, 0.5), ..PointDesc::default() };
@@ -185,13 +185,13 @@ fn nothing_is_hit_beyond_the_circle_of_a_fisheye() {
 
 #[test]
 fn samples_are_cut_where_the_film_says_so() {
-    let lit = half(by_paths(), 0.25, shining(20.0, rgb([1.0, 0.5, 0.0]))).before_color([1.0, 2.0, 3.0]);
+    let lit = half(by_paths(), 0.25, emissive(20.0, rgb([1.0, 0.5, 0.0]))).before_color([1.0, 2.0, 3.0]);
     for antialias in
         [Antialias::None, Antialias::Mean, Antialias::Grid, Antialias::Adaptive, Antialias::MonteCarlo]
     {
         let name = antialias.word();
-        let cut = |max_sample: f64| {
-            let film = FilmDesc { antialias, samples: 64, max_sample, ..lit.film.clone() };
+        let cut = |clamp_sample: f64| {
+            let film = FilmDesc { antialias, samples: 64, clamp_sample, ..lit.film.clone() };
             SceneDesc { film, ..lit.clone() }
         };
         let at = |most: f64, x: u32| pixel(&render(&cut(most)).0, x, 1);

@@ -9,30 +9,31 @@ use super::{PassOptions, PassRange, Renderer, TileSet};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc, SceneLight};
 use crate::film::{Antialias, Film, SampleSet};
-use crate::integrator::{Caustics, IntegratorDesc, PathDesc, PathReuse, Prepared};
+use crate::integrator::{Caustics, IntegratorDesc, PathDesc, Prepared, SharedPathsMode};
 use crate::light::{LightDesc, PointDesc};
 use crate::material::{MaterialDesc, PrincipledMaterial};
 use crate::math::DVec3;
 use crate::schema::{ColorSource, ErrorCode, Limits, MaterialId, Named, PrepareOptions};
 use crate::shape::{PlaneDesc, ShapeDesc, SphereDesc};
 
-const KINDS: [&str; 6] = ["path", "reuse", "light", "photons", "adaptive", "one"];
+const KINDS: [&str; 6] = ["path", "shared-paths", "light", "photons", "adaptive", "one"];
 
 /// A glass ball and a diffuse one on a floor under a lamp.
 fn scene(kind: &str) -> Prepared {
     let mut desc = SceneDesc::default();
     (desc.film.width, desc.film.height) = (53, 37);
     (desc.film.antialias, desc.film.samples) = (Antialias::MonteCarlo, 6);
-    let (mut caustics, mut reuse) = (Caustics::Off, PathReuse::Off);
+    let (mut caustics, mut shared_paths) = (Caustics::Off, SharedPathsMode::Off);
     match kind {
-        "reuse" => reuse = PathReuse::Always,
+        "shared-paths" => shared_paths = SharedPathsMode::Always,
         "light" => caustics = Caustics::LightTracing,
         "photons" => (caustics, desc.film.samples) = (Caustics::Full, 3),
         "adaptive" => (desc.film.antialias, desc.film.max_subdivisions) = (Antialias::Adaptive, 2),
         "one" => desc.film.antialias = Antialias::None,
         _ => {}
     }
-    desc.integrator = IntegratorDesc::Path(PathDesc { caustics, reuse, max_depth: 5, ..PathDesc::default() });
+    desc.integrator =
+        IntegratorDesc::Path(PathDesc { caustics, shared_paths, max_depth: 5, ..PathDesc::default() });
     desc.background.color = Spectrum::grey(0.1);
     let white = ColorSource::Constant(Spectrum::WHITE);
     let glass = PrincipledMaterial {
@@ -56,7 +57,7 @@ fn scene(kind: &str) -> Prepared {
         ["light", "photons"].contains(&kind),
         "{kind}"
     );
-    assert_eq!(scene.integrator.shares_paths(), kind == "reuse");
+    assert_eq!(scene.integrator.shares_paths(), kind == "shared-paths");
     scene
 }
 
@@ -185,9 +186,9 @@ proptest! {
         kind in proptest::sample::select(&KINDS[..]),
     ) {
         let scene = scene(kind);
-        let (merged, undisturbed) = (split_and_merged(&scene, &owners, &order), whole(&scene));
-        prop_assert!(merged.to_bytes() == undisturbed.to_bytes(), "{}", kind);
-        prop_assert_eq!(merged.develop(&scene.view.film), undisturbed.develop(&scene.view.film));
+        let (world_mesh, undisturbed) = (split_and_merged(&scene, &owners, &order), whole(&scene));
+        prop_assert!(world_mesh.to_bytes() == undisturbed.to_bytes(), "{}", kind);
+        prop_assert_eq!(world_mesh.develop(&scene.view.film), undisturbed.develop(&scene.view.film));
     }
 
     #[test]
@@ -245,11 +246,12 @@ fn merging_refuses_samples_twice_and_other_pictures() {
         "part that is rendered: 53x37 pixels at (0, 0) and 20x30 pixels at (2, 3)",
     );
     refuse(
-        &|s| s.view.film.max_sample = 2.0,
+        &|s| s.view.film.clamp_sample = 2.0,
         "anti-aliasing, filter, shutter or another setting of sampling",
     );
     let without = |s: &mut Prepared| {
-        let path = PathDesc { caustics: Caustics::Off, reuse: PathReuse::Off, ..PathDesc::default() };
+        let path =
+            PathDesc { caustics: Caustics::Off, shared_paths: SharedPathsMode::Off, ..PathDesc::default() };
         *s = s.with_integrator(&path).unwrap();
     };
     refuse(&without, &format!("light paths per sample: {each} and 0"));

@@ -7,7 +7,7 @@ use crate::schema::{ErrorCode, SceneError};
 use crate::view::{camera_point, place_of, sample_id, take_points};
 
 /// What sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) gives to its pixel: as in the picture, to the last bit, before the film's
-/// `max_sample` cuts it.
+/// `clamp_sample` cuts it.
 ///
 /// Errors ([`ErrorCode::OutOfRange`]): a pixel outside the picture, a sample beyond those of a pixel, adaptive anti-aliasing, whose samples have no
 /// numbers.

@@ -292,7 +292,7 @@ impl<'a> TileBuffers<'a> {
 
     /// Scales down the samples that are brighter than the film lets them be.
     fn cut(&mut self) {
-        if self.p.view.film.max_sample > 0.0 {
+        if self.p.view.film.clamp_sample > 0.0 {
             for radiance in &mut self.radiance {
                 radiance.color *= self.p.view.film.kept(radiance.color);
             }

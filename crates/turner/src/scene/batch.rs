@@ -8,7 +8,7 @@ use turner_bvh::lanes::{Block32, LANES};
 
 use crate::material::{Material, ShadowKind};
 use crate::math::Ray;
-use crate::scene::faces::{Faces, NO_FACES};
+use crate::scene::alpha_test::{Faces, NO_FACES};
 use crate::scene::planes::crossings;
 use crate::scene::ray_batch::RayBatch;
 use crate::scene::rectangles::BatchRectangle;
@@ -54,17 +54,17 @@ struct Rest {
     /// Those that are always tested.
     always: Vec<u32>,
     /// Those that the sieve may hold back, a bit each.
-    sieved: u64,
+    culled: u64,
 }
 
 impl Rest {
     fn add(&mut self, index: usize, bounded: usize) {
-        if index < bounded { self.sieved |= 1 << index } else { self.always.push(index as u32) }
+        if index < bounded { self.culled |= 1 << index } else { self.always.push(index as u32) }
     }
 
     #[inline]
     fn is_empty(&self) -> bool {
-        self.always.is_empty() && self.sieved == 0
+        self.always.is_empty() && self.culled == 0
     }
 }
 
@@ -206,7 +206,7 @@ impl Scene {
                 });
             }
         }
-        if !shapes.meshes.is_empty() || self.merged.is_some() {
+        if !shapes.meshes.is_empty() || self.world_mesh.is_some() {
             self.through_meshes(&shapes.meshes, rays, hits);
         }
         if shapes.tree {
@@ -249,8 +249,8 @@ impl Scene {
                 });
             }
         }
-        if let Some(merged) = &self.merged {
-            self.behind_merged(merged, rays);
+        if let Some(world_mesh) = &self.world_mesh {
+            self.behind_world_mesh(world_mesh, rays);
         }
         for &index in &shapes.opaque_meshes {
             self.behind_single(index, true, rays);
@@ -291,9 +291,9 @@ impl Scene {
         if rest.always.iter().any(|i| test(*i)) {
             return true;
         }
-        let (Some(sieve), true) = (&self.sieve, rest.sieved != 0) else { return false };
+        let (Some(culler), true) = (&self.culler, rest.culled != 0) else { return false };
         let Some(search) = self.frame.ray(ray) else { return false };
-        Bits(sieve.candidates(&search.ray) & rest.sieved).any(test)
+        Bits(culler.candidates(&search.ray) & rest.culled).any(test)
     }
 }
 

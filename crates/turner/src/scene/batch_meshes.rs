@@ -5,16 +5,16 @@ use std::cell::Cell;
 use turner_bvh::lanes::LANES;
 
 use crate::math::DVec3;
-use crate::scene::faces::NO_FACES;
-use crate::scene::merged::Merged;
+use crate::scene::alpha_test::NO_FACES;
 use crate::scene::ray_batch::RayBatch;
 use crate::scene::scene::{NO_TRANSFORM, Primitive};
+use crate::scene::world_mesh::StaticWorldMesh;
 use crate::scene::{Hit, Scene};
 use crate::shape::{BlockRays, NO_TRIANGLE, Shape, ShapeHit, TriangleMesh};
 
 /// What is asked about rays and a mesh.
 #[derive(Clone, Copy)]
-enum Asked {
+enum MeshQuery {
     /// The nearest hit of each.
     Nearest,
     /// Whether there is one.
@@ -25,16 +25,16 @@ impl Scene {
     /// Takes the hits of meshes that are nearer than those so far.
     pub(crate) fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
         rays.end_at(hits);
-        if let Some(merged) = &self.merged {
-            let own = |p, part| merged.triangle(p, part);
-            self.through_mesh(merged.mesh(), None, merged.offset(), own, Asked::Nearest, rays);
+        if let Some(world_mesh) = &self.world_mesh {
+            let own = |p, part| world_mesh.triangle(p, part);
+            self.through_mesh(world_mesh.mesh(), None, world_mesh.offset(), own, MeshQuery::Nearest, rays);
             let found = std::mem::take(&mut rays.found);
             for &(place, found) in &found {
-                let mut hit = merged.owned(&found);
-                if merged.is_checked() {
+                let mut hit = world_mesh.owned(&found);
+                if world_mesh.is_checked() {
                     let Some(ray) = rays.get_to_end(place) else { continue };
-                    if !self.is_merged_there(&ray, &hit) {
-                        match self.intersect_merged_behind(merged, &ray) {
+                    if !self.world_mesh_hit_counts(&ray, &hit) {
+                        match self.intersect_world_mesh_behind(world_mesh, &ray) {
                             Some(behind) => hit = behind,
                             None => continue,
                         }
@@ -50,7 +50,7 @@ impl Scene {
             let primitive = &self.primitives[index as usize];
             let Shape::Mesh(mesh) = &primitive.shape else { continue };
             let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, Asked::Nearest, rays);
+            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, MeshQuery::Nearest, rays);
             let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
             let found = std::mem::take(&mut rays.found);
             for &(place, mut found) in &found {
@@ -76,7 +76,7 @@ impl Scene {
         primitive: Option<&Primitive>,
         offset: DVec3,
         own: impl Fn(u32, u32) -> u32,
-        asked: Asked,
+        asked: MeshQuery,
         rays: &mut RayBatch,
     ) {
         self.move_to(primitive, rays);
@@ -87,10 +87,10 @@ impl Scene {
         let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |o| own(o.primitive, o.part));
         let searched = BlockRays { offset, blocks, ends, own };
         match asked {
-            Asked::Nearest => {
+            MeshQuery::Nearest => {
                 mesh.intersect_blocks(&searched, room, |place, hit| found.push((place as u32, hit)))
             }
-            Asked::Any => {
+            MeshQuery::Any => {
                 let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
                 mesh.occluded_blocks(&searched, room, |place| found.push((place as u32, hit)));
             }
@@ -110,18 +110,25 @@ impl Scene {
     }
 
     /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
-    pub(crate) fn behind_merged(&self, merged: &Merged, rays: &mut RayBatch) {
+    pub(crate) fn behind_world_mesh(&self, world_mesh: &StaticWorldMesh, rays: &mut RayBatch) {
         rays.end_unblocked();
         // Where not all are opaque, the nearest triangle decides for most rays.
-        let asked = if merged.is_opaque() { Asked::Any } else { Asked::Nearest };
-        self.through_mesh(merged.mesh(), None, merged.offset(), |p, i| merged.triangle(p, i), asked, rays);
+        let asked = if world_mesh.is_opaque() { MeshQuery::Any } else { MeshQuery::Nearest };
+        self.through_mesh(
+            world_mesh.mesh(),
+            None,
+            world_mesh.offset(),
+            |p, i| world_mesh.triangle(p, i),
+            asked,
+            rays,
+        );
         let found = std::mem::take(&mut rays.found);
         for &(place, hit) in &found {
             let tinted = Cell::new(false);
-            let blocked = merged.is_opaque()
+            let blocked = world_mesh.is_opaque()
                 || rays.get(place as usize).is_some_and(|ray| {
-                    self.merged_stops(&ray, &merged.owned(&hit), &tinted)
-                        || self.merged_blocks(merged, &ray, &tinted)
+                    self.world_mesh_stops(&ray, &world_mesh.owned(&hit), &tinted)
+                        || self.world_mesh_blocks(world_mesh, &ray, &tinted)
                 });
             rays.note(place as usize, blocked, tinted.get());
         }
@@ -134,7 +141,7 @@ impl Scene {
         let Shape::Mesh(mesh) = &primitive.shape else { return };
         rays.end_unblocked();
         let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-        self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, Asked::Any, rays);
+        self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, MeshQuery::Any, rays);
         let found = std::mem::take(&mut rays.found);
         for &(place, _) in &found {
             let tinted = Cell::new(false);

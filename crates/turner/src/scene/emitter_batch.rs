@@ -25,7 +25,7 @@ pub struct LightBatch {
 
 /// Directions in which rays leave the scene, and what is found there.
 #[derive(Default)]
-pub struct AroundBatch {
+pub struct EscapedRays {
     directions: Vec<DVec3>,
     found: Vec<Option<(Spectrum, f64)>>,
     /// How many lights are there.
@@ -33,7 +33,7 @@ pub struct AroundBatch {
     room: EnvironmentBatch,
 }
 
-impl AroundBatch {
+impl EscapedRays {
     /// Takes all directions out.
     pub fn clear(&mut self) {
         self.directions.clear();
@@ -68,7 +68,7 @@ impl LightBatch {
     #[inline]
     pub fn ask(&mut self, at: impl Into<Receiver>, u: impl Fn(u32) -> [f64; 3]) -> usize {
         let (at, first) = (at.into(), self.asked.len());
-        for number in 0..=at.more {
+        for number in 0..=at.extra_candidates {
             self.asked.push((at, u(number)));
         }
         first
@@ -88,7 +88,7 @@ impl LightBatch {
     #[inline]
     pub fn get(&self, number: usize) -> &[Option<LightSample>] {
         let Some((at, _)) = self.asked.get(number) else { return &[] };
-        self.lit.get(number..number + at.more as usize + 1).unwrap_or_default()
+        self.lit.get(number..number + at.extra_candidates as usize + 1).unwrap_or_default()
     }
 }
 
@@ -163,7 +163,7 @@ impl Emitters {
             if again == 0 {
                 root = None;
             }
-            again = if again == 0 { at.more } else { again - 1 };
+            again = if again == 0 { at.extra_candidates } else { again - 1 };
             let Some(mut chosen) = self.choose(at, u[2], &mut root) else { continue };
             chosen.choice *= at.candidates();
             let (p, emitter, choice) = (at.p, chosen.emitter, chosen.choice);
@@ -210,8 +210,8 @@ impl Emitters {
     }
 
     /// Looks up what is around the scene in all directions: as for one direction.
-    pub fn around_batch(&self, scene: &Scene, batch: &mut AroundBatch) {
-        let AroundBatch { directions, found, lights, room } = batch;
+    pub fn escaped_batch(&self, scene: &Scene, batch: &mut EscapedRays) {
+        let EscapedRays { directions, found, lights, room } = batch;
         *lights = self.around_ids().len();
         found.clear();
         found.resize(directions.len() * *lights, None);

@@ -17,12 +17,12 @@ use crate::schema::transform::rotation;
 use crate::schema::{Asset, MeshData, MeshId, Transform};
 use crate::shape::{ConeDesc, CylinderDesc, DiskDesc, MeshDesc, PlaneDesc, PointsDesc, ShapeDesc, TorusDesc};
 use crate::testing::scenes::{
-    Mean, cuboid, grey, matte, mean, path, plane, rectangle, rgb, shining, sphere, v,
+    Mean, cuboid, emissive, grey, matte, mean, path, plane, rectangle, rgb, sphere, v,
 };
-use crate::texture::{ChessboardDesc, TextureDesc};
+use crate::texture::{CheckerboardDesc, TextureDesc};
 
 fn lamp() -> PrincipledMaterial {
-    shining(2.0, rgb([1.0, 0.5, 0.25]))
+    emissive(2.0, rgb([1.0, 0.5, 0.25]))
 }
 
 /// Under a transform that scales unevenly.
@@ -217,13 +217,13 @@ fn textured_emission_of_curved_shapes() {
     for shape in [ShapeDesc::Torus(torus()), ShapeDesc::Cone(cone)] {
         let lit = |samples, way| -> Mean {
             let mut desc = floor(way);
-            let board = ChessboardDesc {
+            let board = CheckerboardDesc {
                 even: rgb([1.0, 0.2, 0.1]),
                 odd: grey(0.05),
                 density: 4.0,
-                ..ChessboardDesc::default()
+                ..CheckerboardDesc::default()
             };
-            let glow = shining(3.0, desc.texture(TextureDesc::Chessboard(board)));
+            let glow = emissive(3.0, desc.texture(TextureDesc::Checkerboard(board)));
             mean(samples, desc.with_object(slanted(shape.clone()), glow))
         };
         lit(128, LightSampling::Both).agrees(&lit(1024, LightSampling::Bsdf), 0.04);
@@ -239,7 +239,7 @@ fn a_tube_around_the_point_gives_what_the_formula_says() {
         let desc = path(PathDesc { max_depth: 1, light_sampling, ..PathDesc::default() })
             .seen_down()
             .with(plane(), matte(grey(0.5)))
-            .with(ShapeDesc::Cylinder(tube), shining(PI, grey(1.0)));
+            .with(ShapeDesc::Cylinder(tube), emissive(PI, grey(1.0)));
         mean(samples, desc)
     };
     // The disk of radius r at height h has the form factor r² / (r² + h²).

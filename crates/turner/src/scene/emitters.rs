@@ -24,7 +24,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// Light from one direction at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
-    /// Towards the light; for one with a place, as far as the light, so that a shadow ray ends at t = 1.
+    /// BsdfFromWo the light; for one with a place, as far as the light, so that a shadow ray ends at t = 1.
     pub to_light: DVec3,
     /// Whether the light has a place.
     pub finite: bool,
@@ -298,7 +298,7 @@ impl Scene {
     #[inline]
     pub(crate) fn receiver(&self, surface: &SurfaceInteraction, direction: DVec3) -> Receiver {
         match self.material_at(&surface.hit) {
-            Material::Physical(m) if self.emitters.heed_surfaces() => {
+            Material::OpenPbr(m) if self.emitters.heed_surfaces() => {
                 self.receiver_of(m.side(), surface.p, surface.ng, surface.ns, direction)
             }
             _ => Receiver::from(surface.p),

@@ -1,17 +1,17 @@
 //! What is rendered: geometry, surfaces and lights, complete and immutable. What is there, nothing of who looks.
 
+pub(crate) mod alpha_test;
 pub(crate) mod batch;
 pub(crate) mod batch_meshes;
-pub mod casters;
+pub mod caustic_targets;
 pub(crate) mod emitter_batch;
+pub(crate) mod emitter_list;
 #[cfg(test)]
 mod emitter_tests;
 pub mod emitters;
-pub(crate) mod faces;
-pub(crate) mod facets;
+pub(crate) mod flat_triangles;
 pub(crate) mod footprint;
 pub(crate) mod light_groups;
-pub(crate) mod merged;
 pub(crate) mod motion;
 #[cfg(test)]
 mod motion_tests;
@@ -27,15 +27,16 @@ pub(crate) mod rectangles;
 pub(crate) mod scene;
 pub(crate) mod search_cost;
 pub(crate) mod shape_emitters;
-pub(crate) mod shining;
-pub(crate) mod sieve;
 pub(crate) mod spectrum_block;
+pub(crate) mod sphere_culler;
 pub(crate) mod tangent;
 pub(crate) mod volumes;
+pub(crate) mod world_mesh;
 
 pub use crate::interaction::{Hit, SurfaceInteraction};
-pub use emitter_batch::{AroundBatch, LightBatch};
-pub use facets::FacetBlock;
+pub use emitter_batch::{EscapedRays, LightBatch};
+pub use emitter_list::ListedEmitter;
+pub use flat_triangles::FlatTriangleBlock;
 pub use light_groups::LightGroups;
 pub use names::{Caster, ObjectName};
 pub use outline::Outline;
@@ -43,6 +44,5 @@ pub use placed_emitters::LightChoice;
 pub use ray_batch::{RayBatch, RayOrigin};
 pub use scene::{Scene, SceneStats};
 pub use search_cost::SearchCost;
-pub use shining::Shining;
 pub use spectrum_block::SpectrumBlock;
 pub(crate) use volumes::Volumes;

@@ -16,7 +16,7 @@ use crate::schema::transform::rotation;
 use crate::schema::{GroupId, MeshData, Transform};
 use crate::shape::{BoxDesc, PlaneDesc, ShapeDesc, SphereDesc};
 use crate::testing::scenes::{
-    grey, matte, mean, path, pixel, plane, rectangle, render, render_with, shining, v,
+    emissive, grey, matte, mean, path, pixel, plane, rectangle, render, render_with, v,
 };
 
 /// The shutter of a film that says nothing.
@@ -100,7 +100,7 @@ fn a_bar_that_passes_leaves_its_share_of_light() {
             for shutter @ [open, close] in [OPEN, [0.25, 0.5]] {
                 let mut desc = strip();
                 let bar = bar(&mut desc);
-                desc = desc.with_object(going(bar), shining(1.0, grey(1.0)));
+                desc = desc.with_object(going(bar), emissive(1.0, grey(1.0)));
                 for _ in 0..n {
                     let far = ObjectDesc::new(other(&mut desc));
                     desc.objects.push(ObjectDesc { transform: moved(500.0, 0.0), ..far });
@@ -120,7 +120,7 @@ fn a_moment_is_a_picture_without_motion() {
     let at = |degrees, x| turned(DVec3::Y, degrees, [x, 0.0]);
     let still = |transform| ObjectDesc { transform, ..ObjectDesc::new(sized(2.0, 1.0, 1.0)) };
     let moving = || ObjectDesc { motion: Some(at(90.0, 4.0)), ..still(moved(-4.0, 0.0)) };
-    let seen = |object, shutter| pixels(strip().with_object(object, shining(1.0, grey(1.0))), shutter);
+    let seen = |object, shutter| pixels(strip().with_object(object, emissive(1.0, grey(1.0))), shutter);
     for (shutter, place) in
         [([0.0, 0.0], moved(-4.0, 0.0)), ([1.0, 1.0], at(90.0, 4.0)), ([0.5, 0.5], at(45.0, 0.0))]
     {

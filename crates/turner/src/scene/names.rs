@@ -125,13 +125,13 @@ impl Scene {
     pub fn shadow_casters(&self, ray: &Ray) -> Vec<Caster> {
         const MOST: usize = 256;
         let mut ray = *ray;
-        let mut casters = Vec::new();
+        let mut caustic_targets = Vec::new();
         for _ in 0..MOST {
             let Some(hit) = self.intersect(&ray) else { break };
             let surface = self.surface(&ray, &hit);
             let kind = self.materials.get(surface.material.index()).map(|m| m.shadow());
             if kind != Some(ShadowKind::None) {
-                casters.push(Caster {
+                caustic_targets.push(Caster {
                     t: hit.shape.t,
                     primitive: self.primitive_id(&hit),
                     shape: self.shape_word(&hit),
@@ -143,6 +143,6 @@ impl Scene {
             }
             ray.t_min = self.beyond(&ray, &hit, &surface);
         }
-        casters
+        caustic_targets
     }
 }

@@ -10,7 +10,7 @@ use crate::shape::{BoxDesc, ShapeDesc};
 use crate::testing::scenes::{placed, plane, rgb, sphere, v};
 
 /// Spheres and other shapes, opaque, tinted and shadowless, with and without transforms; `more` spheres beside.
-fn scene(more: u32) -> SceneDesc {
+fn scene(extra_candidates: u32) -> SceneDesc {
     let tinted = |color, k_refract| ClassicMaterial {
         color: rgb(color),
         k_refract,
@@ -28,7 +28,7 @@ fn scene(more: u32) -> SceneDesc {
     let desc = desc
         .with(ShapeDesc::Box(BoxDesc::default()), tinted([0.3, 0.9, 0.7], 0.5))
         .with_default(sphere(DVec3::Y, 1.0));
-    (0..more).fold(desc, |desc, i| {
+    (0..extra_candidates).fold(desc, |desc, i| {
         let x = f64::from(i) * 0.37 - 3.0;
         desc.with_default(sphere(v(x, x * x * 0.3, -1.0), 0.2))
     })
@@ -36,8 +36,8 @@ fn scene(more: u32) -> SceneDesc {
 
 #[test]
 fn batches_find_what_single_rays_find() {
-    for more in [0, 20, 90] {
-        let scene = scene(more).prepare(&PrepareOptions::default()).unwrap().scene;
+    for extra_candidates in [0, 20, 90] {
+        let scene = scene(extra_candidates).prepare(&PrepareOptions::default()).unwrap().scene;
         let (mut hits, mut through) = (Vec::new(), Vec::new());
         let (mut struck, mut tinted) = (0, 0);
         for n in 0..400 {

@@ -10,15 +10,15 @@ use crate::interaction::{Hit, NOT_SEEN, SurfaceInteraction};
 use crate::light::{BackgroundDesc, Light};
 use crate::material::{Material, ShadowKind};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3, Ray};
+use crate::scene::alpha_test::{Faces, NO_FACES};
 use crate::scene::batch::BatchShapes;
 use crate::scene::emitters::Emitters;
-use crate::scene::faces::{Faces, NO_FACES};
 use crate::scene::light_groups::LightGroups;
-use crate::scene::merged::Merged;
 use crate::scene::motion::Motion;
 use crate::scene::names::ObjectNames;
-use crate::scene::sieve::Sieve;
+use crate::scene::sphere_culler::SphereCuller;
 use crate::scene::volumes::Volumes;
+use crate::scene::world_mesh::StaticWorldMesh;
 use crate::schema::MaterialId;
 use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, ShapeHit, Sphere, SurfacePoint};
@@ -43,12 +43,12 @@ pub struct Scene {
     pub(crate) bounded: usize,
     /// Where those begin that are gathered in `merged`.
     pub(crate) gathered: usize,
-    pub(crate) merged: Option<Merged>,
+    pub(crate) world_mesh: Option<StaticWorldMesh>,
     pub(crate) transforms: Arc<[ObjectTransform]>,
     /// Empty where the sieve serves.
     pub(crate) bvh: Arc<BoxBvh>,
     /// For scenes of few shapes, instead of the tree.
-    pub(crate) sieve: Option<Sieve>,
+    pub(crate) culler: Option<SphereCuller>,
     pub(crate) frame: TraversalFrame,
     /// What is tested many rays at a time.
     pub(crate) batch: Arc<BatchShapes>,
@@ -148,10 +148,12 @@ impl ObjectTransform {
 
 impl Scene {
     /// What a ray sees that hits nothing: the environment, where there is one and the background shows it, or the background's colour.
-    pub fn surroundings(&self, direction: DVec3) -> Spectrum {
+    pub fn background_radiance(&self, direction: DVec3) -> Spectrum {
         let mut around = self.lights.iter().filter_map(|light| light.around(direction));
         match around.next() {
-            Some(first) if self.background.environment => around.fold(first, |sum, more| sum + more),
+            Some(first) if self.background.environment => {
+                around.fold(first, |sum, extra_candidates| sum + extra_candidates)
+            }
             _ => self.background.color(direction),
         }
     }
@@ -162,8 +164,8 @@ impl Scene {
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let mut ray = *ray;
         let mut best: Option<Hit> = None;
-        if let Some(merged) = &self.merged
-            && let Some(hit) = self.intersect_merged(merged, &ray)
+        if let Some(world_mesh) = &self.world_mesh
+            && let Some(hit) = self.intersect_world_mesh(world_mesh, &ray)
         {
             ray.t_max = hit.shape.t;
             best = Some(hit);
@@ -179,8 +181,8 @@ impl Scene {
     #[inline]
     pub(crate) fn intersect_bounded(&self, ray: &mut Ray, best: &mut Option<Hit>) {
         let Some(search) = self.frame.ray(ray) else { return };
-        if let Some(sieve) = &self.sieve {
-            for i in Bits(sieve.candidates(&search.ray)) {
+        if let Some(culler) = &self.culler {
+            for i in Bits(culler.candidates(&search.ray)) {
                 self.try_primitive(i, ray, best);
             }
         } else {
@@ -270,8 +272,8 @@ impl Scene {
     /// Whether anything opaque is hit; if not, `tinted` says whether anything tinted is.
     #[inline]
     fn blocked(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
-        if let Some(merged) = &self.merged
-            && self.merged_blocks(merged, ray, tinted)
+        if let Some(world_mesh) = &self.world_mesh
+            && self.world_mesh_blocks(world_mesh, ray, tinted)
         {
             return true;
         }
@@ -286,10 +288,10 @@ impl Scene {
     /// The same among the primitives of the tree or the sieve.
     #[inline]
     pub(crate) fn bounded_block(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
-        match (self.frame.ray(ray), &self.sieve) {
+        match (self.frame.ray(ray), &self.culler) {
             (None, _) => false,
-            (Some(search), Some(sieve)) => {
-                Bits(sieve.candidates(&search.ray)).any(|i| self.primitive_blocks(i, ray, tinted))
+            (Some(search), Some(culler)) => {
+                Bits(culler.candidates(&search.ray)).any(|i| self.primitive_blocks(i, ray, tinted))
             }
             (Some(search), None) => self
                 .bvh

@@ -19,15 +19,15 @@ impl Scene {
     /// depends on the trees, which are the same for any number of threads, and not on how they are searched.
     pub fn search_cost(&self, ray: &Ray) -> SearchCost {
         let mut cost = SearchCost::default();
-        if let Some(merged) = &self.merged {
-            cost.add(merged.mesh().search_steps(&merged.ray(ray)));
+        if let Some(world_mesh) = &self.world_mesh {
+            cost.add(world_mesh.mesh().search_steps(&world_mesh.ray(ray)));
         }
         for i in self.bounded..self.gathered {
             self.add_primitive(i as u32, ray, &mut cost);
         }
         let Some(search) = self.frame.ray(ray) else { return cost };
-        if let Some(sieve) = &self.sieve {
-            Bits(sieve.candidates(&search.ray)).for_each(|i| self.add_primitive(i, ray, &mut cost));
+        if let Some(culler) = &self.culler {
+            Bits(culler.candidates(&search.ray)).for_each(|i| self.add_primitive(i, ray, &mut cost));
         } else {
             let nodes = self.bvh.steps(&search.ray, |leaf| {
                 leaf.into_iter().for_each(|i| self.add_primitive(i, ray, &mut cost));
@@ -41,11 +41,11 @@ impl Scene {
     /// meets. Meshes and clouds count by their means, which do not depend on how good their trees are; the scene's own tree is always built alike.
     pub(crate) fn ray_tests(&self, ray: &Ray) -> f64 {
         let of = |i: u32| self.primitives.get(i as usize).map_or(0.0, |p| p.shape.tests_per_ray());
-        let mut tests = self.merged.as_ref().map_or(0.0, |merged| merged.mesh().tests_per_ray());
+        let mut tests = self.world_mesh.as_ref().map_or(0.0, |world_mesh| world_mesh.mesh().tests_per_ray());
         tests += (self.bounded..self.gathered).map(|i| of(i as u32)).sum::<f64>();
         let Some(search) = self.frame.ray(ray) else { return tests };
-        if let Some(sieve) = &self.sieve {
-            Bits(sieve.candidates(&search.ray)).for_each(|i| tests += of(i));
+        if let Some(culler) = &self.culler {
+            Bits(culler.candidates(&search.ray)).for_each(|i| tests += of(i));
         } else {
             self.bvh.steps(&search.ray, |leaf| tests += leaf.map(of).sum::<f64>());
         }

@@ -1,6 +1,7 @@
 //! Paths of keys, as in `film.width` or `object.0.radius`, and setting a value at the end of one.
 
 use super::error::{ErrorCode, SceneError, escape};
+use super::old_names;
 use super::value::{Data, Entry, Span, Table, Value};
 
 /// One part of a path of keys and its place.
@@ -53,8 +54,13 @@ impl Value {
         let span = part.span;
         match &mut self.data {
             Data::Table(table) => {
-                let i = match table.entries.iter().position(|e| e.key == part.key) {
-                    Some(i) => i,
+                let place = |name: &str| table.entries.iter().position(|e| e.key == name);
+                let found = place(&part.key).or_else(|| place(old_names::of_key(&part.key)?));
+                let i = match found {
+                    Some(i) => {
+                        table.entries[i].key.clone_from(&part.key);
+                        i
+                    }
                     None => {
                         let value = Value { data: Data::Table(Table::default()), span };
                         table.entries.push(Entry { key: part.key.clone(), key_span: span, value });

@@ -11,6 +11,7 @@ mod key_path;
 pub mod limits;
 mod macros;
 mod materials_by_name;
+pub mod old_names;
 mod options;
 mod param;
 mod range;

@@ -2,7 +2,7 @@
 
 use super::error::{ErrorCode, SceneError, escape, nearest, suggestion};
 use super::value::{Data, Span, Table, Value};
-use super::{ParamType, Range, ReadContext, wrong_type};
+use super::{ParamType, Range, ReadContext, old_names, wrong_type};
 
 /// Reads the keys of one table, remembers which were asked for, and refuses the others.
 pub struct TableReader<'a> {
@@ -42,6 +42,16 @@ impl<'a> TableReader<'a> {
         self.table.get(key)
     }
 
+    /// The value of a key, by its new name or by its old one, with a note about the latter.
+    pub fn take_renamed(&mut self, key: &'static str, cx: &mut dyn ReadContext) -> Option<&'a Value> {
+        let value = self.take(key);
+        let Some(old) = old_names::of_key(key).filter(|_| value.is_none()) else { return value };
+        let entry = self.table.entries.iter().find(|e| e.key == old)?;
+        self.known.push(old);
+        old_names::note(old, key, entry.key_span, cx);
+        Some(&entry.value)
+    }
+
     /// Where the key or, without it, the table stands.
     pub fn span_of(&self, key: &str) -> Span {
         self.table.get(key).map_or(self.span, |v| v.span)
@@ -54,7 +64,7 @@ impl<'a> TableReader<'a> {
         range: Option<Range>,
         cx: &mut dyn ReadContext,
     ) -> Result<Option<T>, SceneError> {
-        let Some(value) = self.take(key) else { return Ok(None) };
+        let Some(value) = self.take_renamed(key, cx) else { return Ok(None) };
         let read = T::read(value, cx)?;
         if let Some(range) = range
             && let Some(bad) = read.outside(&range)

@@ -1,6 +1,6 @@
 //! How far the triangles of a mesh reach, and which of them can be shown.
 
-use super::triangle_mesh::{LeftOut, area_normal, wide};
+use super::triangle_mesh::{SkippedTriangles, area_normal, wide};
 use crate::math::Bounds;
 use crate::schema::MeshData;
 
@@ -10,7 +10,7 @@ pub(crate) struct Extent {
     pub(crate) bounds: Bounds,
     /// Half the areas of the triangles' boxes, in all.
     pub(super) areas: f64,
-    pub(super) left_out: LeftOut,
+    pub(super) left_out: SkippedTriangles,
 }
 
 /// Whether a triangle of finite corners has no area that can be hit.
@@ -30,7 +30,7 @@ pub(super) fn is_shown(v: &[[f32; 3]; 3]) -> bool {
 
 impl Extent {
     pub(crate) const EMPTY: Extent =
-        Extent { bounds: Bounds::EMPTY, areas: 0.0, left_out: LeftOut { non_finite: 0, flat: 0 } };
+        Extent { bounds: Bounds::EMPTY, areas: 0.0, left_out: SkippedTriangles { non_finite: 0, flat: 0 } };
 
     /// Of some triangles, their corners by number.
     pub(crate) fn of(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Extent {
@@ -67,11 +67,11 @@ impl Extent {
 
     /// Of both.
     pub(crate) fn union(&self, other: &Extent) -> Extent {
-        let LeftOut { non_finite, flat } = other.left_out;
+        let SkippedTriangles { non_finite, flat } = other.left_out;
         Extent {
             bounds: self.bounds.union(&other.bounds),
             areas: self.areas + other.areas,
-            left_out: LeftOut {
+            left_out: SkippedTriangles {
                 non_finite: self.left_out.non_finite + non_finite,
                 flat: self.left_out.flat + flat,
             },

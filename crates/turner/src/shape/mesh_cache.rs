@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::mesh::MeshDesc;
 use super::points::{Points, PointsDesc};
-use super::triangle_mesh::{LeftOut, TriangleMesh};
+use super::triangle_mesh::{SkippedTriangles, TriangleMesh};
 use crate::schema::{Asset, ErrorCode, MeshData, MeshId, PrepareOptions, SceneError};
 
 /// Meshes and clouds of points as they were made, by the data that they were made from: what a later preparation need not make again, trees included.
@@ -20,7 +20,7 @@ pub struct KeptShapes {
 struct KeptMesh {
     data: Arc<MeshData>,
     mesh: Arc<TriangleMesh>,
-    left_out: LeftOut,
+    left_out: SkippedTriangles,
 }
 
 #[derive(Clone, Debug)]

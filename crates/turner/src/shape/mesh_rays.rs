@@ -20,11 +20,11 @@ pub struct MeshRays {
     certain: Vec<f32>,
     hits: Vec<Hit>,
     dark: Vec<bool>,
-    met: Vec<MetBlock>,
+    met: Vec<HitBlock>,
 }
 
 /// What rays of one block meet, in double precision.
-struct MetBlock {
+struct HitBlock {
     /// The number of the first of its hits.
     first: u32,
     /// Lanes with hits; those that count; and those that need a second look, one by one.
@@ -258,7 +258,7 @@ struct Finish<'a> {
     ends: &'a [Block],
     places: &'a [u32],
     hits: &'a [Hit],
-    met: &'a mut Vec<MetBlock>,
+    met: &'a mut Vec<HitBlock>,
 }
 
 impl Work for Finish<'_> {
@@ -292,7 +292,7 @@ impl Work for Finish<'_> {
                 let hits = meet(simd, origin, Vec3x8::load(simd, &block.direction), &corners);
                 let counts = hits.met & hits.t.ge(F64x8::load(simd, &block.t_min));
                 let ends_after = hits.t.le(F64x8::load(simd, &ends[index]));
-                let mut out = MetBlock {
+                let mut out = HitBlock {
                     first: first as u32,
                     hit,
                     met: (counts & ends_after).bits() & hit,

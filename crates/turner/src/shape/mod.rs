@@ -53,7 +53,7 @@ pub use points::{Points, PointsDesc};
 pub use rectangle::{Rectangle, RectangleDesc};
 pub use sphere::{Sphere, SphereDesc};
 pub use torus::{Torus, TorusDesc};
-pub use triangle_mesh::{LeftOut, TriangleMesh};
+pub use triangle_mesh::{SkippedTriangles, TriangleMesh};
 
 use std::sync::Arc;
 

@@ -52,7 +52,7 @@ pub struct TriangleMesh {
 
 /// Triangles that a mesh has but that cannot be shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LeftOut {
+pub struct SkippedTriangles {
     /// With a vertex that is NaN or infinite.
     pub non_finite: usize,
     /// Without area.
@@ -75,14 +75,17 @@ impl TriangleMesh {
         data: &Arc<MeshData>,
         smooth: bool,
         options: &PrepareOptions,
-    ) -> Result<(TriangleMesh, LeftOut), SceneError> {
+    ) -> Result<(TriangleMesh, SkippedTriangles), SceneError> {
         let (mesh, left_out) = TriangleMesh::without_tree(data, smooth)?;
         mesh.build_tree(options)?;
         Ok((mesh, left_out))
     }
 
     /// Checks the data; [`TriangleMesh::build_tree`] must follow before rays are traced.
-    pub fn without_tree(data: &Arc<MeshData>, smooth: bool) -> Result<(TriangleMesh, LeftOut), SceneError> {
+    pub fn without_tree(
+        data: &Arc<MeshData>,
+        smooth: bool,
+    ) -> Result<(TriangleMesh, SkippedTriangles), SceneError> {
         data.check()?;
         let extent = Extent::of(&data.positions, &data.triangles);
         let made_normals = if smooth && data.normals.is_empty() { vertex_normals(data) } else { Vec::new() };

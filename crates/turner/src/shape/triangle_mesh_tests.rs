@@ -61,7 +61,7 @@ fn icosphere(levels: u32) -> MeshData {
     MeshData { positions, triangles, ..MeshData::default() }
 }
 
-fn build(data: &MeshData, smooth: bool) -> (TriangleMesh, LeftOut) {
+fn build(data: &MeshData, smooth: bool) -> (TriangleMesh, SkippedTriangles) {
     TriangleMesh::build(&Arc::new(data.clone()), smooth, &PrepareOptions::default()).unwrap()
 }
 
@@ -81,7 +81,7 @@ fn brute(data: &MeshData, ray: &Ray) -> Option<ShapeHit> {
 fn nothing_leaks_through_edges_and_vertices() {
     let data = icosphere(3);
     let (mesh, left_out) = build(&data, false);
-    assert_eq!((mesh.triangle_count(), left_out), (1280, LeftOut::default()));
+    assert_eq!((mesh.triangle_count(), left_out), (1280, SkippedTriangles::default()));
     let mut random = Random::new(5);
     for i in 0..1_000_000_u32 {
         let t = data.triangles[(random.unit() * 1280.0) as usize];

@@ -13,7 +13,7 @@ use crate::film::{Antialias, Picture};
 use crate::integrator::{IntegratorDesc, PathDesc, RayStats};
 use crate::light::{Attenuation, LightDesc, PointDesc};
 use crate::material::{
-    BoundaryMaterial, ClassicMaterial, DielectricMaterial, MaterialDesc, MetalMaterial, MixMaterial,
+    ClassicMaterial, DielectricMaterial, InterfaceMaterial, MaterialDesc, MetalMaterial, MixMaterial,
     PrincipledMaterial,
 };
 use crate::math::{DAffine3, DVec3};
@@ -62,7 +62,7 @@ pub(crate) fn matte(color: ColorSource) -> PrincipledMaterial {
 }
 
 /// A surface that shines and reflects nothing.
-pub(crate) fn shining(luminance: f64, color: ColorSource) -> PrincipledMaterial {
+pub(crate) fn emissive(luminance: f64, color: ColorSource) -> PrincipledMaterial {
     PrincipledMaterial {
         base_weight: grey(0.0),
         specular_weight: grey(0.0),
@@ -100,7 +100,7 @@ kinds! {
     MaterialDesc::Mix(MixMaterial),
     MaterialDesc::Principled(PrincipledMaterial),
     MaterialDesc::Dielectric(DielectricMaterial),
-    MaterialDesc::Boundary(BoundaryMaterial),
+    MaterialDesc::Boundary(InterfaceMaterial),
     MediumDesc::Homogeneous(HomogeneousMedium),
     MediumDesc::Smoke(SmokeMedium),
 }
@@ -254,7 +254,7 @@ impl SceneDesc {
     /// One more material: the boundary of a medium, nothing else.
     pub(crate) fn boundary(&mut self, medium: impl Into<MediumDesc>) -> MaterialId {
         let interior = self.medium(medium);
-        self.material(BoundaryMaterial { interior }.into())
+        self.material(InterfaceMaterial { interior }.into())
     }
 
     /// With a medium in a shape without a surface.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{
-    Axis, ChessboardDesc, Encoding, GradientDesc, ImageDesc, ImageFilter, Mapping, NoiseDesc, StripesDesc,
+    Axis, CheckerboardDesc, Encoding, GradientDesc, ImageDesc, ImageFilter, Mapping, NoiseDesc, StripesDesc,
     TextureDesc,
 };
 use crate::camera::PixelCone;
@@ -49,7 +49,7 @@ fn horizon(texture: TextureDesc) -> SceneDesc {
 }
 
 fn board(density: f64) -> TextureDesc {
-    TextureDesc::Chessboard(ChessboardDesc { density, ..ChessboardDesc::default() })
+    TextureDesc::Checkerboard(CheckerboardDesc { density, ..CheckerboardDesc::default() })
 }
 
 /// At one sample per pixel.

@@ -18,7 +18,7 @@ params! {
     example r##"[texture.worn]
 type = "mix"
 a = "firebrick"
-b = { type = "chessboard", density = 4 }
+b = { type = "checkerboard", density = 4 }
 amount = { type = "noise" }
 
 [[object]]

@@ -15,7 +15,7 @@
 //! - A texture whose keys name other textures looks them up at the same point; [`Textures::prepare`] refuses cycles, so evaluation ends.
 //! - It depends on the point alone: no state, no random numbers.
 
-mod chessboard;
+mod checkerboard;
 mod constant;
 mod decoder;
 mod footprint;
@@ -25,11 +25,11 @@ mod mapping;
 mod marble;
 mod mipmap;
 mod mix;
+mod multiply;
 mod noise;
 mod perlin;
 mod placement;
 mod prepare;
-mod product;
 mod reference_noise;
 mod stripes;
 mod tint;
@@ -45,7 +45,7 @@ mod swatches;
 #[cfg(test)]
 mod tests;
 
-pub use chessboard::ChessboardDesc;
+pub use checkerboard::CheckerboardDesc;
 pub use constant::ConstantDesc;
 pub use footprint::Footprint;
 pub use gradient::{GradientDesc, GradientKind, Stop};
@@ -53,10 +53,10 @@ pub use image::{Encoding, ImageChannel, ImageDesc, ImageFilter};
 pub use mapping::Mapping;
 pub use marble::MarbleDesc;
 pub use mix::MixDesc;
+pub use multiply::MultiplyDesc;
 pub use noise::{NoiseDesc, NoiseKind};
 pub use perlin::{Fractal, Perlin};
 pub use placement::{Axis, Placement};
-pub use product::ProductDesc;
 pub use reference_noise::{PerlinDesc, PerlinKind};
 pub use stripes::StripesDesc;
 pub use tint::Tint;
@@ -141,7 +141,7 @@ macro_rules! textures {
 textures! {
     Constant(ConstantDesc => constant::Constant),
     Image(ImageDesc => image::ImageTexture),
-    Chessboard(ChessboardDesc => chessboard::Chessboard),
+    Checkerboard(CheckerboardDesc => checkerboard::Checkerboard),
     Stripes(StripesDesc => stripes::Stripes),
     Gradient(GradientDesc => gradient::Gradient),
     Wood(WoodDesc => wood::Wood),
@@ -149,7 +149,7 @@ textures! {
     Noise(NoiseDesc => noise::Noise),
     Perlin(PerlinDesc => reference_noise::Perlin),
     VertexColor(VertexColorDesc => vertex_color::VertexColor),
-    Product(ProductDesc => product::Product),
+    Product(MultiplyDesc => multiply::Product),
     Mix(MixDesc => mix::Mix),
 }
 
@@ -159,7 +159,7 @@ impl TextureDesc {
         match self {
             TextureDesc::Image(d) => Some(d.file),
             TextureDesc::Constant(_)
-            | TextureDesc::Chessboard(_)
+            | TextureDesc::Checkerboard(_)
             | TextureDesc::Stripes(_)
             | TextureDesc::Gradient(_)
             | TextureDesc::Wood(_)
@@ -400,7 +400,7 @@ impl Texture {
             Texture::Triplanar(t) => t.opacity(textures, at),
             Texture::Mix(m) => Some(m.opacity(textures, at)),
             Texture::Constant(_)
-            | Texture::Chessboard(_)
+            | Texture::Checkerboard(_)
             | Texture::Stripes(_)
             | Texture::Gradient(_)
             | Texture::Wood(_)

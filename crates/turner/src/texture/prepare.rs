@@ -203,11 +203,11 @@ fn summarise(
     // A texture that is mixed with itself is looked up once.
     named.dedup();
     let inner: Vec<Known> = named.into_iter().filter_map(|c| known[c]).collect();
-    let dearest = inner.iter().map(|k| k.lookups).max().unwrap_or(0);
+    let costliest = inner.iter().map(|k| k.lookups).max().unwrap_or(0);
     let sides = if desc.value.triplanar().is_some() { 3 } else { 1 };
     let at_once = sides * desc.value.at_once().min(inner.len() as u64);
     let depth = 1 + inner.iter().map(|k| k.depth).max().unwrap_or(0);
-    let lookups = dearest.saturating_mul(at_once).saturating_add(1);
+    let lookups = costliest.saturating_mul(at_once).saturating_add(1);
     if depth > MAX_DEPTH {
         let message =
             format!("textures nest deeper than {MAX_DEPTH}: {}", chain(descs, &deepest(descs, node)));

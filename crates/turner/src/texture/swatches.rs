@@ -42,7 +42,7 @@ fn swatches() {
     for (file, name, keys) in [
         ("constant", "constant", vec![("color", text("tomato"))]),
         ("image", "image", vec![("file", text("picture.png"))]),
-        ("chessboard", "chessboard", vec![]),
+        ("checkerboard", "checkerboard", vec![]),
         ("stripes", "stripes", vec![("density", Data::Integer(4)), ("smooth", Data::Number(0.2))]),
         ("gradient", "gradient", vec![("kind", text("radial"))]),
         ("wood", "wood", vec![]),

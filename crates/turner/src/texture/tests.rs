@@ -83,7 +83,7 @@ pub(super) fn at(textures: &Textures, s: f64, t: f64) -> Spectrum {
 
 /// A texture of two colours, each a colour name or a texture.
 fn board(even: &str, odd: &str) -> Data {
-    table(&[("type", text("chessboard")), ("even", text(even)), ("odd", text(odd))])
+    table(&[("type", text("checkerboard")), ("even", text(even)), ("odd", text(odd))])
 }
 
 fn refused(scene: &SceneDesc) -> SceneError {
@@ -96,15 +96,15 @@ fn every_texture_is_finite_everywhere() {
         [0.0, -0.0, -1e-300, 0.5, 1e9, -1e18, 1e300, f64::MAX, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
     let everything = TextureDesc::DOC.entries.iter().flat_map(|doc| {
         let keys = match doc.name {
-            "product" | "mix" => vec![("a", Data::Number(1e30)), ("b", Data::Number(-1e30))],
+            "multiply" | "mix" => vec![("a", Data::Number(1e30)), ("b", Data::Number(-1e30))],
             kind => needed(kind),
         };
         let huge = match doc.name {
-            "constant" | "vertex-color" | "product" | "mix" => vec![],
+            "constant" | "vertex-color" | "multiply" | "mix" => vec![],
             _ => vec![("density", Data::Number(-1e300))],
         };
         let turned = match doc.name {
-            "constant" | "vertex-color" | "product" | "mix" => vec![],
+            "constant" | "vertex-color" | "multiply" | "mix" => vec![],
             _ => vec![("transform", table(&[("rotate", list(&[10.0, 20.0, 30.0]))]))],
         };
         [vec![], huge, turned].map(|more| (doc.name, [keys.clone(), more].concat()))
@@ -125,7 +125,7 @@ fn every_texture_is_finite_everywhere() {
 
 #[test]
 fn defaults_stay_between_their_colours() {
-    for name in ["chessboard", "stripes", "gradient", "wood", "marble", "noise"] {
+    for name in ["checkerboard", "stripes", "gradient", "wood", "marble", "noise"] {
         let textures = ready(name, &[]);
         for i in 0..2000 {
             let c = at(&textures, f64::from(i % 50) * 0.11 - 2.0, f64::from(i / 50) * 0.13 - 2.0);
@@ -136,7 +136,7 @@ fn defaults_stay_between_their_colours() {
 
 #[test]
 fn chessboard_squares_alternate_across_zero() {
-    let board = ready("chessboard", &[("density", Data::Integer(4))]);
+    let board = ready("checkerboard", &[("density", Data::Integer(4))]);
     for i in -12..12 {
         for j in -12..12 {
             let c = at(&board, (f64::from(i) + 0.5) / 4.0, (f64::from(j) + 0.25) / 4.0);
@@ -198,7 +198,7 @@ fn cycles_are_refused_with_their_names() {
 fn needed(kind: &str) -> Vec<(&'static str, Data)> {
     match kind {
         "image" => vec![("file", text("picture.png"))],
-        "product" | "mix" => vec![("a", text("red")), ("b", text("blue"))],
+        "multiply" | "mix" => vec![("a", text("red")), ("b", text("blue"))],
         _ => vec![],
     }
 }
@@ -280,8 +280,8 @@ fn dangling_references_are_errors_not_panics() {
     assert_eq!(refused(&scene).code, ErrorCode::Internal);
     let missing = ColorSource::Texture(TextureId(7));
     let constant = ColorSource::Constant(Spectrum::BLACK);
-    let mut descs: Vec<Named<TextureDesc>> = read("chessboard", &[]).unwrap().textures;
-    let TextureDesc::Chessboard(board) = &mut descs[0].value else { panic!("asked for a chessboard") };
+    let mut descs: Vec<Named<TextureDesc>> = read("checkerboard", &[]).unwrap().textures;
+    let TextureDesc::Checkerboard(board) = &mut descs[0].value else { panic!("asked for a chessboard") };
     (board.even, board.odd) = (missing, constant);
     assert_eq!(Textures::prepare(&descs, &[], Transfer::None, false).unwrap_err().code, ErrorCode::Internal);
 }

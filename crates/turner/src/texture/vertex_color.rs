@@ -10,7 +10,7 @@ params! {
     /// curve, floating-point numbers are taken as they are, also those of OBJ files.
     pub struct VertexColorDesc as "vertex-color" {
         /// The colour of shapes without vertex colours.
-        otherwise: Spectrum = Spectrum::WHITE;
+        fallback: Spectrum = Spectrum::WHITE;
     }
     example r##"[[object]]
 type = "mesh"
@@ -36,7 +36,7 @@ impl Kind for VertexColorDesc {
     }
 
     fn prepare(&self, _: &mut Preparing<'_>) -> Result<VertexColor, SceneError> {
-        Ok(VertexColor(self.otherwise))
+        Ok(VertexColor(self.fallback))
     }
 }
 

@@ -3,8 +3,8 @@
 use serde::Serialize;
 use turner::color::Spectrum;
 use turner::integrator::path::{
-    AroundRecord, EmissionRecord, End, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord,
-    PhotonsRecord, ScatterRecord, SharedRecord, VertexRecord, WalkRecord, WayRecord,
+    DonorRecord, EmissionRecord, End, EscapeRecord, InfiniteLightRecord, LightRecord, MediumSegmentRecord,
+    Passage, PathRecord, PhotonsRecord, RandomWalkRecord, ScatterRecord, SharedRecord, VertexRecord,
 };
 use turner::math::DVec3;
 
@@ -26,11 +26,11 @@ pub(crate) struct Path<'a> {
 #[derive(Serialize)]
 pub(crate) struct Shared {
     pub(crate) from: Option<usize>,
-    pub(crate) paths: Vec<Lent>,
+    pub(crate) paths: Vec<BorrowedAssets>,
 }
 
 #[derive(Serialize)]
-pub(crate) struct Lent {
+pub(crate) struct BorrowedAssets {
     /// Whether it is the sample's own path.
     #[serde(skip)]
     pub(crate) own: bool,
@@ -65,7 +65,7 @@ pub(crate) fn of<'a>(names: &Names<'a>, path: &PathRecord) -> Path<'a> {
 }
 
 fn shared(path: &PathRecord, s: &SharedRecord) -> Shared {
-    let lent = |p: &LentRecord| Lent {
+    let lent = |p: &DonorRecord| BorrowedAssets {
         own: p.id == path.id,
         pixel: [p.id.x, p.id.y],
         position: p.p,
@@ -93,7 +93,7 @@ pub(crate) struct Second<'a> {
     pub(crate) light: Light<'a>,
 }
 
-fn way<'a>(names: &Names<'a>, w: &WayRecord) -> Way<'a> {
+fn way<'a>(names: &Names<'a>, w: &MediumSegmentRecord) -> Way<'a> {
     Way {
         inside: w.solid.map(|id| Material::new(names, id)),
         length: w.length,
@@ -194,7 +194,7 @@ pub(crate) struct Walk {
     pub(crate) weight: Spectrum,
 }
 
-fn walk(w: &WalkRecord) -> Walk {
+fn walk(w: &RandomWalkRecord) -> Walk {
     Walk { steps: w.steps, length: w.length, weight: w.weight }
 }
 
@@ -366,7 +366,7 @@ pub(crate) struct Around {
     pub(crate) mis_weight: f64,
 }
 
-fn around(l: &AroundRecord) -> Around {
+fn around(l: &InfiniteLightRecord) -> Around {
     Around { radiance: l.radiance, light_pdf: l.light_pdf, mis_weight: l.weight }
 }
 

@@ -84,7 +84,7 @@ pub(in crate::mesh) fn physical(
     let mut mapping = Converter { from, material, pictures, remarks };
     for key in IGNORED {
         if material.maps.contains_key(key) {
-            let message = format!("pictures after `{key}` in materials are ignored");
+            let message = format!("images after `{key}` in materials are ignored");
             mapping.remark(WarningKind::Ignored, message);
         }
     }
@@ -197,14 +197,14 @@ impl Converter<'_> {
                 out.specular_roughness = grey(0.0);
             }
             if !by_illum {
-                let message = "transparent materials (`d` below 1) with an index of refraction (`Ni`) are shown as glass";
+                let message = "transparent materials (`d` below 1) with an index of refraction (`Ni`): rendered as glass";
                 self.remark(WarningKind::Approximated, message);
             }
         }
         let opacity = if by_illum || is_clear { 1.0 } else { dissolve };
         let key = if m.maps.contains_key("map_d") { "map_d" } else { "map_tr" };
         if key == "map_tr" && m.maps.contains_key(key) {
-            self.remark(WarningKind::Ignored, "pictures after `map_tr` in materials are ignored");
+            self.remark(WarningKind::Ignored, "images after `map_tr` in materials are ignored");
         } else if let Some(picture) = self.picture(key, Spectrum::grey(opacity)) {
             out.opacity = picture;
             let is_mask = self.image(key).is_some_and(is_mask);
@@ -224,7 +224,7 @@ impl Converter<'_> {
         let mut color = m.emission.unwrap_or([0.0; 3]);
         if let Some(ambient) = m.ambient.filter(|a| m.emission.is_none() && largest(*a) > 1.0) {
             color = ambient;
-            let message = "ambient colours (`Ka`) above 1 are taken for emitted light";
+            let message = "ambient colours (`Ka`) above 1: read as emission";
             self.remark(WarningKind::Approximated, message);
         }
         let has_map = m.maps.contains_key("map_ke");
@@ -256,14 +256,14 @@ impl Converter<'_> {
         } else if self.image("map_bump").is_some_and(is_normal_map) {
             self.remark(
                 WarningKind::Approximated,
-                "pictures after `map_bump` with the colours of normals are taken for normal maps",
+                "images after `map_bump` with the colours of normals: read as normal maps",
             );
             (out.normal_map, out.normal_scale) = (self.picture("map_bump", Spectrum::WHITE), scales[1]);
         }
         if self.image("map_bump").is_some_and(|image| !is_normal_map(image)) {
             self.remark(
                 WarningKind::Approximated,
-                "maps of heights (`map_bump`) have no unit: white stands a fiftieth of the picture's side above black, times `-bm`",
+                "bump maps (`map_bump`) have no unit: white is a fiftieth of the image's side above black, times `-bm`",
             );
             out.bump_map = self.picture("map_bump", Spectrum::WHITE);
             (out.bump_scale, out.bump_unit) = (RELIEF * scales[1], BumpUnit::Tile);

@@ -216,7 +216,7 @@ impl<'a> Reader<'a, '_> {
         }
         let [a, b, c, d] = more;
         match count {
-            1 if !numbers => return Err("the weight of a vertex is no number".into()),
+            1 if !numbers => return Err("the weight of a vertex is not a number".into()),
             1 => *p = p.map(|v| v / a),
             _ if !numbers => {}
             3 => self.color([a, b, c, 1.0]),
@@ -282,7 +282,7 @@ impl<'a> Reader<'a, '_> {
             self.chunk.sizes.push((self.chunk.polygons, size as u32));
             self.chunk.polygons += 1;
         } else if size == 0 {
-            return Err("a face without corners; expected `f 1 2 3`".into());
+            return Err("a face without vertices; expected `f 1 2 3`".into());
         } else {
             self.chunk.corners.iter_mut().for_each(|c| c.truncate(start));
             self.chunk.others.thin += 1;
@@ -328,7 +328,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     fn unusual_corner(&mut self, word: &[u8]) -> Result<[u32; 3], String> {
-        let bad = |face: u64| format!("face {face}: expected a corner `v/vt/vn`, found \"{}\"", show(word));
+        let bad = |face: u64| format!("face {face}: expected a vertex `v/vt/vn`, found \"{}\"", show(word));
         let mut corner = [NONE; 3];
         let mut parts = word.split(|&b| b == b'/');
         for (i, slot) in corner.iter_mut().enumerate() {

@@ -83,7 +83,7 @@ pub(super) fn merge(mut chunks: Vec<Chunk<'_>>, name: &str, nodes: &[String]) ->
         file.libraries.extend(chunk.libraries.iter().map(|l| l.to_vec()));
     }
     if corners.cutter.fanned > 0 {
-        let message = "polygons that cross themselves or are too large are cut into fans";
+        let message = "self-intersecting or very large polygons: triangulated as fans";
         let count = corners.cutter.fanned as u64;
         file.warnings.push(warning(WarningKind::Approximated, name, count, message));
     }

@@ -192,7 +192,7 @@ fn after(before: &Before, chunk: &Chunk<'_>) -> Before {
 }
 
 fn again(part: &[u8], before: &Before) -> Fail {
-    let unknown = || Fail { line: before.lines + 1, problem: "a statement cannot be read".to_owned() };
+    let unknown = || Fail { line: before.lines + 1, problem: "a malformed statement".to_owned() };
     chunk::read(part, Some(before)).fail.unwrap_or_else(unknown)
 }
 
@@ -221,7 +221,8 @@ impl ObjFile {
         if some_normals || none_but_smooth {
             let missing = normals::complete(&mut attributes, &mut corners, &smoothing, name)?;
             if some_normals {
-                let message = "corners without a normal take that of their smoothing group or face";
+                let message =
+                    "face vertices without a normal: the normal of their smoothing group or face is used";
                 warnings.push(warning(WarningKind::Note, name, missing as u64, message));
             }
         }
@@ -242,7 +243,7 @@ fn display_colors(attributes: &mut Attributes, warnings: &mut Vec<Warning>, name
     for color in attributes.colors.iter_mut().filter(|c| **c != [1.0; 4]) {
         (0..3).for_each(|i| color[i] = Transfer::Srgb.decode(color[i] / 255.0));
     }
-    let message = "colours of vertices above 1 are taken for display values up to 255";
+    let message = "vertex colours above 1: read as display values up to 255";
     warnings.push(warning(WarningKind::Approximated, name, 1, message));
 }
 
@@ -261,7 +262,7 @@ fn complete_uvs(
     attributes.uvs.push([0.0; 2]);
     let made_up = attributes.uvs.len() as u32 - 1;
     corners.uvs.as_flattened_mut().iter_mut().filter(|i| **i == NONE).for_each(|i| *i = made_up);
-    let message = "corners without (u, v), read as (0, 0)";
+    let message = "face vertices without (u, v): read as (0, 0)";
     warnings.push(warning(WarningKind::Note, name, lacking as u64, message));
     Ok(())
 }
@@ -271,7 +272,7 @@ fn remarks(others: &Others, name: &str) -> impl Iterator<Item = Warning> {
     let all = [
         (others.points, "`p` elements (points) are ignored"),
         (others.lines, "`l` elements (lines) are ignored"),
-        (others.thin, "faces of fewer than three corners are ignored"),
+        (others.thin, "faces with fewer than three vertices are ignored"),
         (others.free_form, "free-form curves and surfaces are ignored: export the model as polygons"),
         (others.unknown, "unknown statements are ignored"),
     ];

@@ -52,16 +52,16 @@ impl<'a> Faces<'a> {
 
     pub(super) fn remarks(&self, warnings: &mut Vec<Warning>) {
         let all = [
-            (WarningKind::Ignored, self.thin, "faces of fewer than three corners are ignored"),
+            (WarningKind::Ignored, self.thin, "faces with fewer than three vertices are ignored"),
             (
                 WarningKind::Note,
                 self.without_wedges,
-                "faces without (u, v) among ones that have some, read as (0, 0)",
+                "faces without (u, v) among faces that have them: read as (0, 0)",
             ),
             (
                 WarningKind::Approximated,
                 self.cutter.fanned as u64,
-                "polygons that cross themselves or are too large are cut into fans",
+                "self-intersecting or very large polygons: triangulated as fans",
             ),
         ];
         let all = all.into_iter().filter(|(_, count, _)| *count > 0);

@@ -89,7 +89,7 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
             "face" => {
                 faces.read(element, header.encoding, &mut data, &mesh.positions)?;
                 if ["red", "green", "blue"].iter().all(|n| element.has(n)) {
-                    let message = "colours of faces are ignored: give the colours to the vertices";
+                    let message = "face colours are ignored: use vertex colours";
                     warnings.push(warning(WarningKind::Ignored, name, 1, message));
                 }
             }
@@ -106,7 +106,7 @@ fn read_all(bytes: &[u8], name: &str) -> Result<ReadMesh, Stop> {
     faces.remarks(&mut warnings);
     if header.textures.len() > 1 {
         let more = header.textures.len() as u64 - 1;
-        let message = "pictures after the first TextureFile are ignored";
+        let message = "images after the first TextureFile are ignored";
         warnings.push(warning(WarningKind::Ignored, name, more, message));
     }
     let Faces { triangles, wedges, wedge_uvs, materials, .. } = faces;

@@ -221,12 +221,11 @@ impl Reader<'_> {
             file.mesh.face_materials = Vec::new();
         }
         if self.thin > 0 {
-            let message = "loops of fewer than three corners are ignored";
+            let message = "loops with fewer than three vertices are ignored";
             file.warnings.push(warning(WarningKind::Ignored, name, self.thin, message));
         }
         if self.against > 0 {
-            let message =
-                "facets are stored with a normal against the order of their corners; the order counts";
+            let message = "facets whose normal opposes the order of their vertices: the order is used";
             file.warnings.push(warning(WarningKind::Doubtful, name, self.against, message));
         }
         file

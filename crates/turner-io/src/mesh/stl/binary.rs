@@ -36,7 +36,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<StlFile, MeshError> {
     let mut file = StlFile { solids: 1, ..StlFile::default() };
     if data.len() > facets.len() {
         let more = (data.len() - facets.len()) as u64;
-        let message = "bytes behind the last facet are ignored";
+        let message = "bytes after the last facet are ignored";
         file.warnings.push(warning(WarningKind::Ignored, name, more, message));
     }
     let mut welder = Welder::new();
@@ -59,7 +59,7 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<StlFile, MeshError> {
     }
     file.mesh.positions = welder.into_positions();
     if against > 0 {
-        let message = "facets are stored with a normal against the order of their corners; the order counts";
+        let message = "facets whose normal opposes the order of their vertices: the order is used";
         file.warnings.push(warning(WarningKind::Doubtful, name, against, message));
     }
     colors(bytes, facets, &mut file, name)?;
@@ -83,7 +83,7 @@ fn colors(bytes: &[u8], facets: &[u8], file: &mut StlFile, name: &str) -> Result
     };
     if stored == Stored::Nothing {
         if attributes().any(|a| a != 0) {
-            let message = "the spare bytes of facets are no colours that are known; they are ignored";
+            let message = "the attribute bytes of facets are not in a known colour format";
             file.warnings.push(warning(WarningKind::Ignored, name, 1, message));
         }
         return Ok(());

@@ -60,9 +60,10 @@ pub(super) fn curve(scene: &mut Assembly<'_>, state: &State, params: &mut Params
     let across = if ribbon { 2 } else { SIDES };
     let rows = segments.iter().map(|s| u64::from(steps(s))).sum::<u64>() + 1;
     scene.divide(rows.saturating_mul(u64::from(across)), place)?;
-    scene
-        .report
-        .approximated(place, format!("curves of the type \"{}\" are swept to thin meshes", printable(&kind)));
+    scene.report.approximated(
+        place,
+        format!("curves of type \"{}\": rendered as thin swept meshes", printable(&kind)),
+    );
     let mut data = sweep(&segments, widths, if ribbon { Some(&normals) } else { None }, across);
     orient(&mut data, state.reverse);
     Ok(Made::Mesh(data))

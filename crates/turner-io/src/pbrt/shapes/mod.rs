@@ -22,7 +22,7 @@ use super::source::Place;
 use super::state::{Ctm, State};
 use super::textures::source_named;
 use crate::assets::printable;
-use crate::whole::orient;
+use crate::scene_import::orient;
 
 /// What a directive `Shape` becomes.
 pub(super) enum Made {
@@ -124,10 +124,7 @@ fn material(
     if let Some(light) = &state.area_light {
         if in_object {
             // As in pbrt.
-            scene.report.ignored(
-                place,
-                "an area light within an object that is placed as instances: it does not shine",
-            );
+            scene.report.ignored(place, "an area light inside an instanced object: it emits no light");
         } else {
             usage.emission = lights::area(scene, state, light, part_area)?;
         }
@@ -141,8 +138,7 @@ fn material(
         if scene.frame.shows_media {
             usage.interior = Some(medium);
         } else {
-            let message =
-                "a medium and an integrator that shows none (volpath does): it is left out, as in pbrt";
+            let message = "a medium, with an integrator that ignores media: omitted, as in pbrt (volpath renders media)";
             scene.report.doubtful(place, message);
         }
     }

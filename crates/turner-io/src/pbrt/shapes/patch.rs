@@ -31,7 +31,7 @@ pub(super) fn patches(scene: &mut Assembly<'_>, state: &State, params: &mut Para
     params.pass(&["faceIndices"]);
     if params.has("emissionfilename") {
         params.pass(&["emissionfilename"]);
-        scene.report.ignored(params.place_of("emissionfilename"), "the picture of a shining patch");
+        scene.report.ignored(params.place_of("emissionfilename"), "the image of an emissive patch");
     }
     let normals = fitting(scene, params, "N", normals, count);
     let uvs = fitting(scene, params, "uv", uvs, count);

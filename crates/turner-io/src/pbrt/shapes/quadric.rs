@@ -5,7 +5,7 @@ use super::super::params::Params;
 use super::super::report::Fault;
 use super::super::state::State;
 use super::{Made, orient};
-use crate::whole::{ALONG, AROUND, Surface, upright};
+use crate::scene_import::{ALONG, AROUND, Surface, upright};
 use std::f64::consts::{PI, TAU};
 use turner::math::elementary::acos;
 use turner::math::{DAffine3, DMat3, DVec3, radians};
@@ -23,7 +23,7 @@ pub(super) fn quadric(
     let phi = params.float("phimax").unwrap_or(360.0).clamp(0.0, 360.0);
     let place = params.place;
     if !positive(radius) {
-        scene.report.doubtful(place, "a shape whose radius is not greater than 0 is left out");
+        scene.report.doubtful(place, "a shape whose radius is not greater than 0: omitted");
         params.pass(&["zmin", "zmax", "height", "innerradius"]);
         return Ok(Made::Nothing);
     }
@@ -63,7 +63,7 @@ pub(super) fn quadric(
             Surface::Cylinder { radius, from: zmin, to: zmax }
         }
     };
-    let message = "a part of a sphere, disk or cylinder, or one turned inside out, is cut into triangles";
+    let message = "a partial or reversed sphere, disk or cylinder: rendered as triangles";
     scene.report.approximated(place, message);
     // Equal ones are one mesh. No file has such a name.
     let key = (format!("\0{surface:?} {phi}"), state.reverse);

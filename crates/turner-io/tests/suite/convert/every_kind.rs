@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use turner::camera::CameraDesc;
-use turner::description::{ModelDesc, ObjectContent, ObjectDesc, SceneAssets, SceneDesc, StageDesc};
+use turner::description::{ModelDesc, ObjectContent, ObjectDesc, SceneAssets, SceneDesc, StudioDesc};
 use turner::film::FilmDesc;
 use turner::image::Image;
 use turner::integrator::IntegratorDesc;
@@ -224,7 +224,7 @@ fn everything() -> Vec<(&'static str, &'static EntryDoc, bool)> {
     all.extend([
         ("film", &FilmDesc::DOC, false),
         ("background", &BackgroundDesc::DOC, false),
-        ("stage", &StageDesc::DOC, false),
+        ("studio", &StudioDesc::DOC, false),
     ]);
     all
 }
@@ -313,8 +313,8 @@ fn edits_of_nothing_change_nothing(desc: &SceneDesc) {
         edit(&["integrator", "type"], word(desc.integrator.type_name())),
         edit(&["background", "transparent"], Data::Bool(desc.background.transparent)),
     ];
-    if let Some(stage) = &desc.stage {
-        edits.push(edit(&["stage", "studio"], Data::Bool(stage.studio)));
+    if let Some(studio) = &desc.studio {
+        edits.push(edit(&["studio", "lights"], Data::Bool(studio.lights)));
     }
     if let Some(camera) = &desc.camera {
         edits.push(edit(&["camera", "type"], word(camera.value.type_name())));

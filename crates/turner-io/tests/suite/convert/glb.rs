@@ -294,7 +294,7 @@ fn scenes_and_models_keep_the_rules_and_their_sizes() {
         let bounds = |desc: &SceneDesc| {
             let mut desc = desc.clone();
             // Planes become squares, which have bounds; nothing is added.
-            desc.stage = None;
+            desc.studio = None;
             let is_plane = |o: &turner::description::ObjectDesc| {
                 matches!(
                     &o.content,

@@ -18,6 +18,7 @@ mod mesh_read;
 mod mesh_scene;
 mod mitsuba_hostile;
 mod mitsuba_pictures;
+mod old_names;
 mod pbrt_hostile;
 mod pbrt_pictures;
 mod scene_errors;

@@ -123,7 +123,7 @@ fn what_the_file_says_of_the_picture_counts() {
     let loaded = load(&path, &LoadOptions::default()).unwrap();
     let film = &loaded.desc.film;
     assert_eq!((film.width, film.height, film.crop), (40, 30, Some([4, 6, 16, 10])));
-    assert_eq!((film.samples, film.max_sample, film.filter), (9, 12.5, turner::filter::FilterKind::Box));
+    assert_eq!((film.samples, film.clamp_sample, film.filter), (9, 12.5, turner::filter::FilterKind::Box));
     let turner::integrator::IntegratorDesc::Path(path) = &loaded.desc.integrator else { panic!("paths") };
     assert_eq!(path.max_depth, 7);
 }

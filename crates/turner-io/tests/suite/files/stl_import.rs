@@ -6,11 +6,11 @@ use turner_io::import::ImportOptions;
 use super::mesh_import::{constant, import_with, material, mesh, said};
 
 /// A binary STL of the given header, facets (normal, corners) and spare bytes.
-fn stl(header: &[u8], facets: &[([f32; 12], u16)]) -> Vec<u8> {
+fn stl(header: &[u8], flat_triangles: &[([f32; 12], u16)]) -> Vec<u8> {
     let mut out = header.to_vec();
     out.resize(80, b' ');
-    out.extend((facets.len() as u32).to_le_bytes());
-    for (numbers, spare) in facets {
+    out.extend((flat_triangles.len() as u32).to_le_bytes());
+    for (numbers, spare) in flat_triangles {
         numbers.iter().for_each(|v| out.extend(v.to_le_bytes()));
         out.extend(spare.to_le_bytes());
     }
@@ -24,7 +24,7 @@ fn stl_of_both_kinds() {
     let import = |bytes: Vec<u8>| import_with(&[("a.stl", bytes)], &ImportOptions::default());
     let scene = import(stl(b"solid but binary", &[(up, 0), (down, 0)])).unwrap();
     assert_eq!((mesh(&scene).positions.len(), &mesh(&scene).triangles[..]), (4, &[[0, 1, 2], [1, 3, 2]][..]));
-    assert_eq!(said(&scene, WarningKind::Doubtful, "against the order"), 1);
+    assert_eq!(said(&scene, WarningKind::Doubtful, "opposes the order"), 1);
     // VisCAM: red 31, then one without colour; Magics: the same bits, mirrored, in a blue whole.
     let scene = import(stl(b"", &[(up, 0x8000 | 31 << 10), (up, 0)])).unwrap();
     assert_eq!(mesh(&scene).face_materials, [0, 1]);

@@ -50,13 +50,13 @@ fn what_a_file_says_of_film_integrator_and_camera_is_what_is_loaded() {
         let scene = load(&path).unwrap();
         let assets = FolderAssets::new(folder.path()).unwrap();
         let imported = import_file(name, &assets, &ImportOptions::default()).unwrap();
-        let own = SceneDesc { stage: scene.stage.clone(), ..imported };
+        let own = SceneDesc { studio: scene.studio.clone(), ..imported };
         own.same_scene(&scene).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
     let scene = changed("a.pbrt", PBRT, &[]).unwrap();
     assert!(matches!(&scene.integrator, IntegratorDesc::AmbientOcclusion(i) if i.distance == 2.5));
     let film = &scene.film;
-    assert_eq!((film.width, film.samples, film.max_sample), (40, 7, 9.0));
+    assert_eq!((film.width, film.samples, film.clamp_sample), (40, 7, 9.0));
     assert_eq!(film.texture_filter, TextureFilter::Off);
 }
 
@@ -79,14 +79,14 @@ fn exposures_and_depths_of_mitsuba_are_kept() {
 fn options_change_what_they_name_and_nothing_else() {
     let scene = |overrides: &[&str]| changed("a.pbrt", PBRT, overrides).unwrap();
     let own = scene(&[]);
-    let more = scene(&["film.samples=64", "integrator.samples=3", "stage.ground=true"]);
+    let more = scene(&["film.samples=64", "integrator.samples=3", "studio.ground=true"]);
     assert_eq!(more.film.samples, 64);
     assert!(
         matches!(&more.integrator, IntegratorDesc::AmbientOcclusion(i) if (i.distance, i.samples) == (2.5, 3))
     );
     let [mut a, mut b] = [own.clone(), more];
     (a.film.samples, b.film.samples) = (0, 0);
-    (a.integrator, a.stage) = (b.integrator.clone(), b.stage.clone());
+    (a.integrator, a.studio) = (b.integrator.clone(), b.studio.clone());
     a.same_scene(&b).unwrap();
 
     // The camera keeps what is not named.

@@ -1,9 +1,9 @@
 //! Directional albedos of rough surfaces: what a lobe reflects of light from one direction, and what it loses by scattering only once
 //! between its facets. Tabulated by angle, width, contrast of the indices of refraction and stretch; see [`rows`] and [`fuzz`].
 
-mod facets;
 mod fuzz;
 mod fuzz_table;
+mod microfacets;
 mod rows;
 
 use std::sync::OnceLock;
@@ -43,22 +43,22 @@ pub(super) const MIN_ALPHA: f64 = 1e-4;
 
 /// A direction as the tables know it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Toward {
+pub(super) struct AlbedoDirection {
     /// Cosine to the normal, within 0..=1.
     pub(super) mu: f64,
     /// Azimuth; `None` for the mean over all of them.
     turn: Option<f64>,
 }
 
-impl Toward {
+impl AlbedoDirection {
     /// All directions of a cosine.
-    pub(super) fn all(mu: f64) -> Toward {
-        Toward { mu, turn: None }
+    pub(super) fn all(mu: f64) -> AlbedoDirection {
+        AlbedoDirection { mu, turn: None }
     }
 
     /// Of a direction on either side; x and y are the axes of the stretch.
-    pub(super) fn of(w: DVec3) -> Toward {
-        Toward { mu: w.z.abs().min(1.0), turn: Some(turn(w.x.abs(), w.y.abs())) }
+    pub(super) fn of(w: DVec3) -> AlbedoDirection {
+        AlbedoDirection { mu: w.z.abs().min(1.0), turn: Some(turn(w.x.abs(), w.y.abs())) }
     }
 }
 
@@ -129,7 +129,7 @@ impl Line {
     }
 
     /// Its value in a direction, by cubic splines through the nodes (Catmull and Rom).
-    pub(super) fn at(&self, w: Toward) -> f64 {
+    pub(super) fn at(&self, w: AlbedoDirection) -> f64 {
         let angle = spline(coordinate(w.mu, self.alpha) * (ANGLES - 1) as f64, ANGLES);
         let (Some(turn), Some(_)) = (w.turn, self.ratio) else {
             return self.mean(|row| interpolate(row.mean(), &angle));
@@ -173,7 +173,7 @@ impl Reflected {
     }
 
     /// Share of light from a direction, within 0..=1.
-    pub(super) fn at(&self, w: Toward) -> f64 {
+    pub(super) fn at(&self, w: AlbedoDirection) -> f64 {
         if self.eta == f64::INFINITY {
             return (1.0 - self.line.at(w)).clamp(0.0, 1.0);
         }

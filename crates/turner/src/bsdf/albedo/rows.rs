@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use super::facets::{Boundary, Lattice};
+use super::microfacets::{Boundary, Lattice};
 use super::{Grid, MIN_ALPHA, coordinate, smoothed, warp};
 use crate::bsdf::fresnel;
 use crate::bsdf::microfacet::Ggx;

@@ -1,6 +1,6 @@
 //! The tables against sums over many facets, between their nodes.
 
-use super::facets::Lattice;
+use super::microfacets::Lattice;
 use super::rows::{index, value};
 use super::*;
 use crate::math::elementary::sin_cos;
@@ -23,7 +23,7 @@ fn the_interpolated_tables_hold_what_lobes_reflect_and_lose() {
             let wo = DVec3::new(r * c, r * s, mu);
             let mut test = |grid, contrast| {
                 let line = Line::new(grid, &ggx, index(contrast));
-                let off = line.at(Toward::of(wo)) - value(grid, &ggx, wo, contrast, &lattice);
+                let off = line.at(AlbedoDirection::of(wo)) - value(grid, &ggx, wo, contrast, &lattice);
                 // The critical angle is sharp, and near where indices are alike; strongly stretched lobes are coarse at grazing angles.
                 let limit = match (contrast < 0.1, ratio < 1.0) {
                     (true, true) => 3e-2,
@@ -53,10 +53,10 @@ fn averages_are_those_of_the_lines() {
     for (ax, ay) in [(0.01, 0.01), (0.4, 0.4), (1.0, 1.0), (0.5, 0.1), (0.1, 0.9)] {
         let ggx = Ggx { ax, ay };
         let n = 4000;
-        let mean = |at: &dyn Fn(Toward) -> f64| -> f64 {
+        let mean = |at: &dyn Fn(AlbedoDirection) -> f64| -> f64 {
             let of = |i: u32| {
                 let s = (f64::from(i) + 0.5) / f64::from(n);
-                at(Toward::all(s * s)) * 4.0 * s * s * s / f64::from(n)
+                at(AlbedoDirection::all(s * s)) * 4.0 * s * s * s / f64::from(n)
             };
             (0..n).map(of).sum()
         };

@@ -1,13 +1,13 @@
 //! What is said of a BSDF as a whole is true of all its lobes.
 
-use crate::bsdf::albedo::Toward;
+use crate::bsdf::albedo::AlbedoDirection;
 use crate::bsdf::mixture::{INTERFACE, LOBES, REFLECT};
 use crate::bsdf::{Bsdf, PrincipledPoint, Rgb};
 use crate::testing::{direction, materials};
 
 /// Which lobes return light.
 fn lobes(bsdf: &Bsdf) -> [bool; LOBES] {
-    bsdf.albedos(bsdf.above_on(Toward::all(0.6), bsdf.inside)).map(|albedo| albedo != Rgb::ZERO)
+    bsdf.albedos(bsdf.above_on(AlbedoDirection::all(0.6), bsdf.inside)).map(|albedo| albedo != Rgb::ZERO)
 }
 
 #[test]

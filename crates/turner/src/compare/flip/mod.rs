@@ -29,7 +29,7 @@ const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
 
 /// How the pictures are looked at.
 #[derive(Clone, Copy)]
-struct Look {
+struct ViewingCondition {
     background: f32,
     /// 2^exposure before the tone mapping of light; `None` for display values.
     factor: Option<f64>,
@@ -43,25 +43,34 @@ pub fn flip(pair: &Pair, threads: usize) -> Measured {
         vec![None]
     };
     let backgrounds = pair.backgrounds();
-    let looks: Vec<Look> = factors
+    let conditions: Vec<ViewingCondition> = factors
         .iter()
-        .flat_map(|&factor| backgrounds.iter().map(move |&background| Look { background, factor }))
+        .flat_map(|&factor| {
+            backgrounds.iter().map(move |&background| ViewingCondition { background, factor })
+        })
         .collect();
     let (filters, scale) = (Filters::new(PIXELS_PER_DEGREE), Scale::new());
     let map = strips::map((pair.width, pair.height), threads, |first, out| {
-        for look in &looks {
-            strip(pair, *look, &filters, &scale, first, out);
+        for condition in &conditions {
+            strip(pair, *condition, &filters, &scale, first, out);
         }
     });
     Measured::new(pair, mean_of(&map), map)
 }
 
 /// Raises the values of a strip to those of one look.
-fn strip(pair: &Pair, look: Look, filters: &Filters, scale: &Scale, first: usize, out: &mut [f32]) {
+fn strip(
+    pair: &Pair,
+    condition: ViewingCondition,
+    filters: &Filters,
+    scale: &Scale,
+    first: usize,
+    out: &mut [f32],
+) {
     let size @ (width, _) = (pair.width as usize, pair.height as usize);
     let rows = first..first + out.len() / width.max(1);
     let of = |picture: usize| {
-        let at = |x: usize, y: usize| displayed(pair, picture, y * width + x, look);
+        let at = |x: usize, y: usize| displayed(pair, picture, y * width + x, condition);
         filters.response(size, rows.clone(), at)
     };
     let (a, b) = (of(0), of(1));
@@ -74,11 +83,11 @@ fn strip(pair: &Pair, look: Look, filters: &Filters, scale: &Scale, first: usize
 }
 
 /// Linear light of the display, 0..=1.
-fn displayed(pair: &Pair, picture: usize, index: usize, look: Look) -> [f64; 3] {
-    match look.factor {
-        None => pair.shown(picture, index, look.background).map(|v| f64::from(srgb_decode(v))),
+fn displayed(pair: &Pair, picture: usize, index: usize, condition: ViewingCondition) -> [f64; 3] {
+    match condition.factor {
+        None => pair.shown(picture, index, condition.background).map(|v| f64::from(srgb_decode(v))),
         Some(factor) => pair
-            .on(picture, index, look.background)
+            .on(picture, index, condition.background)
             .map(|v| exposures::tone_mapped(f64::from(v.max(0.0)) * factor).clamp(0.0, 1.0)),
     }
 }
@@ -90,8 +99,8 @@ mod tests {
 
     #[test]
     fn nothing_and_everything() {
-        let wave = |x: u32, y: u32| [0.1 * (x % 7) as f32, 0.2 * (y % 5) as f32, 0.5];
-        let same = flip(&pair(20, 12, false, wave, wave), 2);
+        let batch = |x: u32, y: u32| [0.1 * (x % 7) as f32, 0.2 * (y % 5) as f32, 0.5];
+        let same = flip(&pair(20, 12, false, batch, batch), 2);
         assert_eq!((same.value, same.worst.value), (0.0, 0.0));
         // The largest distance is that of green and blue.
         let most = flip(&pair(8, 8, false, |_, _| [0.0, 1.0, 0.0], |_, _| [0.0, 0.0, 1.0]), 1);

@@ -69,7 +69,7 @@ choice! {
 choice! {
     /// Which way the normal of the shading rule points.
     pub enum Facing {
-        /// Towards the viewer, so that surfaces are lit from the side they are seen from.
+        /// BsdfFromWo the viewer, so that surfaces are lit from the side they are seen from.
         Viewer = "viewer",
         /// Out of the shape, as document 004 has it: seen from inside, a surface is lit by what is outside.
         Outward = "outward",

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::ClassicDesc;
-use super::radiance::Wave;
+use super::radiance::TreeBatch;
 use super::record::Off;
 use crate::integrator::{Capabilities, Integrator, PreparedIntegrator, Tracer};
 use crate::scene::Scene;
@@ -38,6 +38,6 @@ impl PreparedIntegrator for ClassicIntegrator {
     }
 
     fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a> {
-        Box::new(Wave::new(&self.0, scene, view, Off))
+        Box::new(TreeBatch::new(&self.0, scene, view, Off))
     }
 }

@@ -62,12 +62,12 @@ pub(super) struct Tree {
 
 /// The rays of one round, one for each sample that has one.
 #[derive(Default)]
-struct Front {
+struct RayQueue {
     rays: RayBatch,
     tasks: Vec<Task>,
 }
 
-impl Front {
+impl RayQueue {
     fn clear(&mut self) {
         self.rays.clear();
         self.tasks.clear();
@@ -81,20 +81,20 @@ impl Front {
 }
 
 /// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
-pub(super) struct Wave<'a, R = Off> {
+pub(super) struct TreeBatch<'a, R = Off> {
     integrator: &'a ClassicDesc,
     scene: &'a Scene,
     view: &'a View,
     trees: Vec<Tree>,
     waiting: Vec<Waiting>,
-    front: Front,
-    next: Front,
+    front: RayQueue,
+    next: RayQueue,
     hits: Vec<Option<Hit>>,
     /// Hits of this round, in the order of the front, in the first so many blocks.
     points: Vec<PointBlock>,
     blocks: usize,
-    struck: Vec<Struck<'a>>,
-    /// Physical materials at the hits of this round, as classic ones.
+    shaded_hits: Vec<ShadedHit<'a>>,
+    /// OpenPbr materials at the hits of this round, as classic ones.
     converted: Vec<Classic>,
     terms: Vec<TermBlock>,
     shadow_rays: RayBatch,
@@ -107,7 +107,7 @@ pub(super) struct Wave<'a, R = Off> {
 }
 
 /// What a hit needs beside its place in a block.
-struct Struck<'a> {
+struct ShadedHit<'a> {
     task: Task,
     /// A material of the scene, or the number of a converted one.
     material: Result<&'a Classic, usize>,
@@ -115,7 +115,7 @@ struct Struck<'a> {
     refracted: Option<DVec3>,
 }
 
-impl<'a> Struck<'a> {
+impl<'a> ShadedHit<'a> {
     #[inline]
     fn material(&self, converted: &'a [Classic]) -> &'a Classic {
         self.material.unwrap_or_else(|i| &converted[i])
@@ -130,25 +130,25 @@ pub(super) struct Weights {
     pub(super) refract: f64,
 }
 
-impl<'a, R> Wave<'a, R> {
+impl<'a, R> TreeBatch<'a, R> {
     pub(super) fn new(
         integrator: &'a ClassicDesc,
         scene: &'a Scene,
         view: &'a View,
         record: R,
-    ) -> Wave<'a, R> {
-        Wave {
+    ) -> TreeBatch<'a, R> {
+        TreeBatch {
             integrator,
             scene,
             view,
             trees: Vec::new(),
             waiting: Vec::new(),
-            front: Front::default(),
-            next: Front::default(),
+            front: RayQueue::default(),
+            next: RayQueue::default(),
             hits: Vec::new(),
             points: Vec::new(),
             blocks: 0,
-            struck: Vec::new(),
+            shaded_hits: Vec::new(),
             converted: Vec::new(),
             terms: Vec::new(),
             shadow_rays: RayBatch::default(),
@@ -160,7 +160,7 @@ impl<'a, R> Wave<'a, R> {
     }
 }
 
-impl<R: Record> Tracer for Wave<'_, R> {
+impl<R: Record> Tracer for TreeBatch<'_, R> {
     fn radiance(&mut self, samples: &CameraSamples, out: &mut Vec<Radiance>, stats: &mut RayStats) {
         let count = samples.ids.len();
         stats.camera += count as u64;
@@ -184,7 +184,7 @@ impl<R: Record> Tracer for Wave<'_, R> {
     }
 }
 
-impl<R: Record> Wave<'_, R> {
+impl<R: Record> TreeBatch<'_, R> {
     /// Traces the front and finds the next one.
     fn round(&mut self, samples: &CameraSamples, out: &mut [Radiance], stats: &mut RayStats) {
         self.scene.intersect_batch(&mut self.front.rays, &mut self.hits);
@@ -205,7 +205,7 @@ impl<R: Record> Wave<'_, R> {
     /// Settles rays that hit nothing and collects the hits of the others.
     fn gather(&mut self, out: &mut [Radiance]) {
         self.blocks = 0;
-        self.struck.clear();
+        self.shaded_hits.clear();
         self.converted.clear();
         for (i, hit) in self.hits.iter().enumerate() {
             let mut task = self.front.tasks[i];
@@ -221,7 +221,7 @@ impl<R: Record> Wave<'_, R> {
                 continue;
             };
             self.record.note(|n| ray().iter().for_each(|ray| n.met(self.scene, ray, hit)));
-            let lane = self.struck.len() % LANES;
+            let lane = self.shaded_hits.len() % LANES;
             if lane == 0 {
                 self.blocks += 1;
                 if self.blocks > self.points.len() {
@@ -241,7 +241,7 @@ impl<R: Record> Wave<'_, R> {
             let (material, seen) = match self.scene.material_at(hit) {
                 Material::Classic(material) => (Ok(material), None),
                 // Never prepared for this integrator.
-                Material::Physical(_) => continue,
+                Material::OpenPbr(_) => continue,
                 Material::Principled(physical, _) => {
                     let Some(ray) = self.front.rays.get(i) else { continue };
                     let mut surface = surface_of(&ray, &mut task);
@@ -297,7 +297,7 @@ impl<R: Record> Wave<'_, R> {
             }
             b.color.set(lane, color.unwrap_or(Spectrum::BLACK));
             self.integrator.coefficients(classic, b, lane);
-            self.struck.push(Struck {
+            self.shaded_hits.push(ShadedHit {
                 task,
                 material,
                 weights: Weights { local: 0.0, reflect: 0.0, refract: 0.0 },
@@ -308,23 +308,27 @@ impl<R: Record> Wave<'_, R> {
 
     /// Divides each ray's weight among local colour, reflection and refraction.
     fn weigh(&mut self) {
-        for (i, struck) in self.struck.iter_mut().enumerate() {
+        for (i, shaded_hits) in self.shaded_hits.iter_mut().enumerate() {
             let (b, lane) = (&mut self.points[i / LANES], i % LANES);
-            (struck.weights, struck.refracted) =
-                self.integrator.weights(struck.material(&self.converted), struck.task.depth, b, lane);
-            b.weight.0[lane] = struck.task.weight * struck.weights.local;
-            if struck.weights.local > 0.0 && (b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0) {
+            (shaded_hits.weights, shaded_hits.refracted) = self.integrator.weights(
+                shaded_hits.material(&self.converted),
+                shaded_hits.task.depth,
+                b,
+                lane,
+            );
+            b.weight.0[lane] = shaded_hits.task.weight * shaded_hits.weights.local;
+            if shaded_hits.weights.local > 0.0 && (b.kd.0[lane] != 0.0 || b.ks.0[lane] != 0.0) {
                 b.shaded |= 1 << lane;
             }
-            if struck.weights.reflect > 0.0 {
+            if shaded_hits.weights.reflect > 0.0 {
                 b.mirrors |= 1 << lane;
             }
             self.record.note(|n| {
-                let (m, w) = (struck.material(&self.converted), struck.weights);
+                let (m, w) = (shaded_hits.material(&self.converted), shaded_hits.weights);
                 let total = w.reflect > 0.0
                     && self.integrator.refraction
                     && m.k_refract > 0.0
-                    && struck.refracted.is_none();
+                    && shaded_hits.refracted.is_none();
                 n.weighed(b, m, [w.local, w.reflect, w.refract], total);
             });
         }
@@ -344,7 +348,7 @@ impl<R: Record> Wave<'_, R> {
                         if !light.is_jittered() {
                             return DVec2::ZERO;
                         }
-                        let sample = self.struck[at].task.sample as usize;
+                        let sample = self.shaded_hits[at].task.sample as usize;
                         let dimension = jitter_dimension(self.trees[sample].shaded, number, i);
                         samples.ids[sample].unit_square(dimension)
                     };
@@ -400,9 +404,9 @@ impl<R: Record> Wave<'_, R> {
                 });
             }
         }
-        for (i, struck) in self.struck.iter().enumerate() {
+        for (i, shaded_hits) in self.shaded_hits.iter().enumerate() {
             if self.points[i / LANES].shaded >> (i % LANES) & 1 == 1 {
-                self.trees[struck.task.sample as usize].shaded += 1;
+                self.trees[shaded_hits.task.sample as usize].shaded += 1;
             }
         }
     }
@@ -415,27 +419,27 @@ impl<R: Record> Wave<'_, R> {
             self.scene.instruction_set,
             Leave { integrator: self.integrator, points: &self.points[..self.blocks], leaving },
         );
-        for (i, struck) in self.struck.iter().enumerate() {
+        for (i, shaded_hits) in self.shaded_hits.iter().enumerate() {
             let (b, leaving, lane) = (&self.points[i / LANES], &self.leaving[i / LANES], i % LANES);
-            let sample = struck.task.sample as usize;
+            let sample = shaded_hits.task.sample as usize;
             let (tree, pixel) = (&mut self.trees[sample], &mut out[sample]);
-            if struck.weights.local > 0.0 {
+            if shaded_hits.weights.local > 0.0 {
                 pixel.color += leaving.color.get(lane);
                 self.record.note(|n| n.added(leaving.color.get(lane)));
             }
             let length = samples.lengths[sample / LANES].0[sample % LANES];
             // The refracted ray comes first, but the reflected one is traced first: the documents' order.
             let mut spawned = None;
-            if let Some(direction) = struck.refracted
-                && struck.weights.refract > 0.0
+            if let Some(direction) = shaded_hits.refracted
+                && shaded_hits.weights.refract > 0.0
             {
-                let share = Share { kind: RayKind::Refracted, weight: struck.weights.refract };
-                let spawn = Spawn { from: &struck.task, tree, pixel, record: &mut self.record };
+                let share = Share { kind: RayKind::Refracted, weight: shaded_hits.weights.refract };
+                let spawn = Spawn { from: &shaded_hits.task, tree, pixel, record: &mut self.record };
                 if let Some(mut task) = self.integrator.spawn(self.scene, share, || direction, spawn) {
                     stats.refracted += 1;
-                    let ior = struck.material(&self.converted).ior;
+                    let ior = shaded_hits.material(&self.converted).ior;
                     let eta = if b.entering >> lane & 1 == 1 { ior } else { ior.recip() };
-                    task.cone = struck.task.cone.refracted(eta, f64::from(struck.task.curvature));
+                    task.cone = shaded_hits.task.cone.refracted(eta, f64::from(shaded_hits.task.curvature));
                     let origin = if self.integrator.epsilon > 0.0 {
                         get(&b.p, lane)
                     } else {
@@ -444,13 +448,13 @@ impl<R: Record> Wave<'_, R> {
                     spawned = Some((self.integrator.leaving_ray(origin, direction, length), task));
                 }
             }
-            if struck.weights.reflect > 0.0 {
+            if shaded_hits.weights.reflect > 0.0 {
                 let direction = || get(&leaving.direction, lane);
-                let share = Share { kind: RayKind::Reflected, weight: struck.weights.reflect };
-                let spawn = Spawn { from: &struck.task, tree, pixel, record: &mut self.record };
+                let share = Share { kind: RayKind::Reflected, weight: shaded_hits.weights.reflect };
+                let spawn = Spawn { from: &shaded_hits.task, tree, pixel, record: &mut self.record };
                 if let Some(mut task) = self.integrator.spawn(self.scene, share, direction, spawn) {
                     stats.reflected += 1;
-                    task.cone = struck.task.cone.reflected(f64::from(struck.task.curvature));
+                    task.cone = shaded_hits.task.cone.reflected(f64::from(shaded_hits.task.curvature));
                     if let Some((ray, task)) = spawned {
                         let behind = tree.waiting.replace(self.waiting.len() as u32);
                         self.waiting.push(Waiting { ray, task, next: behind });
@@ -469,7 +473,7 @@ impl<R: Record> Wave<'_, R> {
 
 /// Takes up the ray of a sample that has waited for the shortest time, if there is one.
 #[inline]
-fn resume(tree: &mut Tree, waiting: &mut [Waiting], next: &mut Front) {
+fn resume(tree: &mut Tree, waiting: &mut [Waiting], next: &mut RayQueue) {
     if let Some(i) = tree.waiting {
         let Waiting { ray, task, next: behind } = &waiting[i as usize];
         tree.waiting = *behind;

@@ -1,6 +1,6 @@
 //! What happened to one sample: the tree of its rays, with every term of the shading rule.
 //!
-//! The code that renders writes it down as it goes: a [`Wave`](super::radiance::Wave) is generic over a [`Record`], and with
+//! The code that renders writes it down as it goes: a [`TreeBatch`](super::radiance::TreeBatch) is generic over a [`Record`], and with
 //! [`Off`], which renders pictures, the notes are compiled away.
 
 use super::notes::Notes;
@@ -245,7 +245,7 @@ pub struct LightTerm {
     pub light: u32,
     /// Which of its points.
     pub sample: u32,
-    /// Towards the light: its length is the distance of a light that has a place.
+    /// BsdfFromWo the light: its length is the distance of a light that has a place.
     pub to_light: DVec3,
     /// Whether it has one.
     pub finite: bool,

@@ -2,7 +2,7 @@
 
 use super::notes::Notes;
 use super::prepared::ClassicIntegrator;
-use super::radiance::Wave;
+use super::radiance::TreeBatch;
 use super::record::TreeRecord;
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Prepared, Radiance, RayStats, Tracer};
@@ -48,10 +48,10 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<TreeReco
         tree.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(tree);
     }
-    let mut wave = Wave::new(integrator, scene, view, Notes::new(tree));
+    let mut batch = TreeBatch::new(integrator, scene, view, Notes::new(tree));
     let mut out = Vec::new();
-    wave.radiance(&samples, &mut out, &mut RayStats::default());
-    let mut tree = wave.record.tree;
+    batch.radiance(&samples, &mut out, &mut RayStats::default());
+    let mut tree = batch.record.tree;
     if let Some(radiance) = out.first() {
         tree.radiance = *radiance;
     }

@@ -23,7 +23,7 @@ pub(super) struct TermBlock {
     pub(super) term: SpectrumBlock,
     /// The light that would arrive, if nothing was in the way; unused for lights that are the same everywhere.
     pub(super) intensity: SpectrumBlock,
-    /// Towards the light; unused likewise.
+    /// BsdfFromWo the light; unused likewise.
     pub(super) to_light: [Block; 3],
     /// Lanes that some light can reach.
     pub(super) active: u8,

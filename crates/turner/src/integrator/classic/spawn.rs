@@ -103,7 +103,7 @@ impl ClassicDesc {
         let depth = from.depth + 1;
         if depth > self.max_depth {
             let (seen, color) = match self.at_depth {
-                AtDepth::Background => (Seen::Surroundings, scene.surroundings(direction())),
+                AtDepth::Background => (Seen::Surroundings, scene.background_radiance(direction())),
                 AtDepth::Ambient => (Seen::Ambient, scene.ambient),
                 AtDepth::Black | AtDepth::Local => {
                     record.note(|n| {
@@ -169,7 +169,7 @@ impl ClassicDesc {
             return;
         }
         if self.miss == Miss::Background {
-            let seen = scene.surroundings(direction()) * task.weight as f32;
+            let seen = scene.background_radiance(direction()) * task.weight as f32;
             pixel.color += seen;
             record.note(|n| n.missed(Seen::Surroundings, Some(seen)));
         }

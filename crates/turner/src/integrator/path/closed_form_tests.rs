@@ -17,7 +17,7 @@ use crate::math::{DAffine3, DVec3};
 use crate::schema::Transform;
 use crate::schema::transform::rotation;
 use crate::shape::{BoxDesc, CylinderDesc, DiskDesc, PlaneDesc, ShapeDesc};
-use crate::testing::scenes::{grey, matte, mean, path, plane, rectangle, rgb, scene, shining, sphere, v};
+use crate::testing::scenes::{emissive, grey, matte, mean, path, plane, rectangle, rgb, scene, sphere, v};
 
 fn plain() -> SceneDesc {
     path(PathDesc::default())
@@ -57,7 +57,7 @@ fn a_convex_surface_among_light_shows_its_albedo() {
 
 #[test]
 fn shining_surfaces_are_seen_as_they_are() {
-    let shine = shining(3.0, rgb([1.0, 0.5, 0.25]));
+    let shine = emissive(3.0, rgb([1.0, 0.5, 0.25]));
     for shape in [
         sphere(DVec3::ZERO, 0.1),
         rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 0.0, -1.0)),
@@ -144,7 +144,7 @@ fn shapes_that_shine_above_a_matte_plane() {
             let desc = path(PathDesc { max_depth: 1, ..by(way) })
                 .seen_down()
                 .with(plane(), matte(grey(0.5)))
-                .with_object(lamp.clone(), shining(4.0, grey(1.0)));
+                .with_object(lamp.clone(), emissive(4.0, grey(1.0)));
             mean(256, desc).is_grey(0.5 * 4.0 * factor, cap);
         }
     }
@@ -191,7 +191,7 @@ fn surfaces_that_cover_a_share() {
         let material = PrincipledMaterial {
             alpha_mode: AlphaMode::Blend,
             opacity: grey(0.25),
-            ..shining(emission_luminance, grey(1.0))
+            ..emissive(emission_luminance, grey(1.0))
         };
         (rectangle(v(0.0, 0.15, 0.0), v(8.0, 0.0, 0.0), v(0.0, 0.0, 8.0)), material)
     };

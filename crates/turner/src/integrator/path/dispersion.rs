@@ -5,13 +5,13 @@
 //! surfaces, one band is chosen with its share of what the path carries, and carries all of it: for each band the mean is
 //! that of paths of that band alone.
 
+use super::path_batch::{PathBatch, VertexInput};
 use super::record::Record;
 use super::shade::{FIRST_SET, MAX_VERTICES};
-use super::wave::{Arrival, Wave};
 use crate::bsdf::BsdfSample;
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
-use crate::material::Physical;
+use crate::material::OpenPbr;
 use crate::material::vertex::{coated, prepare};
 use crate::scene::SurfaceInteraction;
 
@@ -20,7 +20,7 @@ pub(super) const BAND_SET: u32 = FIRST_SET + 2 * MAX_VERTICES + 2;
 
 /// A surface of dispersive glass that a ray met.
 pub(super) struct Prism<'a> {
-    pub(super) material: &'a Physical,
+    pub(super) material: &'a OpenPbr,
     /// Of the bands.
     pub(super) indices: [f64; 3],
     pub(super) surface: &'a SurfaceInteraction,
@@ -29,17 +29,17 @@ pub(super) struct Prism<'a> {
     pub(super) outside: bool,
 }
 
-impl<R: Record> Wave<'_, R> {
+impl<R: Record> PathBatch<'_, R> {
     /// Direct light at dispersive glass, and the way on.
     pub(super) fn disperse(
         &mut self,
-        at: &Arrival<'_>,
+        at: &VertexInput<'_>,
         prism: &Prism<'_>,
         pixel: &mut Radiance,
         stats: &mut RayStats,
     ) {
         let scene = self.scene;
-        let &Arrival { sample, ref ray, .. } = at;
+        let &VertexInput { sample, ref ray, .. } = at;
         let Prism { material, indices, surface, around, outside } = *prism;
         let bsdf = |band: u8| {
             let index = indices[usize::from(band.min(2))];
@@ -75,7 +75,7 @@ impl<R: Record> Wave<'_, R> {
     }
 }
 
-impl super::wave::Path {
+impl super::path_batch::Path {
     /// Leaves one band of the path; `None` for a path that carries nothing.
     fn choose_band(&mut self) -> Option<u8> {
         let shares = self.beta.to_array().map(|v| f64::from(v.max(0.0)));

@@ -4,7 +4,7 @@
 //! (Schmidt & Budge 2002, "Simple nested dielectrics in ray traced images", with the index as priority): a drink may reach into its glass.
 
 use crate::color::Spectrum;
-use crate::material::Physical;
+use crate::material::OpenPbr;
 use crate::math::elementary::{exp, ln};
 use crate::scene::{Scene, SurfaceInteraction};
 use crate::schema::{ColorSource, MaterialId};
@@ -123,7 +123,7 @@ impl Media {
         &mut self,
         scene: &Scene,
         surface: &SurfaceInteraction,
-        material: &Physical,
+        material: &OpenPbr,
         entering: bool,
     ) {
         let id = surface.material;
@@ -148,7 +148,7 @@ impl Media {
 
 /// Per unit of length, by the colour that is left after `transmission_depth` (Beer–Lambert). A texture counts as it is where the path
 /// enters.
-fn absorption(scene: &Scene, surface: &SurfaceInteraction, material: &Physical) -> [f32; 3] {
+fn absorption(scene: &Scene, surface: &SurfaceInteraction, material: &OpenPbr) -> [f32; 3] {
     let depth = material.desc.transmission_depth;
     if depth <= 0.0 {
         return [0.0; 3];

@@ -4,36 +4,37 @@
 //! weighs them (Veach & Guibas 1995). Numbers come from scrambled Sobol points. The paths of a tile advance together, a
 //! bounce at a time, so that their rays can be searched for in batches; a path's result does not depend on the others.
 
-mod block;
-mod candidates;
 mod caustics;
 #[cfg(test)]
 mod closed_form_tests;
 mod dispersion;
+mod light_resampling;
 mod media;
 mod notes;
 mod pane;
+mod path_batch;
 mod probing;
 mod record;
 mod replay;
-mod reuse;
 mod settings;
 mod shade;
+mod shared_paths;
+mod simd_shading;
 mod subsurface;
 #[cfg(test)]
 mod tests;
 mod volume;
 mod volume_light;
-mod wave;
 
 pub use record::{
-    AroundRecord, EmissionRecord, End, EscapeRecord, LentRecord, LightRecord, Passage, PathRecord,
-    PhotonsRecord, Roulette, ScatterRecord, SharedRecord, VertexRecord, WalkRecord, WayRecord,
+    DonorRecord, EmissionRecord, End, EscapeRecord, InfiniteLightRecord, LightRecord, MediumSegmentRecord,
+    Passage, PathRecord, PhotonsRecord, RandomWalkRecord, Roulette, ScatterRecord, SharedRecord,
+    VertexRecord,
 };
 pub use replay::{replay, replay_at};
-pub(crate) use reuse::{CELL, group};
+pub(crate) use shared_paths::{CELL, group};
 
-pub use caustics::{Caustics, Gathered, Photon, PhotonMap, Plan};
+pub use caustics::{Caustics, CausticsStrategy, Gathered, Photon, PhotonMap};
 
 use std::sync::{Arc, OnceLock};
 
@@ -58,7 +59,7 @@ choice! {
 
 choice! {
     /// Whether neighbouring pixels use one another's paths.
-    pub enum PathReuse {
+    pub enum SharedPathsMode {
         /// Where a short test finds that it pays: in rooms of diffuse surfaces. The mean is the same, the noise of indirect light that of many times as many samples.
         Auto = "auto",
         /// Where it can: not with motion, media, light paths, a clamp, Russian roulette from the first bounce on, or adaptive anti-aliasing.
@@ -99,7 +100,7 @@ params! {
         /// With caustics = "full": how far photons count for a pixel's first sample, in scene units; without it a few pixels.
         photon_radius: Option<f64> = None, in Range::POSITIVE;
         /// Whether pixels use the paths of their neighbours.
-        reuse: PathReuse = PathReuse::Auto;
+        shared_paths: SharedPathsMode = SharedPathsMode::Auto;
         /// How lights are found: to compare.
         light_sampling: LightSampling = LightSampling::Both;
     }
@@ -179,7 +180,7 @@ pub struct PathIntegrator {
 #[derive(Clone, Debug, Default)]
 struct Choice {
     /// The light paths that go with the camera's, if they help.
-    plan: Option<Plan>,
+    strategy: Option<CausticsStrategy>,
     /// Whether pixels use their neighbours' paths.
     shares: bool,
 }
@@ -194,12 +195,18 @@ impl PathIntegrator {
     }
 
     /// The light paths that go with the camera's, if they help; none before that is [chosen](PreparedIntegrator::choose).
-    pub fn caustics(&self) -> Option<&Plan> {
-        self.choice.get()?.plan.as_ref()
+    pub fn caustics(&self) -> Option<&CausticsStrategy> {
+        self.choice.get()?.strategy.as_ref()
     }
 
     fn context<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Context<'a> {
-        Context { scene, view, settings: self.settings, plan: self.caustics(), shares: self.shares_paths() }
+        Context {
+            scene,
+            view,
+            settings: self.settings,
+            strategy: self.caustics(),
+            shares: self.shares_paths(),
+        }
     }
 }
 
@@ -210,7 +217,7 @@ struct Context<'a> {
     view: &'a View,
     settings: Settings,
     /// The light paths beside which camera paths are weighed.
-    plan: Option<&'a Plan>,
+    strategy: Option<&'a CausticsStrategy>,
     /// Whether pixels use their neighbours' paths.
     shares: bool,
 }
@@ -225,14 +232,15 @@ impl PreparedIntegrator for PathIntegrator {
     }
 
     fn tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Box<dyn Tracer + 'a> {
-        Box::new(wave::Wave::new(self.context(scene, view), record::Off))
+        Box::new(path_batch::PathBatch::new(self.context(scene, view), record::Off))
     }
 
     fn choose(&self, scene: &Scene, view: &View) {
         if let Some(desc) = &self.desc {
             self.choice.get_or_init(|| {
-                let (plan, shares) = reuse::decide(scene, view, desc, Plan::new(scene, view, desc));
-                Choice { plan, shares }
+                let (strategy, shares) =
+                    shared_paths::decide(scene, view, desc, CausticsStrategy::new(scene, view, desc));
+                Choice { strategy, shares }
             });
         }
     }
@@ -246,24 +254,24 @@ impl PreparedIntegrator for PathIntegrator {
     }
 
     fn light_paths(&self) -> u64 {
-        self.caustics().map_or(0, |plan| plan.paths)
+        self.caustics().map_or(0, |strategy| strategy.paths)
     }
 
     fn finds_photons(&self) -> bool {
-        self.caustics().is_some_and(|plan| plan.merges)
+        self.caustics().is_some_and(|strategy| strategy.merges)
     }
 
     fn photons(&self, scene: &Scene, view: &View, index: u32) -> Option<PhotonMap> {
-        let plan = self.caustics().filter(|plan| plan.merges)?;
-        Some(PhotonMap::of_sample(self.context(scene, view), plan, index))
+        let strategy = self.caustics().filter(|strategy| strategy.merges)?;
+        Some(PhotonMap::of_sample(self.context(scene, view), strategy, index))
     }
 
     fn photon_map(&self, index: u32, photons: Vec<Photon>) -> Option<PhotonMap> {
-        self.caustics().map(|plan| PhotonMap::new(plan, index, photons))
+        self.caustics().map(|strategy| PhotonMap::new(strategy, index, photons))
     }
 
     fn light_tracer<'a>(&'a self, scene: &'a Scene, view: &'a View) -> Option<Box<dyn LightTracer + 'a>> {
-        let plan = self.caustics()?;
-        Some(Box::new(caustics::LightWave::new(self.context(scene, view), plan)))
+        let strategy = self.caustics()?;
+        Some(Box::new(caustics::LightPathBatch::new(self.context(scene, view), strategy)))
     }
 }

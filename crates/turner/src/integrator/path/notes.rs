@@ -1,14 +1,14 @@
 //! What the code that renders has to say to a [`PathRecord`].
 
 use super::caustics::Gathered;
+use super::path_batch::Path;
 use super::record::{
-    EmissionRecord, EscapeRecord, LightRecord, Passage, PathRecord, PhotonsRecord, Roulette, ScatterRecord,
-    VertexRecord, WalkRecord, WayRecord,
+    EmissionRecord, EscapeRecord, LightRecord, MediumSegmentRecord, Passage, PathRecord, PhotonsRecord,
+    RandomWalkRecord, Roulette, ScatterRecord, VertexRecord,
 };
-use super::wave::Path;
 use crate::bsdf::{BsdfSample, Entry, Lobe};
 use crate::color::Spectrum;
-use crate::material::{Material, Physical};
+use crate::material::{Material, OpenPbr};
 use crate::math::{DVec3, Ray};
 use crate::scene::emitters::LightSample;
 use crate::scene::{Hit, Scene, SurfaceInteraction};
@@ -17,7 +17,7 @@ use crate::schema::MaterialId;
 impl Path {
     /// Density of the ray's direction, where sampling a light could have found what it finds.
     fn pdf_beside_lights(&self) -> Option<f64> {
-        (!self.alone).then_some(self.pdf)
+        (!self.specular_bounce).then_some(self.pdf)
     }
 }
 
@@ -84,8 +84,8 @@ impl PathRecord {
     }
 
     /// The surface has this material there: its own, or one of its mix.
-    pub(super) fn chose(&mut self, scene: &Scene, material: &Physical) {
-        let is = |m: &Material| matches!(m, Material::Physical(p) if std::ptr::eq(&**p, material));
+    pub(super) fn chose(&mut self, scene: &Scene, material: &OpenPbr) {
+        let is = |m: &Material| matches!(m, Material::OpenPbr(p) if std::ptr::eq(&**p, material));
         self.at(|v| {
             if !scene.materials.get(v.material.index()).is_some_and(is) {
                 v.chosen = scene.materials.iter().position(is).map(|i| MaterialId(i as u32));
@@ -168,7 +168,7 @@ impl PathRecord {
     }
 
     /// A direction was sampled and taken; the path carries `throughput` on.
-    pub(super) fn scattered(
+    pub(super) fn any_nonspecular(
         &mut self,
         direction: DVec3,
         s: &BsdfSample,
@@ -213,7 +213,7 @@ impl PathRecord {
     }
 
     /// The vertex is where a walk inside a translucent body led.
-    pub(super) fn walked(&mut self, passage: Passage, walk: WalkRecord) {
+    pub(super) fn walked(&mut self, passage: Passage, walk: RandomWalkRecord) {
         self.at(|v| (v.passage, v.walk) = (passage, Some(walk)));
     }
 
@@ -286,11 +286,12 @@ fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine:
 impl PathRecord {
     /// It goes through a medium.
     pub(super) fn way(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
-        self.way = Some(WayRecord { solid, length, weight, beside: 0.0, emission: None, second: None });
+        self.way =
+            Some(MediumSegmentRecord { solid, length, weight, beside: 0.0, emission: None, second: None });
     }
 
     /// The way that it is on, or was on last.
-    fn last_way(&mut self) -> Option<&mut WayRecord> {
+    fn last_way(&mut self) -> Option<&mut MediumSegmentRecord> {
         if self.way.is_some() {
             return self.way.as_mut();
         }

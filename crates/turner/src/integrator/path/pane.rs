@@ -4,13 +4,13 @@
 //! at stay those of the last real scattering, as where it passes a surface that is not wholly there. Both ways of finding a light then
 //! see the same light through the same panes.
 
+use super::path_batch::PathBatch;
 use super::record::{End, Passage, Record};
-use super::wave::Wave;
 use crate::bsdf::BsdfSample;
 use crate::math::DVec3;
 use crate::scene::SurfaceInteraction;
 
-impl<R: Record> Wave<'_, R> {
+impl<R: Record> PathBatch<'_, R> {
     /// Goes straight on through a pane; the sample says with what weight.
     pub(super) fn pass(&mut self, sample: u32, surface: &SurfaceInteraction, wo: DVec3, s: &BsdfSample) {
         let path = &mut self.paths[sample as usize];
@@ -18,7 +18,7 @@ impl<R: Record> Wave<'_, R> {
         path.from_camera = false;
         path.transparent += 1;
         self.record.note(|r| {
-            r.scattered(-wo, s, 1.0, path.beta);
+            r.any_nonspecular(-wo, s, 1.0, path.beta);
             r.at(|v| v.passage = Passage::Pane);
         });
         if path.transparent > self.settings.max_transparent {

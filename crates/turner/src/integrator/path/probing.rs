@@ -178,9 +178,12 @@ mod tests {
             let mut desc = described(vec![glass.clone(); 5_000]);
             desc.integrator = IntegratorDesc::Path(PathDesc { caustics, ..PathDesc::default() });
             let scene = prepared(&desc);
-            let plan = scene.path().and_then(|path| path.caustics());
-            assert_eq!(plan.map(|plan| plan.merges), merges);
-            assert!(plan.is_none_or(|plan| plan.paths == 160 * 120 / 4 && plan.first_radius >= 0.0));
+            let strategy = scene.path().and_then(|path| path.caustics());
+            assert_eq!(strategy.map(|strategy| strategy.merges), merges);
+            assert!(
+                strategy
+                    .is_none_or(|strategy| strategy.paths == 160 * 120 / 4 && strategy.first_radius >= 0.0)
+            );
             assert!(!scene.integrator.shares_paths());
         }
     }

@@ -1,6 +1,6 @@
 //! What happened to one sample: every vertex, density and weight of its path.
 //!
-//! The code that renders writes it down as it goes: a [`Wave`](super::wave::Wave) is generic over a [`Record`], and with
+//! The code that renders writes it down as it goes: a [`PathBatch`](super::path_batch::PathBatch) is generic over a [`Record`], and with
 //! [`Off`], which renders pictures, the notes are compiled away.
 
 use crate::bsdf::Lobe;
@@ -62,7 +62,7 @@ pub struct PathRecord {
     /// What it found where it left the scene.
     pub escape: Option<EscapeRecord>,
     /// Its last way through a medium, if nothing is at the end of it.
-    pub way: Option<WayRecord>,
+    pub way: Option<MediumSegmentRecord>,
     /// What its group shares with it, where pixels use the paths of their neighbours; of other samples `None`.
     pub shared: Option<SharedRecord>,
     /// The vertex from which on the path is lent, as a number in `vertices`.
@@ -93,7 +93,7 @@ pub enum End {
     /// The limit on surfaces of all kinds.
     Vertices,
     /// The camera shows nothing there.
-    LeftOut,
+    OutsideField,
 }
 
 impl End {
@@ -107,7 +107,7 @@ impl End {
             End::Roulette => "roulette",
             End::Unlit => "unlit",
             End::Vertices => "vertices",
-            End::LeftOut => "left-out",
+            End::OutsideField => "left-out",
         }
     }
 }
@@ -119,12 +119,12 @@ pub struct SharedRecord {
     /// those of light that leaves this surface, and the sample gets its share of their sum. `None` if the path keeps to itself.
     pub from: Option<usize>,
     /// The paths that bring something to the sample, its own among them, in the order in which they were added.
-    pub parts: Vec<LentRecord>,
+    pub parts: Vec<DonorRecord>,
 }
 
 /// A path that a sample shares.
 #[derive(Clone, Copy, Debug)]
-pub struct LentRecord {
+pub struct DonorRecord {
     /// Whose path it is.
     pub id: SampleId,
     /// The path's second surface, which the sample's first one sees.
@@ -173,7 +173,7 @@ impl Passage {
 
 /// A way through a medium.
 #[derive(Clone, Debug)]
-pub struct WayRecord {
+pub struct MediumSegmentRecord {
     /// The material of the solid that the medium is in; `None` in the open.
     pub solid: Option<MaterialId>,
     /// How long it was.
@@ -190,7 +190,7 @@ pub struct WayRecord {
 
 /// A walk inside a translucent body.
 #[derive(Clone, Copy, Debug)]
-pub struct WalkRecord {
+pub struct RandomWalkRecord {
     /// How many distances were sampled: one more than it was scattered.
     pub steps: u32,
     /// How long it was.
@@ -204,7 +204,7 @@ pub struct WalkRecord {
 #[derive(Clone, Debug)]
 pub struct VertexRecord {
     /// The way to it, if it was through a medium.
-    pub way: Option<WayRecord>,
+    pub way: Option<MediumSegmentRecord>,
     /// Where the ray came from.
     pub origin: DVec3,
     /// Its direction.
@@ -240,7 +240,7 @@ pub struct VertexRecord {
     /// What the surface is to the path.
     pub passage: Passage,
     /// The walk inside a translucent body that led there; origin and direction are those of its last step.
-    pub walk: Option<WalkRecord>,
+    pub walk: Option<RandomWalkRecord>,
     /// What shone there.
     pub emission: Option<EmissionRecord>,
     /// Index of refraction around the solid, where it has an inside.
@@ -288,7 +288,7 @@ pub struct PhotonsRecord {
 /// A light that was sampled.
 #[derive(Clone, Debug)]
 pub struct LightRecord {
-    /// Towards it.
+    /// BsdfFromWo it.
     pub direction: DVec3,
     /// How far it is; infinite where it has no place.
     pub distance: f64,
@@ -363,7 +363,7 @@ pub struct Roulette {
 #[derive(Clone, Debug)]
 pub struct EscapeRecord {
     /// The way out, if it was through a medium.
-    pub way: Option<WayRecord>,
+    pub way: Option<MediumSegmentRecord>,
     /// Where the ray came from.
     pub origin: DVec3,
     /// Its direction.
@@ -375,7 +375,7 @@ pub struct EscapeRecord {
     /// Density with which the ray's direction was sampled; `None` where sampling a light could not have found what is there.
     pub pdf: Option<f64>,
     /// Environments and suns in this direction.
-    pub lights: Vec<AroundRecord>,
+    pub lights: Vec<InfiniteLightRecord>,
     /// The background, where it was seen.
     pub background: Spectrum,
     /// Ambient light.
@@ -386,7 +386,7 @@ pub struct EscapeRecord {
 
 /// A light around the scene, found by chance.
 #[derive(Clone, Copy, Debug)]
-pub struct AroundRecord {
+pub struct InfiniteLightRecord {
     /// Its radiance in the direction.
     pub radiance: Spectrum,
     /// Density with which sampling a light gives the direction.
@@ -403,11 +403,11 @@ impl PathRecord {
             light.filter(|l| l.visible.is_some()).map(|l| l.contribution)
         }
         // Light that is sampled arrives after all that is found in the same round.
-        let shone = |way: &Option<WayRecord>| way.as_ref().and_then(|w| w.emission);
-        let second = |way: &Option<WayRecord>| {
+        let shone = |way: &Option<MediumSegmentRecord>| way.as_ref().and_then(|w| w.emission);
+        let second = |way: &Option<MediumSegmentRecord>| {
             way.as_ref().and_then(|w| sampled(w.second.as_ref().map(|(_, light)| light)))
         };
-        let (own, lent) = match self.shared.as_ref().and_then(|s| s.from) {
+        let (own, donated) = match self.shared.as_ref().and_then(|s| s.from) {
             Some(from) => (from, true),
             None => (self.vertices.len(), false),
         };
@@ -419,10 +419,10 @@ impl PathRecord {
                 .flatten()
         });
         let escape =
-            self.escape.iter().filter(move |_| !lent).flat_map(move |e| {
+            self.escape.iter().filter(move |_| !donated).flat_map(move |e| {
                 [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
             });
-        let last = [shone(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !lent);
+        let last = [shone(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !donated);
         let shared = self.shared.iter().flat_map(|s| s.parts.iter().map(|p| p.contribution));
         vertices.chain(escape).chain(last).chain(shared)
     }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::record::{End, LentRecord, Off, PathRecord, SharedRecord};
-use super::reuse::group;
-use super::wave::Wave;
+use super::path_batch::PathBatch;
+use super::record::{DonorRecord, End, Off, PathRecord, SharedRecord};
+use super::shared_paths::group;
 use super::{Context, PathIntegrator};
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Prepared, PreparedIntegrator, Radiance, RayStats, Tracer};
@@ -67,18 +67,18 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
         radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
     };
     if ray.is_none_or(|ray| ray.t_max < 0.0) {
-        record.end = End::LeftOut;
+        record.end = End::OutsideField;
         record.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(record);
     }
     let shared = of_group(context, id);
-    let mut wave = Wave::new(context, record);
+    let mut batch = PathBatch::new(context, record);
     if let Some(photons) = integrator.photons(scene, view, id.index) {
-        wave.find_photons(Arc::new(photons));
+        batch.find_photons(Arc::new(photons));
     }
     let mut out = Vec::new();
-    wave.radiance(&samples, &mut out, &mut RayStats::default());
-    let mut record = wave.record;
+    batch.radiance(&samples, &mut out, &mut RayStats::default());
+    let mut record = batch.record;
     if let Some(radiance) = out.first() {
         record.radiance = *radiance;
     }
@@ -90,20 +90,20 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
 }
 
 /// What a sample is among its group, if it has one.
-fn of_group(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<LentRecord>)> {
+fn of_group(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<DonorRecord>)> {
     let view = context.view;
-    let mut wave = Wave::new(context, Off);
-    if !wave.reuse.is_on() {
+    let mut batch = PathBatch::new(context, Off);
+    if !batch.shared_paths.is_on() {
         return None;
     }
     let mut samples = CameraSamples::default();
     take_points(view, &mut samples, group(view, id).map(|id| (id, place_of(view, &id).into())));
     let mut out = Vec::new();
-    wave.radiance(&samples, &mut out, &mut RayStats::default());
+    batch.radiance(&samples, &mut out, &mut RayStats::default());
     let own = samples.ids.iter().position(|other| *other == id)?;
-    let parts = wave.shares_of(own).filter_map(|(from, p, share, radiance)| {
+    let parts = batch.shares_of(own).filter_map(|(from, p, share, radiance)| {
         let id = *samples.ids.get(from)?;
-        Some(LentRecord { id, p, radiance, share, contribution: share * radiance })
+        Some(DonorRecord { id, p, radiance, share, contribution: share * radiance })
     });
     Some((*out.get(own)?, parts.collect()))
 }

@@ -1,6 +1,6 @@
 //! What the two integrators of this folder have in common, as numbers.
 
-use super::{DirectDesc, LightSampling, PathDesc, PathReuse};
+use super::{DirectDesc, LightSampling, PathDesc, SharedPathsMode};
 use crate::bsdf::Lobe;
 
 /// Limits and switches.
@@ -15,7 +15,7 @@ pub(super) struct Settings {
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
     /// Whether neighbours may use one another's paths.
-    pub(super) reuse: bool,
+    pub(super) shared_paths: bool,
     /// Nothing is scattered after a lobe that is not a mirror's.
     pub(super) direct: bool,
 }
@@ -41,7 +41,9 @@ impl Settings {
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
             // What is clamped or left to chance before the second surface is not the same for all.
-            reuse: d.reuse != PathReuse::Off && d.clamp_indirect <= 0.0 && d.rr_start >= 2,
+            shared_paths: d.shared_paths != SharedPathsMode::Off
+                && d.clamp_indirect <= 0.0
+                && d.rr_start >= 2,
             direct: false,
         }
     }
@@ -52,7 +54,7 @@ impl Settings {
             max_depth: d.max_depth.saturating_add(1),
             max_transparent: d.max_transparent,
             rr_start: u32::MAX,
-            reuse: PathReuse::Off,
+            shared_paths: SharedPathsMode::Off,
             light_sampling: d.light_sampling,
             ..PathDesc::default()
         };

@@ -1,19 +1,19 @@
 //! What happens to a path where its ray ends.
 
 use super::LightSampling;
-use super::candidates::{CANDIDATES, pick};
 use super::dispersion::Prism;
+use super::light_resampling::{CANDIDATES, pick};
 use super::media::Boundary;
-use super::record::{AroundRecord, End, Passage, Record, Roulette};
+use super::path_batch::{Path, PathBatch, VertexInput};
+use super::record::{End, InfiniteLightRecord, Passage, Record, Roulette};
 use super::settings::Settings;
-use super::wave::{Arrival, Path, Wave};
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats, footprint};
 use crate::material::vertex::{Met, Vertex, coated, prepare};
-use crate::material::{AlphaMode, Material, Physical};
+use crate::material::{AlphaMode, Material, OpenPbr};
 use crate::math::Ray;
-use crate::scene::casters::Casters;
+use crate::scene::caustic_targets::CausticTargets;
 use crate::scene::emitters::LightSample;
 use crate::scene::{Hit, SurfaceInteraction};
 
@@ -28,7 +28,7 @@ impl Settings {
     #[inline]
     fn weight_found(&self, path: &Path, light: f64, back: f64) -> f64 {
         let sampling = match self.light_sampling {
-            _ if path.alone || light <= 0.0 => 0.0,
+            _ if path.specular_bounce || light <= 0.0 => 0.0,
             LightSampling::Both => light / path.pdf,
             LightSampling::Bsdf => 0.0,
             LightSampling::Light => return 0.0,
@@ -76,7 +76,7 @@ impl Settings {
     }
 }
 
-impl<R: Record> Wave<'_, R> {
+impl<R: Record> PathBatch<'_, R> {
     /// A ray that hits nothing.
     pub(super) fn miss(
         &mut self,
@@ -105,11 +105,12 @@ impl<R: Record> Wave<'_, R> {
         }
         let mut found = Spectrum::BLACK;
         for (place, radiance, light_pdf) in around {
-            let back = match self.plan {
+            let back = match self.strategy {
                 Some(_) => {
                     let light = scene.emitters.around_ids()[place];
-                    let density =
-                        |casters: &Casters, group| casters.density_around(scene, group, light, ray.direction);
+                    let density = |caustic_targets: &CausticTargets, group| {
+                        caustic_targets.density_around(scene, group, light, ray.direction)
+                    };
                     if self.left_to_photons(sample, density) {
                         continue;
                     }
@@ -120,7 +121,8 @@ impl<R: Record> Wave<'_, R> {
             let light_pdf = light_pdf * path.origin.candidates();
             let weight = self.settings.weight_found(path, light_pdf, back);
             found += radiance * weight as f32;
-            self.record.note(|r| r.outside(|e| e.lights.push(AroundRecord { radiance, light_pdf, weight })));
+            self.record
+                .note(|r| r.outside(|e| e.lights.push(InfiniteLightRecord { radiance, light_pdf, weight })));
         }
         if !scene.emitters.surrounded() {
             let background = scene.background.color(ray.direction);
@@ -148,7 +150,7 @@ impl<R: Record> Wave<'_, R> {
             return false;
         }
         match self.scene.material_at(hit) {
-            Material::Physical(m) => {
+            Material::OpenPbr(m) => {
                 let bsdf = m.constant_bsdf(ray.direction.dot(surface.ng) < 0.0);
                 !m.desc.unlit && !m.boundary && bsdf.is_none_or(Bsdf::has_smooth)
             }
@@ -160,13 +162,13 @@ impl<R: Record> Wave<'_, R> {
     /// Whether the path ends at the next surface.
     #[inline]
     pub(super) fn is_spent(&self, path: &Path) -> bool {
-        path.bounces.total >= self.settings.max_depth || self.settings.direct && path.scattered
+        path.bounces.total >= self.settings.max_depth || self.settings.direct && path.any_nonspecular
     }
 
     /// A ray that hits a surface: emission, direct light, and the way on.
-    pub(super) fn shade(&mut self, at: &Arrival<'_>, pixel: &mut Radiance, stats: &mut RayStats) {
+    pub(super) fn shade(&mut self, at: &VertexInput<'_>, pixel: &mut Radiance, stats: &mut RayStats) {
         let scene = self.scene;
-        let &Arrival { sample, ref ray, surface, .. } = at;
+        let &VertexInput { sample, ref ray, surface, .. } = at;
         let hit = &surface.hit;
         let path = &mut self.paths[sample as usize];
         let left = path.media.transmittance(hit.shape.t);
@@ -181,8 +183,8 @@ impl<R: Record> Wave<'_, R> {
         }
         let outside = ray.direction.dot(surface.ng) < 0.0;
         let met = match scene.material_at(hit) {
-            Material::Physical(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
-            Material::Physical(m) => {
+            Material::OpenPbr(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
+            Material::OpenPbr(m) => {
                 let opacity = f64::from(m.desc.coverage(scene, surface));
                 (opacity >= 1.0 || path.numbers.first()[3] < opacity).then_some(&**m)
             }
@@ -269,14 +271,14 @@ impl<R: Record> Wave<'_, R> {
     /// Direct light, where lights can be connected to (`smooth`), and the way on.
     pub(super) fn scatter(
         &mut self,
-        at: &Arrival<'_>,
+        at: &VertexInput<'_>,
         vertex: &Vertex<'_>,
-        material: &Physical,
+        material: &OpenPbr,
         smooth: bool,
         pixel: &mut Radiance,
         stats: &mut RayStats,
     ) {
-        if self.reuse.is_on() {
+        if self.shared_paths.is_on() {
             self.take_part(at.sample, vertex, material);
         }
         if smooth && self.photons.is_some() {
@@ -298,7 +300,7 @@ impl<R: Record> Wave<'_, R> {
     pub(super) fn found_light(
         &mut self,
         sample: u32,
-        material: &Physical,
+        material: &OpenPbr,
         surface: &SurfaceInteraction,
         pixel: &mut Radiance,
     ) {
@@ -306,14 +308,15 @@ impl<R: Record> Wave<'_, R> {
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
             // Beside sampling of lights, which looks at points, as that does.
-            None if path.alone => material.desc.emitted_color(scene, &scene.texture_point(surface)),
+            None if path.specular_bounce => material.desc.emitted_color(scene, &scene.texture_point(surface)),
             None => material.desc.emitted_color(scene, &scene.texture_point(&surface.sharp())),
         };
-        let pdf = if path.alone { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
-        let back = match self.plan {
+        let pdf =
+            if path.specular_bounce { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
+        let back = match self.strategy {
             Some(_)
-                if self.left_to_photons(sample, |casters, group| {
-                    casters.density_on_shape(scene, group, surface)
+                if self.left_to_photons(sample, |caustic_targets, group| {
+                    caustic_targets.density_on_shape(scene, group, surface)
                 }) =>
             {
                 return;
@@ -327,7 +330,7 @@ impl<R: Record> Wave<'_, R> {
     }
 
     /// Sends a shadow ray to the light that was sampled, or to one of several.
-    fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &Physical, lit: &[Option<LightSample>]) {
+    fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr, lit: &[Option<LightSample>]) {
         let path = &self.paths[sample as usize];
         let (taken, counts) = match lit.len() {
             0 | 1 => (0, 1.0),
@@ -336,13 +339,13 @@ impl<R: Record> Wave<'_, R> {
         let Some(Some(lit)) = lit.get(taken) else { return };
         let Some(met) = v.met(lit.to_light) else { return };
         let (wi, wi_local, crosses) = (met.wi, met.wi_local, met.crosses);
-        let candidates = path.more + 1;
+        let candidates = path.extra_candidates + 1;
         self.record.note(|r| r.lit(lit, wi, met.f, met.pdf, wi_local.z.abs(), (candidates, counts)));
         if met.f.is_black() {
             return;
         }
-        let back = match self.plan {
-            Some(_) if material.focuses => self.light_paths_to_sample(sample, v, material, lit, wi),
+        let back = match self.strategy {
+            Some(_) if material.casts_caustics => self.light_paths_to_sample(sample, v, material, lit, wi),
             _ => 0.0,
         };
         let (weight, mut light) = self.settings.unshadowed(path, lit, &met, back);
@@ -396,7 +399,7 @@ impl<R: Record> Wave<'_, R> {
         &mut self,
         sample: u32,
         v: &Vertex<'_>,
-        material: &Physical,
+        material: &OpenPbr,
         s: BsdfSample,
         u: f64,
         stats: &mut RayStats,
@@ -407,7 +410,7 @@ impl<R: Record> Wave<'_, R> {
             return self.pass(sample, v.surface, v.wo, &s);
         }
         let path = &mut self.paths[sample as usize];
-        if self.settings.direct && path.scattered {
+        if self.settings.direct && path.any_nonspecular {
             self.record.note(|r| r.end = End::Depth);
             return;
         }
@@ -415,7 +418,7 @@ impl<R: Record> Wave<'_, R> {
             self.record.note(|r| r.end = End::Depth);
             return;
         };
-        if self.plan.is_some() {
+        if self.strategy.is_some() {
             let first = path.bounces.total == 0;
             self.note_back(sample, v, material, &s, wi, first);
         }
@@ -426,13 +429,13 @@ impl<R: Record> Wave<'_, R> {
             terminator = v.terminator(wi);
             path.beta *= terminator as f32;
         }
-        self.record.note(|r| r.scattered(wi, &s, terminator, path.beta));
+        self.record.note(|r| r.any_nonspecular(wi, &s, terminator, path.beta));
         path.bounces = bounces;
         path.from_camera = false;
-        path.alone = s.lobe.is_delta;
-        path.scattered |= !s.lobe.is_delta;
+        path.specular_bounce = s.lobe.is_delta;
+        path.any_nonspecular |= !s.lobe.is_delta;
         path.pdf = s.pdf;
-        path.origin = self.scene.receiver(v.surface, -v.wo).with_more(path.more);
+        path.origin = self.scene.receiver(v.surface, -v.wo).with_more(path.extra_candidates);
         if let Some(pixel) = &self.view.pixel_cone {
             path.cone = footprint::leave(self.scene, pixel, path.cone, v.surface, v.wo, &s, crosses);
         }

@@ -10,14 +10,14 @@
 
 use super::LightSampling;
 use super::media::Media;
-use super::record::{Passage, Record, WalkRecord};
+use super::path_batch::{PathBatch, VertexInput};
+use super::record::{Passage, RandomWalkRecord, Record};
 use super::shade::FIRST_SET;
-use super::wave::{Arrival, Wave};
 use crate::bsdf::{Bsdf, Entry};
 use crate::color::Spectrum;
 use crate::integrator::{Radiance, RayStats};
 use crate::material::vertex::prepare;
-use crate::material::{Material, Physical};
+use crate::material::{Material, OpenPbr};
 use crate::math::{Frame, Ray};
 use crate::medium::Homogeneous;
 use crate::sampler::{Stream, VertexNumbers};
@@ -59,7 +59,7 @@ enum End {
     /// It comes out of the body.
     Out(Hit),
     /// It comes out where it went in.
-    Back,
+    ReversePdf,
     /// It meets something else within.
     Met(Hit),
     /// Nothing is left of it.
@@ -98,8 +98,8 @@ impl Walk<'_> {
                 return hit;
             }
             // Not on the surface, if only by rounding.
-            let (scattered, pdf) = self.body.scattered(shares, t);
-            self.weigh(scattered, pdf);
+            let (any_nonspecular, pdf) = self.body.scattered(shares, t);
+            self.weigh(any_nonspecular, pdf);
             self.length += t;
             let Some((_, sum)) = self.shares() else { return End::Lost };
             let least = ROULETTE_BELOW * self.first;
@@ -113,7 +113,7 @@ impl Walk<'_> {
             self.ray = Ray { origin: self.ray.at(t), direction, t_min: 0.0, ..self.ray };
             u = self.stream.unit();
         }
-        End::Back
+        End::ReversePdf
     }
 
     /// What ends the walk within a distance `t`, and how far that is. Whatever else is there is crossed.
@@ -133,7 +133,7 @@ impl Walk<'_> {
                     (false, 0..=1) => return Some((End::Out(hit), hit.shape.t)),
                     (false, _) => self.depth -= 1,
                 },
-                Material::Physical(m) if m.boundary || m.has_inside() => {
+                Material::OpenPbr(m) if m.boundary || m.has_inside() => {
                     media.cross(self.scene, &surface, m, outside);
                 }
                 _ => return Some((End::Met(hit), hit.shape.t)),
@@ -144,13 +144,13 @@ impl Walk<'_> {
     }
 }
 
-impl<'a, R: Record> Wave<'a, R> {
+impl<'a, R: Record> PathBatch<'a, R> {
     /// A path that enters the body of `material` at a vertex, to where it comes out, and on from there. `u` is for the first distance.
     #[inline(never)]
     pub(super) fn walk(
         &mut self,
-        at: &Arrival<'_>,
-        material: &Physical,
+        at: &VertexInput<'_>,
+        material: &OpenPbr,
         entry: &Entry,
         u: f64,
         pixel: &mut Radiance,
@@ -199,24 +199,25 @@ impl<'a, R: Record> Wave<'a, R> {
             End::Met(hit) => {
                 let met = scene.surface(&ray, &hit);
                 let outside = ray.direction.dot(met.ng) < 0.0;
-                if let Material::Physical(m) = scene.material_at(&hit)
+                if let Material::OpenPbr(m) = scene.material_at(&hit)
                     && m.is_emissive()
                     && (outside || m.shines_backwards())
                 {
                     // No light is sampled from within.
-                    path.alone = true;
+                    path.specular_bounce = true;
                     self.record.note(|r| r.met(scene, path, &ray, &hit, &met, None));
-                    self.record.note(|r| r.walked(Passage::Surface, WalkRecord { steps, length, weight }));
+                    self.record
+                        .note(|r| r.walked(Passage::Surface, RandomWalkRecord { steps, length, weight }));
                     self.found_light(sample, m, &met, pixel);
                 }
                 return;
             }
             End::Out(hit) => (scene.surface(&ray, &hit), hit),
-            End::Back => (*surface, surface.hit),
+            End::ReversePdf => (*surface, surface.hit),
         };
         path.numbers = VertexNumbers::of(&path.sampler, FIRST_SET + 2 * (path.vertex - 1));
         self.record.note(|r| r.met(scene, path, &ray, &hit, &out, None));
-        self.record.note(|r| r.walked(Passage::Exit, WalkRecord { steps, length, weight }));
+        self.record.note(|r| r.walked(Passage::Exit, RandomWalkRecord { steps, length, weight }));
         let (bsdf, material) = self.way_out(sample, material, &out);
         let from_above = Ray { direction: -out.ng, ..Ray::new(out.p, -out.ng) };
         let vertex = prepare(scene, &from_above, material, &out, &bsdf, true);
@@ -227,25 +228,20 @@ impl<'a, R: Record> Wave<'a, R> {
                 scene.emitters.sample(scene, scene.receiver(&out, -out.ng), [u0, u1, u2])
             }
         };
-        self.paths[sample as usize].more = 0;
-        let arrival = Arrival { sample, ray: from_above, surface: &out, lit: &[lit] };
+        self.paths[sample as usize].extra_candidates = 0;
+        let arrival = VertexInput { sample, ray: from_above, surface: &out, lit: &[lit] };
         self.scatter(&arrival, &vertex, material, true, pixel, stats);
     }
 
     /// What is above the body where the path comes out of it: of the material there, if light walks in that; else nothing.
-    fn way_out<'m>(
-        &self,
-        sample: u32,
-        entered: &'m Physical,
-        out: &SurfaceInteraction,
-    ) -> (Bsdf, &'m Physical)
+    fn way_out<'m>(&self, sample: u32, entered: &'m OpenPbr, out: &SurfaceInteraction) -> (Bsdf, &'m OpenPbr)
     where
         'a: 'm,
     {
         let scene: &'a Scene = self.scene;
         let u = self.paths[sample as usize].numbers.first()[3];
         let there = match scene.material_at(&out.hit) {
-            Material::Physical(m) => Some(&**m),
+            Material::OpenPbr(m) => Some(&**m),
             Material::Mix(m) => m.choose(scene, out, true, u),
             Material::Classic(_) | Material::Principled(..) => None,
         };

@@ -12,10 +12,10 @@
 
 use super::LightSampling;
 use super::dispersion::BAND_SET;
+use super::path_batch::{Path, PathBatch, RayQueue};
 use super::record::{End, Record, Roulette};
 use super::shade::MAX_VERTICES;
 use super::volume_light::Connection;
-use super::wave::{Front, Path, Wave};
 use crate::integrator::{CameraSamples, Radiance, RayStats};
 use crate::light::Receiver;
 use crate::math::{DVec3, Ray};
@@ -27,7 +27,7 @@ pub(super) const WAY_SET: u32 = BAND_SET + 2;
 
 /// What numbers of a way are for.
 #[derive(Clone, Copy)]
-pub(super) enum For {
+pub(super) enum Purpose {
     /// Band, distance, the second place, Russian roulette; as a stream, what happens on the way.
     Distance = 0,
     /// The light at the first place; as a stream, the way to it.
@@ -40,7 +40,7 @@ pub(super) enum For {
 
 impl Path {
     /// The set for the way that the path is on.
-    pub(super) fn way_set(&self, what: For) -> u32 {
+    pub(super) fn way_set(&self, what: Purpose) -> u32 {
         WAY_SET + 4 * self.vertex + what as u32
     }
 
@@ -53,13 +53,13 @@ impl Path {
 }
 
 /// The second place of a way.
-struct Second {
+struct SecondPlace {
     angle: Equiangular,
     /// Along the ray.
     t: f64,
 }
 
-impl<R: Record> Wave<'_, R> {
+impl<R: Record> PathBatch<'_, R> {
     /// Paths that begin within a medium are in it.
     pub(super) fn begin_within(&mut self, volumes: &Volumes, samples: &CameraSamples) {
         if !volumes.bounded {
@@ -82,7 +82,7 @@ impl<R: Record> Wave<'_, R> {
     pub(super) fn travel(
         &mut self,
         volumes: &Volumes,
-        front: &mut Front,
+        front: &mut RayQueue,
         hits: &mut [Option<Hit>],
         out: &mut [Radiance],
         stats: &mut RayStats,
@@ -111,8 +111,8 @@ impl<R: Record> Wave<'_, R> {
         let path = &self.paths[sample as usize];
         let Some(shares) = path.shares() else { return false };
         let scatters = medium.coefficients().scatters() && !self.is_spent(path);
-        let [band, distance, place, gamble] = path.sampler.four(path.way_set(For::Distance));
-        let mut stream = path.sampler.stream(path.way_set(For::Distance));
+        let [band, distance, place, gamble] = path.sampler.four(path.way_set(Purpose::Distance));
+        let mut stream = path.sampler.stream(path.way_set(Purpose::Distance));
         let stretch = Stretch { ray, end, shares, scatters };
         let walk = medium.walk(&stretch, [band, distance], &mut stream);
         self.record.note(|r| r.way(path.media.top(), walk.scattered.unwrap_or(end), walk.weight));
@@ -145,13 +145,20 @@ impl<R: Record> Wave<'_, R> {
     }
 
     /// The second place, by the angle at which a light sees the way.
-    fn second_place(&self, medium: &Medium, sample: u32, ray: &Ray, end: f64, place: f64) -> Option<Second> {
+    fn second_place(
+        &self,
+        medium: &Medium,
+        sample: u32,
+        ray: &Ray,
+        end: f64,
+        place: f64,
+    ) -> Option<SecondPlace> {
         let Medium::Homogeneous(m) = medium else { return None };
         if self.settings.light_sampling == LightSampling::Bsdf {
             return None;
         }
         let path = &self.paths[sample as usize];
-        let [_, _, choice, _] = path.sampler.four(path.way_set(For::Direction));
+        let [_, _, choice, _] = path.sampler.four(path.way_set(Purpose::Direction));
         let from = ray.at(0.5 * end.min(m.mean_free_path()));
         let lit = self.scene.emitters.sample(self.scene, from, [0.5, 0.5, choice])?;
         if !lit.finite {
@@ -159,7 +166,7 @@ impl<R: Record> Wave<'_, R> {
         }
         let angle = Equiangular::new(ray.origin, ray.direction, end, from + lit.to_light)?;
         let t = angle.sample(place);
-        (t > 0.0 && t < end).then_some(Second { angle, t })
+        (t > 0.0 && t < end).then_some(SecondPlace { angle, t })
     }
 
     /// Light at the second place.
@@ -169,12 +176,12 @@ impl<R: Record> Wave<'_, R> {
         sample: u32,
         ray: &Ray,
         stretch: &Stretch<'_>,
-        second: &Second,
+        second: &SecondPlace,
     ) {
         let Medium::Homogeneous(m) = medium else { return };
         let (path, t) = (&self.paths[sample as usize], second.t);
         let p = ray.at(t);
-        let [u0, u1, u2, _] = path.sampler.four(path.way_set(For::SecondLight));
+        let [u0, u1, u2, _] = path.sampler.four(path.way_set(Purpose::SecondLight));
         let Some(lit) = self.scene.emitters.sample(self.scene, p, [u0, u1, u2]) else { return };
         let pdf = second.angle.pdf(t);
         let place = m.place(stretch.shares, t);
@@ -193,7 +200,7 @@ impl<R: Record> Wave<'_, R> {
             carried,
             // Of sampling a light at the first place, and of going on from there.
             others: [first, first],
-            stream: path.way_set(For::SecondLight),
+            stream: path.way_set(Purpose::SecondLight),
             second: true,
         };
         self.connect_medium(&connection, &lit);
@@ -205,7 +212,7 @@ impl<R: Record> Wave<'_, R> {
             return;
         }
         let path = &self.paths[sample as usize];
-        let [u0, u1, u2, _] = path.sampler.four(path.way_set(For::Light));
+        let [u0, u1, u2, _] = path.sampler.four(path.way_set(Purpose::Light));
         let Some(lit) = self.scene.emitters.sample(self.scene, p, [u0, u1, u2]) else { return };
         let connection = Connection {
             sample,
@@ -215,7 +222,7 @@ impl<R: Record> Wave<'_, R> {
             phase,
             carried: path.beta,
             others: [beside, 1.0],
-            stream: path.way_set(For::Light),
+            stream: path.way_set(Purpose::Light),
             second: false,
         };
         self.connect_medium(&connection, &lit);
@@ -234,14 +241,14 @@ impl<R: Record> Wave<'_, R> {
         stats: &mut RayStats,
     ) {
         let path = &mut self.paths[sample as usize];
-        let [u0, u1, ..] = path.sampler.four(path.way_set(For::Direction));
+        let [u0, u1, ..] = path.sampler.four(path.way_set(Purpose::Direction));
         let (wi, pdf) = phase.sample(ray.direction, [u0, u1]);
         let p = ray.at(t);
         path.vertex += 1;
         path.bounces.total += 1;
         path.from_camera = false;
-        path.alone = false;
-        path.scattered = true;
+        path.specular_bounce = false;
+        path.any_nonspecular = true;
         // Whoever finds a light by chance weighs this density against that of sampling it, which stands for both places.
         path.pdf = pdf / (1.0 + beside * beside).sqrt();
         path.origin = Receiver::from(p);

@@ -2,9 +2,9 @@
 
 use super::LightSampling;
 use super::media::Media;
+use super::path_batch::PathBatch;
 use super::record::Record;
-use super::volume::For;
-use super::wave::Wave;
+use super::volume::Purpose;
 use crate::color::Spectrum;
 use crate::material::Material;
 use crate::math::{DVec3, Ray};
@@ -15,7 +15,7 @@ use crate::scene::{Scene, Volumes};
 
 /// What a shadow ray has with it in scenes with media.
 #[derive(Clone)]
-pub(super) struct Carried {
+pub(super) struct ShadowRayMedia {
     /// The solids around its origin.
     media: Media,
     stream: Stream,
@@ -42,7 +42,7 @@ pub(super) struct Connection {
     pub(super) second: bool,
 }
 
-impl<R: Record> Wave<'_, R> {
+impl<R: Record> PathBatch<'_, R> {
     /// Sends a shadow ray to the light that was sampled.
     pub(super) fn connect_medium(&mut self, c: &Connection, lit: &LightSample) {
         let path = &self.paths[c.sample as usize];
@@ -73,19 +73,19 @@ impl<R: Record> Wave<'_, R> {
         let ray =
             if lit.finite { Ray { t_max: 1.0, ..Ray::new(c.p, lit.to_light) } } else { Ray::new(c.p, wi) };
         let stream = path.sampler.stream(c.stream);
-        let carried = Carried { media: path.media, stream, second: c.second };
+        let carried = ShadowRayMedia { media: path.media, stream, second: c.second };
         self.shadows.push_free(&ray, c.sample, light, carried);
     }
 
     /// What a shadow ray from a surface has with it, which begins in `media`.
     pub(super) fn carry(&mut self, sample: u32, media: Media) {
         let path = &self.paths[sample as usize];
-        let stream = path.sampler.stream(path.way_set(For::Direction));
-        self.shadows.carry(Carried { media, stream, second: false });
+        let stream = path.sampler.stream(path.way_set(Purpose::Direction));
+        self.shadows.carry(ShadowRayMedia { media, stream, second: false });
     }
 }
 
-impl Carried {
+impl ShadowRayMedia {
     /// The share of light that the media leave on the way of a shadow ray, which meets nothing opaque: stretch after stretch, from one boundary to
     /// the next.
     pub(super) fn left(&mut self, scene: &Scene, volumes: &Volumes, ray: &Ray) -> Spectrum {
@@ -100,7 +100,7 @@ impl Carried {
         };
         let (mut left, mut from) = (Spectrum::WHITE, 0.0);
         let mut crossings = if volumes.bounded { MAX_CROSSINGS } else { 0 };
-        let through = |c: &mut Carried, ray: &Ray, from: f64, to: f64| {
+        let through = |c: &mut ShadowRayMedia, ray: &Ray, from: f64, to: f64| {
             let medium = volumes.within(c.media.top());
             medium.map_or(Spectrum::WHITE, |m| m.transmittance(ray, from, to, &mut c.stream))
         };
@@ -111,7 +111,7 @@ impl Carried {
                 return Spectrum::BLACK;
             }
             let surface = scene.surface(&ray, &hit);
-            if let Material::Physical(m) = scene.material_at(&hit)
+            if let Material::OpenPbr(m) = scene.material_at(&hit)
                 && m.boundary
             {
                 left = left * through(self, &ray, from, hit.shape.t);
@@ -139,7 +139,7 @@ impl Media {
         for _ in 0..MAX_CROSSINGS {
             let Some(hit) = scene.intersect(&ray) else { break };
             let surface = scene.surface(&ray, &hit);
-            if let Material::Physical(m) = scene.material_at(&hit)
+            if let Material::OpenPbr(m) = scene.material_at(&hit)
                 && (m.boundary || m.has_inside() && m.desc.interior.is_some())
             {
                 let outside = ray.direction.dot(surface.ng) < 0.0;

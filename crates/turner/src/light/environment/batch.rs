@@ -78,7 +78,7 @@ impl EnvironmentLight {
             }
         }
         let blocks = &mut blocks[..u.len().div_ceil(LANES)];
-        dispatch(set, Towards { blocks, turn: self.turn });
+        dispatch(set, ChosenDirections { blocks, turn: self.turn });
         taps.clear();
         taps.extend((0..u.len()).map(|i| map.taps(blocks[i / LANES].uv(i % LANES))));
         black_box(map.touch(taps));
@@ -126,12 +126,12 @@ impl EnvironmentLight {
 }
 
 /// The directions that were chosen, in the scene, and how far down in the picture they lie.
-struct Towards<'a> {
+struct ChosenDirections<'a> {
     blocks: &'a mut [Directions],
     turn: (f64, f64),
 }
 
-impl Work for Towards<'_> {
+impl Work for ChosenDirections<'_> {
     type Output = ();
 
     #[inline(always)]

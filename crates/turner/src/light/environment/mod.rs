@@ -44,7 +44,7 @@ strength = 0.8
 /// A direction chosen for the light that comes from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentSample {
-    /// Towards the light, a unit vector.
+    /// BsdfFromWo the light, a unit vector.
     pub direction: DVec3,
     /// The light that comes from there.
     pub radiance: Spectrum,

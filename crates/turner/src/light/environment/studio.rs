@@ -88,7 +88,7 @@ struct SoftBox {
     softness: f64,
 }
 
-/// Towards the middle, the right and the top of a box, and its half sizes in a plane at distance 1.
+/// BsdfFromWo the middle, the right and the top of a box, and its half sizes in a plane at distance 1.
 struct Ready {
     radiance: f64,
     towards: DVec3,

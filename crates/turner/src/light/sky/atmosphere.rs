@@ -43,11 +43,11 @@ impl Amounts {
     }
 
     /// These and more.
-    pub(super) fn plus(self, more: Amounts, times: f64) -> Amounts {
+    pub(super) fn plus(self, extra_candidates: Amounts, times: f64) -> Amounts {
         Amounts {
-            air: self.air + times * more.air,
-            dust: self.dust + times * more.dust,
-            ozone: self.ozone + times * more.ozone,
+            air: self.air + times * extra_candidates.air,
+            dust: self.dust + times * extra_candidates.dust,
+            ozone: self.ozone + times * extra_candidates.ozone,
         }
     }
 
@@ -195,9 +195,9 @@ impl SunTable {
 }
 
 /// A sum over bands.
-pub(super) fn add(sum: &mut Bands, more: impl Fn(usize) -> f64) {
+pub(super) fn add(sum: &mut Bands, extra_candidates: impl Fn(usize) -> f64) {
     for (i, v) in sum.iter_mut().enumerate().take(BANDS) {
-        *v += more(i);
+        *v += extra_candidates(i);
     }
 }
 

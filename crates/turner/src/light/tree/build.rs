@@ -45,13 +45,13 @@ fn cos_sum(cos_a: f32, cos_b: f32) -> f32 {
 
 /// A box around spheres.
 #[derive(Clone, Copy)]
-struct Around {
+struct SphereBounds {
     min: [f32; 3],
     max: [f32; 3],
 }
 
-impl Around {
-    const NOTHING: Around = Around { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
+impl SphereBounds {
+    const NOTHING: SphereBounds = SphereBounds { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
     fn add(&mut self, center: [f32; 3], radius: f32) {
         for (k, at) in center.into_iter().enumerate() {
@@ -60,7 +60,7 @@ impl Around {
         }
     }
 
-    fn join(&mut self, other: &Around) {
+    fn join(&mut self, other: &SphereBounds) {
         for k in 0..3 {
             self.min[k] = self.min[k].min(other.min[k]);
             self.max[k] = self.max[k].max(other.max[k]);
@@ -83,11 +83,11 @@ struct Side {
     count: u32,
     power: f32,
     axis: [f32; 3],
-    around: Around,
+    around: SphereBounds,
 }
 
 impl Side {
-    const NONE: Side = Side { count: 0, power: 0.0, axis: [0.0; 3], around: Around::NOTHING };
+    const NONE: Side = Side { count: 0, power: 0.0, axis: [0.0; 3], around: SphereBounds::NOTHING };
 
     fn add(&mut self, item: &Item) {
         self.count += 1;
@@ -143,7 +143,7 @@ fn bound(items: &[Item]) -> Item {
     if rest.is_empty() {
         return *first;
     }
-    let mut around = Around::NOTHING;
+    let mut around = SphereBounds::NOTHING;
     let (mut axis, mut power) = ([0.0f64; 3], 0.0f64);
     let two_sided = items.iter().any(|item| item.two_sided);
     for item in items {
@@ -183,7 +183,7 @@ fn bound(items: &[Item]) -> Item {
 /// Parts items in two, neither of them empty: the number of the first part. By number alone if `evenly`.
 fn split(items: &mut [Item], evenly: bool) -> usize {
     let half = items.len() / 2;
-    let mut centers = Around::NOTHING;
+    let mut centers = SphereBounds::NOTHING;
     items.iter().for_each(|item| centers.add(item.center, 0.0));
     let size = centers.size();
     // Trying the other axes as well gave no better trees and took longer.

@@ -28,7 +28,7 @@ pub struct Receiver {
     /// Where the surface reflects more than elsewhere.
     pub lobe: GlossyLobe,
     /// How many more lights than one are looked at here, of which one is taken.
-    pub more: u32,
+    pub extra_candidates: u32,
 }
 
 impl Receiver {
@@ -46,14 +46,14 @@ impl Receiver {
 
     /// The same point, where so many more lights than one are looked at.
     #[inline]
-    pub fn with_more(self, more: u32) -> Receiver {
-        Receiver { more, ..self }
+    pub fn with_more(self, extra_candidates: u32) -> Receiver {
+        Receiver { extra_candidates, ..self }
     }
 
     /// How many lights are looked at.
     #[inline]
     pub fn candidates(&self) -> f64 {
-        f64::from(self.more) + 1.0
+        f64::from(self.extra_candidates) + 1.0
     }
 }
 
@@ -61,7 +61,7 @@ impl From<DVec3> for Receiver {
     /// Light counts from everywhere.
     #[inline]
     fn from(p: DVec3) -> Receiver {
-        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default(), more: 0 }
+        Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default(), extra_candidates: 0 }
     }
 }
 

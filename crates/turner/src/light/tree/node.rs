@@ -109,8 +109,8 @@ impl Node {
             let cos_l = if d2 <= r2 { 1.0 } else { cos_l };
             // Facets are turned by half the angle.
             let tan2 = (1.0 - cos_l) / (1.0 + cos_l).max(1e-6);
-            let facets = 1.0 / (1.0 + tan2 * lobe.tightness);
-            *out = 1.0 + lobe.peak * facets * facets;
+            let flat_triangles = 1.0 / (1.0 + tan2 * lobe.tightness);
+            *out = 1.0 + lobe.peak * flat_triangles * flat_triangles;
         }
         out
     }

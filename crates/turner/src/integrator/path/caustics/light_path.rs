@@ -1,12 +1,12 @@
 //! One light path: how far it has come, and how else it might be found.
 
-use super::plan::Plan;
+use super::strategy::CausticsStrategy;
 use crate::color::Spectrum;
 use crate::integrator::path::media::Media;
 use crate::integrator::path::settings::Bounces;
 use crate::math::{DVec3, Ray};
 use crate::sampler::OwenSobol;
-use crate::scene::casters::{Source, Start};
+use crate::scene::caustic_targets::{Source, Start};
 use crate::scene::{Scene, SurfaceInteraction};
 
 /// How far a light path has come.
@@ -29,7 +29,7 @@ pub(super) struct LightPath {
     /// Whether it has been left where camera paths find it that come by mirrors and narrow lobes alone.
     pub(super) left: bool,
     /// How many surfaces have scattered it.
-    pub(super) scattered: u32,
+    pub(super) any_nonspecular: u32,
     /// Where its ray begins: the last vertex, or the light; and the cosine there.
     pub(super) p: DVec3,
     pub(super) cos: f64,
@@ -67,7 +67,7 @@ impl LightPath {
     pub(super) fn emit(
         &mut self,
         scene: &Scene,
-        plan: &Plan,
+        strategy: &CausticsStrategy,
         surface: &SurfaceInteraction,
         ray: &Ray,
     ) -> bool {
@@ -80,7 +80,7 @@ impl LightPath {
                 let Some((light, radiance)) = scene.first_shining(&back) else { return false };
                 self.p = light.p;
                 self.cos = ray.direction.dot(light.ng).abs();
-                let (start, leave) = plan.casters.density_on_shape(scene, group, &light);
+                let (start, leave) = strategy.caustic_targets.density_on_shape(scene, group, &light);
                 self.forward = leave;
                 (radiance * (self.cos / (start * leave)) as f32, start)
             }
@@ -89,7 +89,7 @@ impl LightPath {
                 let Some((radiance, _)) = scene.emitters.around_one(scene, light, to_light) else {
                     return false;
                 };
-                let (start, pass) = plan.casters.density_around(scene, group, light, to_light);
+                let (start, pass) = strategy.caustic_targets.density_around(scene, group, light, to_light);
                 (self.far, self.forward) = (true, pass);
                 (radiance * (1.0 / (start * pass)) as f32, start)
             }
@@ -98,7 +98,7 @@ impl LightPath {
                     return false;
                 };
                 let from = lit.finite.then_some(self.start.ray.origin);
-                let (start, leave) = plan.casters.density_of_delta(group, light, from);
+                let (start, leave) = strategy.caustic_targets.density_of_delta(group, light, from);
                 // What arrives at a surface that faces the light, over the density per area there.
                 let d2 = if lit.finite { lit.to_light.length_squared() } else { 1.0 };
                 (self.far, self.forward, self.cos) = (!lit.finite, leave, 0.0);

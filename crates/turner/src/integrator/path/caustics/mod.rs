@@ -4,18 +4,18 @@
 //! light it is easy: paths that begin there and are aimed at what gathers light ([`crate::scene::casters`]) are joined to the camera wherever they are scattered after that
 //! (Dutré, Lafortune and Willems 1993). Both ways have weights that add to 1 for every path, so that the picture stays what it is, and becomes less noisy.
 
-mod back;
-mod light;
 mod light_path;
+mod light_path_batch;
 mod photons;
-mod plan;
 mod probe;
-mod towards;
+mod reverse_pdf;
+mod strategy;
+mod surface_bsdf;
 
-pub(super) use back::{Back, Onward};
-pub(super) use light::LightWave;
+pub(super) use light_path_batch::LightPathBatch;
 pub use photons::{Gathered, Photon, PhotonMap};
-pub use plan::Plan;
+pub(super) use reverse_pdf::{NextVertex, ReversePdf};
+pub use strategy::CausticsStrategy;
 
 use crate::schema::choice;
 

@@ -4,8 +4,8 @@
 //! something else, the light paths that arrive nearby stand for those that arrive just there (Jensen 1996). The radius around it shrinks with the number of the sample, so that the
 //! mean over samples goes to the right one (Knaus and Zwicker 2011).
 
-use super::light::LightWave;
-use super::plan::Plan;
+use super::light_path_batch::LightPathBatch;
+use super::strategy::CausticsStrategy;
 use crate::color::Spectrum;
 use crate::film::Splat;
 use crate::integrator::RayStats;
@@ -59,7 +59,7 @@ pub struct Gathered {
     pub radiance: Spectrum,
 }
 
-impl Plan {
+impl CausticsStrategy {
     /// How far photons count for a sample.
     pub fn radius(&self, index: u32) -> f64 {
         self.first_radius * pow(f64::from(index) + 1.0, 0.5 * (SHRINK - 1.0))
@@ -68,13 +68,13 @@ impl Plan {
 
 impl PhotonMap {
     /// Of photons in the order of their paths.
-    pub(crate) fn new(plan: &Plan, index: u32, all: Vec<Photon>) -> PhotonMap {
+    pub(crate) fn new(strategy: &CausticsStrategy, index: u32, all: Vec<Photon>) -> PhotonMap {
         let mut map = PhotonMap {
             index,
-            radius: plan.radius(index),
+            radius: strategy.radius(index),
             photons: Vec::new(),
             begins: Vec::new(),
-            paths: plan.paths as f64,
+            paths: strategy.paths as f64,
         };
         let cells = all.len().next_power_of_two().clamp(1, 1 << 24);
         map.begins = vec![0; cells + 1];
@@ -97,18 +97,22 @@ impl PhotonMap {
     }
 
     /// Traces the light paths of a sample in this thread, for one that is looked at by itself.
-    pub(in crate::integrator::path) fn of_sample(context: Context<'_>, plan: &Plan, index: u32) -> PhotonMap {
-        let mut wave = LightWave::new(context, plan);
+    pub(in crate::integrator::path) fn of_sample(
+        context: Context<'_>,
+        strategy: &CausticsStrategy,
+        index: u32,
+    ) -> PhotonMap {
+        let mut batch = LightPathBatch::new(context, strategy);
         let mut photons = Vec::new();
         let mut first = 0;
-        while first < plan.paths {
-            let count = (plan.paths - first).min(4096);
-            let number = plan.paths * u64::from(index) + first;
-            wave.advance(number, count as u32, &mut RayStats::default(), |_: Splat, _, _| {});
-            photons.append(&mut wave.photons);
+        while first < strategy.paths {
+            let count = (strategy.paths - first).min(4096);
+            let number = strategy.paths * u64::from(index) + first;
+            batch.advance(number, count as u32, &mut RayStats::default(), |_: Splat, _, _| {});
+            photons.append(&mut batch.photons);
             first += count;
         }
-        PhotonMap::new(plan, index, photons)
+        PhotonMap::new(strategy, index, photons)
     }
 
     /// The cell of a grid, of edges twice the radius, that a point lies in.

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::light::LightWave;
+use super::light_path_batch::LightPathBatch;
 use super::photons::{Photon, PhotonMap};
-use super::plan::Plan;
+use super::strategy::CausticsStrategy;
 use crate::integrator::path::Context;
+use crate::integrator::path::path_batch::PathBatch;
 use crate::integrator::path::record::Off;
-use crate::integrator::path::wave::Wave;
 use crate::integrator::{CameraSamples, RayStats, Tracer};
 use crate::math::DVec2;
 use crate::sampler::SampleId;
@@ -46,7 +46,7 @@ const EVEN_LIGHT: f64 = 0.1;
 const SHRUNK: f64 = 2.0;
 
 /// The picture as some camera paths see it.
-struct Look {
+struct PilotRun {
     /// Luminance of each cell.
     cells: Vec<f64>,
     /// What is added to the square of a luminance before squares of errors are divided by it.
@@ -74,26 +74,26 @@ pub(super) struct Found {
 
 /// Sums over light paths.
 #[derive(Default)]
-struct Brought {
+struct LightPathSums {
     paths: f64,
     /// Light that arrives at the camera.
     light: f64,
     /// Of that what camera paths never find.
-    alone: f64,
+    specular_bounce: f64,
     /// Squares of relative contributions: of light paths, weighed, and of camera paths that find the same.
     squares: f64,
     squares_by_chance: f64,
     of_group: Vec<f64>,
 }
 
-impl Look {
-    fn new(context: Context<'_>, plan: &Plan) -> Look {
-        let mut wave = Wave::new(Context { plan: Some(plan), ..context }, Off);
-        let (values, rays) = Look::trace(context.view, &mut wave);
+impl PilotRun {
+    fn new(context: Context<'_>, strategy: &CausticsStrategy) -> PilotRun {
+        let mut batch = PathBatch::new(Context { strategy: Some(strategy), ..context }, Off);
+        let (values, rays) = PilotRun::trace(context.view, &mut batch);
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
             values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
-        let mut look = Look { cells, dark: 0.0, variance: 0.0, rays };
+        let mut look = PilotRun { cells, dark: 0.0, variance: 0.0, rays };
         look.dark = DARK * look.mean() * look.mean();
         let mut variance = 0.0;
         for (cell, mean) in values.chunks(each).zip(&look.cells) {
@@ -106,7 +106,7 @@ impl Look {
     }
 
     /// The luminance of camera paths, and their rays on average.
-    fn trace(view: &View, wave: &mut Wave<'_, Off>) -> (Vec<f64>, f64) {
+    fn trace(view: &View, batch: &mut PathBatch<'_, Off>) -> (Vec<f64>, f64) {
         let film = &view.film;
         let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
         let size = DVec2::new(f64::from(film.width), f64::from(film.height)) / f64::from(SIDE);
@@ -120,7 +120,7 @@ impl Look {
             (id, place + id.unit_square(0))
         });
         take_points(view, &mut samples, points);
-        wave.radiance(&samples, &mut out, &mut stats);
+        batch.radiance(&samples, &mut out, &mut stats);
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
         let values: Vec<f64> = out.iter().map(|r| finite(f64::from(r.color.luminance()))).collect();
         let rays = stats.total() as f64 / values.len().max(1) as f64;
@@ -128,19 +128,29 @@ impl Look {
     }
 
     /// The luminance that these photons of some light paths bring on average, over that of the picture, and about the square of their relative error if there are as many light paths as in the plan.
-    fn photons(&self, context: Context<'_>, plan: &Plan, photons: Vec<Photon>, paths: f64) -> (f64, f64) {
+    fn photons(
+        &self,
+        context: Context<'_>,
+        strategy: &CausticsStrategy,
+        photons: Vec<Photon>,
+        paths: f64,
+    ) -> (f64, f64) {
         /// How many times farther than in a picture photons count, for there are few.
         const WIDER: f64 = 8.0;
         if photons.is_empty() {
             return (0.0, 0.0);
         }
-        let few = Plan { paths: paths as u64, first_radius: WIDER * plan.first_radius, ..plan.clone() };
-        let mut wave = Wave::new(Context { plan: Some(&few), ..context }, Off);
-        wave.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
-        let (values, _) = Look::trace(context.view, &mut wave);
+        let few = CausticsStrategy {
+            paths: paths as u64,
+            first_radius: WIDER * strategy.first_radius,
+            ..strategy.clone()
+        };
+        let mut batch = PathBatch::new(Context { strategy: Some(&few), ..context }, Off);
+        batch.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
+        let (values, _) = PilotRun::trace(context.view, &mut batch);
         let (n, mean) = (values.len().max(1) as f64, self.mean().max(1e-30));
-        let more = plan.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
-        (wave.by_photons / (n * mean), wave.photon_variance / (n * mean * mean * more))
+        let extra_candidates = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
+        (batch.by_photons / (n * mean), batch.photon_variance / (n * mean * mean * extra_candidates))
     }
 
     fn mean(&self) -> f64 {
@@ -164,21 +174,22 @@ fn spread(values: &[f64]) -> f64 {
 }
 
 /// Measures for a plan with as many light paths as pixels.
-pub(super) fn probe(context: Context<'_>, plan: &Plan) -> Found {
+pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found {
     let view = context.view;
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
-    let mut wave = LightWave::new(context, plan);
-    let mut brought = Brought { of_group: vec![0.0; plan.casters.len()], ..Brought::default() };
+    let mut batch = LightPathBatch::new(context, strategy);
+    let mut brought =
+        LightPathSums { of_group: vec![0.0; strategy.caustic_targets.len()], ..LightPathSums::default() };
     let mut stats = RayStats::default();
     let mut look = None;
     // Numbers that no picture gets to.
     let mut first = u64::MAX / 2;
     for count in [PATHS, MORE] {
         brought.paths += f64::from(count);
-        let look = look.get_or_insert_with(|| Look::new(context, plan));
-        let mut photons = wave.take_photons();
-        wave.advance(first, count, &mut stats, |splat, weight, group| {
+        let look = look.get_or_insert_with(|| PilotRun::new(context, strategy));
+        let mut photons = batch.take_photons();
+        batch.advance(first, count, &mut stats, |splat, weight, group| {
             let value = f64::from(splat.color.luminance());
             if !(value > 0.0 && value.is_finite()) {
                 return;
@@ -189,15 +200,15 @@ pub(super) fn probe(context: Context<'_>, plan: &Plan) -> Found {
             // By the power heuristic w = 1/(1 + a² + b²): the other ways together have about √(a² + b²) of the density of all light paths.
             let others = (1.0 / weight - 1.0).max(0.0).sqrt();
             match others > 1e-12 {
-                true => brought.squares_by_chance += square / (others * plan.paths as f64),
-                false => brought.alone += value,
+                true => brought.squares_by_chance += square / (others * strategy.paths as f64),
+                false => brought.specular_bounce += value,
             }
             if let Some(sum) = brought.of_group.get_mut(group as usize) {
                 *sum += weight * weight * square;
             }
         });
-        photons.append(&mut wave.photons);
-        wave.photons = photons;
+        photons.append(&mut batch.photons);
+        batch.photons = photons;
         first += u64::from(count);
         // Little light, and little noise of it even if some rare bright path was missed.
         let share = brought.light / (brought.paths * pixels) / look.mean().max(1e-30);
@@ -206,30 +217,36 @@ pub(super) fn probe(context: Context<'_>, plan: &Plan) -> Found {
             break;
         }
     }
-    let look = look.unwrap_or_else(|| Look::new(context, plan));
+    let look = look.unwrap_or_else(|| PilotRun::new(context, strategy));
     let n = brought.paths;
     // Per pixel and sample; of light paths with as many as pixels.
     let by_chance = brought.squares_by_chance / (n * pixels);
-    let by_light = EVEN_LIGHT * brought.squares / (n * pixels * plan.paths as f64);
-    let price = (RAY * stats.light as f64 + SCATTERING * wave.scattered as f64) / n / look.rays.max(1.0);
-    let alone = brought.alone / (n * pixels) / look.mean().max(1e-30);
-    let ratio_of = plan.paths as f64 / pixels;
+    let by_light = EVEN_LIGHT * brought.squares / (n * pixels * strategy.paths as f64);
+    let price =
+        (RAY * stats.light as f64 + SCATTERING * batch.any_nonspecular as f64) / n / look.rays.max(1.0);
+    let specular_bounce = brought.specular_bounce / (n * pixels) / look.mean().max(1e-30);
+    let ratio_of = strategy.paths as f64 / pixels;
     // Light of narrow lobes is found in other ways as well: by itself it is no reason for photons.
-    let mut photons = wave.take_photons();
+    let mut photons = batch.take_photons();
     photons.retain(|photon| photon.by_delta);
-    let (by_photons, of_photons) = look.photons(context, plan, photons, n);
+    let (by_photons, of_photons) = look.photons(context, strategy, photons, n);
     // The square of the error and the time of a sample, one times the other.
-    let cost = |ratio: f64, more: f64| {
-        (EVEN * look.variance + (by_light + more) * ratio_of / ratio) * (1.0 + price * ratio)
+    let cost = |ratio: f64, extra_candidates: f64| {
+        (EVEN * look.variance + (by_light + extra_candidates) * ratio_of / ratio) * (1.0 + price * ratio)
     };
-    let best = |more: f64| {
-        RATIOS.into_iter().min_by(|a, b| cost(*a, more).total_cmp(&cost(*b, more))).unwrap_or(1.0)
+    let best = |extra_candidates: f64| {
+        RATIOS
+            .into_iter()
+            .min_by(|a, b| cost(*a, extra_candidates).total_cmp(&cost(*b, extra_candidates)))
+            .unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
     let gain = cost(ratio, 0.0) / (EVEN * (look.variance + by_chance));
-    let pays = alone > LEAST || gain < GAIN;
-    let gain = (alone <= LEAST).then_some(gain);
-    let groups =
-        (0u32..).zip(&brought.of_group).map(|(g, m)| (m * plan.casters.probability(g)).sqrt()).collect();
+    let pays = specular_bounce > LEAST || gain < GAIN;
+    let gain = (specular_bounce <= LEAST).then_some(gain);
+    let groups = (0u32..)
+        .zip(&brought.of_group)
+        .map(|(g, m)| (m * strategy.caustic_targets.probability(g)).sqrt())
+        .collect();
     Found { ratio, ratio_with_photons, pays, gain, by_photons, groups }
 }

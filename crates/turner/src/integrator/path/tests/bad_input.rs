@@ -256,9 +256,9 @@ fn with_light() -> Vec<SceneDesc> {
     let parts = [MaterialDesc::Classic(ClassicMaterial::default()), emissive(1.0)];
     let materials: Vec<MaterialId> = parts.into_iter().map(|m| mixed.material(m)).collect();
     let mix = MaterialDesc::Mix(MixMaterial { materials, weights: Vec::new() });
-    let (mut zenith, mut staged, mut normals) = (white(), white(), white());
+    let (mut zenith, mut with_studio, mut normals) = (white(), white(), white());
     zenith.background.zenith = named("skyblue");
-    staged.stage = Some(Default::default());
+    with_studio.studio = Some(Default::default());
     normals.integrator = IntegratorDesc::Normals(NormalsDesc::default());
     vec![
         ball(small(), emissive(1.0)),
@@ -269,7 +269,7 @@ fn with_light() -> Vec<SceneDesc> {
         white().lit(LightDesc::Environment(EnvironmentDesc::studio())),
         white().lit(point(1.0)),
         white().lit(LightDesc::Ambient(AmbientDesc::default())),
-        staged,
+        with_studio,
         normals,
     ]
 }

@@ -10,7 +10,7 @@ use crate::material::{DielectricMaterial, MetalMaterial, PrincipledMaterial};
 use crate::math::DVec3;
 use crate::shape::{CylinderDesc, PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{
-    Mean, cuboid, grey, matte, mean_of, path, plane, rectangle, render_with, rgb, shining, sphere, v,
+    Mean, cuboid, emissive, grey, matte, mean_of, path, plane, rectangle, render_with, rgb, sphere, v,
 };
 
 fn metal(roughness: f64) -> PrincipledMaterial {
@@ -18,7 +18,7 @@ fn metal(roughness: f64) -> PrincipledMaterial {
 }
 
 fn lamp() -> PrincipledMaterial {
-    shining(4.0, grey(1.0))
+    emissive(4.0, grey(1.0))
 }
 
 /// A level square.
@@ -65,18 +65,18 @@ fn of_polished_metal() {
             .with(sphere(v(0.1, 0.35, 0.9), 0.35), metal(0.12))
             .with(ShapeDesc::Cylinder(tube), metal(0.12))
     };
-    let alone = estimate(256, Caustics::Off, lit);
-    alone.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
+    let specular_bounce = estimate(256, Caustics::Off, lit);
+    specular_bounce.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
     // In so small a picture photons would be blurred over the whole of it.
     let photons = PathDesc { caustics: Caustics::Full, photon_radius: Some(0.03), ..PathDesc::default() };
-    alone.agrees(&found(64, photons, lit), 0.02);
+    specular_bounce.agrees(&found(64, photons, lit), 0.02);
 }
 
 /// Camera paths alone, with light paths, and with photons.
 fn all_agree(lit: impl Fn(SceneDesc) -> SceneDesc, off: u32, tolerance: f64) {
-    let alone = estimate(off, Caustics::Off, &lit);
-    alone.agrees(&estimate(off / 4, Caustics::LightTracing, &lit), tolerance);
-    alone.agrees(&estimate(off / 4, Caustics::Full, &lit), tolerance);
+    let specular_bounce = estimate(off, Caustics::Off, &lit);
+    specular_bounce.agrees(&estimate(off / 4, Caustics::LightTracing, &lit), tolerance);
+    specular_bounce.agrees(&estimate(off / 4, Caustics::Full, &lit), tolerance);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn of_light_from_around() {
 #[test]
 fn of_points() {
     let at = v(0.5, 2.4, 1.0);
-    let ball = |desc: SceneDesc| desc.with(sphere(at, 0.05), shining(400.0, grey(1.0)));
+    let ball = |desc: SceneDesc| desc.with(sphere(at, 0.05), emissive(400.0, grey(1.0)));
     // Radiant intensity π r² L.
     let intensity = PI * 0.05 * 0.05 * 400.0;
     let point = |desc: SceneDesc| {

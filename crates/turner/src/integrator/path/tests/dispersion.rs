@@ -7,7 +7,7 @@ use crate::math::{DAffine3, DVec3};
 use crate::schema::Transform;
 use crate::schema::transform::rotation;
 use crate::shape::ShapeDesc;
-use crate::testing::scenes::{cuboid, grey, mean, path, rectangle, shining, sphere, v};
+use crate::testing::scenes::{cuboid, emissive, grey, mean, path, rectangle, sphere, v};
 use crate::texture::{GradientDesc, TextureDesc};
 
 /// Indices of the three bands for n_d = 1.5 and an Abbe number of 10: Cauchy's formula at 611.4, 549.1 and 464.3 nm.
@@ -43,7 +43,7 @@ fn each_band_is_shifted_by_its_own_index() {
     let turn = Transform(DAffine3::from_mat3(rotation(DVec3::Y, 50.0)));
     let desc = desc
         .with_object(ObjectDesc { transform: turn, ..ObjectDesc::new(slab()) }, glass(0.0))
-        .with(wall(), shining(1.0, slope));
+        .with(wall(), emissive(1.0, slope));
     let expected = indices().map(|n| {
         let inner = (angle.sin() / n).asin();
         let shift = thickness * (angle - inner).sin() / inner.cos();
@@ -66,7 +66,7 @@ fn a_slab_seen_head_on_passes_each_band_by_its_index() {
     let desc = path(PathDesc { max_depth: 100, ..PathDesc::default() })
         .seen_from_front(10.0, 0.001)
         .with(slab(), glass(0.0))
-        .with(wall(), shining(1.0, grey(1.0)));
+        .with(wall(), emissive(1.0, grey(1.0)));
     let expected = indices().map(|n| {
         let r = ((n - 1.0) / (n + 1.0)).powi(2);
         (1.0 - r) / (1.0 + r)
@@ -98,7 +98,7 @@ fn rough_dispersive_glass_is_lit_alike_by_both_ways_of_finding_light() {
         path(PathDesc { max_depth: 4, light_sampling, ..PathDesc::default() })
             .seen_from_front(4.0, 0.001)
             .with(slab(), glass(0.5))
-            .with(rectangle(v(1.0, 0.0, -4.0), v(3.0, 0.0, 0.0), v(0.0, 3.0, 0.0)), shining(1.0, grey(1.0)))
+            .with(rectangle(v(1.0, 0.0, -4.0), v(3.0, 0.0, 0.0), v(0.0, 3.0, 0.0)), emissive(1.0, grey(1.0)))
     };
     mean(512, lit(LightSampling::Both)).agrees(&mean(1024, lit(LightSampling::Bsdf)), 0.03);
 }

@@ -8,7 +8,7 @@ use crate::math::DVec3;
 use crate::schema::{ColorSource, MeshData};
 use crate::shape::{PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{
-    Mean, cuboid, grey, matte, mean_of, path, plane, rectangle, rgb, shining, sphere, v,
+    Mean, cuboid, emissive, grey, matte, mean_of, path, plane, rectangle, rgb, sphere, v,
 };
 
 fn metal(base_color: ColorSource, roughness: f64) -> PrincipledMaterial {
@@ -23,7 +23,7 @@ fn metal(base_color: ColorSource, roughness: f64) -> PrincipledMaterial {
 /// A floor, a wall, a ball of metal and three lamps.
 fn room(desc: PathDesc) -> SceneDesc {
     let wall = || PrincipledMaterial { base_color: rgb([0.7, 0.6, 0.5]), ..PrincipledMaterial::default() };
-    let lamp = || shining(5.0, grey(1.0));
+    let lamp = || emissive(5.0, grey(1.0));
     let back = PlaneDesc { point: v(0.0, 0.0, -2.0), normal: DVec3::Z };
     path(desc)
         .seen_at(v(0.0, 1.0, 3.4), v(0.0, 0.9, 0.0), 45.0)
@@ -67,9 +67,9 @@ fn one_of_several_lights_stands_for_all() {
         }
         // Something in the way of some light, too.
         let desc = desc
-            .with(sphere(v(-1.0, 0.8, -1.0), 0.1), shining(40.0, grey(1.0)))
-            .with(sphere(v(0.0, 0.9, -1.0), 0.3), shining(10.0, grey(1.0)))
-            .with(sphere(v(1.2, 1.0, -1.0), 0.6), shining(4.0, grey(1.0)))
+            .with(sphere(v(-1.0, 0.8, -1.0), 0.1), emissive(40.0, grey(1.0)))
+            .with(sphere(v(0.0, 0.9, -1.0), 0.3), emissive(10.0, grey(1.0)))
+            .with(sphere(v(1.2, 1.0, -1.0), 0.6), emissive(4.0, grey(1.0)))
             .with(sphere(v(0.2, 0.3, 1.6), 0.3), metal(grey(0.8), 0.25))
             .with(cuboid(v(-0.3, 0.3, -0.4), v(-0.1, 2.0, -0.2)), matte(grey(0.8)));
         estimate(samples, desc)

@@ -5,8 +5,8 @@ use crate::integrator::PathDesc;
 use crate::material::{MaterialDesc, PrincipledMaterial};
 use crate::schema::ColorSource;
 use crate::shape::ShapeDesc;
-use crate::testing::scenes::{Mean, cuboid, grey, mean, path, rectangle, rgb, shining, v};
-use crate::texture::{ChessboardDesc, TextureDesc};
+use crate::testing::scenes::{Mean, cuboid, emissive, grey, mean, path, rectangle, rgb, v};
+use crate::texture::{CheckerboardDesc, TextureDesc};
 
 /// Looks along the z axis, from 10.
 fn looking(desc: PathDesc) -> SceneDesc {
@@ -20,7 +20,7 @@ fn empty() -> SceneDesc {
 /// Looks at a wall that shines with 1, through what is between; all else is black.
 fn through(between: SceneDesc) -> Mean {
     let wall = rectangle(v(0.0, 0.0, -10.0), v(9.0, 0.0, 0.0), v(0.0, 9.0, 0.0));
-    mean(256, between.with(wall, shining(1.0, grey(1.0))))
+    mean(256, between.with(wall, emissive(1.0, grey(1.0))))
 }
 
 fn glass(ior: f64) -> PrincipledMaterial {
@@ -76,7 +76,7 @@ fn glass_absorbs_with_the_way_inside() {
 fn glass_absorbs_by_its_texture() {
     let mut desc = empty();
     let (even, odd) = (rgb(TINT), rgb(TINT));
-    let board = desc.texture(TextureDesc::Chessboard(ChessboardDesc { even, odd, ..Default::default() }));
+    let board = desc.texture(TextureDesc::Checkerboard(CheckerboardDesc { even, odd, ..Default::default() }));
     through(desc.with(slab([-1.0, 1.0]), tinted(board))).is(passes_tinted(), 0.01);
 }
 

@@ -12,7 +12,7 @@ mod glass;
 mod panes;
 mod replay;
 mod replay_scenes;
-mod reuse;
 mod sameness;
+mod shared_paths;
 mod subsurface;
 mod volumes;

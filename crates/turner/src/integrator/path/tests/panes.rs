@@ -10,7 +10,7 @@ use crate::math::DVec3;
 use crate::schema::{MaterialId, MeshData};
 use crate::shape::{DiskDesc, ShapeDesc};
 use crate::testing::scenes::{
-    Mean, cuboid, grey, matte, mean, path, plane, rectangle, rgb, scene, shining, sphere, v,
+    Mean, cuboid, emissive, grey, matte, mean, path, plane, rectangle, rgb, scene, sphere, v,
 };
 
 const TINT: [f64; 3] = [0.9, 0.6, 0.3];
@@ -61,7 +61,7 @@ fn room(way: LightSampling, depth: u32, pane: MaterialDesc) -> SceneDesc {
     let pane = desc.material(pane);
     desc.with(plane(), matte(grey(0.6)))
         .with_shared(rectangle(v(0.0, 0.6, 0.0), v(20.0, 6.0, 0.0), v(0.0, 0.0, 20.0)), pane)
-        .with(cuboid(v(-0.5, 3.0, -0.8), v(1.0, 4.0, 0.8)), shining(5.0, grey(1.0)))
+        .with(cuboid(v(-0.5, 3.0, -0.8), v(1.0, 4.0, 0.8)), emissive(5.0, grey(1.0)))
 }
 
 /// What the mixed pane is made of: the first materials of a room.
@@ -120,7 +120,7 @@ fn an_environment_is_found_through_panes() {
 fn a_small_lamp_behind_a_pane_is_no_noise() {
     let desc = white_floor()
         .with(level(1.0, 4.0), pane())
-        .with(sphere(v(0.0, 5.0, 0.0), 0.01), shining(1e5, grey(1.0)));
+        .with(sphere(v(0.0, 5.0, 0.0), 0.01), emissive(1e5, grey(1.0)));
     mean(64, desc).is(TINT.map(|c| passes(0.04, c) * 1e5 * 0.0001 / 25.0), 0.001);
 }
 
@@ -133,7 +133,7 @@ fn the_direct_integrator_sees_light_through_panes() {
             .seen_down()
             .with(plane(), matte(grey(1.0)))
             .with(level(0.5, 9.0), pane())
-            .with(ShapeDesc::Disk(disk), shining(1.0, grey(1.0)))
+            .with(ShapeDesc::Disk(disk), emissive(1.0, grey(1.0)))
     };
     mean(64, lit(LightSampling::Both)).agrees(&mean(512, lit(LightSampling::Bsdf)), 0.02);
 }
@@ -154,7 +154,7 @@ fn the_terminator_of_smooth_meshes_is_the_same_for_both_ways() {
             ..MeshData::default()
         });
         desc.with(triangle, matte(grey(1.0)))
-            .with(sphere(DVec3::new(0.0, 4.0, 0.7), 1.0), shining(1.0, grey(1.0)))
+            .with(sphere(DVec3::new(0.0, 4.0, 0.7), 1.0), emissive(1.0, grey(1.0)))
     };
     mean(256, lit(LightSampling::Both)).agrees(&mean(2048, lit(LightSampling::Bsdf)), 0.03);
 }

@@ -13,10 +13,10 @@ use crate::medium::HomogeneousMedium;
 use crate::schema::{MeshData, Transform};
 use crate::shape::ShapeDesc;
 use crate::testing::scenes::{
-    bands, cuboid, even, grey, lamp, matte, path, placed, plane, rectangle, rgb, scene, shining, sphere,
+    bands, cuboid, emissive, even, grey, lamp, matte, path, placed, plane, rectangle, rgb, scene, sphere,
     turned, v,
 };
-use crate::texture::{ChessboardDesc, MarbleDesc, TextureDesc};
+use crate::texture::{CheckerboardDesc, MarbleDesc, TextureDesc};
 
 pub(super) const WIDTH: u32 = 24;
 pub(super) const HEIGHT: u32 = 16;
@@ -72,7 +72,7 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
             any(p, |v| v.passage == Passage::Exit && v.light.is_some())
                 && any(p, |v| v.walk.is_some_and(|w| w.steps > 5))
         }),
-        ("a fisheye", fisheye(), |p| p.end == End::LeftOut),
+        ("a fisheye", fisheye(), |p| p.end == End::OutsideField),
     ]
 }
 
@@ -93,13 +93,13 @@ fn base() -> SceneDesc {
 
 /// With a chessboard as ground.
 fn floored(mut desc: SceneDesc) -> SceneDesc {
-    let board = desc.texture(TextureDesc::Chessboard(ChessboardDesc::default()));
+    let board = desc.texture(TextureDesc::Checkerboard(CheckerboardDesc::default()));
     desc.with(plane(), matte(board))
 }
 
 /// With a lamp above.
 fn lamped(desc: SceneDesc) -> SceneDesc {
-    desc.with(cuboid(v(-1.0, 3.0, -1.0), v(1.0, 3.2, 1.0)), shining(5.0, grey(1.0)))
+    desc.with(cuboid(v(-1.0, 3.0, -1.0), v(1.0, 3.2, 1.0)), emissive(5.0, grey(1.0)))
 }
 
 /// With both.
@@ -170,7 +170,7 @@ fn rough_mirrors() -> SceneDesc {
         ..MeshData::default()
     });
     lamped(desc)
-        .with(sphere(v(1.5, 1.0, 1.0), 0.3), shining(9.0, grey(1.0)))
+        .with(sphere(v(1.5, 1.0, 1.0), 0.3), emissive(9.0, grey(1.0)))
         .with_shared(sphere(v(-0.6, 0.7, 0.0), 0.7), mirror)
         .with_shared(floor, mirror)
 }
@@ -192,7 +192,7 @@ fn textured_mesh() -> SceneDesc {
         ..sheet()
     });
     let material = PrincipledMaterial {
-        base_color: desc.texture(TextureDesc::Chessboard(ChessboardDesc::default())),
+        base_color: desc.texture(TextureDesc::Checkerboard(CheckerboardDesc::default())),
         specular_roughness: desc.texture(TextureDesc::Marble(MarbleDesc::default())),
         coat_weight: grey(0.5),
         ..PrincipledMaterial::default()
@@ -205,7 +205,7 @@ fn mixes_and_holes() -> SceneDesc {
     let materials = vec![
         desc.material(matte(grey(0.8)).into()),
         desc.material(MetalMaterial::default().into()),
-        desc.material(shining(2.0, grey(1.0)).into()),
+        desc.material(emissive(2.0, grey(1.0)).into()),
     ];
     let mix = MixMaterial { materials, weights: vec![grey(0.3); 2] };
     let holes = PrincipledMaterial { alpha_mode: AlphaMode::Blend, opacity: grey(0.4), ..Default::default() };
@@ -230,7 +230,7 @@ fn clamp_and_motion() -> SceneDesc {
         position: v(0.0, 1.5, 5.0),
         look_at: v(0.0, 0.7, 0.0),
         fov: Some(45.0),
-        focus: Some(5.0),
+        focus_distance: Some(5.0),
         lens_radius: 0.1,
         ..ThinLensDesc::default()
     };
@@ -258,7 +258,7 @@ fn many_lamps() -> SceneDesc {
     };
     (0..80).fold(plain_meshes(seen(path(settings))), |desc, i| {
         let at = v(f64::from(i % 10 - 5), 3.0, f64::from(i / 10 - 4));
-        desc.with(sphere(at, 0.05), shining(20.0, grey(1.0)))
+        desc.with(sphere(at, 0.05), emissive(20.0, grey(1.0)))
     })
 }
 
@@ -338,7 +338,7 @@ fn wax() -> SceneDesc {
         subsurface_scatter_anisotropy: 0.5,
         ..PrincipledMaterial::default()
     };
-    let mut desc = desc.with(ball(0.0), coated).with(sphere(v(0.6, 1.0, 0.0), 0.2), shining(3.0, grey(1.0)));
+    let mut desc = desc.with(ball(0.0), coated).with(sphere(v(0.6, 1.0, 0.0), 0.2), emissive(3.0, grey(1.0)));
     let body = PrincipledMaterial { subsurface_weight: grey(1.0), ..PrincipledMaterial::default() };
     let materials = vec![desc.material(matte(grey(0.8)).into()), desc.material(body.into())];
     let mix = MixMaterial { materials, ..MixMaterial::default() };

@@ -6,7 +6,7 @@ use crate::integrator::PathDesc;
 use crate::material::{AlphaMode, PrincipledMaterial};
 use crate::math::DVec3;
 use crate::testing::scenes::{grey, lamp, path, pixel, plane, rectangle, render, render_with, sphere, v};
-use crate::texture::{ChessboardDesc, TextureDesc};
+use crate::texture::{CheckerboardDesc, TextureDesc};
 
 /// A ball of rough glass, a sheet that is half there and two lamps of such a brightness over a chessboard, through a lens.
 fn scene(bright: f64) -> SceneDesc {
@@ -14,7 +14,7 @@ fn scene(bright: f64) -> SceneDesc {
         position: v(0.0, 1.0, 4.0),
         look_at: v(0.0, 0.5, 0.0),
         fov: Some(40.0),
-        focus: Some(4.0),
+        focus_distance: Some(4.0),
         lens_radius: 0.05,
         ..ThinLensDesc::default()
     };
@@ -29,16 +29,16 @@ fn scene(bright: f64) -> SceneDesc {
         double_sided: false,
         ..PrincipledMaterial::default()
     };
-    let shining = PrincipledMaterial { emission_luminance: bright, ..PrincipledMaterial::default() };
+    let emitter_list = PrincipledMaterial { emission_luminance: bright, ..PrincipledMaterial::default() };
     let mut desc = path(PathDesc { max_depth: 6, ..PathDesc::default() })
         .seen(camera)
         .filmed([50, 37], 6)
         .lit(lamp(v(2.0, 3.0, 2.0), bright));
-    let base_color = desc.texture(TextureDesc::Chessboard(ChessboardDesc::default()));
+    let base_color = desc.texture(TextureDesc::Checkerboard(CheckerboardDesc::default()));
     desc.with(plane(), PrincipledMaterial { base_color, ..PrincipledMaterial::default() })
         .with(sphere(v(0.0, 0.5, 0.0), 0.5), glass)
         .with(rectangle(v(-0.5, 0.8, 0.7), DVec3::X, v(0.0, 1.0, 0.2)), sheet)
-        .with(sphere(v(1.0, 1.5, -1.0), 0.3), shining)
+        .with(sphere(v(1.0, 1.5, -1.0), 0.3), emitter_list)
 }
 
 #[test]

@@ -4,13 +4,13 @@ use crate::camera::{OrthographicDesc, Viewport};
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, LightSampling, PathDesc};
-use crate::material::{BoundaryMaterial, DielectricMaterial, PrincipledMaterial};
+use crate::material::{DielectricMaterial, InterfaceMaterial, PrincipledMaterial};
 use crate::math::{DAffine3, DVec3};
 use crate::medium::{HomogeneousMedium, scattering_albedo};
 use crate::schema::{MeshData, Transform};
 use crate::shape::{PlaneDesc, ShapeDesc};
 use crate::testing::scenes::{
-    bands, cuboid, even, grey, lamp, matte, mean, mean_of, path, placed, plane, render_with, rgb, shining,
+    bands, cuboid, emissive, even, grey, lamp, matte, mean, mean_of, path, placed, plane, render_with, rgb,
     sphere, turned, v,
 };
 use crate::texture::{MarbleDesc, TextureDesc};
@@ -170,7 +170,7 @@ fn ways_to_find_lights_agree() {
             let desc = aside(PathDesc { max_depth: 4, light_sampling, ..deep() })
                 .with(ball(), coated.clone())
                 .with(ShapeDesc::Plane(ground.clone()), matte(grey(0.8)))
-                .with(sphere(v(2.0, 2.0, 1.0), 0.7), shining(5.0, grey(1.0)));
+                .with(sphere(v(2.0, 2.0, 1.0), 0.7), emissive(5.0, grey(1.0)));
             mean_of(8, 256, desc)
         });
     both.agrees(&bsdf, 0.03);
@@ -192,7 +192,7 @@ fn bodies_that_overlap_are_one() {
     one.agrees(&mean_of(8, 256, nested), 0.03);
     let filled = start
         .with_shared(cube, wax)
-        .with(sphere(DVec3::ZERO, 0.8), BoundaryMaterial::default())
+        .with(sphere(DVec3::ZERO, 0.8), InterfaceMaterial::default())
         .with(sphere(v(0.3, 0.0, 0.0), 0.6), DielectricMaterial::default());
     one.agrees(&mean_of(8, 256, filled), 0.03);
 }
@@ -269,7 +269,7 @@ fn light_paths_leave_bodies_to_camera_paths() {
             .seen_at(v(0.0, 2.0, 4.0), DVec3::ZERO, 30.0)
             .with(cuboid(DVec3::NEG_ONE, v(1.0, 0.0, 1.0)), wax_of(0.1))
             .with(sphere(v(0.0, 0.8, 0.0), 0.5), rough)
-            .with(sphere(v(0.0, 3.0, 0.0), 0.8), shining(5.0, grey(1.0)));
+            .with(sphere(v(0.0, 3.0, 0.0), 0.8), emissive(5.0, grey(1.0)));
         mean_of(8, 512, desc)
     };
     found(Caustics::Off).agrees(&found(Caustics::LightTracing), 0.05);

@@ -6,14 +6,14 @@ use crate::camera::{OrthographicDesc, Viewport};
 use crate::color::Spectrum;
 use crate::description::SceneDesc;
 use crate::integrator::{DepthDesc, DirectDesc, IntegratorDesc, LightSampling, NormalsDesc, PathDesc};
-use crate::material::{BoundaryMaterial, DielectricMaterial, PrincipledMaterial};
+use crate::material::{DielectricMaterial, InterfaceMaterial, PrincipledMaterial};
 use crate::math::DVec3;
 use crate::medium::{HenyeyGreenstein, HomogeneousMedium, SmokeMedium};
 use crate::schema::MaterialId;
 use crate::shape::{DiskDesc, ShapeDesc};
 use crate::testing::scenes::{
-    Mean, bands, cuboid, even, grey, lamp, matte, mean, mean_of, path, plane, rectangle, render_with, scene,
-    shining, sphere, v,
+    Mean, bands, cuboid, emissive, even, grey, lamp, matte, mean, mean_of, path, plane, rectangle,
+    render_with, scene, sphere, v,
 };
 
 fn deep() -> PathDesc {
@@ -26,7 +26,7 @@ fn along(desc: PathDesc) -> SceneDesc {
 }
 
 fn glow() -> PrincipledMaterial {
-    shining(1.0, grey(1.0))
+    emissive(1.0, grey(1.0))
 }
 
 /// With a wall that shines with 1 at z = −10.
@@ -68,7 +68,7 @@ fn absorption_follows_beer_and_lambert() {
     mean(2, walled(along(deep())).in_fog(fog.clone())).is_grey(e(2.0), 1e-6);
     // A hollow in it, 4 long; and the camera within another one.
     let hollow = walled(along(deep()))
-        .with(sphere(DVec3::ZERO, 2.0), BoundaryMaterial::default())
+        .with(sphere(DVec3::ZERO, 2.0), InterfaceMaterial::default())
         .filled(cuboid(v(-1.0, -1.0, 8.0), v(1.0, 1.0, 11.0)), absorbing(even(0.5)))
         .in_fog(fog);
     mean(2, hollow).is_grey(e(0.1 * (20.0 - 4.0 - 2.0) + 0.5 * 2.0), 1e-5);
@@ -186,9 +186,9 @@ fn a_furnace_with_media_stays_even() {
 #[test]
 fn a_medium_shines_through_itself() {
     let emission = Spectrum::new(1.0, 2.0, 3.0);
-    let shining = HomogeneousMedium { emission, ..absorbing(bands([0.5, 0.0, 2.0])) };
+    let emissive = HomogeneousMedium { emission, ..absorbing(bands([0.5, 0.0, 2.0])) };
     let of = |sigma: f64, emission: f64| emission * (1.0 - (-2.0 * sigma).exp()) / sigma;
-    mean(2, along(deep()).filled(slab(), shining)).is([of(0.5, 1.0), 4.0, of(2.0, 3.0)], 1e-6);
+    mean(2, along(deep()).filled(slab(), emissive)).is([of(0.5, 1.0), 4.0, of(2.0, 3.0)], 1e-6);
 }
 
 /// What absorbs and shines in balance is a furnace as well: in each place as much is emitted as is absorbed. In glass radiance is larger by the square of its index.
@@ -267,7 +267,7 @@ fn ways_to_find_lights_agree_in_media() {
         let desc = path(PathDesc { max_depth: 6, light_sampling, ..PathDesc::default() })
             .seen_at(v(0.0, 1.0, 5.0), v(0.0, 1.0, 0.0), 50.0)
             .with(plane(), matte(grey(0.8)))
-            .with(sphere(v(1.0, 2.0, 0.0), 0.7), shining(5.0, grey(1.0)))
+            .with(sphere(v(1.0, 2.0, 0.0), 0.7), emissive(5.0, grey(1.0)))
             .filled(sphere(v(-1.0, 1.0, 0.0), 1.0), scattering(bands([2.0, 3.0, 1.0]), 0.8))
             .in_fog(HomogeneousMedium { absorption: even(0.02), ..scattering(bands([0.1, 0.2, 0.3]), 0.4) });
         mean_of(8, 256, desc)
@@ -288,7 +288,7 @@ fn a_medium_in_two_parts_is_one() {
         let milk = HomogeneousMedium { absorption: even(0.1), ..scattering(bands([1.0, 2.0, 3.0]), 0.0) };
         let interior = desc.medium(milk);
         for [min, max] in parts {
-            desc = desc.with(cuboid(*min, *max), BoundaryMaterial { interior });
+            desc = desc.with(cuboid(*min, *max), InterfaceMaterial { interior });
         }
         mean_of(8, 256, desc)
     };

@@ -1,0 +1,20 @@
+//! What importers of whole scenes of other renderers have in common: lists in the making, remarks with their places, values of textures.
+
+mod common_parts;
+pub(crate) mod environment_light;
+mod layer;
+mod microfacets;
+mod open;
+mod orient;
+pub(crate) mod report;
+mod revolution;
+mod values;
+
+pub(crate) use common_parts::{CommonParts, is_sound, push};
+pub(crate) use layer::inner_reflectance;
+pub(crate) use microfacets::{Microfacets, incoming, single_scattering};
+pub(crate) use open::fill_open;
+pub(crate) use orient::orient;
+pub(crate) use report::{Place, unknown};
+pub(crate) use revolution::{ALONG, AROUND, Surface, upright};
+pub(crate) use values::{Through, map_values, mix, product};

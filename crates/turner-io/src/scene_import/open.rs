@@ -1,0 +1,30 @@
+//! The medium that the camera stands in.
+
+use turner::description::{ObjectContent, ObjectDesc, SceneDesc};
+use turner::material::{InterfaceMaterial, MaterialDesc};
+use turner::medium::MediumDesc;
+use turner::schema::{MaterialId, MediumId, Named, Transform};
+use turner::shape::{BoxDesc, ShapeDesc};
+
+/// Fills the open with a medium that no shape of a finished scene encloses: one that is the same everywhere is that of the background; one on a grid ends
+/// with its box, which becomes an object.
+pub(crate) fn fill_open(scene: &mut SceneDesc, around: Option<MediumId>) {
+    let Some(id) = around else { return };
+    let Some(MediumDesc::Grid(grid)) = scene.media.get(id.index()).map(|m| &m.value) else {
+        scene.background.medium = around;
+        return;
+    };
+    let shape = BoxDesc { min: Some(grid.min), max: Some(grid.max), center: None, size: None };
+    let material = MaterialDesc::Boundary(InterfaceMaterial { interior: around });
+    let material_id = MaterialId(scene.materials.len() as u32);
+    scene.materials.push(Named { name: None, span: None, value: material });
+    scene.objects.push(ObjectDesc {
+        name: None,
+        span: None,
+        content: ObjectContent::Shape(ShapeDesc::Box(shape)),
+        material: Some(material_id),
+        light_group: None,
+        transform: Transform::IDENTITY,
+        motion: None,
+    });
+}

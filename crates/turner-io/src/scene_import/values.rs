@@ -1,0 +1,197 @@
+//! Sources of colour: multiplied, mixed, and through functions.
+
+use turner::color::{Spectrum, srgb_decode, srgb_encode};
+use turner::image::{Image, Pixels};
+use turner::math::elementary::pow_int;
+use turner::schema::ColorSource;
+use turner::texture::{CheckerboardDesc, Encoding, ImageDesc, MixDesc, MultiplyDesc, TextureDesc};
+
+use super::common_parts::CommonParts;
+use super::report::Place;
+
+/// Two sources multiplied.
+pub(crate) fn product(scene: &mut CommonParts<'_>, a: ColorSource, b: ColorSource) -> ColorSource {
+    match (a, b) {
+        (ColorSource::Constant(a), ColorSource::Constant(b)) => ColorSource::Constant(a * b),
+        (ColorSource::Constant(c), texture) | (texture, ColorSource::Constant(c)) => {
+            if c == Spectrum::WHITE {
+                return texture;
+            }
+            match scene.texture_desc(texture) {
+                Some(TextureDesc::Image(image)) => {
+                    let desc = ImageDesc { tint: image.tint * c, offset: image.offset * c, ..image.clone() };
+                    scene.texture(TextureDesc::Image(desc))
+                }
+                _ => scene.texture(TextureDesc::Product(MultiplyDesc { a, b })),
+            }
+        }
+        _ => scene.texture(TextureDesc::Product(MultiplyDesc { a, b })),
+    }
+}
+
+/// The first where the amount is 0, the second where it is 1.
+pub(crate) fn mix(
+    scene: &mut CommonParts<'_>,
+    a: ColorSource,
+    b: ColorSource,
+    amount: ColorSource,
+) -> ColorSource {
+    match (a, b, amount) {
+        (ColorSource::Constant(a), ColorSource::Constant(b), ColorSource::Constant(t)) => {
+            ColorSource::Constant(a.lerp(b, t.r))
+        }
+        (a, _, ColorSource::Constant(t)) if t == Spectrum::BLACK => a,
+        (_, b, ColorSource::Constant(t)) if t == Spectrum::WHITE => b,
+        _ => scene.texture(TextureDesc::Mix(MixDesc { a, b, amount })),
+    }
+}
+
+/// What values of a texture go through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Through {
+    /// From pbrt's roughness, remapped or not, to the one here.
+    Roughness { remap: bool },
+    /// From the reflectance of a base to what gets out of a clear layer, whose inner side reflects so much: times `gain` (1 − `inner` of smooth layers)
+    /// over 1 − ρ · `inner`, if light comes to the base as often as it will; `turns` is how often it is followed there.
+    Layer { gain: f64, inner: f64, turns: Option<u32> },
+    /// Times a factor, at most 1.
+    Scale(f64),
+    /// What is left of 1.
+    Rest,
+}
+
+impl Through {
+    /// The value for a value.
+    pub(crate) fn of(self, v: f64) -> f64 {
+        let unit = v.clamp(0.0, 1.0);
+        match self {
+            Through::Roughness { remap: true } => unit.sqrt().sqrt(),
+            Through::Roughness { remap: false } => unit.sqrt(),
+            Through::Layer { gain, inner, turns } => {
+                let again = unit * inner;
+                let left = turns.map_or(0.0, |turns| pow_int(again, turns));
+                unit * gain * (1.0 - left) / (1.0 - again)
+            }
+            Through::Scale(by) => (v * by).min(1.0),
+            Through::Rest => 1.0 - unit,
+        }
+    }
+}
+
+/// How deep textures are looked into.
+const MAX_DEPTH: u32 = 32;
+
+/// A source whose values go through a function: that of numbers, or of a picture's texels, which are copied. Others are left as they are, and
+/// that is reported.
+pub(crate) fn map_values(
+    scene: &mut CommonParts<'_>,
+    source: ColorSource,
+    place: Place,
+    f: Through,
+) -> ColorSource {
+    mapped_source(scene, source, place, f, 0)
+}
+
+fn mapped_source(
+    scene: &mut CommonParts<'_>,
+    source: ColorSource,
+    place: Place,
+    f: Through,
+    depth: u32,
+) -> ColorSource {
+    let id = match source {
+        ColorSource::Constant(c) => return ColorSource::Constant(c.map(|v| f.of(f64::from(v)) as f32)),
+        ColorSource::Texture(id) => id,
+    };
+    let key = (id, format!("{f:?}"));
+    if let Some(&known) = scene.mapped.get(&key) {
+        return known;
+    }
+    let made = if depth < MAX_DEPTH { mapped_texture(scene, source, place, f, depth + 1) } else { None };
+    let made = made.unwrap_or_else(|| {
+        let message = "a procedural texture whose values need a conversion: they are used unconverted";
+        scene.report.approximated(place, message);
+        source
+    });
+    scene.mapped.insert(key, made);
+    made
+}
+
+fn mapped_texture(
+    scene: &mut CommonParts<'_>,
+    source: ColorSource,
+    place: Place,
+    f: Through,
+    depth: u32,
+) -> Option<ColorSource> {
+    let desc = scene.texture_desc(source)?.clone();
+    let inner = |scene: &mut CommonParts<'_>, source| mapped_source(scene, source, place, f, depth);
+    let desc = match desc {
+        TextureDesc::Image(image) => {
+            let asset = scene.images.get(image.file.index())?;
+            let (old, uri) = (asset.data.clone(), asset.uri.clone());
+            let is_encoded = old.is_display_encoded() && image.encoding != Encoding::Linear;
+            let (tint, offset) = (image.tint.to_array(), image.offset.to_array());
+            let value = |v: f32, i: usize| {
+                let (tint, offset) =
+                    (tint.get(i).copied().unwrap_or(1.0), offset.get(i).copied().unwrap_or(0.0));
+                let v = f64::from(v * tint) * image.gain + f64::from(offset);
+                f.of(if v.is_finite() { v } else { 0.0 }) as f32
+            };
+            if !scene.may_copy(u64::from(old.width) * u64::from(old.height) * 12) {
+                return None;
+            }
+            let made = mapped_picture(&old, is_encoded, &value)?;
+            let file = scene.add_image(&uri, made);
+            TextureDesc::Image(ImageDesc {
+                file,
+                tint: Spectrum::WHITE,
+                offset: Spectrum::BLACK,
+                gain: 1.0,
+                ..image
+            })
+        }
+        TextureDesc::Checkerboard(board) => {
+            let (even, odd) = (inner(scene, board.even), inner(scene, board.odd));
+            TextureDesc::Checkerboard(CheckerboardDesc { even, odd, ..board })
+        }
+        // Of a mix the values at both ends are right.
+        TextureDesc::Mix(mix) => {
+            let (a, b) = (inner(scene, mix.a), inner(scene, mix.b));
+            TextureDesc::Mix(MixDesc { a, b, ..mix })
+        }
+        _ => return None,
+    };
+    Some(scene.texture(desc))
+}
+
+/// A picture whose values, by channel, go through a function; one of bytes stays one. `None` where there is no memory.
+fn mapped_picture(old: &Image, is_encoded: bool, value: &dyn Fn(f32, usize) -> f32) -> Option<Image> {
+    let count = (old.width as usize).checked_mul(old.height as usize)?.checked_mul(3)?;
+    let rgb = |i: usize| old.rgb((i % old.width as usize) as u32, (i / old.width as usize) as u32);
+    let pixels = if let (Pixels::U8(_), true) = (&old.pixels, is_encoded) {
+        let byte = |v: f32| (srgb_encode(v.clamp(0.0, 1.0)) * 255.0 + 0.5) as u8;
+        let table: Vec<[u8; 3]> = (0..=u8::MAX)
+            .map(|v| [0, 1, 2].map(|i| byte(value(srgb_decode(f32::from(v) / 255.0), i))))
+            .collect();
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(count).ok()?;
+        for i in 0..count / 3 {
+            for (channel, v) in rgb(i).into_iter().enumerate() {
+                let of = table.get((v * 255.0 + 0.5) as usize).copied().unwrap_or_default();
+                bytes.push(of[channel]);
+            }
+        }
+        Pixels::U8(bytes)
+    } else {
+        let mut floats = Vec::new();
+        floats.try_reserve_exact(count).ok()?;
+        for i in 0..count / 3 {
+            for (channel, v) in rgb(i).into_iter().enumerate() {
+                floats.push(value(if is_encoded { srgb_decode(v) } else { v }, channel));
+            }
+        }
+        Pixels::F32(floats)
+    };
+    Some(Image { width: old.width, height: old.height, channels: 3, pixels })
+}

@@ -1,0 +1,94 @@
+//! What camera rays meet first, and what it takes to find it.
+
+use super::grid::Pixel;
+use super::{Options, threads};
+use crate::doctor::subject::Subject;
+use crate::math::{DVec3, Ray};
+use crate::scene::Scene;
+use crate::schema::MaterialId;
+use crate::view::{camera_ray, place_of};
+
+/// What the camera ray in the middle of a pixel meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstHit {
+    pub(super) ray: Ray,
+    /// What was hit, if anything was.
+    pub(super) met: Option<Met>,
+    /// Nodes and shapes that the search goes through.
+    pub(super) steps: u64,
+}
+
+/// A first hit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Met {
+    pub(super) t: f64,
+    pub(super) p: DVec3,
+    /// Geometric normal, towards the viewer.
+    pub(super) n: DVec3,
+    pub(super) primitive: u32,
+    pub(super) shape: &'static str,
+    pub(super) material: MaterialId,
+    /// Whether the ray met the outer side.
+    pub(super) outside: bool,
+    /// Luminance of the base colour.
+    pub(super) albedo: f64,
+    /// Whether it shines towards the camera, or shows its colour without light.
+    pub(super) shines: bool,
+    /// Whether its shape has no end.
+    pub(super) endless: bool,
+    /// Whether its normals are finite and agree on the sides.
+    pub(super) sound: bool,
+}
+
+/// The sights of the pixels, in their order; a camera that shows nothing there has none.
+pub(super) fn first_hits(scene: &Subject, pixels: &[Pixel], options: &Options<'_>) -> Vec<Option<FirstHit>> {
+    let never = || false;
+    let found = threads::map(pixels, options.threads, &never, |pixel| {
+        let id = pixel.sample(scene, 0);
+        let ray = camera_ray(&scene.prepared.view, id, place_of(&scene.prepared.view, &id))?;
+        Some(FirstHit { ray, met: first(scene, &ray), steps: steps(scene, &ray) })
+    });
+    found.into_iter().map(Option::flatten).collect()
+}
+
+fn steps(scene: &Scene, ray: &Ray) -> u64 {
+    let end = scene.intersect(ray).map_or(ray.t_max, |hit| hit.shape.t);
+    let cost = scene.search_cost(&Ray { t_max: end, ..*ray });
+    cost.boxes + cost.tests
+}
+
+/// The first hit of a ray.
+pub(super) fn first(scene: &Scene, ray: &Ray) -> Option<Met> {
+    let hit = scene.intersect(ray)?;
+    let surface = scene.surface(ray, &hit);
+    let material = scene.material_at(&hit);
+    let outside = surface.ng.dot(ray.direction) <= 0.0;
+    let color = material.base_color(scene, &surface, outside);
+    let n = if outside { surface.ng } else { -surface.ng };
+    let finite = surface.ng.is_finite() && surface.ns.is_finite() && surface.p.is_finite();
+    Some(Met {
+        t: hit.shape.t,
+        p: surface.p,
+        n,
+        primitive: scene.primitive_id(&hit),
+        shape: scene.shape_word(&hit),
+        material: surface.material,
+        outside,
+        albedo: f64::from(color.luminance()),
+        shines: super::materials::shines_at(scene, surface.material, outside),
+        endless: scene.is_unbounded(&hit),
+        sound: finite && surface.ng.dot(surface.ns) > 0.0,
+    })
+}
+
+/// Directions spread evenly over the sphere, a spiral from pole to pole.
+pub(super) fn directions(count: u32) -> impl Iterator<Item = DVec3> {
+    // The golden section of a turn.
+    const STEP: f64 = 0.381_966_011_250_105_1;
+    (0..count).map(move |i| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let (sin, cos) = crate::math::elementary::sin_cos_turns((f64::from(i) * STEP).fract());
+        DVec3::new(r * cos, z, r * sin)
+    })
+}

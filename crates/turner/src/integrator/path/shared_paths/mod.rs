@@ -1,0 +1,374 @@
+//! Paths that neighbouring pixels use together (Bekaert, Sbert and Halton 2002, "Accelerating path tracing by re-using paths").
+//!
+//! Where the camera rays of a group of pixels end on surfaces that reflect light alike in all directions, each of their paths goes on to a second
+//! surface. What leaves that surface, if it reflects alike in all directions too, counts for all pixels of the group that see it from their own
+//! surfaces, not for its own pixel alone: a path is joined to its neighbours' first surfaces by shadow rays. The directions in which the
+//! group's first surfaces send their paths are ways of finding the same second surface, and the balance heuristic (Veach and Guibas 1995) weighs
+//! them, over those that nothing is in the way of. So the mean is that of paths which keep to themselves, and the noise of indirect light nearly that of
+//! sixteen times as many.
+//!
+//! A group is sixteen pixels of a cell of 8 x 8, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
+//! number and those of its neighbours, never on tiles, crops or threads.
+
+mod probe;
+mod terms;
+
+use terms::{FirstVertices, ReconnectionTerms};
+use turner_bvh::lanes::{Block, LANES, dispatch};
+
+use super::path_batch::PathBatch;
+use super::record::Record;
+use crate::bsdf::MIN_COSINE;
+use crate::color::Spectrum;
+use crate::film::Antialias;
+use crate::integrator::{Radiance, RayStats};
+use crate::material::vertex::Vertex;
+use crate::material::{AlphaMode, OpenPbr};
+use crate::math::{DVec3, Ray};
+use crate::sampler::SampleId;
+use crate::scene::{RayBatch, RayOrigin, Scene, SpectrumBlock};
+use crate::view::View;
+
+pub(super) use probe::decide;
+
+/// Samples that use one another's paths, at most.
+const GROUP: usize = 16;
+/// Edge of the cells that groups are part of, in pixels.
+pub(crate) const CELL: u32 = 8;
+/// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
+const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
+/// No sample.
+const NONE: u32 = u32::MAX;
+
+/// Which quarter of its cell a pixel belongs to: other quarters for each sixteen samples, so that noise does not look like blocks. Within sixteen the group
+/// stays, for these are spread evenly over what each of its pixels looks at: changing it from sample to sample left 12 % more noise in a Cornell
+/// box. Those of the first sixteen lie between one another.
+fn quarter(id: &SampleId) -> u32 {
+    let (x, y) = (id.x % CELL, id.y % CELL);
+    match id.index / 16 % 4 {
+        0 => 2 * (y % 2) + x % 2,
+        1 => 2 * (y / 4) + x / 4,
+        2 => y / 2,
+        _ => x / 2,
+    }
+}
+
+/// The samples that a sample may use the paths of, its own among them, row by row.
+pub(crate) fn group(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
+    let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
+    let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));
+    (top..bottom)
+        .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
+        .filter(move |other| quarter(other) == quarter(&id))
+}
+
+/// Where a camera ray ends, if light is reflected there alike in all directions. Normals are on the side of the ray.
+pub(super) struct FirstVertex {
+    pub(super) p: DVec3,
+    /// Where rays leave.
+    pub(super) origin: DVec3,
+    pub(super) from: RayOrigin,
+    /// The normal of shading, and that of the surface before bending.
+    pub(super) z: DVec3,
+    pub(super) ns: DVec3,
+    pub(super) ng: DVec3,
+    /// The BRDF.
+    pub(super) f: Spectrum,
+}
+
+/// Where the path of a sample goes on to, if light is reflected there alike in all directions. Normals are on the side of the ray.
+pub(super) struct Reconnection {
+    pub(super) p: DVec3,
+    /// Where rays end that are to see it.
+    pub(super) target: DVec3,
+    pub(super) ng: DVec3,
+    /// The normal of shading before it is bent for who looks at it, and after; `None` where it is the surface's.
+    pub(super) bent: Option<[DVec3; 2]>,
+}
+
+impl FirstVertex {
+    /// Whether a path from here finds a second surface.
+    fn finds(&self, to: &Reconnection) -> bool {
+        let way = to.p - self.p;
+        let square = way.length_squared();
+        let wi = way / square.sqrt();
+        let (cos, leaves, arrives) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
+        cos > MIN_COSINE
+            && leaves > 0.0
+            && arrives > MIN_COSINE
+            && cos * arrives / square < f64::INFINITY
+            && !to.is_bent_otherwise(wi)
+    }
+}
+
+/// A path that its neighbours may use.
+struct Donor {
+    sample: u32,
+    group: u32,
+    /// Which of the group find its second surface, and which reach it.
+    sees: u16,
+    reached: u16,
+    /// For each of the group: with what density it finds the place, and what share of light from there it reflects, over the BRDF; both per area.
+    pdf: [Block; GROUP / LANES],
+    share: [Block; GROUP / LANES],
+}
+
+/// What is known of the groups of a wave.
+#[derive(Default)]
+pub(super) struct SharedPaths {
+    on: bool,
+    /// The samples of each group, in the order of its pixels, and the group of each sample.
+    groups: Vec<[u32; GROUP]>,
+    group_of: Vec<u32>,
+    /// The place of each sample in its group.
+    member_of: Vec<u8>,
+    /// Of each group, and of each sample.
+    by_group: Vec<FirstVertices>,
+    firsts: Vec<Option<FirstVertex>>,
+    donors: Vec<Donor>,
+    reconnections: Vec<Reconnection>,
+    /// What leaves the second surfaces of paths that are lent.
+    pub(super) donated: Vec<Radiance>,
+    /// For each sample, the share of that which each of the group gets.
+    shares: Vec<[Spectrum; GROUP]>,
+    /// The second surfaces of paths that are lent.
+    met: Vec<DVec3>,
+    rays: RayBatch,
+    asked: Vec<(u32, u8)>,
+    through: Vec<SpectrumBlock>,
+    /// While groups are formed: their numbers by place, and how many each has.
+    table: Vec<u32>,
+    counts: Vec<u8>,
+}
+
+impl SharedPaths {
+    pub(super) fn new(on: bool) -> SharedPaths {
+        SharedPaths { on, ..SharedPaths::default() }
+    }
+
+    /// Whether it is done at all.
+    #[inline]
+    pub(super) fn is_on(&self) -> bool {
+        self.on
+    }
+
+    /// Whether paths of a scene can be used by neighbours: not beside light paths, which the caller knows.
+    pub(super) fn suits(scene: &Scene, view: &View) -> bool {
+        scene.volumes.is_none() && !scene.moves && view.film.antialias != Antialias::Adaptive
+    }
+
+    /// Finds the groups among samples.
+    fn begin(&mut self, ids: &[SampleId]) {
+        let cells = |edge: fn(&SampleId) -> u32| {
+            let edges = ids.iter().map(edge);
+            (edges.clone().min().unwrap_or(0) / CELL, edges.max().unwrap_or(0) / CELL)
+        };
+        let ((left, right), (top, _)) = (cells(|id| id.x), cells(|id| id.y));
+        let across = right - left + 1;
+        self.groups.clear();
+        self.group_of.clear();
+        self.member_of.clear();
+        self.table.clear();
+        self.counts.clear();
+        for (i, id) in ids.iter().enumerate() {
+            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + quarter(id)) as usize;
+            if self.table.len() <= place {
+                self.table.resize(place + 1, NONE);
+            }
+            if self.table[place] == NONE {
+                self.table[place] = self.groups.len() as u32;
+                self.groups.push([NONE; GROUP]);
+                self.counts.push(0);
+            }
+            let group = self.table[place];
+            let (members, count) = (&mut self.groups[group as usize], &mut self.counts[group as usize]);
+            self.member_of.push(*count);
+            if let Some(member) = members.get_mut(usize::from(*count)) {
+                *member = i as u32;
+                *count += 1;
+            }
+            self.group_of.push(group);
+        }
+        self.by_group.resize_with(self.groups.len(), FirstVertices::default);
+        self.by_group.iter_mut().for_each(FirstVertices::clear);
+        self.firsts.clear();
+        self.firsts.resize_with(ids.len(), || None);
+        self.donated.clear();
+        self.donated.resize(ids.len(), Radiance { color: Spectrum::BLACK, alpha: 1.0 });
+        self.shares.resize(ids.len(), [Spectrum::BLACK; GROUP]);
+        self.met.resize(ids.len(), DVec3::ZERO);
+        self.donors.clear();
+        self.reconnections.clear();
+    }
+
+    fn first(&self, sample: u32) -> Option<&FirstVertex> {
+        self.firsts.get(sample as usize)?.as_ref()
+    }
+}
+
+impl<R: Record> PathBatch<'_, R> {
+    pub(super) fn begin_shared_paths(&mut self, ids: &[SampleId]) {
+        if self.shared_paths.on {
+            self.shared_paths.begin(ids);
+        }
+    }
+
+    /// Whether a path has just come to its first surface from the camera, or to the one behind it, and might share it.
+    #[inline]
+    pub(super) fn may_be_first(&self, sample: u32) -> bool {
+        let path = &self.paths[sample as usize];
+        self.shared_paths.on && path.vertex == 1 && path.media.is_empty()
+    }
+
+    /// The same for the surface behind it.
+    #[inline]
+    pub(super) fn may_lend(&self, sample: u32) -> bool {
+        let path = &self.paths[sample as usize];
+        self.shared_paths.on
+            && path.vertex == 2
+            && path.bounces.total == 1
+            && self.shared_paths.first(sample).is_some()
+    }
+
+    /// Takes note of a vertex that is the first or the second of its path, if light is reflected there alike in all directions.
+    pub(super) fn take_part(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
+        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+        if !first && !second {
+            return;
+        }
+        let Some(f) = v.bsdf.as_lambert() else { return };
+        let side = if v.wo.dot(v.surface.ng) >= 0.0 { 1.0 } else { -1.0 };
+        let (ng, origin) = (side * v.surface.ng, v.surface.leave(v.wo));
+        if first {
+            let (p, from, ns) = (v.surface.p, v.surface.hit.origin(), side * v.surface.ns);
+            self.set_first(sample, FirstVertex { p, origin, from, z: v.frame.z, ns, ng, f });
+        } else if material.desc.alpha_mode != AlphaMode::Blend && !material.is_emissive() {
+            let unbent = || side * material.frame(self.scene, v.surface).z;
+            let bent = (v.frame.z != ng).then(|| [unbent(), v.frame.z]);
+            self.lend(sample, Reconnection { p: v.surface.p, target: origin, ng, bent });
+        }
+    }
+
+    /// Notes where a camera ray ends.
+    #[inline]
+    pub(super) fn set_first(&mut self, sample: u32, first: FirstVertex) {
+        let shared_paths = &mut self.shared_paths;
+        let member = usize::from(shared_paths.member_of[sample as usize]);
+        if member < GROUP {
+            shared_paths.by_group[shared_paths.group_of[sample as usize] as usize].set(member, &first);
+            shared_paths.firsts[sample as usize] = Some(first);
+        }
+    }
+
+    /// Lends a path from its second surface on, if it can be found from its first.
+    pub(super) fn lend(&mut self, sample: u32, second: Reconnection) {
+        let path = &mut self.paths[sample as usize];
+        let importance = path.beta.max_component();
+        let finds = self.shared_paths.first(sample).is_some_and(|first| first.finds(&second));
+        if !(finds && importance > 0.0 && importance < f32::INFINITY) {
+            return;
+        }
+        path.beta = Spectrum::WHITE;
+        path.importance = importance;
+        path.donates = true;
+        self.record.note(|r| r.lent_from = r.vertices.len().checked_sub(1));
+        self.shared_paths.met[sample as usize] = second.p;
+        let group = self.shared_paths.group_of[sample as usize];
+        let reached = 1 << self.shared_paths.member_of[sample as usize];
+        let none = [Block([0.0; LANES]); GROUP / LANES];
+        self.shared_paths.donors.push(Donor { sample, group, sees: 0, reached, pdf: none, share: none });
+        self.shared_paths.reconnections.push(second);
+    }
+
+    /// Finds out who sees the second surfaces of this round, and weighs them.
+    pub(super) fn weigh_offers(&mut self, stats: &mut RayStats) {
+        let shared_paths = &mut self.shared_paths;
+        if shared_paths.donors.is_empty() {
+            return;
+        }
+        shared_paths.rays.clear();
+        shared_paths.asked.clear();
+        dispatch(
+            self.scene.instruction_set,
+            ReconnectionTerms {
+                donors: &mut shared_paths.donors,
+                reconnections: &shared_paths.reconnections,
+                groups: &shared_paths.by_group,
+            },
+        );
+        for (number, (donor, second)) in
+            shared_paths.donors.iter_mut().zip(&shared_paths.reconnections).enumerate()
+        {
+            let members = &shared_paths.groups[donor.group as usize];
+            let first = |m: usize| shared_paths.firsts.get(members[m] as usize)?.as_ref();
+            let group = &shared_paths.by_group[donor.group as usize];
+            donor.finish(group, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
+            for member in (0..GROUP).filter(|m| (donor.sees & !donor.reached) >> m & 1 == 1) {
+                let Some(first) = first(member) else { continue };
+                let ray = Ray { t_max: NEARLY, ..Ray::new(first.origin, second.target - first.origin) };
+                shared_paths.rays.push_leaving(&ray, first.from);
+                shared_paths.asked.push((number as u32, member as u8));
+            }
+        }
+        stats.shadow += shared_paths.asked.len() as u64;
+        self.scene.transmittance_batch(&mut shared_paths.rays, &mut shared_paths.through);
+        for (i, &(donor, member)) in shared_paths.asked.iter().enumerate() {
+            if shared_paths.through[i / LANES].get(i % LANES) == Spectrum::WHITE {
+                shared_paths.donors[donor as usize].reached |= 1 << member;
+            }
+        }
+        for donor in &shared_paths.donors {
+            let reaches = |member: usize| donor.reached >> member & 1 == 1;
+            let of = |blocks: &[Block], member: usize| blocks[member / LANES].0[member % LANES];
+            let sum: f64 = (0..GROUP).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
+            let members = &shared_paths.groups[donor.group as usize];
+            let shares = &mut shared_paths.shares[donor.sample as usize];
+            for (member, &other) in members.iter().enumerate() {
+                let first = shared_paths.firsts.get(other as usize).and_then(Option::as_ref);
+                shares[member] = match first.filter(|_| reaches(member)) {
+                    Some(first) => first.f * (of(&donor.share, member) / sum) as f32,
+                    None => Spectrum::BLACK,
+                };
+            }
+        }
+        shared_paths.donors.clear();
+        shared_paths.reconnections.clear();
+    }
+
+    /// What the sample in this place of a wave got of its group: whose path it is, its second surface, the share, and what leaves that surface.
+    pub(super) fn shares_of(&self, place: usize) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
+        let PathBatch { shared_paths, paths, .. } = self;
+        let members = &shared_paths.groups[shared_paths.group_of[place] as usize];
+        let lane = members.iter().position(|&m| m as usize == place);
+        members.iter().map(|&m| m as usize).filter(|&m| paths.get(m).is_some_and(|p| p.donates)).filter_map(
+            move |from| {
+                let share = shared_paths.shares[from][lane?];
+                (!share.is_black()).then_some((
+                    from,
+                    shared_paths.met[from],
+                    share,
+                    shared_paths.donated[from].color,
+                ))
+            },
+        )
+    }
+
+    /// Gives all samples their shares of what was lent.
+    pub(super) fn share(&mut self, out: &mut [Radiance]) {
+        let PathBatch { shared_paths, paths, .. } = self;
+        if !shared_paths.on {
+            return;
+        }
+        for members in &shared_paths.groups {
+            for &from in members.iter().filter(|&&m| m != NONE && paths[m as usize].donates) {
+                let (donated, shares) =
+                    (shared_paths.donated[from as usize].color, &shared_paths.shares[from as usize]);
+                for (&to, share) in members.iter().zip(shares) {
+                    if !share.is_black() {
+                        out[to as usize].color += *share * donated;
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,441 @@
+//! Vertices of paths that are shaded eight at a time: flat triangles of meshes whose material is Lambert's reflection or a rough mirror, and
+//! nothing else.
+//!
+//! What becomes of them is that of [`PathBatch::shade`], vertex by vertex, to the last bit. They are told apart at their hits, so that no
+//! [`SurfaceInteraction`](crate::scene::SurfaceInteraction) is made for them; all others are shaded one by one, and so is everything where
+//! notes are taken.
+
+mod shade;
+
+use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
+
+use super::LightSampling;
+use super::caustics::NextVertex;
+use super::light_resampling::{CANDIDATES, pick};
+use super::path_batch::PathBatch;
+use super::record::Record;
+use super::shade::MAX_VERTICES;
+use super::shared_paths::{FirstVertex, Reconnection};
+use crate::bsdf::RoughMirrorBlock;
+use crate::color::Spectrum;
+use crate::integrator::{RayStats, footprint};
+use crate::light::Receiver;
+use crate::material::{Gloss, Material, PlainBsdf};
+use crate::math::{DVec3, Ray};
+use crate::scene::emitters::LightSample;
+use crate::scene::{FlatTriangleBlock, Hit, LightBatch, RayOrigin, Scene};
+
+/// No light is asked for.
+const NONE: u32 = u32::MAX;
+
+/// The vertices of one bounce; memory is kept from bounce to bounce.
+#[derive(Default)]
+pub(super) struct VertexBlocks {
+    lambert: List<Lambert>,
+    mirrors: List<RoughMirrorBlock>,
+    /// The hits that are here.
+    held: Vec<bool>,
+    room: Shading,
+}
+
+/// Vertices of one kind.
+#[derive(Default)]
+struct List<K> {
+    blocks: Vec<VertexBlock<K>>,
+    /// How many there are; only the last block may have room.
+    len: usize,
+}
+
+/// The BRDFs of eight vertices.
+#[derive(Default)]
+struct Lambert {
+    f: [Block32; 3],
+}
+
+impl VertexBlocks {
+    /// Takes all out; there are so many hits to choose from.
+    pub(super) fn clear(&mut self, hits: usize) {
+        self.lambert.len = 0;
+        self.mirrors.len = 0;
+        self.held.clear();
+        self.held.resize(hits, false);
+    }
+
+    /// Whether the hit with this number is here.
+    #[inline]
+    pub(super) fn holds(&self, hit: usize) -> bool {
+        self.held[hit]
+    }
+}
+
+impl<K: Default> List<K> {
+    /// Takes a hit, if it is one for blocks; gives the kind's part of its block and the lane.
+    #[inline]
+    fn take(
+        &mut self,
+        scene: &Scene,
+        sample: u32,
+        ray: &Ray,
+        hit: &Hit,
+        side: Option<Gloss>,
+    ) -> Option<(&mut K, usize)> {
+        let (index, lane) = (self.len / LANES, self.len % LANES);
+        if index == self.blocks.len() {
+            self.blocks.push(VertexBlock::default());
+        }
+        let block = &mut self.blocks[index];
+        if !block.flat_triangles.take(scene, lane, hit) {
+            return None;
+        }
+        set(&mut block.direction, lane, ray.direction);
+        block.samples[lane] = sample;
+        block.from[lane] = hit.origin();
+        block.sides[lane] = side;
+        self.len += 1;
+        Some((&mut block.kind, lane))
+    }
+
+    /// The blocks with how many vertices each has.
+    fn used(&mut self) -> impl Iterator<Item = (&mut VertexBlock<K>, usize)> {
+        let len = self.len;
+        let blocks = self.blocks.iter_mut().take(len.div_ceil(LANES)).enumerate();
+        blocks.map(move |(i, block)| (block, LANES.min(len - i * LANES)))
+    }
+}
+
+/// Eight vertices.
+#[derive(Default)]
+struct VertexBlock<K> {
+    flat_triangles: FlatTriangleBlock,
+    /// Of the rays that met them.
+    direction: [Block; 3],
+    kind: K,
+    samples: [u32; LANES],
+    from: [RayOrigin; LANES],
+    /// Of their materials.
+    sides: [Option<Gloss>; LANES],
+    /// For the choice of lights, also where rays that leave here arrive.
+    receivers: [Option<Receiver>; LANES],
+    /// The number under which each asks for light.
+    lights: [u32; LANES],
+}
+
+/// What shading needs beside the vertices, and what comes of it.
+#[derive(Default)]
+struct Shading {
+    /// The share of what is found that reaches the pixels.
+    beta: [Block32; 3],
+    /// Two numbers each for the way on.
+    u: [Block; 2],
+    /// The light that was sampled, where there is any.
+    lit: u8,
+    to_light: [Block; 3],
+    radiance: [Block32; 3],
+    light_pdf: Block,
+    /// How many times it counts.
+    counts: Block32,
+    /// Whether it has a place, and whether rays might have found it as well.
+    finite: u8,
+    weighed: u8,
+    /// Where rays leave.
+    origin: [Block; 3],
+    /// Shadow rays, and what they bring.
+    connects: u8,
+    shadow: [Block; 3],
+    light: [Block32; 3],
+    /// The way on.
+    follows: u8,
+    next: [Block; 3],
+    pdf: Block,
+    beta_next: [Block32; 3],
+}
+
+impl<R: Record> PathBatch<'_, R> {
+    /// Takes a vertex into a block, if it is one for blocks.
+    #[inline]
+    pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
+        // What media and photons bring is not known here.
+        if R::NOTES || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
+            return false;
+        }
+        let Material::OpenPbr(material) = self.scene.material_at(hit) else { return false };
+        let Some(plain) = material.plain() else { return false };
+        // Beside light paths what gathers light is weighed with them.
+        if self.strategy.is_some() && (material.casts_caustics || !matches!(plain, PlainBsdf::Lambert(_))) {
+            return false;
+        }
+        if !self.paths[sample as usize].media.is_empty() {
+            return false;
+        }
+        let (scene, VertexBlocks { lambert, mirrors, held, .. }) = (self.scene, &mut self.blocks);
+        let side = material.side();
+        let taken = match plain {
+            PlainBsdf::Lambert(f) => {
+                lambert.take(scene, sample, ray, hit, side).map(|(kind, lane)| set32(&mut kind.f, lane, *f))
+            }
+            PlainBsdf::RoughMirror(m) => {
+                mirrors.take(scene, sample, ray, hit, side).map(|(kind, lane)| kind.set(lane, m))
+            }
+        };
+        held[number] = taken.is_some();
+        if taken.is_some() && self.view.pixel_cone.is_some() {
+            let cone = &mut self.paths[sample as usize].cone;
+            *cone = cone.advanced(hit.shape.t);
+        }
+        held[number]
+    }
+
+    /// Computes the surfaces of the blocks and asks for light there.
+    pub(super) fn ask_in_blocks(&mut self, lights: &mut LightBatch) {
+        let mut vertices = std::mem::take(&mut self.blocks);
+        self.ask_in(&mut vertices.lambert, lights);
+        self.ask_in(&mut vertices.mirrors, lights);
+        self.blocks = vertices;
+    }
+
+    fn ask_in<K: Default>(&self, vertices: &mut List<K>, lights: &mut LightBatch) {
+        if vertices.len == 0 {
+            return;
+        }
+        dispatch(self.scene.instruction_set, Surfaces(vertices));
+        let asks = self.settings.light_sampling != LightSampling::Bsdf;
+        for (block, len) in vertices.used() {
+            for lane in 0..len {
+                let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
+                let path = &self.paths[block.samples[lane] as usize];
+                let receiver =
+                    self.scene.receiver_of(block.sides[lane], p, ng, ng, get(&block.direction, lane));
+                let receiver = receiver.with_more(self.more_lights(path, &receiver));
+                block.receivers[lane] = Some(receiver);
+                block.lights[lane] = NONE;
+                if asks && !self.is_spent(path) {
+                    block.lights[lane] = self.ask(path, receiver, lights);
+                }
+            }
+        }
+    }
+
+    /// Shades all blocks.
+    pub(super) fn shade_blocks(&mut self, lights: &LightBatch, stats: &mut RayStats) {
+        let mut vertices = std::mem::take(&mut self.blocks);
+        let VertexBlocks { lambert, mirrors, room, .. } = &mut vertices;
+        self.shade_list(lambert, room, lights, stats);
+        self.shade_list(mirrors, room, lights, stats);
+        self.blocks = vertices;
+    }
+
+    fn shade_list<K: shade::Kind>(
+        &mut self,
+        vertices: &mut List<K>,
+        room: &mut Shading,
+        lights: &LightBatch,
+        stats: &mut RayStats,
+    ) {
+        for (block, len) in vertices.used() {
+            let (mut lanes, mut several) = (0, 0);
+            room.lit = 0;
+            room.counts = Block32([1.0; LANES]);
+            for lane in 0..len {
+                let path = &mut self.paths[block.samples[lane] as usize];
+                path.vertex += 1;
+                let path = &self.paths[block.samples[lane] as usize];
+                if path.vertex > MAX_VERTICES || self.is_spent(path) {
+                    continue;
+                }
+                lanes |= 1 << lane;
+                if self.shared_paths.is_on() {
+                    self.take_part_in_block(block, lane);
+                }
+                let path = &self.paths[block.samples[lane] as usize];
+                set32(&mut room.beta, lane, path.beta);
+                let [u0, u1, ..] = path.numbers.second();
+                (room.u[0].0[lane], room.u[1].0[lane]) = (u0, u1);
+                match lights.get(block.lights[lane] as usize) {
+                    [] => {}
+                    [one] => self.set_light(room, lane, one.as_ref()),
+                    _ => several |= 1 << lane,
+                }
+            }
+            if lanes == 0 {
+                continue;
+            }
+            if several != 0 {
+                self.choose_lights(block, room, lights, several);
+            }
+            dispatch(self.scene.instruction_set, shade::Shade { block, room });
+            for lane in bits(room.connects & lanes) {
+                self.connect_lane(block, room, lane);
+            }
+            for lane in bits(room.follows & lanes) {
+                self.follow_lane(block, room, lane, stats);
+            }
+        }
+    }
+
+    /// As `take_part`, for a lane.
+    fn take_part_in_block<K: shade::Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
+        let sample = block.samples[lane];
+        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+        let Some(f) = block.kind.lambert(lane).filter(|_| first || second) else { return };
+        let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
+        let side = if get(&block.direction, lane).dot(ng) < 0.0 { 1.0 } else { -1.0 };
+        let (origin, ng) = (block.flat_triangles.leave(lane, side), side * ng);
+        if first {
+            self.set_first(sample, FirstVertex { p, origin, from: block.from[lane], z: ng, ns: ng, ng, f });
+        } else {
+            self.lend(sample, Reconnection { p, target: origin, ng, bent: None });
+        }
+    }
+
+    /// One of several lights for lanes, as `choose_light` takes it.
+    fn choose_lights<K: shade::Kind>(
+        &self,
+        block: &VertexBlock<K>,
+        room: &mut Shading,
+        lights: &LightBatch,
+        lanes: u8,
+    ) {
+        let candidate = |lane: usize, number: usize| {
+            lights.get(block.lights[lane] as usize).get(number).and_then(Option::as_ref)
+        };
+        let mut brought = [[0.0; LANES]; CANDIDATES];
+        for (number, brought) in brought.iter_mut().enumerate() {
+            for lane in bits(lanes) {
+                self.set_light(room, lane, candidate(lane, number));
+            }
+            dispatch(self.scene.instruction_set, shade::Light { block, room });
+            for lane in bits(lanes & room.connects) {
+                brought[lane] = get32(&room.light, lane).luminance();
+            }
+        }
+        for lane in bits(lanes) {
+            let [u, ..] = self.paths[block.samples[lane] as usize].numbers.first();
+            match pick(&brought.map(|b| b[lane]), u) {
+                Some((taken, counts)) => {
+                    self.set_light(room, lane, candidate(lane, taken));
+                    room.counts.0[lane] = counts;
+                }
+                None => room.lit &= !(1 << lane),
+            }
+        }
+    }
+
+    #[inline]
+    fn set_light(&self, room: &mut Shading, lane: usize, lit: Option<&LightSample>) {
+        let bit = 1 << lane;
+        let Some(lit) = lit else {
+            room.lit &= !bit;
+            return;
+        };
+        room.lit |= bit;
+        let weighed = !lit.is_delta && self.settings.light_sampling == LightSampling::Both;
+        room.weighed = room.weighed & !bit | u8::from(weighed) << lane;
+        room.finite = room.finite & !bit | u8::from(lit.finite) << lane;
+        set(&mut room.to_light, lane, lit.to_light);
+        set32(&mut room.radiance, lane, lit.radiance);
+        room.light_pdf.0[lane] = lit.pdf;
+    }
+
+    /// Sends the shadow ray of a lane.
+    #[inline]
+    fn connect_lane<K>(&mut self, block: &VertexBlock<K>, room: &Shading, lane: usize) {
+        let sample = block.samples[lane];
+        let indirect = self.paths[sample as usize].bounces.total > 0;
+        let light = self.settings.clamped(get32(&room.light, lane), indirect);
+        let t_max = if room.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
+        let ray = Ray { t_max, ..Ray::new(get(&room.origin, lane), get(&room.shadow, lane)) };
+        self.shadows.push_ray(&ray, block.from[lane], sample, light);
+    }
+
+    /// Goes on from a lane, if chance lets it.
+    #[inline]
+    fn follow_lane<K: shade::Kind>(
+        &mut self,
+        block: &VertexBlock<K>,
+        room: &Shading,
+        lane: usize,
+        stats: &mut RayStats,
+    ) {
+        let sample = block.samples[lane];
+        let path = &mut self.paths[sample as usize];
+        let Some(bounces) = self.settings.count(&path.bounces, &K::LOBE) else { return };
+        if self.strategy.is_some() {
+            let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
+            let first = path.bounces.total == 0;
+            let (wi, pdf) = (get(&room.next, lane), room.pdf.0[lane]);
+            let to = NextVertex { p, ng, wi, pdf, mirror: false, sharp: false, first };
+            self.note_back_of_lambert(sample, &to, -get(&block.direction, lane));
+        }
+        let path = &mut self.paths[sample as usize];
+        path.beta = get32(&room.beta_next, lane);
+        path.bounces = bounces;
+        path.from_camera = false;
+        path.specular_bounce = false;
+        path.any_nonspecular = true;
+        path.pdf = room.pdf.0[lane];
+        if let Some(receiver) = block.receivers[lane] {
+            path.origin = receiver;
+        }
+        if let Some(pixel) = &self.view.pixel_cone {
+            path.cone = footprint::leave_flat(pixel, path.cone, path.pdf);
+        }
+        stats.reflected += 1;
+        if let Some(survives) = self.settings.survival(path) {
+            let [.., u] = path.numbers.second();
+            let lives = u < f64::from(survives);
+            if !lives {
+                return;
+            }
+            path.beta *= 1.0 / survives;
+        }
+        if path.beta.is_black() {
+            return;
+        }
+        let ray = Ray::new(get(&room.origin, lane), get(&room.next, lane));
+        self.next.push_ray(sample, &ray, block.from[lane]);
+    }
+}
+
+struct Surfaces<'a, K>(&'a mut List<K>);
+
+impl<K> Work for Surfaces<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let used = self.0.len.div_ceil(LANES);
+        for block in &mut self.0.blocks[..used] {
+            block.flat_triangles.compute(simd);
+        }
+    }
+}
+
+/// The numbers of the set bits.
+#[inline]
+fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
+}
+
+#[inline]
+fn set(to: &mut [Block; 3], lane: usize, v: DVec3) {
+    (to[0].0[lane], to[1].0[lane], to[2].0[lane]) = (v.x, v.y, v.z);
+}
+
+#[inline]
+fn get([x, y, z]: &[Block; 3], lane: usize) -> DVec3 {
+    DVec3::new(x.0[lane], y.0[lane], z.0[lane])
+}
+
+#[inline]
+fn set32(to: &mut [Block32; 3], lane: usize, c: Spectrum) {
+    (to[0].0[lane], to[1].0[lane], to[2].0[lane]) = (c.r, c.g, c.b);
+}
+
+#[inline]
+fn get32([r, g, b]: &[Block32; 3], lane: usize) -> Spectrum {
+    Spectrum::new(r.0[lane], g.0[lane], b.0[lane])
+}

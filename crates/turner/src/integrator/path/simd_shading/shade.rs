@@ -1,0 +1,190 @@
+//! Direct light and the way on at eight vertices.
+
+use std::f64::consts::PI;
+
+use turner_bvh::lanes::{Block32, F32x8, F64x8, Mask8, Simd, Vec3x8, Work};
+
+use super::{Lambert, Shading, VertexBlock};
+use crate::bsdf::{Lobe, MIN_COSINE, RoughMirrorBlock};
+use crate::color::Spectrum;
+use crate::math::elementary_x8::sin_cos_turns;
+use crate::math::frame_x8::FrameX8;
+
+/// Colours, band by band.
+type Bands<S> = [F32x8<S>; 3];
+
+/// The BSDFs of eight vertices, all of one kind: reflection by one lobe that is not a mirror's.
+pub(super) trait Kind: Default {
+    /// What samples go through.
+    const LOBE: Lobe;
+
+    /// The BRDF in a lane, if it is the same for all directions.
+    fn lambert(&self, _: usize) -> Option<Spectrum> {
+        None
+    }
+
+    /// The BRDF and the density of directions above the surface.
+    fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>);
+
+    /// Directions to go on in, for two numbers each; some may lie below the surface.
+    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S>;
+}
+
+impl Kind for Lambert {
+    const LOBE: Lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: true };
+
+    #[inline]
+    fn lambert(&self, lane: usize) -> Option<Spectrum> {
+        Some(super::get32(&self.f, lane))
+    }
+
+    #[inline(always)]
+    fn eval_pdf<S: Simd>(&self, simd: S, _: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>) {
+        (load(simd, &self.f), wi.z / F64x8::splat(simd, PI))
+    }
+
+    #[inline(always)]
+    fn sample<S: Simd>(&self, simd: S, _: Vec3x8<S>, [r2, turns]: [F64x8<S>; 2]) -> Vec3x8<S> {
+        let (sin, cos) = sin_cos_turns(simd, turns);
+        let r = r2.sqrt();
+        let height = (F64x8::splat(simd, 1.0) - r2).or_larger(F64x8::splat(simd, 0.0)).sqrt();
+        Vec3x8 { x: r * cos, y: r * sin, z: height }
+    }
+}
+
+impl Kind for RoughMirrorBlock {
+    const LOBE: Lobe = Lobe { is_delta: false, is_transmission: false, is_diffuse: false };
+
+    #[inline(always)]
+    fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>) {
+        let (f, pdf) = RoughMirrorBlock::eval_pdf(self, simd, wo, wi);
+        ([f.x.narrow(), f.y.narrow(), f.z.narrow()], pdf)
+    }
+
+    #[inline(always)]
+    fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S> {
+        RoughMirrorBlock::sample(self, simd, wo, u)
+    }
+}
+
+/// Surfaces as they are seen.
+struct SurfaceBsdf<S: Simd> {
+    p: Vec3x8<S>,
+    /// Where rays leave.
+    origin: Vec3x8<S>,
+    frame: FrameX8<S>,
+    /// In the frame.
+    wo: Vec3x8<S>,
+    /// Which of them are seen at all.
+    front: Mask8<S>,
+}
+
+impl<S: Simd> SurfaceBsdf<S> {
+    #[inline(always)]
+    fn new<K>(simd: S, block: &VertexBlock<K>) -> SurfaceBsdf<S> {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (p, error, ng) = block.flat_triangles.lanes(simd);
+        let direction = Vec3x8::load(simd, &block.direction);
+        let outside = direction.dot(ng).lt(splat(0.0));
+        let frame = FrameX8::from_z(simd, ng).turned_unless(outside);
+        let wo = frame.to_local(-direction);
+        // All rays leave on the side of the frame's z.
+        let side = outside.select(splat(4.0), splat(-4.0));
+        SurfaceBsdf { p, origin: p + ng * (side * error), frame, wo, front: wo.z.gt(splat(MIN_COSINE)) }
+    }
+
+    /// What lights that were sampled bring if nothing is in their way.
+    #[inline(always)]
+    fn light<K: Kind>(&self, simd: S, kind: &K, room: &mut Shading) {
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (one, least) = (splat(1.0), splat(MIN_COSINE));
+        let to_light = Vec3x8::load(simd, &room.to_light);
+        let distance = to_light.dot(to_light).sqrt();
+        let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
+        let local = self.frame.to_local(wi);
+        let (f, pdf) = kind.eval_pdf(simd, self.wo, local);
+        let light_pdf = F64x8::load(simd, &room.light_pdf);
+        let r = pdf / light_pdf;
+        let weight = Mask8::new(simd, room.weighed).select(one / (one + r * r), one);
+        let k = (weight * local.z / light_pdf).narrow();
+        let light = times(times(times(load(simd, &room.beta), f), load(simd, &room.radiance)), [k, k, k]);
+        let counts = F32x8::load(simd, &room.counts);
+        let light = times(light, [counts, counts, counts]);
+        let lit = (self.front & local.z.gt(least)).and_not(dark(simd, f)).and_not(dark(simd, light));
+        room.connects = lit.bits() & room.lit;
+        store(light, &mut room.light);
+        let finite = Mask8::new(simd, room.finite);
+        Vec3x8::select(finite, self.p + to_light - self.origin, wi).store(&mut room.shadow);
+    }
+}
+
+/// Computes what the lights that were sampled bring to a block, and nothing else.
+pub(super) struct Light<'a, K> {
+    pub(super) block: &'a VertexBlock<K>,
+    pub(super) room: &'a mut Shading,
+}
+
+impl<K: Kind> Work for Light<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Light { block, room } = self;
+        SurfaceBsdf::new(simd, block).light(simd, &block.kind, room);
+    }
+}
+
+/// Shades a block: as `PathBatch::scatter` and what that calls, operation by operation, for a frame around the geometric normal.
+pub(super) struct Shade<'a, K> {
+    pub(super) block: &'a VertexBlock<K>,
+    pub(super) room: &'a mut Shading,
+}
+
+impl<K: Kind> Work for Shade<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Shade { block, room } = self;
+        let splat = |v: f64| F64x8::splat(simd, v);
+        let (zero, least) = (splat(0.0), splat(MIN_COSINE));
+        let seen = SurfaceBsdf::new(simd, block);
+        seen.origin.store(&mut room.origin);
+        seen.light(simd, &block.kind, room);
+        let SurfaceBsdf { frame, wo, front, .. } = seen;
+        let beta = load(simd, &room.beta);
+        let u = [F64x8::load(simd, &room.u[0]), F64x8::load(simd, &room.u[1])];
+        let local = block.kind.sample(simd, wo, u);
+        let (f, pdf) = block.kind.eval_pdf(simd, wo, local);
+        let next = frame.to_world(local);
+        next.store(&mut room.next);
+        pdf.store(&mut room.pdf);
+        let k = (local.z / pdf).narrow();
+        store(times(times(beta, f), [k, k, k]), &mut room.beta_next);
+        let dense = pdf.gt(zero) & pdf.lt(splat(f64::INFINITY));
+        room.follows = (front & local.z.gt(least) & dense & next.dot(frame.z).gt(zero)).bits();
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, [r, g, b]: &[Block32; 3]) -> Bands<S> {
+    [F32x8::load(simd, r), F32x8::load(simd, g), F32x8::load(simd, b)]
+}
+
+#[inline(always)]
+fn times<S: Simd>([a, b, c]: Bands<S>, [x, y, z]: Bands<S>) -> Bands<S> {
+    [a * x, b * y, c * z]
+}
+
+#[inline(always)]
+fn dark<S: Simd>(simd: S, [r, g, b]: Bands<S>) -> Mask8<S> {
+    let none = F32x8::splat(simd, 0.0);
+    r.eq(none) & g.eq(none) & b.eq(none)
+}
+
+#[inline(always)]
+fn store<S: Simd>([r, g, b]: Bands<S>, to: &mut [Block32; 3]) {
+    r.store(&mut to[0]);
+    g.store(&mut to[1]);
+    b.store(&mut to[2]);
+}

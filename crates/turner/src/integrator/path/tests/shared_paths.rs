@@ -1,0 +1,237 @@
+//! Paths that neighbouring pixels use together: the same light with less noise, the same bytes whatever is rendered beside it.
+
+use crate::color::Spectrum;
+use crate::description::{ObjectDesc, SceneDesc};
+use crate::film::{Antialias, Picture, PixelSum};
+use crate::integrator::path::{PathRecord, replay};
+use crate::integrator::{Caustics, DirectDesc, IntegratorDesc, PathDesc, Prepared, SharedPathsMode};
+use crate::light::{EnvironmentDesc, LightDesc};
+use crate::material::{AlphaMode, DielectricMaterial, MetalMaterial, PrincipledMaterial};
+use crate::math::{DAffine3, DVec3};
+use crate::medium::HomogeneousMedium;
+use crate::render::sample;
+use crate::schema::{MeshData, PrepareOptions, Transform};
+use crate::testing::scenes::{
+    called, cuboid, emissive, even, grey, matte, path, rectangle, render, render_with, rgb, sphere, v,
+};
+use crate::texture::{CheckerboardDesc, TextureDesc};
+
+const WIDTH: u32 = 44;
+const HEIGHT: u32 = 27;
+
+/// Diffuse walls and a lamp.
+fn empty_room() -> SceneDesc {
+    path(PathDesc { caustics: Caustics::Off, ..PathDesc::default() })
+        .seen_at(v(0.0, 1.0, 3.6), v(0.0, 0.9, 0.0), 48.0)
+        .filmed([WIDTH, HEIGHT], 5)
+        .with(cuboid(v(-1.2, 0.0, -1.0), v(1.2, 2.0, 4.0)), matte(rgb([0.8, 0.6, 0.4])))
+        .with(rectangle(v(0.3, 1.98, 0.5), v(0.4, 0.0, 0.0), v(0.0, 0.0, 0.4)), emissive(12.0, grey(1.0)))
+}
+
+/// A room of diffuse walls, a smooth mesh, a textured ball, glass, a rough mirror, a hole by chance and a pane of glass.
+fn room(shared_paths: SharedPathsMode) -> SceneDesc {
+    let mut desc = empty_room();
+    set(&mut desc, shared_paths);
+    let board =
+        CheckerboardDesc { even: called("ivory"), odd: called("tomato"), density: 8.0, ..Default::default() };
+    let board = desc.texture(TextureDesc::Checkerboard(board));
+    let mesh = desc.mesh(MeshData {
+        positions: vec![[0.2, 0.0, 0.2], [0.9, 0.0, 0.4], [0.6, 0.9, 0.0], [0.5, 0.0, -0.4]],
+        normals: vec![[-0.5, 0.2, 0.6], [0.6, 0.2, 0.6], [0.0, 1.0, 0.1], [0.0, 0.2, -1.0]],
+        triangles: vec![[0, 1, 2], [1, 3, 2], [3, 0, 2]],
+        ..MeshData::default()
+    });
+    let sheet = PrincipledMaterial {
+        alpha_mode: AlphaMode::Blend,
+        opacity: grey(0.5),
+        ..matte(rgb([0.6, 0.9, 0.6]))
+    };
+    let pane = DielectricMaterial { thin: true, ..DielectricMaterial::default() };
+    desc.with(sphere(v(-0.5, 0.4, 0.0), 0.4), matte(board))
+        .with(mesh, matte(rgb([0.3, 0.5, 0.8])))
+        .with(sphere(v(0.1, 0.2, 0.9), 0.2), DielectricMaterial::default())
+        .with(rectangle(v(-0.8, 0.9, 0.8), v(0.5, 0.0, 0.0), v(0.0, 0.9, 0.1)), sheet)
+        .with(rectangle(v(0.9, 1.2, 1.0), v(0.5, 0.0, 0.1), v(0.0, 0.8, 0.0)), pane)
+}
+
+fn settings(desc: &mut SceneDesc) -> &mut PathDesc {
+    let IntegratorDesc::Path(path) = &mut desc.integrator else { panic!("path") };
+    path
+}
+
+fn set(desc: &mut SceneDesc, shared_paths: SharedPathsMode) {
+    settings(desc).shared_paths = shared_paths;
+}
+
+fn prepared(desc: &SceneDesc) -> Prepared {
+    desc.prepare(&PrepareOptions { threads: 1, ..Default::default() }).unwrap()
+}
+
+fn picture(desc: &SceneDesc) -> Picture {
+    render(desc).0
+}
+
+#[test]
+fn samples_are_sums_of_their_own_path_and_of_what_neighbours_lend() {
+    let desc = room(SharedPathsMode::Always);
+    let (scene, picture) = (prepared(&desc), picture(&desc));
+    let (mut donated, mut kept, mut neighbours) = (0, 0, 0);
+    for i in 0..160 {
+        let (x, y) = (i * 17 % WIDTH, i * 5 % HEIGHT);
+        let mut pixel = PixelSum::default();
+        for index in 0..5 {
+            let path = replay(&scene, x, y, index).unwrap();
+            let rendered = sample(&scene, x, y, index).unwrap();
+            assert_eq!(path.sum(), rendered.color, "{x},{y} sample {index}");
+            assert_eq!(path.radiance, rendered);
+            assert!(pixel.add_or_leave_out(rendered.color, rendered.alpha));
+            let shared = path.shared.as_ref().unwrap();
+            let own = shared.parts.iter().find(|p| p.id == path.id);
+            match shared.from {
+                Some(from) => {
+                    donated += 1;
+                    // What the path found from there on is what its group gets shares of.
+                    assert_eq!(own.map(|p| p.radiance), Some(found_from(&path, from)));
+                }
+                None => kept += usize::from(own.is_none()),
+            }
+            neighbours += shared.parts.len() - usize::from(own.is_some());
+        }
+        let shown = picture.linear[(y * WIDTH + x) as usize];
+        assert_eq!(pixel.mean().unwrap(), shown, "{x},{y}");
+    }
+    assert!(donated > 200 && kept > 100 && neighbours > 5 * donated, "{donated} {kept} {neighbours}");
+}
+
+/// What a path adds up from a vertex on.
+fn found_from(path: &PathRecord, from: usize) -> Spectrum {
+    let mut rest = path.clone();
+    rest.shared = None;
+    rest.vertices.drain(..from);
+    rest.sum()
+}
+
+#[test]
+fn the_mean_is_that_of_paths_by_themselves() {
+    const SEEDS: u32 = 48;
+    // Sums over cells of 4 x 3, for their pixels' noise has much in common.
+    let cells = |shared_paths: SharedPathsMode, first: u32| -> Vec<Vec<f64>> {
+        (first..first + SEEDS)
+            .map(|seed| {
+                let mut desc = room(shared_paths);
+                (desc.film.samples, desc.film.seed) = (4, seed);
+                let picture = picture(&desc);
+                let mut sums = vec![0.0; (11 * 9) as usize];
+                for (i, p) in picture.linear.iter().enumerate() {
+                    let (x, y) = (i as u32 % WIDTH, i as u32 / WIDTH);
+                    sums[(y / 3 * 11 + x / 4) as usize] += f64::from(p[0] + p[1] + p[2]);
+                }
+                sums
+            })
+            .collect()
+    };
+    let (specular_bounce, together) = (cells(SharedPathsMode::Off, 1), cells(SharedPathsMode::Always, 1001));
+    let of = |runs: &[Vec<f64>], cell: usize| {
+        let n = runs.len() as f64;
+        let mean = runs.iter().map(|r| r[cell]).sum::<f64>() / n;
+        let variance = runs.iter().map(|r| (r[cell] - mean) * (r[cell] - mean)).sum::<f64>() / (n - 1.0);
+        (mean, variance / n)
+    };
+    let (mut squares, mut largest, mut variances) = (0.0, 0.0f64, [0.0; 2]);
+    for cell in 0..99 {
+        let ((a, va), (b, vb)) = (of(&specular_bounce, cell), of(&together, cell));
+        let z = (a - b) / (va + vb).sqrt();
+        squares += z * z;
+        largest = largest.max(z.abs());
+        variances[0] += va / (a * a);
+        variances[1] += vb / (a * a);
+    }
+    // 99 numbers of mean square 1 and a variance of a little more than 2 (Student's t).
+    let rms = (squares / 99.0f64).sqrt();
+    assert!((0.75..1.3).contains(&rms) && largest < 4.8, "rms {rms}, largest {largest}");
+    assert!(variances[1] < 0.8 * variances[0], "{variances:?}");
+}
+
+#[test]
+fn pixels_have_less_noise() {
+    // The room and its lamp alone, seen finely: most of the noise is light by way of another wall.
+    let noise = |shared_paths: SharedPathsMode| -> f64 {
+        let of = |seed: u32| {
+            let mut desc = empty_room().filmed([120, 90], 5);
+            set(&mut desc, shared_paths);
+            desc.film.seed = seed;
+            picture(&desc).linear
+        };
+        let (a, b) = (of(1), of(2));
+        let square = |(a, b): (&[f32; 4], &[f32; 4])| {
+            f64::from((a[1] - b[1]) * (a[1] - b[1]) / (a[1] + b[1] + 0.1).powi(2))
+        };
+        a.iter().zip(&b).map(square).sum()
+    };
+    let (specular_bounce, together) = (noise(SharedPathsMode::Off), noise(SharedPathsMode::Always));
+    assert!(together < 0.5 * specular_bounce, "{together} {specular_bounce}");
+}
+
+#[test]
+fn the_same_bytes_for_threads_passes_and_crops() {
+    let desc = room(SharedPathsMode::Always);
+    let (whole, stats) = render_with(&desc, 1, u32::MAX);
+    for (threads, pass) in [(2, u32::MAX), (5, 1), (3, 2)] {
+        let (again, counted) = render_with(&desc, threads, pass);
+        assert!(whole.linear == again.linear, "{threads} threads, passes of {pass}");
+        assert_eq!(stats, counted);
+    }
+    for crop in [[13, 9, 11, 7], [0, 0, 1, 1], [40, 20, 4, 7], [7, 8, 30, 1]] {
+        let mut part = desc.clone();
+        part.film.crop = Some(crop);
+        let [left, top, width, height] = crop;
+        let part = picture(&part).linear;
+        assert_eq!(part.len() as u32, width * height);
+        for (i, p) in part.iter().enumerate() {
+            let (x, y) = (left + i as u32 % width, top + i as u32 / width);
+            assert_eq!(*p, whole.linear[(y * WIDTH + x) as usize], "{x},{y} of {crop:?}");
+        }
+    }
+}
+
+#[test]
+fn where_it_is_not_right_it_is_not_done() {
+    type Change = fn(&mut SceneDesc);
+    let cases: [(&str, Change); 6] = [
+        ("motion", |desc| {
+            let ball: &mut ObjectDesc = &mut desc.objects[2];
+            ball.motion = Some(Transform(DAffine3::from_translation(v(0.1, 0.0, 0.0))));
+        }),
+        ("a medium", |desc| {
+            let fog = HomogeneousMedium { extinction: even(0.05), ..HomogeneousMedium::default() };
+            desc.background.medium = desc.medium(fog);
+        }),
+        ("a clamp", |desc| settings(desc).clamp_indirect = 1.0),
+        ("chance at once", |desc| settings(desc).rr_start = 1),
+        ("adaptive", |desc| (desc.film.antialias, desc.film.samples) = (Antialias::Adaptive, 16)),
+        ("direct light", |desc| desc.integrator = IntegratorDesc::Direct(DirectDesc::default())),
+    ];
+    for (what, change) in cases {
+        let mut desc = room(SharedPathsMode::Always);
+        change(&mut desc);
+        assert!(!prepared(&desc).integrator.shares_paths(), "{what}");
+        if let IntegratorDesc::Path(_) = desc.integrator {
+            let shared = picture(&desc).linear;
+            set(&mut desc, SharedPathsMode::Off);
+            assert!(shared == picture(&desc).linear, "{what}");
+        }
+    }
+    assert!(prepared(&room(SharedPathsMode::Always)).integrator.shares_paths());
+}
+
+/// The test that decides looks at noise: a room profits, a ball in the open does not.
+#[test]
+fn a_test_decides() {
+    assert!(prepared(&room(SharedPathsMode::Auto)).integrator.shares_paths());
+    let metal = MetalMaterial { roughness: grey(0.3), ..MetalMaterial::default() };
+    let open = path(PathDesc::default())
+        .filmed([64, 48], 4)
+        .lit(LightDesc::Environment(EnvironmentDesc::default()))
+        .with(sphere(DVec3::ZERO, 1.0), metal);
+    assert!(!prepared(&open).integrator.shares_paths());
+}

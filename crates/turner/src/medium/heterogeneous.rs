@@ -1,0 +1,412 @@
+//! Media whose density differs from place to place, and paths through them.
+//!
+//! Paths are tracked with null collisions (Woodcock et al. 1965) of a rate that bounds the extinction in each block of cells; bands are weighed
+//! against each other at every collision, so that the brightest is never boosted (after Kutz et al. 2017, "Spectral and decomposition tracking for
+//! rendering heterogeneous volumes", and Miller et al. 2019, "A null-scattering path integral formulation of light transport"). The transmittance of shadow rays is an
+//! estimate by ratio tracking (Novák et al. 2014, "Residual ratio tracking for estimating attenuation in participating media").
+
+use std::sync::Arc;
+
+use super::{Coefficients, Stretch, Walk};
+use crate::color::Spectrum;
+use crate::math::elementary::ln;
+use crate::math::{DVec3, Ray};
+use crate::sampler::Stream;
+use crate::schema::{ErrorCode, GridData, SceneError};
+
+/// Cells of the grid along one edge of a block.
+const BLOCK: u32 = 8;
+
+/// Collisions on one way; a path that meets more is lost.
+const MAX_COLLISIONS: u32 = 1 << 20;
+
+/// A medium of varying density, ready.
+#[derive(Clone, Debug)]
+pub struct Heterogeneous {
+    pub(super) coefficients: Coefficients,
+    grid: Arc<GridData>,
+    /// Whether empty cells follow beyond the grid.
+    fades: bool,
+    /// From the scene into cells: (p − min) · scale.
+    min: DVec3,
+    scale: DVec3,
+    /// How many blocks there are along each axis, and the largest density in each, x fastest.
+    blocks: [u32; 3],
+    largest: Vec<f32>,
+    /// Collisions per unit of length at density 1.
+    rate: f64,
+}
+
+/// What a path has left, by band, and what it found.
+struct Tracked {
+    weight: [f64; 3],
+    emitted: [f64; 3],
+    scattered: Option<f64>,
+}
+
+impl Heterogeneous {
+    /// A grid that fills a box; the density may fade at its border.
+    pub(super) fn new(
+        coefficients: Coefficients,
+        grid: Arc<GridData>,
+        fades: bool,
+        [min, max]: [DVec3; 2],
+    ) -> Result<Heterogeneous, SceneError> {
+        let size = grid.size();
+        let cells = DVec3::from(size.map(f64::from));
+        let blocks = size.map(|n| n.div_ceil(BLOCK));
+        let count = blocks.iter().map(|n| *n as usize).product();
+        let mut largest = Vec::new();
+        if largest.try_reserve_exact(count).is_err() {
+            return Err(SceneError::new(ErrorCode::TooLarge, "there is no memory for the blocks of a grid"));
+        }
+        let b = i64::from(BLOCK);
+        for z in 0..i64::from(blocks[2]) {
+            for y in 0..i64::from(blocks[1]) {
+                for x in 0..i64::from(blocks[0]) {
+                    // Between the middles of cells, so that neighbours count.
+                    let first = [x, y, z].map(|v| v * b - 1);
+                    largest.push(grid.largest(first, first.map(|v| v + b + 1)));
+                }
+            }
+        }
+        let most = largest.iter().copied().fold(0.0f32, f32::max);
+        let [r, g, b] = coefficients.extinction;
+        let mut rate = r.max(g).max(b);
+        if coefficients.emits() && most > 0.0 {
+            // Where little is absorbed, light is collected at some places all the same.
+            rate = rate.max(8.0 / ((max - min).length() * f64::from(most)));
+        }
+        let scale = cells / (max - min);
+        Ok(Heterogeneous { coefficients, grid, fades, min, scale, blocks, largest, rate })
+    }
+
+    /// Density and emission at a place.
+    #[inline]
+    fn at(&self, p: DVec3) -> [f64; 2] {
+        let p = (p - self.min) * self.scale;
+        let [density, shines] = self.grid.at(p);
+        [if self.fades { density * self.grid.fade(p) } else { density }, shines]
+    }
+
+    /// Visits the blocks on a ray's way in order: where it enters and leaves each, and the largest density in it; as long as `f` says so.
+    #[inline]
+    fn visit(&self, ray: &Ray, from: f64, to: f64, mut f: impl FnMut(f64, f64, f64) -> bool) {
+        let scale = self.scale / f64::from(BLOCK);
+        let o = ((ray.origin - self.min) * scale).to_array();
+        let d = (ray.direction * scale).to_array();
+        let extent = self.grid.size().map(|n| f64::from(n) / f64::from(BLOCK));
+        let (mut t0, mut t1) = (from, to);
+        for axis in 0..3 {
+            if d[axis] == 0.0 {
+                if !(0.0..=extent[axis]).contains(&o[axis]) {
+                    return;
+                }
+                continue;
+            }
+            let (a, b) = (-o[axis] / d[axis], (extent[axis] - o[axis]) / d[axis]);
+            (t0, t1) = (t0.max(a.min(b)), t1.min(a.max(b)));
+        }
+        if !(t0 < t1 && t1 < f64::INFINITY) {
+            return;
+        }
+        let (mut cell, mut next, mut step) = ([0i64; 3], [f64::INFINITY; 3], [0i64; 3]);
+        for axis in 0..3 {
+            let last = i64::from(self.blocks[axis]) - 1;
+            cell[axis] = ((o[axis] + d[axis] * t0).floor() as i64).clamp(0, last);
+            if d[axis] != 0.0 {
+                step[axis] = if d[axis] > 0.0 { 1 } else { -1 };
+                let wall = cell[axis] + i64::from(d[axis] > 0.0);
+                next[axis] = (wall as f64 - o[axis]) / d[axis];
+            }
+        }
+        loop {
+            let axis = match next {
+                [x, y, z] if x <= y && x <= z => 0,
+                [_, y, z] if y <= z => 1,
+                _ => 2,
+            };
+            let leaves = next[axis].min(t1);
+            let index = cell[0] + i64::from(self.blocks[0]) * (cell[1] + i64::from(self.blocks[1]) * cell[2]);
+            let largest = self.largest.get(index as usize).copied().unwrap_or(0.0);
+            if leaves > t0 && !f(t0, leaves, f64::from(largest)) {
+                return;
+            }
+            t0 = t0.max(leaves);
+            cell[axis] += step[axis];
+            if t0 >= t1 || cell[axis] < 0 || cell[axis] >= i64::from(self.blocks[axis]) {
+                return;
+            }
+            let wall = cell[axis] + i64::from(step[axis] > 0);
+            next[axis] = (wall as f64 - o[axis]) / d[axis];
+        }
+    }
+
+    /// From collision to collision. `shares` are those of the bands in what the path carries; if none are given it is not scattered. `u` are the numbers
+    /// of the first collision: where, and what happens there.
+    fn track(
+        &self,
+        ray: &Ray,
+        [from, to]: [f64; 2],
+        shares: Option<[f64; 3]>,
+        u: [f64; 2],
+        more: &mut Stream,
+    ) -> Tracked {
+        let c = &self.coefficients;
+        let mut found = Tracked { weight: [1.0; 3], emitted: [0.0; 3], scattered: None };
+        let mut depth = -ln(1.0 - u[1]);
+        let mut decides = Some(u[0]);
+        let mut left = MAX_COLLISIONS;
+        self.visit(ray, from, to, |mut t, end, largest| {
+            let rate = self.rate * largest;
+            if rate <= 0.0 {
+                return true;
+            }
+            loop {
+                let room = (end - t) * rate;
+                if depth >= room {
+                    depth -= room;
+                    return true;
+                }
+                t += depth / rate;
+                left -= 1;
+                if left == 0 {
+                    found.weight = [0.0; 3];
+                    return false;
+                }
+                let [density, shines] = self.at(ray.at(t));
+                let weight = &mut found.weight;
+                if c.emits() {
+                    #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
+                    for i in 0..3 {
+                        found.emitted[i] += weight[i] * density * shines * c.emission[i] / rate;
+                    }
+                }
+                // The share of collisions that are real.
+                let real = c.extinction.map(|s| (s * density / rate).min(1.0));
+                let number = decides.take().unwrap_or_else(|| more.unit());
+                if let Some(shares) = shares {
+                    let carried: f64 = (0..3).map(|i| shares[i] * weight[i]).sum();
+                    let p: f64 = (0..3).map(|i| shares[i] * weight[i] * real[i]).sum::<f64>() / carried;
+                    if number < p {
+                        #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
+                        for i in 0..3 {
+                            weight[i] *= c.scattering[i] * density / (rate * p);
+                        }
+                        found.scattered = Some(t);
+                        return false;
+                    }
+                    for i in 0..3 {
+                        weight[i] *= (1.0 - real[i]) / (1.0 - p);
+                    }
+                } else {
+                    for i in 0..3 {
+                        weight[i] *= 1.0 - real[i];
+                    }
+                }
+                let most = weight[0].max(weight[1]).max(weight[2]);
+                if most < 0.02 {
+                    // Too little to follow all of it.
+                    if most.is_nan() || most <= 0.0 || more.unit() < 0.5 {
+                        *weight = [0.0; 3];
+                        return false;
+                    }
+                    *weight = weight.map(|v| 2.0 * v);
+                }
+                depth = -ln(1.0 - more.unit());
+            }
+        });
+        found
+    }
+
+    /// A way through it.
+    pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
+        let shares = stretch.scatters.then_some(stretch.shares);
+        let found = self.track(stretch.ray, [0.0, stretch.end], shares, u, more);
+        let single = |v: [f64; 3]| Spectrum::from(v.map(|v| v as f32));
+        Walk {
+            scattered: found.scattered,
+            weight: single(found.weight),
+            pdf: 0.0,
+            emitted: single(found.emitted),
+        }
+    }
+
+    /// An estimate of the share of light that is left between two places of a ray of unit direction.
+    pub fn transmittance(&self, ray: &Ray, from: f64, to: f64, more: &mut Stream) -> Spectrum {
+        let u = [0.0, more.unit()];
+        let found = self.track(ray, [from, to], None, u, more);
+        Spectrum::from(found.weight.map(|v| v as f32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::medium::{HenyeyGreenstein, Homogeneous};
+    use crate::sampler::{OwenSobol, SampleId};
+    use crate::testing::Random;
+
+    fn coefficients() -> Coefficients {
+        Coefficients {
+            extinction: [1.0, 2.0, 0.5],
+            scattering: [0.8, 0.5, 0.5],
+            emission: [0.1, 0.2, 0.3],
+            phase: HenyeyGreenstein { g: 0.0 },
+        }
+    }
+
+    fn grid(size: [u32; 3], density: impl Fn(usize) -> f32) -> Heterogeneous {
+        let count: u32 = size.iter().product();
+        let data = GridData::new(size, (0..count as usize).map(density).collect(), None).unwrap();
+        let bounds = [DVec3::NEG_ONE, DVec3::new(2.0, 1.5, 1.0)];
+        Heterogeneous::new(coefficients(), Arc::new(data), false, bounds).unwrap()
+    }
+
+    fn stream(i: u32) -> Stream {
+        OwenSobol::new(&SampleId { x: i, y: 1, index: 0, seed: 3 }).stream(5)
+    }
+
+    /// Ways within the box, between their ends.
+    fn ways() -> Vec<(Ray, f64)> {
+        let mut random = Random::new(8);
+        let place = |r: &mut Random| {
+            let [x, y, z] = r.units::<3>();
+            DVec3::new(3.0 * x - 1.0, 2.5 * y - 1.0, 2.0 * z - 1.0)
+        };
+        let mut out = Vec::new();
+        for _ in 0..12 {
+            let (a, b) = (place(&mut random), place(&mut random));
+            out.push((Ray::new(a, (b - a).normalize()), (b - a).length()));
+        }
+        out.push((Ray::new(DVec3::new(-5.0, 0.1, 0.1), DVec3::X), 9.0));
+        out
+    }
+
+    fn is(values: impl Iterator<Item = f64>, expected: f64, what: &str) {
+        let (mut n, mut sum, mut square) = (0.0, 0.0, 0.0);
+        for v in values {
+            (n, sum, square) = (n + 1.0, sum + v, square + v * v);
+        }
+        let mean = sum / n;
+        let error = ((square / n - mean * mean).max(0.0) / n).sqrt();
+        assert!((mean - expected).abs() < 4.5 * error + 1e-9, "{what}: {mean} ± {error}, not {expected}");
+    }
+
+    #[test]
+    fn an_even_grid_is_a_homogeneous_medium() {
+        let varying = grid([9, 17, 3], |_| 1.0);
+        let even = Homogeneous { coefficients: coefficients() };
+        for (k, (ray, end)) in ways().into_iter().enumerate() {
+            // The last begins 4 outside and ends 1 behind the box, which is 3 long.
+            let length = if k == 12 { 3.0 } else { end };
+            let expected = even.transmittance(length).to_array().map(f64::from);
+            let n = 20_000;
+            let through: Vec<[f32; 3]> =
+                (0..n).map(|i| varying.transmittance(&ray, 0.0, end, &mut stream(i)).to_array()).collect();
+            for band in 0..3 {
+                is(through.iter().map(|t| f64::from(t[band])), expected[band], "transmittance");
+            }
+            let shares = [0.2, 0.5, 0.3];
+            let stretch = Stretch { ray: &ray, end, shares, scatters: true };
+            let walks: Vec<Walk> = (0..n)
+                .map(|i| {
+                    let mut more = stream(i + n);
+                    let u = [more.unit(), more.unit()];
+                    varying.walk(&stretch, u, &mut more)
+                })
+                .collect();
+            let stretch = Stretch { ray: &ray, end: length, shares, scatters: false };
+            let shines = even.walk(&stretch, [0.0; 2]).emitted.to_array();
+            for band in 0..3 {
+                let of = |w: &Walk, scattered: bool| {
+                    let is = w.scattered.is_some() == scattered;
+                    if is { f64::from(w.weight.to_array()[band]) } else { 0.0 }
+                };
+                is(walks.iter().map(|w| of(w, false)), expected[band], "what goes through");
+                let c = coefficients();
+                let scattered = c.scattering[band] / c.extinction[band] * (1.0 - expected[band]);
+                is(walks.iter().map(|w| of(w, true)), scattered, "what is scattered");
+                let emitted = walks.iter().map(|w| f64::from(w.emitted.to_array()[band]));
+                is(emitted, f64::from(shines[band]), "what it emits");
+            }
+        }
+    }
+
+    /// Empty cells around the grid, cut off at its box, are the same as a border that fades.
+    #[test]
+    fn a_border_fades_as_if_empty_cells_followed() {
+        for [nx, ny, nz] in [[1u32, 1, 1], [2, 3, 1], [3, 2, 4]] {
+            let value = |x: u32, y: u32, z: u32| (1 + x + 3 * y + 7 * z) as f32;
+            let cells = |n: [u32; 3]| {
+                let [nx, ny, nz] = n;
+                (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])))
+            };
+            let own = cells([nx, ny, nz]).map(|[x, y, z]| value(x, y, z)).collect();
+            let around = cells([nx + 2, ny + 2, nz + 2]).map(|[x, y, z]| {
+                let inside = (1..=nx).contains(&x) && (1..=ny).contains(&y) && (1..=nz).contains(&z);
+                if inside { value(x - 1, y - 1, z - 1) } else { 0.0 }
+            });
+            let own = GridData::new([nx, ny, nz], own, None).unwrap();
+            let around = GridData::new([nx + 2, ny + 2, nz + 2], around.collect(), None).unwrap();
+            let max = DVec3::from([nx, ny, nz].map(f64::from));
+            let fading = Heterogeneous::new(coefficients(), Arc::new(own), true, [DVec3::ZERO, max]).unwrap();
+            let mut random = Random::new(5);
+            for _ in 0..1000 {
+                let p = DVec3::new(random.unit(), random.unit(), random.unit()) * max;
+                let (found, expected) = (fading.at(p)[0], around.at(p + 1.0)[0]);
+                assert!((found - expected).abs() < 1e-9, "{p}: {found}, {expected}");
+            }
+        }
+    }
+
+    /// Against sums over small steps, in a grid whose densities differ wildly.
+    #[test]
+    fn transmittance_is_that_of_small_steps() {
+        let mut random = Random::new(4);
+        let values: Vec<f32> = (0..21 * 13 * 18)
+            .map(|_| if random.unit() < 0.7 { 0.0 } else { 4.0 * random.unit() as f32 })
+            .collect();
+        let varying = grid([21, 13, 18], |i| values[i]);
+        for (ray, end) in ways() {
+            let steps = 40_000;
+            let step = end / f64::from(steps);
+            let depth: f64 = (0..steps)
+                .map(|i| {
+                    let p = (ray.at((f64::from(i) + 0.5) * step) - varying.min) * varying.scale;
+                    let size = DVec3::new(21.0, 13.0, 18.0);
+                    let inside = p.cmpge(DVec3::ZERO).all() && p.cmple(size).all();
+                    if inside { varying.grid.at(p)[0] * step } else { 0.0 }
+                })
+                .sum();
+            let all: Vec<[f32; 3]> = (0..20_000)
+                .map(|i| varying.transmittance(&ray, 0.0, end, &mut stream(i)).to_array())
+                .collect();
+            for band in 0..3 {
+                let expected = crate::math::elementary::exp(-depth * coefficients().extinction[band]);
+                is(all.iter().map(|t| f64::from(t[band])), expected, "transmittance");
+            }
+        }
+    }
+
+    /// No place of a block is denser than the block's bound.
+    #[test]
+    fn blocks_bound_what_is_in_them() {
+        let mut random = Random::new(14);
+        let values: Vec<f32> = (0..30 * 17 * 9).map(|_| random.unit() as f32).collect();
+        let varying = grid([30, 17, 9], |i| values[i]);
+        for (ray, end) in ways() {
+            let mut last = 0.0;
+            varying.visit(&ray, 0.0, end, |from, to, largest| {
+                assert!(from >= last && to > from, "{from} {to} {last}");
+                last = to;
+                for i in 0..50 {
+                    let t = from + (to - from) * (f64::from(i) + 0.5) / 50.0;
+                    let density = varying.grid.at((ray.at(t) - varying.min) * varying.scale)[0];
+                    assert!(density <= largest * (1.0 + 1e-6), "{density} > {largest}");
+                }
+                true
+            });
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What the stage adds to a scene that lacks a camera, light or a floor.
+
+use crate::camera::CameraDesc;
+use crate::color::Spectrum;
+use crate::description::default_studio::Orbit;
+use crate::description::{SceneDesc, StudioDesc};
+use crate::light::{EnvironmentDesc, Light};
+use crate::material::{Material, MaterialDesc, PrincipledMaterial};
+use crate::math::elementary::sin_cos;
+use crate::math::{Bounds, DVec3};
+use crate::schema::error::unknown_name;
+use crate::schema::value::Span;
+use crate::schema::{ColorSource, ErrorCode, Named, Remedy, SceneError, Warning, WarningKind};
+use crate::shape::Plane;
+
+/// What the stage adds to a scene.
+#[derive(Debug, Default)]
+pub(crate) struct DefaultStudio {
+    /// The camera to look through.
+    pub(crate) camera: Option<Named<CameraDesc>>,
+    /// The floor and what it is made of.
+    pub(crate) ground: Option<(Plane, PrincipledMaterial)>,
+    /// What was chosen.
+    pub(crate) notes: Vec<Warning>,
+}
+
+impl DefaultStudio {
+    /// Puts the material of its floor behind the others.
+    pub(super) fn add_floor(&self, physical: bool, materials: &mut Vec<Material>) {
+        if let Some((_, material)) = &self.ground {
+            materials.push(MaterialDesc::Principled(material.clone()).prepare(physical, &[]));
+        }
+    }
+}
+
+impl StudioDesc {
+    /// What a scene lacks; its studio is added to `lights`. `bounds` are those of everything bounded in it.
+    pub(crate) fn complete(
+        &self,
+        scene: &SceneDesc,
+        bounds: &Bounds,
+        compensates: bool,
+        lights: &mut Vec<Light>,
+    ) -> Result<DefaultStudio, SceneError> {
+        let mut studio = DefaultStudio::default();
+        let aspect = scene.film.aspect();
+        let own = scene.camera.as_ref().or(scene.cameras.first());
+        let camera = match &self.camera {
+            None => own.cloned(),
+            Some(wanted) => match Orbit::parse(wanted) {
+                Some(Ok(orbit)) => Some(unnamed(orbit.camera(bounds, self.fov, aspect))),
+                Some(Err(message)) => return Err(SceneError::new(ErrorCode::OutOfRange, message)),
+                None => Some(named_camera(scene, wanted)?),
+            },
+        };
+        let framed = camera.is_none();
+        studio.camera = camera.or_else(|| Some(unnamed(Orbit::DEFAULT.camera(bounds, self.fov, aspect))));
+        if !bounds.is_empty() && bounds.is_finite() {
+            let radius = 0.5 * bounds.size().length();
+            let far = bounds.center().abs().max_element();
+            // Vertices are numbers of 24 bits: what is left of them there makes steps of 1/160 of the size.
+            if far > 1e5 * radius && radius > 0.0 {
+                let message = "everything lies far from the origin for its size: single precision leaves coarse steps there";
+                studio.notes.push(Warning::new(WarningKind::Doubtful, message));
+            }
+        }
+        let mut note = |message: &str, remedy| {
+            studio.notes.push(Warning { remedy: Some(remedy), ..Warning::new(WarningKind::Note, message) });
+        };
+        if framed {
+            note(
+                "no camera in the file: framed from three-quarters above (`camera` in [studio] changes it)",
+                Remedy::set("studio.camera", "orbit:azimuth,elevation"),
+            );
+        }
+        if self.lights && lights.is_empty() {
+            let studio = EnvironmentDesc {
+                strength: self.strength,
+                rotation: self.rotation,
+                ..EnvironmentDesc::studio()
+            };
+            lights.push(Light::Environment(studio.prepare(&[], compensates)?));
+            note(
+                "no light in the file: lit by the built-in studio (a [[light]] takes its place)",
+                Remedy::Environment,
+            );
+        }
+        let wanted = self.ground.unwrap_or(own.is_none() && !scene.background.transparent);
+        if wanted && !bounds.is_empty() && bounds.is_finite() {
+            let gap = 1e-4 * bounds.size().max_element().max(1e-9 * bounds.min.abs().max_element());
+            let point = DVec3::new(0.0, bounds.min.y - gap, 0.0);
+            let base_color = ColorSource::Constant(ground_color(lights));
+            let material = PrincipledMaterial { base_color, ..PrincipledMaterial::matte() };
+            studio.ground = Some((Plane { point, normal: DVec3::Y }, material));
+            if self.ground.is_none() {
+                note(
+                    "a floor was added (`ground = false` in [studio] leaves it out)",
+                    Remedy::set("studio.ground", false),
+                );
+            }
+        }
+        Ok(studio)
+    }
+}
+
+fn unnamed(value: CameraDesc) -> Named<CameraDesc> {
+    Named { name: None, span: None::<Span>, value }
+}
+
+/// A camera that a model brings, by its name or number.
+fn named_camera(scene: &SceneDesc, wanted: &str) -> Result<Named<CameraDesc>, SceneError> {
+    let by_name = scene.cameras.iter().find(|c| c.name.as_deref() == Some(wanted));
+    let by_number = || wanted.parse::<usize>().ok().and_then(|i| scene.cameras.get(i));
+    by_name.or_else(by_number).cloned().ok_or_else(|| {
+        let names: Vec<&str> = scene.cameras.iter().filter_map(|c| c.name.as_deref()).collect();
+        let span = Span { file: crate::schema::value::FileId(u32::MAX), start: 0, end: 0 };
+        let mut error = unknown_name(ErrorCode::UnknownName, span, "camera", wanted, &names);
+        error.span = None;
+        if scene.cameras.is_empty() {
+            error.help("the scene brings no cameras; write orbit:azimuth,elevation, as in orbit:30,20")
+        } else {
+            error
+        }
+    })
+}
+
+/// The colour with which a floor in the open looks like the horizon behind it, so that no edge shows: radiance E·C/π.
+fn ground_color(lights: &[Light]) -> Spectrum {
+    const RINGS: u32 = 48;
+    const AROUND: u32 = 96;
+    let radiance = |height: f64, turn: f64| {
+        let (sin, cos) = sin_cos(std::f64::consts::TAU * turn);
+        let across = (1.0 - height * height).sqrt();
+        let direction = DVec3::new(across * cos, height, across * sin);
+        lights.iter().filter_map(|l| l.around(direction)).fold(Spectrum::BLACK, |sum, l| sum + l)
+    };
+    let ring = |height: f64| {
+        let all = (0..AROUND).map(|i| radiance(height, (f64::from(i) + 0.5) / f64::from(AROUND)));
+        all.fold(Spectrum::BLACK, |sum, l| sum + l) * (1.0 / AROUND as f32)
+    };
+    // Over the square of the height the cosine is spread evenly.
+    let heights = (0..RINGS).map(|i| ((f64::from(i) + 0.5) / f64::from(RINGS)).sqrt());
+    let mean = heights.fold(Spectrum::BLACK, |sum, height| sum + ring(height)) * (1.0 / RINGS as f32);
+    let horizon = ring(0.01);
+    let share = |horizon: f32, mean: f32| if mean > 0.0 { (horizon / mean).clamp(0.05, 0.85) } else { 0.5 };
+    Spectrum::new(share(horizon.r, mean.r), share(horizon.g, mean.g), share(horizon.b, mean.b))
+}
