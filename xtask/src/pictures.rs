@@ -197,6 +197,71 @@ pub(crate) const PICTURES: &[Picture] = &[
         "show-evening.jpg",
         Turner("scenes/showcase/evening.toml --width 560 --height 315 --samples 200 --clamp-indirect 10"),
     ),
+    // Guides
+    picture("product-shot.jpg", Turner("scenes/guides/product-shot.toml --width 480 --height 384 --samples 128")),
+    picture(
+        "turntable.jpg",
+        Sheet(
+            6,
+            "scenes/guides/turntable.toml --width 120 --height 120 --samples 96",
+            &[
+                "--camera orbit:0,16,2.7",
+                "--camera orbit:60,16,2.7",
+                "--camera orbit:120,16,2.7",
+                "--camera orbit:180,16,2.7",
+                "--camera orbit:240,16,2.7",
+                "--camera orbit:300,16,2.7",
+            ],
+        ),
+    ),
+    picture(
+        "depth-of-field.jpg",
+        Turner("scenes/guides/depth-of-field.toml --width 480 --height 320 --samples 128"),
+    ),
+    picture(
+        "depth-of-field-sheet.jpg",
+        Sheet(
+            3,
+            "scenes/guides/depth-of-field.toml --width 240 --height 160 --samples 96",
+            &[
+                "-D camera.lens_radius=0.04",
+                "-D camera.lens_radius=0.12",
+                "-D camera.lens_radius=0.36",
+                "-D camera.lens_radius=0.2 -D camera.focus_distance=3.6",
+                "-D camera.lens_radius=0.2 -D camera.focus_distance=5.1",
+                "-D camera.lens_radius=0.2 -D camera.focus_distance=6.8",
+            ],
+        ),
+    ),
+    picture("cutout.png", Turner("scenes/guides/transparent.toml --width 264 --height 220 --samples 192")),
+    picture(
+        "cutout-floor.png",
+        Turner("scenes/guides/transparent-floor.toml --width 264 --height 220 --samples 192"),
+    ),
+    picture(
+        "caustics-off.jpg",
+        Turner("scenes/showcase/caustics.toml --width 320 --height 200 --samples 16 --caustics off"),
+    ),
+    picture(
+        "caustics-full.jpg",
+        Turner("scenes/showcase/caustics.toml --width 320 --height 200 --samples 16 --caustics full"),
+    ),
+    // One term of the classic shading rule more in each.
+    picture(
+        "classic-switches.jpg",
+        Sheet(
+            3,
+            "scenes/explain.toml --width 200 --height 150 --antialias adaptive",
+            &[
+                "-D integrator.diffuse=false -D integrator.highlights=false -D integrator.shadows=false -D integrator.reflection=false -D integrator.refraction=false",
+                "-D integrator.highlights=false -D integrator.shadows=false -D integrator.reflection=false -D integrator.refraction=false",
+                "-D integrator.shadows=false -D integrator.reflection=false -D integrator.refraction=false",
+                "-D integrator.reflection=false -D integrator.refraction=false",
+                "-D integrator.refraction=false",
+                "",
+            ],
+        ),
+    ),
 ];
 
 impl Picture {
