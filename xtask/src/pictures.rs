@@ -198,7 +198,10 @@ pub(crate) const PICTURES: &[Picture] = &[
         Turner("scenes/showcase/evening.toml --width 560 --height 315 --samples 200 --clamp-indirect 10"),
     ),
     // Guides
-    picture("product-shot.jpg", Turner("scenes/guides/product-shot.toml --width 480 --height 384 --samples 128")),
+    picture(
+        "product-shot.jpg",
+        Turner("scenes/guides/product-shot.toml --width 480 --height 384 --samples 128"),
+    ),
     picture(
         "turntable.jpg",
         Sheet(
