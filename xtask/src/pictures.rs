@@ -200,7 +200,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     // Guides
     picture(
         "product-shot.jpg",
-        Turner("scenes/guides/product-shot.toml --width 480 --height 384 --samples 128"),
+        Turner("scenes/guides/product-shot.toml --width 450 --height 360 --samples 144 --clamp-indirect 10"),
     ),
     picture(
         "turntable.jpg",
@@ -208,24 +208,24 @@ pub(crate) const PICTURES: &[Picture] = &[
             6,
             "scenes/guides/turntable.toml --width 120 --height 120 --samples 96",
             &[
-                "--camera orbit:0,16,2.7",
-                "--camera orbit:60,16,2.7",
-                "--camera orbit:120,16,2.7",
-                "--camera orbit:180,16,2.7",
-                "--camera orbit:240,16,2.7",
-                "--camera orbit:300,16,2.7",
+                "--camera orbit:0,22,2.7",
+                "--camera orbit:60,22,2.7",
+                "--camera orbit:120,22,2.7",
+                "--camera orbit:180,22,2.7",
+                "--camera orbit:240,22,2.7",
+                "--camera orbit:300,22,2.7",
             ],
         ),
     ),
     picture(
         "depth-of-field.jpg",
-        Turner("scenes/guides/depth-of-field.toml --width 480 --height 320 --samples 128"),
+        Turner("scenes/guides/depth-of-field.toml --width 450 --height 300 --samples 144 --clamp-indirect 2"),
     ),
     picture(
         "depth-of-field-sheet.jpg",
         Sheet(
             3,
-            "scenes/guides/depth-of-field.toml --width 240 --height 160 --samples 96",
+            "scenes/guides/depth-of-field.toml --width 210 --height 140 --samples 112 --clamp-indirect 2",
             &[
                 "-D camera.lens_radius=0.04",
                 "-D camera.lens_radius=0.12",
@@ -236,10 +236,10 @@ pub(crate) const PICTURES: &[Picture] = &[
             ],
         ),
     ),
-    picture("cutout.png", Turner("scenes/guides/transparent.toml --width 264 --height 220 --samples 192")),
+    picture("cutout.png", Turner("scenes/guides/transparent.toml --width 240 --height 200 --samples 192")),
     picture(
         "cutout-floor.png",
-        Turner("scenes/guides/transparent-floor.toml --width 264 --height 220 --samples 192"),
+        Turner("scenes/guides/transparent-floor.toml --width 240 --height 200 --samples 192"),
     ),
     picture(
         "caustics-off.jpg",
