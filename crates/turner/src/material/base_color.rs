@@ -22,7 +22,7 @@ impl Material {
                 let mut sum = Spectrum::BLACK;
                 m.each(scene, &scene.texture_point(surface), outside, &mut |part| {
                     // None of these is a mix.
-                    sum += part.material.base_color(scene, surface, outside) * part.share as f32;
+                    sum += part.material.base_color(scene, surface, outside) * part.weight as f32;
                 });
                 sum
             }

@@ -29,7 +29,9 @@ impl Material {
     pub fn emission_estimate(&self, scene: &impl MaterialEvalContext) -> f64 {
         match self {
             Material::OpenPbr(m) => m.emission_estimate(),
-            Material::Mix(m) => m.emitting(scene).map(|(share, m)| share * m.emission_estimate(scene)).sum(),
+            Material::Mix(m) => {
+                m.emitting(scene).map(|(weight, m)| weight * m.emission_estimate(scene)).sum()
+            }
             Material::Classic(_) | Material::Principled(..) => 0.0,
         }
     }
@@ -68,11 +70,11 @@ impl Material {
                 let (mut sum, at) = (Spectrum::BLACK, at());
                 m.each(scene, &at, outside, &mut |part| {
                     if let Material::OpenPbr(m) = part.material
-                        && part.is_there
+                        && part.present
                         && m.is_emissive()
                         && (outside || m.shines_backwards())
                     {
-                        sum += m.emitted(scene, &at) * part.share as f32;
+                        sum += m.emitted(scene, &at) * part.weight as f32;
                     }
                 });
                 sum
@@ -88,9 +90,9 @@ impl super::Mix {
         &'a self,
         scene: &'a impl MaterialEvalContext,
     ) -> impl Iterator<Item = (f64, &'a Material)> {
-        self.shares().filter_map(|(id, share)| {
+        self.shares().filter_map(|(id, weight)| {
             let material = scene.materials().get(id.index())?;
-            (share > 0.0 && material.is_emissive(scene)).then_some((share, material))
+            (weight > 0.0 && material.is_emissive(scene)).then_some((weight, material))
         })
     }
 }

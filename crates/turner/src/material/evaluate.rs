@@ -90,10 +90,10 @@ impl OpenPbr {
         &self,
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
-        around: f64,
+        exterior_ior: f64,
         entering: bool,
     ) -> Bsdf {
-        self.bsdf_of_index(scene, surface, around, entering, self.desc.specular_ior)
+        self.bsdf_of_index(scene, surface, exterior_ior, entering, self.desc.specular_ior)
     }
 
     /// The same with another index of refraction, as light of one colour band may see it.
@@ -101,14 +101,14 @@ impl OpenPbr {
         &self,
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
-        around: f64,
+        exterior_ior: f64,
         entering: bool,
         ior: f64,
     ) -> Bsdf {
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(|source| scene.textures().color(source, &at));
         point.specular_ior = ior;
-        point.exterior_ior = around;
+        point.exterior_ior = exterior_ior;
         Bsdf::new(&self.desc.on_side(point, entering))
     }
 

@@ -150,7 +150,7 @@ impl PrincipledMaterial {
     }
 
     /// Whether light is scattered by mirrors' lobes and narrow ones alone, everywhere.
-    fn is_narrow(&self) -> bool {
+    fn is_near_specular(&self) -> bool {
         /// Roughness up to which a lobe shows a picture of what is around, and the sun as a spot of a few degrees.
         const POLISHED: f32 = 0.15;
         let at_most = |source: ColorSource, most: f32| matches!(source, ColorSource::Constant(c) if c.max_component() <= most);
@@ -175,7 +175,7 @@ impl OpenPbr {
         let dispersion = desc.dispersion();
         let casts_caustics = !pane && desc.casts_caustics();
         let gloss = Gloss::of(&desc);
-        let near_specular = casts_caustics && desc.is_narrow();
+        let near_specular = casts_caustics && desc.is_near_specular();
         let walks = desc.has_walk();
         let mut made = OpenPbr {
             desc,

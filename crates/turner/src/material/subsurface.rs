@@ -38,12 +38,12 @@ impl OpenPbr {
         let scale = color_at(d.subsurface_radius_scale, scene, surface);
         // Textures may hold what is no number.
         let sound = |v: f32| if v > 0.0 { v.min(1.0) } else { 0.0 };
-        let ways = scale.to_array().map(|s| {
-            let way = d.subsurface_radius * f64::from(s);
-            if way > shortest { way.min(1e30) } else { shortest }
+        let mean_free_paths = scale.to_array().map(|s| {
+            let mean_free_path = d.subsurface_radius * f64::from(s);
+            if mean_free_path > shortest { mean_free_path.min(1e30) } else { shortest }
         });
         let g = d.subsurface_scatter_anisotropy.clamp(-MAX_ANISOTROPY, MAX_ANISOTROPY);
-        Homogeneous::of_body(color.map(sound), ways, g)
+        Homogeneous::of_body(color.map(sound), mean_free_paths, g)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Energy: nothing is created, and what absorbs nothing loses nothing.
+//! Energy: no lobe creates light, and white lobes lose none.
 
 use crate::bsdf::{Bsdf, PrincipledPoint, fresnel};
 use crate::color::Spectrum;
@@ -21,7 +21,7 @@ fn energy_is_kept() {
     assert!(bad.is_empty(), "\n{bad}");
 }
 
-/// Surfaces that absorb nothing, by roughness, angle, index and stretch: from outside, from inside, as thin walls.
+/// White surfaces by roughness, angle, index and anisotropy: from outside, from inside, as thin walls.
 #[test]
 fn white_furnaces_are_white() {
     let white = PrincipledPoint { base_color: Spectrum::WHITE, ..Default::default() };
@@ -38,11 +38,12 @@ fn white_furnaces_are_white() {
         let is_glass = name.starts_with("glass");
         let iors: &[f64] = if name == "metal" || name == "pane" { &[1.5] } else { &[1.12, 1.33, 1.52, 2.1] };
         for (ior, aniso) in iors.iter().flat_map(|ior| [0.0, 0.4, 0.9].map(|a| (*ior, a))) {
-            // Less is known of stretched lobes, and of glass where the critical angle is sharp: from inside, and of a low index.
+            // The tables are coarser for anisotropic lobes, and for glass with a sharp critical angle: from inside, and
+            // at a low index.
             let exact = aniso == 0.0 && (!is_glass || name == "glass" && ior > 1.3);
             let limit = match exact {
                 true => 1e-3,
-                // Where total reflection cuts through strongly stretched lobes the tables are coarse.
+                // Total reflection makes sharp edges for strongly anisotropic lobes.
                 false if name == "glass from inside" && aniso > 0.5 => 3e-2,
                 false if is_glass => 4e-3,
                 false => 2e-3,
@@ -68,7 +69,8 @@ fn white_furnaces_are_white() {
     assert!(bad.is_empty(), "\n{bad}");
 }
 
-/// Without light that meets several microfacets, white metal returns what pbrt-v4 returns (measured there at 0° and 60°, widths α² of 0.0925 to 1).
+/// Without multiple scattering between facets, white metal returns what pbrt-v4 returns (measured there at 0° and 60°,
+/// α² of 0.0925 to 1).
 #[test]
 fn one_microfacet_alone_loses_light() {
     for (alpha2, ahead, aslant) in
@@ -110,9 +112,8 @@ fn named_metals_reflect_their_colour_head_on() {
     }
 }
 
-/// A smooth coat over Lambert's reflection: the mirrored share, and what comes out again of the light that goes to and fro under
-/// the boundary (Jakob et al. 2014's "plastic"). A base that has no boundary of its own, by its weight or by its index, changes
-/// nothing.
+/// A smooth coat over a Lambertian base reflects the Fresnel term and what the base returns after internal reflections
+/// (Jakob et al. 2014, "plastic"). A base without an interface of its own, by weight or by index, changes nothing.
 #[test]
 fn a_coat_over_a_matte_base_is_plastic() {
     for (ior, base) in [(1.5, 0.2_f64), (1.5, 0.8), (1.8, 0.5)] {

@@ -1,4 +1,4 @@
-//! What is said of a BSDF as a whole is true of all its lobes.
+//! Properties of the BSDF follow from all of its lobes.
 
 use crate::bsdf::albedo::AlbedoDirection;
 use crate::bsdf::mixture::{INTERFACE, LOBES, REFLECT};

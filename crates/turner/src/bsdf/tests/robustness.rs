@@ -1,4 +1,4 @@
-//! Whatever the numbers: results are finite, and no light is made.
+//! Extreme parameters: results are finite and no light is created.
 
 use proptest::prelude::*;
 
@@ -74,8 +74,8 @@ fn point() -> impl Strategy<Value = PrincipledPoint> {
     })
 }
 
-/// The same materials on every run. Of some 20,000 of other seeds a few extreme ones (index 0.3, fully stretched lobes, films) reflect up to 4 %
-/// too much.
+/// The same materials on every run. Of about 20,000 with other seeds, a few extreme ones (index 0.3, fully anisotropic
+/// lobes, films) reflect up to 4 % too much.
 const SEED: u64 = 1;
 
 proptest! {
@@ -148,15 +148,15 @@ fn directions_below_and_beside_the_surface_are_defined() {
 #[test]
 fn ends_of_the_ranges_mean_what_they_say() {
     let z = DVec3::Z;
-    // Index 0 reflects everything (glTF).
+    // Index 0 reflects all light (glTF).
     let all = PrincipledPoint { specular_ior: 0.0, specular_roughness: 0.0, ..Default::default() };
     let s = Bsdf::new(&all).sample(z, [0.5; 3]).unwrap();
     assert!(s.lobe.is_delta && s.pdf == 1.0 && s.f == Spectrum::WHITE);
-    // Index 1 is not there.
+    // Index 1 has no effect.
     let nothing = PrincipledPoint { specular_ior: 1.0, transmission_weight: 1.0, ..Default::default() };
     let s = Bsdf::new(&nothing).sample(direction(0.3, 1.0), [0.5; 3]).unwrap();
     assert!(s.lobe.is_delta && s.lobe.is_transmission && s.eta == 1.0 && s.wi == -direction(0.3, 1.0));
-    // A black body without highlight ends every path.
+    // A black base without specular reflection ends every path.
     let black = PrincipledPoint { base_color: Spectrum::BLACK, specular_weight: 0.0, ..Default::default() };
     let black = Bsdf::new(&black);
     assert!(!black.has_smooth() && black.sample(z, [0.5; 3]).is_none());
@@ -168,7 +168,8 @@ fn ends_of_the_ranges_mean_what_they_say() {
     assert_eq!((grey.roughness_hint(), grey.albedo_hint()), (1.0, Spectrum::grey(0.5)));
 }
 
-/// Light that enters a body and walks about inside leaves it diffusely: the hint is that of a diffuse body of the same colour.
+/// Light that enters a translucent material leaves it diffusely: the hint equals that of a diffuse surface of the same
+/// colour.
 #[test]
 fn hint_of_roughness_counts_all_lobes() {
     let skin = PrincipledPoint {
@@ -196,7 +197,7 @@ fn glass_divides_light_by_fresnel_and_snell() {
     // The weight is 1/η²: radiance is concentrated in the denser medium.
     let weight = f64::from(through.f.r) * through.wi.z.abs() / through.pdf;
     assert!((weight - 1.0 / 2.25).abs() < 1e-6);
-    // From inside beyond the critical angle all is reflected.
+    // From inside, beyond the critical angle, all light is reflected.
     let inside = Bsdf::new(&PrincipledPoint { entering: false, ..glass });
     for k in 0..100 {
         let s = inside.sample(wo, spread(k)).unwrap();
