@@ -3,7 +3,7 @@
 //! functions in closed form.
 //!
 //! ```text
-//!      \   /   /   /       optical path difference of neighbouring orders: 2 n d cos θ
+//!      \   /   /   /       optical path difference of neighbouring orders: 2 n d cos θ, θ inside
 //!   ----\-/-\-/-\-/----    top, amplitude r12
 //!   film \   /   /    d
 //!   ======\=/=\=/======    base, amplitude r23

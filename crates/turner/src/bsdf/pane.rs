@@ -26,7 +26,7 @@ mod tests {
     use crate::bsdf::PrincipledPoint;
 
     #[test]
-    fn samples_that_go_straight_on_carry_it_on_average() {
+    fn straight_samples_have_it_as_their_mean() {
         let pane = PrincipledPoint {
             transmission_weight: 1.0,
             specular_roughness: 0.0,

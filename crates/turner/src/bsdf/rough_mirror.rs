@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_are_as_one_by_one() {
+    fn eight_lanes_equal_scalar() {
         let mut random = Random::new(4);
         let mut seen = 0;
         for _ in 0..500 {

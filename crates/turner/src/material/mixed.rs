@@ -1,9 +1,9 @@
-//! A mix at a place: which of its materials is there, with what share.
+//! A mix evaluated at a point: the weights of its materials.
 //!
-//! Integrators that follow light choose one material for each ray that arrives, with its share as the probability. The mean is
-//! the weighted sum of the BSDFs, emissions and holes, exactly, and keeps what each of them keeps: energy and reciprocity. (Mixing the materials'
-//! numbers instead would be cheaper by the noise of that choice, but something else: half a mirror and half a diffuse
-//! surface is not a surface of middling roughness.)
+//! Physically based integrators choose one material per hit, with its weight as the probability. The mean is exactly
+//! the weighted sum of the BSDFs, emissions and opacities, and keeps their energy and reciprocity. (Mixing the
+//! parameters instead would avoid the noise of that choice, but the result differs: half mirror and half diffuse is not
+//! a surface of medium roughness.)
 
 use super::emission::estimate;
 use super::mix::MAX_PARTS;
@@ -17,11 +17,11 @@ use crate::math::DVec3;
 use crate::schema::{ColorSource, MaterialId};
 use crate::texture::TexturePoint;
 
-/// A mix, prepared.
+/// A prepared mix.
 #[derive(Clone, Debug)]
 pub struct Mix {
     parts: Vec<Part>,
-    /// Whether the first part has what the weights of the others leave of 1.
+    /// Whether the first part gets what the weights of the others leave of 1.
     first_is_remainder: bool,
     pub(super) shadow: ShadowKind,
 }
@@ -30,21 +30,21 @@ pub struct Mix {
 struct Part {
     material: MaterialId,
     weight: ColorSource,
-    /// Where it is.
+    /// Its alpha test.
     cutout: Option<Cutout>,
 }
 
-/// A material of a mix at a place.
+/// A material of a mix at a point.
 pub(super) struct ResolvedPart<'a> {
     pub(super) material: &'a Material,
-    /// Its share of the surface.
+    /// Weight of the material.
     pub(super) weight: f64,
-    /// Whether it has no hole there.
+    /// Whether it passes the alpha test.
     pub(super) present: bool,
 }
 
 impl Mix {
-    /// `shadows` gives where a material is and what shadow it casts.
+    /// `shadows` returns the alpha test and the shadow of a material.
     pub(super) fn new(
         desc: &MixMaterial,
         shadows: impl Fn(MaterialId) -> (Option<Cutout>, ShadowKind),
@@ -65,7 +65,8 @@ impl Mix {
         Mix { parts, first_is_remainder, shadow }
     }
 
-    /// The parts, with about the share of each: textures count as 1, and only leave a part out that has none for certain.
+    /// The parts and their approximate weights: a texture counts as 1, so a part gets weight 0 only if it is 0
+    /// everywhere.
     pub(crate) fn shares(&self) -> impl Iterator<Item = (MaterialId, f64)> + '_ {
         let weights = || self.parts.iter().map(|p| estimate(p.weight));
         let sum: f64 = weights().skip(usize::from(self.first_is_remainder)).sum();
@@ -83,8 +84,8 @@ impl Mix {
             .map(move |(i, p)| (p.material, if i == 0 { first } else { estimate(p.weight) } / total))
     }
 
-    /// Visits the materials at a place that are no mixes, seen from outside or from inside; shares add up to 1. Nesting is bounded by
-    /// the check of the scene.
+    /// Visits the materials at a point, nested mixes resolved, seen from outside or inside; the weights sum to 1. The
+    /// scene's check bounds the nesting.
     pub(super) fn each<'a>(
         &self,
         scene: &'a impl MaterialEvalContext,
@@ -111,7 +112,8 @@ impl Mix {
             *weight = if w > 0.0 { w } else { 0.0 };
         }
         let sum: f64 = weights.iter().take(self.parts.len()).sum();
-        // Shares of more than 1 in all leave nothing for the first; of shares that are all 0 the first has all.
+        // Weights that sum to more than 1 leave nothing for the first part; if all are 0, the first part gets
+        // everything.
         let (total, remainder) = match self.first_is_remainder {
             true => (sum.max(1.0), (1.0 - sum).max(0.0)),
             false => (if sum > 0.0 { sum } else { 1.0 }, f64::from(sum <= 0.0)),
@@ -132,14 +134,14 @@ impl Mix {
         }
     }
 
-    /// Whether any of its materials encloses a translucent body. Nesting is bounded by the check of the scene.
+    /// Whether any of its materials has subsurface scattering. The scene's check bounds the nesting.
     pub(super) fn walks(&self, scene: &impl MaterialEvalContext) -> bool {
         self.parts
             .iter()
             .any(|p| scene.materials().get(p.material.index()).is_some_and(|m| m.has_walk(scene)))
     }
 
-    /// The material that a ray meets on the outer or inner side, chosen by `u` within 0..1; `None` where it passes.
+    /// The material that a ray hits on the outer or inner side, chosen by `u` within 0..1; `None` if the ray passes.
     pub fn choose<'a>(
         &self,
         scene: &'a impl MaterialEvalContext,
@@ -161,11 +163,11 @@ impl Mix {
                 below += weight;
             }
         });
-        // Roundings open no holes.
+        // Rounding must not open holes.
         if self.shadow == ShadowKind::Opaque { chosen.or(last) } else { chosen }
     }
 
-    /// The share of light that passes a crossing in `direction`.
+    /// Fraction of light that passes a crossing in `direction`.
     pub(super) fn shadow_tint(
         &self,
         scene: &impl MaterialEvalContext,
@@ -186,8 +188,9 @@ impl Mix {
         sum
     }
 
-    /// As a classic material, which has one colour, one highlight and one way through: the mean of its materials', the highlight and the refraction of
-    /// the one that has most of them. Turns the shading normal of `surface` as the heaviest one does.
+    /// The equivalent classic material. It has one colour, one highlight and one refraction: the weighted mean of the
+    /// parts, with the highlight and refraction of the part that has most of them. Sets the shading normal of `surface`
+    /// to that of the part with the greatest weight.
     pub fn as_classic(
         &self,
         scene: &impl MaterialEvalContext,
@@ -214,7 +217,7 @@ impl Mix {
                     if let Some(bump) = m.bump {
                         apply_bump_map(scene, &mut surface, bump);
                     }
-                    // Done: what comes of the mix bends no normal.
+                    // Already applied: the mix itself has no bump map.
                     Classic { bump: None, ..*m }
                 }
                 Material::Principled(m, _) => {

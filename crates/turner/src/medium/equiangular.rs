@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_lie_on_the_part_and_their_shares_are_those_of_the_density() {
+    fn distances_lie_on_the_segment_and_follow_the_density() {
         for (end, point) in [
             (4.0, DVec3::new(0.5, 1.0, 0.0)),
             (f64::INFINITY, DVec3::new(0.1, 2.0, -1.0)),

@@ -66,7 +66,7 @@ impl GridMedium {
             self.emission,
         )?;
         if !(self.min.cmplt(self.max).all() && (self.max - self.min).is_finite()) {
-            let message = format!("the box of the grid, {} to {}, has no inside", self.min, self.max);
+            let message = format!("the box of the grid, {} to {}, is empty", self.min, self.max);
             return Err(SceneError::new(ErrorCode::OutOfRange, message)
                 .help("`min` must be less than `max` along each axis"));
         }

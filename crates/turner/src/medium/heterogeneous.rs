@@ -77,7 +77,7 @@ impl Heterogeneous {
         let count = blocks.iter().map(|n| *n as usize).product();
         let mut max_density = Vec::new();
         if max_density.try_reserve_exact(count).is_err() {
-            return Err(SceneError::new(ErrorCode::TooLarge, "there is no memory for the blocks of a grid"));
+            return Err(SceneError::new(ErrorCode::TooLarge, "not enough memory for the blocks of a grid"));
         }
         let b = i64::from(BLOCK);
         for z in 0..i64::from(blocks[2]) {
@@ -292,13 +292,13 @@ mod tests {
     /// Segments within the box.
     fn segments() -> Vec<(Ray, f64)> {
         let mut random = Random::new(8);
-        let place = |r: &mut Random| {
+        let point = |r: &mut Random| {
             let [x, y, z] = r.units::<3>();
             DVec3::new(3.0 * x - 1.0, 2.5 * y - 1.0, 2.0 * z - 1.0)
         };
         let mut out = Vec::new();
         for _ in 0..12 {
-            let (a, b) = (place(&mut random), place(&mut random));
+            let (a, b) = (point(&mut random), point(&mut random));
             out.push((Ray::new(a, (b - a).normalize()), (b - a).length()));
         }
         out.push((Ray::new(DVec3::new(-5.0, 0.1, 0.1), DVec3::X), 9.0));
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_grid_is_a_homogeneous_medium() {
+    fn a_constant_grid_is_a_homogeneous_medium() {
         let heterogeneous = grid([9, 17, 3], |_| 1.0);
         let homogeneous = Homogeneous { coefficients: coefficients() };
         for (k, (ray, end)) in segments().into_iter().enumerate() {
@@ -385,7 +385,7 @@ mod tests {
 
     /// Against small steps, in a grid of very different densities.
     #[test]
-    fn transmittance_is_that_of_small_steps() {
+    fn transmittance_equals_ray_marching() {
         let mut random = Random::new(4);
         let values: Vec<f32> = (0..21 * 13 * 18)
             .map(|_| if random.unit() < 0.7 { 0.0 } else { 4.0 * random.unit() as f32 })
@@ -414,7 +414,7 @@ mod tests {
 
     /// The bound of a block holds everywhere in it.
     #[test]
-    fn blocks_bound_what_is_in_them() {
+    fn blocks_bound_their_density() {
         let mut random = Random::new(14);
         let values: Vec<f32> = (0..30 * 17 * 9).map(|_| random.unit() as f32).collect();
         let heterogeneous = grid([30, 17, 9], |i| values[i]);

@@ -86,7 +86,7 @@ mod tests {
     fn it_is_normalised_and_g_is_its_mean_cosine() {
         for g in GS {
             let phase = HenyeyGreenstein { g };
-            let (mut whole, mut mean) = (0.0, 0.0);
+            let (mut total, mut mean) = (0.0, 0.0);
             let n = 200_000;
             for i in 0..=n {
                 let c = -1.0 + 2.0 * f64::from(i) / f64::from(n);
@@ -98,9 +98,9 @@ mod tests {
                     2.0
                 };
                 let part = TAU * phase.value(c) * weight * 2.0 / (3.0 * f64::from(n));
-                (whole, mean) = (whole + part, mean + part * c);
+                (total, mean) = (total + part, mean + part * c);
             }
-            assert!((whole - 1.0).abs() < 1e-6, "g = {g}: {whole}");
+            assert!((total - 1.0).abs() < 1e-6, "g = {g}: {total}");
             assert!((mean - if g.abs() < ISOTROPIC { 0.0 } else { g }).abs() < 1e-6, "g = {g}: {mean}");
         }
     }

@@ -74,7 +74,7 @@ impl SmokeMedium {
         let n = self.resolution.max(1);
         let mut density = Vec::new();
         if density.try_reserve_exact((n as usize).pow(3)).is_err() {
-            let message = format!("there is no memory for {n}³ cells of smoke");
+            let message = format!("not enough memory for {n}³ cells of smoke");
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         let noise = Fractal::new(u64::from(self.seed), self.octaves, 2.0, 0.55);

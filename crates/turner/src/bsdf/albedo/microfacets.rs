@@ -96,13 +96,13 @@ impl Work for SingleScattering<'_> {
                 let total = t2.le(splat(1e-14));
                 f = total.select(one, (ad * ad + cb * cb) / (two * bd * bd));
                 let wi = h * (mu / eta - t) - wo * (one / eta);
-                let share = (one - f) * (-wi.z * two) / (root(wi) - wi.z);
+                let contribution = (one - f) * (-wi.z * two) / (root(wi) - wi.z);
                 let through = wi.z.lt(splat(-1e-300));
-                transmitted = transmitted + through.select(total.select(zero, share), zero) * weight;
+                transmitted = transmitted + through.select(total.select(zero, contribution), zero) * weight;
             }
             let wi = h * (two * mu) - wo;
-            let share = f * (one + lo) * two * wi.z / ((one + two * lo) * wi.z + root(wi));
-            reflected = reflected + wi.z.gt(splat(1e-300)).select(share, zero) * weight;
+            let contribution = f * (one + lo) * two * wi.z / ((one + two * lo) * wi.z + root(wi));
+            reflected = reflected + wi.z.gt(splat(1e-300)).select(contribution, zero) * weight;
         }
         let sum = |v: F64x8<S>| {
             let mut block = Block::default();

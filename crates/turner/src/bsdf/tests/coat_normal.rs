@@ -48,7 +48,7 @@ fn no_energy_appears_and_samples_find_all_of_it() {
         for (z, phi) in OUT {
             let wo = direction(z, phi);
             let (energy, density) = integrals(&bsdf, wo);
-            let (mut smooth, mut mirrored, mut chance) = (0.0, 0.0, 0.0);
+            let (mut smooth, mut mirrored, mut probability) = (0.0, 0.0, 0.0);
             let n = 1 << 14;
             for i in 0..n {
                 let Some(s) = bsdf.sample(wo, spread(i)) else { continue };
@@ -57,7 +57,7 @@ fn no_energy_appears_and_samples_find_all_of_it() {
                     mirrored += weight;
                 } else {
                     smooth += weight;
-                    chance += 1.0 / f64::from(n);
+                    probability += 1.0 / f64::from(n);
                     let (f, pdf) = bsdf.eval_pdf(wo, s.wi);
                     assert!(
                         (pdf / s.pdf - 1.0).abs() < 1e-9
@@ -66,7 +66,7 @@ fn no_energy_appears_and_samples_find_all_of_it() {
                 }
             }
             assert!((smooth - energy).abs() < 0.01, "{name} {z} {phi}: {smooth} and {energy}");
-            assert!((chance - density).abs() < 0.01, "{name} {z} {phi}: {chance} and {density}");
+            assert!((probability - density).abs() < 0.01, "{name} {z} {phi}: {probability} and {density}");
             assert!(energy + mirrored < 1.001, "{name} {z} {phi}: {energy} + {mirrored}");
             // Callers bend shading normals until the mirror direction is above the surface; other normals lose more.
             let n = bsdf.coat_normal.unwrap();
@@ -87,7 +87,7 @@ fn a_smooth_coat_mirrors_about_its_own_normal() {
 }
 
 #[test]
-fn a_coat_along_the_surface_is_as_before() {
+fn a_coat_normal_along_the_surface_changes_nothing() {
     for (_, bsdf) in coats() {
         let plain = Bsdf { coat_normal: None, ..bsdf };
         let same = plain.with_coat_normal(DVec3::Z);

@@ -73,7 +73,7 @@ fn white_furnaces_are_white() {
 /// α² of 0.0925 to 1).
 #[test]
 fn one_microfacet_alone_loses_light() {
-    for (alpha2, ahead, aslant) in
+    for (alpha2, normal, oblique) in
         [(0.0925, 0.8752, 0.8191), (0.2, 0.7428, 0.7311), (0.5, 0.4980, 0.5856), (1.0, 0.3066, 0.4505)]
     {
         let bsdf = Bsdf::new(&PrincipledPoint {
@@ -83,7 +83,7 @@ fn one_microfacet_alone_loses_light() {
             specular_multiple_scattering: false,
             ..Default::default()
         });
-        for (mu, expected) in [(1.0, ahead), (0.5, aslant)] {
+        for (mu, expected) in [(1.0, normal), (0.5, oblique)] {
             let found = albedo(&bsdf, direction(mu, 0.9), 30_000)[0];
             assert!((found / expected - 1.0).abs() < 0.008, "{alpha2} {mu}: {found} for {expected}");
         }
@@ -137,8 +137,9 @@ fn a_coat_over_a_matte_base_is_plastic() {
                     albedo += f64::from(s.f.g) * s.wi.z.abs() / s.pdf / f64::from(n);
                 }
                 let mirrored = fresnel::dielectric(z, ior);
-                let caught = 1.0 - (1.0 - fresnel::dielectric_average(ior)) / (ior * ior);
-                let expected = mirrored + (1.0 - mirrored) * base * (1.0 - caught) / (1.0 - base * caught);
+                let internal = 1.0 - (1.0 - fresnel::dielectric_average(ior)) / (ior * ior);
+                let expected =
+                    mirrored + (1.0 - mirrored) * base * (1.0 - internal) / (1.0 - base * internal);
                 assert!((albedo - expected).abs() < 3e-3, "{ior} {base} {z}: {albedo} {expected}");
             }
         }

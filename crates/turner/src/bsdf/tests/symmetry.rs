@@ -18,8 +18,8 @@ fn transmission_is_reciprocal_up_to_the_square_of_the_index() {
     let mut transmitting = 0;
     for (name, point) in materials() {
         // Seen from the other side, the anisotropy rotates the other way.
-        let turned = -point.anisotropy_rotation;
-        let back = PrincipledPoint { entering: !point.entering, anisotropy_rotation: turned, ..point };
+        let rotation = -point.anisotropy_rotation;
+        let back = PrincipledPoint { entering: !point.entering, anisotropy_rotation: rotation, ..point };
         let eta = match (point.thin_walled, point.entering) {
             (true, _) => 1.0,
             (false, true) => point.specular_ior,
