@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn scaled_index_scales_the_reflectance_head_on() {
+    fn scaled_index_scales_f0() {
         for eta in [0.7, 1.0, 1.5, 2.4] {
             assert!((f0(scaled_index(eta, 0.3)) - 0.3 * f0(eta)).abs() < 1e-12);
             assert_eq!(scaled_index(eta, 1.0) < 1.0, eta < 1.0);

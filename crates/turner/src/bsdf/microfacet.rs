@@ -73,11 +73,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_distribution_covers_the_plane_once_and_visible_area_is_the_projected_area() {
+    fn the_distribution_and_its_visible_area_are_normalised() {
         for (ax, ay) in [(0.2, 0.2), (0.5, 0.1), (1.0, 1.0)] {
             let ggx = Ggx { ax, ay };
             let wo = DVec3::new(0.5, 0.3, 0.4).normalize();
-            let (mut covered, mut seen) = (0.0, 0.0);
+            let (mut projected, mut visible) = (0.0, 0.0);
             let n = 1000;
             for i in 0..n {
                 for j in 0..n {
@@ -86,12 +86,12 @@ mod tests {
                     let r = (1.0 - z * z).sqrt();
                     let h = DVec3::new(r * c, r * s, z);
                     let cell = 2.0 * PI / f64::from(n * n);
-                    covered += ggx.d(h) * h.z * cell;
-                    seen += ggx.g1(wo) * wo.dot(h).max(0.0) * ggx.d(h) / wo.z * cell;
+                    projected += ggx.d(h) * h.z * cell;
+                    visible += ggx.g1(wo) * wo.dot(h).max(0.0) * ggx.d(h) / wo.z * cell;
                 }
             }
-            assert!((covered - 1.0).abs() < 2e-3, "{ax} {ay}: {covered}");
-            assert!((seen - 1.0).abs() < 2e-3, "{ax} {ay}: {seen}");
+            assert!((projected - 1.0).abs() < 2e-3, "{ax} {ay}: {projected}");
+            assert!((visible - 1.0).abs() < 2e-3, "{ax} {ay}: {visible}");
         }
     }
 }

@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn flint_and_crown_are_as_tables_have_them() {
+    fn flint_and_crown_match_published_indices() {
         // Schott's data: N-BK7 n_d 1.5168, V 64.17; SF11 n_d 1.78472, V 25.68. Indices at 546.07 and 632.8 nm of each.
         for (n, v, green, red) in [(1.5168, 64.17, 1.51872, 1.51509), (1.78472, 25.68, 1.79190, 1.77862)] {
             let [r, g, b] = cauchy(n, v);
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_bends_light_disperses() {
+    fn only_refracting_materials_disperse() {
         let glass = PrincipledMaterial {
             transmission_weight: crate::schema::ColorSource::Constant(crate::color::Spectrum::WHITE),
             transmission_dispersion_scale: 1.0,

@@ -188,7 +188,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn anisotropy_turns_by_degrees() {
+    fn anisotropy_rotates_by_degrees() {
         let mut desc = SceneDesc::default();
         let data = MeshData {
             positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],

@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn lobes_stand_out_as_far_as_their_reflection_does() {
+    fn lobe_peaks_follow_the_reflectance() {
         let down = DVec3::NEG_Y;
         let lobe = |d: &PrincipledMaterial| Gloss::of(d).lobe(down, DVec3::Y);
         let metal = PrincipledMaterial {

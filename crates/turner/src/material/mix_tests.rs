@@ -189,7 +189,7 @@ fn the_classic_integrator_shows_the_mean() {
 }
 
 #[test]
-fn mixes_come_with_errors_at_their_place() {
+fn invalid_mixes_are_refused() {
     let refused = |materials: Vec<MaterialDesc>| {
         let mut desc = path(PathDesc::default());
         desc.materials = materials.into_iter().map(Into::into).collect();

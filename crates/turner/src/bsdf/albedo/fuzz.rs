@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn fuzz_table_holds_what_fuzz_reflects() {
+    fn fuzz_table_holds_the_albedo() {
         if std::env::var_os("TURNER_UPDATE").is_some() {
             let mut out = String::from(
                 "//! Directional albedo of fuzz, written by the test in [`fuzz`](super::fuzz).\n#![cfg_attr(rustfmt, rustfmt_skip)]\n\nuse super::fuzz::{Row, WIDTHS};\n\n/// Directional albedo of fuzz, by roughness.\npub(super) static TABLE: [Row; WIDTHS] = [\n",

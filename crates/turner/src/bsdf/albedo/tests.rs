@@ -50,7 +50,7 @@ fn the_interpolated_tables_hold_what_lobes_reflect_and_lose() {
 }
 
 #[test]
-fn averages_are_those_of_the_lines() {
+fn averages_are_those_of_the_curves() {
     for (ax, ay) in [(0.01, 0.01), (0.4, 0.4), (1.0, 1.0), (0.5, 0.1), (0.1, 0.9)] {
         let ggx = Ggx { ax, ay };
         let n = 4000;
