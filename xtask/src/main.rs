@@ -4,6 +4,7 @@
 //! cargo xtask docs              all of them
 //! cargo xtask docs tutorial     those whose name begins like that
 //! cargo xtask list              their names and commands
+//! cargo xtask words             finds phrases that documents, comments and messages do not use
 //! cargo xtask wasm              compiles for WebAssembly and renders there; what follows goes to cargo
 //! ```
 #![forbid(unsafe_code)]
@@ -12,6 +13,7 @@ mod in_memory;
 mod pictures;
 mod sheet;
 mod wasm;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -29,8 +31,9 @@ fn main() -> ExitCode {
             }
             Ok(())
         }
+        ["words"] => words::check(root()).map(|files| println!("{files} files use the words of the field")),
         ["wasm", more @ ..] => wasm::check(more),
-        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask wasm [CARGO-OPTION…]"
+        _ => Err("usage: cargo xtask docs [NAME…] | cargo xtask list | cargo xtask words | cargo xtask wasm [CARGO-OPTION…]"
             .to_owned()),
     };
     match result {

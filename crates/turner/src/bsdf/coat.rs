@@ -1,4 +1,13 @@
-//! The clear coat: a dielectric boundary over the base, that tints and darkens what is below.
+//! The clear coat: a dielectric layer over the base that reflects, absorbs and darkens what is below.
+//!
+//! ```text
+//!    wo            wi
+//!      \  GGX     /        reflection at the top, relative index `index`
+//!   ----\--------/----
+//!        \      /          absorption over the refracted path 1/cos θt in and out
+//!   ======\====/======     internal reflection: light that the base sends up comes back,
+//!          base            which darkens the base (OpenPBR's coat_darkening)
+//! ```
 
 use super::albedo::{AlbedoDirection, Reflected};
 use super::fresnel;
@@ -9,16 +18,16 @@ use crate::math::elementary::{exp, ln};
 
 const MIN_ALPHA: f64 = 1e-4;
 
-/// A coat.
+/// The prepared coat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coat {
-    /// Share covered.
+    /// Fraction of the surface covered.
     pub(super) weight: f64,
     pub(super) ggx: Ggx,
     pub(super) smooth: bool,
     /// Index over that outside, at least 1.
     index: f64,
-    /// What it reflects, where it is rough.
+    /// Directional albedo, if rough.
     rough: Option<Reflected>,
     /// Logarithm of the colour; `None` for white.
     absorption: Option<Rgb>,
@@ -27,7 +36,7 @@ pub(super) struct Coat {
 }
 
 impl Coat {
-    /// `None` without a coat. `base` is the base's albedo, `base_roughness` 0..=1 how widely it scatters.
+    /// `None` without a coat. `base` is the base's albedo; `base_roughness` is 0 for a mirror, 1 for a diffuse base.
     pub(super) fn new(p: &PrincipledPoint, base: Rgb, base_roughness: f64) -> Option<Coat> {
         let weight = unit(p.coat_weight);
         if weight == 0.0 {
@@ -38,11 +47,12 @@ impl Coat {
         let alpha = unit(p.coat_roughness) * unit(p.coat_roughness);
         let smooth = alpha < MIN_ALPHA;
         let tint = color(p.coat_color);
-        // Light that the base sends up is reflected down again: the share of it for a wide and for a narrow base (OpenPBR).
-        let wide = 1.0 - (1.0 - fresnel::dielectric_average(index)) / (index * index);
-        let narrow = fresnel::f0(index);
-        let caught = narrow + (wide - narrow) * base_roughness;
-        let darkened = (1.0 - caught) / (Rgb::ONE - base * caught).max(Rgb::splat(1e-9));
+        // Fraction of light from the base that the coat reflects back down, for a rough and for a smooth base
+        // (OpenPBR).
+        let k_rough = 1.0 - (1.0 - fresnel::dielectric_average(index)) / (index * index);
+        let k_smooth = fresnel::f0(index);
+        let internal = k_smooth + (k_rough - k_smooth) * base_roughness;
+        let darkening = (1.0 - internal) / (Rgb::ONE - base * internal).max(Rgb::splat(1e-9));
         let ggx = Ggx { ax: alpha.max(MIN_ALPHA), ay: alpha.max(MIN_ALPHA) };
         Some(Coat {
             weight,
@@ -51,11 +61,11 @@ impl Coat {
             index,
             rough: (!smooth).then(|| Reflected::new(&ggx, index)),
             absorption: (tint != Rgb::ONE).then(|| Rgb::new(ln(tint.x), ln(tint.y), ln(tint.z))),
-            darkening: Rgb::ONE.lerp(darkened.clamp(Rgb::ZERO, Rgb::ONE), unit(p.coat_darkening)),
+            darkening: Rgb::ONE.lerp(darkening.clamp(Rgb::ZERO, Rgb::ONE), unit(p.coat_darkening)),
         })
     }
 
-    /// Width of a coat's lobe before the coat is made.
+    /// α of a coat's lobe, before the coat is made.
     pub(super) fn alpha(p: &PrincipledPoint) -> f64 {
         if unit(p.coat_weight) > 0.0 { unit(p.coat_roughness) * unit(p.coat_roughness) } else { 0.0 }
     }
@@ -65,23 +75,24 @@ impl Coat {
         fresnel::dielectric(mu, self.index)
     }
 
-    /// Share of light from µ that the coat, where it is, reflects.
+    /// Directional albedo of the coat, where it covers.
     pub(super) fn albedo(&self, mu: f64) -> f64 {
         self.rough.map_or_else(|| self.fresnel(mu), |rough| rough.at(AlbedoDirection::all(mu)))
     }
 
-    /// The way through a coat of thickness 1 from the direction µ.
-    pub(super) fn way(&self, mu: f64) -> f64 {
+    /// Path length through a coat of thickness 1 along the refracted direction of µ.
+    pub(super) fn path_length(&self, mu: f64) -> f64 {
         1.0 / fresnel::refracted_cosine(mu, self.index).unwrap_or(1.0).max(1e-3)
     }
 
-    /// Colour of what passes the coat, `ways` the sum of the ways in and out: the coat's own colour at 2.
-    pub(super) fn tint(&self, ways: f64, reflected: bool) -> Rgb {
+    /// Transmission of the coat; `path_lengths` is the sum of the path lengths in and out. At 2 it is the coat's own
+    /// colour.
+    pub(super) fn tint(&self, path_lengths: f64, reflected: bool) -> Rgb {
         let mut tint = match self.absorption {
             None => Rgb::ONE,
             Some(log) => {
-                let k = 0.5 * ways;
-                // A black coat's logarithm is −∞; where there is no way there is no absorption.
+                let k = 0.5 * path_lengths;
+                // The logarithm of black is −∞; over length 0 nothing is absorbed.
                 if k > 0.0 { Rgb::new(exp(log.x * k), exp(log.y * k), exp(log.z * k)) } else { Rgb::ONE }
             }
         };
@@ -91,7 +102,7 @@ impl Coat {
         Rgb::ONE.lerp(tint, self.weight)
     }
 
-    /// The coat's reflection where it is, and its density; (0, 0) for a mirror.
+    /// BRDF of the coat, where it covers, and its density; (0, 0) for a smooth coat.
     pub(super) fn reflect(&self, wo: DVec3, wi: DVec3) -> (f64, f64) {
         if self.smooth {
             return (0.0, 0.0);

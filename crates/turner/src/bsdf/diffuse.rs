@@ -1,19 +1,20 @@
-//! Diffuse reflection: Lambert's, and the energy-preserving Oren–Nayar model for rough surfaces (Portsmouth, Kutz and Hill 2024,
-//! "EON: A practical energy-preserving rough diffuse BRDF"), which is Lambert's at roughness 0.
+//! Diffuse reflection: Lambert's, and the energy-preserving Oren-Nayar model for rough surfaces (Portsmouth, Kutz and
+//! Hill 2024, "EON: A practical energy-preserving rough diffuse BRDF"). The model is the sum of single scattering
+//! between facets and a lobe that returns multiple scattering; at roughness 0 it is Lambert's.
 
 use super::Rgb;
 use crate::math::DVec3;
 use crate::math::elementary::{acos, sin_cos_turns};
 use std::f64::consts::PI;
 
-/// Smoother bodies are Lambert's.
+/// Below this roughness the reflection is Lambert's.
 pub(super) const MIN_ROUGHNESS: f64 = 1e-6;
 
 const C1: f64 = 0.5 - 2.0 / (3.0 * PI);
 const C2: f64 = 2.0 / 3.0 - 28.0 / (15.0 * PI);
 
-/// The diffuse BRDF of a surface of colour `rho` (the albedo of single scattering; of everything where it is 0 or 1), roughness 0..=1,
-/// both directions above the surface.
+/// The diffuse BRDF. `rho` is the albedo of single scattering, equal to the total albedo where it is 0 or 1.
+/// `roughness` is within 0..=1; both directions are above the surface.
 pub(super) fn eon(rho: Rgb, roughness: f64, wo: DVec3, wi: DVec3) -> Rgb {
     if roughness < MIN_ROUGHNESS {
         return rho / PI;
@@ -28,7 +29,7 @@ pub(super) fn eon(rho: Rgb, roughness: f64, wo: DVec3, wi: DVec3) -> Rgb {
     single + again * ((1.0 - eo).max(0.0) * (1.0 - ei).max(0.0) / (PI * (1.0 - average)))
 }
 
-/// Share of light from direction µ that leaves a white surface after one scattering.
+/// Directional albedo of single scattering of a white surface.
 fn single_albedo(mu: f64, roughness: f64) -> f64 {
     let mu = mu.clamp(1e-6, 1.0);
     let sin = (1.0 - mu * mu).sqrt();
@@ -36,7 +37,7 @@ fn single_albedo(mu: f64, roughness: f64) -> f64 {
     (1.0 + roughness * g / PI) / (1.0 + C1 * roughness)
 }
 
-/// A direction in the upper hemisphere with density cos/π.
+/// A direction in the upper hemisphere with density cos θ / π. `u` in 0..1.
 pub(crate) fn sample_cosine(u: [f64; 2]) -> DVec3 {
     let r2 = u[0];
     let (sin, cos) = sin_cos_turns(u[1]);

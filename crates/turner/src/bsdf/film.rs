@@ -1,5 +1,13 @@
-//! Colours of a thin film by interference (Belcour and Barla 2017, "A practical extension to microfacet theory for the modeling of
-//! varying iridescence"): Airy's sum over the reflections inside the film, integrated over the eye's sensitivity in closed form.
+//! Thin-film interference (Belcour and Barla 2017, "A practical extension to microfacet theory for the modeling of
+//! varying iridescence"): Airy's sum over the reflections inside the film, integrated over the CIE colour matching
+//! functions in closed form.
+//!
+//! ```text
+//!      \   /   /   /       optical path difference of neighbouring orders: 2 n d cos θ, θ inside
+//!   ----\-/-\-/-\-/----    top, amplitude r12
+//!   film \   /   /    d
+//!   ======\=/=\=/======    base, amplitude r23
+//! ```
 
 use super::Rgb;
 use super::fresnel::{Metal, amplitudes, dielectric, refracted_cosine};
@@ -15,10 +23,10 @@ pub(super) struct Film {
     pub(super) thickness: f64,
 }
 
-/// Angles at which a film is looked at: µ = k / 11.
+/// Tabulated cosines: µ = k / 11.
 const ANGLES: usize = 12;
 
-/// What a film adds to the reflectance of a base, at some angles; between them it is interpolated.
+/// What a film adds to the reflectance of a base, tabulated over the cosine and interpolated linearly.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tint([[f32; 3]; ANGLES]);
 
@@ -26,7 +34,7 @@ impl Tint {
     /// A base without film.
     pub(super) const NONE: Tint = Tint([[0.0; 3]; ANGLES]);
 
-    /// What is added at a cosine outside.
+    /// The addition at a cosine outside the film.
     pub(super) fn at(&self, mu: f64) -> Rgb {
         let x = mu.clamp(0.0, 1.0) * (ANGLES - 1) as f64;
         let k = (x as usize).min(ANGLES - 2);
@@ -36,17 +44,17 @@ impl Tint {
 }
 
 impl Film {
-    /// What it adds to a dielectric of an index, and to a metal.
+    /// The additions to a dielectric of relative index `index` and to a metal.
     pub(super) fn tints(&self, index: f64, metal: &Metal, weight: f64) -> (Tint, Tint) {
         let (mut on_dielectric, mut on_metal) = (Tint::NONE, Tint::NONE);
         for k in 0..ANGLES {
             let mu = k as f64 / (ANGLES - 1) as f64;
             let Some(inside) = refracted_cosine(mu, self.ior) else { continue };
             let path = 2.0 * self.ior * self.thickness * inside;
-            let waves = [sensitivity(path), sensitivity(2.0 * path)];
+            let sensitivities = [sensitivity(path), sensitivity(2.0 * path)];
             let top = amplitudes(mu, self.ior);
             let difference = |bottom: (Rgb, Rgb), plain: Rgb| {
-                let sum = airy(top.0, bottom.0, &waves) + airy(top.1, bottom.1, &waves);
+                let sum = airy(top.0, bottom.0, &sensitivities) + airy(top.1, bottom.1, &sensitivities);
                 let added = ((0.5 * sum).clamp(Rgb::ZERO, Rgb::ONE) - plain) * weight;
                 added.to_array().map(|v| v as f32)
             };
@@ -56,7 +64,7 @@ impl Film {
                 let plain = Rgb::splat(dielectric(mu, index));
                 on_dielectric.0[k] = difference((Rgb::splat(s), Rgb::splat(p)), plain);
             }
-            // A metal reflects with its phase turned by half a wave, here at all angles.
+            // A metal reflects with a phase shift of half a wavelength, here at all angles.
             let r = metal.colour(inside);
             let r = Rgb::new(r.x.sqrt(), r.y.sqrt(), r.z.sqrt());
             on_metal.0[k] = difference((-r, r), metal.colour(mu));
@@ -65,24 +73,24 @@ impl Film {
     }
 }
 
-/// Reflectance of one polarisation; signs of amplitudes are phases of half a wave. Equations 8 to 10 with real amplitudes; `waves`
-/// is the sensitivity to the differences of paths.
-fn airy(top: f64, bottom: Rgb, waves: &[Rgb; 2]) -> Rgb {
+/// Reflectance of one polarisation. Signs of the amplitudes are phases of half a wavelength. Equations 8 to 10 with
+/// real amplitudes; `sensitivities` are those of the first two orders' path differences.
+fn airy(top: f64, bottom: Rgb, sensitivities: &[Rgb; 2]) -> Rgb {
     let (r12, r23) = (top * top, bottom * bottom);
     let t121 = 1.0 - r12;
-    let amplitude = bottom * -top; // light inside meets the top with the opposite sign
+    let amplitude = bottom * -top; // from inside, the top's amplitude has the opposite sign
     let rs = t121 * t121 * r23 / (Rgb::ONE - r12 * r23).max(Rgb::splat(1e-9));
     let mut sum = rs + r12;
     let mut order = rs - t121;
-    for batch in waves {
+    for sensitivity in sensitivities {
         order *= amplitude;
-        sum += 2.0 * order * *batch;
+        sum += 2.0 * order * *sensitivity;
     }
     sum
 }
 
-/// Fourier transform of the colour matching functions at an optical path difference in metres, in linear Rec. 709, 1 at 0. A sum
-/// of Gaussians in XYZ, the paper's fit of CIE 1931.
+/// Fourier transform of the colour matching functions at an optical path difference in metres, in linear Rec. 709, 1 at
+/// 0. A sum of Gaussians in XYZ, the paper's fit of CIE 1931.
 fn sensitivity(path: f64) -> Rgb {
     let phase = 2.0 * PI * path;
     let gauss = |weight: f64, position: f64, variance: f64| {
@@ -97,6 +105,6 @@ fn sensitivity(path: f64) -> Rgb {
         -0.9692660 * x + 1.8760108 * y + 0.0415560 * z,
         0.0556434 * x - 0.2040259 * y + 1.0572252 * z,
     );
-    // Equal energy at all wavelengths is (1.2, 0.95, 0.91) in Rec. 709; the white of reflectances is (1, 1, 1).
+    // The equal-energy spectrum is (1.2, 0.95, 0.91) in Rec. 709; white reflectance is (1, 1, 1).
     rgb / Rgb::new(1.205_368_753_180_286, 0.948_319_497_623_221, 0.910_009_650_014_116)
 }

@@ -1,10 +1,18 @@
-//! Fresnel reflectance of dielectrics and metals. Cosines lie within 0..=1.
+//! Fresnel reflectance of dielectrics and metals. All cosines are within 0..=1.
+//!
+//! ```text
+//!         |  θi /            η = n2 / n1
+//!   n1    |    /
+//!   ------|---/---------     Snell: sin θi = η sin θt
+//!   n2   /|                  total reflection where sin θi ≥ η
+//!       / | θt
+//! ```
 
 use super::Rgb;
 use crate::math::elementary::ln;
 
-/// Unpolarised reflectance of a boundary between dielectrics; `eta` is the index behind it over that in front. 1 beyond the
-/// critical angle, 0 for equal indices.
+/// Unpolarised reflectance of an interface between dielectrics; `eta` is the index behind it over that in front. 1
+/// beyond the critical angle, 0 for equal indices.
 pub(super) fn dielectric(cos: f64, eta: f64) -> f64 {
     if eta == 1.0 {
         return 0.0;
@@ -16,7 +24,8 @@ pub(super) fn dielectric(cos: f64, eta: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Amplitudes of the reflected light, polarised perpendicularly and parallel to the plane of incidence; 1 beyond the critical angle.
+/// Amplitudes of reflected light, polarised perpendicular (s) and parallel (p) to the plane of incidence; 1 beyond the
+/// critical angle.
 pub(super) fn amplitudes(cos: f64, eta: f64) -> (f64, f64) {
     let cos = cos.clamp(0.0, 1.0);
     let Some(cos_t) = refracted_cosine(cos, eta) else { return (1.0, 1.0) };
@@ -26,13 +35,13 @@ pub(super) fn amplitudes(cos: f64, eta: f64) -> (f64, f64) {
     if s.is_finite() && p.is_finite() { (s, p) } else { (1.0, 1.0) }
 }
 
-/// Cosine behind the boundary; `None` beyond the critical angle.
+/// Cosine of the refracted direction; `None` beyond the critical angle.
 pub(super) fn refracted_cosine(cos: f64, eta: f64) -> Option<f64> {
     let sin2 = (1.0 - cos * cos).max(0.0) / (eta * eta);
     (sin2 < 1.0).then(|| (1.0 - sin2).sqrt())
 }
 
-/// Reflectance of light from all around, ∫ F(µ) 2µ dµ, for `eta` >= 1 (Dunkle 1963).
+/// Cosine-weighted mean reflectance, ∫ F(µ) 2µ dµ, for `eta` >= 1 (Dunkle 1963).
 pub(super) fn dielectric_average(eta: f64) -> f64 {
     let n = eta;
     if n < 1.0 + 1e-4 {
@@ -50,14 +59,14 @@ pub(super) fn dielectric_average(eta: f64) -> f64 {
     average.clamp(0.0, 1.0)
 }
 
-/// Reflectance head-on, ((η − 1)/(η + 1))².
+/// Reflectance at normal incidence, ((η − 1)/(η + 1))².
 pub(super) fn f0(eta: f64) -> f64 {
     let r = (eta - 1.0) / (eta + 1.0);
     r * r
 }
 
-/// The index whose head-on reflectance is `scale` times that of `eta`, on the same side of 1 (OpenPBR's `specular_weight`);
-/// infinite where all light would be reflected.
+/// The index whose F₀ is `scale` times that of `eta`, on the same side of 1 (OpenPBR's `specular_weight`); infinite
+/// where all light would be reflected.
 pub(super) fn scaled_index(eta: f64, scale: f64) -> f64 {
     let f0 = f0(eta) * scale;
     if f0 >= 0.9999 {
@@ -67,19 +76,19 @@ pub(super) fn scaled_index(eta: f64, scale: f64) -> f64 {
     (1.0 + r) / (1.0 - r)
 }
 
-/// A metal by its colour head-on and a tint at 82° (Kutz, Hašan and Edmondson 2021, "Novel aspects of the Adobe Standard
-/// Material": F82-tint), all scaled by a weight.
+/// A metal by its F₀ and its tint at 82° (Kutz, Hašan and Edmondson 2021, "Novel aspects of the Adobe Standard
+/// Material": F82-tint): F(µ) = F₀ + (1 − F₀)(1 − µ)⁵ − b µ (1 − µ)⁶, multiplied by a weight.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Metal {
-    /// Reflectance head-on.
+    /// Reflectance at normal incidence.
     pub(super) f0: Rgb,
-    /// Factor of (1 − µ)⁶ µ.
+    /// b, the factor of (1 − µ)⁶ µ.
     dip: Rgb,
-    /// Factor of everything.
+    /// Factor of the result.
     pub(super) weight: f64,
 }
 
-/// The cosine at which the tint counts.
+/// The cosine of the tint, at 82°.
 const MU_TINT: f64 = 1.0 / 7.0;
 
 impl Metal {
@@ -96,7 +105,7 @@ impl Metal {
         self.colour(cos) * self.weight
     }
 
-    /// The same without the weight.
+    /// Reflectance without the weight.
     pub(super) fn colour(&self, cos: f64) -> Rgb {
         let c = (1.0 - cos).clamp(0.0, 1.0);
         let c5 = c * c * c * c * c;
@@ -104,7 +113,7 @@ impl Metal {
         f.clamp(Rgb::ZERO, Rgb::ONE)
     }
 
-    /// Reflectance of light from all around.
+    /// Cosine-weighted mean reflectance.
     pub(super) fn average(&self) -> Rgb {
         let f = self.f0 + (Rgb::ONE - self.f0) / 21.0 - self.dip / 126.0;
         f.clamp(Rgb::ZERO, Rgb::ONE) * self.weight
@@ -128,7 +137,7 @@ mod tests {
         assert!((dielectric(0.0, 1.5) - 1.0).abs() < 1e-12);
         assert_eq!(dielectric(0.5, 1.0 / 1.5), 1.0);
         assert_eq!(dielectric(0.0, 1.0), 0.0);
-        // Brewster's angle, tan θ = η: parallel light is not reflected.
+        // Brewster's angle, tan θ = η: parallel polarised light is not reflected.
         let brewster = 1.0 / (1.0f64 + 2.25).sqrt();
         assert!(amplitudes(brewster, 1.5).1.abs() < 1e-12);
     }
@@ -155,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn scaled_index_scales_the_reflectance_head_on() {
+    fn scaled_index_scales_f0() {
         for eta in [0.7, 1.0, 1.5, 2.4] {
             assert!((f0(scaled_index(eta, 0.3)) - 0.3 * f0(eta)).abs() < 1e-12);
             assert_eq!(scaled_index(eta, 1.0) < 1.0, eta < 1.0);

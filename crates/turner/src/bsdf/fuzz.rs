@@ -1,5 +1,5 @@
-//! Fuzz, the sheen of cloth and dust: the "Charlie" distribution of fibres (Estevez and Kulla 2017, "Production friendly microfacet
-//! sheen BRDF") with their fit of its masking.
+//! Fuzz, the sheen of cloth and dust: the "Charlie" distribution of fibre normals D ∝ sin^(1/α) θ, with the authors'
+//! fit of Smith's masking (Estevez and Kulla 2017, "Production friendly microfacet sheen BRDF").
 
 use super::albedo::FuzzAlbedo;
 use crate::math::DVec3;
@@ -9,18 +9,18 @@ use std::f64::consts::PI;
 /// Fuzz of one roughness.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Charlie {
-    /// Exponent of the sine: one over the width.
+    /// Exponent of the sine, 1/α.
     exponent: f64,
-    /// Coefficients a..e of the fit of Λ.
+    /// Coefficients a to e of the fit of Λ.
     masking: [f64; 5],
     albedo: FuzzAlbedo,
 }
 
-/// Smoother fuzz looks like this one; the fit of its masking would let it reflect more than all light.
+/// Lower roughnesses are clamped to this one: the fit of the masking would let them reflect more light than arrives.
 pub(super) const MIN_ROUGHNESS: f64 = 0.27;
 
 impl Charlie {
-    /// Of a roughness within 0..=1; its square is the width of the distribution.
+    /// `roughness` is within 0..=1; α is its square.
     pub(super) fn new(roughness: f64) -> Charlie {
         let roughness = roughness.clamp(MIN_ROUGHNESS, 1.0);
         let alpha = roughness * roughness;
@@ -40,14 +40,14 @@ impl Charlie {
         d / (4.0 * wo.z * wi.z * (1.0 + self.lambda(wo.z) + self.lambda(wi.z)))
     }
 
-    /// Invisible over visible area (section 3 of the paper).
+    /// Smith's Λ: invisible over visible area (§3 of the paper).
     fn lambda(&self, mu: f64) -> f64 {
         let [a, b, c, d, e] = self.masking;
         let l = |x: f64| a / (1.0 + b * pow(x, c)) + d * x + e;
         exp(if mu < 0.5 { l(mu) } else { 2.0 * l(0.5) - l(1.0 - mu) })
     }
 
-    /// Share of light from direction µ that is reflected.
+    /// Directional albedo at the cosine µ.
     pub(super) fn albedo(&self, mu: f64) -> f64 {
         self.albedo.at(mu).clamp(0.0, 1.0)
     }
@@ -59,10 +59,10 @@ impl Charlie {
         DVec3::new(r * cos, r * sin, u[0])
     }
 
-    /// Its density.
+    /// Density of [`Charlie::sample`], per solid angle.
     pub(super) const PDF: f64 = 1.0 / (2.0 * PI);
 }
 
-/// Fit of Λ at the widths 0 and 1 (the paper's table 1).
+/// Coefficients of Λ at α = 0 and α = 1 (table 1 of the paper).
 const SMOOTH: [f64; 5] = [25.3245, 3.32435, 0.16801, -1.27393, -4.85967];
 const ROUGH: [f64; 5] = [21.5473, 3.82987, 0.19823, -1.97760, -4.32054];

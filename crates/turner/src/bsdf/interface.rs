@@ -1,8 +1,24 @@
-//! The specular boundary of the base: the reflection of metal, plastic and glass, and glass's refraction, which share one
-//! distribution of microfacets. Rough: Walter et al. 2007; what is lost between the facets returns as a diffuse part
-//! (Kulla and Conty 2017), for glass shared between its two sides so that it stays reciprocal.
+//! The specular interface of the base: reflection of metal, plastic and glass and refraction of glass, with one GGX
+//! distribution of microfacets.
+//!
+//! ```text
+//!             n
+//!      wo     |   h   wi             reflection:  h = (wo + wi) / |wo + wi|,  wi = 2 (wo·h) h − wo
+//!         \   |  /  /
+//!   n1     \  | / /                  refraction:  h ∝ wo + η wi,  η = n2 / n1   (Snell)
+//!   --------\-|//-------------
+//!   n2        |\                     Fresnel: the facet reflects F(wo·h) and transmits 1 − F
+//!             | \  wi
+//! ```
+//!
+//! Single scattering (Walter et al. 2007): f = F D G2 / (4 cos θo cos θi) for reflection, eq. 21 for refraction. Facets
+//! are sampled among those visible from wo; then the Fresnel term chooses reflection or refraction. Light that hits a
+//! second facet is missing, and rough surfaces darken. A diffuse lobe returns it (Kulla and Conty 2017, "Revisiting
+//! physically based shading at Imageworks"): with E the albedo of single scattering and L = 1 − E, f = k L(wo) L(wi), k
+//! such that a white surface loses nothing. Glass divides it between its two sides with L of the near side for wo and
+//! of wi's side for wi, which keeps it reciprocal.
 
-use super::albedo::{self, AlbedoDirection, Line, Reflected};
+use super::albedo::{self, AlbedoCurve, AlbedoDirection, Reflected};
 use super::film::{Film, Tint};
 use super::fresnel::{self, Metal};
 use super::microfacet::Ggx;
@@ -11,49 +27,50 @@ use crate::math::elementary::{exp, ln, sin_cos_turns};
 use crate::math::{DVec3, reflect};
 use std::f64::consts::PI;
 
-/// Lobes narrower than this width α are mirrors.
+/// Lobes narrower than this α are delta lobes.
 const MIN_ALPHA: f64 = 1e-4;
-/// Indices closer to each other than this do not bend light.
+/// Relative indices closer to 1 than this do not refract.
 const MIN_CONTRAST: f64 = 1e-3;
 
-/// The boundary, seen from one side.
+/// The interface, seen from one side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interface {
     pub(super) ggx: Ggx,
-    /// Whether it is a mirror: delta lobes.
+    /// Delta lobes: no microfacets.
     pub(super) smooth: bool,
-    /// Shares of metal, of glass and of an opaque dielectric.
+    /// Fractions of metal, glass and opaque dielectric.
     metal: f64,
     pub(super) glass: f64,
     opaque: f64,
     metal_fresnel: Metal,
-    /// Colour of a dielectric's reflection.
+    /// Colour of dielectric reflection.
     tint: Rgb,
-    /// Colour of what glass lets through.
+    /// Colour of light that glass transmits.
     pub(super) through: Rgb,
-    /// Index on the far side over that on wo's side, for the direction of refraction; 1 for thin walls.
+    /// Index on the far side over that on wo's side, for refraction; 1 for thin walls.
     pub(super) eta: f64,
-    /// Whether glass lets light straight through, whatever the roughness.
+    /// Whether glass transmits light straight, whatever the roughness.
     pub(super) straight: bool,
     thin: bool,
     inside: bool,
-    /// Indices inside over outside for the reflectance of glass and of an opaque dielectric; infinite for a perfect mirror.
+    /// Relative indices (inside over outside) of the reflectance of glass and of the opaque dielectric; infinite for a
+    /// perfect mirror.
     glass_index: f64,
     opaque_index: f64,
-    /// What a film adds to the reflectance of a dielectric and of metal.
+    /// What a thin film adds to the reflectance of a dielectric and of metal.
     film: Option<(Tint, Tint)>,
-    /// What the opaque dielectric reflects, where it is rough.
+    /// Directional albedo of the opaque dielectric, if rough.
     rough: Option<Reflected>,
     compensation: Option<Compensation>,
 }
 
-/// What microfacets lose, by the side of the directions, and what becomes of it.
+/// Energy that single scattering loses, and the lobes that return it.
 #[derive(Clone, Copy, Debug)]
 struct Compensation {
-    mirror: Line,
-    near: Line,
-    far: Line,
-    /// Their means over light from all around, in this order: known once, for they take longer than all the rest.
+    mirror: AlbedoCurve,
+    near: AlbedoCurve,
+    far: AlbedoCurve,
+    /// Cosine-weighted means of the three, in this order. Computed once: they cost more than all the rest.
     averages: [f64; 3],
     /// Factors of the products of losses.
     metal: Rgb,
@@ -62,7 +79,8 @@ struct Compensation {
     spread: Spread,
 }
 
-/// Directions of what was lost, on either side: of narrow lobes most is lost at grazing angles, about as 1 / (µ² + 4α²).
+/// Directions of the multiple-scattering lobes, on either side. Narrow GGX lobes lose most at grazing angles: the
+/// density is proportional to µ / (µ² + 4α²).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spread {
     k: f64,
@@ -76,7 +94,7 @@ impl Spread {
         Spread { k, log: ln(1.0 + 1.0 / k) }
     }
 
-    /// Density per solid angle at a cosine.
+    /// Density per solid angle at the cosine `mu`.
     pub(super) fn pdf(&self, mu: f64) -> f64 {
         mu / (PI * (mu * mu + self.k) * self.log)
     }
@@ -90,13 +108,13 @@ impl Spread {
     }
 }
 
-/// The product of two losses. Between the entries of the tables they may come out a little below 0.
-fn lost(a: &Line, w_a: AlbedoDirection, b: &Line, w_b: AlbedoDirection) -> f64 {
+/// The product of two losses. Interpolated losses may be slightly negative.
+fn loss_product(a: &AlbedoCurve, w_a: AlbedoDirection, b: &AlbedoCurve, w_b: AlbedoDirection) -> f64 {
     a.at(w_a).max(0.0) * b.at(w_b).max(0.0)
 }
 
 impl Interface {
-    /// `None` where nothing is reflected or transmitted specularly. `coat_alpha` is the width of the coat's lobe.
+    /// `None` if nothing is reflected or transmitted specularly. `coat_alpha` is the α of the coat.
     pub(super) fn new(p: &PrincipledPoint, coat_alpha: f64) -> Option<Interface> {
         let metal = unit(p.base_metalness);
         let transmission = (1.0 - metal) * unit(p.transmission_weight);
@@ -107,16 +125,17 @@ impl Interface {
         let ior = if p.specular_ior >= 0.0 { p.specular_ior.min(1e6) } else { 1.0 };
         let weight = if p.specular_weight >= 0.0 { p.specular_weight } else { 0.0 };
         let index = ior / exterior;
-        let bends = !thin && index > 0.0 && (index - 1.0).abs() >= MIN_CONTRAST;
-        let refracting = if bends { index } else { 1.0 };
-        let weighed = |index: f64| match index {
+        let refracts = !thin && index > 0.0 && (index - 1.0).abs() >= MIN_CONTRAST;
+        let refracting = if refracts { index } else { 1.0 };
+        let weighted = |index: f64| match index {
             0.0 if weight > 0.0 => f64::INFINITY,
             0.0 => 1.0,
             _ => fresnel::scaled_index(index, weight),
         };
-        let glass_index = weighed(index);
-        // Under a coat the dielectric's neighbour is the coat; a thinner dielectric would reflect totally there, which the coat's
-        // own boundary undoes, so the ratio is turned over; the weight counts for what is left (OpenPBR).
+        let glass_index = weighted(index);
+        // Under a coat the dielectric borders on the coat. A base index below the coat's would reflect totally there,
+        // which the coat's own interface undoes, so the ratio is inverted. `specular_weight` applies to the result
+        // (OpenPBR).
         let mut opaque_index = index;
         let coat = unit(p.coat_weight);
         if coat > 0.0 && p.coat_ior > 0.0 {
@@ -125,10 +144,10 @@ impl Interface {
         if opaque_index > 0.0 && opaque_index < 1.0 {
             opaque_index = 1.0 / opaque_index;
         }
-        let opaque_index = weighed(opaque_index);
+        let opaque_index = weighted(opaque_index);
         let film_weight = unit(p.thin_film_weight);
-        let filmed = film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0;
-        let reflects = metal > 0.0 || filmed || (opaque > 0.0 && opaque_index != 1.0);
+        let has_film = film_weight > 0.0 && p.thin_film_thickness > 0.0 && p.thin_film_ior > 0.0;
+        let reflects = metal > 0.0 || has_film || (opaque > 0.0 && opaque_index != 1.0);
         if !reflects && transmission == 0.0 {
             return None;
         }
@@ -138,7 +157,7 @@ impl Interface {
         let tint = color(p.specular_color);
         let base = color(p.base_color) * unit(p.base_weight);
         let metal_fresnel = Metal::new(base, tint, weight.min(1.0));
-        let film = filmed.then(|| {
+        let film = has_film.then(|| {
             let thickness = p.thin_film_thickness.min(1e3) * 1e-6;
             let film = Film { ior: p.thin_film_ior.clamp(1.0, 10.0), thickness };
             film.tints(glass_index, &metal_fresnel, film_weight)
@@ -154,7 +173,7 @@ impl Interface {
             tint,
             through,
             eta: if inside { 1.0 / refracting } else { refracting },
-            straight: !bends && !thin,
+            straight: !refracts && !thin,
             thin,
             inside,
             glass_index,
@@ -180,31 +199,33 @@ impl Interface {
         let mirror = albedo::mirror_loss(&self.ggx);
         let mirror_average = if self.metal > 0.0 || self.thin { mirror.average().max(1e-9) } else { 1.0 };
         let f = self.metal_fresnel.average();
-        let kept = 1.0 - mirror_average;
-        let metal = f * f * kept / (Rgb::ONE - f * mirror_average) * (self.metal / (PI * mirror_average));
+        let average_albedo = 1.0 - mirror_average;
+        let metal =
+            f * f * average_albedo / (Rgb::ONE - f * mirror_average) * (self.metal / (PI * mirror_average));
         let (mut near, mut far, mut averages) = (mirror, mirror, [mirror_average; 3]);
         let (mut reflect, mut transmit) = (Rgb::ZERO, Rgb::ZERO);
         if glass > 0.0 && self.thin {
             let (r, t) = self.glass_split(0.7);
-            let whole = glass / (PI * mirror_average);
-            (reflect, transmit) = (r * whole, t * whole);
+            let scale = glass / (PI * mirror_average);
+            (reflect, transmit) = (r * scale, t * scale);
         } else if glass > 0.0 {
             near = albedo::dielectric_loss(self.eta, &self.ggx);
             far = albedo::dielectric_loss(1.0 / self.eta, &self.ggx);
             averages = [mirror_average, near.average(), far.average()];
-            // The tables are for glass that reflects what its index says; with less specular weight less is lost.
-            let upward = |index: f64| index.max(1.0 / index);
-            if (upward(self.glass_index) / upward(self.eta) - 1.0).abs() < 1e-3 {
-                let whole = glass / (PI * (averages[2] * self.eta * self.eta + averages[1]).max(1e-9));
+            // The tables are for glass whose reflectance follows from its index; with another specular weight, nothing
+            // is returned.
+            let above_one = |index: f64| index.max(1.0 / index);
+            if (above_one(self.glass_index) / above_one(self.eta) - 1.0).abs() < 1e-3 {
+                let scale = glass / (PI * (averages[2] * self.eta * self.eta + averages[1]).max(1e-9));
                 let tint = if self.inside { Rgb::ONE } else { self.tint };
-                (reflect, transmit) = (tint * whole, self.through * whole);
+                (reflect, transmit) = (tint * scale, self.through * scale);
             }
         }
         let spread = Spread::new((0.5 * (self.ggx.ax * self.ggx.ax + self.ggx.ay * self.ggx.ay)).sqrt());
         Some(Compensation { mirror, near, far, averages, metal, reflect, transmit, spread })
     }
 
-    /// If it is a rough mirror and nothing else: what it reflects of light from all directions alike.
+    /// The colour of a rough mirror whose reflectance does not depend on the angle, if there is no other lobe.
     pub(super) fn rough_mirror(&self) -> Option<Rgb> {
         let mirror = !self.smooth
             && !self.thin
@@ -216,29 +237,29 @@ impl Interface {
         mirror.then(|| Rgb::ONE * self.tint * self.opaque)
     }
 
-    /// The diffuse BRDF of light scattered several times between facets.
-    pub(super) fn lost_and_reflected(&self, o: AlbedoDirection, i: AlbedoDirection) -> Rgb {
+    /// The BRDF of multiple scattering between facets.
+    pub(super) fn multi_reflect(&self, o: AlbedoDirection, i: AlbedoDirection) -> Rgb {
         let Some(c) = &self.compensation else { return Rgb::ZERO };
         let mut f = Rgb::ZERO;
         if self.metal > 0.0 {
-            f += c.metal * lost(&c.mirror, o, &c.mirror, i);
+            f += c.metal * loss_product(&c.mirror, o, &c.mirror, i);
         }
         if self.glass > 0.0 {
-            f += c.reflect * lost(&c.near, o, &c.near, i);
+            f += c.reflect * loss_product(&c.near, o, &c.near, i);
         }
         f
     }
 
-    /// The same for light that leaves on the far side.
-    pub(super) fn lost_and_transmitted(&self, o: AlbedoDirection, i: AlbedoDirection) -> Rgb {
+    /// The BTDF of multiple scattering between facets.
+    pub(super) fn multi_transmit(&self, o: AlbedoDirection, i: AlbedoDirection) -> Rgb {
         match &self.compensation {
-            Some(c) if self.glass > 0.0 => c.transmit * lost(&c.near, o, &c.far, i),
+            Some(c) if self.glass > 0.0 => c.transmit * loss_product(&c.near, o, &c.far, i),
             _ => Rgb::ZERO,
         }
     }
 
-    /// Shares of light from a direction that come out of these diffuse parts: reflected, transmitted.
-    pub(super) fn lost_albedos(&self, w: AlbedoDirection) -> (Rgb, Rgb) {
+    /// Albedos of the two multiple-scattering lobes for light from `w`: reflected, transmitted.
+    pub(super) fn multi_albedos(&self, w: AlbedoDirection) -> (Rgb, Rgb) {
         let Some(c) = &self.compensation else { return (Rgb::ZERO, Rgb::ZERO) };
         let [mirror_average, near_average, far_average] = c.averages;
         let (mut reflected, mut transmitted) = (Rgb::ZERO, Rgb::ZERO);
@@ -253,19 +274,19 @@ impl Interface {
         (reflected, transmitted)
     }
 
-    /// Where these parts send light.
+    /// Their sampling density.
     pub(super) fn spread(&self) -> Option<&Spread> {
         self.compensation.as_ref().map(|c| &c.spread)
     }
 
-    /// Reflectance of the opaque dielectric, at a cosine.
+    /// Reflectance of the opaque dielectric at a cosine.
     fn opaque_fresnel(&self, mu: f64) -> Rgb {
-        self.filmed(mu, self.opaque_index)
+        self.with_film(mu, self.opaque_index)
     }
 
-    fn filmed(&self, mu: f64, index: f64) -> Rgb {
+    fn with_film(&self, mu: f64, index: f64) -> Rgb {
         if index == f64::INFINITY {
-            return Rgb::ONE; // a film does not add to it
+            return Rgb::ONE; // a film adds nothing to a perfect mirror
         }
         let plain = Rgb::splat(fresnel::dielectric(mu, index));
         match &self.film {
@@ -282,23 +303,23 @@ impl Interface {
         }
     }
 
-    /// What glass reflects and transmits of light that meets a facet at the cosine `mu`. Always by the cosine outside, so that both
-    /// ways through the boundary agree, also where `specular_weight` changes the reflectance but not the bending.
+    /// Reflected and transmitted fraction of glass at a facet with cosine `mu`. Fresnel always uses the cosine outside,
+    /// so that both directions agree even where `specular_weight` changes the reflectance but not the refraction.
     fn glass_split(&self, mu: f64) -> (Rgb, Rgb) {
-        let bent = if self.straight || self.thin { 1.0 } else { self.eta };
-        let Some(far) = fresnel::refracted_cosine(mu, bent) else { return (Rgb::ONE, Rgb::ZERO) };
-        let r = self.filmed(if self.inside { far } else { mu }, self.glass_index);
+        let eta = if self.straight || self.thin { 1.0 } else { self.eta };
+        let Some(far) = fresnel::refracted_cosine(mu, eta) else { return (Rgb::ONE, Rgb::ZERO) };
+        let r = self.with_film(if self.inside { far } else { mu }, self.glass_index);
         if self.thin {
-            // All reflections between the two sides of the wall.
+            // The series of interreflections between the two sides of the wall.
             let (t, c) = (Rgb::ONE - r, self.through);
-            let again = (Rgb::ONE - r * r * c * c).max(Rgb::splat(1e-9));
-            return (self.tint * (r + t * t * r * c * c / again), t * t * c / again);
+            let series = (Rgb::ONE - r * r * c * c).max(Rgb::splat(1e-9));
+            return (self.tint * (r + t * t * r * c * c / series), t * t * c / series);
         }
         let tint = if self.inside { Rgb::ONE } else { self.tint };
         (tint * r, (Rgb::ONE - r) * self.through)
     }
 
-    /// Reflected and transmitted share at a facet. Light that passes straight on is not among the second.
+    /// Reflected and transmitted fraction at a facet, without light that passes straight.
     pub(super) fn split(&self, mu: f64) -> (Rgb, Rgb) {
         let (mut r, mut t) = (Rgb::ZERO, Rgb::ZERO);
         if self.metal > 0.0 {
@@ -317,12 +338,12 @@ impl Interface {
         (r, t)
     }
 
-    /// What passes straight on where the indices on both sides are equal.
-    pub(super) fn passing(&self, mu: f64) -> Rgb {
+    /// Fraction that passes straight through glass of equal indices.
+    pub(super) fn straight_transmission(&self, mu: f64) -> Rgb {
         if self.straight && self.glass > 0.0 { self.glass_split(mu).1 * self.glass } else { Rgb::ZERO }
     }
 
-    /// The share of light from a direction that the opaque dielectric leaves for what is below it; the same for all colours.
+    /// Fraction of light from `w` that the opaque dielectric transmits to the diffuse base; the same for all bands.
     pub(super) fn below(&self, w: AlbedoDirection) -> f64 {
         let boundary = match &self.rough {
             Some(rough) => rough.at(w),
@@ -335,7 +356,7 @@ impl Interface {
         1.0 - (self.tint * reflected).max_element().clamp(0.0, 1.0)
     }
 
-    /// What a film adds to the reflectance of a rough surface: its mean over visible facets.
+    /// What a film adds to the reflectance of a rough surface: the mean over visible facets.
     fn average_over_facets(&self, mu: f64, tint: &Tint) -> Rgb {
         if self.smooth {
             return tint.at(mu);
@@ -356,7 +377,7 @@ impl Interface {
         sum / 16.0
     }
 
-    /// Its mean over light from all around; `None` where only integration tells.
+    /// Cosine-weighted mean of [`Interface::below`]; `None` if it has no closed form.
     pub(super) fn below_average(&self) -> Option<f64> {
         if self.film.is_some() {
             return None;
@@ -368,7 +389,7 @@ impl Interface {
         Some(1.0 - (self.tint.max_element() * boundary).clamp(0.0, 1.0))
     }
 
-    /// The BRDF of single scattering on wo's side and its density; (0, 0) for mirrors.
+    /// BRDF of single scattering and its density; (0, 0) for delta lobes.
     pub(super) fn reflect(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
         if self.smooth {
             return (Rgb::ZERO, 0.0);
@@ -379,10 +400,10 @@ impl Interface {
         let d = self.ggx.d(h);
         let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
         let f = r * (d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z));
-        (f, d / ((1.0 + lo) * 4.0 * wo.z) * reflected_share(r, t))
+        (f, d / ((1.0 + lo) * 4.0 * wo.z) * reflection_probability(r, t))
     }
 
-    /// The BTDF of single scattering and its density.
+    /// BTDF of single scattering and its density.
     pub(super) fn transmit(&self, wo: DVec3, wi: DVec3) -> (Rgb, f64) {
         if self.smooth || self.straight || self.glass == 0.0 {
             return (Rgb::ZERO, 0.0);
@@ -394,7 +415,7 @@ impl Interface {
             let d = self.ggx.d(h);
             let (lo, li) = (self.ggx.lambda(wo), self.ggx.lambda(wi));
             let f = t * (d / ((1.0 + lo + li) * 4.0 * wo.z * wi.z));
-            return (f, d / ((1.0 + lo) * 4.0 * wo.z) * (1.0 - reflected_share(r, t)));
+            return (f, d / ((1.0 + lo) * 4.0 * wo.z) * (1.0 - reflection_probability(r, t)));
         }
         let h = wo + wi * self.eta;
         let length = h.length();
@@ -409,21 +430,22 @@ impl Interface {
         let (r, t) = self.split(o);
         let root = o + self.eta * i;
         let (go, gi) = (self.ggx.g1(wo), self.ggx.g1(wi));
-        // Equation 21 and 17 of the paper, radiance scaled by the square of the indices' ratio.
+        // Walter et al. 2007, equations 21 and 17, for radiance: no factor η².
         let common = self.ggx.d(h) * o * -i * go / (root * root * wo.z);
         let f = t * (common * gi / -wi.z);
-        (f, common * self.eta * self.eta * (1.0 - reflected_share(r, t)))
+        (f, common * self.eta * self.eta * (1.0 - reflection_probability(r, t)))
     }
 
-    /// A direction by a visible facet; `u[0]` chooses between reflection and transmission. A mirror's facet is the surface itself.
+    /// Samples a visible facet; `u[0]` chooses reflection or transmission. The facet of a smooth interface is the
+    /// surface itself.
     pub(super) fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<Choice> {
         let h = if self.smooth { DVec3::Z } else { self.ggx.sample_visible(wo, [u[1], u[2]]) };
         let mu = wo.dot(h);
         let (r, t) = self.split(mu.clamp(0.0, 1.0));
-        let share = reflected_share(r, t);
-        if u[0] < share {
+        let probability = reflection_probability(r, t);
+        if u[0] < probability {
             let wi = reflect(-wo, h);
-            return (wi.z > 0.0).then_some(Choice { wi, transmits: false, color: r, share });
+            return (wi.z > 0.0).then_some(Choice { wi, transmits: false, color: r, probability });
         }
         let wi = if self.thin {
             let wi = reflect(-wo, h);
@@ -431,27 +453,27 @@ impl Interface {
         } else {
             crate::math::refract(-wo, h, 1.0 / self.eta)?.normalize()
         };
-        (wi.z < 0.0).then_some(Choice { wi, transmits: true, color: t, share: 1.0 - share })
+        (wi.z < 0.0).then_some(Choice { wi, transmits: true, color: t, probability: 1.0 - probability })
     }
 }
 
-/// What [`Interface::sample`] chose.
+/// The result of [`Interface::sample`].
 pub(super) struct Choice {
     pub(super) wi: DVec3,
     pub(super) transmits: bool,
-    /// The facet's share of light that goes this way, and the probability of the way.
+    /// Fraction of light that the facet sends there, and the probability of the choice.
     pub(super) color: Rgb,
-    pub(super) share: f64,
+    pub(super) probability: f64,
 }
 
 /// Probability of sampling the reflection at a facet.
-fn reflected_share(r: Rgb, t: Rgb) -> f64 {
+fn reflection_probability(r: Rgb, t: Rgb) -> f64 {
     let (r, t) = (r.element_sum(), t.element_sum());
-    // Numbers at the very end of the range have no quotient.
+    // Subnormal sums have no reliable quotient.
     if r + t > f64::MIN_POSITIVE { (r / (r + t)).clamp(0.0, 1.0) } else { 1.0 }
 }
 
-/// Widths of the lobe along x and y, roughened by light's way through a coat (OpenPBR).
+/// α along x and y, increased by a rough coat (OpenPBR).
 fn widths(p: &PrincipledPoint, coat: f64, coat_alpha: f64) -> (f64, f64) {
     let (x, y) = match p.alpha {
         Some((x, y)) => (unit(x), unit(y)),
@@ -462,11 +484,11 @@ fn widths(p: &PrincipledPoint, coat: f64, coat_alpha: f64) -> (f64, f64) {
             (x.min(1.0), x * across)
         }
     };
-    let rougher = |a: f64| {
+    let roughened = |a: f64| {
         let both = (a * a + 2.0 * coat_alpha * coat_alpha).min(1.0).sqrt();
         let r = a.sqrt();
         let r = r + (both.sqrt() - r) * coat;
         r * r
     };
-    if coat > 0.0 && coat_alpha > 0.0 { (rougher(x), rougher(y)) } else { (x, y) }
+    if coat > 0.0 && coat_alpha > 0.0 { (roughened(x), roughened(y)) } else { (x, y) }
 }

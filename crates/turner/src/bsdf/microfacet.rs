@@ -1,5 +1,19 @@
-//! The GGX (Trowbridge–Reitz) distribution of microfacet normals, isotropic or stretched along the tangents, with Smith's masking
-//! (Walter et al. 2007; Heitz 2014) and sampling of visible normals by spherical caps (Dupuy and Benyoub 2023).
+//! The GGX (Trowbridge-Reitz) distribution of microfacet normals, isotropic or anisotropic, with Smith's masking
+//! (Walter et al. 2007; Heitz 2014, "Understanding the masking-shadowing function in microfacet-based BRDFs").
+//!
+//! Sampling the distribution of visible normals (VNDF, Heitz 2018) picks a facet as often as wo sees it, so that the
+//! weight of a sample is F·G2/G1 ≤ 1. GGX is an ellipsoid's distribution: scaling x and y by α turns the ellipsoid into
+//! a unit hemisphere and wo into wo'. From wo', a hemisphere of normals is visible such that the reflections of wo'
+//! about them fill a spherical cap uniformly (Dupuy and Benyoub 2023, "Sampling visible GGX normals with spherical
+//! caps"):
+//!
+//! ```text
+//!         z                1. wo' = normalize(αx wo.x, αy wo.y, wo.z)
+//!    .----|----.           2. c = uniform point of the cap { z ≥ −wo'.z } of the unit sphere
+//!   /  cap|  c  \          3. h' = c + wo'       (half vector, not normalised)
+//!   |     o     |          4. h = normalize(αx h'.x, αy h'.y, h'.z)
+//!   \...........\ z = −wo'.z
+//! ```
 
 use crate::math::DVec3;
 #[cfg(test)]
@@ -7,7 +21,7 @@ use crate::math::elementary::sin_cos;
 use crate::math::elementary::sin_cos_turns;
 use std::f64::consts::PI;
 
-/// Widths of the distribution along x and y, each greater than 0.
+/// Widths α of the distribution along x and y, each greater than 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ggx {
     /// Along the tangent.
@@ -17,31 +31,31 @@ pub(super) struct Ggx {
 }
 
 impl Ggx {
-    /// Density of microfacet normals: area per unit area of the surface and solid angle around `h`, in the upper hemisphere.
+    /// Facet area per unit of surface area and solid angle around `h` (upper hemisphere): ∫ D cos θ = 1.
     pub(super) fn d(&self, h: DVec3) -> f64 {
         let (x, y) = (h.x / self.ax, h.y / self.ay);
         let s = x * x + y * y + h.z * h.z;
         1.0 / (PI * self.ax * self.ay * s * s)
     }
 
-    /// Smith's Λ of a direction: invisible over visible microfacet area.
+    /// Smith's Λ of a direction: invisible over visible facet area.
     pub(super) fn lambda(&self, w: DVec3) -> f64 {
         let (x, y) = (self.ax * w.x, self.ay * w.y);
         let t2 = (x * x + y * y) / (w.z * w.z);
         0.5 * ((1.0 + t2).sqrt() - 1.0)
     }
 
-    /// The share of microfacets facing `w` that is seen from there.
+    /// Fraction of the facets facing `w` that are visible from there.
     pub(super) fn g1(&self, w: DVec3) -> f64 {
         1.0 / (1.0 + self.lambda(w))
     }
 
-    /// The share seen from both directions on one side, masking and shadowing correlated by height.
+    /// Fraction visible from both directions on one side, with height-correlated masking and shadowing.
     pub(super) fn g2(&self, wo: DVec3, wi: DVec3) -> f64 {
         1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
     }
 
-    /// A normal among those visible from `wo` (wo.z > 0).
+    /// A normal sampled from those visible from `wo` (wo.z > 0). `u` in 0..1.
     pub(super) fn sample_visible(&self, wo: DVec3, u: [f64; 2]) -> DVec3 {
         let stretched = DVec3::new(self.ax * wo.x, self.ay * wo.y, wo.z).normalize();
         let z = (1.0 - u[0]) * (1.0 + stretched.z) - stretched.z;
@@ -59,11 +73,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_distribution_covers_the_plane_once_and_visible_area_is_the_projected_area() {
+    fn the_distribution_and_its_visible_area_are_normalised() {
         for (ax, ay) in [(0.2, 0.2), (0.5, 0.1), (1.0, 1.0)] {
             let ggx = Ggx { ax, ay };
             let wo = DVec3::new(0.5, 0.3, 0.4).normalize();
-            let (mut covered, mut seen) = (0.0, 0.0);
+            let (mut projected, mut visible) = (0.0, 0.0);
             let n = 1000;
             for i in 0..n {
                 for j in 0..n {
@@ -72,12 +86,12 @@ mod tests {
                     let r = (1.0 - z * z).sqrt();
                     let h = DVec3::new(r * c, r * s, z);
                     let cell = 2.0 * PI / f64::from(n * n);
-                    covered += ggx.d(h) * h.z * cell;
-                    seen += ggx.g1(wo) * wo.dot(h).max(0.0) * ggx.d(h) / wo.z * cell;
+                    projected += ggx.d(h) * h.z * cell;
+                    visible += ggx.g1(wo) * wo.dot(h).max(0.0) * ggx.d(h) / wo.z * cell;
                 }
             }
-            assert!((covered - 1.0).abs() < 2e-3, "{ax} {ay}: {covered}");
-            assert!((seen - 1.0).abs() < 2e-3, "{ax} {ay}: {seen}");
+            assert!((projected - 1.0).abs() < 2e-3, "{ax} {ay}: {projected}");
+            assert!((visible - 1.0).abs() < 2e-3, "{ax} {ay}: {visible}");
         }
     }
 }

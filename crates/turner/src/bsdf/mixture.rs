@@ -1,4 +1,5 @@
-//! One BSDF of all lobes: their sum, a sample of one of them, and the density over all.
+//! The sum of all lobes: evaluation, the choice of one lobe to sample, and the density over all lobes. The parent
+//! module explains the layers.
 
 use std::f64::consts::PI;
 
@@ -9,7 +10,7 @@ use super::fuzz::Charlie;
 use super::{Bsdf, BsdfSample, Lobe, Rgb, spectrum};
 use crate::math::{DVec3, Frame, reflect};
 
-/// Directions closer to the surface than this cosine count as below it.
+/// Directions whose cosine is below this count as below the surface.
 pub(crate) const MIN_COSINE: f64 = 1e-7;
 
 // Lobes, in the order of their probabilities.
@@ -18,34 +19,34 @@ pub(super) const COAT: usize = 1;
 pub(super) const INTERFACE: usize = 2;
 pub(super) const REFLECT: usize = 3;
 const TRANSMIT: usize = 4;
-/// Straight through a thin wall, or a boundary between equal indices.
+/// Straight through a thin wall, or an interface between equal indices.
 pub(super) const PASS: usize = 5;
-/// What scatters several times between the facets of the base, reflected and transmitted.
-const AGAIN: usize = 6;
-const ACROSS: usize = 7;
-/// Into a translucent body.
+/// Multiple scattering between the facets of the base, reflected and transmitted.
+const MULTI_REFLECT: usize = 6;
+const MULTI_TRANSMIT: usize = 7;
+/// Entry into a subsurface medium.
 pub(super) const ENTER: usize = 8;
 pub(super) const LOBES: usize = 9;
 
-/// What lies over the base on the way to or from a direction.
+/// The layers over the base along one direction.
 #[derive(Clone, Copy)]
 pub(super) struct Above {
     pub(super) w: AlbedoDirection,
-    /// The cosine to the coat's normal.
+    /// Cosine to the coat's normal.
     pub(super) coat: f64,
-    /// Shares that pass the fuzz, and the fuzz and the coat.
+    /// Transmittance of the fuzz, and of fuzz and coat.
     pub(super) fuzz: f64,
     pub(super) through: f64,
-    /// Way through the coat; 0 where there is none.
-    pub(super) way: f64,
-    /// Share that reaches the diffuse body; 0 where there is no body.
-    pub(super) body: f64,
+    /// Path length through a coat of thickness 1; 0 without a coat.
+    pub(super) path_length: f64,
+    /// Fraction of light that reaches the diffuse base; 0 without one.
+    pub(super) diffuse: f64,
 }
 
 /// Probabilities of the lobes.
-pub(super) type Shares = [f64; LOBES];
+pub(super) type LobeProbabilities = [f64; LOBES];
 
-/// Nodes and weights of Gauss and Legendre's rule with eight points on 0..=1.
+/// Nodes and weights of the eight-point Gauss-Legendre rule on 0..=1.
 const GAUSS: [(f64, f64); 8] = [
     (0.019_855_071_751_231_9, 0.050_614_268_145_188_1),
     (0.101_666_761_293_186_6, 0.111_190_517_226_687_2),
@@ -58,18 +59,18 @@ const GAUSS: [(f64, f64); 8] = [
 ];
 
 impl Bsdf {
-    /// What lies above the base outside.
+    /// The layers above the base, outside.
     pub(super) fn above(&self, w: AlbedoDirection) -> Above {
         let mu = w.mu;
         let fuzz = self.fuzz.as_ref().map_or(1.0, |f| 1.0 - f.weight * f.charlie.albedo(mu));
-        let (through, way) = match &self.coat {
+        let (through, path_length) = match &self.coat {
             None => (fuzz, 0.0),
-            Some(c) => (fuzz * (1.0 - c.weight * c.albedo(mu)), c.way(mu)),
+            Some(c) => (fuzz * (1.0 - c.weight * c.albedo(mu)), c.path_length(mu)),
         };
-        Above { w, coat: mu, fuzz, through, way, body: through * self.below(w) }
+        Above { w, coat: mu, fuzz, through, path_length, diffuse: through * self.below(w) }
     }
 
-    /// What lies above the base on the way to or from a direction, on a side; a coat with a normal of its own is met at its own angle.
+    /// The layers above the base along `w`. A coat with a normal of its own has its own cosine.
     pub(super) fn above_towards(&self, w: DVec3, inside: bool) -> Above {
         let above = self.above_on(AlbedoDirection::of(w), inside);
         let (Some(n), Some(c), false) = (self.coat_normal, &self.coat, inside || w.z < 0.0) else {
@@ -77,14 +78,20 @@ impl Bsdf {
         };
         let coat = w.dot(n).clamp(0.0, 1.0);
         let through = above.fuzz * (1.0 - c.weight * c.albedo(coat));
-        Above { coat, through, way: c.way(coat), body: through * self.below(above.w), ..above }
+        Above {
+            coat,
+            through,
+            path_length: c.path_length(coat),
+            diffuse: through * self.below(above.w),
+            ..above
+        }
     }
 
     fn coat_frame(&self) -> Option<Frame> {
         self.coat_normal.map(Frame::from_z)
     }
 
-    /// A coat's reflection with its density: the BRDF times the cosine to the coat's own normal over that to the surface's.
+    /// The coat's BRDF and density. With a separate normal nc, f is multiplied by cos(nc, wi) / cos(n, wi).
     fn coat_reflection(&self, c: &Coat, wo: DVec3, wi: DVec3) -> (f64, f64) {
         let Some(frame) = self.coat_frame() else { return c.reflect(wo, wi) };
         let (o, i) = (frame.to_local(wo), frame.to_local(wi));
@@ -95,76 +102,77 @@ impl Bsdf {
         (f * (i.z / wi.z), pdf)
     }
 
-    fn has_body(&self) -> bool {
+    fn has_diffuse(&self) -> bool {
         let d = &self.diffuse;
         d.reflect != Rgb::ZERO || d.transmit != Rgb::ZERO || d.enter != Rgb::ZERO
     }
 
-    /// Share of light under the layers that reaches the diffuse body.
+    /// Fraction of light under coat and fuzz that reaches the diffuse base.
     #[inline]
     fn below(&self, w: AlbedoDirection) -> f64 {
         match &self.interface {
-            _ if !self.has_body() => 0.0,
+            _ if !self.has_diffuse() => 0.0,
             None => 1.0,
             Some(i) => i.below(w),
         }
     }
 
-    /// The same on either side: inside glass there are no layers.
+    /// The layers on either side: inside glass there are none.
     pub(super) fn above_on(&self, w: AlbedoDirection, inside: bool) -> Above {
         if inside {
-            Above { w, coat: w.mu, fuzz: 1.0, through: 1.0, way: 0.0, body: self.below(w) }
+            Above { w, coat: w.mu, fuzz: 1.0, through: 1.0, path_length: 0.0, diffuse: self.below(w) }
         } else {
             self.above(w)
         }
     }
 
-    /// What lies above on the way to `wo`, and the probabilities of the lobes.
-    pub(super) fn seen(&self, wo: DVec3) -> (Above, Shares) {
+    /// The layers along `wo` and the probabilities of the lobes.
+    pub(super) fn prepare_wo(&self, wo: DVec3) -> (Above, LobeProbabilities) {
         if self.lambert {
             let mut p = [0.0; LOBES];
             p[REFLECT] = 1.0;
             let w = AlbedoDirection::all(wo.z);
-            return (Above { w, coat: wo.z, fuzz: 1.0, through: 1.0, way: 0.0, body: 1.0 }, p);
+            return (Above { w, coat: wo.z, fuzz: 1.0, through: 1.0, path_length: 0.0, diffuse: 1.0 }, p);
         }
-        if self.leaves {
-            return self.seen_from_inside(wo);
+        if self.exits {
+            return self.prepare_exit(wo);
         }
         let above = self.above_towards(DVec3 { z: wo.z.max(0.0), ..wo }, self.inside);
         let p = if wo.z > MIN_COSINE { self.probabilities(above) } else { [0.0; LOBES] };
         (above, p)
     }
 
-    /// The divisor of the product of two such shares, with which a body keeps all that reaches it.
+    /// T̄, the divisor of T(µo) T(µi), with which the diffuse lobe keeps all light that reaches it.
     pub(super) fn diffuse_normalisation(&self) -> f64 {
-        if !self.has_body() {
+        if !self.has_diffuse() {
             return 1.0;
         }
         let plain = self.fuzz.is_none() && (self.coat.is_none() || self.inside);
-        let closed = match &self.interface {
+        let closed_form = match &self.interface {
             None => Some(1.0),
             Some(i) => i.below_average(),
         };
-        let average = match closed {
+        let average = match closed_form {
             Some(average) if plain => average,
             _ => {
-                let sum = GAUSS
-                    .iter()
-                    .map(|(mu, w)| 2.0 * mu * w * self.above_on(AlbedoDirection::all(*mu), self.inside).body);
+                let sum = GAUSS.iter().map(|(mu, w)| {
+                    2.0 * mu * w * self.above_on(AlbedoDirection::all(*mu), self.inside).diffuse
+                });
                 sum.sum()
             }
         };
-        // A rough body is brighter towards some directions: the largest transmittance is safe for all of them.
+        // Rough diffuse reflection is brighter towards some directions: the largest transmittance is safe for all of
+        // them.
         let rough = (2.0 * self.diffuse.roughness).min(1.0);
-        let most = if rough > 0.0 {
-            self.above_on(AlbedoDirection::all(1.0), self.inside).body.max(average)
+        let largest = if rough > 0.0 {
+            self.above_on(AlbedoDirection::all(1.0), self.inside).diffuse.max(average)
         } else {
             average
         };
-        (average + (most - average) * rough).max(1e-6)
+        (average + (largest - average) * rough).max(1e-6)
     }
 
-    /// Albedo of each lobe for light from a direction, about.
+    /// Approximate albedo of each lobe for light from one direction.
     pub(super) fn albedos(&self, above: Above) -> [Rgb; LOBES] {
         let mu = above.w.mu;
         let mut out = [Rgb::ZERO; LOBES];
@@ -175,22 +183,22 @@ impl Bsdf {
             }
             if let Some(c) = &self.coat {
                 out[COAT] = Rgb::splat(above.fuzz * c.weight * c.albedo(above.coat));
-                tint = c.tint(2.0 * above.way, true);
+                tint = c.tint(2.0 * above.path_length, true);
             }
         }
-        let body = above.body;
-        out[REFLECT] = self.diffuse.reflect * body * tint;
-        out[TRANSMIT] = self.diffuse.transmit * body * tint;
+        let diffuse = above.diffuse;
+        out[REFLECT] = self.diffuse.reflect * diffuse * tint;
+        out[TRANSMIT] = self.diffuse.transmit * diffuse * tint;
         if let Some(i) = &self.interface {
             let (r, t) = i.split(mu);
             out[INTERFACE] = (r + t) * above.through * tint;
-            out[PASS] = i.passing(mu) * above.through * tint;
-            let (again, across) = i.lost_albedos(above.w);
-            out[AGAIN] = again * above.through * tint;
-            out[ACROSS] = across * above.through * tint;
+            out[PASS] = i.straight_transmission(mu) * above.through * tint;
+            let (reflect, transmit) = i.multi_albedos(above.w);
+            out[MULTI_REFLECT] = reflect * above.through * tint;
+            out[MULTI_TRANSMIT] = transmit * above.through * tint;
         }
         if self.diffuse.enter != Rgb::ZERO {
-            out[ENTER] = self.diffuse.enter * body * tint;
+            out[ENTER] = self.diffuse.enter * diffuse * tint;
         }
         out
     }
@@ -206,18 +214,21 @@ impl Bsdf {
         p
     }
 
-    /// Factor of specular lobes under the layers: what passes them on both ways.
+    /// Factor of specular lobes under the layers: the transmittance along both directions, min(T(µo), T(µi)), and the
+    /// coat's colour.
     pub(super) fn layers(&self, o: &Above, i: &Above, reflected: bool) -> Rgb {
-        let share = o.through.min(i.through);
+        let transmittance = o.through.min(i.through);
         match &self.coat {
-            Some(c) if o.way + i.way > 0.0 => c.tint(o.way + i.way, reflected) * share,
-            _ => Rgb::splat(share),
+            Some(c) if o.path_length + i.path_length > 0.0 => {
+                c.tint(o.path_length + i.path_length, reflected) * transmittance
+            }
+            _ => Rgb::splat(transmittance),
         }
     }
 
-    /// f and pdf of all lobes but delta lobes.
+    /// f and pdf, summed over all lobes but delta lobes.
     #[inline]
-    pub(super) fn mixture(&self, wo: DVec3, wi: DVec3, o: &Above, p: &Shares) -> (Rgb, f64) {
+    pub(super) fn mixture(&self, wo: DVec3, wi: DVec3, o: &Above, p: &LobeProbabilities) -> (Rgb, f64) {
         if !(wo.z > MIN_COSINE && wi.z.abs() > MIN_COSINE) {
             return (Rgb::ZERO, 0.0);
         }
@@ -225,51 +236,53 @@ impl Bsdf {
             let above = wi.z > 0.0;
             return if above { (self.diffuse.reflect / PI, wi.z / PI) } else { (Rgb::ZERO, 0.0) };
         }
-        if self.leaves {
-            return self.what_leaves(wi);
+        if self.exits {
+            return self.eval_exit(wi);
         }
         self.mixture_with(wo, wi, o, p)
     }
 
     fn mixture_with(&self, wo: DVec3, wi: DVec3, o: &Above, p: &[f64; LOBES]) -> (Rgb, f64) {
         let transmitted = wi.z < 0.0;
-        if transmitted && p[TRANSMIT] + p[ACROSS] == 0.0 && p[INTERFACE] == 0.0 {
+        if transmitted && p[TRANSMIT] + p[MULTI_TRANSMIT] == 0.0 && p[INTERFACE] == 0.0 {
             return (Rgb::ZERO, 0.0);
         }
         let mu = wi.z.abs();
         let inside = if transmitted && !self.thin { !self.inside } else { self.inside };
         let i = self.above_towards(wi, inside);
         let layers = self.layers(o, &i, !transmitted || self.thin);
-        let (lobe, again) = if transmitted { (TRANSMIT, ACROSS) } else { (REFLECT, AGAIN) };
+        let (lobe, multi) = if transmitted { (TRANSMIT, MULTI_TRANSMIT) } else { (REFLECT, MULTI_REFLECT) };
         let mut f = Rgb::ZERO;
         let mut pdf = p[lobe] * mu / PI;
-        let body = if transmitted { self.diffuse.transmit } else { self.diffuse.reflect };
-        if body != Rgb::ZERO {
-            let share = o.body * i.body / self.diffuse.through;
-            let share = match &self.coat {
-                Some(c) if o.way + i.way > 0.0 => c.tint(o.way + i.way, true) * share,
-                _ => Rgb::splat(share),
+        let diffuse = if transmitted { self.diffuse.transmit } else { self.diffuse.reflect };
+        if diffuse != Rgb::ZERO {
+            let transmittance = o.diffuse * i.diffuse / self.diffuse.normalisation;
+            let tinted = match &self.coat {
+                Some(c) if o.path_length + i.path_length > 0.0 => {
+                    c.tint(o.path_length + i.path_length, true) * transmittance
+                }
+                _ => Rgb::splat(transmittance),
             };
-            f += share
+            f += tinted
                 * if transmitted {
-                    body / PI
+                    diffuse / PI
                 } else {
-                    eon((body / self.diffuse.share).min(Rgb::ONE), self.diffuse.roughness, wo, wi)
-                        * self.diffuse.share
+                    eon((diffuse / self.diffuse.weight).min(Rgb::ONE), self.diffuse.roughness, wo, wi)
+                        * self.diffuse.weight
                 };
         }
         if let Some(interface) = &self.interface {
             let (single, density) =
                 if transmitted { interface.transmit(wo, wi) } else { interface.reflect(wo, wi) };
-            let lost = if transmitted {
-                interface.lost_and_transmitted(o.w, i.w)
+            let multiple = if transmitted {
+                interface.multi_transmit(o.w, i.w)
             } else {
-                interface.lost_and_reflected(o.w, i.w)
+                interface.multi_reflect(o.w, i.w)
             };
-            f += (single + lost) * layers;
+            f += (single + multiple) * layers;
             pdf += p[INTERFACE] * density;
-            if p[again] > 0.0 {
-                pdf += p[again] * interface.spread().map_or(0.0, |spread| spread.pdf(mu));
+            if p[multi] > 0.0 {
+                pdf += p[multi] * interface.spread().map_or(0.0, |spread| spread.pdf(mu));
             }
         }
         if !transmitted && !self.inside {
@@ -286,8 +299,14 @@ impl Bsdf {
         (f, pdf)
     }
 
-    /// A sample of one lobe.
-    pub(super) fn sample_mixture(&self, wo: DVec3, u: [f64; 3], o: &Above, p: &Shares) -> Option<BsdfSample> {
+    /// Samples one lobe.
+    pub(super) fn sample_mixture(
+        &self,
+        wo: DVec3,
+        u: [f64; 3],
+        o: &Above,
+        p: &LobeProbabilities,
+    ) -> Option<BsdfSample> {
         if wo.z.is_nan() || wo.z <= MIN_COSINE {
             return None;
         }
@@ -297,8 +316,8 @@ impl Bsdf {
             let f = spectrum(self.diffuse.reflect / PI);
             return (wi.z > MIN_COSINE).then(|| BsdfSample { wi, f, pdf: wi.z / PI, lobe, eta: 1.0 });
         }
-        if self.leaves {
-            return self.sample_leaving([u[1], u[2]]);
+        if self.exits {
+            return self.sample_exit([u[1], u[2]]);
         }
         let (lobe, u0) = choose(p, u[0])?;
         let mut eta = 1.0;
@@ -310,8 +329,8 @@ impl Bsdf {
                 eta = self.interface.as_ref().map_or(1.0, |i| i.eta);
                 DVec3::new(wi.x, wi.y, -wi.z)
             }
-            AGAIN => self.interface.as_ref()?.spread()?.sample([u[1], u[2]]),
-            ACROSS => {
+            MULTI_REFLECT => self.interface.as_ref()?.spread()?.sample([u[1], u[2]]),
+            MULTI_TRANSMIT => {
                 let interface = self.interface.as_ref()?;
                 let wi = interface.spread()?.sample([u[1], u[2]]);
                 eta = interface.eta;
@@ -338,12 +357,12 @@ impl Bsdf {
                     Some(_) => return None,
                 }
             }
-            // See BsdfFromWo::enter.
+            // Sampled by BsdfFromWo::enter.
             ENTER => return None,
             PASS => {
                 let interface = self.interface.as_ref()?;
                 let i = self.above_on(AlbedoDirection::all(wo.z), !self.inside);
-                let f = interface.passing(wo.z) * self.layers(o, &i, false);
+                let f = interface.straight_transmission(wo.z) * self.layers(o, &i, false);
                 return delta(-wo, f, p[PASS], true, 1.0);
             }
             _ => {
@@ -357,7 +376,7 @@ impl Bsdf {
                     let i = self.above_on(AlbedoDirection::of(choice.wi), inside);
                     let layers = self.layers(o, &i, !choice.transmits || self.thin);
                     let f = choice.color * layers / (eta * eta);
-                    return delta(choice.wi, f, p[INTERFACE] * choice.share, choice.transmits, eta);
+                    return delta(choice.wi, f, p[INTERFACE] * choice.probability, choice.transmits, eta);
                 }
                 choice.wi
             }
@@ -369,20 +388,20 @@ impl Bsdf {
         let lobe = Lobe {
             is_delta: false,
             is_transmission: wi.z < 0.0,
-            is_diffuse: matches!(lobe, FUZZ | REFLECT | TRANSMIT | AGAIN | ACROSS),
+            is_diffuse: matches!(lobe, FUZZ | REFLECT | TRANSMIT | MULTI_REFLECT | MULTI_TRANSMIT),
         };
         (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample { wi, f: spectrum(f), pdf, lobe, eta })
     }
 }
 
-/// The sample of a delta lobe that carries the share `color` of light.
+/// The sample of a delta lobe that carries the fraction `color` of light.
 fn delta(wi: DVec3, color: Rgb, pdf: f64, is_transmission: bool, eta: f64) -> Option<BsdfSample> {
     let lobe = Lobe { is_delta: true, is_transmission, is_diffuse: false };
     let f = spectrum(color / wi.z.abs());
     (pdf > 0.0 && wi.z.abs() > MIN_COSINE).then_some(BsdfSample { wi, f, pdf, lobe, eta })
 }
 
-/// The lobe that `u` falls on, and where in it, within 0..1.
+/// The lobe that `u` selects, and `u` rescaled to 0..1 within it.
 pub(super) fn choose(p: &[f64; LOBES], u: f64) -> Option<(usize, f64)> {
     let mut below = 0.0;
     let mut last = None;

@@ -1,24 +1,44 @@
-//! Scattering at a point of a surface: how much light from one direction leaves in another, and directions to continue a path.
+//! BSDFs: the scattering of light at a surface point, and the sampling of directions to continue a path.
 //!
-//! The contract, which every lobe keeps:
+//! Contract of every lobe:
 //!
-//! - Directions are unit vectors in the local frame, whose +z is the shading normal on wo's side, and point away from the surface: `wo` to where
-//!   light goes, `wi` to where it comes from.
-//! - `f` is without the cosine. A pdf is per solid angle. A path's weight is f·|wi.z| / pdf.
-//! - [`sample`](Bsdf::sample) takes three numbers in 0..1. Its `f` and `pdf` are those of all lobes together, as [`eval_pdf`](Bsdf::eval_pdf) gives them. `None`
-//!   is no sample: the light that remains is absorbed, and the path ends.
-//! - Delta lobes return 0 from [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf). What `sample` says of them has a meaning as the quotient alone.
-//! - Radiance is transported: what crosses into a medium of `eta` times the index is divided by eta² (Walter et al. 2007), so f(wo, wi) = f(wi, wo) on one side
-//!   and f(wo, wi) · eta² = f(wi, wo) seen from the other.
-//! - Where `wo` is not above the surface everything is 0 and there is no sample.
+//! - Directions are unit vectors in the local frame, whose +z is the shading normal on wo's side. They point away from
+//!   the surface: `wo` to where light leaves, `wi` to where it comes from.
+//! - `f` is without the cosine. A pdf is per solid angle. The path weight is f·|wi.z| / pdf.
+//! - [`sample`](Bsdf::sample) takes three random numbers in 0..1. Its `f` and `pdf` are sums over all lobes, equal to
+//!   [`eval_pdf`](Bsdf::eval_pdf). `None` is no sample: the remaining light is absorbed and the path ends.
+//! - Delta lobes return 0 from [`eval`](Bsdf::eval) and [`pdf`](Bsdf::pdf). Of their samples only the quotient f / pdf
+//!   has a meaning.
+//! - Radiance is transported: transmission into a medium of `eta` times the index divides by eta² (Walter et al. 2007).
+//!   So f(wo, wi) = f(wi, wo) on one side, and f(wo, wi) · eta² = f(wi, wo) across the surface.
+//! - Where `wo` is not above the surface, f and pdf are 0 and there is no sample.
 //!
-//! A [`Bsdf`] is layered after OpenPBR 1.1: fuzz over a coat over a base that mixes metal, glass and a diffuse body under a
-//! dielectric boundary. Layers are combined by their albedos, symmetrically, so that all stays reciprocal and no energy appears:
+//! A [`Bsdf`] is layered after OpenPBR 1.1:
 //!
-//! - A diffuse lobe under layers of transmittance T(µ) is scaled by T(µo) T(µi) / T̄ (Kelemen and Szirmay-Kalos 2001), which leaves
-//!   exactly T(µo) of it; rough diffuse lobes, which are not flat, by a little less.
-//! - Specular lobes under coat and fuzz are scaled by the smaller of T(µo) and T(µi), which loses a little at grazing angles.
-//! - Colours of metal, coat and fuzz absorb; the dielectric's `specular_color` takes from the body what its strongest band does.
+//! ```text
+//!    wo    n = +z   wi
+//!      \     |     /         fuzz       Charlie sheen
+//!   ~~~~\~~~~|~~~~/~~~~~~~
+//!        \   |   /           coat       smooth or GGX dielectric, absorbs, own normal
+//!   ------\--|--/---------   film       changes the Fresnel term of the interface
+//!          \ | /             interface  GGX: metal | glass | opaque dielectric
+//!   ========\|/===========
+//!            *               diffuse    EON reflection, transmission (thin walls), subsurface entry
+//! ```
+//!
+//! The lobes have no closed form together, so each is attenuated by what the layers above it let through, their
+//! transmittance T(µ) = 1 − directional albedo (module `albedo`). The factors are symmetric, so the sum stays
+//! reciprocal and creates no energy:
+//!
+//! - Diffuse lobes: T(µo) T(µi) / T̄, T̄ the cosine-weighted mean (Kelemen and Szirmay-Kalos 2001). A Lambertian lobe
+//!   keeps exactly T(µo); rough diffuse lobes keep a little less.
+//! - Specular lobes under coat and fuzz: min(T(µo), T(µi)), which loses a little at grazing angles.
+//! - The colours of metal, coat and fuzz absorb. The dielectric's `specular_color` takes from the diffuse lobe what its
+//!   strongest band reflects.
+//!
+//! Sampling chooses one lobe in proportion to its approximate albedo seen from wo, then a direction: cosine-weighted
+//! (diffuse), visible normals (coat, interface), uniform (fuzz), near grazing (multiple scattering between facets).
+//! Dividing by the pdf of all lobes is one-sample MIS with the balance heuristic (Veach 1997, §9.2.4).
 
 mod albedo;
 mod coat;
@@ -49,36 +69,37 @@ use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
 
-/// A colour in f64.
+/// Linear RGB in f64.
 type Rgb = DVec3;
 
-/// What a sample went through.
+/// The kind of lobe that a sample belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lobe {
-    /// A single direction: a mirror, or smooth glass.
+    /// A delta lobe: a perfect mirror or smooth glass.
     pub is_delta: bool,
-    /// To the other side of the surface.
+    /// The sample is on the other side of the surface.
     pub is_transmission: bool,
-    /// Diffuse, or fuzz: the path forgets where it came from.
+    /// Diffuse, fuzz or multiple scattering between facets.
     pub is_diffuse: bool,
 }
 
 /// A sampled direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample {
-    /// Where light comes from.
+    /// Direction that light comes from, local.
     pub wi: DVec3,
-    /// The BSDF, without the cosine: f·|wi.z| / pdf is the weight of the path. For delta lobes only that quotient has a meaning.
+    /// The BSDF without the cosine: f·|wi.z| / pdf is the path weight. For delta lobes only that quotient has a
+    /// meaning.
     pub f: Spectrum,
     /// Density of `wi` per solid angle over all lobes; for delta lobes the probability of the lobe. Greater than 0.
     pub pdf: f64,
-    /// What it went through.
+    /// The lobe.
     pub lobe: Lobe,
-    /// Index of refraction on wi's side over that on wo's; 1 unless transmitted through a boundary that bends light.
+    /// Index of refraction on wi's side over that on wo's; 1 unless the sample is refracted.
     pub eta: f64,
 }
 
-/// The scattering of light at a point.
+/// The BSDF at a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
     /// Cosine and sine of the angle from x to the direction of anisotropy.
@@ -88,46 +109,46 @@ pub struct Bsdf {
     thin: bool,
     fuzz: Option<Fuzz>,
     coat: Option<Coat>,
-    /// The coat's own normal, turned as directions are, where it has one.
+    /// The coat's own normal in the anisotropy frame, if any.
     coat_normal: Option<DVec3>,
     interface: Option<Interface>,
     diffuse: Diffuse,
-    /// Lambert's reflection and nothing else.
+    /// Lambertian reflection only.
     lambert: bool,
-    /// What leaves the inside of a translucent body: see [`Bsdf::leaving`].
-    leaves: bool,
+    /// Light that leaves the interior after a subsurface random walk: see [`Bsdf::leaving`].
+    exits: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Fuzz {
-    /// Share covered.
+    /// Fraction of the surface covered.
     weight: f64,
     color: Rgb,
     charlie: Charlie,
 }
 
-/// The body under all boundaries.
+/// The diffuse base under all layers.
 #[derive(Clone, Copy, Debug)]
 struct Diffuse {
-    /// Albedos, shares included.
+    /// Albedos, weights included.
     reflect: Rgb,
     transmit: Rgb,
-    /// What comes back of light that enters and walks about inside.
+    /// Albedo of the light that enters and is scattered inside (subsurface).
     enter: Rgb,
-    /// Share of the surface that it may enter.
-    enter_share: f64,
-    /// Share of the surface, for the BRDF of a rough body, whose albedo is `reflect` / `share`.
-    share: f64,
+    /// Fraction of the surface where light may enter.
+    enter_weight: f64,
+    /// Fraction of the surface that is diffuse. The rough BRDF has the albedo `reflect` / `weight`.
+    weight: f64,
     roughness: f64,
-    /// What the layers above let through: of light from all around, and what the products of transmittances are divided by.
-    through: f64,
+    /// T̄, the mean transmittance of the layers above: the divisor of T(µo) T(µi).
+    normalisation: f64,
 }
 
 impl Bsdf {
-    /// Of a physical material at a point.
+    /// The BSDF of an OpenPBR material at a point.
     pub fn new(p: &PrincipledPoint) -> Bsdf {
         let interface = Interface::new(p, Coat::alpha(p));
-        let share = (1.0 - unit(p.base_metalness)) * (1.0 - unit(p.transmission_weight));
+        let diffuse_weight = (1.0 - unit(p.base_metalness)) * (1.0 - unit(p.transmission_weight));
         let (base, translucent) = (color(p.base_color) * unit(p.base_weight), color(p.subsurface_color));
         let subsurface = unit(p.subsurface_weight);
         let (reflect, transmit, enter) = if p.thin_walled {
@@ -138,8 +159,9 @@ impl Bsdf {
             (base.lerp(translucent, subsurface), Rgb::ZERO, Rgb::ZERO)
         };
         let glass = (1.0 - unit(p.base_metalness)) * unit(p.transmission_weight);
-        let albedo = base * unit(p.base_metalness) + (reflect + transmit + enter) * share + Rgb::splat(glass);
-        let roughness = share + (1.0 - share) * unit(p.specular_roughness);
+        let albedo =
+            base * unit(p.base_metalness) + (reflect + transmit + enter) * diffuse_weight + Rgb::splat(glass);
+        let roughness = diffuse_weight + (1.0 - diffuse_weight) * unit(p.specular_roughness);
         let fuzz_weight = unit(p.fuzz_weight);
         let mut bsdf = Bsdf {
             rotation: rotation(p),
@@ -154,23 +176,23 @@ impl Bsdf {
             coat_normal: None,
             interface,
             diffuse: Diffuse {
-                reflect: reflect * share,
-                transmit: transmit * share,
-                enter: enter * share,
-                enter_share: if enter == Rgb::ZERO { 0.0 } else { subsurface * share },
-                share,
+                reflect: reflect * diffuse_weight,
+                transmit: transmit * diffuse_weight,
+                enter: enter * diffuse_weight,
+                enter_weight: if enter == Rgb::ZERO { 0.0 } else { subsurface * diffuse_weight },
+                weight: diffuse_weight,
                 roughness: unit(p.base_diffuse_roughness),
-                through: 1.0,
+                normalisation: 1.0,
             },
             lambert: false,
-            leaves: false,
+            exits: false,
         };
-        bsdf.diffuse.through = bsdf.diffuse_normalisation();
+        bsdf.diffuse.normalisation = bsdf.diffuse_normalisation();
         bsdf.lambert = bsdf.is_lambert();
         bsdf
     }
 
-    /// Lambert's diffuse reflection of an albedo within 0..=1.
+    /// Lambertian reflection of an albedo within 0..=1.
     pub fn lambert(albedo: Spectrum) -> Bsdf {
         let mut bsdf = Bsdf {
             rotation: None,
@@ -184,49 +206,49 @@ impl Bsdf {
                 reflect: color(albedo),
                 transmit: Rgb::ZERO,
                 enter: Rgb::ZERO,
-                enter_share: 0.0,
-                share: 1.0,
+                enter_weight: 0.0,
+                weight: 1.0,
                 roughness: 0.0,
-                through: 1.0,
+                normalisation: 1.0,
             },
             lambert: false,
-            leaves: false,
+            exits: false,
         };
         bsdf.lambert = bsdf.is_lambert();
         bsdf
     }
 
-    /// The same with a normal of the coat's own, a unit vector above the surface. The coat's light counts by the cosine to that normal, so that it
-    /// keeps its energy; it is not reciprocal then.
+    /// The BSDF with a separate coat normal `n`, a unit vector above the surface. The coat's lobe uses the cosine to
+    /// that normal, which keeps its energy but makes it non-reciprocal.
     pub fn with_coat_normal(mut self, n: DVec3) -> Bsdf {
-        let n = self.turned(n);
+        let n = self.to_aniso(n);
         if self.coat.is_some() && n.z > 0.0 && n.z < 1.0 - 1e-12 {
             self.coat_normal = Some(n);
         }
         self
     }
 
-    /// What Lambert's reflection and nothing else returns of light from any direction above the surface; `None` for all other BSDFs.
+    /// The constant BRDF of a purely Lambertian surface; `None` for all other BSDFs.
     pub fn as_lambert(&self) -> Option<Spectrum> {
         self.lambert.then(|| spectrum(self.diffuse.reflect / std::f64::consts::PI))
     }
 
-    /// The rough mirror that this is, if it is nothing else.
+    /// The rough mirror, if the BSDF has no other lobe.
     pub fn as_rough_mirror(&self) -> Option<RoughMirror> {
-        let bare = self.fuzz.is_none()
+        let only_interface = self.fuzz.is_none()
             && self.coat.is_none()
             && self.rotation.is_none()
             && self.diffuse.reflect == Rgb::ZERO
             && self.diffuse.transmit == Rgb::ZERO
             && self.diffuse.enter == Rgb::ZERO
             && !self.inside;
-        let interface = self.interface.as_ref().filter(|_| bare)?;
+        let interface = self.interface.as_ref().filter(|_| only_interface)?;
         let color = interface.rough_mirror()?;
-        // As all lobes share one's probability, to the last bit.
+        // The probability as the lobe selection computes it, to the last bit.
         let sum = color.element_sum();
-        let share = sum * (1.0 / sum);
+        let probability = sum * (1.0 / sum);
         let black = spectrum(color).is_black() || sum <= f64::MIN_POSITIVE;
-        (!black && share > 0.0).then_some(RoughMirror { ggx: interface.ggx, color, share })
+        (!black && probability > 0.0).then_some(RoughMirror { ggx: interface.ggx, color, probability })
     }
 
     fn is_lambert(&self) -> bool {
@@ -249,24 +271,25 @@ impl Bsdf {
         self.eval_pdf(wo, wi).1
     }
 
-    /// Both at once, for little more than the price of one.
+    /// Both at once, for little more than the cost of one.
     pub fn eval_pdf(&self, wo: DVec3, wi: DVec3) -> (Spectrum, f64) {
         self.towards(wo).eval_pdf(wi)
     }
 
-    /// A direction that light comes from; each number of `u` is within 0..1. `None` where there is nothing to follow: the path ends.
+    /// Samples a direction that light comes from. `u`, each in 0..1: `u[0]` chooses the lobe, `u[1]` and `u[2]` the
+    /// direction. `None` if nothing is scattered: the path ends.
     pub fn sample(&self, wo: DVec3, u: [f64; 3]) -> Option<BsdfSample> {
         self.towards(wo).sample(u)
     }
 
-    /// The scattering of light that leaves towards `wo`: for several questions about it.
+    /// The BSDF seen from a fixed `wo`, for several evaluations and samples.
     pub fn towards(&self, wo: DVec3) -> BsdfFromWo<'_> {
-        let wo = self.turned(wo);
-        let (above, p) = self.seen(wo);
+        let wo = self.to_aniso(wo);
+        let (above, p) = self.prepare_wo(wo);
         BsdfFromWo { bsdf: self, wo, above, p }
     }
 
-    /// Whether any lobe is not a delta lobe: whether lights can be connected to.
+    /// Whether any lobe is not a delta lobe, so that lights can be sampled.
     pub fn has_smooth(&self) -> bool {
         self.fuzz.is_some()
             || self.coat.as_ref().is_some_and(|c| !c.smooth)
@@ -275,10 +298,10 @@ impl Bsdf {
             || self.diffuse.transmit != Rgb::ZERO
     }
 
-    /// How widely it scatters light on average: 0 is a mirror or clear glass, 1 is diffuse.
+    /// Mean roughness, weighted by albedo: 0 is a mirror or clear glass, 1 is diffuse.
     pub fn roughness_hint(&self) -> f64 {
         let rough = |smooth: bool, alpha: f64| if smooth { 0.0 } else { alpha.sqrt() };
-        // All lobes that are not named are diffuse, or nearly.
+        // All other lobes are diffuse, or nearly.
         let mut roughness = [1.0; mixture::LOBES];
         roughness[mixture::COAT] = self.coat.as_ref().map_or(0.0, |c| rough(c.smooth, c.ggx.ax));
         roughness[mixture::INTERFACE] =
@@ -294,20 +317,20 @@ impl Bsdf {
         if weights > 0.0 { sum / weights } else { 1.0 }
     }
 
-    /// About the share of light from head-on that is reflected or transmitted, in each band within 0..=1.
+    /// Approximate fraction of light at normal incidence that is reflected or transmitted, each band within 0..=1.
     pub fn albedo_hint(&self) -> Spectrum {
         let sum: Rgb = self.albedos(self.above(AlbedoDirection::all(1.0))).into_iter().sum();
         spectrum(sum.clamp(Rgb::ZERO, Rgb::ONE))
     }
 
-    fn turned(&self, w: DVec3) -> DVec3 {
+    fn to_aniso(&self, w: DVec3) -> DVec3 {
         match self.rotation {
             None => w,
             Some((cos, sin)) => DVec3::new(cos * w.x + sin * w.y, cos * w.y - sin * w.x, w.z),
         }
     }
 
-    fn turned_back(&self, w: DVec3) -> DVec3 {
+    fn from_aniso(&self, w: DVec3) -> DVec3 {
         match self.rotation {
             None => w,
             Some((cos, sin)) => DVec3::new(cos * w.x - sin * w.y, cos * w.y + sin * w.x, w.z),
@@ -315,45 +338,46 @@ impl Bsdf {
     }
 }
 
-/// A BSDF with what depends on the direction alone that light leaves in: shares of the lobes.
+/// The BSDF seen from a fixed wo, with the layers above and the lobe probabilities computed once.
 #[derive(Clone, Copy)]
 pub struct BsdfFromWo<'a> {
     bsdf: &'a Bsdf,
-    /// Turned to the direction of anisotropy.
+    /// In the anisotropy frame.
     wo: DVec3,
     above: mixture::Above,
-    p: mixture::Shares,
+    p: mixture::LobeProbabilities,
 }
 
 impl BsdfFromWo<'_> {
-    /// As [`Bsdf::as_lambert`].
+    /// See [`Bsdf::as_lambert`].
     #[inline]
     pub fn as_lambert(&self) -> Option<Spectrum> {
         self.bsdf.as_lambert()
     }
 
-    /// As [`Bsdf::eval_pdf`].
+    /// See [`Bsdf::eval_pdf`].
     #[inline]
     pub fn eval_pdf(&self, wi: DVec3) -> (Spectrum, f64) {
-        let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.turned(wi), &self.above, &self.p);
+        let (f, pdf) = self.bsdf.mixture(self.wo, self.bsdf.to_aniso(wi), &self.above, &self.p);
         (spectrum(f), pdf)
     }
 
-    /// The share of light from behind that comes straight through a thin smooth wall: what the mean over samples that go straight on is.
+    /// Fraction of light from behind that passes straight through a thin smooth wall: the mean over the samples that
+    /// pass straight.
     pub fn straight(&self) -> Spectrum {
         self.bsdf.straight(self.wo)
     }
 
-    /// As [`Bsdf::has_smooth`].
+    /// See [`Bsdf::has_smooth`].
     pub fn has_smooth(&self) -> bool {
         self.bsdf.has_smooth()
     }
 
-    /// As [`Bsdf::sample`].
+    /// See [`Bsdf::sample`].
     #[inline]
     pub fn sample(&self, u: [f64; 3]) -> Option<BsdfSample> {
         let mut sample = self.bsdf.sample_mixture(self.wo, u, &self.above, &self.p)?;
-        sample.wi = self.bsdf.turned_back(sample.wi);
+        sample.wi = self.bsdf.from_aniso(sample.wi);
         Some(sample)
     }
 }
@@ -370,7 +394,7 @@ fn rotation(p: &PrincipledPoint) -> Option<(f64, f64)> {
     })
 }
 
-/// Into 0..=1; 0 for NaN.
+/// Clamps to 0..=1; 0 for NaN.
 fn unit(v: f64) -> f64 {
     if v > 0.0 { v.min(1.0) } else { 0.0 }
 }

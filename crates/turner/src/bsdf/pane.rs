@@ -1,4 +1,4 @@
-//! Thin clear walls: light that goes straight on.
+//! Thin smooth walls: light that passes straight through.
 
 use super::albedo::AlbedoDirection;
 use super::{Bsdf, spectrum};
@@ -6,7 +6,8 @@ use crate::color::Spectrum;
 use crate::math::DVec3;
 
 impl Bsdf {
-    /// The share of light from behind that comes straight through a thin smooth wall towards `wo`, which is turned as the surface is.
+    /// Fraction of light from behind that passes straight through a thin smooth wall towards `wo`, given in the
+    /// anisotropy frame.
     pub(super) fn straight(&self, wo: DVec3) -> Spectrum {
         match &self.interface {
             Some(i) if self.thin && i.smooth && i.glass > 0.0 && wo.z > 0.0 => {
@@ -25,7 +26,7 @@ mod tests {
     use crate::bsdf::PrincipledPoint;
 
     #[test]
-    fn samples_that_go_straight_on_carry_it_on_average() {
+    fn straight_samples_have_it_as_their_mean() {
         let pane = PrincipledPoint {
             transmission_weight: 1.0,
             specular_roughness: 0.0,

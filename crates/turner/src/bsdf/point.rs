@@ -1,76 +1,77 @@
-//! What a physical material is at one point: [`PrincipledMaterial`](crate::material::PrincipledMaterial) with its textures looked up.
+//! The parameters of an OpenPBR material at one point: [`PrincipledMaterial`](crate::material::PrincipledMaterial) with
+//! its textures evaluated.
 
 use crate::color::Spectrum;
 
-/// The numbers of a [`PrincipledMaterial`](crate::material::PrincipledMaterial) at one point, by the same names. Shares, colours and
-/// roughnesses outside 0..=1 are moved there, as are numbers that are not finite.
+/// The parameters of a [`PrincipledMaterial`](crate::material::PrincipledMaterial) at one point, under the same names.
+/// Weights, colours and roughnesses are clamped to 0..=1; NaN counts as 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipledPoint {
     /// Factor of the base colour.
     pub base_weight: f64,
-    /// Diffuse colour of a dielectric, reflectance of a metal seen head-on.
+    /// Diffuse colour of a dielectric; reflectance of a metal at normal incidence.
     pub base_color: Spectrum,
-    /// Roughness of the diffuse part.
+    /// Roughness of the diffuse lobe.
     pub base_diffuse_roughness: f64,
     /// 0 is a dielectric, 1 a metal.
     pub base_metalness: f64,
-    /// Strength of the specular reflection.
+    /// Strength of specular reflection.
     pub specular_weight: f64,
     /// Colour of a dielectric's reflection from outside, and of a metal's towards grazing angles.
     pub specular_color: Spectrum,
-    /// Roughness of reflection and transmission; its square is the width of the lobe.
+    /// Roughness of reflection and transmission; α is its square.
     pub specular_roughness: f64,
-    /// Whether light that meets more than one microfacet of metal or glass is counted.
+    /// Whether light scattered several times between facets of metal or glass is returned.
     pub specular_multiple_scattering: bool,
-    /// Index of refraction of the inside; 0 reflects all light (glTF).
+    /// Index of refraction inside; 0 reflects all light (glTF).
     pub specular_ior: f64,
-    /// Index of refraction of what is on the other side: 1 except inside another dielectric.
+    /// Index of refraction on the other side: 1 except inside another dielectric.
     pub exterior_ior: f64,
-    /// How much longer highlights are along the tangent (x) than across, 0..=1.
+    /// Elongation of highlights along the tangent (x), 0..=1.
     pub specular_roughness_anisotropy: f64,
     /// Direction of anisotropy, counter-clockwise from x around z, in radians (the material has degrees).
     pub anisotropy_rotation: f64,
-    /// Widths (α along x, α along y) given outright, instead of roughness and anisotropy (glTF's formula differs from OpenPBR's).
+    /// α along x and y given directly, instead of roughness and anisotropy (glTF's formula differs from OpenPBR's).
     pub alpha: Option<(f64, f64)>,
-    /// Share of the dielectric base that light passes through.
+    /// Fraction of the dielectric base that transmits light.
     pub transmission_weight: f64,
-    /// Colour of the light that passes: at each crossing of the surface if `transmission_depth` is 0; otherwise the inside
-    /// absorbs, which is not the surface's concern.
+    /// Colour of transmitted light: at each crossing of the surface if `transmission_depth` is 0. Otherwise the
+    /// interior absorbs, which the BSDF does not handle.
     pub transmission_color: Spectrum,
     /// See `transmission_color`.
     pub transmission_depth: f64,
-    /// Share of the diffuse base that is translucent; in a thin wall that share is transmitted.
+    /// Fraction of the diffuse base that is translucent. In a thin wall that fraction is diffuse transmission.
     pub subsurface_weight: f64,
     /// Colour of the translucent part.
     pub subsurface_color: Spectrum,
-    /// Whether light that enters the translucent part of a solid is left to a walk inside ([`BsdfFromWo::enter`](super::BsdfFromWo::enter)); otherwise that part is a
-    /// diffuse surface of the same colour.
+    /// Whether light that enters the translucent part of a solid is scattered by a random walk
+    /// ([`BsdfFromWo::enter`](super::BsdfFromWo::enter)); otherwise that part is a diffuse surface of the same colour.
     pub subsurface_walk: bool,
-    /// Share covered by a clear coat.
+    /// Fraction covered by a clear coat.
     pub coat_weight: f64,
-    /// What the coat lets through, in and out again head-on.
+    /// Colour of light that crosses the coat twice at normal incidence.
     pub coat_color: Spectrum,
     /// Roughness of the coat.
     pub coat_roughness: f64,
     /// Index of refraction of the coat.
     pub coat_ior: f64,
-    /// How much light that is caught under the coat darkens the base, 0..=1.
+    /// How much internal reflection under the coat darkens the base, 0..=1.
     pub coat_darkening: f64,
-    /// Share covered by fuzz.
+    /// Fraction covered by fuzz.
     pub fuzz_weight: f64,
     /// Colour of the fuzz.
     pub fuzz_color: Spectrum,
     /// Roughness of the fuzz.
     pub fuzz_roughness: f64,
-    /// Share covered by a thin film.
+    /// Fraction covered by a thin film.
     pub thin_film_weight: f64,
     /// Thickness of the film in micrometres.
     pub thin_film_thickness: f64,
     /// Index of refraction of the film.
     pub thin_film_ior: f64,
-    /// A wall without inside: light passes without being bent.
+    /// A thin wall without an interior: transmitted light is not refracted.
     pub thin_walled: bool,
-    /// Whether the ray comes from outside: from the side that the geometric normal of a closed surface points to.
+    /// Whether wo is outside: on the side of the geometric normal of a closed surface.
     pub entering: bool,
 }
 

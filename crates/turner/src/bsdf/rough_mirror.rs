@@ -1,6 +1,7 @@
-//! A rough mirror and nothing else, eight at a time: microfacets that reflect the same share of light from all directions.
+//! Rough mirrors, eight at a time: GGX microfacets whose reflectance does not depend on the angle, without any other
+//! lobe.
 //!
-//! What comes out is that of the [`Bsdf`](super::Bsdf) it was found in, one by one, to the last bit.
+//! The results equal those of the scalar [`Bsdf`](super::Bsdf) to the last bit.
 
 use std::f64::consts::PI;
 
@@ -10,32 +11,32 @@ use super::Rgb;
 use super::microfacet::Ggx;
 use crate::math::elementary_x8::sin_cos_turns;
 
-/// A BSDF that is a rough mirror.
+/// A BSDF that is only a rough mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughMirror {
     pub(super) ggx: Ggx,
     pub(super) color: Rgb,
-    /// The probability of its lobe, which is 1 but for rounding.
-    pub(super) share: f64,
+    /// Probability of its lobe, 1 up to rounding.
+    pub(super) probability: f64,
 }
 
-/// Eight of them.
+/// Eight rough mirrors, one per lane.
 #[derive(Clone, Debug, Default)]
 pub struct RoughMirrorBlock {
     alpha: [Block; 2],
     color: [Block; 3],
-    share: Block,
+    probability: Block,
 }
 
 impl RoughMirrorBlock {
-    /// Puts one into a lane.
+    /// Stores a mirror in a lane.
     #[inline]
     pub fn set(&mut self, lane: usize, m: &RoughMirror) {
         (self.alpha[0].0[lane], self.alpha[1].0[lane]) = (m.ggx.ax, m.ggx.ay);
         for (block, v) in self.color.iter_mut().zip(m.color.to_array()) {
             block.0[lane] = v;
         }
-        self.share.0[lane] = m.share;
+        self.probability.0[lane] = m.probability;
     }
 
     #[inline(always)]
@@ -43,7 +44,7 @@ impl RoughMirrorBlock {
         [F64x8::load(simd, &self.alpha[0]), F64x8::load(simd, &self.alpha[1])]
     }
 
-    /// The BRDF and the density of `wi`, both directions above the surface.
+    /// BRDF and density of `wi`; both directions above the surface.
     #[inline(always)]
     pub fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Vec3x8<S>, F64x8<S>) {
         let [ax, ay] = self.alpha(simd);
@@ -57,10 +58,10 @@ impl RoughMirrorBlock {
         let (lo, li) = (lambda(simd, ax, ay, wo), lambda(simd, ax, ay, wi));
         let f = Vec3x8::load(simd, &self.color) * (d / ((one + lo + li) * four * wo.z * wi.z));
         let density = d / ((one + lo) * four * wo.z);
-        (f, F64x8::load(simd, &self.share) * density)
+        (f, F64x8::load(simd, &self.probability) * density)
     }
 
-    /// A direction by a facet that is visible from `wo`.
+    /// Samples a facet visible from `wo` and returns the reflected direction.
     #[inline(always)]
     pub fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S> {
         let [ax, ay] = self.alpha(simd);
@@ -74,15 +75,15 @@ impl RoughMirrorBlock {
         let cap = Vec3x8 { x: r * cos, y: r * sin, z } + stretched;
         let h = Vec3x8 { x: ax * cap.x, y: ay * cap.y, z: cap.z.or_larger(zero) };
         let length = h.dot(h).sqrt();
-        let some: Mask8<S> = length.gt(zero);
+        let non_zero: Mask8<S> = length.gt(zero);
         let up = Vec3x8::splat(simd, [0.0, 0.0, 1.0]);
-        let h = Vec3x8::select(some, Vec3x8 { x: h.x / length, y: h.y / length, z: h.z / length }, up);
+        let h = Vec3x8::select(non_zero, Vec3x8 { x: h.x / length, y: h.y / length, z: h.z / length }, up);
         let d = -wo;
         d - h * (two * d.dot(h))
     }
 }
 
-/// As [`Ggx::lambda`].
+/// See [`Ggx::lambda`].
 #[inline(always)]
 fn lambda<S: Simd>(simd: S, ax: F64x8<S>, ay: F64x8<S>, w: Vec3x8<S>) -> F64x8<S> {
     let (x, y) = (ax * w.x, ay * w.y);
@@ -125,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn eight_are_as_one_by_one() {
+    fn eight_lanes_equal_scalar() {
         let mut random = Random::new(4);
         let mut seen = 0;
         for _ in 0..500 {

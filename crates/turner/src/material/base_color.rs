@@ -1,4 +1,4 @@
-//! The colour that a material has by itself, whatever lights it.
+//! The base colour of a material, without lighting.
 
 use super::{Material, color_at};
 use crate::color::Spectrum;
@@ -6,7 +6,7 @@ use crate::interaction::SurfaceInteraction;
 use crate::material::MaterialEvalContext;
 
 impl Material {
-    /// The base colour at a place, seen from outside or from inside; of a mix, those of its materials by their shares.
+    /// The base colour at a point, seen from outside or inside; of a mix, the weighted mean of its parts.
     pub fn base_color(
         &self,
         scene: &impl MaterialEvalContext,
@@ -21,8 +21,8 @@ impl Material {
             Material::Mix(m) => {
                 let mut sum = Spectrum::BLACK;
                 m.each(scene, &scene.texture_point(surface), outside, &mut |part| {
-                    // None of these is a mix.
-                    sum += part.material.base_color(scene, surface, outside) * part.share as f32;
+                    // No part is a mix.
+                    sum += part.material.base_color(scene, surface, outside) * part.weight as f32;
                 });
                 sum
             }

@@ -1,20 +1,20 @@
-//! Shading normals that must not turn away from what is seen.
+//! Correction of shading normals whose mirror direction is below the surface.
 
 use crate::math::{DVec3, Frame, reflect};
 
-/// The same frame around another normal.
-pub(crate) fn turned(frame: &Frame, n: DVec3) -> Frame {
+/// The frame rotated to another normal.
+pub(crate) fn with_normal(frame: &Frame, n: DVec3) -> Frame {
     match (frame.x - n * n.dot(frame.x)).try_normalize() {
         Some(x) => Frame { x, y: n.cross(x), z: n },
         None => Frame::from_z(n),
     }
 }
 
-/// A shading normal bent so far back that the mirror direction of `wo` is above the surface (Keller et al. 2017, "The
-/// Iray light transport simulation and rendering system", A.3): normal maps and smooth normals would otherwise show black
-/// specks where it is not.
+/// A shading normal bent until the mirror direction of `wo` is above the surface (Keller et al. 2017, "The Iray light
+/// transport simulation and rendering system", A.3). Normal maps and smooth normals would otherwise show black specks
+/// where it is below.
 pub(crate) fn bent_normal(wo: DVec3, ns: DVec3, ng: DVec3) -> DVec3 {
-    /// Least height of the mirror direction, at most that of `wo` itself.
+    /// Least height of the mirror direction above the surface, at most 0.9 times that of `wo`.
     const HEIGHT: f64 = 0.01;
     let mirrored = -reflect(wo, ns);
     let least = HEIGHT.min(0.9 * wo.dot(ng));

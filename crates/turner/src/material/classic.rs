@@ -1,4 +1,4 @@
-//! The material of the classic documents: one shading rule for all five.
+//! The classic material: one shading rule for five published descriptions of recursive ray tracing.
 
 use super::{Bump, BumpUnit};
 use crate::color::Spectrum;
@@ -6,68 +6,72 @@ use crate::math::elementary::{Exponent, exp, ln, pow};
 use crate::schema::{ColorSource, Range, choice, params};
 
 choice! {
-    /// How the shares of reflection and refraction depend on the angle.
+    /// How reflection and refraction depend on the angle.
     pub enum Fresnel {
-        /// They do not: `k_reflect` and `k_refract` as they stand.
+        /// Not at all: `k_reflect` and `k_refract` are the weights.
         Off = "off",
-        /// Schlick's approximation of Fresnel's equations (Schlick 1994).
+        /// Schlick's approximation of the Fresnel equations (Schlick 1994).
         Schlick = "schlick",
-        /// Fresnel's equations for unpolarised light at a boundary between dielectrics.
+        /// The Fresnel equations for unpolarised light at an interface between dielectrics.
         Exact = "exact",
     }
 }
 
 choice! {
-    /// What an object's shadow is like.
+    /// The shadow that an object casts.
     pub enum ShadowKind {
-        /// Light is blocked.
+        /// Blocks light.
         Opaque = "opaque",
-        /// Each crossing of its surface lets the share k_refract · colour through.
+        /// Each crossing of the surface transmits the fraction k_refract · colour.
         Tinted = "tinted",
-        /// Light is not blocked.
+        /// Casts no shadow.
         None = "none",
     }
 }
 
 params! {
-    /// The material of the classic documents. At a point with colour C,
+    /// The material of the classic ray tracers. At a point of colour C,
     ///
     /// local = ka·Ia·C + Σ S·I·(kd·C·max(0, N·L) + ks·H·max(0, R·V)^shininess)
     ///
-    /// and the ray sees k_local · local + k_reflect · reflected + k_refract · refracted. H is white, or C with the integrator's `highlight = "material"`.
+    /// and the ray's colour is k_local · local + k_reflect · reflected + k_refract · refracted. Ia is the ambient
+    /// light, I a light's intensity, S the shadow term. H is white, or C with the integrator's `highlight =
+    /// "material"`. The integrators "path" and "direct" convert it to an approximate "principled" material.
     pub struct ClassicMaterial as "classic" {
-        /// The surface's own colour C.
+        /// The surface colour C.
         color: ColorSource = ColorSource::Constant(Spectrum::grey(0.8));
-        /// Share of ambient light returned.
+        /// Ambient reflection coefficient: 0 none, 1 all. The integrators "path" and "direct" ignore it.
         ka: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// Share of light returned diffusely.
+        /// Diffuse reflection coefficient: 0 none, 1 all.
         kd: f64 = 1.0, in Range::NON_NEGATIVE;
         /// Strength of the highlight.
         ks: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Exponent of the highlight: larger is smaller and sharper.
+        /// Exponent of the highlight: larger values give a smaller and sharper highlight.
         shininess: f64 = 50.0, in Range::NON_NEGATIVE;
-        /// The paper's knob for the highlight, instead of `ks` and `shininess`: exponent 10^(gloss + 1) and strength 1; no highlight at 0.
+        /// Alternative to `ks` and `shininess`: strength 1 and exponent 10^(gloss + 1); 0 is no
+        /// highlight.
         gloss: Option<f64> = None, in Range::closed(0.0, 8.0);
-        /// Weight of the local colour; without it what is left of 1 (or 1, with the integrator's `combine = "add"`).
+        /// Weight of the local colour. If not given, 1 − k_reflect − k_refract (or 1 with the integrator's `combine =
+        /// "add"`).
         k_local: Option<f64> = None, in Range::NON_NEGATIVE;
         /// Weight of the reflected ray's colour.
         k_reflect: f64 = 0.0, in Range::NON_NEGATIVE;
         /// Weight of the refracted ray's colour.
         k_refract: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Index of refraction inside, over that outside.
+        /// Index of refraction inside, relative to outside.
         ior: f64 = 1.5, in Range::POSITIVE;
         /// Whether the angle divides light between reflection (k_reflect · F) and refraction (k_refract · (1 − F)).
         fresnel: Fresnel = Fresnel::Off;
-        /// What the object's shadow is like.
+        /// The shadow that the object casts.
         shadow: ShadowKind = ShadowKind::Opaque;
-        /// Where there is anything at all: a number, or a texture: the alpha of a picture that has one or of a vertex colour, the mean
-        /// of any other colour. All rays pass where it is below `alpha_cutoff`.
+        /// Opacity for the alpha test: a number or a texture. Of a texture, the alpha of an image or vertex colour if
+        /// it has one, otherwise the mean of the colour. Rays pass where it is below `alpha_cutoff`.
         opacity: ColorSource = ColorSource::Constant(Spectrum::WHITE);
-        /// Least opacity that counts.
+        /// Least opacity of an opaque point.
         alpha_cutoff: f64 = 0.5, in Range::closed(0.0, 1.0);
-        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        /// Bump map: a texture of heights, white is high. It changes the shading normal, not the shape.
         bump_map: Option<ColorSource> = None;
-        /// How high white stands above black, scene units.
+        /// Height of white above black in scene units; negative inverts.
         bump_scale: f64 = 0.1;
     }
     example r#"[material.glass]
@@ -88,20 +92,20 @@ material = "glass"
 "#
 }
 
-/// The classic material, prepared.
+/// The prepared classic material.
 #[derive(Clone, Copy, Debug)]
 pub struct Classic {
-    /// The surface's own colour.
+    /// Surface colour.
     pub color: ColorSource,
-    /// Share of ambient light returned.
+    /// Ambient reflection coefficient.
     pub ka: f64,
-    /// Share of light returned diffusely.
+    /// Diffuse reflection coefficient.
     pub kd: f64,
-    /// Strength of the highlight, by `ks` or `gloss`.
+    /// Strength of the highlight, from `ks` or `gloss`.
     pub ks: f64,
-    /// Its exponent.
+    /// Exponent of the highlight.
     pub exponent: Exponent,
-    /// A cosine below which the highlight is zero in single precision, by far.
+    /// Below this cosine the highlight underflows to 0 in single precision.
     pub dark: f64,
     /// Weight of the local colour, if given.
     pub k_local: Option<f64>,
@@ -109,18 +113,18 @@ pub struct Classic {
     pub k_reflect: f64,
     /// Weight of the refracted ray.
     pub k_refract: f64,
-    /// Index of refraction inside over outside.
+    /// Index of refraction inside, relative to outside.
     pub ior: f64,
     /// How the angle divides reflection and refraction.
     pub fresnel: Fresnel,
-    /// What shadow it casts.
+    /// The shadow it casts.
     pub shadow: ShadowKind,
-    /// Heights that its normal follows.
+    /// Its bump map.
     pub bump: Option<Bump>,
 }
 
 impl ClassicMaterial {
-    /// Makes it ready.
+    /// Prepares the material.
     pub fn prepare(&self) -> Classic {
         let (ks, exponent) = self.highlight();
         Classic {
@@ -150,21 +154,21 @@ impl ClassicMaterial {
     }
 }
 
-/// A cosine c such that ks·x^exponent < 2^-180 for all 0 <= x < c; 0 if there is none. The smallest number in
-/// single precision is 2^-149: the difference leaves room for rounding.
+/// A cosine c such that ks·x^exponent < 2^-180 for all 0 <= x < c; 0 if there is none. The smallest single-precision
+/// number is 2^-149: the difference leaves room for rounding.
 fn dark_cosine(ks: f64, exponent: f64) -> f64 {
     if !(ks > 0.0 && ks < f64::INFINITY && exponent > 0.0 && exponent < 1e10) {
         return 0.0;
     }
     const LN_2: f64 = std::f64::consts::LN_2;
     let cosine = exp((-180.0 * LN_2 - ln(ks)) / exponent);
-    // Far from the ends of the range the power of a rounding error stays small.
+    // Far from the ends of the range, the power of a rounding error stays small.
     if cosine > 1e-300 { cosine.min(1.0) } else { 0.0 }
 }
 
 impl Fresnel {
-    /// The reflected share for light that meets the boundary at `cos_i` (0..=1), `eta` = index of refraction of
-    /// the incident medium over that of the other; 1 beyond the critical angle.
+    /// Fraction of light reflected at the interface at `cos_i` (0..=1); `eta` is the index of refraction of the
+    /// incident medium over the other. 1 beyond the critical angle.
     pub fn reflectance(self, cos_i: f64, eta: f64) -> f64 {
         let sin2_t = eta * eta * (1.0 - cos_i * cos_i).max(0.0);
         if sin2_t >= 1.0 {
@@ -175,7 +179,7 @@ impl Fresnel {
             Fresnel::Off => 0.0,
             Fresnel::Schlick => {
                 let r0 = ((eta - 1.0) / (eta + 1.0)) * ((eta - 1.0) / (eta + 1.0));
-                // Leaving the denser medium the angle in the thinner one counts.
+                // On leaving the denser medium, Schlick's formula uses the angle in the thinner one.
                 let c = 1.0 - if eta > 1.0 { cos_t } else { cos_i };
                 r0 + (1.0 - r0) * c * c * c * c * c
             }
@@ -200,7 +204,8 @@ mod tests {
             assert!((f.reflectance(0.0, 1.0 / 1.5) - 1.0).abs() < 1e-12);
             assert_eq!(f.reflectance(0.5, 1.5), 1.0);
         }
-        // Parallel light vanishes at Brewster's angle, tan θ = 1.5: half of the perpendicular share is left.
+        // At Brewster's angle, tan θ = 1.5, parallel polarised light is not reflected: half of the perpendicular
+        // reflectance remains.
         let cos_b = 1.0 / (1.0f64 + 2.25).sqrt();
         let s = (1.5 * 1.5 - 1.0) / (1.5 * 1.5 + 1.0);
         assert!((Fresnel::Exact.reflectance(cos_b, 1.0 / 1.5) - 0.5 * s * s).abs() < 1e-12);

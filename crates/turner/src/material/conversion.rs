@@ -1,16 +1,16 @@
-//! OpenPbr materials for the classic integrator, which knows a local colour, one mirrored and one refracted ray.
+//! OpenPBR materials for the classic integrator, which has a local colour, one reflected and one refracted ray.
 //!
-//! | physical | classic |
+//! | OpenPBR | classic |
 //! |---|---|
 //! | base colour × base weight | `color`; kd = ka = what metal and glass leave |
-//! | specular of a dielectric, roughness r | highlight: strength F₀, exponent 2/r⁴ − 2 (at most 10⁴); mirror ray for r < 0.3, by Schlick, weakened with r |
-//! | metal | highlight and mirror ray of the weight of its reflectance, the rest as local colour |
+//! | specular of a dielectric, roughness r | highlight: strength F₀, exponent 2/r⁴ − 2 (at most 10⁴); reflected ray for r < 0.3, by Schlick, attenuated with r |
+//! | metal | highlight and reflected ray weighted by its reflectance, the rest as local colour |
 //! | transmission | refracted ray (straight through thin walls), exact Fresnel; tinted shadow |
-//! | opacity in mode "blend" | a ray straight on, of weight 1 − opacity |
-//! | emission, unlit | added as it is |
+//! | opacity in mode "blend" | a straight ray of weight 1 − opacity |
+//! | emission, unlit | added unchanged |
 //! | bump map, normal map | shading normal |
 //! | coat | highlight of the coat |
-//! | fuzz, film, anisotropy, subsurface, dispersion, absorption | left out |
+//! | fuzz, film, anisotropy, subsurface, dispersion, absorption | ignored |
 
 use super::{Classic, ClassicMaterial, Fresnel, PrincipledMaterial, ShadowKind, color_at};
 use crate::color::Spectrum;
@@ -20,16 +20,16 @@ use crate::math::DVec3;
 use crate::schema::ColorSource;
 use crate::texture::TexturePoint;
 
-/// Rougher surfaces have no mirror ray.
+/// Rougher surfaces have no reflected ray.
 const MIRROR_ROUGHNESS: f32 = 0.3;
 
 impl PrincipledMaterial {
-    /// Whether light passes through anywhere.
+    /// Whether light is transmitted anywhere.
     pub fn is_transmissive(&self) -> bool {
         self.transmission_weight != ColorSource::Constant(Spectrum::BLACK)
     }
 
-    /// What its objects' shadows are like.
+    /// The shadow that its objects cast.
     pub(super) fn shadow(&self) -> ShadowKind {
         let translucent = self.is_transmissive()
             || (self.alpha_mode == super::AlphaMode::Blend
@@ -37,7 +37,7 @@ impl PrincipledMaterial {
         if translucent { ShadowKind::Tinted } else { ShadowKind::Opaque }
     }
 
-    /// The share of light that passes at one crossing of the surface.
+    /// Fraction of light that passes at one crossing of the surface.
     pub(super) fn shadow_tint(
         &self,
         scene: &impl MaterialEvalContext,
@@ -49,7 +49,7 @@ impl PrincipledMaterial {
         through * opacity + Spectrum::grey(1.0 - opacity)
     }
 
-    /// The share of a surface that is there in the mode "blend"; 1 in the others.
+    /// Opacity in the mode "blend"; 1 in the others.
     pub fn coverage(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> f32 {
         match self.alpha_mode {
             super::AlphaMode::Blend => self.coverage_at(scene, &scene.texture_point(surface)),
@@ -57,7 +57,7 @@ impl PrincipledMaterial {
         }
     }
 
-    /// The same at a place where textures are looked up.
+    /// Opacity at a texture point.
     pub(super) fn coverage_at(&self, scene: &impl MaterialEvalContext, at: &TexturePoint<'_>) -> f32 {
         match self.alpha_mode {
             super::AlphaMode::Blend => {
@@ -68,8 +68,8 @@ impl PrincipledMaterial {
         }
     }
 
-    /// As a classic material at a hit, and the light that the surface emits. Turns the shading normal of `surface` as the
-    /// normal map says.
+    /// The equivalent classic material at a hit, and the emission. Applies the bump and normal maps to the shading
+    /// normal of `surface`.
     pub fn as_classic(
         &self,
         scene: &impl MaterialEvalContext,
@@ -113,7 +113,7 @@ impl PrincipledMaterial {
         let exponent = (2.0 / (alpha * alpha) - 2.0).clamp(1.0, 1e4);
         let strength = f0 + (mean(base) - f0) * metal;
         let coat = unit(at(self.coat_weight)) * 0.05;
-        // A highlight of the right size is brighter than 1; on the screen 1 is as bright as it gets.
+        // A highlight of the correct size is brighter than 1; the display shows at most 1.
         let ks = f64::from((strength * (1.0 - roughness) * 4.0).min(1.0) + coat);
         let through = f64::from(1.0 - opacity);
         let bends = glass > 0.0 && through == 0.0;

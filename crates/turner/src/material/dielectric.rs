@@ -5,27 +5,29 @@ use crate::color::Spectrum;
 use crate::schema::{ColorSource, MediumId, Range, params};
 
 params! {
-    /// Glass, water, ice: light is reflected and refracted by Fresnel's and Snell's laws.
+    /// Glass, water, ice: light is reflected and refracted by the Fresnel equations and Snell's law.
     pub struct DielectricMaterial as "dielectric" {
         /// Index of refraction: water 1.33, glass 1.5, diamond 2.42. 0 reflects all light.
         ior: f64 = 1.5, in Range::closed(0.0, 100.0);
-        /// 0 is clear, more is frosted.
+        /// Roughness: 0 is clear, above 0 frosted. The GGX α is its square.
         roughness: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
-        /// Colour of light that passes: at the surface, or after `depth`.
+        /// Colour of transmitted light: at each crossing of the surface, or after `depth`.
         color: ColorSource = ColorSource::Constant(Spectrum::WHITE), in Range::NON_NEGATIVE;
-        /// The way inside after which light has `color` (Beer–Lambert); 0 tints at the surface.
+        /// Distance inside after which light has `color` (Beer-Lambert absorption), in scene units. 0 tints at the
+        /// surface.
         depth: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// The medium inside: murky water, milk, amber. It absorbs beside what `depth` says.
+        /// The medium inside: murky water, milk, amber. It absorbs in addition to `depth`. Only for the integrators
+        /// "path" and "direct".
         interior: Option<MediumId> = None;
-        /// A pane or bubble without inside: light passes without being bent.
+        /// A thin wall without an interior, like a pane or a bubble: transmitted light is not refracted.
         thin: bool = false;
-        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        /// Normal map in tangent space: red along u, green along v. Use an image with `encoding = "linear"`.
         normal_map: Option<ColorSource> = None;
-        /// Factor of its red and green parts.
+        /// Strength of the normal map: factor of red and green.
         normal_scale: f64 = 1.0;
-        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        /// Bump map: a texture of heights, white is high. It changes the shading normal, not the shape.
         bump_map: Option<ColorSource> = None;
-        /// How high white stands above black, scene units; below 0, how deep.
+        /// Height of white above black in scene units; negative inverts.
         bump_scale: f64 = 0.1;
     }
     example r##"[material.bottle]
@@ -40,7 +42,7 @@ material = "bottle"
 }
 
 impl DielectricMaterial {
-    /// The same in the terms of the physical material.
+    /// The equivalent OpenPBR material.
     pub fn principled(&self) -> PrincipledMaterial {
         PrincipledMaterial {
             specular_ior: self.ior,

@@ -1,17 +1,17 @@
-//! Indices of refraction by colour.
+//! Dispersion: indices of refraction by colour band.
 
 use super::PrincipledMaterial;
 
-/// Wavelengths in micrometres: those that the primaries of the working space (sRGB's) look like, red, green, blue.
+/// Wavelengths in micrometres with the hue of the sRGB primaries: red, green, blue.
 const BANDS: [f64; 3] = [0.6114, 0.5491, 0.4643];
 
-/// Fraunhofer's lines F, d and C, by which Abbe's number is defined: V = (n_d − 1)/(n_F − n_C).
+/// Fraunhofer lines F, d and C in micrometres, which define the Abbe number V = (n_d − 1)/(n_F − n_C).
 const F: f64 = 0.486_13;
 const D: f64 = 0.587_56;
 const C: f64 = 0.656_27;
 
-/// The index of refraction of each colour band for a material whose index at the line d is `ior`, by Cauchy's formula
-/// n(λ) = A + B/λ² with the Abbe number `abbe`. Glass stays denser than air, whatever the number.
+/// The index of refraction of each colour band for an index `ior` at the d line and the Abbe number `abbe`, by Cauchy's
+/// formula n(λ) = A + B/λ². An index of at least 1 stays at least 1.
 fn cauchy(ior: f64, abbe: f64) -> [f64; 3] {
     let inverse2 = |l: f64| 1.0 / (l * l);
     let b = (ior - 1.0) / (abbe * (inverse2(F) - inverse2(C)));
@@ -20,7 +20,7 @@ fn cauchy(ior: f64, abbe: f64) -> [f64; 3] {
 }
 
 impl PrincipledMaterial {
-    /// The index of refraction of each colour band where they differ and bend light.
+    /// The index of refraction of each colour band, if they differ and refract light.
     pub(super) fn dispersion(&self) -> Option<[f64; 3]> {
         let abbe = self.transmission_dispersion_abbe_number / self.transmission_dispersion_scale;
         let spreads = abbe > 0.0 && abbe < 1e6 && self.specular_ior > 0.0;
@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn flint_and_crown_are_as_tables_have_them() {
+    fn flint_and_crown_match_published_indices() {
         // Schott's data: N-BK7 n_d 1.5168, V 64.17; SF11 n_d 1.78472, V 25.68. Indices at 546.07 and 632.8 nm of each.
         for (n, v, green, red) in [(1.5168, 64.17, 1.51872, 1.51509), (1.78472, 25.68, 1.79190, 1.77862)] {
             let [r, g, b] = cauchy(n, v);
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_bends_light_disperses() {
+    fn only_refracting_materials_disperse() {
         let glass = PrincipledMaterial {
             transmission_weight: crate::schema::ColorSource::Constant(crate::color::Spectrum::WHITE),
             transmission_dispersion_scale: 1.0,

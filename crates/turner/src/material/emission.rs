@@ -1,4 +1,4 @@
-//! What materials emit, mixes included.
+//! Emission of materials, including mixes.
 
 use super::Material;
 use crate::color::Spectrum;
@@ -7,7 +7,7 @@ use crate::schema::ColorSource;
 use crate::texture::TexturePoint;
 
 impl Material {
-    /// Whether it shines and lights other things.
+    /// Whether it is an emitter.
     pub fn is_emissive(&self, scene: &impl MaterialEvalContext) -> bool {
         match self {
             Material::OpenPbr(m) => m.is_emissive(),
@@ -16,7 +16,7 @@ impl Material {
         }
     }
 
-    /// Whether it may shine; a mix may by any of its materials.
+    /// Whether it may emit; a mix may through any of its parts.
     pub(crate) fn may_shine(&self) -> bool {
         match self {
             Material::OpenPbr(m) => m.is_emissive(),
@@ -25,16 +25,18 @@ impl Material {
         }
     }
 
-    /// Radiance, both sides counted, where it is the same everywhere; of a texture, that of white.
+    /// Radiance of both sides if constant; of a texture, that of white.
     pub fn emission_estimate(&self, scene: &impl MaterialEvalContext) -> f64 {
         match self {
             Material::OpenPbr(m) => m.emission_estimate(),
-            Material::Mix(m) => m.emitting(scene).map(|(share, m)| share * m.emission_estimate(scene)).sum(),
+            Material::Mix(m) => {
+                m.emitting(scene).map(|(weight, m)| weight * m.emission_estimate(scene)).sum()
+            }
             Material::Classic(_) | Material::Principled(..) => 0.0,
         }
     }
 
-    /// Whether it may shine on both sides.
+    /// Whether it may emit on both sides.
     pub fn may_shine_backwards(&self) -> bool {
         match self {
             Material::OpenPbr(m) => m.shines_backwards(),
@@ -42,17 +44,17 @@ impl Material {
         }
     }
 
-    /// Whether its light differs from place to place.
+    /// Whether its emission varies over the surface.
     pub fn has_emission_texture(&self) -> bool {
         match self {
             Material::OpenPbr(m) => m.has_emission_texture(),
-            // Its weights, its holes, its parts: hardly ever are all of them the same everywhere.
+            // Weights, opacity and parts are hardly ever all constant.
             Material::Mix(_) => true,
             Material::Classic(_) | Material::Principled(..) => false,
         }
     }
 
-    /// Radiance at a place towards the outer or the inner side, as far as the surface is there.
+    /// Radiance at a point on the outer or inner side, times the opacity.
     #[inline]
     pub fn emitted<'a>(
         &self,
@@ -68,11 +70,11 @@ impl Material {
                 let (mut sum, at) = (Spectrum::BLACK, at());
                 m.each(scene, &at, outside, &mut |part| {
                     if let Material::OpenPbr(m) = part.material
-                        && part.is_there
+                        && part.present
                         && m.is_emissive()
                         && (outside || m.shines_backwards())
                     {
-                        sum += m.emitted(scene, &at) * part.share as f32;
+                        sum += m.emitted(scene, &at) * part.weight as f32;
                     }
                 });
                 sum
@@ -83,14 +85,14 @@ impl Material {
 }
 
 impl super::Mix {
-    /// The parts that shine, with about the share of each.
+    /// The emissive parts and their approximate weights.
     fn emitting<'a>(
         &'a self,
         scene: &'a impl MaterialEvalContext,
     ) -> impl Iterator<Item = (f64, &'a Material)> {
-        self.shares().filter_map(|(id, share)| {
+        self.shares().filter_map(|(id, weight)| {
             let material = scene.materials().get(id.index())?;
-            (share > 0.0 && material.is_emissive(scene)).then_some((share, material))
+            (weight > 0.0 && material.is_emissive(scene)).then_some((weight, material))
         })
     }
 }
@@ -104,8 +106,8 @@ pub(super) fn estimate(source: ColorSource) -> f64 {
 }
 
 impl PrincipledMaterial {
-    /// Emission as far as it can be added up: not negative, finite, and the product of luminance and colour within single precision, with room
-    /// for what paths multiply and pixels add.
+    /// Emission within the range that can be summed: not negative, finite, and the product of luminance and colour
+    /// within single precision, with room for what paths multiply and pixels add.
     pub(crate) fn sound_emission(&self) -> (f64, ColorSource) {
         /// Largest factor.
         const MOST: f32 = 1e15;

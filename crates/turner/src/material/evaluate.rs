@@ -1,4 +1,4 @@
-//! The physical material at a place: textures looked up, what the layered BSDF is made of.
+//! The OpenPBR material at a point: textures evaluated into the parameters of the layered BSDF.
 
 use super::{OpenPbr, PrincipledMaterial};
 use crate::bsdf::{Bsdf, PrincipledPoint};
@@ -13,7 +13,7 @@ fn mean(c: Spectrum) -> f64 {
 }
 
 impl PrincipledMaterial {
-    /// All numbers as seen from outside, if none depends on the place.
+    /// All parameters as seen from outside, if none is textured.
     pub(super) fn constant_point(&self) -> Option<PrincipledPoint> {
         let mut all = true;
         let point = self.point_by(|source| match source {
@@ -26,7 +26,7 @@ impl PrincipledMaterial {
         all.then_some(point)
     }
 
-    /// The numbers as seen from outside (`entering`) or from inside.
+    /// The parameters as seen from outside (`entering`) or inside.
     pub(super) fn on_side(&self, point: PrincipledPoint, entering: bool) -> PrincipledPoint {
         let point = PrincipledPoint { entering, ..point };
         if entering || !self.front_only || self.thin_walled || self.is_transmissive() {
@@ -41,7 +41,7 @@ impl PrincipledMaterial {
         }
     }
 
-    /// All numbers by the colours that `at` gives for their sources.
+    /// All parameters, with `at` evaluating their sources.
     #[inline(always)]
     fn point_by(&self, mut at: impl FnMut(ColorSource) -> Spectrum) -> PrincipledPoint {
         let strength = self.anisotropy_map.map_or(1.0, |map| f64::from(at(map).b));
@@ -57,7 +57,7 @@ impl PrincipledMaterial {
             specular_ior: self.specular_ior,
             exterior_ior: 1.0,
             specular_roughness_anisotropy: strength * mean(at(self.specular_roughness_anisotropy)),
-            // The shading frame is turned instead.
+            // The shading frame is rotated instead.
             anisotropy_rotation: 0.0,
             alpha: None,
             transmission_weight: mean(at(self.transmission_weight)),
@@ -84,35 +84,35 @@ impl PrincipledMaterial {
 }
 
 impl OpenPbr {
-    /// The scattering at a surface met from its outer (`entering`) or inner side; `around` is the index of refraction of what is
+    /// The BSDF at a surface hit on its outer (`entering`) or inner side; `exterior_ior` is the index of refraction
     /// around the solid.
     pub fn bsdf(
         &self,
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
-        around: f64,
+        exterior_ior: f64,
         entering: bool,
     ) -> Bsdf {
-        self.bsdf_of_index(scene, surface, around, entering, self.desc.specular_ior)
+        self.bsdf_of_index(scene, surface, exterior_ior, entering, self.desc.specular_ior)
     }
 
-    /// The same with another index of refraction, as light of one colour band may see it.
+    /// The BSDF with another index of refraction, that of one colour band.
     pub fn bsdf_of_index(
         &self,
         scene: &impl MaterialEvalContext,
         surface: &SurfaceInteraction,
-        around: f64,
+        exterior_ior: f64,
         entering: bool,
         ior: f64,
     ) -> Bsdf {
         let at = scene.texture_point(surface);
         let mut point = self.desc.point_by(|source| scene.textures().color(source, &at));
         point.specular_ior = ior;
-        point.exterior_ior = around;
+        point.exterior_ior = exterior_ior;
         Bsdf::new(&self.desc.on_side(point, entering))
     }
 
-    /// The shading frame: normal as the bump map and the normal map say, x along the direction of anisotropy.
+    /// The shading frame: z by bump map and normal map, x along the direction of anisotropy.
     pub fn frame(&self, scene: &impl MaterialEvalContext, surface: &SurfaceInteraction) -> Frame {
         let d = &self.desc;
         let mut n = surface.ns;
@@ -130,8 +130,8 @@ impl OpenPbr {
         Frame::from_z(n)
     }
 
-    /// The normal of the coat, unit, on the outer side, where it may be another than the base's: the coat's own normal map bends it, the base's
-    /// does not (OpenPBR's `geometry_coat_normal`; glTF's clear coat).
+    /// The unit normal of the coat on the outer side, if it may differ from the base's: the coat's own normal map
+    /// applies to it, the base's does not (OpenPBR's `geometry_coat_normal`; glTF's clear coat).
     pub fn coat_normal(
         &self,
         scene: &impl MaterialEvalContext,
@@ -144,7 +144,7 @@ impl OpenPbr {
         if d.coat_normal_map.is_none() && d.normal_map.is_none() {
             return None;
         }
-        // Heights are the surface's own, under the coat and above it.
+        // The bump map applies to the base and to the coat.
         let n = d.bump().map_or(surface.ns, |bump| bumped_normal(scene, surface, bump));
         let mapped = d
             .coat_normal_map
@@ -188,7 +188,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn anisotropy_turns_by_degrees() {
+    fn anisotropy_rotates_by_degrees() {
         let mut desc = SceneDesc::default();
         let data = MeshData {
             positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],

@@ -1,37 +1,36 @@
-//! How a material's reflection stands out around the mirrored direction, to choose lights by.
+//! Approximation of a material's glossy lobe, for the selection of lights.
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::schema::ColorSource;
 
-/// Directions from which a glossy surface reflects more light to where it is seen from: around the mirrored direction, falling off as GGX's facets do
-/// (Walter et al. 2007, eq. 33).
+/// The glossy lobe around the mirror direction, falling off like the GGX distribution (Walter et al. 2007, eq. 33).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GlossyLobe {
-    /// The mirrored direction, of length 1.
+    /// The mirror direction, of length 1.
     pub axis: [f32; 3],
     /// 1/α².
     pub tightness: f32,
-    /// Value of the glossy lobe at its axis, relative to the diffuse reflection; 0 for surfaces without a glossy lobe.
+    /// Value of the lobe at its axis, relative to the diffuse reflection; 0 without a glossy lobe.
     pub peak: f32,
 }
 
-/// Lobes as strong as that are all there is.
+/// Stronger lobes are clamped to this: the diffuse part is negligible.
 const STRONGEST: f32 = 1e4;
 
-/// The lobe of a material that only reflects, by microfacets that are the same everywhere; an estimate, which changes noise alone.
+/// The glossy lobe of a material that only reflects, with constant roughness. An estimate: it affects the noise only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Gloss {
     /// 1/α²; 0 without a lobe.
     tightness: f32,
-    /// Beside the diffuse reflection, seen along the normal, and what grazing views add.
+    /// Strength relative to the diffuse reflection: at normal incidence, and what is added towards grazing angles.
     peak: f32,
     grazing: f32,
 }
 
 impl Gloss {
-    /// Of a material; none where it differs from place to place, or where there is more to it than a lobe over a diffuse body.
+    /// The lobe of a material; none if its parameters are textured or it has more than one lobe over a diffuse base.
     pub(super) fn of(d: &PrincipledMaterial) -> Gloss {
         let constant = |source: ColorSource| match source {
             ColorSource::Constant(c) => Some(c.luminance()),
@@ -50,9 +49,9 @@ impl Gloss {
             let alpha = roughness * roughness;
             let alpha2 = alpha * alpha;
             let r = (d.specular_ior as f32 - 1.0) / (d.specular_ior as f32 + 1.0);
-            let body = constant(d.base_color).unwrap_or(0.5) * constant(d.base_weight).unwrap_or(1.0);
-            // f cos of the lobe on its axis, F / 4πα², to that of the diffuse body, albedo/π.
-            let per_fresnel = 0.25 / (alpha2 * body * (1.0 - metal)).max(1e-9);
+            let albedo = constant(d.base_color).unwrap_or(0.5) * constant(d.base_weight).unwrap_or(1.0);
+            // f cos θ of the lobe on its axis, F / 4πα², over that of the diffuse base, albedo/π.
+            let per_fresnel = 0.25 / (alpha2 * albedo * (1.0 - metal)).max(1e-9);
             let straight = metal + (1.0 - metal) * specular * r * r;
             let grazing = (1.0 - metal) * specular * (1.0 - r * r);
             let lobe = Gloss {
@@ -65,7 +64,7 @@ impl Gloss {
         if one_lobe { found().unwrap_or_default() } else { Gloss::default() }
     }
 
-    /// The lobe where a ray of this unit direction meets a surface with the shading normal `n`.
+    /// The lobe where a ray of this unit direction hits a surface with the shading normal `n`.
     #[inline]
     pub(crate) fn lobe(&self, direction: DVec3, n: DVec3) -> GlossyLobe {
         if self.tightness == 0.0 {
@@ -89,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn lobes_stand_out_as_far_as_their_reflection_does() {
+    fn lobe_peaks_follow_the_reflectance() {
         let down = DVec3::NEG_Y;
         let lobe = |d: &PrincipledMaterial| Gloss::of(d).lobe(down, DVec3::Y);
         let metal = PrincipledMaterial {
@@ -100,14 +99,14 @@ mod tests {
         assert_eq!(lobe(&metal).peak, STRONGEST);
         assert!((lobe(&metal).tightness - 16.0).abs() < 1e-4);
         assert_eq!(lobe(&metal).axis, [0.0, 1.0, 0.0]);
-        // F / 4α² of the body's albedo.
+        // F / 4α² over the diffuse albedo.
         let plastic = PrincipledMaterial {
             base_color: grey(0.5),
             specular_roughness: grey(0.5),
             ..PrincipledMaterial::default()
         };
         assert!((lobe(&plastic).peak - 0.04 / (4.0 * 0.0625 * 0.5)).abs() < 1e-3);
-        // Seen grazing it is stronger.
+        // Stronger at grazing angles.
         let slanted = DVec3::new(1.0, -0.1, 0.0).normalize();
         assert!(Gloss::of(&plastic).lobe(slanted, DVec3::Y).peak > 5.0 * lobe(&plastic).peak);
         let glass = PrincipledMaterial { transmission_weight: grey(1.0), ..plastic.clone() };

@@ -1,14 +1,15 @@
-//! Surfaces that are none: where one medium ends and another begins.
+//! The interface material: the boundary of a medium, which scatters nothing.
 
 use super::PrincipledMaterial;
 use crate::color::Spectrum;
 use crate::schema::{ColorSource, MediumId, params};
 
 params! {
-    /// No surface at all, but the boundary of a medium: light goes straight through. For the shape of a cloud, of smoke or of a room full of dust;
-    /// the shape must be closed. An object with the key `medium` has this material.
+    /// The boundary of a medium, without a surface of its own: light passes straight through. For the shape of a cloud,
+    /// of smoke or of a dusty room; the shape must be closed. An object with the key `medium` has this material.
+    /// Integrators other than "path" and "direct" do not see the object.
     pub struct InterfaceMaterial as "interface" {
-        /// What is inside; nothing if not given, not even the medium around.
+        /// The medium inside. If not given, the inside is empty, even within another medium.
         interior: Option<MediumId> = None;
     }
     example r##"[medium.smoke]
@@ -26,7 +27,7 @@ material = "cloud"
 }
 
 impl InterfaceMaterial {
-    /// For integrators that know no media: nothing is there.
+    /// Transparent, for integrators without media.
     pub fn principled(&self) -> PrincipledMaterial {
         let none = ColorSource::Constant(Spectrum::BLACK);
         PrincipledMaterial {

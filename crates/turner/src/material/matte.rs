@@ -5,19 +5,20 @@ use crate::color::Spectrum;
 use crate::schema::{ColorSource, Range, params};
 
 params! {
-    /// A diffuse surface without highlight: paper, plaster, unglazed clay.
+    /// A diffuse surface without specular reflection: paper, plaster, unglazed clay.
     pub struct MatteMaterial as "matte" {
-        /// Its colour.
+        /// Diffuse albedo.
         color: ColorSource = ColorSource::Constant(Spectrum::grey(0.8)), in Range::NON_NEGATIVE;
-        /// 0 is Lambert's law; rougher surfaces are flatter, and brighter towards the light (Oren–Nayar, keeping energy).
+        /// Roughness: 0 is Lambertian. Rougher surfaces look flatter and are brighter towards the light
+        /// (energy-preserving Oren-Nayar).
         roughness: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
-        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        /// Normal map in tangent space: red along u, green along v. Use an image with `encoding = "linear"`.
         normal_map: Option<ColorSource> = None;
-        /// Factor of its red and green parts.
+        /// Strength of the normal map: factor of red and green.
         normal_scale: f64 = 1.0;
-        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        /// Bump map: a texture of heights, white is high. It changes the shading normal, not the shape.
         bump_map: Option<ColorSource> = None;
-        /// How high white stands above black, scene units; below 0, how deep.
+        /// Height of white above black in scene units; negative inverts.
         bump_scale: f64 = 0.1;
     }
     example r##"[material.clay]
@@ -32,7 +33,7 @@ material = "clay"
 }
 
 impl MatteMaterial {
-    /// The same in the terms of the physical material.
+    /// The equivalent OpenPBR material.
     pub fn principled(&self) -> PrincipledMaterial {
         PrincipledMaterial {
             base_color: self.color,

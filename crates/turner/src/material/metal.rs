@@ -6,27 +6,28 @@ use crate::color::Spectrum;
 use crate::schema::{ColorSource, Range, params};
 
 params! {
-    /// A metal: by its name, by its index of refraction, or by a colour. A colour goes before an index, an index before a name.
+    /// A metal: by name, by index of refraction, or by colour. `color` takes precedence over `eta` and `k`, and these
+    /// over `name`.
     pub struct MetalMaterial as "metal" {
-        /// Which metal.
+        /// The metal.
         name: MetalName = MetalName::Aluminium;
-        /// Real part of the index of refraction, with `k`.
+        /// Real part of the index of refraction, by colour; use it with `k`.
         eta: Option<Spectrum> = None, in Range::NON_NEGATIVE;
-        /// Imaginary part of the index of refraction.
+        /// Imaginary part of the index of refraction (extinction coefficient), by colour.
         k: Option<Spectrum> = None, in Range::NON_NEGATIVE;
-        /// Colour seen head-on.
+        /// Reflectance at normal incidence.
         color: Option<ColorSource> = None, in Range::NON_NEGATIVE;
-        /// 0 is a mirror. The width of the highlight is its square.
+        /// Roughness: 0 is a perfect mirror, 1 very rough. The GGX α is its square.
         roughness: ColorSource = ColorSource::Constant(Spectrum::grey(0.2)), in Range::UNIT;
-        /// How much longer highlights are along the tangent than across.
+        /// Elongation of highlights along the tangent: 0 is isotropic, 1 extremely anisotropic.
         anisotropy: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
-        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        /// Normal map in tangent space: red along u, green along v. Use an image with `encoding = "linear"`.
         normal_map: Option<ColorSource> = None;
-        /// Factor of its red and green parts.
+        /// Strength of the normal map: factor of red and green.
         normal_scale: f64 = 1.0;
-        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        /// Bump map: a texture of heights, white is high. It changes the shading normal, not the shape.
         bump_map: Option<ColorSource> = None;
-        /// How high white stands above black, scene units; below 0, how deep.
+        /// Height of white above black in scene units; negative inverts.
         bump_scale: f64 = 0.1;
     }
     example r##"[material.ring]
@@ -41,7 +42,7 @@ material = "ring"
 }
 
 impl MetalMaterial {
-    /// The same in the terms of the physical material.
+    /// The equivalent OpenPBR material.
     pub fn principled(&self) -> PrincipledMaterial {
         let (color, tint) = match (self.color, self.eta, self.k) {
             (Some(color), _, _) => (color, Spectrum::WHITE),

@@ -1,9 +1,9 @@
-//! Metals by name, as linear Rec. 709 colours of the reflectance seen head-on and of its tint at 82°.
+//! Metals by name: linear Rec. 709 colours of the reflectance at normal incidence and of its tint at 82°.
 //!
-//! From published indices of refraction n + ik: at each nanometre from 380 to 780 Fresnel's equations give the reflectance at 0° and,
-//! unpolarised, at the cosine 1/7; both are lit by CIE D65 and seen by the CIE 1931 observer, white being what reflects all light. The
-//! tint is what Schlick's approximation from the first has to be multiplied with to give the second (F82-tint, Kutz, Hašan and
-//! Edmondson 2021). Bands above 1, colours outside Rec. 709, are set to 1.
+//! From published indices of refraction n + ik: at each nanometre from 380 to 780 the Fresnel equations give the
+//! unpolarised reflectance at 0° and at the cosine 1/7. Both are lit by CIE D65 and seen by the CIE 1931 observer;
+//! white reflects all light. The tint is the factor that turns Schlick's approximation into the second (F82-tint, Kutz,
+//! Hašan and Edmondson 2021). Bands above 1, colours outside Rec. 709, are set to 1.
 
 use crate::color::Spectrum;
 use crate::math::elementary::pow_int;
@@ -12,37 +12,37 @@ use crate::schema::choice;
 choice! {
     /// A metal.
     pub enum MetalName {
-        /// Johnson and Christy 1972.
+        /// Data: Johnson and Christy 1972.
         Gold = "gold",
-        /// Johnson and Christy 1972.
+        /// Data: Johnson and Christy 1972.
         Silver = "silver",
-        /// Johnson and Christy 1972.
+        /// Data: Johnson and Christy 1972.
         Copper = "copper",
-        /// Rakić 1995.
+        /// Data: Rakić 1995.
         Aluminium = "aluminium",
-        /// 70 % copper, 30 % zinc: Querry 1985.
+        /// 70 % copper, 30 % zinc. Data: Querry 1985.
         Brass = "brass",
-        /// Johnson and Christy 1974.
+        /// Data: Johnson and Christy 1974.
         Iron = "iron",
-        /// Stainless, austenitic: Karlsson and Ribbing 1982.
+        /// Stainless, austenitic. Data: Karlsson and Ribbing 1982.
         Steel = "steel",
-        /// Johnson and Christy 1974.
+        /// Data: Johnson and Christy 1974.
         Chromium = "chromium",
-        /// Johnson and Christy 1974.
+        /// Data: Johnson and Christy 1974.
         Nickel = "nickel",
-        /// Johnson and Christy 1974.
+        /// Data: Johnson and Christy 1974.
         Titanium = "titanium",
-        /// Rakić, Djurišić, Elazar and Majewski 1998 (Brendel–Bormann).
+        /// Data: Rakić, Djurišić, Elazar and Majewski 1998 (Brendel-Bormann model).
         Platinum = "platinum",
-        /// Johnson and Christy 1974.
+        /// Data: Johnson and Christy 1974.
         Palladium = "palladium",
-        /// Johnson and Christy 1974.
+        /// Data: Johnson and Christy 1974.
         Cobalt = "cobalt",
-        /// Johnson and Christy 1974.
+        /// Data: Johnson and Christy 1974.
         Vanadium = "vanadium",
-        /// Rakić, Djurišić, Elazar and Majewski 1998 (Brendel–Bormann).
+        /// Data: Rakić, Djurišić, Elazar and Majewski 1998 (Brendel-Bormann model).
         Tungsten = "tungsten",
-        /// Querry 1985.
+        /// Data: Querry 1985.
         Zinc = "zinc",
     }
 }
@@ -50,9 +50,9 @@ choice! {
 /// The colours of a metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MetalColors {
-    /// Reflectance head-on.
+    /// Reflectance at normal incidence, F₀.
     pub f0: Spectrum,
-    /// Factor at 82° of what Schlick's approximation says there.
+    /// Factor of Schlick's approximation at 82°.
     pub tint: Spectrum,
 }
 

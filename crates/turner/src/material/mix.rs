@@ -1,17 +1,17 @@
-//! Materials made of others.
+//! Materials mixed from others.
 
 use super::{MaterialDesc, Mix};
 use crate::schema::error::escape;
 use crate::schema::{ColorSource, ErrorCode, MaterialId, Named, Range, SceneError, params};
 
 params! {
-    /// Several materials in one place, each with a share of the surface: rust on steel, dirt on paint, glass with a frosted pattern. What light
-    /// does is the weighted sum of what it does on each; so are emission and holes. Mixes may be made of mixes.
+    /// A weighted mix of materials: rust on steel, dirt on paint, glass with a frosted pattern. Scattering, emission
+    /// and opacity are the weighted sums of those of the parts. Mixes can contain mixes, up to 16 deep.
     pub struct MixMaterial as "mix" {
-        /// The materials, by name or in place: two at least.
+        /// The materials, by name or inline: at least two.
         materials: Vec<MaterialId>, required, default Vec::new();
-        /// Their shares, each a number or a texture: as many as there are materials, in proportion to one another; or one fewer, and the first material
-        /// has what they leave of 1. Without them all shares are equal.
+        /// Weights, numbers or textures. One per material: relative weights. One fewer: the first material gets what
+        /// the others leave of 1. Without weights all materials count equally.
         weights: Vec<ColorSource> = Vec::new(), in Range::NON_NEGATIVE;
     }
     example r##"[material.steel]
@@ -34,27 +34,27 @@ material = "rusty"
 "##
 }
 
-/// How many mixes may stand in one another.
+/// Maximum nesting of mixes.
 const MAX_DEPTH: usize = 16;
 
-/// Materials that one mix may come to, those of its mixes counted each time.
+/// Maximum number of materials of one mix, those of nested mixes counted each time.
 pub(super) const MAX_PARTS: u64 = 64;
 
-/// What is known of a material.
+/// State of a material in the depth-first search.
 #[derive(Clone, Copy)]
 enum State {
     New,
     Open,
-    /// The materials it comes to, and how deep mixes nest in it.
+    /// Number of materials it expands to, and how deep mixes nest in it.
     Done(u64, usize),
 }
 
-/// Refuses mixes that contain themselves, name what is not there, have the wrong number of weights, or are too large. `descs` are a scene's
-/// materials; behind them stands the default one.
+/// Rejects mixes that contain themselves, refer to unknown materials, have the wrong number of weights, or are too
+/// large. `descs` are the scene's materials; the index after the last is the default material.
 pub(crate) fn check(descs: &[Named<MaterialDesc>]) -> Result<(), SceneError> {
     let mut states = vec![State::New; descs.len()];
     for start in 0..descs.len() {
-        // Depth-first with a stack of our own: a chain of names may be as long as the file.
+        // Depth-first with an explicit stack: a chain of names can be as long as the file.
         let mut stack = vec![start];
         while let Some(&node) = stack.last() {
             let MaterialDesc::Mix(mix) = &descs[node].value else {
@@ -70,7 +70,7 @@ pub(crate) fn check(descs: &[Named<MaterialDesc>]) -> Result<(), SceneError> {
             let (mut parts, mut depth, mut next) = (0u64, 0, None);
             for child in mix.materials.iter().map(|m| m.index()) {
                 if matches!(descs.get(child), Some(Named { value: MaterialDesc::Boundary(_), .. })) {
-                    let message = "the boundary of a medium is no surface and cannot be part of a mix";
+                    let message = "an interface material is no surface and cannot be part of a mix";
                     return Err(fail(ErrorCode::Conflict, message.into()));
                 }
                 match states.get(child) {
@@ -88,13 +88,15 @@ pub(crate) fn check(descs: &[Named<MaterialDesc>]) -> Result<(), SceneError> {
                 continue;
             }
             if depth + 1 > MAX_DEPTH {
-                let message =
-                    format!("in the material {} mixes nest deeper than {MAX_DEPTH}", label(descs, node));
+                let message = format!(
+                    "in the material {} mixes are nested deeper than {MAX_DEPTH}",
+                    label(descs, node)
+                );
                 return Err(fail(ErrorCode::Cycle, message));
             }
             if parts > MAX_PARTS {
                 let message = format!(
-                    "the material {} comes to {parts} materials, more than {MAX_PARTS}",
+                    "the material {} expands to {parts} materials, more than {MAX_PARTS}",
                     label(descs, node)
                 );
                 return Err(fail(ErrorCode::TooLarge, message));
@@ -114,17 +116,17 @@ fn label(descs: &[Named<MaterialDesc>], node: usize) -> String {
 }
 
 impl MixMaterial {
-    /// What shows without its materials. `known` is how many there are, beside the default one.
+    /// Checks that need no other material. `known` is the number of materials without the default one.
     fn check_alone(&self, known: usize) -> Result<(), SceneError> {
         let (n, weights) = (self.materials.len(), self.weights.len());
         if n < 2 {
-            let message = format!("a mix needs two materials at least, found {n}");
+            let message = format!("a mix needs at least two materials, found {n}");
             return Err(SceneError::new(ErrorCode::OutOfRange, message));
         }
         if !(weights == 0 || weights == n || weights + 1 == n) {
             let message = format!("expected {} or {n} weights for {n} materials, found {weights}", n - 1);
             return Err(SceneError::new(ErrorCode::OutOfRange, message)
-                .help("give one share for each material, or leave out that of the first"));
+                .help("give one weight for each material, or omit that of the first"));
         }
         if let Some(id) = self.materials.iter().find(|m| m.index() > known) {
             let message = format!("a mix names material {}, but the scene has {known}", id.0);
@@ -133,7 +135,7 @@ impl MixMaterial {
         Ok(())
     }
 
-    /// Makes it ready. `descs` are the scene's materials, checked.
+    /// Prepares the mix. `descs` are the scene's materials, already checked.
     pub(super) fn prepare(&self, physical: bool, descs: &[Named<MaterialDesc>]) -> Mix {
         let shadows = |id: MaterialId| {
             let default = MaterialDesc::default();
@@ -177,7 +179,7 @@ mod tests {
 
     #[test]
     fn mixes_are_bounded() {
-        // A chain of a hundred thousand, and doublings.
+        // A chain of 100,000, and repeated doubling.
         let chain: Vec<_> = (0..100_000).map(|i| mix(&[i + 1, 100_000], 1)).collect();
         assert_eq!(refused(chain), ErrorCode::Cycle);
         let doubled: Vec<_> = (0..16).map(|i| mix(&[i + 1, i + 1], 1)).collect();

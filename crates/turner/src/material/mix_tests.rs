@@ -1,4 +1,4 @@
-//! Mixes of materials: weighted sums of what each does.
+//! Mixes of materials: weighted sums of their parts.
 
 use super::{ClassicMaterial, MaterialDesc, MixMaterial, PrincipledMaterial};
 use crate::camera::{CameraDesc, OrthographicDesc, PinholeDesc, Viewport};
@@ -14,7 +14,7 @@ use crate::testing::scenes::{
 };
 use crate::texture::{GradientDesc, Stop, TextureDesc};
 
-/// Of the scene's materials of these numbers.
+/// A mix of the scene's materials with these ids.
 fn mix(materials: &[u32], weights: Vec<ColorSource>) -> MaterialDesc {
     MaterialDesc::Mix(MixMaterial { materials: materials.iter().map(|m| MaterialId(*m)).collect(), weights })
 }
@@ -23,13 +23,13 @@ fn numbers(weights: &[f64]) -> Vec<ColorSource> {
     weights.iter().map(|w| grey(*w)).collect()
 }
 
-/// These materials and behind them their mix.
+/// These materials, followed by their mix.
 fn mixed<const N: usize>(parts: [PrincipledMaterial; N], weights: Vec<ColorSource>) -> Vec<MaterialDesc> {
     let all: Vec<u32> = (0..N as u32).collect();
     parts.into_iter().map(MaterialDesc::Principled).chain([mix(&all, weights)]).collect()
 }
 
-/// With a shape of the last of these materials.
+/// A scene with a shape of the last of these materials.
 fn of_last(mut desc: SceneDesc, materials: Vec<MaterialDesc>, shape: ShapeDesc) -> SceneDesc {
     let ids: Vec<MaterialId> = materials.into_iter().map(|m| desc.material(m)).collect();
     desc.with_shared(shape, ids[ids.len() - 1])
@@ -39,7 +39,7 @@ fn ball() -> ShapeDesc {
     sphere(DVec3::ZERO, 1.0)
 }
 
-/// A sphere of the last of these materials in light from all around.
+/// A sphere of the last of these materials in a uniform environment.
 fn furnace(samples: u32, materials: Vec<MaterialDesc>) -> Mean {
     let desc =
         path(PathDesc { rr_start: 1000, ..PathDesc::default() }).seen_from_front(4.0, 10.0).before(1.0);
@@ -55,18 +55,18 @@ fn light() -> MaterialDesc {
 }
 
 #[test]
-fn shares_of_two_of_three_and_of_mixes() {
-    let weighed = |materials: &[u32], weights: &[f64]| {
+fn weights_of_two_of_three_and_of_mixes() {
+    let weighted = |materials: &[u32], weights: &[f64]| {
         furnace(256, vec![dark(), light(), mix(materials, numbers(weights))])
     };
     let blend = |light: f64| [0.8, 0.6, 0.4].map(|c| 0.2 + (c - 0.2) * light);
-    weighed(&[0, 1], &[]).is(blend(0.5), 0.01);
-    weighed(&[0, 1], &[0.25]).is(blend(0.25), 0.01);
-    weighed(&[0, 1], &[1.0, 3.0]).is(blend(0.75), 0.01);
-    weighed(&[0, 1, 0], &[0.3, 0.3]).is(blend(0.3), 0.01);
-    // Of more than one in all, nothing is left for the first.
-    weighed(&[0, 1, 0], &[3.0, 1.0]).is(blend(0.75), 0.01);
-    weighed(&[0, 1], &[0.0, 0.0]).is(blend(0.0), 0.01);
+    weighted(&[0, 1], &[]).is(blend(0.5), 0.01);
+    weighted(&[0, 1], &[0.25]).is(blend(0.25), 0.01);
+    weighted(&[0, 1], &[1.0, 3.0]).is(blend(0.75), 0.01);
+    weighted(&[0, 1, 0], &[0.3, 0.3]).is(blend(0.3), 0.01);
+    // Weights that sum to more than 1 leave nothing for the first.
+    weighted(&[0, 1, 0], &[3.0, 1.0]).is(blend(0.75), 0.01);
+    weighted(&[0, 1], &[0.0, 0.0]).is(blend(0.0), 0.01);
     let half = |other| mix(&[0, other], numbers(&[0.5]));
     furnace(256, vec![dark(), light(), half(1), half(2)]).is(blend(0.25), 0.01);
 }
@@ -100,8 +100,8 @@ fn a_textured_weight_shows_its_texture() {
     assert!(both.contains(&[1.0, 0.0, 0.0]) && both.contains(&[0.0, 0.0, 2.0]), "{both:?}");
 }
 
-/// A lamp with a share of 0.25 behind holes with a share of 0.5; the lamp is the first.
-fn lamp() -> Vec<MaterialDesc> {
+/// An emitter of weight 0.25 with holes of weight 0.5. The emitter is the first material.
+fn emitter_with_holes() -> Vec<MaterialDesc> {
     let hole = PrincipledMaterial { opacity: grey(0.0), ..PrincipledMaterial::default() };
     mixed([emissive(4.0, grey(1.0)), matte(grey(0.0)), hole], numbers(&[1.0, 1.0, 2.0]))
 }
@@ -111,15 +111,15 @@ fn disk(height: f64, normal: DVec3) -> ShapeDesc {
 }
 
 #[test]
-fn emission_and_holes_have_their_shares() {
-    // Seen: a quarter of 4, and half of what is behind.
+fn emission_and_holes_are_weighted() {
+    // A quarter of the emission 4, and half of the background.
     let before = path(PathDesc::default()).before(0.5).seen_from_front(4.0, 1.0);
     let square = rectangle(DVec3::ZERO, v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0));
-    mean(256, of_last(before, lamp(), square)).is_grey(1.25, 0.01);
-    // Lit by it, and through it: both ways of finding light agree with the formula of a disk above a point.
+    mean(256, of_last(before, emitter_with_holes(), square)).is_grey(1.25, 0.01);
+    // Lit by it, and through it: light sampling and BSDF sampling agree with the formula of a disk above a point.
     for light_sampling in [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light] {
         let below = SceneDesc {
-            materials: lamp().into_iter().map(Into::into).collect(),
+            materials: emitter_with_holes().into_iter().map(Into::into).collect(),
             ..path(PathDesc { max_depth: 1, light_sampling, ..PathDesc::default() })
         };
         let lit = below
@@ -127,13 +127,13 @@ fn emission_and_holes_have_their_shares() {
             .with(plane(), matte(grey(0.5)))
             .with_shared(disk(1.0, DVec3::Y), MaterialId(3))
             .with_shared(disk(2.0, DVec3::Y), MaterialId(0));
-        // The upper disk is seen by half through the lower one, and beyond its rim not at all.
+        // Half of the upper disk is visible through the lower one, and nothing beyond its rim.
         mean(256, lit).is_grey(0.5 * (0.25 * 4.0 * 0.5 + 0.5 * 4.0 * 0.2), 0.03);
     }
 }
 
 #[test]
-fn one_sided_parts_pass_what_comes_from_behind() {
+fn one_sided_parts_pass_rays_from_behind() {
     let seen = |normal: f64| {
         let desc = path(PathDesc::default()).before(0.25).seen_from_front(4.0, 1.0);
         let unlit = PrincipledMaterial {
@@ -151,7 +151,7 @@ fn one_sided_parts_pass_what_comes_from_behind() {
 
 #[test]
 fn glass_in_a_mix_absorbs_inside() {
-    // Half of the surface is a film without effect, half glass without contrast that absorbs.
+    // One half is a film without effect, the other glass without contrast that absorbs.
     let glass = PrincipledMaterial {
         transmission_weight: grey(1.0),
         specular_ior: 1.0,
@@ -189,7 +189,7 @@ fn the_classic_integrator_shows_the_mean() {
 }
 
 #[test]
-fn mixes_come_with_errors_at_their_place() {
+fn invalid_mixes_are_refused() {
     let refused = |materials: Vec<MaterialDesc>| {
         let mut desc = path(PathDesc::default());
         desc.materials = materials.into_iter().map(Into::into).collect();

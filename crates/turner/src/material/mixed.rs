@@ -1,9 +1,9 @@
-//! A mix at a place: which of its materials is there, with what share.
+//! A mix evaluated at a point: the weights of its materials.
 //!
-//! Integrators that follow light choose one material for each ray that arrives, with its share as the probability. The mean is
-//! the weighted sum of the BSDFs, emissions and holes, exactly, and keeps what each of them keeps: energy and reciprocity. (Mixing the materials'
-//! numbers instead would be cheaper by the noise of that choice, but something else: half a mirror and half a diffuse
-//! surface is not a surface of middling roughness.)
+//! Physically based integrators choose one material per hit, with its weight as the probability. The mean is exactly
+//! the weighted sum of the BSDFs, emissions and opacities, and keeps their energy and reciprocity. (Mixing the
+//! parameters instead would avoid the noise of that choice, but the result differs: half mirror and half diffuse is not
+//! a surface of medium roughness.)
 
 use super::emission::estimate;
 use super::mix::MAX_PARTS;
@@ -17,12 +17,12 @@ use crate::math::DVec3;
 use crate::schema::{ColorSource, MaterialId};
 use crate::texture::TexturePoint;
 
-/// A mix, prepared.
+/// A prepared mix.
 #[derive(Clone, Debug)]
 pub struct Mix {
     parts: Vec<Part>,
-    /// Whether the first part has what the weights of the others leave of 1.
-    first_has_the_rest: bool,
+    /// Whether the first part gets what the weights of the others leave of 1.
+    first_is_remainder: bool,
     pub(super) shadow: ShadowKind,
 }
 
@@ -30,28 +30,28 @@ pub struct Mix {
 struct Part {
     material: MaterialId,
     weight: ColorSource,
-    /// Where it is.
+    /// Its alpha test.
     cutout: Option<Cutout>,
 }
 
-/// A material of a mix at a place.
-pub(super) struct Present<'a> {
+/// A material of a mix at a point.
+pub(super) struct ResolvedPart<'a> {
     pub(super) material: &'a Material,
-    /// Its share of the surface.
-    pub(super) share: f64,
-    /// Whether it has no hole there.
-    pub(super) is_there: bool,
+    /// Weight of the material.
+    pub(super) weight: f64,
+    /// Whether it passes the alpha test.
+    pub(super) present: bool,
 }
 
 impl Mix {
-    /// `shadows` gives where a material is and what shadow it casts.
+    /// `shadows` returns the alpha test and the shadow of a material.
     pub(super) fn new(
         desc: &MixMaterial,
         shadows: impl Fn(MaterialId) -> (Option<Cutout>, ShadowKind),
     ) -> Mix {
         let even = ColorSource::Constant(Spectrum::WHITE);
-        let first_has_the_rest = desc.weights.len() + 1 == desc.materials.len();
-        let skipped = usize::from(first_has_the_rest);
+        let first_is_remainder = desc.weights.len() + 1 == desc.materials.len();
+        let skipped = usize::from(first_is_remainder);
         let mut shadow = ShadowKind::Opaque;
         let parts = desc.materials.iter().enumerate().map(|(i, &material)| {
             let (cutout, own) = shadows(material);
@@ -62,35 +62,36 @@ impl Mix {
             Part { material, weight: weight.copied().unwrap_or(even), cutout }
         });
         let parts = parts.collect();
-        Mix { parts, first_has_the_rest, shadow }
+        Mix { parts, first_is_remainder, shadow }
     }
 
-    /// The parts, with about the share of each: textures count as 1, and only leave a part out that has none for certain.
+    /// The parts and their approximate weights: a texture counts as 1, so a part gets weight 0 only if it is 0
+    /// everywhere.
     pub(crate) fn shares(&self) -> impl Iterator<Item = (MaterialId, f64)> + '_ {
         let weights = || self.parts.iter().map(|p| estimate(p.weight));
-        let sum: f64 = weights().skip(usize::from(self.first_has_the_rest)).sum();
+        let sum: f64 = weights().skip(usize::from(self.first_is_remainder)).sum();
         let varies = self.parts.iter().any(|p| matches!(p.weight, ColorSource::Texture(_)));
-        let first = match self.first_has_the_rest {
+        let first = match self.first_is_remainder {
             true if varies => 1.0,
             true => (1.0 - sum).max(0.0),
             false => estimate(self.parts[0].weight) + f64::from(sum <= 0.0),
         };
-        let whole = sum.max(if self.first_has_the_rest { 1.0 } else { f64::MIN_POSITIVE });
-        let whole = if sum > 0.0 { whole } else { 1.0 };
+        let total = sum.max(if self.first_is_remainder { 1.0 } else { f64::MIN_POSITIVE });
+        let total = if sum > 0.0 { total } else { 1.0 };
         self.parts
             .iter()
             .enumerate()
-            .map(move |(i, p)| (p.material, if i == 0 { first } else { estimate(p.weight) } / whole))
+            .map(move |(i, p)| (p.material, if i == 0 { first } else { estimate(p.weight) } / total))
     }
 
-    /// Visits the materials at a place that are no mixes, seen from outside or from inside; shares add up to 1. Nesting is bounded by
-    /// the check of the scene.
+    /// Visits the materials at a point, nested mixes resolved, seen from outside or inside; the weights sum to 1. The
+    /// scene's check bounds the nesting.
     pub(super) fn each<'a>(
         &self,
         scene: &'a impl MaterialEvalContext,
         at: &TexturePoint<'_>,
         outside: bool,
-        visit: &mut impl FnMut(Present<'a>),
+        visit: &mut impl FnMut(ResolvedPart<'a>),
     ) {
         self.each_of(scene, at, outside, 1.0, visit);
     }
@@ -100,10 +101,10 @@ impl Mix {
         scene: &'a impl MaterialEvalContext,
         at: &TexturePoint<'_>,
         outside: bool,
-        share: f64,
-        visit: &mut impl FnMut(Present<'a>),
+        outer: f64,
+        visit: &mut impl FnMut(ResolvedPart<'a>),
     ) {
-        let skipped = usize::from(self.first_has_the_rest);
+        let skipped = usize::from(self.first_is_remainder);
         let mut weights = [0.0; MAX_PARTS as usize];
         for (weight, part) in weights.iter_mut().zip(&self.parts).skip(skipped) {
             let c = scene.textures().color(part.weight, at);
@@ -111,35 +112,36 @@ impl Mix {
             *weight = if w > 0.0 { w } else { 0.0 };
         }
         let sum: f64 = weights.iter().take(self.parts.len()).sum();
-        // Shares of more than 1 in all leave nothing for the first; of shares that are all 0 the first has all.
-        let (whole, rest) = match self.first_has_the_rest {
+        // Weights that sum to more than 1 leave nothing for the first part; if all are 0, the first part gets
+        // everything.
+        let (total, remainder) = match self.first_is_remainder {
             true => (sum.max(1.0), (1.0 - sum).max(0.0)),
             false => (if sum > 0.0 { sum } else { 1.0 }, f64::from(sum <= 0.0)),
         };
         for (i, (part, weight)) in self.parts.iter().zip(&weights).enumerate() {
-            let own = weight / whole + if i == 0 { rest } else { 0.0 };
+            let own = weight / total + if i == 0 { remainder } else { 0.0 };
             if own <= 0.0 {
                 continue;
             }
-            let share = share * own;
+            let weight = outer * own;
             match &scene.materials()[part.material.index()] {
-                Material::Mix(inner) => inner.each_of(scene, at, outside, share, visit),
+                Material::Mix(inner) => inner.each_of(scene, at, outside, weight, visit),
                 material => {
-                    let is_there = part.cutout.is_none_or(|c| c.is_there(scene, at, outside));
-                    visit(Present { material, share, is_there });
+                    let present = part.cutout.is_none_or(|c| c.is_there(scene, at, outside));
+                    visit(ResolvedPart { material, weight, present });
                 }
             }
         }
     }
 
-    /// Whether any of its materials encloses a translucent body. Nesting is bounded by the check of the scene.
+    /// Whether any of its materials has subsurface scattering. The scene's check bounds the nesting.
     pub(super) fn walks(&self, scene: &impl MaterialEvalContext) -> bool {
         self.parts
             .iter()
             .any(|p| scene.materials().get(p.material.index()).is_some_and(|m| m.has_walk(scene)))
     }
 
-    /// The material that a ray meets on the outer or inner side, chosen by `u` within 0..1; `None` where it passes.
+    /// The material that a ray hits on the outer or inner side, chosen by `u` within 0..1; `None` if the ray passes.
     pub fn choose<'a>(
         &self,
         scene: &'a impl MaterialEvalContext,
@@ -151,21 +153,21 @@ impl Mix {
         let (mut below, mut chosen, mut last) = (0.0, None, None);
         self.each(scene, &at, outside, &mut |part| {
             let Material::OpenPbr(m) = part.material else { return };
-            let share =
-                if part.is_there { part.share * f64::from(m.desc.coverage_at(scene, &at)) } else { 0.0 };
-            if share > 0.0 {
+            let weight =
+                if part.present { part.weight * f64::from(m.desc.coverage_at(scene, &at)) } else { 0.0 };
+            if weight > 0.0 {
                 last = Some(&**m);
-                if chosen.is_none() && u < below + share {
+                if chosen.is_none() && u < below + weight {
                     chosen = last;
                 }
-                below += share;
+                below += weight;
             }
         });
-        // Roundings open no holes.
+        // Rounding must not open holes.
         if self.shadow == ShadowKind::Opaque { chosen.or(last) } else { chosen }
     }
 
-    /// The share of light that passes a crossing in `direction`.
+    /// Fraction of light that passes a crossing in `direction`.
     pub(super) fn shadow_tint(
         &self,
         scene: &impl MaterialEvalContext,
@@ -176,18 +178,19 @@ impl Mix {
         let outside = direction.dot(surface.ng) < 0.0;
         let mut sum = Spectrum::BLACK;
         self.each(scene, &at, outside, &mut |part| {
-            let through = match (part.is_there, part.material.shadow()) {
+            let through = match (part.present, part.material.shadow()) {
                 (true, ShadowKind::Opaque) => Spectrum::BLACK,
                 (true, ShadowKind::Tinted) => part.material.shadow_tint(scene, surface, direction),
                 (true, ShadowKind::None) | (false, _) => Spectrum::WHITE,
             };
-            sum += through * part.share as f32;
+            sum += through * part.weight as f32;
         });
         sum
     }
 
-    /// As a classic material, which has one colour, one highlight and one way through: the mean of its materials', the highlight and the refraction of
-    /// the one that has most of them. Turns the shading normal of `surface` as the heaviest one does.
+    /// The equivalent classic material. It has one colour, one highlight and one refraction: the weighted mean of the
+    /// parts, with the highlight and refraction of the part that has most of them. Sets the shading normal of `surface`
+    /// to that of the part with the greatest weight.
     pub fn as_classic(
         &self,
         scene: &impl MaterialEvalContext,
@@ -204,8 +207,8 @@ impl Mix {
         let mut normal = surface.ns;
         let original = *surface;
         self.each(scene, &at, outside, &mut |part| {
-            if !part.is_there {
-                out.k_refract += part.share;
+            if !part.present {
+                out.k_refract += part.weight;
                 return;
             }
             let mut surface = original;
@@ -214,18 +217,18 @@ impl Mix {
                     if let Some(bump) = m.bump {
                         apply_bump_map(scene, &mut surface, bump);
                     }
-                    // Done: what comes of the mix bends no normal.
+                    // Already applied: the mix itself has no bump map.
                     Classic { bump: None, ..*m }
                 }
                 Material::Principled(m, _) => {
                     let (classic, light) = m.as_classic(scene, &mut surface, direction);
-                    emitted += light * part.share as f32;
+                    emitted += light * part.weight as f32;
                     classic
                 }
                 Material::OpenPbr(_) | Material::Mix(_) => return,
             };
             let left = (1.0 - own.k_reflect - own.k_refract).max(0.0);
-            let weight = part.share * own.k_local.unwrap_or(left);
+            let weight = part.weight * own.k_local.unwrap_or(left);
             color += color_at(own.color, scene, &surface) * (weight * own.kd.max(own.ka)) as f32;
             local += weight * own.kd.max(own.ka);
             out.kd += weight * own.kd;
@@ -235,14 +238,14 @@ impl Mix {
                 shiniest = weight * own.ks;
                 (out.exponent, out.dark) = (own.exponent, 0.0);
             }
-            out.k_reflect += part.share * own.k_reflect;
-            out.k_refract += part.share * own.k_refract;
-            if part.share * own.k_refract > clearest {
-                clearest = part.share * own.k_refract;
+            out.k_reflect += part.weight * own.k_reflect;
+            out.k_refract += part.weight * own.k_refract;
+            if part.weight * own.k_refract > clearest {
+                clearest = part.weight * own.k_refract;
                 (out.ior, out.fresnel) = (own.ior, own.fresnel);
             }
-            if part.share > heaviest {
-                heaviest = part.share;
+            if part.weight > heaviest {
+                heaviest = part.weight;
                 normal = surface.ns;
             }
         });

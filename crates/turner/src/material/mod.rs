@@ -1,18 +1,24 @@
-//! Materials: how a surface answers light. One file each; [`MaterialDesc`] is the table of their names in a scene.
+//! Materials: how a surface scatters and emits light. One file per type; [`MaterialDesc`] is the table of their names
+//! in a scene.
 //!
-//! The contract, which every [`Material`] keeps:
+//! Contract of every [`Material`]:
 //!
-//! - A description is plain settings; [`MaterialDesc::prepare`] makes it ready once, for integrators that follow light (`physical`) or for the others. Whatever the
-//!   description, the former are given OpenPBR's layers: all kinds but mixes become a [`PrincipledMaterial`] ([`MaterialDesc::principled`] is `None` for mixes).
-//! - It is given a [`SurfaceInteraction`] in world space and the scene's textures ([`MaterialEvalContext`]). Which side of the surface a ray meets
-//!   (`entering`, `outside`) is the sign of N·D with the geometric normal, decided before any map bends the normal.
-//! - [`OpenPbr::bsdf`] is a [`Bsdf`](crate::bsdf::Bsdf) in the frame of [`OpenPbr::frame`]: local directions with +z along the shading normal, pointing away from the surface,
-//!   values without the cosine, densities per solid angle, as written there.
-//! - Emission is radiance, the same in all directions, on the outer side and, unless the material says otherwise, on the inner one.
-//! - Colours are linear, shares and roughnesses within 0..=1; what textures give beyond that is cut. Lengths (`subsurface_radius`, `transmission_depth`) are scene units.
-//! - [`Cutout`] says where a ray passes as if there were nothing: the scene asks it during intersection. `None` is a surface that is there everywhere, from both sides.
-//! - [`Material::shadow_tint`] is the share of light, by band, that one crossing of the surface lets through to a shadow ray; 1 is all.
-//! - A material has no state and takes no random numbers: the BSDF is sampled by its caller's.
+//! - A description is plain settings. [`MaterialDesc::prepare`] prepares it once, for physically based integrators
+//!   (`physical`) or for the others. Physically based integrators always get OpenPBR's layers: every type but mixes
+//!   converts to a [`PrincipledMaterial`] ([`MaterialDesc::principled`] is `None` for mixes).
+//! - It is evaluated at a [`SurfaceInteraction`] in world space with the scene's textures ([`MaterialEvalContext`]).
+//!   The side of the surface that a ray hits (`entering`, `outside`) is the sign of N·D with the geometric normal,
+//!   decided before any map changes the normal.
+//! - [`OpenPbr::bsdf`] is a [`Bsdf`](crate::bsdf::Bsdf) in the frame of [`OpenPbr::frame`]: local directions with +z
+//!   along the shading normal, pointing away from the surface, f without the cosine, pdfs per solid angle.
+//! - Emission is radiance, the same in all directions, on the outer side and, unless the material says otherwise, on
+//!   the inner side.
+//! - Colours are linear; weights and roughnesses are within 0..=1, and texture values are clamped to that. Lengths
+//!   (`subsurface_radius`, `transmission_depth`) are scene units.
+//! - [`Cutout`] is the alpha test: the scene evaluates it during intersection. `None` is an opaque, two-sided surface.
+//! - [`Material::shadow_tint`] is the fraction of light, by band, that a shadow ray keeps at one crossing of the
+//!   surface; 1 is all.
+//! - A material has no state and uses no random numbers; the caller supplies those that sample the BSDF.
 
 mod base_color;
 pub(crate) mod bent_normal;
@@ -63,7 +69,7 @@ use crate::schema::{ColorSource, Named, family};
 use crate::texture::{Footprint, TexturePoint, Textures};
 
 family! {
-    /// Materials: in `[material.NAME]`, or in place as `material = { … }`. The `type` is "classic" unless given.
+    /// Materials: in `[material.NAME]`, or inline as `material = { … }`. The default `type` is "classic".
     pub enum MaterialDesc as "material", "materials" {
         Classic(ClassicMaterial),
         Principled(PrincipledMaterial),
@@ -77,31 +83,31 @@ family! {
     }
 }
 
-/// A material ready to shade.
+/// A prepared material.
 #[derive(Clone, Debug)]
 pub enum Material {
-    /// The classic documents' material.
+    /// The classic shading model.
     Classic(Classic),
-    /// The physical material, with what its objects' shadows are like for the classic integrator.
+    /// An OpenPBR material for non-physical integrators, with the shadow it casts in the classic integrator.
     Principled(Box<PrincipledMaterial>, ShadowKind),
-    /// Any material, for integrators that follow light.
+    /// Any material, for physically based integrators.
     OpenPbr(Box<OpenPbr>),
-    /// Several of them.
+    /// A weighted mix of materials.
     Mix(Box<Mix>),
 }
 
-/// Where a material lets rays pass.
+/// Where rays pass through a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cutout {
-    /// Opacity and the least that is there; `None` for a material that is there everywhere.
+    /// Opacity and its least opaque value; `None` for a material that is opaque everywhere.
     pub mask: Option<(ColorSource, f32)>,
-    /// Whether rays pass from behind.
+    /// Whether rays pass that hit the back face.
     pub one_sided: bool,
 }
 
 impl Cutout {
-    /// Whether there is anything for a ray that meets the surface on its outer or inner side. Edges are those of the texture looked up at points: a mean would be
-    /// cut off elsewhere than its parts.
+    /// Whether a ray that hits the outer or inner side is stopped. The texture is evaluated at a point: the alpha test
+    /// of a filtered mean would move the edges.
     pub(crate) fn is_there(
         &self,
         scene: &impl MaterialEvalContext,
@@ -116,8 +122,8 @@ impl Cutout {
 }
 
 impl MaterialDesc {
-    /// Makes it ready, for integrators that follow light (`physical`) or for the others. `descs` are the scene's materials, whose mixes
-    /// are checked.
+    /// Prepares the material, for physically based integrators (`physical`) or for the others. `descs` are the scene's
+    /// materials, with their mixes already checked.
     pub fn prepare(&self, physical: bool, descs: &[Named<MaterialDesc>]) -> Material {
         match (self, self.principled()) {
             (MaterialDesc::Classic(m), _) if !physical => Material::Classic(m.prepare()),
@@ -132,7 +138,7 @@ impl MaterialDesc {
         }
     }
 
-    /// In the terms of the physical material; what a classic one is there is a likeness. `None` for a mix, which is none.
+    /// The equivalent OpenPBR material; for a classic material an approximation. `None` for a mix.
     pub fn principled(&self) -> Option<PrincipledMaterial> {
         Some(match self {
             MaterialDesc::Classic(m) => PrincipledMaterial::from_classic(m),
@@ -147,16 +153,16 @@ impl MaterialDesc {
         })
     }
 
-    /// Where it lets rays pass; `None` for a material that is there everywhere and from all sides.
+    /// The alpha test of the material; `None` if it is opaque and two-sided.
     ///
-    /// A boundary of a medium is there for integrators that follow light (`physical`) and for no others.
+    /// The interface of a medium stops rays of physically based integrators (`physical`) only.
     pub fn cutout(&self, physical: bool) -> Option<Cutout> {
         let (opacity, cutoff, one_sided) = match self {
             MaterialDesc::Classic(m) => (m.opacity, m.alpha_cutoff as f32, false),
             MaterialDesc::Principled(m) => {
                 let cutoff = match m.alpha_mode {
                     AlphaMode::Mask => m.alpha_cutoff as f32,
-                    // Nothing at all is the same as a hole.
+                    // Opacity 0 is the same as a hole.
                     AlphaMode::Blend => f32::MIN_POSITIVE,
                     AlphaMode::Opaque => f32::NEG_INFINITY,
                 };
@@ -169,7 +175,7 @@ impl MaterialDesc {
             | MaterialDesc::Emissive(_) => return None,
             MaterialDesc::Boundary(_) if physical => return None,
             MaterialDesc::Boundary(_) => (ColorSource::Constant(Spectrum::BLACK), 0.5, false),
-            // Decided by each of its materials.
+            // Each part has its own.
             MaterialDesc::Mix(_) => return None,
         };
         let everywhere = match opacity {
@@ -182,7 +188,7 @@ impl MaterialDesc {
 }
 
 impl Material {
-    /// What shadow its objects cast.
+    /// The kind of shadow that its objects cast.
     #[inline]
     pub fn shadow(&self) -> ShadowKind {
         match self {
@@ -193,7 +199,7 @@ impl Material {
         }
     }
 
-    /// The share of light that a tinted shadow lets through at a crossing of the surface, by a shadow ray in `direction`.
+    /// Fraction of light that a tinted shadow keeps at a crossing of the surface, for a shadow ray in `direction`.
     pub fn shadow_tint(
         &self,
         scene: &impl MaterialEvalContext,
@@ -209,22 +215,23 @@ impl Material {
     }
 }
 
-/// What materials ask of the scene around them. One type implements it, [`crate::scene::Scene`], so that shading is compiled for it and no call is indirect.
+/// What materials need from the scene. Only [`crate::scene::Scene`] implements it, so shading is monomorphised and no
+/// call is indirect.
 pub trait MaterialEvalContext {
     /// All textures.
     fn textures(&self) -> &Textures;
-    /// All materials, by id: what mixes are made of.
+    /// All materials, by id: the parts of mixes.
     fn materials(&self) -> &[Material];
-    /// Where textures are looked up on a surface, and over what footprint.
+    /// Texture coordinates and footprint at a surface point.
     fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_>;
-    /// Unit tangent (along u) and bitangent (along v) of a surface, at right angles to its shading normal; `None` where (u, v) say nothing about directions.
-    /// `uv_set` is what directions are taken from where a mesh has no tangents.
+    /// Unit tangent (along u) and bitangent (along v), perpendicular to the shading normal; `None` where (u, v) gives
+    /// no directions. `uv_set` supplies them where a mesh has no tangents.
     fn tangent_frame(&self, surface: &SurfaceInteraction, uv_set: u32) -> Option<(DVec3, DVec3)>;
-    /// Two axes in the world, tangent to the surface, as a footprint of textures.
+    /// The footprint of two world-space axes tangent to the surface.
     fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint;
 }
 
-/// The colour of a source on a surface.
+/// The colour of a source at a surface point.
 #[inline]
 pub fn color_at(
     source: ColorSource,

@@ -1,7 +1,7 @@
 //! Normal maps and bump maps.
 //!
-//! Red of a normal map leads along the tangent (growing u), green along the bitangent (growing v: upwards in the picture),
-//! blue along the normal, as glTF 2.0 §3.9.3 has it.
+//! Red of a normal map is along the tangent (growing u), green along the bitangent (growing v, up in the image), blue
+//! along the normal (glTF 2.0 §3.9.3).
 
 use super::{Bump, BumpUnit, MaterialEvalContext};
 use crate::color::Spectrum;
@@ -10,7 +10,7 @@ use crate::math::DVec3;
 use crate::schema::{ColorSource, TextureId};
 use crate::texture::{Footprint, Projection};
 
-/// Turns the shading normal as a normal map says.
+/// Applies a normal map to the shading normal.
 pub fn apply_normal_map(
     scene: &impl MaterialEvalContext,
     surface: &mut SurfaceInteraction,
@@ -23,7 +23,7 @@ pub fn apply_normal_map(
     }
 }
 
-/// The normal that a normal map asks for, unit, on the outer side of the surface.
+/// The unit normal of a normal map, on the outer side of the surface.
 pub fn mapped_normal(
     scene: &impl MaterialEvalContext,
     surface: &SurfaceInteraction,
@@ -46,7 +46,7 @@ pub fn mapped_normal(
     outward(n.try_normalize()?, surface.ng)
 }
 
-/// The normal by a picture whose mapping says where its right and its top are.
+/// The normal from an image whose projection defines its axes.
 fn projected_normal(
     scene: &impl MaterialEvalContext,
     surface: &SurfaceInteraction,
@@ -57,13 +57,14 @@ fn projected_normal(
     let x = n.any_orthonormal_vector();
     let y = n.cross(x);
     let at = scene.texture_point(surface);
-    // Where directions are asked for, footprints are unit steps; where colours are, what the ray covers.
+    // `steps` has unit footprints, from which directions are computed; `at` has the ray's footprint, which filters the
+    // colours.
     let mut steps = at;
     steps.footprint = Some(scene.footprint(surface, [x, y]));
     let mut sum = DVec3::ZERO;
     for from in scene.textures().projections(id, &steps).into_iter().flatten() {
         let Projection { weight, axes: [a, b], .. } = from;
-        // Columns: how the place in the picture changes along x and y. Tangents are the columns of the inverse.
+        // a and b are the change of the image position along x and y. Tangents are the columns of the inverse matrix.
         let area = a.x * b.y - b.x * a.y;
         let tangent = ((x * b.y - y * a.y) * area.signum()).try_normalize();
         let Some(tangent) = tangent.filter(|_| area != 0.0) else { continue };
@@ -73,13 +74,14 @@ fn projected_normal(
     (sum != DVec3::ZERO).then_some(sum)
 }
 
-/// Turns the shading normal as a bump map says.
+/// Applies a bump map to the shading normal.
 pub fn apply_bump_map(scene: &impl MaterialEvalContext, surface: &mut SurfaceInteraction, bump: Bump) {
     surface.ns = bumped_normal(scene, surface, bump);
 }
 
-/// The normal of the surface raised by heights, unit, on its outer side: n − ∂h/∂x x − ∂h/∂y y, with derivatives by differences between
-/// the edges of the ray's footprint, or of a texel where that is larger (Blinn 1978, "Simulation of wrinkled surfaces").
+/// The unit normal of the displaced surface, on its outer side: n − ∂h/∂x x − ∂h/∂y y (Blinn 1978, "Simulation of
+/// wrinkled surfaces"). The derivatives are differences across the ray's footprint, or across a texel where that is
+/// larger.
 pub fn bumped_normal(scene: &impl MaterialEvalContext, surface: &SurfaceInteraction, bump: Bump) -> DVec3 {
     let n = surface.ns;
     let x = n.any_orthonormal_vector();
@@ -91,7 +93,7 @@ pub fn bumped_normal(scene: &impl MaterialEvalContext, surface: &SurfaceInteract
     let Some(least) = scene.textures().spacing(bump.map, &at) else { return n };
     let step = seen.max(least);
     let scaled = |by: f64| Footprint { p: unit.p.map(|d| by * d), uv: unit.uv.map(|d| by * d) };
-    // Only where rays have cones are there means to look up.
+    // Rays without a cone look up points, not filtered means.
     at.footprint = (seen > 0.0).then(|| scaled(step));
     let height = |axis: usize, by: f64| {
         let c = scene.textures().color(bump.map, &at.beside(by * unit.p[axis], by * unit.uv[axis]));
@@ -101,7 +103,7 @@ pub fn bumped_normal(scene: &impl MaterialEvalContext, surface: &SurfaceInteract
     let scale = match bump.unit {
         BumpUnit::Scene => bump.scale,
         BumpUnit::Tile => {
-            // The area of a tile, 1 over that of (u, v) per unit of area.
+            // The area of a tile, 1 over the (u, v) area per unit of surface area.
             let [a, b] = unit.uv;
             let area = (a.x * b.y - b.x * a.y).abs();
             if area > 0.0 { bump.scale / area.sqrt() } else { 0.0 }
@@ -111,7 +113,8 @@ pub fn bumped_normal(scene: &impl MaterialEvalContext, surface: &SurfaceInteract
     bumped.try_normalize().and_then(|bumped| outward(bumped, surface.ng)).unwrap_or(n)
 }
 
-/// A normal that turns away from the surface it belongs to would make light leak through it: then the nearest that does not.
+/// A normal that points away from the surface's side would leak light through it: replaced by the nearest that does
+/// not.
 fn outward(n: DVec3, ng: DVec3) -> Option<DVec3> {
     let outer = n.dot(ng);
     if outer > 0.0 { Some(n) } else { (n - 1.001 * outer * ng).try_normalize() }

@@ -1,16 +1,14 @@
-//! Materials as the integrators that follow light take them: the physical material, with what is known of it beforehand.
+//! OpenPBR materials, prepared for physically based integrators, and the conversion of classic materials:
 //!
-//! A classic material becomes a physical one:
-//!
-//! | classic | physical |
+//! | classic | OpenPBR |
 //! |---|---|
 //! | `color`, `kd` | base colour and weight of a Lambertian base |
 //! | `ks`, `shininess` n | dielectric specular of roughness (2/(n + 2))^(1/4) |
-//! | `k_reflect` | smooth specular with that reflectance seen head-on; from 0.9 on, a metal mirror of that grey; with `fresnel`, of the material's `ior` |
+//! | `k_reflect` | smooth specular with that F₀; from 0.9 on a grey metal mirror; with `fresnel`, of the material's `ior` |
 //! | `k_refract` | glass with the material's `ior`, in proportion to the local colour |
 //! | `opacity`, `alpha_cutoff` | the same |
 //! | `bump_map`, `bump_scale` | the same |
-//! | `ka` | nothing: light from all around is traced |
+//! | `ka` | ignored: indirect light is traced |
 
 use super::gloss::Gloss;
 use super::{AlphaMode, ClassicMaterial, Fresnel, InterfaceMaterial, PrincipledMaterial, ShadowKind};
@@ -20,46 +18,46 @@ use crate::material::MaterialEvalContext;
 use crate::schema::ColorSource;
 use crate::texture::TexturePoint;
 
-/// A physical material, prepared.
+/// A prepared OpenPBR material.
 #[derive(Clone, Debug)]
 pub struct OpenPbr {
-    /// What it is made of.
+    /// Its description.
     pub desc: PrincipledMaterial,
-    /// Its objects' shadows: opaque, or tinted where it covers only a share of what is behind.
+    /// Shadow of its objects: opaque, or tinted where the surface covers only part of what is behind.
     pub(super) shadow: ShadowKind,
-    /// Whether light passes straight through it as through a clear pane, as well as by its other lobes.
+    /// Whether light also passes straight through it, as through a clear pane.
     pub(crate) pane: bool,
-    /// Whether it gathers light into caustics: whether a mirror's lobe or a narrow one reflects or refracts it.
+    /// Whether it casts caustics: whether a delta lobe or a narrow lobe reflects or refracts light.
     pub(crate) casts_caustics: bool,
-    /// Whether it scatters by mirrors' lobes and narrow ones alone: polished metal, glass.
+    /// Whether all its lobes are delta or narrow: polished metal, glass.
     pub(crate) near_specular: bool,
-    /// Whether it is no surface, but the boundary of a medium.
+    /// Whether it is the interface of a medium and scatters nothing.
     pub(crate) boundary: bool,
-    /// Whether light walks about in the body that it encloses.
+    /// Whether light is scattered inside by a subsurface random walk.
     pub(crate) walks: bool,
-    /// Indices of refraction by colour band, where they differ.
+    /// Indices of refraction by colour band, if they differ.
     pub(crate) dispersion: Option<[f64; 3]>,
-    /// From outside and from inside, if it is the same everywhere and surrounded by nothing.
+    /// The BSDF from outside and from inside, if it is constant and the exterior is empty.
     constant: Option<[Bsdf; 2]>,
     gloss: Gloss,
     plain: Option<PlainBsdf>,
 }
 
-/// A BSDF of a kind that is computed for eight points at a time.
+/// A BSDF that is evaluated for eight points at a time.
 #[derive(Clone, Debug)]
 pub(crate) enum PlainBsdf {
-    /// Lambert's: its BRDF.
+    /// The BRDF of Lambertian reflection.
     Lambert(Spectrum),
     RoughMirror(RoughMirror),
 }
 
-/// A source that is the same grey everywhere.
+/// A constant grey.
 const fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
 }
 
 impl PrincipledMaterial {
-    /// A physical material that looks like a classic one; the table above says how.
+    /// The OpenPBR approximation of a classic material; see the table of the module.
     pub fn from_classic(m: &ClassicMaterial) -> PrincipledMaterial {
         let unit = |v: f64| v.clamp(0.0, 1.0) as f32;
         let (ks, exponent) = m.highlight();
@@ -85,7 +83,7 @@ impl PrincipledMaterial {
             p.specular_ior = m.ior;
         }
         if m.k_refract > 0.0 {
-            // The local share is what is left beside the glass.
+            // `local` is the weight left over by the glass.
             let glass = m.k_refract / (m.k_refract + local);
             p.transmission_weight = grey(unit(glass));
             p.base_weight = grey(unit(m.kd));
@@ -95,10 +93,10 @@ impl PrincipledMaterial {
                 p.base_color = grey(unit(m.k_reflect));
                 p.base_weight = grey(1.0);
             } else {
-                // The index of refraction that reflects so much.
+                // The index of refraction with F₀ = k_reflect.
                 let r = m.k_reflect.sqrt();
                 p.specular_ior = (1.0 + r) / (1.0 - r);
-                // The specular layer takes its share of the base by itself.
+                // The specular layer attenuates the base itself.
                 p.base_weight = grey(unit(m.kd * m.k_local.map_or(1.0, |k| k / (1.0 - m.k_reflect))));
             }
         } else if m.k_reflect > 0.0 {
@@ -109,7 +107,7 @@ impl PrincipledMaterial {
 }
 
 impl PrincipledMaterial {
-    /// Radiance at a place where the surface is there; pictures may hold what no light is.
+    /// Radiance where the surface is opaque. Texture values that are negative or not finite are clamped.
     #[inline]
     pub fn emitted_color(&self, scene: &impl MaterialEvalContext, at: &TexturePoint<'_>) -> Spectrum {
         let sound = |v: f32| if v > 0.0 { v.min(1e15) } else { 0.0 };
@@ -118,9 +116,9 @@ impl PrincipledMaterial {
 }
 
 impl PrincipledMaterial {
-    /// Whether it is a thin wall so smooth everywhere that light goes straight through.
+    /// Whether it is a smooth thin wall everywhere, so that light passes straight through.
     fn is_pane(&self) -> bool {
-        /// Squared, the width of a lobe that counts as a mirror's, however stretched.
+        /// Its square is the largest α of a delta lobe, however anisotropic.
         const SMOOTH: f32 = 0.008;
         let at_most = |source: ColorSource, most: f32| matches!(source, ColorSource::Constant(c) if c.max_component() <= most);
         self.thin_walled
@@ -131,9 +129,10 @@ impl PrincipledMaterial {
 }
 
 impl PrincipledMaterial {
-    /// Whether light is reflected or refracted by a mirror's lobe or a narrow one, if only somewhere.
+    /// Whether a delta or narrow lobe reflects or refracts light anywhere.
     fn casts_caustics(&self) -> bool {
-        /// Wider lobes are found by chance often enough. Of metal and glass, whose light is strong; of what shines faintly under a diffuse body.
+        /// BSDF sampling finds lights well enough through rougher lobes. STRONG is for metal and glass, FAINT for the
+        /// weak reflection of a dielectric over a diffuse base.
         const STRONG: f32 = 0.35;
         const FAINT: f32 = 0.2;
         let at_most = |source: ColorSource, most: f32| match source {
@@ -149,9 +148,9 @@ impl PrincipledMaterial {
                 || any(self.coat_weight) && at_most(self.coat_roughness, FAINT))
     }
 
-    /// Whether light is scattered by mirrors' lobes and narrow ones alone, everywhere.
-    fn is_narrow(&self) -> bool {
-        /// Roughness up to which a lobe shows a picture of what is around, and the sun as a spot of a few degrees.
+    /// Whether all its lobes are delta or narrow, everywhere.
+    fn is_near_specular(&self) -> bool {
+        /// Up to this roughness the reflected environment is recognisable and the sun is a spot of a few degrees.
         const POLISHED: f32 = 0.15;
         let at_most = |source: ColorSource, most: f32| matches!(source, ColorSource::Constant(c) if c.max_component() <= most);
         let all = |source: ColorSource| matches!(source, ColorSource::Constant(c) if c == Spectrum::WHITE);
@@ -165,7 +164,7 @@ impl PrincipledMaterial {
 }
 
 impl OpenPbr {
-    /// Makes it ready.
+    /// Prepares the material.
     pub fn new(mut desc: PrincipledMaterial) -> OpenPbr {
         (desc.emission_luminance, desc.emission_color) = desc.sound_emission();
         let see_through = desc.alpha_mode == AlphaMode::Blend && desc.opacity != grey(1.0);
@@ -175,7 +174,7 @@ impl OpenPbr {
         let dispersion = desc.dispersion();
         let casts_caustics = !pane && desc.casts_caustics();
         let gloss = Gloss::of(&desc);
-        let near_specular = casts_caustics && desc.is_narrow();
+        let near_specular = casts_caustics && desc.is_near_specular();
         let walks = desc.has_walk();
         let mut made = OpenPbr {
             desc,
@@ -194,8 +193,8 @@ impl OpenPbr {
         made
     }
 
-    /// Its scattering, if there is nothing else to it: one of a few kinds, the same everywhere and on both sides, around the surface's own
-    /// normal, without light of its own.
+    /// The BSDF, if it is one of a few simple types, the same everywhere and on both sides, around the surface's own
+    /// normal, and the surface does not emit.
     #[inline]
     pub(crate) fn plain(&self) -> Option<&PlainBsdf> {
         self.plain.as_ref()
@@ -221,7 +220,7 @@ impl OpenPbr {
         (outer == inner).then_some(PlainBsdf::RoughMirror(outer))
     }
 
-    /// The boundary of a medium.
+    /// The interface of a medium.
     pub fn boundary(desc: &InterfaceMaterial) -> OpenPbr {
         let made = OpenPbr::new(desc.principled());
         OpenPbr {
@@ -234,31 +233,31 @@ impl OpenPbr {
         }
     }
 
-    /// Its scattering, if it is the same everywhere; for surfaces between it and nothing.
+    /// The BSDF if it is constant; for surfaces whose exterior is empty.
     #[inline]
     pub fn constant_bsdf(&self, entering: bool) -> Option<&Bsdf> {
         self.constant.as_ref().map(|[outer, inner]| if entering { outer } else { inner })
     }
 
-    /// Whether light goes through it into what it encloses.
+    /// Whether light is transmitted into what it encloses.
     #[inline]
     pub fn has_inside(&self) -> bool {
         !self.desc.thin_walled && self.desc.is_transmissive()
     }
 
-    /// Whether it only reflects: light that arrives on the other side does not count.
+    /// Whether it only reflects: light that arrives on the other side does not contribute.
     #[inline]
     pub fn is_one_sided(&self) -> bool {
         !self.desc.thin_walled && !self.desc.is_transmissive()
     }
 
-    /// Where light counts only on the side that is seen: how its reflection stands out there, to choose lights by.
+    /// The glossy lobe for light selection, if only light on the visible side contributes.
     #[inline]
     pub(crate) fn side(&self) -> Option<Gloss> {
         self.is_one_sided().then_some(self.gloss)
     }
 
-    /// Whether it shines and lights other things.
+    /// Whether it is an emitter.
     #[inline]
     pub fn is_emissive(&self) -> bool {
         !self.desc.unlit
@@ -266,18 +265,18 @@ impl OpenPbr {
             && self.desc.emission_color != ColorSource::Constant(Spectrum::BLACK)
     }
 
-    /// Whether it shines on its inner side, too: where it has one.
+    /// Whether it emits on the inner side, too.
     #[inline]
     pub fn shines_backwards(&self) -> bool {
         self.desc.double_sided && !self.desc.emission_front_only
     }
 
-    /// On how many sides it shines.
+    /// Number of emitting sides.
     pub fn sides(&self) -> f64 {
         if self.shines_backwards() { 2.0 } else { 1.0 }
     }
 
-    /// Whether its light differs from place to place.
+    /// Whether its emission varies over the surface.
     pub fn has_emission_texture(&self) -> bool {
         matches!(self.desc.emission_color, ColorSource::Texture(_)) || self.is_perforated()
     }
@@ -286,7 +285,7 @@ impl OpenPbr {
         self.desc.alpha_mode != AlphaMode::Opaque && matches!(self.desc.opacity, ColorSource::Texture(_))
     }
 
-    /// Radiance, both sides counted, where it is the same everywhere; of a texture, that of white.
+    /// Radiance of both sides if constant; of a texture, that of white.
     pub fn emission_estimate(&self) -> f64 {
         if !self.is_emissive() {
             return 0.0;
@@ -298,7 +297,7 @@ impl OpenPbr {
         color * self.desc.emission_luminance * self.sides()
     }
 
-    /// Radiance where it is the same everywhere.
+    /// Radiance if constant.
     #[inline]
     pub fn constant_emission(&self) -> Option<Spectrum> {
         match (self.desc.emission_color, self.desc.alpha_mode, self.desc.opacity) {
@@ -309,7 +308,7 @@ impl OpenPbr {
         }
     }
 
-    /// Radiance at a place, as far as the surface is there.
+    /// Radiance at a point, times the opacity.
     pub fn emitted(&self, scene: &impl MaterialEvalContext, at: &TexturePoint<'_>) -> Spectrum {
         let d = &self.desc;
         let covered = match d.alpha_mode {

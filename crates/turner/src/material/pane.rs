@@ -1,4 +1,4 @@
-//! Thin clear panes, which shadow rays pass straight.
+//! Thin clear panes, which shadow rays cross without refraction.
 
 use super::vertex::prepare;
 use super::{MaterialEvalContext, OpenPbr};
@@ -7,7 +7,8 @@ use crate::interaction::SurfaceInteraction;
 use crate::math::{DVec3, Ray};
 
 impl OpenPbr {
-    /// The share of light that passes a crossing in `direction`: where the surface is not, and straight through a pane.
+    /// Fraction of light that passes a crossing in `direction`: where the surface is transparent, and straight through
+    /// a pane.
     pub(crate) fn shadow_tint(
         &self,
         scene: &impl MaterialEvalContext,

@@ -5,25 +5,26 @@ use crate::color::Spectrum;
 use crate::schema::{ColorSource, Range, params};
 
 params! {
-    /// A diffuse body under a clear surface: plastic, paint, glazed pottery; with a coat, varnished wood or a car.
+    /// A diffuse base under a clear dielectric: plastic, paint, glazed pottery. With a coat: varnished wood or car
+    /// paint.
     pub struct PlasticMaterial as "plastic" {
-        /// Colour of the body.
+        /// Diffuse albedo of the base.
         color: ColorSource = ColorSource::Constant(Spectrum::grey(0.8)), in Range::NON_NEGATIVE;
-        /// Roughness of the surface: 0 is a mirror.
+        /// Roughness of the surface: 0 is a perfect mirror, 1 very rough. The GGX α is its square.
         roughness: ColorSource = ColorSource::Constant(Spectrum::grey(0.3)), in Range::UNIT;
-        /// Index of refraction of the surface.
+        /// Index of refraction of the surface. 0 reflects all light.
         ior: f64 = 1.5, in Range::closed(0.0, 100.0);
-        /// Share covered by a second clear layer.
+        /// Fraction of the surface covered by a second clear layer.
         coat: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
-        /// Roughness of that layer.
+        /// Roughness of the second layer.
         coat_roughness: ColorSource = ColorSource::Constant(Spectrum::BLACK), in Range::UNIT;
-        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        /// Normal map in tangent space: red along u, green along v. Use an image with `encoding = "linear"`.
         normal_map: Option<ColorSource> = None;
-        /// Factor of its red and green parts.
+        /// Strength of the normal map: factor of red and green.
         normal_scale: f64 = 1.0;
-        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest.
+        /// Bump map: a texture of heights, white is high. It changes the shading normal, not the shape.
         bump_map: Option<ColorSource> = None;
-        /// How high white stands above black, scene units; below 0, how deep.
+        /// Height of white above black in scene units; negative inverts.
         bump_scale: f64 = 0.1;
     }
     example r##"[material.toy]
@@ -38,7 +39,7 @@ material = "toy"
 }
 
 impl PlasticMaterial {
-    /// The same in the terms of the physical material.
+    /// The equivalent OpenPBR material.
     pub fn principled(&self) -> PrincipledMaterial {
         PrincipledMaterial {
             base_color: self.color,

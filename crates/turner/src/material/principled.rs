@@ -1,44 +1,44 @@
-//! The physical material: one layered surface for plastic, metal, glass, cloth, lacquer and skin, with the names and
-//! the layering of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material is one of these.
+//! The principled material: one layered surface for plastic, metal, glass, cloth, lacquer and skin, with the names and
+//! layers of OpenPBR 1.1 (Academy Software Foundation, 2024). Every glTF and MTL material converts to it.
 
 use crate::color::Spectrum;
 use crate::schema::{ColorSource, MediumId, Range, choice, params};
 
 choice! {
-    /// What `opacity` means.
+    /// The meaning of `opacity`.
     pub enum AlphaMode {
-        /// Nothing: the surface is there everywhere.
+        /// Ignored: the surface is opaque.
         Opaque = "opaque",
-        /// The surface is there where the opacity is at least `alpha_cutoff`.
+        /// Alpha test: the surface is opaque where the opacity is at least `alpha_cutoff`, otherwise transparent.
         Mask = "mask",
-        /// The surface covers that share of what is behind it.
+        /// Alpha blending: the opacity is the fraction of the background that is covered.
         Blend = "blend",
     }
 }
 
 choice! {
-    /// What heights of a bump map are measured in.
+    /// The unit of bump map heights.
     pub enum BumpUnit {
         /// Scene units.
         Scene = "scene",
-        /// Sides of the texture: the length on the surface over which u or v grows by 1, whatever the scene's scale.
+        /// Texture tiles: the length on the surface over which u or v grows by 1, independent of the scene's scale.
         Tile = "tile",
     }
 }
 
-/// A texture of heights.
+/// A bump map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bump {
-    /// The heights: the mean of its colour, 0 to 1.
+    /// The heights: the mean of the colour, 0 to 1.
     pub map: ColorSource,
-    /// How high 1 stands above 0.
+    /// Height of 1 above 0.
     pub scale: f64,
-    /// In what unit.
+    /// Its unit.
     pub unit: BumpUnit,
 }
 
 impl Bump {
-    /// Heights that matter; `None` of others.
+    /// `None` for maps without effect: constants and scale 0.
     pub fn new(map: Option<ColorSource>, scale: f64, unit: BumpUnit) -> Option<Bump> {
         match map {
             Some(map @ ColorSource::Texture(_)) if scale != 0.0 => Some(Bump { map, scale, unit }),
@@ -47,129 +47,141 @@ impl Bump {
     }
 }
 
-/// A source that is the same grey everywhere.
+/// A constant grey.
 const fn grey(v: f32) -> ColorSource {
     ColorSource::Constant(Spectrum::grey(v))
 }
 
-/// OpenPBR's default, about that of skin.
+/// OpenPBR's default, roughly skin.
 const RADIUS_SCALE: ColorSource = ColorSource::Constant(Spectrum::new(1.0, 0.5, 0.25));
 
 params! {
-    /// The physical material, by the names of OpenPBR 1.1: a base (metal, or a dielectric that is diffuse, glassy or translucent) under a coat and a fuzz.
-    /// Numbers between 0 and 1 may be textures, too: give them a picture with `channel = "g"` and `encoding = "linear"`.
+    /// The principled material, with the parameter names of OpenPBR 1.1: a base (metal, or a dielectric that is
+    /// diffuse, transmissive or translucent) under a coat and fuzz. Weights and other values from 0 to 1 can be
+    /// textures: use an image with `channel = "g"` and `encoding = "linear"`. The integrator "classic" converts it and
+    /// ignores fuzz, film, anisotropy, subsurface, dispersion and absorption.
     pub struct PrincipledMaterial as "principled" {
-        /// Factor of the base colour.
+        /// Factor of `base_color`.
         base_weight: ColorSource = grey(1.0), in Range::UNIT;
-        /// Diffuse colour of a dielectric, reflectance of a metal seen head-on.
+        /// Diffuse albedo of a dielectric; reflectance of a metal at normal incidence.
         base_color: ColorSource = grey(0.8), in Range::NON_NEGATIVE;
-        /// Roughness of the diffuse part (Oren–Nayar).
+        /// Roughness of diffuse reflection (energy-preserving Oren-Nayar): 0 is Lambertian, 1 very rough.
         base_diffuse_roughness: ColorSource = grey(0.0), in Range::UNIT;
-        /// 0 is a dielectric, 1 a metal.
+        /// 0 is a dielectric, 1 a metal; values between mix the two.
         base_metalness: ColorSource = grey(0.0), in Range::UNIT;
-        /// Strength of the specular reflection.
+        /// Strength of specular reflection: 0 none, 1 as the index of refraction gives it. Above 1 increases the
+        /// reflectance.
         specular_weight: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
-        /// Colour of a dielectric's reflection seen head-on, and of a metal's at grazing angles.
+        /// Colour of a dielectric's specular reflection, and of a metal's towards grazing angles.
         specular_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
-        /// Roughness of reflection and transmission: 0 is a mirror. The width of the GGX lobe is its square.
+        /// Roughness of specular reflection and transmission: 0 is a perfect mirror or clear glass, 1 very rough. The
+        /// GGX α is its square.
         specular_roughness: ColorSource = grey(0.3), in Range::UNIT;
-        /// Whether light that meets several microfacets of rough metal or glass is counted. Without, they are darker the rougher they are, as in renderers that
-        /// follow light to one microfacet alone.
+        /// Whether light scattered several times between microfacets of rough metal or glass is included. Without it,
+        /// rougher surfaces are darker, as in renderers with single-scattering microfacet models.
         specular_multiple_scattering: bool = true;
-        /// Index of refraction. 0 reflects all light.
+        /// Index of refraction: water 1.33, glass 1.5, diamond 2.42. 1 has no specular effect; 0 reflects all light
+        /// (glTF).
         specular_ior: f64 = 1.5, in Range::closed(0.0, 100.0);
-        /// How much longer highlights are along the tangent than across.
+        /// Elongation of highlights along the tangent: 0 is isotropic, 1 extremely anisotropic.
         specular_roughness_anisotropy: ColorSource = grey(0.0), in Range::UNIT;
-        /// Turns the direction of anisotropy, counter-clockwise from the tangent, in degrees.
+        /// Rotation of the anisotropy direction in degrees, counter-clockwise from the tangent.
         anisotropy_rotation: f64 = 0.0;
-        /// glTF's picture of anisotropy: red and green are the direction, blue is the strength.
+        /// glTF's anisotropy texture: red and green are the direction, blue the strength. Use `encoding = "linear"`.
         anisotropy_map: Option<ColorSource> = None;
-        /// Share of the dielectric base that light passes through, as through glass.
+        /// Fraction of the dielectric base that transmits light, like glass: 0 opaque, 1 clear.
         transmission_weight: ColorSource = grey(0.0), in Range::UNIT;
-        /// Colour of the light that passes: at the surface, or after `transmission_depth`.
+        /// Colour of transmitted light: at each crossing of the surface, or after `transmission_depth`.
         transmission_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
-        /// The way inside after which light has `transmission_color` (Beer–Lambert); 0 tints at the surface.
+        /// Distance inside after which light has `transmission_color` (Beer-Lambert absorption), in scene units. 0
+        /// tints at the surface.
         transmission_depth: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Strength of dispersion: how much more than red light blue light is bent. 0 is none, 1 what the Abbe number says. A path that is first
-        /// refracted so goes on with one colour band: the picture takes more samples.
+        /// Strength of dispersion: 0 none, 1 as the Abbe number gives it. Blue light is refracted more than red. A path
+        /// that is refracted with dispersion continues with one colour band, so the render needs more samples.
         transmission_dispersion_scale: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Abbe number at strength 1: 20 is strong, glass has 25 to 65, diamond 55.
+        /// Abbe number at dispersion scale 1: low is strong dispersion. Glass has 25 to 65, diamond 55.
         transmission_dispersion_abbe_number: f64 = 20.0, in Range::POSITIVE;
-        /// The medium inside, where light passes: murky water, milk, amber. It absorbs beside what `transmission_depth` says.
+        /// The medium inside, if light is transmitted: murky water, milk, amber. It absorbs in addition to
+        /// `transmission_depth`. Only for the integrators "path" and "direct".
         interior: Option<MediumId> = None;
-        /// Share of the diffuse base that is translucent: light walks about inside and comes out elsewhere, as in wax, skin, marble and milk. The integrators
-        /// "path" and "direct" show that; for others it is a diffuse surface. In a thin wall, diffuse transmission.
+        /// Fraction of the diffuse base with subsurface scattering (wax, skin, marble, milk): light enters, is
+        /// scattered inside and leaves elsewhere. The integrators "path" and "direct" trace random walks; others show a
+        /// diffuse surface. In a thin wall it is diffuse transmission.
         subsurface_weight: ColorSource = grey(0.0), in Range::UNIT;
-        /// Colour of the translucent part, as it is seen where the body is thick.
+        /// Colour of the subsurface part: the colour that a thick object shows.
         subsurface_color: ColorSource = grey(0.8), in Range::NON_NEGATIVE;
-        /// How far light goes inside on average before it is scattered, in scene units; 0 makes it a diffuse surface.
+        /// Mean free path of light inside, in scene units. 0 makes the subsurface part a diffuse surface.
         subsurface_radius: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// Factors of `subsurface_radius` by colour: red light goes farthest in skin and wax.
+        /// Factors of `subsurface_radius` by colour: in skin and wax red light travels farthest.
         subsurface_radius_scale: ColorSource = RADIUS_SCALE, in Range::NON_NEGATIVE;
-        /// Mean cosine of the angle by which light is scattered inside: 0 evenly, towards 1 forwards, below 0 backwards.
+        /// Mean cosine of the scattering angle inside: 0 is isotropic, above 0 forward, below 0 backward.
         subsurface_scatter_anisotropy: f64 = 0.0, in Range::closed(-1.0, 1.0);
-        /// Share covered by a clear coat.
+        /// Fraction of the surface covered by a clear coat.
         coat_weight: ColorSource = grey(0.0), in Range::UNIT;
-        /// What the coat lets through.
+        /// Colour of the coat: what it transmits of light that crosses it twice at normal incidence.
         coat_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
-        /// Roughness of the coat.
+        /// Roughness of the coat: 0 is a smooth coat. The GGX α is its square.
         coat_roughness: ColorSource = grey(0.0), in Range::UNIT;
         /// Index of refraction of the coat.
         coat_ior: f64 = 1.6, in Range::POSITIVE;
-        /// How much light that is caught under the coat darkens the base.
+        /// How much internal reflection under the coat darkens the base: 0 none, 1 physically correct.
         coat_darkening: f64 = 1.0, in Range::UNIT;
-        /// Share covered by fuzz, the sheen of cloth and dust.
+        /// Fraction of the surface covered by fuzz: the sheen of cloth and dust.
         fuzz_weight: ColorSource = grey(0.0), in Range::UNIT;
         /// Colour of the fuzz.
         fuzz_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
         /// Roughness of the fuzz.
         fuzz_roughness: ColorSource = grey(0.5), in Range::UNIT;
-        /// Share covered by a thin film, which shows colours of interference.
+        /// Fraction of the surface covered by a thin film, which shows interference colours.
         thin_film_weight: ColorSource = grey(0.0), in Range::UNIT;
         /// Thickness of the film in micrometres.
         thin_film_thickness: ColorSource = grey(0.5), in Range::NON_NEGATIVE;
         /// Index of refraction of the film.
         thin_film_ior: f64 = 1.4, in Range::POSITIVE;
-        /// Radiance that the surface emits, a factor of `emission_color`.
+        /// Emitted radiance, a factor of `emission_color`.
         emission_luminance: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// Colour of that light.
+        /// Colour of the emission.
         emission_color: ColorSource = grey(1.0), in Range::NON_NEGATIVE;
-        /// Whether only the outer side shines, the one that the normal points to; the back is there, and dark.
+        /// Whether only the front face emits, the side of the normal. The back face is still visible, without emission.
         emission_front_only: bool = false;
-        /// Whether only the outer side of an opaque surface reflects light; the back is there, and black, as in renderers whose surfaces have one side.
+        /// Whether only the front face of an opaque surface reflects light. The back face is black, as in renderers
+        /// with one-sided surfaces.
         front_only: bool = false;
-        /// How much of a surface there is; `alpha_mode` says what that means. A number, or a texture: the alpha of a picture that
-        /// has one or of a vertex colour, the mean of any other colour.
+        /// Opacity, 0 transparent to 1 opaque; `alpha_mode` is how it is used. A number or a texture: of a texture, the
+        /// alpha of an image or vertex colour if it has one, otherwise the mean of the colour.
         opacity: ColorSource = grey(1.0), in Range::UNIT;
-        /// What `opacity` means. Without it "mask", where an opacity is given.
+        /// How `opacity` is used: opaque, alpha test or alpha blending.
         alpha_mode: AlphaMode = AlphaMode::Mask;
-        /// Least opacity that is there, for the mode "mask".
+        /// Least opacity of an opaque point in the mode "mask".
         alpha_cutoff: f64 = 0.5, in Range::NON_NEGATIVE;
-        /// A wall without inside: light passes without being bent.
+        /// A thin wall without an interior, like a window pane or a soap bubble: transmitted light is not refracted.
         thin_walled: bool = false;
-        /// Whether the back shows; else rays from behind pass, as glTF asks for. Glass always has a back.
+        /// Whether the back face is visible. If not, rays that hit it pass through, as in glTF. Transmissive surfaces
+        /// always have a back face.
         double_sided: bool = true;
-        /// Shows `base_color` as it is, whatever the light.
+        /// Shows `base_color` unchanged, without lighting.
         unlit: bool = false;
-        /// A picture of normals in the tangent frame (red along u, green along v), with `encoding = "linear"`.
+        /// Normal map in tangent space: red along u, green along v. Use an image with `encoding = "linear"`.
         normal_map: Option<ColorSource> = None;
-        /// Factor of its red and green parts.
+        /// Strength of the normal map: factor of red and green.
         normal_scale: f64 = 1.0;
-        /// The same for the coat, which has the surface's own normal otherwise.
+        /// Normal map of the coat. Without it the coat has the surface's own normal.
         coat_normal_map: Option<ColorSource> = None;
-        /// Factor of its red and green parts.
+        /// Strength of the coat's normal map: factor of red and green.
         coat_normal_scale: f64 = 1.0;
-        /// A texture of heights that the normal follows as if the surface rose and fell with it: white stands highest. With `normal_map`, both count.
+        /// Bump map: a texture of heights, white is high. It changes the shading normal, not the shape. It is applied
+        /// together with `normal_map`.
         bump_map: Option<ColorSource> = None;
-        /// How high white stands above black, in `bump_unit`; below 0, how deep.
+        /// Height of white above black, in `bump_unit`; negative inverts.
         bump_scale: f64 = 0.1;
         /// The unit of `bump_scale`.
         bump_unit: BumpUnit = BumpUnit::Scene;
-        /// Share of light from all around that arrives, for the classic integrator; light transport itself finds it out.
+        /// Ambient occlusion texture: the fraction of ambient light that arrives. Only for the integrator "classic";
+        /// "path" and "direct" compute it.
         occlusion_map: Option<ColorSource> = None;
-        /// How much of `occlusion_map` counts.
+        /// Strength of `occlusion_map`: 0 ignores it, 1 applies it fully.
         occlusion_strength: f64 = 1.0, in Range::UNIT;
-        /// Thickness of what a surface without a back stands for (glTF's volume); geometry itself says it in ray tracing.
+        /// glTF's volume thickness of surfaces without a back. Ignored: ray tracing uses the geometry.
         thickness: ColorSource = grey(0.0), in Range::NON_NEGATIVE;
     }
     example r##"[material.gold]
@@ -185,13 +197,13 @@ material = "gold"
 }
 
 impl PrincipledMaterial {
-    /// The heights that its normal follows.
+    /// Its bump map.
     #[inline]
     pub fn bump(&self) -> Option<Bump> {
         Bump::new(self.bump_map, self.bump_scale, self.bump_unit)
     }
 
-    /// A diffuse surface without reflection.
+    /// A diffuse surface without specular reflection.
     pub fn matte() -> PrincipledMaterial {
         PrincipledMaterial { specular_weight: grey(0.0), ..PrincipledMaterial::default() }
     }

@@ -1,4 +1,4 @@
-//! Translucent bodies: what is inside of a material with `subsurface_weight`.
+//! Subsurface scattering: the medium inside a material with `subsurface_weight`.
 
 use super::{Material, OpenPbr, PrincipledMaterial, color_at};
 use crate::color::Spectrum;
@@ -7,11 +7,11 @@ use crate::material::MaterialEvalContext;
 use crate::medium::Homogeneous;
 use crate::schema::ColorSource;
 
-/// The mean cosine of scattering is no nearer to −1 and 1.
+/// The mean cosine of scattering is clamped to ± this value.
 const MAX_ANISOTROPY: f64 = 0.999;
 
 impl PrincipledMaterial {
-    /// Whether light enters it, if only somewhere, and is scattered inside.
+    /// Whether light enters anywhere and is scattered inside.
     pub(crate) fn has_walk(&self) -> bool {
         let any = |source: ColorSource| !matches!(source, ColorSource::Constant(c) if c.is_black());
         let all = |source: ColorSource| matches!(source, ColorSource::Constant(c) if c == Spectrum::WHITE);
@@ -26,7 +26,7 @@ impl PrincipledMaterial {
 }
 
 impl OpenPbr {
-    /// The medium inside, by the colours of a place of the surface; no mean way of light in it is shorter than `shortest`.
+    /// The medium inside, from the colours at a surface point; mean free paths are at least `shortest`.
     pub(crate) fn body(
         &self,
         scene: &impl MaterialEvalContext,
@@ -36,19 +36,19 @@ impl OpenPbr {
         let d = &self.desc;
         let color = color_at(d.subsurface_color, scene, surface);
         let scale = color_at(d.subsurface_radius_scale, scene, surface);
-        // Textures may hold what is no number.
+        // Texture values can be NaN.
         let sound = |v: f32| if v > 0.0 { v.min(1.0) } else { 0.0 };
-        let ways = scale.to_array().map(|s| {
-            let way = d.subsurface_radius * f64::from(s);
-            if way > shortest { way.min(1e30) } else { shortest }
+        let mean_free_paths = scale.to_array().map(|s| {
+            let mean_free_path = d.subsurface_radius * f64::from(s);
+            if mean_free_path > shortest { mean_free_path.min(1e30) } else { shortest }
         });
         let g = d.subsurface_scatter_anisotropy.clamp(-MAX_ANISOTROPY, MAX_ANISOTROPY);
-        Homogeneous::of_body(color.map(sound), ways, g)
+        Homogeneous::of_body(color.map(sound), mean_free_paths, g)
     }
 }
 
 impl Material {
-    /// Whether it encloses, if only by a part of a mix, a translucent body.
+    /// Whether it, or any part of a mix, has subsurface scattering.
     pub(crate) fn has_walk(&self, scene: &impl MaterialEvalContext) -> bool {
         match self {
             Material::OpenPbr(m) => m.walks,

@@ -1,35 +1,35 @@
-//! A surface that a ray met, with its scattering: where a material becomes a BSDF in a frame, turned to the ray.
+//! A surface hit with its BSDF: the material evaluated in a shading frame on the side of the ray.
 
-use super::bent_normal::{bent_normal, turned};
+use super::bent_normal::{bent_normal, with_normal};
 use super::{MaterialEvalContext, OpenPbr};
 use crate::bsdf::{Bsdf, BsdfFromWo, BsdfSample};
 use crate::color::Spectrum;
 use crate::interaction::SurfaceInteraction;
 use crate::math::{DVec3, Frame, Ray};
 
-/// A surface with its scattering, turned to the ray that met it.
+/// A surface hit with its BSDF, on the side that the ray came from.
 pub(crate) struct Vertex<'a> {
     pub(crate) surface: &'a SurfaceInteraction,
     /// Around the shading normal; z on the side the ray came from.
     pub(crate) frame: Frame,
-    /// Geometric normal: outer for what has an inside, else on the side the ray came from.
+    /// Geometric normal: outward for surfaces with an interior, otherwise on the side the ray came from.
     pub(crate) ng: DVec3,
-    /// Seen from there.
+    /// The BSDF, seen from wo.
     pub(crate) bsdf: BsdfFromWo<'a>,
-    /// BsdfFromWo where the ray came from, in the scene and in the frame.
+    /// Direction towards the ray's origin, in world space and in the frame.
     pub(crate) wo: DVec3,
     pub(crate) wo_local: DVec3,
 }
 
-/// How light of a sampled light meets a surface.
+/// A light sample as the surface sees it.
 pub(crate) struct Met {
-    /// BsdfFromWo the light, in the scene and in the frame, and how far it is.
+    /// Direction towards the light, in world space and in the frame, and the light's distance.
     pub(crate) wi: DVec3,
     pub(crate) wi_local: DVec3,
     pub(crate) distance: f64,
-    /// Whether it goes through the surface.
+    /// Whether the light is transmitted through the surface.
     pub(crate) crosses: bool,
-    /// The BSDF, terminator included, and the density with which it is sampled.
+    /// The BSDF, with the shadow terminator factor, and the density with which BSDF sampling finds `wi`.
     pub(crate) f: Spectrum,
     pub(crate) pdf: f64,
 }
@@ -39,23 +39,23 @@ impl Vertex<'_> {
         self.surface
     }
 
-    /// BsdfFromWo where the ray came from.
+    /// Direction towards the ray's origin.
     pub(crate) fn wo(&self) -> DVec3 {
         self.wo
     }
 
-    /// The cosine of the shading normal to a direction, without its sign.
+    /// Absolute cosine between the shading normal and a direction.
     pub(crate) fn cosine(&self, w: DVec3) -> f64 {
         self.frame.z.dot(w).abs()
     }
 
-    /// The BSDF for light from `wi`, terminator included, and the density with which it is sampled.
+    /// The BSDF for light from `wi`, with the shadow terminator factor, and its sampling density.
     pub(crate) fn eval_towards(&self, wi: DVec3) -> (Spectrum, f64) {
         let found = self.eval(wi, self.frame.to_local(wi));
         found.map_or((Spectrum::BLACK, 0.0), |(_, f, pdf)| (f, pdf))
     }
 
-    /// The same, with whether light goes through the surface; `None` where the frame and the surface disagree.
+    /// In addition, whether light is transmitted; `None` where the shading and geometric normals disagree on the sides.
     #[inline]
     fn eval(&self, wi: DVec3, wi_local: DVec3) -> Option<(bool, Spectrum, f64)> {
         let crosses = self.crosses(wi, wi_local)?;
@@ -66,7 +66,8 @@ impl Vertex<'_> {
         Some((crosses, f, pdf))
     }
 
-    /// How light meets the surface that was sampled at `to_light` from it; `None` where the frame and the surface disagree.
+    /// Evaluates a light sample at the vector `to_light`; `None` where the shading and geometric normals disagree on
+    /// the sides.
     #[inline]
     pub(crate) fn met(&self, to_light: DVec3) -> Option<Met> {
         let distance = to_light.length();
@@ -76,12 +77,13 @@ impl Vertex<'_> {
         Some(Met { wi, wi_local, distance, crosses, f, pdf })
     }
 
-    /// Whether any lobe is not a mirror's.
+    /// Whether any lobe is not a delta lobe.
     pub(crate) fn is_smooth(&self) -> bool {
         self.bsdf.has_smooth()
     }
 
-    /// A sample, with its direction in the scene; without one where the frame and the surface disagree.
+    /// A BSDF sample with its direction in world space; `None` where the shading and geometric normals disagree on the
+    /// sides.
     pub(crate) fn sample_in_scene(&self, u: [f64; 3]) -> Option<(BsdfSample, DVec3)> {
         let s = self.bsdf.sample(u)?;
         let wi = self.frame.to_world(s.wi);
@@ -89,7 +91,7 @@ impl Vertex<'_> {
         Some((s, wi))
     }
 
-    /// What comes straight through a pane, if its frame and its surface agree on the sides.
+    /// Fraction of light that passes straight through a pane, if the shading and geometric normals agree on the sides.
     pub(crate) fn straight(&self) -> Spectrum {
         match self.crosses(-self.wo, -self.wo_local) {
             Some(true) => self.bsdf.straight(),
@@ -97,14 +99,15 @@ impl Vertex<'_> {
         }
     }
 
-    /// The share of light from `wi` that smooth normals over a mesh's flat triangles leave: it fades where a triangle turns away from the light before its
-    /// smooth normal does (Chiang, Li and Burley 2019, "Taming the shadow terminator", eq. 3 and 4). Never more than 1.
+    /// Shadow terminator factor for light from `wi`: smooth normals over flat triangles are darkened where a triangle
+    /// faces away from the light before its smooth normal does (Chiang, Li and Burley 2019, "Taming the shadow
+    /// terminator", eq. 3 and 4). At most 1.
     #[inline]
     pub(crate) fn terminator(&self, wi: DVec3) -> f64 {
         softened(self.surface.ns, self.surface.ng, wi)
     }
 
-    /// Whether light from `wi` goes through the surface; `None` where the frame and the surface disagree.
+    /// Whether light from `wi` is transmitted; `None` where the shading and geometric normals disagree on the sides.
     #[inline]
     pub(crate) fn crosses(&self, wi: DVec3, wi_local: DVec3) -> Option<bool> {
         let crosses = (wi.dot(self.ng) > 0.0) != (self.wo.dot(self.ng) > 0.0);
@@ -112,7 +115,7 @@ impl Vertex<'_> {
     }
 }
 
-/// The share of light from `wi` that is left for a smooth normal `ns` over a flat surface of normal `ng`: see [`Vertex::terminator`].
+/// Shadow terminator factor of a smooth normal `ns` over a flat surface of normal `ng`: see [`Vertex::terminator`].
 #[inline]
 pub(crate) fn softened(ns: DVec3, ng: DVec3, wi: DVec3) -> f64 {
     if ns == ng {
@@ -128,7 +131,7 @@ pub(crate) fn softened(ns: DVec3, ng: DVec3, wi: DVec3) -> f64 {
     }
 }
 
-/// The surface with its scattering, for a ray that met it on its outer side (`outside`) or its inner one.
+/// The surface with its BSDF, for a ray that hit its outer (`outside`) or inner side.
 pub(crate) fn prepare<'a>(
     scene: &impl MaterialEvalContext,
     ray: &Ray,
@@ -140,12 +143,12 @@ pub(crate) fn prepare<'a>(
     let wo = -ray.direction;
     let mut frame = material.frame(scene, surface);
     let mut ng = surface.ng;
-    // BsdfFromWo the ray.
+    // Sign of the side that the ray came from.
     let side = if outside { 1.0 } else { -1.0 };
     if frame.z != ng {
         let bent = side * bent_normal(wo, side * frame.z, side * ng);
         if bent != frame.z {
-            frame = turned(&frame, bent);
+            frame = with_normal(&frame, bent);
         }
     }
     if !outside {
@@ -158,7 +161,7 @@ pub(crate) fn prepare<'a>(
     Vertex { surface, frame, ng, bsdf: bsdf.towards(wo_local), wo, wo_local }
 }
 
-/// The scattering with the coat's own normal, where it has one.
+/// The BSDF with the coat's own normal, if it has one.
 pub(crate) fn coated(
     scene: &impl MaterialEvalContext,
     ray: &Ray,

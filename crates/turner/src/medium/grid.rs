@@ -8,40 +8,45 @@ use crate::math::DVec3;
 use crate::schema::{ErrorCode, GridFile, Range, SceneError, choice, params};
 
 choice! {
-    /// The density in the outer halves of the outermost cells.
+    /// The density in the outer half of the border cells.
     pub enum GridBorder {
-        /// That of the cells.
+        /// The density of the cell.
         Extend = "extend",
-        /// It falls towards the border, to half there: as if empty cells followed.
+        /// Falls linearly to half at the border, as if empty cells followed.
         Fade = "fade",
     }
 }
 
 params! {
-    /// A medium whose density is given on a grid: smoke, clouds, scans. Its file is described in docs/guides/fog-and-smoke.md. The grid fills the box from `min` to
-    /// `max`; beyond there is nothing of it. All that a medium does is in proportion to the density of the place.
+    /// A medium whose density comes from a grid file: smoke, clouds, scans. docs/guides/fog-and-smoke.md describes the
+    /// file. The grid fills the box from `min` to `max`; outside it the medium is empty. All coefficients are
+    /// multiplied by the local density.
     pub struct GridMedium as "grid" {
-        /// The file, relative to the scene's.
+        /// Path of the file, relative to the scene file.
         file: GridFile, required, default GridFile::default();
-        /// The corner of the grid's first cell.
+        /// Corner of the grid's first cell, in scene units.
         min: DVec3 = DVec3::NEG_ONE;
         /// The opposite corner.
         max: DVec3 = DVec3::ONE;
-        /// The density in the outer halves of the outermost cells.
+        /// The density in the outer half of the border cells.
         border: GridBorder = GridBorder::Extend;
-        /// A factor of the grid's densities.
+        /// Factor of the grid's densities.
         density: f64 = 1.0, in Range::closed(0.0, 1e30);
-        /// What is lost per unit of length at density 1. 1 if nothing else says it.
+        /// Extinction coefficient (absorption + scattering) per scene unit at density 1, by colour. 1 if no coefficient
+        /// is given.
         extinction: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
-        /// The share of that which is scattered, not absorbed.
+        /// Single-scattering albedo, by colour: the fraction of the extinction that is scattered. 0 only absorbs, 1
+        /// only scatters. 1 if not given.
         albedo: Option<Spectrum> = None, in Range::UNIT;
-        /// In place of `extinction` and `albedo`: what is absorbed per unit of length at density 1.
+        /// Absorption coefficient per scene unit at density 1, by colour; with `scattering`, instead of `extinction`
+        /// and `albedo`.
         absorption: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
-        /// In place of `extinction` and `albedo`: what is scattered per unit of length at density 1.
+        /// Scattering coefficient per scene unit at density 1, by colour; with `absorption`, instead of `extinction`
+        /// and `albedo`.
         scattering: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
-        /// The mean cosine g of Henyey and Greenstein's phase function.
+        /// Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
         anisotropy: f64 = 0.0, in Range::closed(-0.999, 0.999);
-        /// Radiance that it emits per unit of length at density 1, times the grid's emission where it has one.
+        /// Emitted radiance per scene unit at density 1, times the grid's emission if the file has one.
         emission: Spectrum = Spectrum::BLACK, in Range::closed(0.0, 1e15);
     }
     // An example needs a file of its own: docs/guides/fog-and-smoke.md has one.
@@ -49,9 +54,9 @@ params! {
 }
 
 impl GridMedium {
-    /// Makes it ready.
+    /// Prepares the medium.
     ///
-    /// Errors: a box without an inside, both ways to say the coefficients at once.
+    /// Errors: an empty box, both pairs of coefficients at once.
     pub fn prepare(&self) -> Result<Heterogeneous, SceneError> {
         let coefficients = Coefficients::new(
             self.density,
@@ -61,7 +66,7 @@ impl GridMedium {
             self.emission,
         )?;
         if !(self.min.cmplt(self.max).all() && (self.max - self.min).is_finite()) {
-            let message = format!("the box of the grid, {} to {}, has no inside", self.min, self.max);
+            let message = format!("the box of the grid, {} to {}, is empty", self.min, self.max);
             return Err(SceneError::new(ErrorCode::OutOfRange, message)
                 .help("`min` must be less than `max` along each axis"));
         }

@@ -1,9 +1,28 @@
-//! Media whose density differs from place to place, and paths through them.
+//! Heterogeneous media on a grid, and unbiased tracking through them.
 //!
-//! Paths are tracked with null collisions (Woodcock et al. 1965) of a rate that bounds the extinction in each block of cells; bands are weighed
-//! against each other at every collision, so that the brightest is never boosted (after Kutz et al. 2017, "Spectral and decomposition tracking for
-//! rendering heterogeneous volumes", and Miller et al. 2019, "A null-scattering path integral formulation of light transport"). The transmittance of shadow rays is an
-//! estimate by ratio tracking (Novák et al. 2014, "Residual ratio tracking for estimating attenuation in participating media").
+//! The problem: with a density that varies along the ray, the transmittance exp(−∫ σt dt) and free paths have no closed
+//! form, and numerical integration (ray marching) is biased. The idea (Woodcock et al. 1965): fill the medium with
+//! fictitious matter up to a constant majorant σ̄ ≥ σt, so that free paths are exponential, and at each collision at t
+//! let it be real with probability σt(t)/σ̄, else null, which changes nothing.
+//!
+//! ```text
+//!   σ̄ ┌────────────┐              majorant of a block: 8³ cells, their maximum density
+//!      │      ____  └─────┬─────
+//!   σt │_____/    \___    │       × collisions, −ln(1 − u)/σ̄ apart
+//!      └──×───×────×──×───×────> t
+//! ```
+//!
+//! - Delta tracking (`walk`): the first real collision is where the path scatters. The colour bands have different σt
+//!   and share one path: the probability of a real collision is the mean of σt/σ̄ weighted by what the path carries in
+//!   each band, and the weights are divided by it, so no band's weight can grow without bound (after Kutz et al. 2017,
+//!   "Spectral and decomposition tracking for rendering heterogeneous volumes", and Miller et al. 2019, "A
+//!   null-scattering path integral formulation of light transport").
+//! - Ratio tracking (`transmittance`): no collision ends the ray; each multiplies the estimate by 1 − σt/σ̄. Its mean
+//!   is the exact transmittance, with less noise than 0 or 1 (Novák et al. 2014, "Residual ratio tracking for
+//!   estimating attenuation in participating media").
+//! - Emission is collected at every collision, weighted by 1/σ̄.
+//!
+//! The cost is the number of collisions, so the majorant is local: a 3D DDA visits the blocks in order.
 
 use std::sync::Arc;
 
@@ -14,30 +33,30 @@ use crate::math::{DVec3, Ray};
 use crate::sampler::Stream;
 use crate::schema::{ErrorCode, GridData, SceneError};
 
-/// Cells of the grid along one edge of a block.
+/// Cells along one edge of a block.
 const BLOCK: u32 = 8;
 
-/// Collisions on one way; a path that meets more is lost.
+/// Maximum number of collisions on one segment; a longer path is terminated.
 const MAX_COLLISIONS: u32 = 1 << 20;
 
-/// A medium of varying density, ready.
+/// A prepared heterogeneous medium.
 #[derive(Clone, Debug)]
 pub struct Heterogeneous {
     pub(super) coefficients: Coefficients,
     grid: Arc<GridData>,
     /// Whether empty cells follow beyond the grid.
     fades: bool,
-    /// From the scene into cells: (p − min) · scale.
+    /// World to cell coordinates: (p − min) · scale.
     min: DVec3,
     scale: DVec3,
-    /// How many blocks there are along each axis, and the largest density in each, x fastest.
+    /// Number of blocks along each axis, and the maximum density in each, x fastest.
     blocks: [u32; 3],
-    largest: Vec<f32>,
-    /// Collisions per unit of length at density 1.
-    rate: f64,
+    max_density: Vec<f32>,
+    /// Majorant at density 1, collisions per unit of length.
+    majorant: f64,
 }
 
-/// What a path has left, by band, and what it found.
+/// The result of tracking, by band: throughput, emission and the scattering distance.
 struct Tracked {
     weight: [f64; 3],
     emitted: [f64; 3],
@@ -56,40 +75,42 @@ impl Heterogeneous {
         let cells = DVec3::from(size.map(f64::from));
         let blocks = size.map(|n| n.div_ceil(BLOCK));
         let count = blocks.iter().map(|n| *n as usize).product();
-        let mut largest = Vec::new();
-        if largest.try_reserve_exact(count).is_err() {
-            return Err(SceneError::new(ErrorCode::TooLarge, "there is no memory for the blocks of a grid"));
+        let mut max_density = Vec::new();
+        if max_density.try_reserve_exact(count).is_err() {
+            return Err(SceneError::new(ErrorCode::TooLarge, "not enough memory for the blocks of a grid"));
         }
         let b = i64::from(BLOCK);
         for z in 0..i64::from(blocks[2]) {
             for y in 0..i64::from(blocks[1]) {
                 for x in 0..i64::from(blocks[0]) {
-                    // Between the middles of cells, so that neighbours count.
+                    // The interpolation reads the centres of neighbouring cells, too.
                     let first = [x, y, z].map(|v| v * b - 1);
-                    largest.push(grid.largest(first, first.map(|v| v + b + 1)));
+                    max_density.push(grid.largest(first, first.map(|v| v + b + 1)));
                 }
             }
         }
-        let most = largest.iter().copied().fold(0.0f32, f32::max);
+        let greatest = max_density.iter().copied().fold(0.0f32, f32::max);
         let [r, g, b] = coefficients.extinction;
-        let mut rate = r.max(g).max(b);
-        if coefficients.emits() && most > 0.0 {
-            // Where little is absorbed, light is collected at some places all the same.
-            rate = rate.max(8.0 / ((max - min).length() * f64::from(most)));
+        let mut majorant = r.max(g).max(b);
+        if coefficients.emits() && greatest > 0.0 {
+            // With little extinction, emission still needs collisions: about eight across the box at the greatest
+            // density.
+            majorant = majorant.max(8.0 / ((max - min).length() * f64::from(greatest)));
         }
         let scale = cells / (max - min);
-        Ok(Heterogeneous { coefficients, grid, fades, min, scale, blocks, largest, rate })
+        Ok(Heterogeneous { coefficients, grid, fades, min, scale, blocks, max_density, majorant })
     }
 
-    /// Density and emission at a place.
+    /// Density and emission at a point.
     #[inline]
     fn at(&self, p: DVec3) -> [f64; 2] {
         let p = (p - self.min) * self.scale;
-        let [density, shines] = self.grid.at(p);
-        [if self.fades { density * self.grid.fade(p) } else { density }, shines]
+        let [density, emission_scale] = self.grid.at(p);
+        [if self.fades { density * self.grid.fade(p) } else { density }, emission_scale]
     }
 
-    /// Visits the blocks on a ray's way in order: where it enters and leaves each, and the largest density in it; as long as `f` says so.
+    /// Visits the blocks along a ray in order, with the distances of entry and exit and the maximum density, until `f`
+    /// returns false.
     #[inline]
     fn visit(&self, ray: &Ray, from: f64, to: f64, mut f: impl FnMut(f64, f64, f64) -> bool) {
         let scale = self.scale / f64::from(BLOCK);
@@ -126,13 +147,13 @@ impl Heterogeneous {
                 [_, y, z] if y <= z => 1,
                 _ => 2,
             };
-            let leaves = next[axis].min(t1);
+            let exit = next[axis].min(t1);
             let index = cell[0] + i64::from(self.blocks[0]) * (cell[1] + i64::from(self.blocks[1]) * cell[2]);
-            let largest = self.largest.get(index as usize).copied().unwrap_or(0.0);
-            if leaves > t0 && !f(t0, leaves, f64::from(largest)) {
+            let max_density = self.max_density.get(index as usize).copied().unwrap_or(0.0);
+            if exit > t0 && !f(t0, exit, f64::from(max_density)) {
                 return;
             }
-            t0 = t0.max(leaves);
+            t0 = t0.max(exit);
             cell[axis] += step[axis];
             if t0 >= t1 || cell[axis] < 0 || cell[axis] >= i64::from(self.blocks[axis]) {
                 return;
@@ -142,8 +163,9 @@ impl Heterogeneous {
         }
     }
 
-    /// From collision to collision. `shares` are those of the bands in what the path carries; if none are given it is not scattered. `u` are the numbers
-    /// of the first collision: where, and what happens there.
+    /// Tracks from collision to collision. `shares` are the fractions of the bands in the path's throughput: with them
+    /// the path scatters (delta tracking), without them it passes (ratio tracking). `u` decides the first collision:
+    /// `u[1]` its distance, `u[0]` its kind.
     fn track(
         &self,
         ray: &Ray,
@@ -155,40 +177,40 @@ impl Heterogeneous {
         let c = &self.coefficients;
         let mut found = Tracked { weight: [1.0; 3], emitted: [0.0; 3], scattered: None };
         let mut depth = -ln(1.0 - u[1]);
-        let mut decides = Some(u[0]);
-        let mut left = MAX_COLLISIONS;
-        self.visit(ray, from, to, |mut t, end, largest| {
-            let rate = self.rate * largest;
+        let mut first_u = Some(u[0]);
+        let mut collisions_left = MAX_COLLISIONS;
+        self.visit(ray, from, to, |mut t, end, max_density| {
+            let rate = self.majorant * max_density;
             if rate <= 0.0 {
                 return true;
             }
             loop {
-                let room = (end - t) * rate;
-                if depth >= room {
-                    depth -= room;
+                let block_depth = (end - t) * rate;
+                if depth >= block_depth {
+                    depth -= block_depth;
                     return true;
                 }
                 t += depth / rate;
-                left -= 1;
-                if left == 0 {
+                collisions_left -= 1;
+                if collisions_left == 0 {
                     found.weight = [0.0; 3];
                     return false;
                 }
-                let [density, shines] = self.at(ray.at(t));
+                let [density, emission_scale] = self.at(ray.at(t));
                 let weight = &mut found.weight;
                 if c.emits() {
                     #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
                     for i in 0..3 {
-                        found.emitted[i] += weight[i] * density * shines * c.emission[i] / rate;
+                        found.emitted[i] += weight[i] * density * emission_scale * c.emission[i] / rate;
                     }
                 }
-                // The share of collisions that are real.
+                // Probability of a real collision, by band.
                 let real = c.extinction.map(|s| (s * density / rate).min(1.0));
-                let number = decides.take().unwrap_or_else(|| more.unit());
+                let u0 = first_u.take().unwrap_or_else(|| more.unit());
                 if let Some(shares) = shares {
-                    let carried: f64 = (0..3).map(|i| shares[i] * weight[i]).sum();
-                    let p: f64 = (0..3).map(|i| shares[i] * weight[i] * real[i]).sum::<f64>() / carried;
-                    if number < p {
+                    let total: f64 = (0..3).map(|i| shares[i] * weight[i]).sum();
+                    let p: f64 = (0..3).map(|i| shares[i] * weight[i] * real[i]).sum::<f64>() / total;
+                    if u0 < p {
                         #[expect(clippy::needless_range_loop, reason = "bands of several arrays")]
                         for i in 0..3 {
                             weight[i] *= c.scattering[i] * density / (rate * p);
@@ -204,10 +226,10 @@ impl Heterogeneous {
                         weight[i] *= 1.0 - real[i];
                     }
                 }
-                let most = weight[0].max(weight[1]).max(weight[2]);
-                if most < 0.02 {
-                    // Too little to follow all of it.
-                    if most.is_nan() || most <= 0.0 || more.unit() < 0.5 {
+                let greatest = weight[0].max(weight[1]).max(weight[2]);
+                if greatest < 0.02 {
+                    // Russian roulette.
+                    if greatest.is_nan() || greatest <= 0.0 || more.unit() < 0.5 {
                         *weight = [0.0; 3];
                         return false;
                     }
@@ -219,7 +241,7 @@ impl Heterogeneous {
         found
     }
 
-    /// A way through it.
+    /// Samples scattering along a segment.
     pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
         let shares = stretch.scatters.then_some(stretch.shares);
         let found = self.track(stretch.ray, [0.0, stretch.end], shares, u, more);
@@ -232,7 +254,7 @@ impl Heterogeneous {
         }
     }
 
-    /// An estimate of the share of light that is left between two places of a ray of unit direction.
+    /// Unbiased estimate of the transmittance between two distances along a ray of unit direction.
     pub fn transmittance(&self, ray: &Ray, from: f64, to: f64, more: &mut Stream) -> Spectrum {
         let u = [0.0, more.unit()];
         let found = self.track(ray, [from, to], None, u, more);
@@ -267,16 +289,16 @@ mod tests {
         OwenSobol::new(&SampleId { x: i, y: 1, index: 0, seed: 3 }).stream(5)
     }
 
-    /// Ways within the box, between their ends.
-    fn ways() -> Vec<(Ray, f64)> {
+    /// Segments within the box.
+    fn segments() -> Vec<(Ray, f64)> {
         let mut random = Random::new(8);
-        let place = |r: &mut Random| {
+        let point = |r: &mut Random| {
             let [x, y, z] = r.units::<3>();
             DVec3::new(3.0 * x - 1.0, 2.5 * y - 1.0, 2.0 * z - 1.0)
         };
         let mut out = Vec::new();
         for _ in 0..12 {
-            let (a, b) = (place(&mut random), place(&mut random));
+            let (a, b) = (point(&mut random), point(&mut random));
             out.push((Ray::new(a, (b - a).normalize()), (b - a).length()));
         }
         out.push((Ray::new(DVec3::new(-5.0, 0.1, 0.1), DVec3::X), 9.0));
@@ -294,16 +316,17 @@ mod tests {
     }
 
     #[test]
-    fn an_even_grid_is_a_homogeneous_medium() {
-        let varying = grid([9, 17, 3], |_| 1.0);
-        let even = Homogeneous { coefficients: coefficients() };
-        for (k, (ray, end)) in ways().into_iter().enumerate() {
-            // The last begins 4 outside and ends 1 behind the box, which is 3 long.
+    fn a_constant_grid_is_a_homogeneous_medium() {
+        let heterogeneous = grid([9, 17, 3], |_| 1.0);
+        let homogeneous = Homogeneous { coefficients: coefficients() };
+        for (k, (ray, end)) in segments().into_iter().enumerate() {
+            // The last one starts 4 before the box, which is 3 long, and ends 2 behind it.
             let length = if k == 12 { 3.0 } else { end };
-            let expected = even.transmittance(length).to_array().map(f64::from);
+            let expected = homogeneous.transmittance(length).to_array().map(f64::from);
             let n = 20_000;
-            let through: Vec<[f32; 3]> =
-                (0..n).map(|i| varying.transmittance(&ray, 0.0, end, &mut stream(i)).to_array()).collect();
+            let through: Vec<[f32; 3]> = (0..n)
+                .map(|i| heterogeneous.transmittance(&ray, 0.0, end, &mut stream(i)).to_array())
+                .collect();
             for band in 0..3 {
                 is(through.iter().map(|t| f64::from(t[band])), expected[band], "transmittance");
             }
@@ -313,11 +336,11 @@ mod tests {
                 .map(|i| {
                     let mut more = stream(i + n);
                     let u = [more.unit(), more.unit()];
-                    varying.walk(&stretch, u, &mut more)
+                    heterogeneous.walk(&stretch, u, &mut more)
                 })
                 .collect();
             let stretch = Stretch { ray: &ray, end: length, shares, scatters: false };
-            let shines = even.walk(&stretch, [0.0; 2]).emitted.to_array();
+            let emission_scale = homogeneous.walk(&stretch, [0.0; 2]).emitted.to_array();
             for band in 0..3 {
                 let of = |w: &Walk, scattered: bool| {
                     let is = w.scattered.is_some() == scattered;
@@ -328,12 +351,12 @@ mod tests {
                 let scattered = c.scattering[band] / c.extinction[band] * (1.0 - expected[band]);
                 is(walks.iter().map(|w| of(w, true)), scattered, "what is scattered");
                 let emitted = walks.iter().map(|w| f64::from(w.emitted.to_array()[band]));
-                is(emitted, f64::from(shines[band]), "what it emits");
+                is(emitted, f64::from(emission_scale[band]), "what it emits");
             }
         }
     }
 
-    /// Empty cells around the grid, cut off at its box, are the same as a border that fades.
+    /// A fading border equals a grid with empty cells around it, cut off at the box.
     #[test]
     fn a_border_fades_as_if_empty_cells_followed() {
         for [nx, ny, nz] in [[1u32, 1, 1], [2, 3, 1], [3, 2, 4]] {
@@ -360,27 +383,27 @@ mod tests {
         }
     }
 
-    /// Against sums over small steps, in a grid whose densities differ wildly.
+    /// Against small steps, in a grid of very different densities.
     #[test]
-    fn transmittance_is_that_of_small_steps() {
+    fn transmittance_equals_ray_marching() {
         let mut random = Random::new(4);
         let values: Vec<f32> = (0..21 * 13 * 18)
             .map(|_| if random.unit() < 0.7 { 0.0 } else { 4.0 * random.unit() as f32 })
             .collect();
-        let varying = grid([21, 13, 18], |i| values[i]);
-        for (ray, end) in ways() {
+        let heterogeneous = grid([21, 13, 18], |i| values[i]);
+        for (ray, end) in segments() {
             let steps = 40_000;
             let step = end / f64::from(steps);
             let depth: f64 = (0..steps)
                 .map(|i| {
-                    let p = (ray.at((f64::from(i) + 0.5) * step) - varying.min) * varying.scale;
+                    let p = (ray.at((f64::from(i) + 0.5) * step) - heterogeneous.min) * heterogeneous.scale;
                     let size = DVec3::new(21.0, 13.0, 18.0);
                     let inside = p.cmpge(DVec3::ZERO).all() && p.cmple(size).all();
-                    if inside { varying.grid.at(p)[0] * step } else { 0.0 }
+                    if inside { heterogeneous.grid.at(p)[0] * step } else { 0.0 }
                 })
                 .sum();
             let all: Vec<[f32; 3]> = (0..20_000)
-                .map(|i| varying.transmittance(&ray, 0.0, end, &mut stream(i)).to_array())
+                .map(|i| heterogeneous.transmittance(&ray, 0.0, end, &mut stream(i)).to_array())
                 .collect();
             for band in 0..3 {
                 let expected = crate::math::elementary::exp(-depth * coefficients().extinction[band]);
@@ -389,21 +412,22 @@ mod tests {
         }
     }
 
-    /// No place of a block is denser than the block's bound.
+    /// The bound of a block holds everywhere in it.
     #[test]
-    fn blocks_bound_what_is_in_them() {
+    fn blocks_bound_their_density() {
         let mut random = Random::new(14);
         let values: Vec<f32> = (0..30 * 17 * 9).map(|_| random.unit() as f32).collect();
-        let varying = grid([30, 17, 9], |i| values[i]);
-        for (ray, end) in ways() {
+        let heterogeneous = grid([30, 17, 9], |i| values[i]);
+        for (ray, end) in segments() {
             let mut last = 0.0;
-            varying.visit(&ray, 0.0, end, |from, to, largest| {
+            heterogeneous.visit(&ray, 0.0, end, |from, to, max_density| {
                 assert!(from >= last && to > from, "{from} {to} {last}");
                 last = to;
                 for i in 0..50 {
                     let t = from + (to - from) * (f64::from(i) + 0.5) / 50.0;
-                    let density = varying.grid.at((ray.at(t) - varying.min) * varying.scale)[0];
-                    assert!(density <= largest * (1.0 + 1e-6), "{density} > {largest}");
+                    let density =
+                        heterogeneous.grid.at((ray.at(t) - heterogeneous.min) * heterogeneous.scale)[0];
+                    assert!(density <= max_density * (1.0 + 1e-6), "{density} > {max_density}");
                 }
                 true
             });

@@ -1,21 +1,27 @@
-//! Participating media: what is between surfaces and absorbs, scatters and emits light on its way. One file each;
-//! [`MediumDesc`] is the table of their names in a scene.
+//! Participating media: they absorb, scatter and emit light between surfaces. One file per type; [`MediumDesc`] is the
+//! table of their names in a scene.
 //!
-//! A medium is bound to what encloses it by a material (`interior`), by an object (`medium`, whose surface then is nothing but a boundary), or to
-//! all that is in the open (`medium` of `[background]`).
+//! A medium is bound to its boundary by a material (`interior`), by an object (`medium`, whose surface is then an
+//! interface without scattering), or to open space (`medium` of `[background]`).
 //!
-//! The contract, which every [`Medium`] keeps:
+//! Contract of every [`Medium`]:
 //!
-//! - Rays and lengths are the world's. [`Coefficients`] are per unit of length at density 1, by colour band; emission is radiance per unit of length. Extinction is absorption
-//!   and scattering together, and the albedo is the share of it that is scattered.
-//! - Rays have unit directions, so that t is a length. A [`Stretch`] begins at the ray's origin and ends at `end`: a surface, or infinity.
-//! - [`Medium::walk`] chooses whether and where the path is scattered. `scattered` is `None` where it passes to the end. `weight` is what the path then carries of what it
-//!   carried: transmittance times scattering coefficient (where it was scattered) over the density of what happened, its mean over `u` the true value. The phase function is not in it.
-//! - `pdf` is per unit of length, not per solid angle, and 0 where it is not known (a varying density); who needs it for MIS then goes without.
-//! - [`Medium::transmittance`] is within 0..=1 for homogeneous media; for others it is an estimate whose mean is the transmittance.
-//! - The phase function ([`HenyeyGreenstein`]) is per steradian and integrates to 1 over the sphere: there is no cosine. Its directions are those in which light travels, unlike
-//!   those of surfaces: a cosine of 1 goes straight on.
-//! - Random numbers are given: two in `u`, as many more as a varying medium needs from a counter-based [`Stream`], so that a path depends on its sample alone.
+//! - Rays and lengths are in world space. [`Coefficients`] are per unit of length at density 1, by colour band;
+//!   emission is radiance per unit of length. Extinction is absorption plus scattering; the albedo is scattering over
+//!   extinction.
+//! - Rays have unit directions, so t is a length. A [`Stretch`] starts at the ray's origin and ends at `end`: a
+//!   surface, or infinity.
+//! - [`Medium::walk`] samples whether and where the path scatters. `scattered` is `None` if it passes to the end.
+//!   `weight` is the factor of the throughput: transmittance, times the scattering coefficient where it scatters, over
+//!   the probability density. Its mean over `u` is exact. The phase function is not included.
+//! - `pdf` is per unit of length, not per solid angle. It is 0 where unknown (heterogeneous media), and then there is
+//!   no MIS over distances.
+//! - [`Medium::transmittance`] is exact and within 0..=1 for homogeneous media; for others it is an unbiased estimate.
+//! - The phase function ([`HenyeyGreenstein`]) is per steradian and integrates to 1 over the sphere; there is no
+//!   cosine. Unlike those of surfaces, its directions are those in which light travels: a cosine of 1 is straight
+//!   forward.
+//! - Random numbers are passed in: two in `u`, and as many more as a heterogeneous medium needs from a counter-based
+//!   [`Stream`], so a path depends on its sample alone.
 
 mod equiangular;
 mod grid;
@@ -39,8 +45,8 @@ use crate::sampler::Stream;
 use crate::schema::{ErrorCode, SceneError, family};
 
 family! {
-    /// Media: `[medium.NAME]`, or in place as `medium = { … }`. The `type` is "homogeneous" unless given. Integrators that follow light
-    /// show them; others do not.
+    /// Media: `[medium.NAME]`, or inline as `medium = { … }`. The default `type` is "homogeneous". The integrators
+    /// "path" and "direct" render media; other integrators ignore them.
     pub enum MediumDesc as "medium", "media" {
         Homogeneous(HomogeneousMedium),
         Grid(GridMedium),
@@ -48,21 +54,21 @@ family! {
     }
 }
 
-/// What a medium of density 1 does to light, per unit of length and by colour band.
+/// Coefficients of a medium at density 1, per unit of length and by colour band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
-    /// Absorbed and scattered together.
+    /// Absorption plus scattering.
     pub extinction: [f64; 3],
-    /// Scattered.
+    /// Scattering.
     pub scattering: [f64; 3],
-    /// Radiance emitted.
+    /// Emitted radiance.
     pub emission: [f64; 3],
-    /// Where to.
+    /// The phase function.
     pub phase: HenyeyGreenstein,
 }
 
 impl Coefficients {
-    /// From extinction with albedo, or absorption with scattering, times `density`.
+    /// From extinction and albedo, or absorption and scattering, times `density`.
     ///
     /// Errors: both at once.
     fn new(
@@ -109,42 +115,42 @@ impl Coefficients {
     }
 }
 
-/// The way of a ray through one medium.
+/// The segment of a ray in one medium.
 pub struct Stretch<'a> {
     /// The ray, of unit direction.
     pub ray: &'a Ray,
-    /// Where along it the way ends: at a surface, or nowhere (infinite).
+    /// Distance of the end: a surface, or infinity.
     pub end: f64,
-    /// The share of each colour band in what the path carries; their sum is 1.
+    /// Fraction of each colour band in the path's throughput; their sum is 1.
     pub shares: [f64; 3],
-    /// Whether the path may be scattered: if not, it goes on to the end.
+    /// Whether the path may scatter; if not, it passes to the end.
     pub scatters: bool,
 }
 
-/// What became of a path on its way through a medium.
+/// The sampled event along a segment.
 #[derive(Clone, Copy, Debug)]
 pub struct Walk {
-    /// Where along the ray it was scattered, if it was.
+    /// Distance of scattering, if any.
     pub scattered: Option<f64>,
-    /// The factor of what it carries; where it was scattered, without the phase function.
+    /// Factor of the throughput, without the phase function.
     pub weight: Spectrum,
-    /// Density of that place per unit of length, where it is known: in media that are the same everywhere; else 0.
+    /// Density of that distance per unit of length, where known (homogeneous media); otherwise 0.
     pub pdf: f64,
-    /// Radiance of the medium itself, as it arrives at the begin of the way.
+    /// Emitted radiance, as it arrives at the start of the segment.
     pub emitted: Spectrum,
 }
 
-/// A medium ready to be rendered.
+/// A prepared medium.
 #[derive(Clone, Debug)]
 pub enum Medium {
-    /// The same everywhere.
+    /// The same density everywhere.
     Homogeneous(Homogeneous),
-    /// Of varying density.
+    /// Density from a grid.
     Heterogeneous(Heterogeneous),
 }
 
 impl MediumDesc {
-    /// Makes it ready.
+    /// Prepares the medium.
     pub fn prepare(&self) -> Result<Medium, SceneError> {
         Ok(match self {
             MediumDesc::Homogeneous(m) => Medium::Homogeneous(m.prepare()?),
@@ -155,7 +161,7 @@ impl MediumDesc {
 }
 
 impl Medium {
-    /// What it does to light at density 1.
+    /// Coefficients at density 1.
     #[inline]
     pub fn coefficients(&self) -> &Coefficients {
         match self {
@@ -164,7 +170,7 @@ impl Medium {
         }
     }
 
-    /// A way through it; `u` chooses band and length, `more` has the numbers beyond.
+    /// Samples scattering along a segment: `u` for the first event, `more` for all further random numbers.
     #[inline]
     pub fn walk(&self, stretch: &Stretch<'_>, u: [f64; 2], more: &mut Stream) -> Walk {
         match self {
@@ -173,7 +179,7 @@ impl Medium {
         }
     }
 
-    /// The share of light that is left of a ray of unit direction between two places, or an estimate of it whose mean is that.
+    /// Transmittance of a ray of unit direction between two distances, exact or an unbiased estimate.
     #[inline]
     pub fn transmittance(&self, ray: &Ray, from: f64, to: f64, more: &mut Stream) -> Spectrum {
         match self {
@@ -182,12 +188,12 @@ impl Medium {
         }
     }
 
-    /// One that does nothing.
+    /// A medium without effect.
     pub(crate) fn void() -> Medium {
         Medium::Homogeneous(Homogeneous::void())
     }
 
-    /// Whether nothing is there.
+    /// Whether it has no effect.
     pub fn is_void(&self) -> bool {
         let c = self.coefficients();
         c.extinction == [0.0; 3] && !c.emits()

@@ -1,24 +1,34 @@
-//! Phase functions: where a medium scatters light to.
+//! Phase functions: the distribution of scattered directions.
+//!
+//! ```text
+//!                     wi
+//!    forward     θ  /           p(cos θ) = (1 − g²) / (4π (1 + g² − 2 g cos θ)^(3/2))
+//!   ---------->*---------->
+//! ```
+//!
+//! Its distribution function inverts in closed form: cos θ = (1 + g² − s²) / 2g, s = (1 − g²) / (1 + g − 2 g u).
+//! Sampling is exact: value / density is 1.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::math::elementary::sin_cos;
 use crate::math::{DVec3, Frame};
 
-/// The phase function of Henyey and Greenstein (1941, "Diffuse radiation in the galaxy"), per solid angle, normalised over the sphere.
+/// The phase function of Henyey and Greenstein (1941, "Diffuse radiation in the galaxy"), per solid angle, normalised
+/// over the sphere.
 ///
-/// Directions here are those light or a path goes in, before and after; `g` is the mean cosine between them.
+/// Directions are those in which light or the path travels, before and after; `g` is the mean cosine between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HenyeyGreenstein {
-    /// Mean cosine, between −1 and 1: above 0 light goes on forwards, 0 is isotropic.
+    /// Mean cosine, between −1 and 1: above 0 is forward scattering, 0 isotropic, below 0 backward.
     pub g: f64,
 }
 
-/// Below this the function is taken as isotropic, for sampling divides by g.
+/// Smaller |g| count as isotropic, because sampling divides by g.
 const ISOTROPIC: f64 = 1e-4;
 
 impl HenyeyGreenstein {
-    /// The share per solid angle that goes on at an angle of this cosine; also the density of [`HenyeyGreenstein::sample`].
+    /// Value per solid angle at the cosine of the scattering angle; also the density of [`HenyeyGreenstein::sample`].
     #[inline]
     pub fn value(&self, cosine: f64) -> f64 {
         let g = self.g;
@@ -26,12 +36,13 @@ impl HenyeyGreenstein {
             return 0.25 / PI;
         }
         let d = 1.0 + g * g - 2.0 * g * cosine;
-        // Not below (1 − |g|)², but for rounding.
+        // At least (1 − |g|)², up to rounding.
         let d = d.max((1.0 - g.abs()) * (1.0 - g.abs()));
         0.25 / PI * (1.0 - g * g) / (d * d.sqrt())
     }
 
-    /// A direction after scattering light that went in the unit direction `forward`, with its density; `u` in 0..1.
+    /// Samples the direction after scattering, with its density, for light travelling in the unit direction `forward`;
+    /// `u` in 0..1.
     #[inline]
     pub fn sample(&self, forward: DVec3, u: [f64; 2]) -> (DVec3, f64) {
         let g = self.g;
@@ -70,12 +81,12 @@ mod tests {
         }
     }
 
-    /// By Simpson's rule over the cosine, finely where the function is narrow.
+    /// By Simpson's rule over the cosine, with steps that resolve the peak.
     #[test]
     fn it_is_normalised_and_g_is_its_mean_cosine() {
         for g in GS {
             let phase = HenyeyGreenstein { g };
-            let (mut whole, mut mean) = (0.0, 0.0);
+            let (mut total, mut mean) = (0.0, 0.0);
             let n = 200_000;
             for i in 0..=n {
                 let c = -1.0 + 2.0 * f64::from(i) / f64::from(n);
@@ -87,9 +98,9 @@ mod tests {
                     2.0
                 };
                 let part = TAU * phase.value(c) * weight * 2.0 / (3.0 * f64::from(n));
-                (whole, mean) = (whole + part, mean + part * c);
+                (total, mean) = (total + part, mean + part * c);
             }
-            assert!((whole - 1.0).abs() < 1e-6, "g = {g}: {whole}");
+            assert!((total - 1.0).abs() < 1e-6, "g = {g}: {total}");
             assert!((mean - if g.abs() < ISOTROPIC { 0.0 } else { g }).abs() < 1e-6, "g = {g}: {mean}");
         }
     }

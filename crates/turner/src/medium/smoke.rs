@@ -1,4 +1,4 @@
-//! Smoke and clouds out of nothing but numbers: a ball whose edge noise frays.
+//! Procedural smoke and clouds: a ball whose edge is eroded by noise.
 
 use std::sync::Arc;
 
@@ -9,37 +9,42 @@ use crate::schema::{ErrorCode, GridData, Range, SceneError, params};
 use crate::texture::Fractal;
 
 params! {
-    /// A puff of smoke, or a small cloud: a ball of density 1 inside, into which noise eats. It is laid out on a grid once, before rendering.
+    /// A puff of smoke or a small cloud: a ball of density 1, eroded by fractal noise. It is evaluated on a grid once,
+    /// before rendering.
     pub struct SmokeMedium as "smoke" {
-        /// The middle.
+        /// Centre of the ball.
         center: DVec3 = DVec3::ZERO;
-        /// Where it ends.
+        /// Radius in scene units; the density is 0 beyond.
         radius: f64 = 1.0, in Range::POSITIVE;
-        /// How far the noise eats into the ball: 0 is a ball, 1 leaves wisps.
+        /// How far the noise erodes the ball: 0 is a smooth ball, 1 leaves wisps.
         roughness: f64 = 0.6, in Range::UNIT;
-        /// About how large the largest billows are, in scene units; a third of the radius if not given.
+        /// Approximate size of the largest billows in scene units; a third of the radius if not given.
         size: Option<f64> = None, in Range::POSITIVE;
-        /// How much detail: octaves of noise.
+        /// Octaves of noise: more add finer detail.
         octaves: u32 = 5, in Range::closed(1.0, 12.0);
-        /// How wide the edge is, in radii.
+        /// Width of the edge as a fraction of the radius.
         softness: f64 = 0.15, in Range::closed(0.001, 1.0);
-        /// Another number, another puff.
+        /// Seed of the noise: another seed gives another puff.
         seed: u32 = 0;
         /// Cells of the grid along each axis.
         resolution: u32 = 96, in Range::closed(4.0, 512.0);
-        /// A factor of the densities.
+        /// Factor of the densities.
         density: f64 = 1.0, in Range::closed(0.0, 1e30);
-        /// What is lost per unit of length at density 1. 1 if nothing else says it.
+        /// Extinction coefficient (absorption + scattering) per scene unit at density 1, by colour. 1 if no coefficient
+        /// is given.
         extinction: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
-        /// The share of that which is scattered, not absorbed.
+        /// Single-scattering albedo, by colour: the fraction of the extinction that is scattered. 0 only absorbs, 1
+        /// only scatters. 1 if not given.
         albedo: Option<Spectrum> = None, in Range::UNIT;
-        /// In place of `extinction` and `albedo`: what is absorbed per unit of length at density 1.
+        /// Absorption coefficient per scene unit at density 1, by colour; with `scattering`, instead of `extinction`
+        /// and `albedo`.
         absorption: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
-        /// In place of `extinction` and `albedo`: what is scattered per unit of length at density 1.
+        /// Scattering coefficient per scene unit at density 1, by colour; with `absorption`, instead of `extinction`
+        /// and `albedo`.
         scattering: Option<Spectrum> = None, in Range::closed(0.0, 1e30);
-        /// The mean cosine g of Henyey and Greenstein's phase function.
+        /// Mean cosine g of the Henyey-Greenstein phase function: 0 is isotropic, above 0 forward, below 0 backward.
         anisotropy: f64 = 0.0, in Range::closed(-0.999, 0.999);
-        /// Radiance that it emits per unit of length at density 1.
+        /// Emitted radiance per scene unit at density 1.
         emission: Spectrum = Spectrum::BLACK, in Range::closed(0.0, 1e15);
     }
     example r##"[medium.puff]
@@ -55,9 +60,9 @@ medium = "puff"
 }
 
 impl SmokeMedium {
-    /// Makes it ready.
+    /// Prepares the medium.
     ///
-    /// Errors: both ways to say the coefficients at once, no memory.
+    /// Errors: both pairs of coefficients at once, out of memory.
     pub fn prepare(&self) -> Result<Heterogeneous, SceneError> {
         let coefficients = Coefficients::new(
             self.density,
@@ -69,17 +74,22 @@ impl SmokeMedium {
         let n = self.resolution.max(1);
         let mut density = Vec::new();
         if density.try_reserve_exact((n as usize).pow(3)).is_err() {
-            let message = format!("there is no memory for {n}³ cells of smoke");
+            let message = format!("not enough memory for {n}³ cells of smoke");
             return Err(SceneError::new(ErrorCode::TooLarge, message));
         }
         let noise = Fractal::new(u64::from(self.seed), self.octaves, 2.0, 0.55);
         let billow = self.size.unwrap_or(self.radius / 3.0) / self.radius;
         let cell = 2.0 / f64::from(n);
-        let middle = |i: u32| (f64::from(i) + 0.5) * cell - 1.0;
+        let cell_center = |i: u32| (f64::from(i) + 0.5) * cell - 1.0;
         for z in 0..n {
             for y in 0..n {
                 for x in 0..n {
-                    density.push(self.at(&noise, billow, cell, DVec3::new(middle(x), middle(y), middle(z))));
+                    density.push(self.at(
+                        &noise,
+                        billow,
+                        cell,
+                        DVec3::new(cell_center(x), cell_center(y), cell_center(z)),
+                    ));
                 }
             }
         }
@@ -89,17 +99,17 @@ impl SmokeMedium {
         Heterogeneous::new(coefficients, Arc::new(data), false, [self.center - half, self.center + half])
     }
 
-    /// The density at a place of the unit ball.
+    /// The density at a point of the unit ball.
     fn at(&self, noise: &Fractal, billow: f64, cell: f64, p: DVec3) -> f32 {
         let r = p.length();
         if r >= 1.0 {
             return 0.0;
         }
-        // Noise is seldom beyond ±0.4; what it takes from the middle is less than from the rim.
+        // Noise seldom exceeds ±0.4. It erodes the rim more than the centre.
         let frayed = 2.5 * self.roughness * noise.fbm(p / billow, cell / billow);
         let edge = (1.0 - r) - 0.4 * self.roughness + frayed * (0.3 + 0.7 * r);
         let inside = (edge / self.softness).clamp(0.0, 1.0);
-        // Nothing is cut off at the rim.
+        // The density falls smoothly to 0 at the rim.
         let rim = ((1.0 - r) / 0.08).clamp(0.0, 1.0);
         (inside * inside * (3.0 - 2.0 * inside) * rim) as f32
     }

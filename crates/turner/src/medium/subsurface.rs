@@ -1,18 +1,19 @@
-//! The medium inside a translucent body, from the colour that is seen of it.
+//! The medium inside a translucent object, from the colour that it should show.
 
 use super::{Coefficients, HenyeyGreenstein, Homogeneous};
 use crate::color::Spectrum;
 
-/// The share of light that a medium scatters rather than absorbs at each meeting, if a body of it that fills half of space returns the share `color` of diffuse
-/// light: van de Hulst's formula for the albedo of such a body (Kulla & Conty 2017, "Revisiting physically based shading at Imageworks"), solved for it as OpenPBR 1.1
-/// does. `g` is the mean cosine of scattering. For `g` from 0 to 0.95 the body's colour is met within 0.0025, for −0.5 within 0.01, for −0.9 within 0.025; where
-/// boundaries neither bend nor reflect light.
+/// Single-scattering albedo of a medium whose half-space reflects the fraction `color` of diffuse light: van de Hulst's
+/// formula for the albedo of a semi-infinite medium (Kulla and Conty 2017, "Revisiting physically based shading at
+/// Imageworks"), inverted as in OpenPBR 1.1. `g` is the mean cosine of scattering. Without refraction and reflection at
+/// the boundary, the colour is correct within 0.0025 for `g` from 0 to 0.95, within 0.01 for −0.5 and within 0.025 for
+/// −0.9.
 pub fn scattering_albedo(color: f64, g: f64) -> f64 {
     let c = color.clamp(0.0, 1.0);
     let s = 4.09712 + 4.20863 * c - (9.59217 + 41.6808 * c + 17.7126 * c * c).sqrt();
     let s2 = (s * s).min(1.0);
     match c {
-        // The formula's numbers are rounded: white is white, and black is black.
+        // The constants are rounded, so the ends are set exactly.
         c if c >= 1.0 => 1.0,
         c if c > 0.0 => (1.0 - s2) / (1.0 - g * s2),
         _ => 0.0,
@@ -20,7 +21,7 @@ pub fn scattering_albedo(color: f64, g: f64) -> f64 {
 }
 
 impl Homogeneous {
-    /// Of a body of that colour, with the mean ways of light by colour band (all above 0), and the mean cosine `g`.
+    /// From a colour, the mean free paths by colour band (all above 0) and the mean cosine `g`.
     pub(crate) fn of_body(color: Spectrum, ways: [f64; 3], g: f64) -> Homogeneous {
         let extinction = ways.map(|way| 1.0 / way);
         let colors = color.to_array();
@@ -35,18 +36,20 @@ impl Homogeneous {
         }
     }
 
-    /// The share of each band that is left at a distance, and the density of passing it for a path of these shares.
+    /// Transmittance of each band over the distance `t`, and the probability of passing it for a path of these band
+    /// fractions.
     #[inline]
     pub(crate) fn left(&self, shares: [f64; 3], t: f64) -> ([f64; 3], f64) {
-        let left = self.bands_left(t);
+        let left = self.band_transmittance(t);
         (left, shares[0] * left[0] + shares[1] * left[1] + shares[2] * left[2])
     }
 
-    /// What is scattered of each band at a distance, per unit of length, and the density of that place for a path of these shares.
+    /// Scattering of each band at the distance `t`, per unit of length, and the density of that distance for a path of
+    /// these band fractions.
     #[inline]
     pub(crate) fn scattered(&self, shares: [f64; 3], t: f64) -> ([f64; 3], f64) {
         let Coefficients { extinction: e, scattering: s, .. } = &self.coefficients;
-        let left = self.bands_left(t);
+        let left = self.band_transmittance(t);
         let band = |i: usize| shares[i] * e[i] * left[i];
         ([s[0] * left[0], s[1] * left[1], s[2] * left[2]], band(0) + band(1) + band(2))
     }

@@ -21,7 +21,7 @@ pub(super) struct PreparedLights {
 
 /// The lights of a description as they were made last.
 #[derive(Default)]
-pub(super) struct KeptLights {
+pub(super) struct CachedLights {
     made: Vec<Made>,
     capabilities: Capabilities,
 }
@@ -46,7 +46,7 @@ fn same_image(a: &Option<Arc<Image>>, b: &Option<Arc<Image>>) -> bool {
     }
 }
 
-impl KeptLights {
+impl CachedLights {
     /// The lights of a description; those that are as before are not made again.
     ///
     /// Errors: those of the lights.

@@ -13,7 +13,7 @@ use crate::scene::light_groups::LightGroups;
 use crate::scene::names::NameCollector;
 use crate::scene::scene::{ObjectTransform, Primitive};
 use crate::schema::{ErrorCode, MaterialId, MeshData, PrepareOptions, SceneError, Warning};
-use crate::shape::{KeptShapes, Plane, Shape, TriangleMesh};
+use crate::shape::{CachedShapes, Plane, Shape, TriangleMesh};
 
 /// Bytes that a placed object takes at most while the scene is prepared: itself, its box, its transform, its place in the tree.
 const PLACED: u64 = 1024;
@@ -48,14 +48,14 @@ impl Placed {
 
 /// The objects of a description as they were placed last, without a stage's floor.
 #[derive(Default)]
-pub(super) struct KeptPlaced {
-    made: Option<MadePlaced>,
-    shapes: KeptShapes,
+pub(super) struct CachedObjects {
+    made: Option<ObjectsByDesc>,
+    shapes: CachedShapes,
     /// Nothing is compared with it later: what was placed need not be copied.
     once: bool,
 }
 
-struct MadePlaced {
+struct ObjectsByDesc {
     objects: Vec<ObjectDesc>,
     groups: Vec<GroupDesc>,
     meshes: Vec<Arc<MeshData>>,
@@ -67,7 +67,7 @@ struct MadePlaced {
 
 /// What was remade of the objects.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct NewPlaced {
+pub(super) struct ChangedObjects {
     pub(super) placed: bool,
     /// Meshes without a tree so far.
     pub(super) meshes: usize,
@@ -87,7 +87,7 @@ fn same_objects(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same_object(a, b))
 }
 
-impl MadePlaced {
+impl ObjectsByDesc {
     fn is_of(&self, desc: &SceneDesc, traits: &[MaterialTraits], lights: &LightGroups) -> bool {
         let meshes = self.meshes.len() == desc.meshes.len()
             && self.meshes.iter().zip(&desc.meshes).all(|(a, b)| Arc::ptr_eq(a, &b.data));
@@ -100,7 +100,7 @@ impl MadePlaced {
     }
 }
 
-impl KeptPlaced {
+impl CachedObjects {
     /// Places all objects of the scene in the world, if they are not there yet; says what of them is new.
     ///
     /// Errors: groups that contain themselves, transforms that cannot be undone, numbers that are too large, memory that there is not.
@@ -111,20 +111,20 @@ impl KeptPlaced {
         light_sources: &[Option<u32>],
         physical: bool,
         options: &PrepareOptions,
-    ) -> Result<NewPlaced, SceneError> {
+    ) -> Result<ChangedObjects, SceneError> {
         let [open, close] = desc.film.shutter;
         let shutter = [open, if physical { close } else { open }];
         let group_of =
             |source: &Option<u32>| desc.lights.get(source.as_ref().copied()? as usize)?.group.as_deref();
         let groups = LightGroups::of_lights(light_sources.iter().map(group_of));
-        let same = |m: &&MadePlaced| {
+        let same = |m: &&ObjectsByDesc| {
             m.physical == physical && m.shutter == shutter && m.is_of(desc, traits, &groups)
         };
         if self.made.as_ref().is_some_and(|made| same(&made)) {
             if let Some(made) = &mut self.made {
                 made.placed.light_groups = made.placed.light_groups.with_lights(groups);
             }
-            return Ok(NewPlaced::default());
+            return Ok(ChangedObjects::default());
         }
         let memory = &options.limits.memory;
         let count = desc.count_primitives()?;
@@ -167,7 +167,7 @@ impl KeptPlaced {
             total,
         };
         self.shapes = kept;
-        self.made = Some(MadePlaced {
+        self.made = Some(ObjectsByDesc {
             objects: if self.once { Vec::new() } else { desc.objects.clone() },
             groups: desc.groups.iter().filter(|_| !self.once).map(|g| g.value.clone()).collect(),
             meshes: desc.meshes.iter().map(|m| m.data.clone()).collect(),
@@ -176,12 +176,12 @@ impl KeptPlaced {
             shutter,
             placed,
         });
-        Ok(NewPlaced { placed: true, meshes })
+        Ok(ChangedObjects { placed: true, meshes })
     }
 
     /// For one preparation alone.
-    pub(super) fn once() -> KeptPlaced {
-        KeptPlaced { once: true, ..KeptPlaced::default() }
+    pub(super) fn once() -> CachedObjects {
+        CachedObjects { once: true, ..CachedObjects::default() }
     }
 
     /// What was placed last, to be made use of.

@@ -7,9 +7,9 @@ use turner_bvh::InstructionSet;
 
 use super::default_studio::DefaultStudio;
 use super::geometry::Geometry;
-use super::lights::{KeptLights, PreparedLights};
-use super::placed::{KeptPlaced, NewPlaced, ground_of};
-use super::surfaces::{KeptMaterials, KeptTextures, KeptVolumes};
+use super::lights::{CachedLights, PreparedLights};
+use super::placed::{CachedObjects, ChangedObjects, ground_of};
+use super::surfaces::{CachedMaterials, CachedMedia, CachedTextures};
 use crate::camera::CameraDesc;
 use crate::color::Spectrum;
 use crate::description::SceneDesc;
@@ -46,11 +46,11 @@ use crate::view::{View, ViewSampling};
 #[derive(Default)]
 pub struct Preparer {
     options: PrepareOptions,
-    textures: KeptTextures,
-    materials: KeptMaterials,
-    volumes: KeptVolumes,
-    lights: KeptLights,
-    placed: KeptPlaced,
+    textures: CachedTextures,
+    materials: CachedMaterials,
+    volumes: CachedMedia,
+    lights: CachedLights,
+    placed: CachedObjects,
     last: Option<Last>,
     /// What was made anew since then, also by updates that failed or were cancelled.
     changed: Changed,
@@ -240,7 +240,7 @@ impl Preparer {
 
     /// One for a single preparation, which keeps no copy of what it makes.
     pub(super) fn once(options: PrepareOptions) -> Preparer {
-        Preparer { options, placed: KeptPlaced::once(), ..Preparer::default() }
+        Preparer { options, placed: CachedObjects::once(), ..Preparer::default() }
     }
 
     /// Prepares a description. What its integrator chooses by probing, it chooses before its first sample ([`Prepared::choose`]).
@@ -349,7 +349,7 @@ impl Preparer {
         let Capabilities { physical, compensates, .. } = capabilities;
         let PreparedLights { mut lights, mut sources, ambient, .. } = lights;
         let traits = self.materials.traits();
-        let NewPlaced { placed: new, meshes } =
+        let ChangedObjects { placed: new, meshes } =
             self.placed.prepare(desc, &traits, &sources, physical, &self.options)?;
         self.changed.remade.meshes += meshes;
         self.changed.placed |= new;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::description::{ObjectContent, ObjectDesc, SceneDesc};
 use crate::schema::{PrepareOptions, SceneError, Warning, WarningKind};
-use crate::shape::{KeptShapes, MeshCache, Shape, TriangleMesh};
+use crate::shape::{CachedShapes, MeshCache, Shape, TriangleMesh};
 
 /// Shapes made ready once, however often their groups are placed.
 pub(crate) struct PreparedShapes {
@@ -23,7 +23,7 @@ impl PreparedShapes {
     pub(super) fn new(
         desc: &SceneDesc,
         options: &PrepareOptions,
-        kept: &mut KeptShapes,
+        kept: &mut CachedShapes,
     ) -> Result<PreparedShapes, SceneError> {
         let mut cache = MeshCache::with_kept(&desc.meshes, options, kept);
         let mut prepare = |objects: &[ObjectDesc]| -> Result<Vec<Option<Shape>>, SceneError> {

@@ -9,16 +9,16 @@ use crate::material::{Cutout, Material, MaterialDesc, ShadowKind, mix};
 use crate::medium::MediumDesc;
 use crate::scene::volumes::Volumes;
 use crate::schema::{MediumId, PrepareOptions, SceneError};
-use crate::texture::{KeptPyramids, TextureDesc, Textures};
+use crate::texture::{CachedMipmaps, TextureDesc, Textures};
 
 /// The textures of a scene, with what they were made from.
 #[derive(Default)]
-pub(super) struct KeptTextures {
-    made: Option<MadeTextures>,
-    pyramids: KeptPyramids,
+pub(super) struct CachedTextures {
+    made: Option<TexturesByDesc>,
+    mipmaps: CachedMipmaps,
 }
 
-struct MadeTextures {
+struct TexturesByDesc {
     descs: Vec<TextureDesc>,
     images: Vec<Arc<Image>>,
     transfer: Transfer,
@@ -26,7 +26,7 @@ struct MadeTextures {
     textures: Arc<Textures>,
 }
 
-impl KeptTextures {
+impl CachedTextures {
     /// The textures of a scene, and whether they were made anew.
     ///
     /// Errors: those of the textures; memory that there is not.
@@ -37,7 +37,7 @@ impl KeptTextures {
         options: &PrepareOptions,
     ) -> Result<(Arc<Textures>, bool), SceneError> {
         let transfer = desc.film.transfer;
-        let same = |m: &&MadeTextures| {
+        let same = |m: &&TexturesByDesc| {
             let textures = m.descs.len() == desc.textures.len()
                 && m.descs.iter().zip(&desc.textures).all(|(a, b)| *a == b.value);
             let images = m.images.len() == desc.images.len()
@@ -49,9 +49,9 @@ impl KeptTextures {
         }
         desc.need_for_pictures(filtered, &options.limits.memory)?;
         let textures =
-            Textures::prepare_with(&desc.textures, &desc.images, transfer, filtered, &mut self.pyramids)?;
+            Textures::prepare_with(&desc.textures, &desc.images, transfer, filtered, &mut self.mipmaps)?;
         let textures = Arc::new(textures);
-        self.made = Some(MadeTextures {
+        self.made = Some(TexturesByDesc {
             descs: desc.textures.iter().map(|t| t.value.clone()).collect(),
             images: desc.images.iter().map(|i| i.data.clone()).collect(),
             transfer,
@@ -64,7 +64,7 @@ impl KeptTextures {
 
 /// The materials of a description, with what they were made from.
 #[derive(Default)]
-pub(super) struct KeptMaterials {
+pub(super) struct CachedMaterials {
     made: Vec<(MaterialDesc, Material)>,
     physical: bool,
 }
@@ -76,7 +76,7 @@ pub(super) struct MaterialTraits {
     shadow: ShadowKind,
 }
 
-impl KeptMaterials {
+impl CachedMaterials {
     /// Makes those anew that changed; says how many, and whether any of them shines or did.
     ///
     /// Errors: mixes of materials that there are not, or of themselves.
@@ -127,7 +127,7 @@ impl KeptMaterials {
 
 /// The media of a scene, with what they were made from.
 #[derive(Default)]
-pub(super) struct KeptVolumes {
+pub(super) struct CachedMedia {
     media: Vec<MediumDesc>,
     materials: Vec<MaterialDesc>,
     open: Option<MediumId>,
@@ -135,7 +135,7 @@ pub(super) struct KeptVolumes {
     volumes: Option<Arc<Volumes>>,
 }
 
-impl KeptVolumes {
+impl CachedMedia {
     /// Which medium is where; `None` if there are none, or for integrators that do not follow light. Says whether that is new.
     ///
     /// Errors: those of the media; references to media that there are not.

@@ -10,37 +10,37 @@ use crate::schema::{Asset, ErrorCode, MeshData, MeshId, PrepareOptions, SceneErr
 
 /// Meshes and clouds of points as they were made, by the data that they were made from: what a later preparation need not make again, trees included.
 #[derive(Clone, Debug, Default)]
-pub struct KeptShapes {
+pub struct CachedShapes {
     /// By the address of the data, which is held, and whether they are smooth.
-    meshes: HashMap<(usize, bool), KeptMesh>,
-    points: Vec<KeptPoints>,
+    meshes: HashMap<(usize, bool), CachedMesh>,
+    points: Vec<CachedPoints>,
 }
 
 #[derive(Clone, Debug)]
-struct KeptMesh {
+struct CachedMesh {
     data: Arc<MeshData>,
     mesh: Arc<TriangleMesh>,
     left_out: SkippedTriangles,
 }
 
 #[derive(Clone, Debug)]
-struct KeptPoints {
+struct CachedPoints {
     desc: PointsDesc,
     data: Arc<MeshData>,
     points: Arc<Points>,
 }
 
-impl KeptShapes {
+impl CachedShapes {
     fn points(&self, desc: &PointsDesc, data: &Arc<MeshData>) -> Option<Arc<Points>> {
-        let same = |k: &&KeptPoints| {
+        let same = |k: &&CachedPoints| {
             Arc::ptr_eq(&k.data, data) && k.desc.radius == desc.radius && k.desc.radii == desc.radii
         };
         self.points.iter().find(same).map(|k| k.points.clone())
     }
 
     /// How many meshes of `other` are not among these.
-    pub(crate) fn new_meshes(&self, other: &KeptShapes) -> usize {
-        let is_new = |(key, made): &(&(usize, bool), &KeptMesh)| {
+    pub(crate) fn new_meshes(&self, other: &CachedShapes) -> usize {
+        let is_new = |(key, made): &(&(usize, bool), &CachedMesh)| {
             !self.meshes.get(*key).is_some_and(|own| Arc::ptr_eq(&own.data, &made.data))
         };
         other.meshes.iter().filter(is_new).count()
@@ -57,8 +57,8 @@ pub struct MeshCache<'a> {
     options: PrepareOptions,
     prepared: HashMap<(MeshId, bool), Arc<TriangleMesh>>,
     /// What was made before, and what of it and anew is used now.
-    kept: Option<&'a KeptShapes>,
-    used: KeptShapes,
+    kept: Option<&'a CachedShapes>,
+    used: CachedShapes,
     points_left_out: Vec<String>,
     /// Of triangles with a vertex that is not finite, of those without area, and of meshes without any others.
     left_out: [Without; 3],
@@ -106,7 +106,7 @@ impl<'a> MeshCache<'a> {
             options: options.clone(),
             prepared: HashMap::new(),
             kept: None,
-            used: KeptShapes::default(),
+            used: CachedShapes::default(),
             points_left_out: Vec::new(),
             left_out: Default::default(),
         }
@@ -116,13 +116,13 @@ impl<'a> MeshCache<'a> {
     pub fn with_kept(
         meshes: &'a [Asset<MeshData>],
         options: &PrepareOptions,
-        kept: &'a KeptShapes,
+        kept: &'a CachedShapes,
     ) -> MeshCache<'a> {
         MeshCache { kept: Some(kept), ..MeshCache::with_options(meshes, options) }
     }
 
     /// All that was asked for, to be given to the next cache.
-    pub fn into_kept(self) -> KeptShapes {
+    pub fn into_kept(self) -> CachedShapes {
         self.used
     }
 
@@ -158,7 +158,7 @@ impl<'a> MeshCache<'a> {
             None => Arc::new(desc.prepare(self.meshes, &self.options)?),
         };
         if let Some(data) = data {
-            self.used.points.push(KeptPoints { desc: desc.clone(), data, points: points.clone() });
+            self.used.points.push(CachedPoints { desc: desc.clone(), data, points: points.clone() });
         }
         let left_out =
             self.meshes.get(desc.points.index()).map_or(0, |a| a.data.positions.len()) - points.count();
@@ -190,10 +190,10 @@ impl<'a> MeshCache<'a> {
             Some(made) => made,
             None => {
                 let (mesh, left_out) = TriangleMesh::without_tree(&asset.data, smooth)?;
-                KeptMesh { data: asset.data.clone(), mesh: Arc::new(mesh), left_out }
+                CachedMesh { data: asset.data.clone(), mesh: Arc::new(mesh), left_out }
             }
         };
-        let KeptMesh { mesh, left_out, .. } = made.clone();
+        let CachedMesh { mesh, left_out, .. } = made.clone();
         self.used.meshes.insert(key, made);
         // Once per mesh, not once for each way it is shaded.
         if !self.prepared.contains_key(&(desc.mesh, !smooth)) {

@@ -46,7 +46,7 @@ pub use cuboid::{BoxDesc, Cuboid};
 pub use cylinder::{Cylinder, CylinderDesc};
 pub use disk::{Disk, DiskDesc};
 pub use mesh::MeshDesc;
-pub use mesh_cache::{KeptShapes, MeshCache};
+pub use mesh_cache::{CachedShapes, MeshCache};
 pub use mesh_rays::{BlockRays, MeshRays, NO_TRIANGLE};
 pub use plane::{Plane, PlaneDesc};
 pub use points::{Points, PointsDesc};

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use super::footprint::Ellipse;
-use super::mipmap::{Pyramid, Taps};
+use super::mipmap::{Mipmap, Taps};
 use super::prepare::{Kind, Preparing};
 use super::{Mapping, Placement, TexturePoint, Textures, Wrap};
 use crate::color::{Spectrum, Transfer};
@@ -126,7 +126,7 @@ pub(super) struct ImageTexture {
     image: Arc<Image>,
     filter: ImageFilter,
     /// Its smaller sizes, where they are looked at.
-    pyramid: Option<Arc<Pyramid>>,
+    mipmap: Option<Arc<Mipmap>>,
     wrap_u: Wrap,
     wrap_v: Wrap,
     /// Gain and tint.
@@ -155,14 +155,14 @@ impl Kind for ImageDesc {
 
     fn prepare(&self, cx: &mut Preparing<'_>) -> Result<ImageTexture, SceneError> {
         let image = cx.image(self.file, self.encoding)?;
-        let pyramid = match self.filter {
-            ImageFilter::Mipmap | ImageFilter::NearestMipmap => cx.pyramid(self.file, &image, self.encoding),
+        let mipmap = match self.filter {
+            ImageFilter::Mipmap | ImageFilter::NearestMipmap => cx.mipmap(self.file, &image, self.encoding),
             ImageFilter::Bilinear | ImageFilter::Nearest => None,
         };
         Ok(ImageTexture {
             image,
             filter: self.filter,
-            pyramid,
+            mipmap,
             wrap_u: self.wrap_u.unwrap_or(self.wrap),
             wrap_v: self.wrap_v.unwrap_or(self.wrap),
             factor: self.tint * self.gain as f32,
@@ -254,15 +254,15 @@ impl ImageTexture {
         lerp: impl Fn(T, T, f32) -> T,
         outside: T,
     ) -> T {
-        let (uv, axes) = self.place(at, self.pyramid.is_some());
+        let (uv, axes) = self.place(at, self.mipmap.is_some());
         let is_near = matches!(self.filter, ImageFilter::Nearest | ImageFilter::NearestMipmap);
-        if let (Some(pyramid), Some(axes)) = (&self.pyramid, axes) {
+        if let (Some(mipmap), Some(axes)) = (&self.mipmap, axes) {
             let size = DVec2::new(f64::from(self.image.width), f64::from(self.image.height));
             let ellipse = Ellipse::new(axes.map(|d| d * size));
             if ellipse.length > 1.0 {
-                let taps = Taps::new(&ellipse, pyramid.count());
+                let taps = Taps::new(&ellipse, mipmap.count());
                 let level = |level: usize, uv: DVec2| {
-                    self.bilinear(pyramid.level(&self.image, level), uv, &texel, &lerp, outside)
+                    self.bilinear(mipmap.level(&self.image, level), uv, &texel, &lerp, outside)
                 };
                 let (mut mean, mut count) = (outside, 0.0);
                 for offset in taps.offsets() {

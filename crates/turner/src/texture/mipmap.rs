@@ -15,7 +15,7 @@ use crate::math::elementary::ln;
 
 /// The smaller sizes of a picture, half the size first.
 #[derive(Clone, Debug)]
-pub(super) struct Pyramid {
+pub(super) struct Mipmap {
     levels: Vec<Image>,
 }
 
@@ -54,9 +54,9 @@ impl Taps {
     }
 }
 
-impl Pyramid {
+impl Mipmap {
     /// Of a picture whose samples fit its size, decoded by a curve.
-    pub(super) fn new(image: &Image, transfer: Transfer) -> Pyramid {
+    pub(super) fn new(image: &Image, transfer: Transfer) -> Mipmap {
         let curves = Curves::new(image, transfer);
         let mut levels: Vec<Image> = Vec::new();
         let mut last: Option<Values> = None;
@@ -70,7 +70,7 @@ impl Pyramid {
             levels.push(curves.encode(&values, image.channels));
             last = Some(values);
         }
-        Pyramid { levels }
+        Mipmap { levels }
     }
 
     /// How many levels there are, the picture itself counted.
@@ -237,12 +237,12 @@ mod tests {
     fn every_level_has_the_mean_of_the_picture() {
         for (width, height) in [(8, 8), (7, 5), (1, 9), (13, 1), (64, 3), (1, 1)] {
             let image = grey(width, height, |i| ((i * 7919) % 101) as f32 / 100.0);
-            let pyramid = Pyramid::new(&image, Transfer::Srgb);
-            for level in 0..pyramid.count() {
-                let found = mean(pyramid.level(&image, level));
+            let mipmap = Mipmap::new(&image, Transfer::Srgb);
+            for level in 0..mipmap.count() {
+                let found = mean(mipmap.level(&image, level));
                 assert!((found - mean(&image)).abs() < 1e-6, "{width}x{height} level {level}: {found}");
             }
-            let last = pyramid.level(&image, pyramid.count() - 1);
+            let last = mipmap.level(&image, mipmap.count() - 1);
             assert_eq!((last.width, last.height), (1, 1));
         }
     }
@@ -253,28 +253,28 @@ mod tests {
             for value in [0u8, 1, 3, 77, 200, 255] {
                 let pixels = Pixels::U8([value, 255 - value, value, 128].repeat(64 * 32));
                 let image = Image { width: 64, height: 32, channels: 4, pixels };
-                let pyramid = Pyramid::new(&image, transfer);
-                for level in 0..pyramid.count() {
-                    let Pixels::U8(v) = &pyramid.level(&image, level).pixels else { panic!("eight bits") };
+                let mipmap = Mipmap::new(&image, transfer);
+                for level in 0..mipmap.count() {
+                    let Pixels::U8(v) = &mipmap.level(&image, level).pixels else { panic!("eight bits") };
                     assert!(
                         v.chunks(4).all(|c| c == [value, 255 - value, value, 128]),
                         "{transfer:?} {value}"
                     );
                 }
                 // But for the last levels, which are a texel wide.
-                assert!(pyramid.memory() <= image.memory() / 3 + 16);
+                assert!(mipmap.memory() <= image.memory() / 3 + 16);
             }
         }
         let sixteen = Image { width: 4, height: 4, channels: 1, pixels: Pixels::U16(vec![12_345; 16]) };
-        let pyramid = Pyramid::new(&sixteen, Transfer::Srgb);
-        assert_eq!(pyramid.level(&sixteen, 2).pixels, Pixels::U16(vec![12_345]));
+        let mipmap = Mipmap::new(&sixteen, Transfer::Srgb);
+        assert_eq!(mipmap.level(&sixteen, 2).pixels, Pixels::U16(vec![12_345]));
     }
 
     #[test]
     fn display_values_are_averaged_as_light() {
         let pixels = Pixels::U8(vec![0, 255, 255, 0]);
         let image = Image { width: 2, height: 2, channels: 1, pixels };
-        let half = |transfer| Pyramid::new(&image, transfer).levels[0].pixels.clone();
+        let half = |transfer| Mipmap::new(&image, transfer).levels[0].pixels.clone();
         // sRGB of one half is 187.5.
         assert_eq!(half(Transfer::Srgb), Pixels::U8(vec![188]));
         assert_eq!(half(Transfer::None), Pixels::U8(vec![128]));
@@ -284,9 +284,9 @@ mod tests {
     fn colours_count_as_far_as_they_are_seen() {
         let pixels = Pixels::U8(vec![200, 255, 10, 0]);
         let image = Image { width: 2, height: 1, channels: 2, pixels };
-        assert_eq!(Pyramid::new(&image, Transfer::None).levels[0].pixels, Pixels::U8(vec![200, 128]));
+        assert_eq!(Mipmap::new(&image, Transfer::None).levels[0].pixels, Pixels::U8(vec![200, 128]));
         let unseen = Image { pixels: Pixels::U8(vec![200, 0, 10, 0]), ..image };
-        assert_eq!(Pyramid::new(&unseen, Transfer::None).levels[0].pixels, Pixels::U8(vec![105, 0]));
+        assert_eq!(Mipmap::new(&unseen, Transfer::None).levels[0].pixels, Pixels::U8(vec![105, 0]));
     }
 
     #[test]

@@ -66,7 +66,7 @@ pub use wrap::Wrap;
 
 use self::decoder::Decoder;
 use self::mapping::Side;
-pub use self::prepare::KeptPyramids;
+pub use self::prepare::CachedMipmaps;
 use self::prepare::{Kind, Preparing};
 use crate::color::Spectrum;
 use crate::math::{DAffine3, DVec2, DVec3};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::decoder::Decoder;
-use super::mipmap::Pyramid;
+use super::mipmap::Mipmap;
 use super::{Encoding, Mapping, TextureDesc, Textures};
 use crate::color::Transfer;
 use crate::image::Image;
@@ -47,15 +47,15 @@ pub(super) struct Preparing<'a> {
     /// Whether look-ups have footprints.
     filtered: bool,
     /// By picture and by whether it is decoded by a curve.
-    pyramids: BTreeMap<(u32, bool), Arc<Pyramid>>,
-    kept: &'a KeptPyramids,
+    mipmaps: BTreeMap<(u32, bool), Arc<Mipmap>>,
+    kept: &'a CachedMipmaps,
 }
 
 /// Pyramids of pictures as they were made, by the pictures: what a later preparation need not make again.
 #[derive(Debug, Default)]
-pub struct KeptPyramids {
+pub struct CachedMipmaps {
     /// By the address of the picture, which is held, and whether it is decoded by a curve.
-    pyramids: BTreeMap<(usize, bool), (Arc<Image>, Arc<Pyramid>)>,
+    mipmaps: BTreeMap<(usize, bool), (Arc<Image>, Arc<Mipmap>)>,
 }
 
 impl Preparing<'_> {
@@ -72,13 +72,13 @@ impl Preparing<'_> {
     }
 
     /// The smaller sizes of a picture, made once, if anything will look at them.
-    pub(super) fn pyramid(&mut self, id: ImageId, image: &Image, encoding: Encoding) -> Option<Arc<Pyramid>> {
+    pub(super) fn mipmap(&mut self, id: ImageId, image: &Image, encoding: Encoding) -> Option<Arc<Mipmap>> {
         let transfer = encoding.transfer(self.transfer);
         let data = self.images.get(id.index()).map_or(0, |asset| Arc::as_ptr(&asset.data) as usize);
-        let known = self.kept.pyramids.get(&(data, transfer != Transfer::None));
-        let made = || known.map_or_else(|| Arc::new(Pyramid::new(image, transfer)), |(_, p)| p.clone());
+        let known = self.kept.mipmaps.get(&(data, transfer != Transfer::None));
+        let made = || known.map_or_else(|| Arc::new(Mipmap::new(image, transfer)), |(_, p)| p.clone());
         let key = (id.0, transfer != Transfer::None);
-        self.filtered.then(|| self.pyramids.entry(key).or_insert_with(made).clone())
+        self.filtered.then(|| self.mipmaps.entry(key).or_insert_with(made).clone())
     }
 }
 
@@ -98,7 +98,7 @@ impl Textures {
         transfer: Transfer,
         filtered: bool,
     ) -> Result<Textures, SceneError> {
-        Textures::prepare_with(descs, images, transfer, filtered, &mut KeptPyramids::default())
+        Textures::prepare_with(descs, images, transfer, filtered, &mut CachedMipmaps::default())
     }
 
     /// The same, where pyramids of the same pictures are taken from `kept`, which then has those of these textures.
@@ -107,28 +107,28 @@ impl Textures {
         images: &[Asset<Image>],
         transfer: Transfer,
         filtered: bool,
-        kept: &mut KeptPyramids,
+        kept: &mut CachedMipmaps,
     ) -> Result<Textures, SceneError> {
         let uv = check_references(descs)?;
         let decoders =
             [Encoding::Auto, Encoding::Srgb, Encoding::Linear].map(|e| Decoder::new(e.transfer(transfer)));
         let used = vec![false; images.len()];
-        let pyramids = BTreeMap::new();
-        let mut cx = Preparing { transfer, images, used, decoders, filtered, pyramids, kept };
+        let mipmaps = BTreeMap::new();
+        let mut cx = Preparing { transfer, images, used, decoders, filtered, mipmaps, kept };
         let mut list = Vec::with_capacity(descs.len());
         for desc in descs {
             list.push(desc.value.prepare(&mut cx).map_err(|e| e.or_at(desc.span))?);
         }
         let used = images.iter().zip(&cx.used).filter(|(_, used)| **used);
         let pictures: usize = used.map(|(image, _)| image.data.memory()).sum();
-        let pyramids: usize = cx.pyramids.values().map(|p| p.memory()).sum();
-        let image_memory = pictures + pyramids;
+        let mipmaps: usize = cx.mipmaps.values().map(|p| p.memory()).sum();
+        let image_memory = pictures + mipmaps;
         let decoders = cx.decoders;
-        let of_image = |((id, curved), pyramid): (&(u32, bool), &Arc<Pyramid>)| {
+        let of_image = |((id, curved), mipmap): (&(u32, bool), &Arc<Mipmap>)| {
             let image = images.get(*id as usize)?.data.clone();
-            Some(((Arc::as_ptr(&image) as usize, *curved), (image, pyramid.clone())))
+            Some(((Arc::as_ptr(&image) as usize, *curved), (image, mipmap.clone())))
         };
-        kept.pyramids = cx.pyramids.iter().filter_map(of_image).collect();
+        kept.mipmaps = cx.mipmaps.iter().filter_map(of_image).collect();
         Ok(Textures { list, uv, decoders, image_memory })
     }
 }

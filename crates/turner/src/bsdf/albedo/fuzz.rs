@@ -1,17 +1,17 @@
-//! Albedo of fuzz: what it reflects of light from one direction, tabulated.
+//! Directional albedo of fuzz, tabulated over √µ and the roughness.
 
 use super::fuzz_table::TABLE;
-use super::{place, spline};
+use super::{locate, spline};
 use crate::bsdf::fuzz::MIN_ROUGHNESS;
 
 /// Nodes in √µ.
 pub(super) const ANGLES: usize = 22;
-/// Roughnesses, evenly spaced from the least one.
+/// Roughnesses, evenly spaced from the minimum.
 pub(super) const WIDTHS: usize = 28;
-/// Values at the angles, in units of 1/32767, and last their mean over light from all around.
+/// Values at the angles in units of 1/32767, then their cosine-weighted mean.
 pub(super) type Row = [i16; ANGLES + 1];
 
-/// Albedo of fuzz of one roughness.
+/// Directional albedo of fuzz of one roughness.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bsdf) struct FuzzAlbedo {
     rows: [&'static Row; 2],
@@ -19,13 +19,14 @@ pub(in crate::bsdf) struct FuzzAlbedo {
 }
 
 impl FuzzAlbedo {
-    /// Of a roughness within 0..=1.
+    /// `roughness` is within 0..=1.
     pub(in crate::bsdf) fn new(roughness: f64) -> FuzzAlbedo {
-        let (k, f) = place((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS) * (WIDTHS - 1) as f64, WIDTHS);
+        let (k, f) =
+            locate((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS) * (WIDTHS - 1) as f64, WIDTHS);
         FuzzAlbedo { rows: [&TABLE[k], &TABLE[k + 1]], f }
     }
 
-    /// Share of light from the cosine µ that is reflected.
+    /// Fraction of light from the cosine µ that is reflected.
     pub(in crate::bsdf) fn at(&self, mu: f64) -> f64 {
         let (k, [a, b, c, d]) = spline(mu.clamp(0.0, 1.0).sqrt() * (ANGLES - 1) as f64, ANGLES);
         let of = |row: &Row| {
@@ -38,7 +39,8 @@ impl FuzzAlbedo {
 
 #[cfg(test)]
 mod tests {
-    //! Makes the table: `TURNER_UPDATE=1 cargo test --release -p turner fuzz_table`. Without it, some of its numbers are computed again.
+    //! Writes the table: `TURNER_UPDATE=1 cargo test --release -p turner fuzz_table`. Otherwise recomputes some of its
+    //! values.
 
     use super::*;
     use crate::bsdf::fuzz::Charlie;
@@ -66,20 +68,20 @@ mod tests {
             let root = k as f64 / (ANGLES - 1) as f64;
             *slot = (fuzz_at(roughness, root * root, 256) * 32767.0).round() as i16;
         }
-        let line = FuzzAlbedo { rows: [Box::leak(Box::new(row)); 2], f: 0.0 };
+        let curve = FuzzAlbedo { rows: [Box::leak(Box::new(row)); 2], f: 0.0 };
         let n = 30_000;
         let nodes = (0..n).map(|i| (f64::from(i) + 0.5) / f64::from(n));
-        // Evenly in √µ, for what is narrow at grazing angles.
-        let mean: f64 = nodes.map(|s| line.at(s * s) * 4.0 * s * s * s).sum::<f64>() / f64::from(n);
+        // Evenly in √µ, which resolves narrow features at grazing angles.
+        let mean: f64 = nodes.map(|s| curve.at(s * s) * 4.0 * s * s * s).sum::<f64>() / f64::from(n);
         row[ANGLES] = (mean * 32767.0).round() as i16;
         row
     }
 
     #[test]
-    fn fuzz_table_holds_what_fuzz_reflects() {
+    fn fuzz_table_holds_the_albedo() {
         if std::env::var_os("TURNER_UPDATE").is_some() {
             let mut out = String::from(
-                "//! Albedo of fuzz: numbers written by the test of [`fuzz`](super::fuzz).\n#![cfg_attr(rustfmt, rustfmt_skip)]\n\nuse super::fuzz::{Row, WIDTHS};\n\n/// Albedo of fuzz, by roughness.\npub(super) static TABLE: [Row; WIDTHS] = [\n",
+                "//! Directional albedo of fuzz, written by the test in [`fuzz`](super::fuzz).\n#![cfg_attr(rustfmt, rustfmt_skip)]\n\nuse super::fuzz::{Row, WIDTHS};\n\n/// Directional albedo of fuzz, by roughness.\npub(super) static TABLE: [Row; WIDTHS] = [\n",
             );
             for k in 0..WIDTHS {
                 let roughness = MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * k as f64 / (WIDTHS - 1) as f64;

@@ -1,9 +1,9 @@
-//! Albedo of fuzz: numbers written by the test of [`fuzz`](super::fuzz).
+//! Directional albedo of fuzz, written by the test in [`fuzz`](super::fuzz).
 #![cfg_attr(rustfmt, rustfmt_skip)]
 
 use super::fuzz::{Row, WIDTHS};
 
-/// Albedo of fuzz, by roughness.
+/// Directional albedo of fuzz, by roughness.
 pub(super) static TABLE: [Row; WIDTHS] = [
     [26982, 31570, 31496, 29166, 26113, 22901, 19768, 16818, 14098, 11630, 9421, 7473, 5783, 4347, 3153, 2190, 1447, 894, 500, 239, 84, 11, 2096],
     [25433, 29865, 29967, 27942, 25220, 22327, 19482, 16783, 14271, 11967, 9877, 8005, 6350, 4910, 3682, 2659, 1840, 1204, 725, 381, 156, 29, 2355],

@@ -1,4 +1,5 @@
-//! What single scattering by rough facets makes of light from one direction, by sums over the facets visible from there.
+//! Albedo of single scattering by rough facets: the mean of F·G2/G1 over the facets visible from wo (see the VNDF in
+//! `microfacet`), by quasi-Monte Carlo with a Fibonacci lattice.
 
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
@@ -7,32 +8,32 @@ use crate::bsdf::microfacet::Ggx;
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos_turns;
 
-/// A boundary between the facets.
+/// The interface at the facets.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Boundary {
     /// Reflects all light.
     Mirror,
-    /// Of this index behind over that in front.
+    /// Index behind over index in front.
     Dielectric(f64),
 }
 
-/// Points of Fibonacci's lattice in the unit square, eight at a time: the first coordinate, cosine and sine of the second one's turns, and the
-/// weight, which is 0 where there are no more points.
+/// Points of a Fibonacci lattice in the unit square, eight at a time: the first coordinate, cosine and sine of the
+/// second one times 2π, and the weight, 0 in unused lanes.
 pub(super) struct Lattice {
     points: Vec<[Block; 4]>,
-    /// The best one: tables of sums are of the process, not of a scene, and the same with any.
+    /// The best set of the machine: the sums are the same with any.
     set: InstructionSet,
 }
 
 impl Lattice {
-    /// Of a Fibonacci number and the one before.
+    /// `n` and `before` are consecutive Fibonacci numbers.
     pub(super) fn new(n: u32, before: u32) -> Lattice {
-        let whole = f64::from(n);
+        let count = f64::from(n);
         let mut blocks = vec![[Block::default(); 4]; (n as usize).div_ceil(LANES)];
         for i in 0..n {
             let turns = (u64::from(i) * u64::from(before) % u64::from(n)) as f64;
-            let (sin, cos) = sin_cos_turns((turns + 0.5) / whole);
-            let point = [(f64::from(i) + 0.5) / whole, cos, sin, 1.0 / whole];
+            let (sin, cos) = sin_cos_turns((turns + 0.5) / count);
+            let point = [(f64::from(i) + 0.5) / count, cos, sin, 1.0 / count];
             for (block, v) in blocks[i as usize / LANES].iter_mut().zip(point) {
                 block.0[i as usize % LANES] = v;
             }
@@ -40,20 +41,20 @@ impl Lattice {
         Lattice { points: blocks, set: InstructionSet::best() }
     }
 
-    /// Shares of light from `wo` (wo.z > 0) that are reflected and transmitted by one scattering: means over visible facets.
-    pub(super) fn shares(&self, ggx: &Ggx, wo: DVec3, boundary: Boundary) -> (f64, f64) {
-        dispatch(self.set, Shares { lattice: self, ggx, wo, boundary })
+    /// Fractions of light from `wo` (wo.z > 0) that one scattering reflects and transmits.
+    pub(super) fn albedos(&self, ggx: &Ggx, wo: DVec3, boundary: Boundary) -> (f64, f64) {
+        dispatch(self.set, SingleScattering { lattice: self, ggx, wo, boundary })
     }
 }
 
-struct Shares<'a> {
+struct SingleScattering<'a> {
     lattice: &'a Lattice,
     ggx: &'a Ggx,
     wo: DVec3,
     boundary: Boundary,
 }
 
-impl Work for Shares<'_> {
+impl Work for SingleScattering<'_> {
     type Output = (f64, f64);
 
     #[inline(always)]
@@ -69,7 +70,7 @@ impl Work for Shares<'_> {
             Boundary::Dielectric(eta) => Some(splat(eta)),
         };
         let lo = splat(self.ggx.lambda(self.wo));
-        // cos · √(1 + tan² stretched by the widths): what Λ is made of.
+        // cos θ √(1 + α² tan² θ), from which Λ is computed.
         let root = |w: Vec3x8<S>| {
             let (x, y) = (ax * w.x, ay * w.y);
             (w.z * w.z + x * x + y * y).sqrt()
@@ -95,13 +96,13 @@ impl Work for Shares<'_> {
                 let total = t2.le(splat(1e-14));
                 f = total.select(one, (ad * ad + cb * cb) / (two * bd * bd));
                 let wi = h * (mu / eta - t) - wo * (one / eta);
-                let share = (one - f) * (-wi.z * two) / (root(wi) - wi.z);
+                let contribution = (one - f) * (-wi.z * two) / (root(wi) - wi.z);
                 let through = wi.z.lt(splat(-1e-300));
-                transmitted = transmitted + through.select(total.select(zero, share), zero) * weight;
+                transmitted = transmitted + through.select(total.select(zero, contribution), zero) * weight;
             }
             let wi = h * (two * mu) - wo;
-            let share = f * (one + lo) * two * wi.z / ((one + two * lo) * wi.z + root(wi));
-            reflected = reflected + wi.z.gt(splat(1e-300)).select(share, zero) * weight;
+            let contribution = f * (one + lo) * two * wi.z / ((one + two * lo) * wi.z + root(wi));
+            reflected = reflected + wi.z.gt(splat(1e-300)).select(contribution, zero) * weight;
         }
         let sum = |v: F64x8<S>| {
             let mut block = Block::default();

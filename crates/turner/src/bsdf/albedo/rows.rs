@@ -1,5 +1,5 @@
-//! Rows of the tables, each made when it is first asked for, the same whoever asks: sums of a millisecond each for what a scene's few
-//! materials need, in place of megabytes of constants.
+//! Rows of the albedo tables. Each is computed when first needed and is the same in every process: about a millisecond
+//! per row for what a scene's few materials need, instead of megabytes of constants.
 
 use std::sync::OnceLock;
 
@@ -11,38 +11,38 @@ use crate::math::DVec3;
 
 /// Angles, evenly spaced in [`coordinate`].
 pub(super) const ANGLES: usize = 48;
-/// Widths: α = (k / 63)²; the first row is the limit of small ones.
+/// Widths: α = (k / 63)². The first row is the limit of small widths.
 pub(super) const WIDTHS: usize = 64;
-/// Contrasts |η − 1| / (η + 1) = (k / 47)² of indices of refraction.
+/// Contrasts of the indices: |η − 1| / (η + 1) = (k / 47)².
 pub(super) const CONTRASTS: usize = 48;
-/// Widths of stretched lobes: α = (k / 39)², the root of the mean of the squares of both.
+/// Widths of anisotropic lobes: α = (k / 39)², the root mean square of αx and αy.
 pub(super) const STRETCHED_WIDTHS: usize = 40;
-/// Contrasts (k / 23)² for stretched lobes.
+/// Contrasts for anisotropic lobes: (k / 23)².
 pub(super) const STRETCHED_CONTRASTS: usize = 24;
 /// Ratios of the smaller to the larger width: (k / 13)².
 pub(super) const RATIOS: usize = 14;
-/// Azimuths from the longer axis to the shorter one, evenly spaced in [`turn`](super::turn).
-/// Total reflection cuts sharply into what stretched glass loses.
-pub(super) const TURNS: usize = 25;
+/// Azimuths from the longer to the shorter axis, evenly spaced in [`azimuth`](super::azimuth). Total reflection makes
+/// sharp edges in the loss of anisotropic glass.
+pub(super) const AZIMUTHS: usize = 25;
 
 /// Values at the angles.
 pub(super) type Angles = [f32; ANGLES];
 
-/// A function of the angle, and of stretched lobes of the azimuth, for one width, contrast and ratio.
+/// A function of the angle, and of the azimuth for anisotropic lobes, for one width, contrast and ratio.
 #[derive(Debug)]
 pub(super) struct Row {
-    /// At each azimuth; none for round lobes.
-    turns: Box<[Angles]>,
+    /// Values at each azimuth; empty for isotropic lobes.
+    azimuths: Box<[Angles]>,
     /// Mean over all azimuths.
     mean: Angles,
-    /// ∫ 2µ dµ of the whole function.
+    /// ∫ 2µ dµ of the mean.
     pub(super) average: f64,
 }
 
 impl Row {
-    /// The values at an azimuth: the mean where it is all there is.
-    pub(super) fn turn(&self, k: usize) -> &Angles {
-        self.turns.get(k).unwrap_or(&self.mean)
+    /// The values at an azimuth: the mean for isotropic lobes.
+    pub(super) fn at_azimuth(&self, k: usize) -> &Angles {
+        self.azimuths.get(k).unwrap_or(&self.mean)
     }
 
     pub(super) fn mean(&self) -> &Angles {
@@ -67,17 +67,17 @@ fn square(k: usize, n: usize) -> f64 {
     r * r
 }
 
-/// A row of a round lobe; indices below the numbers of widths and contrasts.
+/// A row of an isotropic lobe; `width` < WIDTHS, `contrast` < CONTRASTS.
 pub(super) fn round(grid: Grid, width: usize, contrast: usize) -> &'static Row {
     let alpha = || square(width, WIDTHS).max(MIN_ALPHA);
     match grid {
         Grid::MirrorLoss => MIRROR[width].get_or_init(|| Box::new(make(grid, alpha(), 1.0, 1.0))),
-        _ => ROUND[grid.number()][contrast][width]
+        _ => ROUND[grid.index()][contrast][width]
             .get_or_init(|| Box::new(make(grid, alpha(), square(contrast, CONTRASTS), 1.0))),
     }
 }
 
-/// A row of a stretched lobe.
+/// A row of an anisotropic lobe.
 pub(super) fn stretched(grid: Grid, width: usize, contrast: usize, ratio: usize) -> &'static Row {
     let alpha = || square(width, STRETCHED_WIDTHS).max(MIN_ALPHA);
     let q = square(ratio, RATIOS);
@@ -85,34 +85,34 @@ pub(super) fn stretched(grid: Grid, width: usize, contrast: usize, ratio: usize)
         Grid::MirrorLoss => {
             STRETCHED_MIRROR[ratio][width].get_or_init(|| Box::new(make(grid, alpha(), 1.0, q)))
         }
-        _ => STRETCHED[grid.number()][ratio][contrast][width]
+        _ => STRETCHED[grid.index()][ratio][contrast][width]
             .get_or_init(|| Box::new(make(grid, alpha(), square(contrast, STRETCHED_CONTRASTS), q))),
     }
 }
 
-/// The value tabulated, for light from `wo`.
+/// The tabulated value for light from `wo`.
 pub(super) fn value(grid: Grid, ggx: &Ggx, wo: DVec3, contrast: f64, lattice: &Lattice) -> f64 {
     let index = index(contrast);
-    let perfect = index == f64::INFINITY;
+    let is_mirror = index == f64::INFINITY;
     let loss = |boundary| {
-        let (r, t) = lattice.shares(ggx, wo, boundary);
+        let (r, t) = lattice.albedos(ggx, wo, boundary);
         1.0 - r - t
     };
     match grid {
         Grid::MirrorLoss => loss(Boundary::Mirror),
-        Grid::Reflected if perfect => -loss(Boundary::Mirror),
+        Grid::Reflected if is_mirror => -loss(Boundary::Mirror),
         Grid::Reflected => {
             let alpha = (0.5 * (ggx.ax * ggx.ax + ggx.ay * ggx.ay)).sqrt();
-            lattice.shares(ggx, wo, Boundary::Dielectric(index)).0
+            lattice.albedos(ggx, wo, Boundary::Dielectric(index)).0
                 - fresnel::dielectric(smoothed(wo.z, alpha), index)
         }
-        Grid::LossFromThin | Grid::LossFromDense if perfect => loss(Boundary::Mirror),
+        Grid::LossFromThin | Grid::LossFromDense if is_mirror => loss(Boundary::Mirror),
         Grid::LossFromThin => loss(Boundary::Dielectric(index)),
         Grid::LossFromDense => loss(Boundary::Dielectric(1.0 / index)),
     }
 }
 
-/// The index of refraction, at least 1, of a contrast; infinite at 1.
+/// The relative index, at least 1, of a contrast; infinite at 1.
 pub(super) fn index(contrast: f64) -> f64 {
     if contrast >= 1.0 { f64::INFINITY } else { (1.0 + contrast.max(1e-4)) / (1.0 - contrast.max(1e-4)) }
 }
@@ -125,7 +125,8 @@ fn cosine(k: usize, alpha: f64) -> f64 {
     (2.0 * t * w / (half + (half * half + 2.0 * t * w).sqrt())).clamp(1e-6, 1.0)
 }
 
-/// The points of a sum: more where the critical angle cuts through them, fewer where a row takes many sums of both ways through a boundary.
+/// The points of the quadrature: more where the critical angle cuts through them, fewer where a row needs many sums of
+/// both reflection and transmission.
 fn lattice(grid: Grid, round: bool) -> &'static Lattice {
     static LATTICES: [OnceLock<Lattice>; 3] = [const { OnceLock::new() }; 3];
     let (k, n, before) = match (grid, round) {
@@ -137,7 +138,7 @@ fn lattice(grid: Grid, round: bool) -> &'static Lattice {
 }
 
 fn make(grid: Grid, alpha: f64, contrast: f64, ratio: f64) -> Row {
-    // OpenPBR's widths of a stretched lobe.
+    // OpenPBR's widths of an anisotropic lobe.
     let ax = alpha * (2.0 / (1.0 + ratio * ratio)).sqrt();
     let ggx = Ggx { ax, ay: (ax * ratio).max(MIN_ALPHA) };
     let lattice = lattice(grid, ratio == 1.0);
@@ -150,34 +151,34 @@ fn make(grid: Grid, alpha: f64, contrast: f64, ratio: f64) -> Row {
     };
     if ratio == 1.0 {
         let mean = row(1.0, 0.0);
-        return Row { turns: Box::new([]), average: average(grid, &mean, alpha, contrast), mean };
+        return Row { azimuths: Box::new([]), average: average(grid, &mean, alpha, contrast), mean };
     }
-    let turns: Box<[Angles]> = (0..TURNS)
+    let azimuths: Box<[Angles]> = (0..AZIMUTHS)
         .map(|k| {
-            // Where y / (x + y) is k / (TURNS − 1).
-            let y = k as f64 / (TURNS - 1) as f64;
+            // Where y / (x + y) is k / (AZIMUTHS − 1).
+            let y = k as f64 / (AZIMUTHS - 1) as f64;
             let length = ((1.0 - y) * (1.0 - y) + y * y).sqrt();
             row((1.0 - y) / length, y / length)
         })
         .collect();
-    let shares = super::turn_shares();
+    let weights = super::azimuth_weights();
     let mean: Angles = std::array::from_fn(|k| {
-        turns.iter().zip(shares).map(|(angles, share)| f64::from(angles[k]) * share).sum::<f64>() as f32
+        azimuths.iter().zip(weights).map(|(angles, weight)| f64::from(angles[k]) * weight).sum::<f64>() as f32
     });
-    Row { average: average(grid, &mean, alpha, contrast), mean, turns }
+    Row { average: average(grid, &mean, alpha, contrast), mean, azimuths }
 }
 
 fn average(grid: Grid, mean: &Angles, alpha: f64, contrast: f64) -> f64 {
-    const PLACES: u32 = 2048;
+    const STEPS: u32 = 2048;
     let index = index(contrast);
     let at = |i: u32| {
-        let s = (f64::from(i) + 0.5) / f64::from(PLACES);
+        let s = (f64::from(i) + 0.5) / f64::from(STEPS);
         let mu = s * s;
-        let below =
+        let curve =
             super::interpolate(mean, &super::spline(coordinate(mu, alpha) * (ANGLES - 1) as f64, ANGLES));
         let base =
             if grid == Grid::Reflected { fresnel::dielectric(smoothed(mu, alpha), index) } else { 0.0 };
-        (below + base) * 4.0 * s * s * s
+        (curve + base) * 4.0 * s * s * s
     };
-    (0..PLACES).map(at).sum::<f64>() / f64::from(PLACES)
+    (0..STEPS).map(at).sum::<f64>() / f64::from(STEPS)
 }

@@ -1,4 +1,4 @@
-//! The tables against sums over many facets, between their nodes.
+//! The tables, between their nodes, against sums over many facets.
 
 use super::microfacets::Lattice;
 use super::rows::{index, value};
@@ -22,9 +22,10 @@ fn the_interpolated_tables_hold_what_lobes_reflect_and_lose() {
             let r = (1.0 - mu * mu).sqrt();
             let wo = DVec3::new(r * c, r * s, mu);
             let mut test = |grid, contrast| {
-                let line = Line::new(grid, &ggx, index(contrast));
-                let off = line.at(AlbedoDirection::of(wo)) - value(grid, &ggx, wo, contrast, &lattice);
-                // The critical angle is sharp, and near where indices are alike; strongly stretched lobes are coarse at grazing angles.
+                let curve = AlbedoCurve::new(grid, &ggx, index(contrast));
+                let off = curve.at(AlbedoDirection::of(wo)) - value(grid, &ggx, wo, contrast, &lattice);
+                // The critical angle is a sharp edge, near normal incidence for similar indices; strongly anisotropic
+                // lobes are coarse at grazing angles.
                 let limit = match (contrast < 0.1, ratio < 1.0) {
                     (true, true) => 3e-2,
                     (false, true) => 8e-3,
@@ -49,7 +50,7 @@ fn the_interpolated_tables_hold_what_lobes_reflect_and_lose() {
 }
 
 #[test]
-fn averages_are_those_of_the_lines() {
+fn averages_are_those_of_the_curves() {
     for (ax, ay) in [(0.01, 0.01), (0.4, 0.4), (1.0, 1.0), (0.5, 0.1), (0.1, 0.9)] {
         let ggx = Ggx { ax, ay };
         let n = 4000;
@@ -60,9 +61,9 @@ fn averages_are_those_of_the_lines() {
             };
             (0..n).map(of).sum()
         };
-        for line in [mirror_loss(&ggx), dielectric_loss(1.5, &ggx), dielectric_loss(1.0 / 1.5, &ggx)] {
-            let (found, summed) = (line.average(), mean(&|w| line.at(w)));
-            assert!((found - summed).abs() < 1e-3 * summed, "{line:?}: {found} and {summed}");
+        for curve in [mirror_loss(&ggx), dielectric_loss(1.5, &ggx), dielectric_loss(1.0 / 1.5, &ggx)] {
+            let (found, summed) = (curve.average(), mean(&|w| curve.at(w)));
+            assert!((found - summed).abs() < 1e-3 * summed, "{curve:?}: {found} and {summed}");
         }
         let reflected = Reflected::new(&ggx, 1.7);
         let (found, summed) = (reflected.average(), mean(&|w| reflected.at(w)));

@@ -1,4 +1,4 @@
-//! A coat with a normal of its own.
+//! A coat with its own normal.
 
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::color::Spectrum;
@@ -27,7 +27,7 @@ fn coats() -> Vec<(String, Bsdf)> {
 
 const OUT: [(f64, f64); 4] = [(0.95, 0.0), (0.6, 2.0), (0.4, 0.3), (0.25, 3.0)];
 
-/// ∫ f cos and ∫ pdf over the upper half, by a fine grid.
+/// ∫ f cos and ∫ pdf over the upper hemisphere, on a fine grid.
 fn integrals(bsdf: &Bsdf, wo: DVec3) -> (f64, f64) {
     let (rows, columns) = (600, 600);
     let (mut energy, mut density) = (0.0, 0.0);
@@ -48,7 +48,7 @@ fn no_energy_appears_and_samples_find_all_of_it() {
         for (z, phi) in OUT {
             let wo = direction(z, phi);
             let (energy, density) = integrals(&bsdf, wo);
-            let (mut smooth, mut mirrored, mut chance) = (0.0, 0.0, 0.0);
+            let (mut smooth, mut mirrored, mut probability) = (0.0, 0.0, 0.0);
             let n = 1 << 14;
             for i in 0..n {
                 let Some(s) = bsdf.sample(wo, spread(i)) else { continue };
@@ -57,7 +57,7 @@ fn no_energy_appears_and_samples_find_all_of_it() {
                     mirrored += weight;
                 } else {
                     smooth += weight;
-                    chance += 1.0 / f64::from(n);
+                    probability += 1.0 / f64::from(n);
                     let (f, pdf) = bsdf.eval_pdf(wo, s.wi);
                     assert!(
                         (pdf / s.pdf - 1.0).abs() < 1e-9
@@ -66,9 +66,9 @@ fn no_energy_appears_and_samples_find_all_of_it() {
                 }
             }
             assert!((smooth - energy).abs() < 0.01, "{name} {z} {phi}: {smooth} and {energy}");
-            assert!((chance - density).abs() < 0.01, "{name} {z} {phi}: {chance} and {density}");
+            assert!((probability - density).abs() < 0.01, "{name} {z} {phi}: {probability} and {density}");
             assert!(energy + mirrored < 1.001, "{name} {z} {phi}: {energy} + {mirrored}");
-            // A surface's frame bends normals until their mirror directions are above it.
+            // Callers bend shading normals until the mirror direction is above the surface; other normals lose more.
             let n = bsdf.coat_normal.unwrap();
             let mirror = 2.0 * wo.dot(n) * n - wo;
             assert!(mirror.z < 0.05 || energy + mirrored > 0.55, "{name} {z} {phi}: {energy} + {mirrored}");
@@ -87,7 +87,7 @@ fn a_smooth_coat_mirrors_about_its_own_normal() {
 }
 
 #[test]
-fn a_coat_along_the_surface_is_as_before() {
+fn a_coat_normal_along_the_surface_changes_nothing() {
     for (_, bsdf) in coats() {
         let plain = Bsdf { coat_normal: None, ..bsdf };
         let same = plain.with_coat_normal(DVec3::Z);

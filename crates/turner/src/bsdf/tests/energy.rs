@@ -1,4 +1,4 @@
-//! Energy: nothing is created, and what absorbs nothing loses nothing.
+//! Energy: no lobe creates light, and white lobes lose none.
 
 use crate::bsdf::{Bsdf, PrincipledPoint, fresnel};
 use crate::color::Spectrum;
@@ -21,7 +21,7 @@ fn energy_is_kept() {
     assert!(bad.is_empty(), "\n{bad}");
 }
 
-/// Surfaces that absorb nothing, by roughness, angle, index and stretch: from outside, from inside, as thin walls.
+/// White surfaces by roughness, angle, index and anisotropy: from outside, from inside, as thin walls.
 #[test]
 fn white_furnaces_are_white() {
     let white = PrincipledPoint { base_color: Spectrum::WHITE, ..Default::default() };
@@ -38,11 +38,12 @@ fn white_furnaces_are_white() {
         let is_glass = name.starts_with("glass");
         let iors: &[f64] = if name == "metal" || name == "pane" { &[1.5] } else { &[1.12, 1.33, 1.52, 2.1] };
         for (ior, aniso) in iors.iter().flat_map(|ior| [0.0, 0.4, 0.9].map(|a| (*ior, a))) {
-            // Less is known of stretched lobes, and of glass where the critical angle is sharp: from inside, and of a low index.
+            // The tables are coarser for anisotropic lobes, and for glass with a sharp critical angle: from inside, and
+            // at a low index.
             let exact = aniso == 0.0 && (!is_glass || name == "glass" && ior > 1.3);
             let limit = match exact {
                 true => 1e-3,
-                // Where total reflection cuts through strongly stretched lobes the tables are coarse.
+                // Total reflection makes sharp edges for strongly anisotropic lobes.
                 false if name == "glass from inside" && aniso > 0.5 => 3e-2,
                 false if is_glass => 4e-3,
                 false => 2e-3,
@@ -68,10 +69,11 @@ fn white_furnaces_are_white() {
     assert!(bad.is_empty(), "\n{bad}");
 }
 
-/// Without light that meets several microfacets, white metal returns what pbrt-v4 returns (measured there at 0° and 60°, widths α² of 0.0925 to 1).
+/// Without multiple scattering between facets, white metal returns what pbrt-v4 returns (measured there at 0° and 60°,
+/// α² of 0.0925 to 1).
 #[test]
 fn one_microfacet_alone_loses_light() {
-    for (alpha2, ahead, aslant) in
+    for (alpha2, normal, oblique) in
         [(0.0925, 0.8752, 0.8191), (0.2, 0.7428, 0.7311), (0.5, 0.4980, 0.5856), (1.0, 0.3066, 0.4505)]
     {
         let bsdf = Bsdf::new(&PrincipledPoint {
@@ -81,7 +83,7 @@ fn one_microfacet_alone_loses_light() {
             specular_multiple_scattering: false,
             ..Default::default()
         });
-        for (mu, expected) in [(1.0, ahead), (0.5, aslant)] {
+        for (mu, expected) in [(1.0, normal), (0.5, oblique)] {
             let found = albedo(&bsdf, direction(mu, 0.9), 30_000)[0];
             assert!((found / expected - 1.0).abs() < 0.008, "{alpha2} {mu}: {found} for {expected}");
         }
@@ -110,9 +112,8 @@ fn named_metals_reflect_their_colour_head_on() {
     }
 }
 
-/// A smooth coat over Lambert's reflection: the mirrored share, and what comes out again of the light that goes to and fro under
-/// the boundary (Jakob et al. 2014's "plastic"). A base that has no boundary of its own, by its weight or by its index, changes
-/// nothing.
+/// A smooth coat over a Lambertian base reflects the Fresnel term and what the base returns after internal reflections
+/// (Jakob et al. 2014, "plastic"). A base without an interface of its own, by weight or by index, changes nothing.
 #[test]
 fn a_coat_over_a_matte_base_is_plastic() {
     for (ior, base) in [(1.5, 0.2_f64), (1.5, 0.8), (1.8, 0.5)] {
@@ -136,8 +137,9 @@ fn a_coat_over_a_matte_base_is_plastic() {
                     albedo += f64::from(s.f.g) * s.wi.z.abs() / s.pdf / f64::from(n);
                 }
                 let mirrored = fresnel::dielectric(z, ior);
-                let caught = 1.0 - (1.0 - fresnel::dielectric_average(ior)) / (ior * ior);
-                let expected = mirrored + (1.0 - mirrored) * base * (1.0 - caught) / (1.0 - base * caught);
+                let internal = 1.0 - (1.0 - fresnel::dielectric_average(ior)) / (ior * ior);
+                let expected =
+                    mirrored + (1.0 - mirrored) * base * (1.0 - internal) / (1.0 - base * internal);
                 assert!((albedo - expected).abs() < 3e-3, "{ior} {base} {z}: {albedo} {expected}");
             }
         }

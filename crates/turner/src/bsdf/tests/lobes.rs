@@ -1,4 +1,4 @@
-//! What is said of a BSDF as a whole is true of all its lobes.
+//! Properties of the BSDF follow from all of its lobes.
 
 use crate::bsdf::albedo::AlbedoDirection;
 use crate::bsdf::mixture::{INTERFACE, LOBES, REFLECT};
@@ -12,18 +12,18 @@ fn lobes(bsdf: &Bsdf) -> [bool; LOBES] {
 
 #[test]
 fn every_lobe_is_in_the_table_of_materials() {
-    let mut met = [false; LOBES];
+    let mut found = [false; LOBES];
     for (_, point) in materials() {
         for subsurface_walk in [false, true] {
             let bsdf = Bsdf::new(&PrincipledPoint { subsurface_walk, ..point });
-            met.iter_mut().zip(lobes(&bsdf)).for_each(|(met, has)| *met |= has);
+            found.iter_mut().zip(lobes(&bsdf)).for_each(|(found, has)| *found |= has);
         }
     }
-    assert_eq!(met, [true; LOBES], "testing::materials has no point for a lobe");
+    assert_eq!(found, [true; LOBES], "testing::materials has no point for a lobe");
 }
 
 #[test]
-fn what_is_one_lobe_has_no_other() {
+fn single_lobe_bsdfs_have_no_other_lobe() {
     for (name, point) in materials() {
         let bsdf = Bsdf::new(&point);
         let only = |lobe: usize| lobes(&bsdf).iter().enumerate().all(|(i, has)| !has || i == lobe);
@@ -33,12 +33,12 @@ fn what_is_one_lobe_has_no_other() {
 }
 
 #[test]
-fn lights_can_be_connected_to_where_light_is_scattered() {
+fn has_smooth_is_whether_light_is_scattered() {
     let wo = direction(0.6, 0.3);
-    let around = || (0..400).map(|i| (f64::from(i % 20) / 10.0 - 0.95, f64::from(i / 20) * 0.314));
+    let directions = || (0..400).map(|i| (f64::from(i % 20) / 10.0 - 0.95, f64::from(i / 20) * 0.314));
     for (name, point) in materials() {
         let bsdf = Bsdf::new(&point);
-        let scatters = around().any(|(mu, phi)| !bsdf.eval(wo, direction(mu, phi)).is_black());
+        let scatters = directions().any(|(mu, phi)| !bsdf.eval(wo, direction(mu, phi)).is_black());
         assert_eq!(bsdf.has_smooth(), scatters, "{name}");
     }
 }

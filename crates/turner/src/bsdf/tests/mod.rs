@@ -1,4 +1,4 @@
-//! Truth of the BSDFs: statistics against densities, energy, reciprocity, hostile numbers.
+//! Correctness of the BSDFs: samples against densities, energy, reciprocity, extreme parameters.
 
 mod coat_normal;
 mod energy;

@@ -1,4 +1,5 @@
-//! Densities: samples follow them, they cover the sphere once, and samples agree with `eval` and `pdf`.
+//! Densities: samples follow them, they integrate to the probability of a sample, and samples agree with `eval` and
+//! `pdf`.
 
 use crate::bsdf::Bsdf;
 use crate::testing::{

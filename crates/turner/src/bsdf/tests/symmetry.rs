@@ -1,4 +1,4 @@
-//! Reciprocity: a way through the surface carries the same light both ways.
+//! Reciprocity: exchanging wo and wi gives the same f, or f · eta² across the surface.
 
 use crate::bsdf::{Bsdf, PrincipledPoint};
 use crate::testing::{direction, materials, reciprocity_error};
@@ -17,9 +17,9 @@ fn reflection_is_reciprocal() {
 fn transmission_is_reciprocal_up_to_the_square_of_the_index() {
     let mut transmitting = 0;
     for (name, point) in materials() {
-        // Turned around, the direction of anisotropy runs the other way.
-        let turned = -point.anisotropy_rotation;
-        let back = PrincipledPoint { entering: !point.entering, anisotropy_rotation: turned, ..point };
+        // Seen from the other side, the anisotropy rotates the other way.
+        let rotation = -point.anisotropy_rotation;
+        let back = PrincipledPoint { entering: !point.entering, anisotropy_rotation: rotation, ..point };
         let eta = match (point.thin_walled, point.entering) {
             (true, _) => 1.0,
             (false, true) => point.specular_ior,
