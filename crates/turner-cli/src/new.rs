@@ -24,7 +24,7 @@ pub(crate) struct NewArgs {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Template {
     /// Glass, metal and paint in a studio, by path tracing
-    OpenPbr,
+    Physical,
     /// Mirrors and glass of 1980, by recursive ray tracing
     Classic,
 }
@@ -32,7 +32,7 @@ enum Template {
 impl Template {
     fn text(self) -> &'static str {
         match self {
-            Template::OpenPbr => include_str!("../templates/physical.toml"),
+            Template::Physical => include_str!("../templates/physical.toml"),
             Template::Classic => include_str!("../templates/classic.toml"),
         }
     }

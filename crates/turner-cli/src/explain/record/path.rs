@@ -26,11 +26,11 @@ pub(crate) struct Path<'a> {
 #[derive(Serialize)]
 pub(crate) struct Shared {
     pub(crate) from: Option<usize>,
-    pub(crate) paths: Vec<BorrowedAssets>,
+    pub(crate) paths: Vec<Donated>,
 }
 
 #[derive(Serialize)]
-pub(crate) struct BorrowedAssets {
+pub(crate) struct Donated {
     /// Whether it is the sample's own path.
     #[serde(skip)]
     pub(crate) own: bool,
@@ -65,7 +65,7 @@ pub(crate) fn of<'a>(names: &Names<'a>, path: &PathRecord) -> Path<'a> {
 }
 
 fn shared(path: &PathRecord, s: &SharedRecord) -> Shared {
-    let lent = |p: &DonorRecord| BorrowedAssets {
+    let lent = |p: &DonorRecord| Donated {
         own: p.id == path.id,
         pixel: [p.id.x, p.id.y],
         position: p.p,
