@@ -295,7 +295,8 @@ impl LightTree {
                 return Item { light, power, ..Item::of(&anywhere, [0.0; 3], 4.0) };
             }
             let everywhere = LightBound { cos_o: -1.0, ..b };
-            let b = if axis.is_finite() && b.cos_o.is_finite() && b.cos_e.is_finite() { &b } else { &everywhere };
+            let b =
+                if axis.is_finite() && b.cos_o.is_finite() && b.cos_e.is_finite() { &b } else { &everywhere };
             Item { light, power, ..Item::of(b, local.to_array(), radius) }
         };
         let mut items = Vec::new();
