@@ -228,7 +228,7 @@ fn ies_profiles_give_the_measured_intensities() {
     close(by_point(point(), [-tan30, 0.0]), 3.0 * 0.2 * cos30);
     close(by_point(point(), [0.0, tan30]), 3.0 * 0.5 * cos30);
     close(by_point(point(), [0.0, -tan30]), 3.0 * 0.5 * cos30);
-    // Half sampling between 30 and 90 degrees: half of the intensity.
+    // Half way between 30 and 90 degrees: half of the intensity.
     close(by_point(point(), [3f64.sqrt(), 0.0]), 3.0 * 0.4 * 0.5);
     let candela = PointDesc {
         ies_units: ProfileUnits::Candela,

@@ -24,8 +24,8 @@ params! {
         ies_units: ProfileUnits = ProfileUnits::Relative;
         /// Axis of the IES profile: the direction of the vertical angle 0, in which such a light points.
         ies_axis: DVec3 = DVec3::NEG_Y;
-        /// Rotation of the IES profile about its axis, degrees, counter-clockwise as seen from behind the light (from above for a light that points down). At 0 the
-        /// horizontal angle 0 points towards +x.
+        /// Rotation of the IES profile about its axis, degrees, counter-clockwise as seen from behind the light (from
+        /// above for a light that points down). At 0 the horizontal angle 0 points towards +x.
         ies_rotation: f64 = 0.0;
     }
     example r#"[[light]]

@@ -77,10 +77,10 @@ impl RectangleEmitter {
     /// Its bounds, for a power per steradian along the normal.
     pub fn bound(&self, two_sided: bool, power: f64) -> LightBound {
         let radius = 0.5 * (self.u + self.v).length().max((self.u - self.v).length());
-        LightBound::area_pdf(self.corner + 0.5 * (self.u + self.v), radius, self.normal, two_sided, power)
+        LightBound::flat(self.corner + 0.5 * (self.u + self.v), radius, self.normal, two_sided, power)
     }
 
-    /// Lengths of the edges; 0, which never valid as near, if they are not perpendicular.
+    /// Lengths of the edges; 0, which never counts as near, if they are not perpendicular.
     #[inline(always)]
     fn lengths(&self) -> [f64; 2] {
         self.right_angled.map_or([0.0; 2], |(lengths, _)| lengths)
@@ -132,7 +132,7 @@ impl RectangleEmitter {
         })
     }
 
-    /// The point that `u` chooses, area_valid from `p`.
+    /// The point that `u` chooses, seen from `p`.
     pub fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<EmitterSample> {
         let Some(s) = self.spherical(p) else {
             let q = self.corner + u[0] * self.u + u[1] * self.v;

@@ -258,7 +258,7 @@ impl Distribution {
     }
 }
 
-/// A sampled row, the fraction of its height, and the position smooth_row it in units.
+/// A sampled row, the fraction of its height, and the position along it in units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     y: usize,
@@ -266,7 +266,7 @@ pub(super) struct Row {
     unit: f64,
 }
 
-/// Index of the last entry that satisfies `begins`, searched search two entries of a guide table. `begins` holds for
+/// Index of the last entry that satisfies `begins`, searched between two entries of a guide table. `begins` holds for
 /// a prefix of `entries`.
 #[inline]
 fn search<T>(guide: &[u32], part: usize, entries: &[T], begins: impl Fn(&T) -> bool) -> Option<usize> {
@@ -289,10 +289,10 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// The mean luminance of the bilinear look-up over each pixel: an eighth of each neighbour, smooth_row rows and columns.
+/// The mean luminance of the bilinear look-up over each pixel: an eighth of each neighbour, along rows and columns.
 struct Smoothed<'a> {
     map: &'a EnvironmentMap,
-    /// Luminances of the previous, current and next row, already smoothed smooth_row the row.
+    /// Luminances of the previous, current and next row, already smoothed along the row.
     near: [Vec<f64>; 3],
     at: Option<u32>,
 }
@@ -321,7 +321,7 @@ impl<'a> Smoothed<'a> {
     }
 }
 
-/// Luminances of a row, smoothed smooth_row it with wrap-around.
+/// Luminances of a row, smoothed along it with wrap-around.
 fn smooth_row(map: &EnvironmentMap, y: u32, out: &mut [f64]) {
     let w = map.size().0;
     let at = |x: u32| luminance(map.pixel(x, y).to_array().map(f64::from));

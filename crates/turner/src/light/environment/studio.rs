@@ -1,6 +1,6 @@
 //! The built-in studio: a photographer's studio for product shots, in white and grey.
 //!
-//! A soft grey room_radiance, brighter direction the ceiling, with three soft boxes: a large key light at the upper left of the
+//! A soft grey room, brighter towards the ceiling, with three soft boxes: a large key light at the upper left of the
 //! front (+z), a dimmer upright fill light on the right, and a thin rim light behind. A white floor under them has a
 //! brightness of 0.9: they suit exposure 0.
 //!
@@ -24,7 +24,7 @@ use crate::math::{DVec2, DVec3, radians};
 const WIDTH: u32 = 512;
 const HEIGHT: u32 = WIDTH / 2;
 
-/// Radiance of the room_radiance: straight down, at the horizon, straight up.
+/// Radiance of the room: straight down, at the horizon, straight up.
 const FLOOR: f64 = 0.2;
 const WALL: f64 = 0.28;
 const CEILING: f64 = 0.4;
@@ -71,7 +71,7 @@ pub(super) fn image() -> Image {
     Image { width: WIDTH, height: HEIGHT, channels: 1, pixels: Pixels::F32(samples) }
 }
 
-/// Radiance of the room_radiance by height, −1 the floor and 1 the ceiling.
+/// Radiance of the room by height, −1 the floor and 1 the ceiling.
 fn room_radiance(height: f64) -> f64 {
     FLOOR + (WALL - FLOOR) * smooth(-1.0, 0.0, height) + (CEILING - WALL) * smooth(0.0, 1.0, height)
 }

@@ -84,7 +84,7 @@ fn a_clear_day_has_measured_illuminances() {
     let low = sky(1.0, 1.0, 1.0, 2.0, 0.2);
     let sun = colors.color(&low.sunlight(0.0, radians(88.0)));
     assert!(sun.r > 2.0 * sun.g && sun.g > 2.0 * sun.b, "{sun:?}");
-    // Haze attenuates the sun and brightens the sky environment it.
+    // Haze attenuates the sun and brightens the sky around it.
     let hazy = sky(1.0, 6.0, 1.0, 60.0, 0.2);
     let near = |s: &Sky| colors.color(&s.radiance(0.0, cos(radians(35.0)), 1.0)).luminance();
     assert!(near(&hazy) > 2.0 * near(&high));

@@ -46,7 +46,7 @@ fn cos_sum(cos_a: f32, cos_b: f32) -> f32 {
     if cos_a <= -cos_b { -1.0 } else { (cos_a * cos_b - sine(cos_a) * sine(cos_b)).max(-1.0) }
 }
 
-/// A box bounds spheres.
+/// A box around spheres.
 #[derive(Clone, Copy)]
 struct SphereBounds {
     min: [f32; 3],
