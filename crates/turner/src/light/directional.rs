@@ -93,12 +93,11 @@ impl DirectionalDesc {
             (Some(from), None) => from,
             (None, Some(direction)) => -direction,
             (Some(_), Some(_)) => {
-                let message = "`from` and `direction` are two ways to say the same: give one of them";
+                let message = "`from` and `direction` are two forms of the same value: give one of them";
                 return Err(SceneError::new(ErrorCode::Conflict, message));
             }
             (None, None) => {
-                let message =
-                    "a directional light needs `from` (where it comes from) or `direction` (where it shines)";
+                let message = "a directional light needs `from` (where it comes from) or `direction` (where it travels)";
                 return Err(SceneError::new(ErrorCode::MissingKey, message));
             }
         };

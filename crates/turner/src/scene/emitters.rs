@@ -4,9 +4,9 @@
 //! and the pdf of the result is their product:
 //!
 //! ```text
-//!   with few lights                          with a light tree
+//!   without a light tree                     with a light tree
 //!   alias table over all emitters            alias table over infinite lights, lights without
-//!   P = ½ · power share + ½ · 1/n            inverse-square falloff, and the tree as one entry
+//!   P = ½ · power / Σ power + ½ · 1/n         inverse-square falloff, and the tree as one entry
 //!          |                                        |                       |
 //!       emitter                                  emitter         light tree (by position, normal
 //!                                                                and lobe of the receiver) → emitter

@@ -1,9 +1,8 @@
 //! Ray footprints: the part of a surface that a ray's cone covers, which sets the filter of texture look-ups.
 //!
 //! A camera ray stands for a pixel, not a line. It carries a cone: the width of the pixel at the hit, kept in
-//! `SurfaceInteraction::seen` with the direction of view. The cone cuts the tangent plane in an ellipse. Its two half
-//! axes are transformed to object space and then to changes of (u, v), over which textures are averaged (mipmaps,
-//! filtered checkerboards and noise).
+//! `SurfaceInteraction::seen` with the direction of view. The cone cuts the tangent plane in an ellipse. Its two
+//! axes are transformed to object space and to changes of (u, v), over which texture look-ups are filtered.
 //!
 //! ```text
 //!         \   |   /                width: across the cone
@@ -12,7 +11,7 @@
 //!          axes[1]
 //! ```
 //!
-//! Scattering widens the cone; width 0 means unfiltered look-ups.
+//! A width of 0 means unfiltered look-ups.
 
 use crate::math::DVec3;
 use crate::scene::scene::ObjectTransform;

@@ -34,12 +34,12 @@ impl Motion {
         let error = |message: &str| Err(SceneError::new(ErrorCode::Transform, message));
         if from.matrix3.determinant() * to.matrix3.determinant() <= 0.0 {
             return error(
-                "an object cannot move into its mirror image: `transform` mirrors and `motion` does not, or the other distance",
+                "an object cannot move into its mirror image: `transform` mirrors and `motion` does not, or the reverse",
             );
         }
         let [a, b] = [from, to].map(|t| polar(&t.matrix3));
         let (Some((r0, s0)), Some((r1, s1))) = (a, b) else {
-            return error("the transforms between which this object moves cannot be undone");
+            return error("the transforms between which this object moves are not both invertible");
         };
         let q0 = DQuat::from_mat3(&r0).normalize();
         let mut q1 = DQuat::from_mat3(&r1).normalize();

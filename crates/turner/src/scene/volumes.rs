@@ -30,7 +30,7 @@ impl Volumes {
         let known = |id: u32| match media.get(id as usize) {
             Some(_) => Ok(id),
             None => {
-                let message = format!("there is no medium number {id} in the scene");
+                let message = format!("the scene has no medium with index {id}");
                 Err(SceneError::new(ErrorCode::UnknownName, message))
             }
         };

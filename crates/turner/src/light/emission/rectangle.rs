@@ -8,7 +8,7 @@
 //!         y1 +--------+--------+         1. u[0] chooses xu so that the part of the spherical rectangle
 //!            |        |        |            left of it has u[0] of the solid angle;
 //!            |        |* yv    |         2. u[1] chooses yv on the line x = xu: the sine of the elevation
-//!         y0 +--------+--------+            is linear in u[1] (Archimedes).
+//!         y0 +--------+--------+            is linear in u[1].
 //!           x0       xu       x1
 //!                                        Coordinates are relative to p, the rectangle is at z = z0 < 0.
 //!                p (0, 0, 0)             Ω = sum of the corner angles − 2π

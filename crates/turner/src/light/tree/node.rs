@@ -66,7 +66,7 @@ impl Node {
     ///
     /// The nearest of many lights in a sphere contribute more than average, so if the point is in the sphere or close
     /// to it, the squared distance to the centre is reduced: d² − r²/4, at least r²/4. For lights on a ceiling, in a
-    /// slab and along a street, this leaves a third to a thirteenth of the variance of d², at least r².
+    /// slab and along a street, this has a third to a thirteenth of the variance that max(d², r²) has.
     #[inline]
     pub(super) fn importance(&self, p: [f32; 3], at: &Receiver) -> [f32; WIDTH] {
         let n = at.n;

@@ -349,7 +349,7 @@ impl PartialEq for Source {
 fn reserved(sources: &[Source], options: &PrepareOptions) -> Result<MeshData, SceneError> {
     let (corners, triangles) = sizes(sources);
     let bytes = (corners as u64).saturating_mul(12).saturating_add((triangles as u64).saturating_mul(16));
-    options.limits.memory.need(bytes, || format!("{triangles} triangles in one tree"))?;
+    options.limits.memory.need(bytes, || format!("{triangles} triangles in one BVH"))?;
     let mut data = MeshData::default();
     let reserved = corners < u32::MAX as usize
         && triangles < u32::MAX as usize
@@ -367,6 +367,6 @@ fn sizes(sources: &[Source]) -> (usize, usize) {
 }
 
 fn out_of_memory(sources: &[Source]) -> SceneError {
-    let message = format!("there is no memory for {} triangles in one tree", sizes(sources).1);
+    let message = format!("not enough memory for {} triangles in one BVH", sizes(sources).1);
     SceneError::new(ErrorCode::TooLarge, message)
 }
