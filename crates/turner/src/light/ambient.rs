@@ -1,10 +1,11 @@
-//! Ambient light: the same everywhere, from nowhere.
+//! Ambient light: constant everywhere, without a direction.
 
 use crate::color::Spectrum;
 use crate::schema::{Range, params};
 
 params! {
-    /// Light that reaches every point alike and casts no shadow: the documents' stand-in for light between surfaces.
+    /// Constant light that reaches every point equally and casts no shadow: classic ray tracing's approximation of
+    /// light between surfaces.
     pub struct AmbientDesc as "ambient" {
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;

@@ -1,31 +1,31 @@
-//! Lights with an extent: rectangle, disk and sphere, for the classic soft shadow. Several points of the light
-//! are asked, one in each stratum, and what arrives is averaged.
+//! Area lights: rectangle, disk and sphere, for the classic soft shadow. Shadow rays go to several points of the
+//! light, one in each stratum, and the results are averaged.
 
 use super::point::from_point;
-use super::{Attenuation, Illumination, LAMP, LightBound};
+use super::{Attenuation, DEFAULT_POSITION, Illumination, LightBound};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3, Frame};
 use crate::sampler::{concentric_disk, stratified, uniform_sphere};
 use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
-    /// A rectangle that shines, for soft shadows. It cannot itself be seen.
+    /// A rectangular light for soft shadows. The light itself is invisible.
     pub struct RectangleLightDesc as "rectangle" {
-        /// The middle.
-        center: DVec3, required, default LAMP;
+        /// The centre.
+        center: DVec3, required, default DEFAULT_POSITION;
         /// One edge, as a vector.
         edge_u: DVec3 = DVec3::X;
         /// The other edge.
         edge_v: DVec3 = DVec3::Z;
-        /// Number of shadow rays per point, one in each part of the light.
+        /// Number of shadow rays per shading point, one in each stratum of the light. 1 to 65536.
         samples: u32 = 16, in Range::closed(1.0, 65536.0);
-        /// Whether each shadow ray goes to a random place in its part (noise) or to its middle (bands).
+        /// Whether each shadow ray goes to a random point of its stratum (noise) or to its centre (banding).
         jitter: bool = true;
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength, all points together.
+        /// Its strength, summed over the light.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it weakens with distance.
+        /// How it falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
     }
     example r#"[[light]]
@@ -38,23 +38,23 @@ samples = 16
 }
 
 params! {
-    /// A disk that shines, for soft shadows. It cannot itself be seen.
+    /// A disk-shaped light for soft shadows. The light itself is invisible.
     pub struct DiskLightDesc as "disk" {
-        /// The middle.
-        center: DVec3, required, default LAMP;
-        /// The direction it faces.
+        /// The centre.
+        center: DVec3, required, default DEFAULT_POSITION;
+        /// The direction of its axis.
         normal: DVec3 = DVec3::NEG_Y;
         /// The radius.
         radius: f64 = 1.0, in Range::POSITIVE;
-        /// Number of shadow rays per point, one in each part of the light.
+        /// Number of shadow rays per shading point, one in each stratum of the light. 1 to 65536.
         samples: u32 = 16, in Range::closed(1.0, 65536.0);
-        /// Whether each shadow ray goes to a random place in its part (noise) or to its middle (bands).
+        /// Whether each shadow ray goes to a random point of its stratum (noise) or to its centre (banding).
         jitter: bool = true;
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength, all points together.
+        /// Its strength, summed over the light.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it weakens with distance.
+        /// How it falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
     }
     example r#"[[light]]
@@ -65,21 +65,21 @@ radius = 1
 }
 
 params! {
-    /// A sphere that shines, for soft shadows. It cannot itself be seen.
+    /// A spherical light for soft shadows. The light itself is invisible.
     pub struct SphereLightDesc as "sphere" {
-        /// The middle.
-        center: DVec3, required, default LAMP;
+        /// The centre.
+        center: DVec3, required, default DEFAULT_POSITION;
         /// The radius.
         radius: f64 = 0.5, in Range::POSITIVE;
-        /// Number of shadow rays per point, one in each part of the light.
+        /// Number of shadow rays per shading point, one in each stratum of the light. 1 to 65536.
         samples: u32 = 16, in Range::closed(1.0, 65536.0);
-        /// Whether each shadow ray goes to a random place in its part (noise) or to its middle (bands).
+        /// Whether each shadow ray goes to a random point of its stratum (noise) or to its centre (banding).
         jitter: bool = true;
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;
-        /// Its strength, all points together.
+        /// Its strength, summed over the light.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it weakens with distance.
+        /// How it falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
     }
     example r#"[[light]]
@@ -89,16 +89,16 @@ radius = 0.8
 "#
 }
 
-/// A light with an extent, prepared.
+/// An area light, prepared.
 #[derive(Clone, Copy, Debug)]
 pub struct AreaLight {
     center: DVec3,
     form: Form,
-    /// Shadow rays per point.
+    /// Shadow rays per shading point.
     pub samples: u32,
     /// Whether they are jittered.
     pub jitter: bool,
-    /// Of one sample.
+    /// Intensity of one sample.
     intensity: Spectrum,
     attenuation: Attenuation,
 }
@@ -157,7 +157,7 @@ impl SphereLightDesc {
 }
 
 impl AreaLight {
-    /// Its points shine in all directions.
+    /// Points of the light emit equally in all directions.
     pub(super) fn bound(&self) -> Option<LightBound> {
         let radius = match &self.form {
             Form::Rectangle(a, b) => 0.5 * (*a + *b).length().max((*a - *b).length()),
@@ -173,7 +173,7 @@ impl AreaLight {
         from_point(self.point(u), self.intensity, &self.attenuation, p)
     }
 
-    /// Light from the point at `u` in the unit square, which stands for all of it.
+    /// Light from the point at `u` in the unit square, which carries the power of the complete light.
     pub(super) fn illuminate_at(&self, p: DVec3, u: DVec2) -> Option<Illumination> {
         from_point(self.point(u), self.intensity * self.samples as f32, &self.attenuation, p)
     }

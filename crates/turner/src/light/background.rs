@@ -1,25 +1,26 @@
-//! What a ray sees that hits nothing.
+//! The background: what rays see that hit nothing.
 
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::schema::{MediumId, params};
 
 params! {
-    /// What a ray sees that hits nothing: one colour, or a vertical gradient from `color` at the horizon and
-    /// below to `zenith` straight up.
+    /// The background, seen by rays that hit nothing: one colour, or a vertical gradient from `color` at the horizon
+    /// and below to `zenith` straight up.
     pub struct BackgroundDesc as "background" {
         /// The colour of the background.
         color: Spectrum = Spectrum::BLACK;
-        /// The colour straight up; without it the background is the same everywhere.
+        /// The colour straight up. Without it the background is one colour.
         zenith: Option<Spectrum> = None;
-        /// Up, for the gradient.
+        /// The up direction of the gradient.
         up: DVec3 = DVec3::Y;
-        /// Whether an environment light is seen instead of the colours, where there is one.
+        /// Whether an environment light is shown instead of the colours, if the scene has one.
         environment: bool = true;
-        /// Whether pixels (parts of pixels) that show the background are transparent in PNG and EXR.
+        /// Whether the background is transparent in PNG and EXR; pixels that show it in part are transparent in part.
         transparent: bool = false;
-        /// The medium that all the scene is in where nothing else is said, as far as the camera sees: fog without end. What is around the scene
-        /// (background, environment, sun) is not seen through it and does not light it; for that, put a box or sphere of it around the scene.
+        /// The medium that fills the scene and surrounds the camera wherever no other medium is set: endless fog.
+        /// Background, environment and sun are neither visible through it nor light it; to keep them, put a box or
+        /// sphere of the medium around the scene instead.
         medium: Option<MediumId> = None;
     }
     example r##"[background]
@@ -29,7 +30,7 @@ zenith = "steelblue"
 }
 
 impl BackgroundDesc {
-    /// With `up` of unit length.
+    /// A copy with `up` of unit length.
     pub fn prepared(&self) -> BackgroundDesc {
         BackgroundDesc { up: self.up.try_normalize().unwrap_or(DVec3::Y), ..self.clone() }
     }

@@ -1,4 +1,4 @@
-//! Light from one direction, infinitely far away.
+//! Directional light: infinitely far away.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,20 +9,24 @@ use crate::math::{DVec3, Frame, radians};
 use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
-    /// Light from infinitely far away, like the sun's: all its rays are parallel, or, with an `angle`, come from a disc of the sky. Say where it comes `from`, or in which `direction` it shines.
+    /// Light from infinitely far away, such as the sun. Its rays are parallel, or come from a disc in the sky if
+    /// `angle` is set. Give either `from` or `direction`.
     pub struct DirectionalDesc as "directional" {
-        /// The direction it comes from, of any length.
+        /// The direction that the light comes from, of any length.
         from: Option<DVec3> = None;
-        /// The direction it shines in, of any length: the opposite of `from`.
+        /// The direction in which the light travels, of any length: the opposite of `from`.
         direction: Option<DVec3> = None;
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;
         /// Its strength.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// Angle from one side of the light to the other, degrees: that of the sun is 0.53. Shadows get soft rims, glossy things and rays that hit nothing show a bright disc, and what arrives at a
-        /// surface that faces it stays the same. 0 is a light without extent. The classic integrator asks sixteen places of the disc for its shadows, and does not show it.
+        /// Angular diameter of the light, degrees, 0 to 180; the sun's is 0.53. Shadows get soft edges, and glossy
+        /// surfaces and rays that hit nothing show a bright disc. The irradiance of a surface that faces the light
+        /// stays the same. At 0 the light has no extent. The classic integrator takes sixteen shadow rays to the disc
+        /// and does not show it.
         angle: f64 = 0.0, in Range::closed(0.0, 180.0);
-        /// A ray within this angle (degrees) of the direction it comes from looks along it: see the integrator's `light_seen`.
+        /// A ray within this angle (degrees) of the direction that the light comes from sees the light: see the
+        /// integrator's `light_seen`.
         seen_angle: f64 = 0.25, in Range::closed(0.0, 180.0);
     }
     example r#"[[light]]
@@ -36,9 +40,9 @@ angle = 2
 /// A directional light, prepared.
 #[derive(Clone, Copy, Debug)]
 pub struct Directional {
-    /// BsdfFromWo the light, unit.
+    /// Towards the light, unit.
     pub to_light: DVec3,
-    /// The same with the length it was given: the classic documents measure shadow rays in it.
+    /// Towards the light with the length given in the scene: classic ray tracing measures shadow rays in it.
     given: DVec3,
     /// Colour times intensity.
     pub intensity: Spectrum,
@@ -46,26 +50,35 @@ pub struct Directional {
     disc: Option<Disc>,
 }
 
-/// A round part of the sky that shines evenly.
+/// A disc of constant radiance in the sky.
+///
+/// ```text
+///       ___
+///     /  |  \   half angle α, cap = 1 − cos α
+///     \__|__/   solid angle 2π·cap
+///      \ | /    projected solid angle π sin² α = π·cap·(2 − cap)
+///       \|/
+///        p
+/// ```
 #[derive(Clone, Copy, Debug)]
 struct Disc {
-    /// Around the direction to its middle.
+    /// z axis towards the centre of the disc.
     frame: Frame,
-    /// 1 − cos of half its angle.
+    /// 1 − cos of half the angle.
     cap: f64,
     radiance: Spectrum,
 }
 
 impl Disc {
-    /// Half of `angle` degrees around `to_light`; what arrives at a surface that faces it is `irradiance`. `None` if the angle is too small
-    /// for a disc.
+    /// A disc of `angle` degrees diameter around `to_light`. `irradiance` is that of a surface that faces it. `None`
+    /// if the angle is too small for a disc.
     fn new(to_light: DVec3, angle: f64, irradiance: Spectrum) -> Option<Disc> {
         let sin_quarter = sin(radians(0.25 * angle));
         let cap = 2.0 * sin_quarter * sin_quarter;
-        // ∫ cos θ over the disc: π sin² of half the angle.
+        // ∫ cos θ dω over the disc: π sin² of half the angle.
         let projected = PI * cap * (2.0 - cap);
         let radiance = irradiance * (1.0 / projected) as f32;
-        // Single precision holds no more light than that; directions of double precision no smaller disc.
+        // The bounds are those of precision: radiance must fit f32, and directions in f64 resolve no smaller disc.
         (cap > 1e-15 && radiance.is_finite()).then(|| Disc { frame: Frame::from_z(to_light), cap, radiance })
     }
 
@@ -80,12 +93,11 @@ impl DirectionalDesc {
             (Some(from), None) => from,
             (None, Some(direction)) => -direction,
             (Some(_), Some(_)) => {
-                let message = "`from` and `direction` are two ways to say the same: give one of them";
+                let message = "`from` and `direction` are two forms of the same value: give one of them";
                 return Err(SceneError::new(ErrorCode::Conflict, message));
             }
             (None, None) => {
-                let message =
-                    "a directional light needs `from` (where it comes from) or `direction` (where it shines)";
+                let message = "a directional light needs `from` (where it comes from) or `direction` (where it travels)";
                 return Err(SceneError::new(ErrorCode::MissingKey, message));
             }
         };
@@ -110,7 +122,8 @@ impl Directional {
         self.disc.is_some()
     }
 
-    /// For a light with an extent: a unit direction towards it, evenly chosen by `u`, its radiance, and the density per solid angle.
+    /// For a light with an extent: a unit direction towards it, uniform over its solid angle, its radiance, and the
+    /// pdf per solid angle.
     #[inline]
     pub fn sample(&self, u: [f64; 2]) -> Option<(DVec3, Spectrum, f64)> {
         let disc = self.disc.as_ref()?;
@@ -120,7 +133,8 @@ impl Directional {
         Some((disc.frame.to_world(DVec3::new(sin * c, sin * s, cos)), disc.radiance, disc.pdf()))
     }
 
-    /// For a light with an extent: what a ray in a unit direction finds of it, with the density of [`Directional::sample`]; `None` beside it.
+    /// For a light with an extent: the radiance that a ray in a unit direction finds, with the pdf of
+    /// [`Directional::sample`]; `None` outside the disc.
     #[inline]
     pub fn found(&self, direction: DVec3) -> Option<(Spectrum, f64)> {
         let disc = self.disc.as_ref()?;
@@ -129,7 +143,7 @@ impl Directional {
         inside.then(|| (disc.radiance, disc.pdf()))
     }
 
-    /// Whether a ray in this unit direction looks along the light.
+    /// Whether a ray in this unit direction sees the light: see `seen_angle`.
     pub fn is_seen(&self, direction: DVec3) -> bool {
         direction.dot(self.to_light) >= self.cos_seen - 1e-12
     }
@@ -166,7 +180,7 @@ mod tests {
                 sum += f64::from(radiance.r) * d.dot(light.to_light) / pdf;
                 widest = widest.max(atan2(d.cross(light.to_light).length(), d.dot(light.to_light)));
             }
-            // Irradiance on a surface that faces it, and the rim.
+            // The irradiance of a surface that faces it, and the edge.
             assert!((sum / f64::from(n * n) - 3.0).abs() < 1e-4, "{angle}: {sum}");
             let half = radians(0.5 * angle);
             assert!(widest <= half * (1.0 + 1e-6) && widest > half * 0.99, "{angle}: {widest}");
@@ -175,7 +189,7 @@ mod tests {
             assert_eq!(light.found(beside), None, "{angle}");
             assert_eq!(light.found(-light.to_light), None);
         }
-        // Without extent, or with one that is none.
+        // No extent, or too small an extent.
         for angle in [0.0, 1e-7, 1e-300] {
             assert!(!light(angle).is_disc() && light(angle).sample([0.5, 0.5]).is_none());
         }

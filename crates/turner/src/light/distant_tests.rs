@@ -1,4 +1,4 @@
-//! Light from far away with an extent, the light of a clear day, and measured lamps.
+//! Directional lights with an extent, the sky light, and IES profiles.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -20,7 +20,7 @@ use crate::testing::scenes::{
     Mean, grey, matte, mean, mean_of, path, pixel, plane, rectangle, render, render_with, rgb, scene, v,
 };
 
-const WAYS: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
+const STRATEGIES: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
 
 fn by(light_sampling: LightSampling) -> SceneDesc {
     path(PathDesc { light_sampling, ..PathDesc::default() })
@@ -35,7 +35,7 @@ fn disc(from: DVec3, intensity: f64, angle: f64) -> LightDesc {
     })
 }
 
-/// Straight down from 0.2 above a place of the ground.
+/// Straight down from 0.2 above a point of the ground.
 fn down_at(x: f64, z: f64) -> PinholeDesc {
     PinholeDesc {
         position: v(x, 0.2, z),
@@ -46,40 +46,40 @@ fn down_at(x: f64, z: f64) -> PinholeDesc {
     }
 }
 
-/// A disc brings a surface what a point in its middle brings, as long as all of it is above the surface.
+/// A disc lights a surface as a point at its centre does, as long as all of it is above the surface.
 #[test]
 fn a_disc_in_the_sky_lights_a_matte_plane_as_a_point_does() {
-    let lit = |samples, way, angle| {
+    let lit = |samples, sampling, angle| {
         let light = disc(v(1.732_050_807_568_877_2, 1.0, 0.0), 8.0, angle);
-        mean(samples, by(way).seen_down().with(plane(), matte(rgb([0.5, 0.25, 1.0]))).lit(light))
+        mean(samples, by(sampling).seen_down().with(plane(), matte(rgb([0.5, 0.25, 1.0]))).lit(light))
     };
     let expected = [0.5, 0.25, 1.0].map(|c| c / PI * 4.0);
-    for (way, samples, cap) in [
+    for (sampling, samples, cap) in [
         (LightSampling::Both, 256, 0.01),
         (LightSampling::Light, 64, 0.01),
         (LightSampling::Bsdf, 1024, 0.02),
     ] {
-        lit(samples, way, 50.0).is(expected, cap);
+        lit(samples, sampling, 50.0).is(expected, cap);
     }
-    // A sun as small as the real one is not found by chance; it is as good as none.
+    // BSDF sampling never hits a sun as small as the real one; it has practically no noise.
     lit(64, LightSampling::Both, 0.53).is(expected, 0.001);
 }
 
 /// Mirrors and cameras see the disc itself: irradiance over π sin² of half its angle.
 #[test]
-fn discs_are_seen_in_mirrors_and_in_the_sky() {
+fn discs_are_visible_in_mirrors_and_in_the_sky() {
     let lit = |desc: SceneDesc| desc.lit(disc(DVec3::Y, 3.0, 10.0));
     let radiance = 3.0 / (PI * 5f64.to_radians().sin().powi(2));
-    let mirror = |way, roughness| {
+    let mirror = |sampling, roughness| {
         let metal = PrincipledMaterial {
             base_metalness: grey(1.0),
             base_color: grey(1.0),
             specular_roughness: grey(roughness),
             ..PrincipledMaterial::default()
         };
-        lit(by(way).seen_down().with(plane(), metal))
+        lit(by(sampling).seen_down().with(plane(), metal))
     };
-    let up = |way, look_at, fov| {
+    let up = |sampling, look_at, fov| {
         let camera = PinholeDesc {
             position: DVec3::ZERO,
             look_at,
@@ -87,28 +87,28 @@ fn discs_are_seen_in_mirrors_and_in_the_sky() {
             fov: Some(fov),
             ..PinholeDesc::default()
         };
-        lit(by(way).before(0.25).seen(camera))
+        lit(by(sampling).before(0.25).seen(camera))
     };
-    for way in WAYS {
-        mean(1, mirror(way, 0.0)).is_grey(radiance, 0.0);
-        let mut straight = up(way, DVec3::Y, 1.0);
+    for sampling in STRATEGIES {
+        mean(1, mirror(sampling, 0.0)).is_grey(radiance, 0.0);
+        let mut straight = up(sampling, DVec3::Y, 1.0);
         mean(1, straight.clone()).is_grey(radiance + 0.25, 0.0);
-        mean(1, up(way, v(0.1, 1.0, 0.0), 0.1)).is_grey(0.25, 0.0);
+        mean(1, up(sampling, v(0.1, 1.0, 0.0), 0.1)).is_grey(0.25, 0.0);
         straight.background.environment = false;
         mean(1, straight).is_grey(0.25, 0.0);
     }
-    // A rough mirror: whatever finds the light, the picture is one.
-    let m = WAYS.map(|way| mean_of(24, 512, mirror(way, 0.35)));
+    // A rough mirror: all strategies give the same picture.
+    let m = STRATEGIES.map(|sampling| mean_of(24, 512, mirror(sampling, 0.35)));
     m[0].agrees(&m[1], 0.02);
     m[0].agrees(&m[2], 0.02);
 }
 
-/// Over all of the ground to the right, 1 above it.
+/// Covers all of the ground to the right, at height 1.
 fn edge() -> ShapeDesc {
     rectangle(v(50.0, 1.0, 0.0), v(100.0, 0.0, 0.0), v(0.0, 0.0, 100.0))
 }
 
-/// The penumbra of an edge under a disc: in the middle of it half of the light.
+/// The penumbra of an edge under a disc: half of the light at its centre.
 #[test]
 fn a_shadow_of_a_disc_is_soft() {
     let lit = |at: f64| {
@@ -120,32 +120,32 @@ fn a_shadow_of_a_disc_is_soft() {
     };
     let half = 10f64.to_radians();
     mean(64, lit(0.0)).is_grey(0.5 / PI, 0.01);
-    // The disc's shadow is cut by a straight line: the share of a circle beyond it, in the plane of projected directions.
-    let share = |x: f64| (x.acos() - x * (1.0 - x * x).sqrt()) / PI;
+    // A straight line cuts the disc: the fraction of a circle beyond it, in the plane of projected directions.
+    let fraction = |x: f64| (x.acos() - x * (1.0 - x * x).sqrt()) / PI;
     let at: f64 = 0.08;
     let sin = (at / (1.0f64 + at * at).sqrt()) / half.sin();
     // An edge is a great circle of directions: nearly straight within ten degrees.
     let m = mean(256, lit(at));
-    assert!((m.value()[0] * PI - share(sin)).abs() < 4e-3, "{m:?} {}", share(sin));
+    assert!((m.value()[0] * PI - fraction(sin)).abs() < 4e-3, "{m:?} {}", fraction(sin));
     mean(4, lit(0.2)).is_grey(0.0, 0.0);
     mean(4, lit(-0.2)).is_grey(1.0 / PI, 0.01);
 }
 
-/// The light of the day on level ground: that of its picture and its sun, whichever way it is found.
+/// Sky light on level ground: environment plus sun, the same with every sampling strategy.
 #[test]
-fn a_clear_day_is_the_same_however_its_light_is_found() {
-    let seen = |way, samples, sky: SkyDesc| -> Mean {
-        let desc = by(way).seen_down().with(plane(), matte(grey(1.0)));
+fn the_sky_is_the_same_with_every_sampling_strategy() {
+    let seen = |sampling, samples, sky: SkyDesc| -> Mean {
+        let desc = by(sampling).seen_down().with(plane(), matte(grey(1.0)));
         mean_of(24, samples, desc.lit(LightDesc::Sky(sky)))
     };
     let day = || SkyDesc { elevation: 40.0, azimuth: 120.0, ..SkyDesc::default() };
-    let m = [LightSampling::Both, LightSampling::Light].map(|way| seen(way, 256, day()));
+    let m = [LightSampling::Both, LightSampling::Light].map(|sampling| seen(sampling, 256, day()));
     m[0].agrees(&m[1], 0.01);
     let wide = [LightSampling::Both, LightSampling::Light, LightSampling::Bsdf]
-        .map(|way| seen(way, 512, SkyDesc { sun_angle: 40.0, ..day() }));
+        .map(|sampling| seen(sampling, 512, SkyDesc { sun_angle: 40.0, ..day() }));
     wide[0].agrees(&wide[1], 0.01);
     wide[0].agrees(&wide[2], 0.02);
-    // The sky alone is blue and dimmer, and the two add up.
+    // The sky alone is blue and dimmer; sky and sun add up.
     let sky = seen(LightSampling::Both, 256, SkyDesc { sun: false, ..day() });
     assert!(sky.value()[2] > 1.3 * sky.value()[0] && sky.value()[1] < 0.35 * m[0].value()[1], "{sky:?}");
     let twice = seen(LightSampling::Both, 256, SkyDesc { sun_strength: 2.0, ..day() });
@@ -155,7 +155,7 @@ fn a_clear_day_is_the_same_however_its_light_is_found() {
     }
 }
 
-/// White ground, for the classic integrator.
+/// White ground for the classic integrator.
 fn classic(size: u32, camera: PinholeDesc) -> SceneDesc {
     let mut desc = SceneDesc::default().seen(camera);
     (desc.film.width, desc.film.height) = (size, size);
@@ -170,14 +170,14 @@ fn the_classic_integrator_takes_skies_and_discs() {
     let day = LightDesc::Sky(SkyDesc { elevation: 40.0, ..SkyDesc::default() });
     let mut desc = classic(8, camera).lit(day).lit(disc(DVec3::Y, 1.0, 30.0));
     let picture = render(&desc).0;
-    // One from straight above, and a day whose light is 1/π of what surfaces get.
+    // 1 from straight above, plus a sky whose light is 1/π of the irradiance.
     let v = pixel(&picture, 4, 4)[1];
     assert!(v > 1.4 && v < 2.4, "{v}");
     desc.film.antialias = Antialias::Adaptive;
     assert!(render(&desc).1.shadow > 0);
 }
 
-/// Without a physical integrator, too: half of the disc, half of the light.
+/// Also without a physical integrator: half of the disc gives half of the light.
 #[test]
 fn the_classic_integrator_makes_soft_shadows_of_discs() {
     let lit = |at: f64| {
@@ -186,14 +186,15 @@ fn the_classic_integrator_makes_soft_shadows_of_discs() {
         let picture = render(&desc).0;
         picture.linear.iter().map(|p| f64::from(p[0])).sum::<f64>() / 256.0
     };
-    // The mean cosine of the disc makes up for its width: all of it is 1.
+    // The disc's normalisation makes up for the mean cosine: the complete disc gives 1.
     assert!((lit(-0.3) - 1.0).abs() < 2e-3, "{}", lit(-0.3));
     assert!((lit(0.0) - 0.5).abs() < 0.02, "{}", lit(0.0));
     assert_eq!(lit(0.3), 0.0);
 }
 
-/// A lamp that shines down a narrow beam, and brighter to the right: symmetrical about the plane of 0 and 180 degrees.
-fn lamp() -> ProfileFile {
+/// A profile that points down in a narrow beam, brighter to the right: symmetric about the plane of 0 and 180
+/// degrees.
+fn profile() -> ProfileFile {
     let planes = [[200.0, 160.0, 0.0], [200.0, 100.0, 0.0], [200.0, 40.0, 0.0]];
     let around = [0, 1, 2, 1, 0].into_iter().flat_map(|i| planes[i]).collect();
     let profile =
@@ -201,7 +202,7 @@ fn lamp() -> ProfileFile {
     ProfileFile { uri: "lamps/down.ies".into(), data: Arc::new(profile) }
 }
 
-/// What the lamp, 1 above the middle of the ground, brings to a place of it.
+/// What a light at height 1 above the origin contributes to a point of the ground.
 fn lit(light: LightDesc, at: [f64; 2]) -> f64 {
     let mut desc = scene(IntegratorDesc::Direct(DirectDesc::default()))
         .seen(down_at(at[0], at[1]))
@@ -212,11 +213,11 @@ fn lit(light: LightDesc, at: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn measured_lamps_shine_as_measured() {
+fn ies_profiles_give_the_measured_intensities() {
     let tan30 = 30f64.to_radians().tan();
     let cos30 = 30f64.to_radians().cos();
     let point =
-        || PointDesc { position: DVec3::Y, intensity: 3.0, ies: Some(lamp()), ..PointDesc::default() };
+        || PointDesc { position: DVec3::Y, intensity: 3.0, ies: Some(profile()), ..PointDesc::default() };
     let close = |found: f64, expected: f64| {
         assert!((found - expected).abs() < 2e-5 * expected.max(1.0), "{found} {expected}")
     };
@@ -227,7 +228,7 @@ fn measured_lamps_shine_as_measured() {
     close(by_point(point(), [-tan30, 0.0]), 3.0 * 0.2 * cos30);
     close(by_point(point(), [0.0, tan30]), 3.0 * 0.5 * cos30);
     close(by_point(point(), [0.0, -tan30]), 3.0 * 0.5 * cos30);
-    // Half way between 30 and 90 degrees, half of the intensity.
+    // Half way between 30 and 90 degrees: half of the intensity.
     close(by_point(point(), [3f64.sqrt(), 0.0]), 3.0 * 0.4 * 0.5);
     let candela = PointDesc {
         ies_units: ProfileUnits::Candela,
@@ -235,10 +236,10 @@ fn measured_lamps_shine_as_measured() {
         ..point()
     };
     close(by_point(candela, [0.0, 0.0]), 3.0 * 200.0);
-    // Turned, and pointing sideways.
+    // Rotated, and pointing up.
     close(by_point(PointDesc { ies_rotation: 180.0, ..point() }, [tan30, 0.0]), 3.0 * 0.2 * cos30);
     close(by_point(PointDesc { ies_axis: DVec3::Y, ..point() }, [0.0, 0.0]), 0.0);
-    // A spot's beam goes where it looks, within its cone.
+    // A spot's profile follows its direction, within its cone.
     let by_spot = |look_at_x, at| {
         let spot = SpotDesc {
             position: DVec3::Y,
@@ -246,7 +247,7 @@ fn measured_lamps_shine_as_measured() {
             intensity: 3.0,
             angle: 40.0,
             penumbra: 0.0,
-            ies: Some(lamp()),
+            ies: Some(profile()),
             ..SpotDesc::default()
         };
         lit(LightDesc::Spot(spot), at)

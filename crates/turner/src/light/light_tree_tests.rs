@@ -1,4 +1,4 @@
-//! The tree over many lights: the same light as by one table for all points, and as found by chance.
+//! The light tree over many lights: the same light as with one table for all points, and as with BSDF sampling.
 
 use std::sync::Arc;
 
@@ -18,13 +18,13 @@ fn by(light_sampling: LightSampling) -> PathDesc {
     PathDesc { max_depth: 2, light_sampling, ..PathDesc::default() }
 }
 
-/// A place for a light in the hall.
-fn place(random: &mut Random) -> DVec3 {
+/// A position for a light in the hall.
+fn position(random: &mut Random) -> DVec3 {
     v(12.0, 2.0, 8.0) * random.in_cube() + v(0.0, 3.5, 0.0)
 }
 
-/// The hall alone: a floor, a wall, a ball and a leaf.
-fn bare(desc: PathDesc) -> SceneDesc {
+/// The hall without lights: a floor, a wall, a ball and a leaf.
+fn empty_hall(desc: PathDesc) -> SceneDesc {
     let gloss = PrincipledMaterial {
         base_color: rgb([0.9, 0.6, 0.2]),
         base_metalness: grey(1.0),
@@ -48,8 +48,8 @@ fn bare(desc: PathDesc) -> SceneDesc {
         .with(rectangle(v(-2.0, 1.0, 0.0), v(2.0, 0.0, 0.5), v(0.0, 2.0, 0.0)), leaf)
 }
 
-/// A lamp, one that shines in front alone, and a board that shines in places.
-fn lamps(desc: &mut SceneDesc) -> [MaterialId; 3] {
+/// Emissive materials: on both sides, on the front only, and textured.
+fn emissive_materials(desc: &mut SceneDesc) -> [MaterialId; 3] {
     let front = PrincipledMaterial { double_sided: false, ..emissive(4.0, grey(1.0)) };
     let board = CheckerboardDesc {
         even: rgb([1.0, 0.2, 0.1]),
@@ -62,9 +62,9 @@ fn lamps(desc: &mut SceneDesc) -> [MaterialId; 3] {
         .map(|m| desc.material(MaterialDesc::Principled(m)))
 }
 
-/// The i-th shape that shines, of all forms in turn.
+/// The i-th emissive shape, cycling through the types.
 fn shape(desc: &mut SceneDesc, random: &mut Random, i: u32) -> ShapeDesc {
-    let p = place(random);
+    let p = position(random);
     let (a, b) = (0.3 * random.direction(), 0.3 * random.direction());
     let corners = |all: &[DVec3]| all.iter().map(|p| p.as_vec3().to_array()).collect();
     match i % 5 {
@@ -80,9 +80,9 @@ fn shape(desc: &mut SceneDesc, random: &mut Random, i: u32) -> ShapeDesc {
     }
 }
 
-/// The i-th light, of all kinds in turn.
+/// The i-th light, cycling through the types.
 fn light(random: &mut Random, i: u32) -> LightDesc {
-    let at = place(random);
+    let at = position(random);
     let attenuation = Attenuation { coefficients: [0.0, 0.0, 1.0] };
     match i % 4 {
         0 => {
@@ -105,16 +105,16 @@ fn light(random: &mut Random, i: u32) -> LightDesc {
             attenuation,
             ..SphereLightDesc::default()
         }),
-        // Some of them do not weaken, and stand beside the tree.
+        // Some do not fall off with distance and stay outside the tree.
         _ => LightDesc::Point(PointDesc { position: at, intensity: 0.0005, ..PointDesc::default() }),
     }
 }
 
-/// Shapes that shine, of all forms, in a hall with a floor, a wall and some balls; beside them lights, if asked for.
+/// Emissive shapes of all types in a hall with a floor, a wall and some balls, and additional lights.
 fn hall(shapes: u32, lights: u32, desc: PathDesc) -> SceneDesc {
     let mut random = Random::new(11);
-    let mut desc = bare(desc);
-    let materials = lamps(&mut desc);
+    let mut desc = empty_hall(desc);
+    let materials = emissive_materials(&mut desc);
     for i in 0..shapes {
         let shape = shape(&mut desc, &mut random, i);
         desc = desc.with_shared(shape, materials[(i / 5 % 3) as usize]);
@@ -122,7 +122,7 @@ fn hall(shapes: u32, lights: u32, desc: PathDesc) -> SceneDesc {
     (0..lights).fold(desc, |desc, i| desc.lit(light(&mut random, i)))
 }
 
-/// The hall as it is lit by default.
+/// The hall with the default light sampling.
 fn usual(shapes: u32, lights: u32) -> SceneDesc {
     hall(shapes, lights, by(LightSampling::Both))
 }
@@ -150,7 +150,7 @@ fn agree(a: &Runs, b: &Runs, cap: f64) {
 }
 
 #[test]
-fn a_thousand_lights_give_by_the_tree_what_they_give_by_the_table() {
+fn the_tree_agrees_with_the_table() {
     let desc = usual(600, 400);
     assert!(prepare(&desc, LightChoice::Auto).scene.emitters.tree_bytes() > 0);
     assert_eq!(prepare(&desc, LightChoice::Table).scene.emitters.tree_bytes(), 0);
@@ -159,15 +159,15 @@ fn a_thousand_lights_give_by_the_tree_what_they_give_by_the_table() {
 }
 
 #[test]
-fn light_sampled_by_the_tree_is_what_is_found_by_chance() {
-    let lit = |way, samples| runs(&hall(200, 0, by(way)), LightChoice::Auto, samples);
-    let chance = lit(LightSampling::Bsdf, 1024);
-    agree(&lit(LightSampling::Both, 64), &chance, 0.03);
-    agree(&lit(LightSampling::Light, 128), &chance, 0.04);
+fn tree_sampling_agrees_with_bsdf_sampling() {
+    let lit = |sampling, samples| runs(&hall(200, 0, by(sampling)), LightChoice::Auto, samples);
+    let bsdf = lit(LightSampling::Bsdf, 1024);
+    agree(&lit(LightSampling::Both, 64), &bsdf, 0.03);
+    agree(&lit(LightSampling::Light, 128), &bsdf, 0.04);
 }
 
 #[test]
-fn few_lights_stand_in_the_tree_and_one_in_the_table() {
+fn two_lights_are_in_the_tree_and_one_in_the_table() {
     let two = usual(2, 0);
     let (auto, tree) = (runs(&two, LightChoice::Auto, 4), runs(&two, LightChoice::Tree, 4));
     assert!(auto.pictures == tree.pictures);
@@ -178,7 +178,8 @@ fn few_lights_stand_in_the_tree_and_one_in_the_table() {
     agree(&runs(&some, LightChoice::Tree, 128), &runs(&some, LightChoice::Table, 128), 0.03);
 }
 
-/// Rough metal under small lamps: chosen by its lobe they bring what they bring by the table, with less noise.
+/// Rough metal under small lights: with the tree, which knows the lobe, the light equals the table's and has less
+/// noise.
 #[test]
 fn glossy_surfaces_choose_lights_by_their_lobe() {
     let metal = MetalMaterial { color: Some(grey(0.9)), roughness: grey(0.3), ..MetalMaterial::default() };
@@ -191,14 +192,14 @@ fn glossy_surfaces_choose_lights_by_their_lobe() {
     }
     let (tree, table) = (runs(&desc, LightChoice::Auto, 64), runs(&desc, LightChoice::Table, 64));
     agree(&tree, &table, 0.02);
-    // Estimates of the error of the mean over all of the picture.
+    // Estimated error of the mean over the picture.
     let error = |runs: &Runs| (0..3).map(|band| runs.mean(band).error()).sum::<f64>();
     assert!(error(&tree) < 0.8 * error(&table), "{} {}", error(&tree), error(&table));
 }
 
-/// The density at a hit is that with which it was sampled; triangles, points and faces of boxes included.
+/// The pdf of a hit equals the pdf of the sample, including triangles, points and sides of boxes.
 #[test]
-fn hits_know_the_density_of_samples() {
+fn pdf_of_hits_equals_pdf_of_samples() {
     let desc =
         usual(300, 0).with(cuboid(v(-3.0, 2.0, 1.0), v(-2.6, 2.2, 1.5)), emissive(3.0, rgb([1.0, 0.8, 0.5])));
     let scene = prepare(&desc, LightChoice::Auto).scene;

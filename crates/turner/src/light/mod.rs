@@ -1,19 +1,26 @@
-//! Lights. One file each; [`LightDesc`] is the table of their names in a scene.
+//! Lights. Each type has its own file; [`LightDesc`] is the table of their names in a scene.
+//! These lights are separate from emissive objects, which are materials; [`emission`] samples the shapes of emissive
+//! objects.
 //!
-//! The contract, which every [`Light`] keeps (objects that shine are materials; `light::emission` samples their shapes):
+//! The contract of every [`Light`]:
 //!
-//! - All is in world space. Directions point from the surface towards the light.
-//! - [`Light::illuminate`] is given the point that is lit and asks no visibility. `to_light` is not normalised: for a light with a place (`finite`) it reaches as far as the light,
-//!   so that a shadow ray ends at t = 1; for a direction or an environment nothing ends it. The cosine at the surface is not in `intensity`. `None` is no light from there:
-//!   outside a cone, or at the light itself.
-//! - `intensity` is colour times intensity times attenuation. It has the units of the classic documents: a diffuse surface of colour C that faces the light returns C times it.
-//!   Integrators that follow light take it for irradiance, so that a Lambertian surface returns C/π times it. An environment's samples are therefore divided by π here.
-//! - A light with an extent is asked `samples()` times, one point in each stratum, placed by `jitter`; the caller takes the mean. [`Light::illuminate_at`] is one point that stands for all.
-//! - Environments and discs in the sky have radiance and a density: pdf per solid angle, the cosine not in it, greater than 0 wherever a sample comes from; `sample` and `pdf` agree.
-//!   `None` is no sample, never an error.
-//! - Lights that rays cannot hit ([`Light::is_delta`]) have no density; what stands for it is the probability of their choice.
-//! - [`Light::around`] is the radiance that a ray finds that leaves the scene in a direction (unit, away from the scene's middle); `None` for lights that are not infinite.
-//! - [`LightBound`] says where a light stands, where it shines and how strongly: the light tree chooses by it.
+//! - Everything is in world space. Directions point from the surface towards the light.
+//! - [`Light::illuminate`] takes the lit point and does not test visibility. `to_light` is not normalised. For a
+//!   light at a finite distance (`finite`) it reaches to the light, so a shadow ray ends at t = 1; for a directional
+//!   or environment light the shadow ray has no end. `intensity` excludes the cosine at the surface. `None` means
+//!   that no light arrives: the point is outside a cone, or at the light itself.
+//! - `intensity` is colour × intensity × attenuation, in the units of classic ray tracing: a diffuse surface of
+//!   colour C that faces the light returns C times it. Physical integrators take it for irradiance, so that a
+//!   Lambertian surface returns C/π times it. For this reason samples of an environment are divided by π here.
+//! - A light with an extent is sampled `samples()` times, once in each stratum, at a position given by `jitter`; the
+//!   caller sums the results. [`Light::illuminate_at`] takes one point that stands for the complete light.
+//! - Environments and directional lights with an angle have radiance and a pdf per solid angle (cosine not included),
+//!   greater than 0 wherever a sample comes from; `sample` and `pdf` agree. `None` means no sample, never an error.
+//! - Delta lights ([`Light::is_delta`]), which rays cannot hit, have no pdf; the probability of choosing the light
+//!   stands for it.
+//! - [`Light::around`] is the radiance of an infinite light that a ray finds when it leaves the scene in a unit
+//!   direction (away from the scene); `None` for every other light.
+//! - [`LightBound`] bounds position, emission directions and power. The light tree chooses by it.
 
 mod ambient;
 mod area;
@@ -54,7 +61,8 @@ use crate::schema::{
 };
 
 family! {
-    /// Lights: the `type` of a `[[light]]`. Each has a `color` and an `intensity`; what arrives is their product, weakened by `attenuation`.
+    /// Lights: the `type` of a `[[light]]`. Each has a `color` and an `intensity`; the light that arrives is their
+    /// product, reduced by `attenuation`.
     pub enum LightDesc as "light", "lights" {
         Ambient(AmbientDesc),
         Point(PointDesc),
@@ -68,20 +76,20 @@ family! {
     }
 }
 
-/// Where a program's lamp begins: above a scene at the origin, and not in it.
-pub(crate) const LAMP: DVec3 = DVec3::new(0.0, 5.0, 0.0);
+/// Default position of a light added by a program: above a scene at the origin, not inside it.
+pub(crate) const DEFAULT_POSITION: DVec3 = DVec3::new(0.0, 5.0, 0.0);
 
 choice! {
-    /// How light weakens with distance, by name.
+    /// How light falls off with distance, by name.
     pub enum AttenuationKind {
-        /// Not at all.
+        /// No falloff.
         None = "none",
-        /// By 1/d².
+        /// Falls off as 1/d².
         InverseSquare = "inverse-square",
     }
 }
 
-/// How light weakens with the distance d: 1 / (c + l·d + q·d²).
+/// How light falls off with the distance d: 1 / (c + l·d + q·d²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attenuation {
     /// The coefficients c, l, q.
@@ -89,7 +97,7 @@ pub struct Attenuation {
 }
 
 impl Attenuation {
-    /// The same at every distance.
+    /// No falloff.
     pub const NONE: Attenuation = Attenuation { coefficients: [1.0, 0.0, 0.0] };
 
     /// The factor at a distance.
@@ -141,23 +149,24 @@ impl ParamType for Attenuation {
 /// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Illumination {
-    /// BsdfFromWo the light, not normalised: its length is the distance for lights that have a place.
+    /// Towards the light, not normalised: its length is the distance for lights at a finite distance.
     pub to_light: DVec3,
-    /// Whether the light has a place: then only what is nearer than it casts a shadow.
+    /// Whether the light is at a finite distance: then only objects nearer than the light cast a shadow.
     pub finite: bool,
     /// Colour times intensity times attenuation.
     pub intensity: Spectrum,
 }
 
-/// Directions in which [`Light::illuminate`] asks an environment or a disc in the sky: enough for soft shadows without much noise.
+/// Directions in which [`Light::illuminate`] samples an environment or the disc of a directional light: enough for
+/// soft shadows without much noise.
 const ENVIRONMENT_SAMPLES: u32 = 16;
 
-/// Place in the unit square of one of these directions, in its stratum.
+/// Position of direction `i` in the unit square: in its stratum.
 fn stratum(i: u32, jitter: DVec2) -> [f64; 2] {
     [(f64::from(i) + jitter.x) / f64::from(ENVIRONMENT_SAMPLES), jitter.y]
 }
 
-/// A light ready to shine.
+/// A prepared light.
 #[derive(Clone, Debug)]
 pub enum Light {
     /// Point.
@@ -168,12 +177,12 @@ pub enum Light {
     Spot(spot::Spot),
     /// Rectangle, disk or sphere.
     Area(area::AreaLight),
-    /// All around.
+    /// Environment or sky.
     Environment(EnvironmentLight),
 }
 
 impl LightDesc {
-    /// The picture that it is made from.
+    /// The image that the light is made from.
     pub(crate) fn picture(&self) -> Option<ImageId> {
         match self {
             LightDesc::Environment(l) => l.file,
@@ -188,7 +197,7 @@ impl LightDesc {
         }
     }
 
-    /// How it weakens with distance; `None` for lights that have no place.
+    /// How it falls off with distance; `None` for lights at infinity and ambient light.
     pub(crate) fn attenuation(&self) -> Option<Attenuation> {
         match self {
             LightDesc::Point(l) => Some(l.attenuation),
@@ -203,8 +212,9 @@ impl LightDesc {
         }
     }
 
-    /// Makes it ready and adds what it is made of to `lights`; gives the colour of an ambient light, which has no place. `images` are the
-    /// scene's; `compensated` is for environments ([`EnvironmentDesc::prepare`]), `physical` whether the integrator is.
+    /// Prepares the light and appends it to `lights`. Returns the colour of an ambient light, which is not appended;
+    /// black for every other light. `images` are the scene's; `compensated` is for environments
+    /// ([`EnvironmentDesc::prepare`]); `physical` says whether the integrator is physical.
     pub fn prepare(
         &self,
         images: &[Asset<Image>],
@@ -232,19 +242,19 @@ impl LightDesc {
     }
 }
 
-/// A light of the same intensity everywhere: what [`Light::illuminate`] needs to be done for many points at once.
+/// A light of the same intensity everywhere: all that [`Light::illuminate`] needs for a batch of points.
 #[derive(Clone, Copy, Debug)]
 pub enum Uniform {
-    /// From a point.
+    /// A point light.
     Point {
-        /// Where it is.
+        /// Its position.
         position: DVec3,
         /// Colour times intensity.
         intensity: Spectrum,
     },
-    /// From one direction.
+    /// A directional light.
     Directional {
-        /// BsdfFromWo the light.
+        /// Towards the light.
         to_light: DVec3,
         /// Colour times intensity.
         intensity: Spectrum,
@@ -273,7 +283,7 @@ impl Light {
         }
     }
 
-    /// Of a light that is made of points, which rays cannot hit: the one that `u` in the unit square chooses.
+    /// The point of the light that `u` in the unit square chooses; `None` for lights at infinity.
     pub fn point(&self, u: [f64; 2]) -> Option<DVec3> {
         match self {
             Light::Point(l) => Some(l.position()),
@@ -283,7 +293,7 @@ impl Light {
         }
     }
 
-    /// Whether rays cannot hit it: a point, a direction, or made of points.
+    /// Whether rays cannot hit it: point, spot and area lights, and directional lights without an angle.
     pub fn is_delta(&self) -> bool {
         match self {
             Light::Point(_) | Light::Spot(_) | Light::Area(_) => true,
@@ -292,7 +302,7 @@ impl Light {
         }
     }
 
-    /// Whether it has a place.
+    /// Whether it is at a finite distance.
     pub fn is_finite(&self) -> bool {
         match self {
             Light::Point(_) | Light::Spot(_) | Light::Area(_) => true,
@@ -300,7 +310,7 @@ impl Light {
         }
     }
 
-    /// Where it is, if it is a point.
+    /// Its position, if it is a point or spot light.
     pub fn position(&self) -> Option<DVec3> {
         match self {
             Light::Point(l) => Some(l.position()),
@@ -309,7 +319,7 @@ impl Light {
         }
     }
 
-    /// How many points of the light are asked for visibility.
+    /// Number of shadow rays per shading point.
     #[inline]
     pub fn samples(&self) -> u32 {
         match self {
@@ -320,7 +330,7 @@ impl Light {
         }
     }
 
-    /// Pixels of an environment that count as 0 because they are negative or no finite numbers.
+    /// Pixels of an environment that count as 0 because they are negative or non-finite.
     pub fn invalid_pixels(&self) -> u64 {
         match self {
             Light::Environment(l) => l.invalid_pixels(),
@@ -328,7 +338,7 @@ impl Light {
         }
     }
 
-    /// The light of the surroundings that comes from a direction; `None` for other lights.
+    /// Radiance of an infinite light from a unit direction; `None` for other lights.
     pub fn around(&self, direction: DVec3) -> Option<Spectrum> {
         match self {
             Light::Environment(l) => Some(l.radiance(direction)),
@@ -347,8 +357,8 @@ impl Light {
         }
     }
 
-    /// Light that arrives at `p` from the light's sample `i` of `samples()`, placed in its stratum by `jitter`; `None` if
-    /// none does.
+    /// Light that arrives at `p` from sample `i` of `samples()`, positioned in its stratum by `jitter`; `None` if
+    /// none arrives.
     #[inline]
     pub fn illuminate(&self, p: DVec3, i: u32, jitter: DVec2) -> Option<Illumination> {
         match self {
@@ -371,8 +381,8 @@ impl Light {
         }
     }
 
-    /// Light that arrives at `p`; from lights with an extent, all that one of its points would send if it stood for the whole.
-    /// That point is at `u` in the unit square; its mean over the square is the light's effect.
+    /// Light that arrives at `p`. A light with an extent is represented by the one point at `u` in the unit square,
+    /// which carries all its power; the mean over the square is the light's effect.
     #[inline]
     pub fn illuminate_at(&self, p: DVec3, u: [f64; 2]) -> Option<Illumination> {
         match self {

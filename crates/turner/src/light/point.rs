@@ -1,29 +1,31 @@
-//! Light from one point.
+//! Point light.
 
-use super::profile::Lamp;
-use super::{Attenuation, Illumination, LAMP, LightBound, ProfileUnits, Uniform};
+use super::profile::OrientedProfile;
+use super::{Attenuation, DEFAULT_POSITION, Illumination, LightBound, ProfileUnits, Uniform};
 use crate::color::Spectrum;
 use crate::math::DVec3;
 use crate::schema::{ProfileFile, Range, SceneError, params};
 
 params! {
-    /// Light from one point, in all directions alike. Casts sharp shadows.
+    /// Light from one point, equal in all directions. Casts sharp shadows.
     pub struct PointDesc as "point" {
-        /// Where it is.
-        position: DVec3, required, default LAMP;
+        /// Its position.
+        position: DVec3, required, default DEFAULT_POSITION;
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;
         /// Its strength.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it weakens with distance.
+        /// How it falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
-        /// Measurements that say how strongly it shines in each direction, relative to the scene file: IES (LM-63), photometry of types A, B and C.
+        /// IES file (LM-63) with the measured intensity in each direction, as a path relative to the scene file.
+        /// Photometry of types A, B and C is read.
         ies: Option<ProfileFile> = None;
-        /// What the numbers of `ies` mean.
+        /// How the values of the IES file are used.
         ies_units: ProfileUnits = ProfileUnits::Relative;
-        /// Where the vertical angle 0 of `ies` points: where such a lamp shines.
+        /// Axis of the IES profile: the direction of the vertical angle 0, in which such a light points.
         ies_axis: DVec3 = DVec3::NEG_Y;
-        /// Degrees by which the lamp is turned about that axis, against the clock if one looks against it. At 0 the horizontal angle 0 lies towards +x.
+        /// Rotation of the IES profile about its axis, degrees, counter-clockwise as seen from behind the light (from
+        /// above for a light that points down). At 0 the horizontal angle 0 points towards +x.
         ies_rotation: f64 = 0.0;
     }
     example r#"[[light]]
@@ -39,35 +41,35 @@ pub struct Point {
     position: DVec3,
     intensity: Spectrum,
     attenuation: Attenuation,
-    lamp: Option<Lamp>,
+    profile: Option<OrientedProfile>,
 }
 
 impl PointDesc {
     pub(super) fn prepare(&self) -> Result<Point, SceneError> {
         let intensity = self.color * self.intensity as f32;
-        let lamp = |file| Lamp::new(file, self.ies_axis, self.ies_rotation, self.ies_units);
-        let lamp = self.ies.as_ref().map(lamp).transpose()?;
-        Ok(Point { position: self.position, intensity, attenuation: self.attenuation, lamp })
+        let orient = |file| OrientedProfile::new(file, self.ies_axis, self.ies_rotation, self.ies_units);
+        let profile = self.ies.as_ref().map(orient).transpose()?;
+        Ok(Point { position: self.position, intensity, attenuation: self.attenuation, profile })
     }
 }
 
 impl Point {
     pub(super) fn uniform(&self) -> Option<Uniform> {
-        (self.attenuation == Attenuation::NONE && self.lamp.is_none())
+        (self.attenuation == Attenuation::NONE && self.profile.is_none())
             .then_some(Uniform::Point { position: self.position, intensity: self.intensity })
     }
 
-    /// Where it is.
+    /// Its position.
     pub(super) fn position(&self) -> DVec3 {
         self.position
     }
 
     pub(super) fn bound(&self) -> Option<LightBound> {
         let power = f64::from(self.intensity.luminance()) * self.attenuation.far()?;
-        Some(match &self.lamp {
-            Some(lamp) => {
-                let (axis, cos) = lamp.cone();
-                LightBound::cone(self.position, axis, cos, cos, power * lamp.peak())
+        Some(match &self.profile {
+            Some(profile) => {
+                let (axis, cos) = profile.cone();
+                LightBound::cone(self.position, axis, cos, cos, power * profile.peak())
             }
             None => LightBound::everywhere(self.position, 0.0, power),
         })
@@ -76,14 +78,14 @@ impl Point {
     #[inline]
     pub(super) fn illuminate(&self, p: DVec3) -> Option<Illumination> {
         let mut light = from_point(self.position, self.intensity, &self.attenuation, p)?;
-        if let Some(lamp) = &self.lamp {
-            light.intensity *= lamp.factor(-light.to_light);
+        if let Some(profile) = &self.profile {
+            light.intensity *= profile.factor(-light.to_light);
         }
         Some(light)
     }
 }
 
-/// Light from a point; none at the point itself, where it has no direction.
+/// Light from a point. `None` at the point itself, where there is no direction.
 #[inline]
 pub(super) fn from_point(
     position: DVec3,

@@ -1,35 +1,35 @@
-//! Light from one point into a cone.
+//! Spot light: light from one point into a cone.
 
 use super::point::from_point;
-use super::profile::Lamp;
-use super::{Attenuation, Illumination, LAMP, LightBound, ProfileUnits};
+use super::profile::OrientedProfile;
+use super::{Attenuation, DEFAULT_POSITION, Illumination, LightBound, ProfileUnits};
 use crate::color::Spectrum;
 use crate::math::elementary::cos;
 use crate::math::{DVec3, radians};
 use crate::schema::{ErrorCode, ProfileFile, Range, SceneError, params};
 
 params! {
-    /// Light from one point into a cone, with a soft rim.
+    /// Light from one point into a cone with a soft edge.
     pub struct SpotDesc as "spot" {
-        /// Where it is.
-        position: DVec3, required, default LAMP;
-        /// The point it shines at.
+        /// Its position.
+        position: DVec3, required, default DEFAULT_POSITION;
+        /// The point it is aimed at.
         look_at: DVec3 = DVec3::ZERO;
-        /// Angle from the axis to the rim, degrees; beyond it there is no light.
+        /// Angle from the axis to the edge of the cone, degrees; no light outside. Above 0, up to 180.
         angle: f64 = 30.0, in Range { min: 0.0, open_min: true, max: 180.0, open_max: false };
-        /// Width of the soft rim, degrees inwards from `angle`.
+        /// Width of the soft edge, degrees inwards from `angle`. 0 to 180.
         penumbra: f64 = 5.0, in Range::closed(0.0, 180.0);
         /// Its colour.
         color: Spectrum = Spectrum::WHITE;
         /// Its strength on the axis.
         intensity: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// How it weakens with distance.
+        /// How it falls off with distance.
         attenuation: Attenuation = Attenuation::NONE;
-        /// Measurements that say how strongly it shines in each direction, as for the point light; within its cone.
+        /// IES file with the measured intensity in each direction, as for the point light. The cone still limits it.
         ies: Option<ProfileFile> = None;
-        /// What the numbers of `ies` mean.
+        /// How the values of the IES file are used.
         ies_units: ProfileUnits = ProfileUnits::Relative;
-        /// Degrees by which the lamp is turned about its axis.
+        /// Rotation of the IES profile about the axis of the spot, degrees.
         ies_rotation: f64 = 0.0;
     }
     example r#"[[light]]
@@ -46,12 +46,12 @@ penumbra = 6
 pub struct Spot {
     position: DVec3,
     axis: DVec3,
-    /// Cosine of the angle at the rim, and of that where the full light begins.
+    /// Cosines of the angle at the edge and of the angle at which full intensity begins.
     cos_rim: f64,
     cos_full: f64,
     intensity: Spectrum,
     attenuation: Attenuation,
-    lamp: Option<Lamp>,
+    profile: Option<OrientedProfile>,
 }
 
 impl SpotDesc {
@@ -62,8 +62,8 @@ impl SpotDesc {
                 "a spot light's `position` and `look_at` are the same point",
             )
         })?;
-        let lamp = |file| Lamp::new(file, axis, self.ies_rotation, self.ies_units);
-        let lamp = self.ies.as_ref().map(lamp).transpose()?;
+        let orient = |file| OrientedProfile::new(file, axis, self.ies_rotation, self.ies_units);
+        let profile = self.ies.as_ref().map(orient).transpose()?;
         Ok(Spot {
             position: self.position,
             axis,
@@ -71,19 +71,19 @@ impl SpotDesc {
             cos_full: cos(radians((self.angle - self.penumbra).max(0.0))),
             intensity: self.color * self.intensity as f32,
             attenuation: self.attenuation,
-            lamp,
+            profile,
         })
     }
 }
 
 impl Spot {
-    /// Where it is.
+    /// Its position.
     pub(super) fn position(&self) -> DVec3 {
         self.position
     }
 
     pub(super) fn bound(&self) -> Option<LightBound> {
-        let peak = self.lamp.as_ref().map_or(1.0, Lamp::peak);
+        let peak = self.profile.as_ref().map_or(1.0, OrientedProfile::peak);
         let power = f64::from(self.intensity.luminance()) * peak * self.attenuation.far()?;
         Some(LightBound::cone(self.position, self.axis, self.cos_full, self.cos_rim, power))
     }
@@ -95,11 +95,11 @@ impl Spot {
         if cos < self.cos_rim {
             return None;
         }
-        if let Some(lamp) = &self.lamp {
-            light.intensity *= lamp.factor(-light.to_light);
+        if let Some(profile) = &self.profile {
+            light.intensity *= profile.factor(-light.to_light);
         }
         if cos < self.cos_full {
-            // Hermite's smooth step over the rim.
+            // Hermite smooth step over the penumbra.
             let x = (cos - self.cos_rim) / (self.cos_full - self.cos_rim);
             light.intensity *= (x * x * (3.0 - 2.0 * x)) as f32;
         }

@@ -1,7 +1,17 @@
-//! Primitives that are not one opaque thing: with cut-outs, or with a material for each part of a mesh.
+//! Alpha test, one-sided surfaces, and several materials per mesh: primitives whose hits may be rejected.
 //!
-//! A cut-out is decided while a ray is traced: hits where there is nothing do not count, for any kind of ray, and the
-//! search goes on behind them.
+//! A cut-out material has an opacity texture and a cutoff: where opacity < cutoff, the surface is transparent (glTF's
+//! `alphaMode = "MASK"`). The decision is made during intersection. A rejected hit is ignored by rays of every type,
+//! and the search continues behind it:
+//!
+//! ```text
+//!    ray -----x--------x--------o------>      x: alpha test or facing test fails, hit ignored
+//!           leaf     back      leaf           o: hit accepted
+//! ```
+//!
+//! Since camera rays, BSDF-sampled rays and shadow rays all use this test, all light-sampling strategies see the same
+//! surface. The test is exact, not stochastic, so it adds no noise. Batches search without the test first and repeat
+//! the search with it only for rays whose nearest hit fails: the first hit nearly always passes.
 
 use std::cell::Cell;
 
@@ -13,31 +23,32 @@ use crate::schema::MaterialId;
 use crate::shape::{Shape, ShapeHit};
 use crate::texture::TexturePoint;
 
-/// In place of an index into the scene's faces.
+/// No index into the scene's faces.
 pub(crate) const NO_FACES: u32 = u32::MAX;
 
-/// The hits of an analytic shape are gone through one by one: none has more.
+/// Hits of an analytic shape are tried one by one; no shape has more.
 const MAX_HITS: u32 = 16;
 
-/// A material with the opacity it takes to count.
+/// A material with its alpha test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FaceMaterial {
     pub(crate) material: MaterialId,
     cutout: Option<Cutout>,
 }
 
-/// The materials of a primitive, by the number that its triangles have.
+/// The materials of a primitive; triangles select one by index.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Faces {
     materials: Vec<FaceMaterial>,
-    /// Whether any of them has holes.
+    /// Whether any of them has an opacity mask.
     masked: bool,
-    /// Whether any of them is seen from one side only.
+    /// Whether any of them is one-sided.
     one_sided: bool,
 }
 
 impl Faces {
-    /// `None` if there is nothing special about them. `descs` are the scene's; the default material stands behind them.
+    /// `None` if no hit can be rejected and there is one material. `descs` are the scene's materials; the default
+    /// material comes after them.
     pub(crate) fn new(
         materials: Vec<MaterialId>,
         descs: &[crate::schema::Named<MaterialDesc>],
@@ -54,17 +65,17 @@ impl Faces {
         special.then_some(Faces { materials, masked, one_sided })
     }
 
-    /// Whether a hit may be none.
-    pub(crate) fn are_checked(&self) -> bool {
+    /// Whether hits may be rejected.
+    pub(crate) fn need_test(&self) -> bool {
         self.masked || self.one_sided
     }
 
-    /// Whether all that is special is that there is no back.
+    /// Whether the only special property is one-sidedness.
     pub(crate) fn are_only_one_sided(&self) -> bool {
         !self.masked && self.one_sided && self.materials.len() == 1
     }
 
-    /// Whether all of them cast a full shadow everywhere.
+    /// Whether all materials cast an opaque shadow everywhere.
     pub(crate) fn are_opaque(&self, materials: &[Material]) -> bool {
         let opaque = |m: &FaceMaterial| materials[m.material.index()].shadow() == ShadowKind::Opaque;
         !self.masked && !self.one_sided && self.materials.iter().all(opaque)
@@ -96,9 +107,9 @@ impl Scene {
         face.map_or(primitive.material, |face| face.material)
     }
 
-    /// Whether there is anything at a hit; `ray` is in the object's space. A surface with one side is not there for rays that meet its
-    /// back, of whatever kind: so all ways of finding light agree.
-    pub(crate) fn is_there(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
+    /// Whether a hit is accepted; `ray` is in object space. One-sided surfaces are invisible from their back to rays
+    /// of every type, so that all light-sampling strategies agree.
+    pub(crate) fn accepts_hit(&self, primitive: &Primitive, ray: &Ray, hit: &ShapeHit) -> bool {
         let face = self.faces[primitive.faces as usize].of(&primitive.shape, hit);
         let Some(cutout) = face.and_then(|face| face.cutout) else { return true };
         let surface = primitive.shape.surface(ray, hit);
@@ -109,28 +120,28 @@ impl Scene {
         self.textures.opacity(opacity, &TexturePoint::of_shape(&primitive.shape, hit, &surface)) >= cutoff
     }
 
-    /// What `intersect_primitive` does, for primitives with faces.
+    /// `intersect_primitive` for primitives with faces.
     pub(crate) fn intersect_faces(&self, primitive: &Primitive, ray: &Ray) -> Option<ShapeHit> {
         let ray = self.to_object(primitive, ray);
         let faces = &self.faces[primitive.faces as usize];
         if !faces.masked {
-            // Backs are rarely the first thing that a ray meets.
+            // The first hit is rarely a back face.
             let hit = primitive.shape.intersect(&ray)?;
-            if !faces.one_sided || self.is_there(primitive, &ray, &hit) {
+            if !faces.one_sided || self.accepts_hit(primitive, &ray, &hit) {
                 return Some(hit);
             }
         }
         match &primitive.shape {
-            Shape::Mesh(mesh) => mesh.intersect_where(&ray, &|hit| self.is_there(primitive, &ray, hit)),
-            shape => each_hit(shape, &ray, |hit| self.is_there(primitive, &ray, hit)),
+            Shape::Mesh(mesh) => mesh.intersect_where(&ray, &|hit| self.accepts_hit(primitive, &ray, hit)),
+            shape => each_hit(shape, &ray, |hit| self.accepts_hit(primitive, &ray, hit)),
         }
     }
 
-    /// What `primitive_blocks` does, for primitives with faces.
+    /// `primitive_blocks` for primitives with faces.
     pub(crate) fn faces_block(&self, primitive: &Primitive, ray: &Ray, tinted: &Cell<bool>) -> bool {
         let ray = self.to_object(primitive, ray);
         let blocks = |hit: &ShapeHit| {
-            self.is_there(primitive, &ray, hit)
+            self.accepts_hit(primitive, &ray, hit)
                 && match self.materials[self.face_material(primitive, hit).index()].shadow() {
                     ShadowKind::Opaque => true,
                     ShadowKind::None => false,

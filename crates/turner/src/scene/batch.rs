@@ -1,5 +1,16 @@
-//! Many rays at once: spheres that stand where they are described are tested eight rays at a time, everything else
-//! ray by ray. What comes out is that of [`Scene::intersect`] and [`Scene::transmittance`], ray by ray.
+//! Intersection of ray batches. Every result equals that of [`Scene::intersect`] and [`Scene::transmittance`] for the
+//! ray alone.
+//!
+//! ```text
+//!   nearest hit:  spheres → planes → rectangles → rest → meshes → BVH
+//!                 each pass shortens the rays, so later passes skip what lies behind
+//!   shadow rays:  opaque shapes first (they block without a lookup of the material), then shapes with
+//!                 cut-outs or tints; rays that only tinted shapes attenuate are traced once more in order
+//! ```
+//!
+//! Spheres, planes and rectangles without a transform are tested eight rays at a time. A mesh is traversed once by
+//! all rays, which keeps its nodes in cache. The rest is tested ray by ray. Ties are broken by primitive ID in every
+//! pass, so the order of the passes does not matter.
 
 use std::cell::Cell;
 
@@ -17,43 +28,43 @@ use crate::scene::spectrum_block::SpectrumBlock;
 use crate::scene::{Hit, Scene};
 use crate::shape::{Plane, Shape, ShapeHit};
 
-/// What of a scene of few shapes is tested eight rays at a time, and what is not.
+/// The shapes of a scene, sorted by how batches test them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BatchShapes {
-    /// Spheres without a transform, in the order of their ids.
+    /// Spheres without a transform, in the order of their IDs.
     spheres: Spheres,
-    /// Their primitives.
+    /// Primitive indices of the spheres.
     primitives: Vec<u32>,
-    /// Those that cast a full shadow.
+    /// Spheres with an opaque shadow.
     opaque: Spheres,
-    /// Planes without a transform, with their primitives.
+    /// Planes without a transform, with their primitive indices.
     planes: Vec<(Plane, u32)>,
-    /// Those that cast a full shadow.
+    /// Planes with an opaque shadow.
     opaque_planes: Vec<Plane>,
     /// Rectangles without a transform.
     rectangles: Vec<BatchRectangle>,
-    /// Those that cast a full shadow.
+    /// Rectangles with an opaque shadow.
     opaque_rectangles: Vec<BatchRectangle>,
-    /// The primitives that are not among these.
+    /// Primitives in none of these lists.
     rest: Rest,
-    /// Those that cast a shadow and are not among the opaque spheres and planes.
+    /// Primitives that cast a shadow and are in none of the opaque lists.
     shadow_rest: Rest,
-    /// Meshes, which all rays go through together.
+    /// Meshes, traversed by all rays together.
     meshes: Vec<u32>,
-    /// Those that cast a full shadow.
+    /// Meshes with an opaque shadow.
     opaque_meshes: Vec<u32>,
-    /// Those that cast another: all rays go through them together, and those that hit anything once more alone.
-    doubtful_meshes: Vec<u32>,
-    /// Whether the other bounded primitives are in a tree.
+    /// Meshes with another shadow: all rays traverse them together, and rays with a hit are then traced alone.
+    transparent_meshes: Vec<u32>,
+    /// Whether the other bounded primitives are in a BVH.
     tree: bool,
 }
 
 /// Primitives that are tested ray by ray.
 #[derive(Clone, Debug, Default)]
 struct Rest {
-    /// Those that are always tested.
+    /// Primitives that are always tested.
     always: Vec<u32>,
-    /// Those that the sieve may hold back, a bit each.
+    /// Bits of the primitives that the sphere culler can exclude.
     culled: u64,
 }
 
@@ -69,7 +80,8 @@ impl Rest {
 }
 
 impl BatchShapes {
-    /// For primitives of which the first `bounded`, at most 64, are in the sieve, or the first `in_tree` in a tree, where they stay.
+    /// The first `bounded` primitives, at most 64, are in the sphere culler; or the first `in_tree` are in the BVH
+    /// and are omitted here.
     pub(crate) fn new(
         primitives: &[Primitive],
         bounded: usize,
@@ -118,7 +130,7 @@ impl BatchShapes {
                 None if let Some(p) = plane => shapes.planes.push((*p, i as u32)),
                 None => shapes.rest.add(i, bounded),
             }
-            // Of several materials each has its own shadow.
+            // With several materials, each has its own shadow.
             let own =
                 (primitive.faces != NO_FACES).then(|| faces[primitive.faces as usize].are_opaque(materials));
             match (sphere, own, shadow) {
@@ -126,7 +138,7 @@ impl BatchShapes {
                     shapes.opaque_meshes.push(i as u32);
                 }
                 (_, None, ShadowKind::None) => {}
-                _ if is_mesh => shapes.doubtful_meshes.push(i as u32),
+                _ if is_mesh => shapes.transparent_meshes.push(i as u32),
                 (Some(s), None, ShadowKind::Opaque) => shapes.opaque.push(s.center.to_array(), s.radius),
                 _ => match plane {
                     Some(p) if shadow == ShadowKind::Opaque => shapes.opaque_planes.push(*p),
@@ -144,7 +156,7 @@ impl BatchShapes {
 }
 
 impl Scene {
-    /// For each ray what [`Scene::intersect`] finds; `None` at empty places. Replaces what was in `hits`.
+    /// For each ray the result of [`Scene::intersect`]; `None` for empty slots. Replaces the contents of `hits`.
     pub fn intersect_batch(&self, rays: &mut RayBatch, hits: &mut Vec<Option<Hit>>) {
         hits.clear();
         hits.reserve(rays.len);
@@ -163,10 +175,10 @@ impl Scene {
         }
         for (plane, index) in &shapes.planes {
             for (i, block) in rays.blocks[..used].iter().enumerate() {
-                let (t, met) = crossings(plane, block);
-                for lane in Bits(u64::from(met)).map(|lane| lane as usize) {
-                    let place = i * LANES + lane;
-                    let (Some(hit), Some(mut ray)) = (hits.get_mut(place), rays.get(place)) else { continue };
+                let (t, crossed) = crossings(plane, block);
+                for lane in Bits(u64::from(crossed)).map(|lane| lane as usize) {
+                    let slot = i * LANES + lane;
+                    let (Some(hit), Some(mut ray)) = (hits.get_mut(slot), rays.get(slot)) else { continue };
                     if let Some(hit) = hit {
                         ray.t_max = hit.shape.t;
                     }
@@ -182,13 +194,13 @@ impl Scene {
             for rectangle in &shapes.rectangles {
                 let mut found = std::mem::take(&mut rays.found);
                 found.clear();
-                rectangle.intersect(self.instruction_set, &rays.blocks[..used], &rays.ends, |place, hit| {
-                    found.push((place as u32, hit));
+                rectangle.intersect(self.instruction_set, &rays.blocks[..used], &rays.ends, |slot, hit| {
+                    found.push((slot as u32, hit));
                 });
-                for &(place, hit) in &found {
-                    let Some(mut ray) = rays.get_to_end(place) else { continue };
-                    self.keep_nearer(rectangle.index, hit, &mut ray, &mut hits[place as usize]);
-                    rays.end_ray(place, ray.t_max);
+                for &(slot, hit) in &found {
+                    let Some(mut ray) = rays.get_to_end(slot) else { continue };
+                    self.keep_nearer(rectangle.index, hit, &mut ray, &mut hits[slot as usize]);
+                    rays.end_ray(slot, ray.t_max);
                 }
                 rays.found = found;
             }
@@ -200,14 +212,14 @@ impl Scene {
                     ray.t_max = hit.shape.t;
                 }
                 let search = ray;
-                self.among(&shapes.rest, &search, |i| {
+                self.any_of(&shapes.rest, &search, |i| {
                     self.try_primitive(i, &mut ray, hit);
                     false
                 });
             }
         }
         if !shapes.meshes.is_empty() || self.world_mesh.is_some() {
-            self.through_meshes(&shapes.meshes, rays, hits);
+            self.intersect_meshes(&shapes.meshes, rays, hits);
         }
         if shapes.tree {
             for (i, hit) in hits.iter_mut().enumerate() {
@@ -220,7 +232,8 @@ impl Scene {
         }
     }
 
-    /// For each ray what [`Scene::transmittance`] comes to; anything at empty places. Replaces what was in `through`.
+    /// For each ray the result of [`Scene::transmittance`]; empty slots hold any value. Replaces the contents of
+    /// `through`.
     pub fn transmittance_batch(&self, rays: &mut RayBatch, through: &mut Vec<SpectrumBlock>) {
         through.clear();
         let shapes = &self.batch;
@@ -230,8 +243,8 @@ impl Scene {
         rays.tinted.resize(used, 0);
         for plane in &shapes.opaque_planes {
             for (i, blocked) in rays.blocked.iter_mut().enumerate() {
-                let (t, met) = crossings(plane, &rays.blocks[i]);
-                for lane in Bits(u64::from(met & !*blocked)) {
+                let (t, crossed) = crossings(plane, &rays.blocks[i]);
+                for lane in Bits(u64::from(crossed & !*blocked)) {
                     let (block, lane) = (&rays.blocks[i], lane as usize);
                     let at =
                         |axis: usize| block.origin[axis].0[lane] + t[lane] * block.direction[axis].0[lane];
@@ -244,19 +257,19 @@ impl Scene {
             rays.end_unblocked();
             let RayBatch { blocks, ends, blocked, .. } = &mut *rays;
             for rectangle in &shapes.opaque_rectangles {
-                rectangle.intersect(self.instruction_set, &blocks[..used], ends, |place, _| {
-                    blocked[place / LANES] |= 1 << (place % LANES);
+                rectangle.intersect(self.instruction_set, &blocks[..used], ends, |slot, _| {
+                    blocked[slot / LANES] |= 1 << (slot % LANES);
                 });
             }
         }
         if let Some(world_mesh) = &self.world_mesh {
-            self.behind_world_mesh(world_mesh, rays);
+            self.occlude_by_world_mesh(world_mesh, rays);
         }
         for &index in &shapes.opaque_meshes {
-            self.behind_single(index, true, rays);
+            self.occlude_by_mesh(index, true, rays);
         }
-        for &index in &shapes.doubtful_meshes {
-            self.behind_single(index, false, rays);
+        for &index in &shapes.transparent_meshes {
+            self.occlude_by_mesh(index, false, rays);
         }
         if !shapes.shadow_rest.is_empty() || shapes.tree {
             for i in 0..rays.len {
@@ -266,9 +279,9 @@ impl Scene {
                 let Some(ray) = rays.get(i) else { continue };
                 let tinted = Cell::new(false);
                 let blocked = self
-                    .among(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted))
+                    .any_of(&shapes.shadow_rest, &ray, |i| self.primitive_blocks(i, &ray, &tinted))
                     || shapes.tree && self.bounded_block(&ray, &tinted);
-                rays.note(i, blocked, tinted.get());
+                rays.mark(i, blocked, tinted.get());
             }
         }
         through.extend(rays.blocked.iter().map(|blocked| {
@@ -285,9 +298,9 @@ impl Scene {
         }
     }
 
-    /// Whether `test` says so for any of some primitives that the ray may meet; stops at the first.
+    /// Whether `test` is true for any of the primitives that the ray may hit; stops at the first.
     #[inline]
-    fn among(&self, rest: &Rest, ray: &Ray, mut test: impl FnMut(u32) -> bool) -> bool {
+    fn any_of(&self, rest: &Rest, ray: &Ray, mut test: impl FnMut(u32) -> bool) -> bool {
         if rest.always.iter().any(|i| test(*i)) {
             return true;
         }

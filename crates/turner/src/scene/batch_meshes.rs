@@ -1,4 +1,4 @@
-//! Many rays through meshes: each mesh once for all of them.
+//! Ray batches through meshes: all rays traverse each mesh together.
 
 use std::cell::Cell;
 
@@ -12,37 +12,37 @@ use crate::scene::world_mesh::StaticWorldMesh;
 use crate::scene::{Hit, Scene};
 use crate::shape::{BlockRays, NO_TRIANGLE, Shape, ShapeHit, TriangleMesh};
 
-/// What is asked about rays and a mesh.
+/// The query for rays and a mesh.
 #[derive(Clone, Copy)]
 enum MeshQuery {
-    /// The nearest hit of each.
+    /// The nearest hit of each ray.
     Nearest,
-    /// Whether there is one.
+    /// Whether each ray has a hit.
     Any,
 }
 
 impl Scene {
-    /// Takes the hits of meshes that are nearer than those so far.
-    pub(crate) fn through_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
+    /// Keeps the hits of meshes that are nearer than the hits so far.
+    pub(crate) fn intersect_meshes(&self, meshes: &[u32], rays: &mut RayBatch, hits: &mut [Option<Hit>]) {
         rays.end_at(hits);
         if let Some(world_mesh) = &self.world_mesh {
             let own = |p, part| world_mesh.triangle(p, part);
-            self.through_mesh(world_mesh.mesh(), None, world_mesh.offset(), own, MeshQuery::Nearest, rays);
+            self.intersect_mesh(world_mesh.mesh(), None, world_mesh.offset(), own, MeshQuery::Nearest, rays);
             let found = std::mem::take(&mut rays.found);
-            for &(place, found) in &found {
+            for &(slot, found) in &found {
                 let mut hit = world_mesh.owned(&found);
-                if world_mesh.is_checked() {
-                    let Some(ray) = rays.get_to_end(place) else { continue };
-                    if !self.world_mesh_hit_counts(&ray, &hit) {
+                if world_mesh.is_alpha_tested() {
+                    let Some(ray) = rays.get_to_end(slot) else { continue };
+                    if !self.accepts_world_mesh_hit(&ray, &hit) {
                         match self.intersect_world_mesh_behind(world_mesh, &ray) {
                             Some(behind) => hit = behind,
                             None => continue,
                         }
                     }
                 }
-                let mut end = rays.end(place);
-                self.keep_nearer_before(hit, &mut end, &mut hits[place as usize]);
-                rays.end_ray(place, end);
+                let mut end = rays.end(slot);
+                self.keep_nearer_before(hit, &mut end, &mut hits[slot as usize]);
+                rays.end_ray(slot, end);
             }
             rays.found = found;
         }
@@ -50,49 +50,50 @@ impl Scene {
             let primitive = &self.primitives[index as usize];
             let Shape::Mesh(mesh) = &primitive.shape else { continue };
             let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-            self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, MeshQuery::Nearest, rays);
-            let checked = primitive.faces != NO_FACES && self.faces[primitive.faces as usize].are_checked();
+            self.intersect_mesh(mesh, Some(primitive), DVec3::ZERO, own, MeshQuery::Nearest, rays);
+            let alpha_tested =
+                primitive.faces != NO_FACES && self.faces[primitive.faces as usize].need_test();
             let found = std::mem::take(&mut rays.found);
-            for &(place, mut found) in &found {
-                let Some(mut ray) = rays.get_to_end(place) else { continue };
-                if checked && !self.is_there(primitive, &self.to_object(primitive, &ray), &found) {
-                    // Something is behind the hole, perhaps.
+            for &(slot, mut found) in &found {
+                let Some(mut ray) = rays.get_to_end(slot) else { continue };
+                if alpha_tested && !self.accepts_hit(primitive, &self.to_object(primitive, &ray), &found) {
+                    // The alpha test failed; search behind this hit.
                     match self.intersect_faces(primitive, &ray) {
                         Some(hit) => found = hit,
                         None => continue,
                     }
                 }
-                self.keep_nearer(index, found, &mut ray, &mut hits[place as usize]);
-                rays.end_ray(place, ray.t_max);
+                self.keep_nearer(index, found, &mut ray, &mut hits[slot as usize]);
+                rays.end_ray(slot, ray.t_max);
             }
             rays.found = found;
         }
     }
 
-    /// Finds the hits of a mesh that are not beyond the ends; with `Asked::Any` only which rays have one.
-    fn through_mesh(
+    /// Finds the hits of a mesh up to the rays' ends; with [`MeshQuery::Any`] only which rays have one.
+    fn intersect_mesh(
         &self,
         mesh: &TriangleMesh,
         primitive: Option<&Primitive>,
         offset: DVec3,
         own: impl Fn(u32, u32) -> u32,
-        asked: MeshQuery,
+        query: MeshQuery,
         rays: &mut RayBatch,
     ) {
         self.move_to(primitive, rays);
         rays.found.clear();
         let used = rays.len.div_ceil(LANES);
-        let RayBatch { blocks, moved, ends, from, room, found, .. } = rays;
+        let RayBatch { blocks, moved, ends, from, scratch, found, .. } = rays;
         let blocks = if self.is_moved(primitive) { &moved[..] } else { &blocks[..used] };
-        let own = |place: usize| from.get(place).map_or(NO_TRIANGLE, |o| own(o.primitive, o.part));
+        let own = |slot: usize| from.get(slot).map_or(NO_TRIANGLE, |o| own(o.primitive, o.part));
         let searched = BlockRays { offset, blocks, ends, own };
-        match asked {
+        match query {
             MeshQuery::Nearest => {
-                mesh.intersect_blocks(&searched, room, |place, hit| found.push((place as u32, hit)))
+                mesh.intersect_blocks(&searched, scratch, |slot, hit| found.push((slot as u32, hit)))
             }
             MeshQuery::Any => {
                 let hit = ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 };
-                mesh.occluded_blocks(&searched, room, |place| found.push((place as u32, hit)));
+                mesh.occluded_blocks(&searched, scratch, |slot| found.push((slot as u32, hit)));
             }
         }
     }
@@ -109,45 +110,45 @@ impl Scene {
         }
     }
 
-    /// Marks rays that the gathered meshes stop or tint, besides those that are stopped already.
-    pub(crate) fn behind_world_mesh(&self, world_mesh: &StaticWorldMesh, rays: &mut RayBatch) {
+    /// Marks rays that the static world mesh blocks or tints; rays already blocked are skipped.
+    pub(crate) fn occlude_by_world_mesh(&self, world_mesh: &StaticWorldMesh, rays: &mut RayBatch) {
         rays.end_unblocked();
-        // Where not all are opaque, the nearest triangle decides for most rays.
-        let asked = if world_mesh.is_opaque() { MeshQuery::Any } else { MeshQuery::Nearest };
-        self.through_mesh(
+        // If some members are not opaque, the nearest triangle decides for most rays.
+        let query = if world_mesh.is_opaque() { MeshQuery::Any } else { MeshQuery::Nearest };
+        self.intersect_mesh(
             world_mesh.mesh(),
             None,
             world_mesh.offset(),
             |p, i| world_mesh.triangle(p, i),
-            asked,
+            query,
             rays,
         );
         let found = std::mem::take(&mut rays.found);
-        for &(place, hit) in &found {
+        for &(slot, hit) in &found {
             let tinted = Cell::new(false);
             let blocked = world_mesh.is_opaque()
-                || rays.get(place as usize).is_some_and(|ray| {
-                    self.world_mesh_stops(&ray, &world_mesh.owned(&hit), &tinted)
+                || rays.get(slot as usize).is_some_and(|ray| {
+                    self.world_mesh_hit_blocks(&ray, &world_mesh.owned(&hit), &tinted)
                         || self.world_mesh_blocks(world_mesh, &ray, &tinted)
                 });
-            rays.note(place as usize, blocked, tinted.get());
+            rays.mark(slot as usize, blocked, tinted.get());
         }
         rays.found = found;
     }
 
-    /// The same for a mesh of its own, `opaque` or not.
-    pub(crate) fn behind_single(&self, index: u32, opaque: bool, rays: &mut RayBatch) {
+    /// The same for a mesh with its own BVH; `opaque` says whether it casts an opaque shadow.
+    pub(crate) fn occlude_by_mesh(&self, index: u32, opaque: bool, rays: &mut RayBatch) {
         let primitive = &self.primitives[index as usize];
         let Shape::Mesh(mesh) = &primitive.shape else { return };
         rays.end_unblocked();
         let own = |p, part| if p == index { part } else { NO_TRIANGLE };
-        self.through_mesh(mesh, Some(primitive), DVec3::ZERO, own, MeshQuery::Any, rays);
+        self.intersect_mesh(mesh, Some(primitive), DVec3::ZERO, own, MeshQuery::Any, rays);
         let found = std::mem::take(&mut rays.found);
-        for &(place, _) in &found {
+        for &(slot, _) in &found {
             let tinted = Cell::new(false);
             let blocked = opaque
-                || rays.get(place as usize).is_some_and(|ray| self.primitive_blocks(index, &ray, &tinted));
-            rays.note(place as usize, blocked, tinted.get());
+                || rays.get(slot as usize).is_some_and(|ray| self.primitive_blocks(index, &ray, &tinted));
+            rays.mark(slot as usize, blocked, tinted.get());
         }
         rays.found = found;
     }

@@ -5,8 +5,8 @@ use crate::math::DVec3;
 use crate::shape::Sphere;
 use crate::shape::testing::Random;
 
-/// Every instruction set finds what the test of one sphere finds, to the last bit: random rays, tangents, from
-/// inside, at all scales, and rays that are none.
+/// Every instruction set agrees with the scalar sphere test bit by bit: random rays, tangents, rays from inside, at
+/// all scales, and invalid rays.
 #[test]
 fn eight_rays_hit_what_one_ray_hits() {
     let mut random = Random::new(7);
@@ -18,7 +18,7 @@ fn eight_rays_hit_what_one_ray_hits() {
             .map(|i| {
                 let center: DVec3 = 3.0 * random.in_cube() * scale;
                 let radius: f64 = [0.4, 1.0, 5000.0][(n / 5 + i) % 3] * scale;
-                // Now and then the same one again: the first one counts.
+                // Now and then a duplicate: the first one counts.
                 if i % 4 == 3 { (DVec3::ZERO, scale) } else { (center, radius) }
             })
             .map(|(center, radius)| Sphere { center, radius })

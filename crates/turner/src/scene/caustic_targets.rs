@@ -1,8 +1,21 @@
-//! What gathers light into caustics, and where light paths begin that are aimed at it.
+//! Caustic targets: objects that focus light, and the sampling of light paths aimed at them.
 //!
-//! Primitives of glass, metal and the like are gathered in at most 64 groups, each within a sphere. A light path chooses a group, then a light as
-//! a point in the middle of the group would choose it, then a place in the sphere: light of one direction by its shadow, light of a point by the cone that it
-//! fills. What such a path meets first must belong to the group, or it ends: so every caustic path has one density, which is known from its ends.
+//! Photons sent in all directions rarely hit a small glass. Here they are aimed: primitives of glass, metal and the
+//! like are divided into at most 64 groups, each with a bounding sphere. A light path chooses a group, then a light
+//! (as a point at the group's centre would choose it), then a ray through the sphere:
+//!
+//! ```text
+//!   infinite light: uniform over the disc         light at a finite distance: uniform over the
+//!   perpendicular to the light's direction        cone that the sphere subtends, from q
+//!      | | | | |                                            q
+//!      v v v v v                                           /|\
+//!     -----------   disc of the sphere's radius           / | \
+//!      ( group )                                         ( group )
+//!   pdf = P(group) · P(light) · pdf(ω) / (π r²)   pdf = P(group) · pdf_A(q) / (2π (1 − cos θ))
+//! ```
+//!
+//! The first hit of such a path must belong to its group, or the path ends. Every caustic path therefore has exactly
+//! one pdf, known from its ends, which MIS with camera paths needs.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,58 +33,58 @@ pub const NO_GROUP: u32 = u32::MAX;
 
 const MAX_GROUPS: usize = 64;
 
-/// Lights that are asked for an estimate of what they bring to a group.
+/// Light samples for the estimate of the light that arrives at a group.
 const ESTIMATES: u32 = 64;
 
-/// Some primitives that gather light, within a sphere.
+/// Primitives that focus light, within a sphere.
 #[derive(Clone, Debug)]
 struct Group {
     center: DVec3,
     radius: f64,
-    /// The probability of lights that rays cannot hit, and the choice among them.
+    /// The probability of choosing a delta light, and the choice among them.
     delta: f64,
     lights: AliasTable,
 }
 
-/// All of a scene.
+/// The caustic targets of a scene.
 #[derive(Clone, Debug)]
 pub struct CausticTargets {
     groups: Vec<Group>,
     choice: AliasTable,
     /// The group of each primitive.
     of_primitive: Vec<u32>,
-    /// The numbers of the lights that rays cannot hit.
+    /// Indices of the delta lights.
     delta_lights: Vec<u32>,
-    /// Rays of light from all around begin this far before a group's middle.
+    /// Rays from infinite lights start this far from a group's centre, and more.
     outside: f64,
 }
 
-/// Where a light path begins.
+/// The start of a light path.
 #[derive(Clone, Copy, Debug)]
 pub struct Start {
-    /// The ray, of unit direction.
+    /// The ray, with unit direction.
     pub ray: Ray,
-    /// The group it is aimed at.
+    /// The group at which it is aimed.
     pub group: u32,
-    /// What it comes from.
+    /// Its light source.
     pub from: Source,
 }
 
-/// What light comes from.
+/// The source of a light path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
-    /// A shape that shines, where the ray begins.
+    /// An emissive shape; the ray starts on it.
     Shape,
-    /// An environment or a disc in the sky, of this number.
+    /// An environment or a directional light with an extent, by index.
     Around(u32),
-    /// A light that rays cannot hit, of this number; the numbers that chose its point.
+    /// A delta light, by index, and the numbers that chose its point.
     Delta(u32, [f64; 2]),
 }
 
 impl CausticTargets {
-    /// Those of a scene that is otherwise ready; `None` if nothing gathers light, or nothing shines.
+    /// The targets of a scene that is otherwise prepared; `None` if no object focuses light, or nothing emits light.
     pub(crate) fn new(scene: &Scene) -> Option<CausticTargets> {
-        let around = scene.stats.bounds?;
+        let bounds = scene.stats.bounds?;
         if scene.emitters.is_empty() {
             return None;
         }
@@ -79,8 +92,8 @@ impl CausticTargets {
             scene.materials.iter().map(|m| m.casts_caustics(&scene.materials)).collect();
         let mut members: Vec<(u32, Bounds)> = Vec::new();
         for (i, primitive) in scene.primitives.iter().enumerate() {
-            if scene.may_focus(primitive, &focusing)
-                && let Some(bounds) = scene.still_bounds(primitive)
+            if scene.focuses_light(primitive, &focusing)
+                && let Some(bounds) = scene.static_bounds(primitive)
             {
                 members.push((i as u32, bounds));
             }
@@ -89,7 +102,7 @@ impl CausticTargets {
         let mut groups = Vec::new();
         let delta_lights: Vec<u32> =
             (0..scene.lights.len() as u32).filter(|i| scene.lights[*i as usize].is_delta()).collect();
-        for part in divided(&mut members) {
+        for part in split_into_groups(&mut members) {
             let bounds = part.iter().fold(Bounds::EMPTY, |all, (_, b)| all.union(b));
             let (center, mut radius) = (bounds.center(), 0.5 * bounds.size().length());
             if let [(one, _)] = part
@@ -100,7 +113,7 @@ impl CausticTargets {
             for (i, _) in part {
                 of_primitive[*i as usize] = groups.len() as u32;
             }
-            // Roundings must not leave its edge out.
+            // Rounding must not exclude the edge.
             let radius = radius * (1.0 + 1e-6);
             groups.push(Group { center, radius, delta: 0.0, lights: AliasTable::default() });
         }
@@ -110,61 +123,62 @@ impl CausticTargets {
             choice: AliasTable::default(),
             of_primitive,
             delta_lights,
-            outside: around.size().length(),
+            outside: bounds.size().length(),
         };
         let weights: Vec<f64> =
-            (0..caustic_targets.groups.len()).map(|g| caustic_targets.light_up(scene, g)).collect();
+            (0..caustic_targets.groups.len()).map(|g| caustic_targets.prepare_lights(scene, g)).collect();
         caustic_targets.choose_by(&weights)?;
         Some(caustic_targets)
     }
 
-    /// Prepares the choice of lights for a group; gives about the light that arrives within its sphere.
-    fn light_up(&mut self, scene: &Scene, g: usize) -> f64 {
+    /// Prepares the choice of lights for a group; returns the estimated light that arrives in its sphere.
+    fn prepare_lights(&mut self, scene: &Scene, g: usize) -> f64 {
         let group = &mut self.groups[g];
-        let mut hit = 0.0;
+        let mut sampled_light = 0.0;
         for i in 0..ESTIMATES {
             let numbers = OwenSobol::new(&SampleId { x: g as u32, y: 0, index: i, seed: 0x5eed });
             let [u0, u1, u2, _] = numbers.four(0);
             let lit = scene.emitters.sample(scene, Receiver::from(group.center), [u0, u1, u2]);
             if let Some(lit) = lit.filter(|lit| !lit.is_delta) {
                 let light = f64::from(lit.radiance.luminance()) / lit.pdf;
-                hit += if light.is_finite() { light } else { 0.0 };
+                sampled_light += if light.is_finite() { light } else { 0.0 };
             }
         }
-        hit /= f64::from(ESTIMATES);
-        // Of a few places, the strongest: a spot may shine past the middle.
-        let places = [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
-        let brought = |light: &u32| {
+        sampled_light /= f64::from(ESTIMATES);
+        // The brightest of a few positions counts: a spot light may miss the centre.
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+        let contribution = |light: &u32| {
             let at = |d: &DVec3| {
                 let p = group.center + 0.7 * group.radius * *d;
                 let lit = scene.lights[*light as usize].sample(p, [0.5, 0.5], *light);
                 lit.map_or(0.0, |l| f64::from(l.radiance.luminance())).min(1e30)
             };
-            places.iter().map(at).fold(0.0, f64::max)
+            positions.iter().map(at).fold(0.0, f64::max)
         };
-        let mut weights: Vec<f64> = self.delta_lights.iter().map(brought).collect();
+        let mut weights: Vec<f64> = self.delta_lights.iter().map(contribution).collect();
         let delta: f64 = weights.iter().sum();
-        // All have a chance, for the places looked at may all be dark.
-        let even = 0.1 * delta / weights.len().max(1) as f64;
-        weights.iter_mut().for_each(|w| *w += even);
-        group.delta = match (self.delta_lights.is_empty(), hit > 0.0) {
+        // None gets probability 0: all sampled positions may be dark.
+        let uniform = 0.1 * delta / weights.len().max(1) as f64;
+        weights.iter_mut().for_each(|w| *w += uniform);
+        group.delta = match (self.delta_lights.is_empty(), sampled_light > 0.0) {
             (true, _) => 0.0,
             (false, false) => 1.0,
-            (false, true) => (delta / (delta + hit)).clamp(0.1, 0.9),
+            (false, true) => (delta / (delta + sampled_light)).clamp(0.1, 0.9),
         };
         group.lights = AliasTable::new(&weights).unwrap_or_default();
-        (delta + hit) * group.radius * group.radius
+        (delta + sampled_light) * group.radius * group.radius
     }
 
-    /// Chooses groups in proportion to these weights from now on, all of them with some probability; `None` if there are none, or all weights are 0.
+    /// From here on chooses groups in proportion to these weights, each with a minimum probability; `None` if there
+    /// are no groups, or all weights are 0.
     pub(crate) fn choose_by(&mut self, weights: &[f64]) -> Option<()> {
         let sum: f64 = weights.iter().filter(|w| w.is_finite()).sum();
         if sum <= 0.0 || !sum.is_finite() {
             return None;
         }
-        let even = 0.1 / weights.len() as f64;
+        let uniform = 0.1 / weights.len() as f64;
         let weights: Vec<f64> =
-            weights.iter().map(|w| if w.is_finite() { w / sum } else { 0.0 } + even).collect();
+            weights.iter().map(|w| if w.is_finite() { w / sum } else { 0.0 } + uniform).collect();
         self.choice = AliasTable::new(&weights)?;
         Some(())
     }
@@ -174,23 +188,24 @@ impl CausticTargets {
         self.choice.probability(group)
     }
 
-    /// How many groups there are.
+    /// The number of groups.
     pub fn len(&self) -> usize {
         self.groups.len()
     }
 
-    /// Whether there are none.
+    /// Whether there is no group.
     pub fn is_empty(&self) -> bool {
         self.groups.is_empty()
     }
 
-    /// The group of what was hit; [`NO_GROUP`] if it has none.
+    /// The group of the object that was hit; [`NO_GROUP`] if it has none.
     #[inline]
     pub fn group(&self, surface: &SurfaceInteraction) -> u32 {
         self.of_primitive.get(surface.hit.primitive as usize).copied().unwrap_or(NO_GROUP)
     }
 
-    /// Where the light path begins that `u` chooses: three numbers for the group and the light, two for the place on the light, two for the direction.
+    /// The start of a light path: three numbers choose the group and the light, two the point on the light, two the
+    /// direction.
     pub fn start(&self, scene: &Scene, choose: [f64; 3], place: [f64; 2], aim: [f64; 2]) -> Option<Start> {
         let (g, _, _) = self.choice.sample(choose[0]);
         let group = self.groups.get(g as usize)?;
@@ -222,25 +237,27 @@ impl CausticTargets {
         ray.is_finite().then_some(Start { ray, group: g, from })
     }
 
-    /// The density with which light paths begin at the place of a shape that shines, per area there, and leave it in a unit direction, per solid angle.
+    /// The pdf with which light paths start at a point of an emissive shape, per area, and leave in a unit direction,
+    /// per solid angle.
     pub fn density_on_shape(&self, scene: &Scene, group: u32, at: &SurfaceInteraction) -> (f64, f64) {
         let Some(g) = self.groups.get(group as usize) else { return (0.0, 0.0) };
-        let way = at.p - g.center;
-        let d2 = way.length_squared();
+        let to_center = at.p - g.center;
+        let d2 = to_center.length_squared();
         let chosen = scene.emitters.pdf_hit(scene, Receiver::from(g.center), at);
-        let per_area = chosen * way.dot(at.ng).abs() / (d2 * d2.sqrt());
+        let per_area = chosen * to_center.dot(at.ng).abs() / (d2 * d2.sqrt());
         (self.choice.probability(group) * (1.0 - g.delta) * per_area, g.density_from(at.p))
     }
 
-    /// The density with which light paths come from a light around the scene, per solid angle, and pass a place, per area at right angles to them.
+    /// The pdf with which light paths come from an infinite light, per solid angle, and pass a point, per area
+    /// perpendicular to the direction.
     pub fn density_around(&self, scene: &Scene, group: u32, light: u32, direction: DVec3) -> (f64, f64) {
         let Some(g) = self.groups.get(group as usize) else { return (0.0, 0.0) };
         let chosen = scene.emitters.around_one(scene, light, direction).map_or(0.0, |(_, pdf)| pdf);
         (self.choice.probability(group) * (1.0 - g.delta) * chosen, g.density_along())
     }
 
-    /// The probability with which light paths come from a light that rays cannot hit, and their density: per solid angle from the point `from`, or per area
-    /// at right angles where the light has no place.
+    /// The probability with which light paths come from a delta light, and their pdf: per solid angle from the point
+    /// `from`, or per perpendicular area for a light at infinity.
     pub fn density_of_delta(&self, group: u32, light: u32, from: Option<DVec3>) -> (f64, f64) {
         let Some(g) = self.groups.get(group as usize) else { return (0.0, 0.0) };
         let Ok(i) = self.delta_lights.binary_search(&light) else { return (0.0, 0.0) };
@@ -250,22 +267,22 @@ impl CausticTargets {
 }
 
 impl Group {
-    /// A ray from a point to a place of the sphere.
+    /// A ray from a point through the sphere.
     fn ray_from(&self, p: DVec3, aim: [f64; 2]) -> Ray {
-        let way = self.center - p;
+        let to_center = self.center - p;
         match self.cap(p) {
             Some(cap) => {
                 let x = aim[0] * cap;
                 let (cos, sin) = (1.0 - x, (x * (2.0 - x)).max(0.0).sqrt());
                 let (s, c) = crate::math::elementary::sin_cos_turns(aim[1]);
-                let frame = Frame::from_z(way.normalize());
+                let frame = Frame::from_z(to_center.normalize());
                 Ray::new(p, frame.to_world(DVec3::new(sin * c, sin * s, cos)))
             }
             None => Ray::new(p, uniform_sphere(DVec2::from(aim))),
         }
     }
 
-    /// 1 − cos of half the angle that the sphere fills, seen from `p`; `None` from within.
+    /// 1 − cos of the half angle that the sphere subtends at `p`; `None` from inside.
     fn cap(&self, p: DVec3) -> Option<f64> {
         let sin2 = self.radius * self.radius / (self.center - p).length_squared();
         (sin2 < 1.0).then(|| sin2 / (1.0 + (1.0 - sin2).sqrt()))
@@ -278,7 +295,7 @@ impl Group {
         }
     }
 
-    /// A ray against a direction through a place of the sphere's shadow.
+    /// A ray opposite to a direction, through the sphere's disc.
     fn ray_along(&self, to_light: DVec3, aim: [f64; 2], outside: f64) -> Ray {
         let to_light = to_light.normalize();
         let frame = Frame::from_z(to_light);
@@ -292,14 +309,14 @@ impl Group {
     }
 }
 
-/// Divides primitives at the middle of the longest side of their places until there are as many parts as may be.
-fn divided(members: &mut [(u32, Bounds)]) -> Vec<&[(u32, Bounds)]> {
+/// Splits primitives at the median of their centres along the longest axis until there are `MAX_GROUPS` parts.
+fn split_into_groups(members: &mut [(u32, Bounds)]) -> Vec<&[(u32, Bounds)]> {
     if members.is_empty() {
         return Vec::new();
     }
     let mut parts: Vec<&mut [(u32, Bounds)]> = vec![members];
     while parts.len() < MAX_GROUPS {
-        // The widest of those that can be divided; the first of equals.
+        // The largest part that can be split; the first among equals.
         let mut widest: Option<(usize, f64)> = None;
         for (i, part) in parts.iter().enumerate().filter(|(_, part)| part.len() > 1) {
             let size = part.iter().fold(Bounds::EMPTY, |all, (_, b)| all.union(b)).size().length();
@@ -309,8 +326,8 @@ fn divided(members: &mut [(u32, Bounds)]) -> Vec<&[(u32, Bounds)]> {
         }
         let Some((i, _)) = widest else { break };
         let part = parts.swap_remove(i);
-        let places = Bounds::of(part.iter().map(|(_, b)| b.center()));
-        let axis = places.size().max_position();
+        let positions = Bounds::of(part.iter().map(|(_, b)| b.center()));
+        let axis = positions.size().max_position();
         part.sort_by(|a, b| a.1.center()[axis].total_cmp(&b.1.center()[axis]).then(a.0.cmp(&b.0)));
         let (low, high) = part.split_at_mut(part.len() / 2);
         parts.push(low);
@@ -320,8 +337,8 @@ fn divided(members: &mut [(u32, Bounds)]) -> Vec<&[(u32, Bounds)]> {
 }
 
 impl Scene {
-    /// Whether any material of a primitive gathers light.
-    fn may_focus(&self, primitive: &Primitive, focusing: &[bool]) -> bool {
+    /// Whether any material of a primitive focuses light.
+    fn focuses_light(&self, primitive: &Primitive, focusing: &[bool]) -> bool {
         match &primitive.shape {
             Shape::Mesh(mesh) if primitive.faces != super::alpha_test::NO_FACES => {
                 let count = mesh.data().triangles.len() as u32;
@@ -337,8 +354,8 @@ impl Scene {
         }
     }
 
-    /// The box around a primitive that has an end and does not move.
-    fn still_bounds(&self, primitive: &Primitive) -> Option<Bounds> {
+    /// World-space bounds of a bounded primitive that does not move.
+    fn static_bounds(&self, primitive: &Primitive) -> Option<Bounds> {
         if primitive.transform != NO_TRANSFORM
             && self.transforms[primitive.transform as usize].motion.is_some()
         {
@@ -355,13 +372,13 @@ impl Scene {
 }
 
 impl Material {
-    /// Whether it, or a part of it, gathers light into caustics.
+    /// Whether it, or a component of a mix, casts caustics.
     fn casts_caustics(&self, all: &[Material]) -> bool {
         match self {
             Material::OpenPbr(m) => m.casts_caustics,
-            Material::Mix(m) => m
-                .shares()
-                .any(|(id, share)| share > 0.0 && all.get(id.index()).is_some_and(|m| m.casts_caustics(all))),
+            Material::Mix(m) => m.shares().any(|(id, weight)| {
+                weight > 0.0 && all.get(id.index()).is_some_and(|m| m.casts_caustics(all))
+            }),
             Material::Classic(_) | Material::Principled(..) => false,
         }
     }

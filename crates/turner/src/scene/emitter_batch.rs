@@ -1,5 +1,6 @@
-//! Light at many points at once: what it comes to is that of [`Emitters::sample`], point by point, but rectangles and spheres are
-//! sampled eight points at a time, and what is read of an environment is read together.
+//! Light samples for a batch of points. Each result equals that of [`Emitters::sample`] bit by bit, but rectangles
+//! and spheres are sampled eight points at a time, and environment look-ups of all points run in one loop, where
+//! cache misses overlap.
 
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::LANES;
@@ -10,160 +11,160 @@ use crate::light::{EnvironmentBatch, Light, Receiver};
 use crate::math::DVec3;
 use crate::scene::Scene;
 use crate::scene::emitters::{Emitter, Emitters, LightSample};
-use crate::scene::shape_emitters::{Blocked, ShapeEmitter};
+use crate::scene::shape_emitters::{BlockShape, ShapeEmitter};
 
-/// Points that ask for light, and what they get.
+/// Requests for light samples, and the results.
 #[derive(Default)]
 pub struct LightBatch {
-    asked: Vec<(Receiver, [f64; 3])>,
-    lit: Vec<Option<LightSample>>,
-    /// Of one environment: who asked, and by which numbers.
-    around: Vec<(u32, f64)>,
-    places: Vec<[f64; 2]>,
-    room: EnvironmentBatch,
+    requests: Vec<(Receiver, [f64; 3])>,
+    samples: Vec<Option<LightSample>>,
+    /// Requests for one environment: index of the request, and probability of the choice.
+    environment_requests: Vec<(u32, f64)>,
+    environment_u: Vec<[f64; 2]>,
+    scratch: EnvironmentBatch,
 }
 
-/// Directions in which rays leave the scene, and what is found there.
+/// Directions of rays that leave the scene, and the infinite lights that they hit.
 #[derive(Default)]
 pub struct EscapedRays {
     directions: Vec<DVec3>,
     found: Vec<Option<(Spectrum, f64)>>,
-    /// How many lights are there.
+    /// Number of infinite lights.
     lights: usize,
-    room: EnvironmentBatch,
+    scratch: EnvironmentBatch,
 }
 
 impl EscapedRays {
-    /// Takes all directions out.
+    /// Removes all directions.
     pub fn clear(&mut self) {
         self.directions.clear();
         self.found.clear();
     }
 
-    /// Adds a unit direction. The first has number 0.
+    /// Adds a unit direction. Indices start at 0.
     #[inline]
     pub fn push(&mut self, direction: DVec3) {
         self.directions.push(direction);
     }
 
-    /// Of each light around the scene that is in the direction of this number its place among them, the radiance and the density with which sampling gives
-    /// the direction.
+    /// The infinite lights in a direction, by the direction's index: for each its index among them, its radiance, and
+    /// the pdf with which light sampling gives the direction.
     #[inline]
-    pub fn get(&self, number: usize) -> impl Iterator<Item = (usize, Spectrum, f64)> {
-        let found = self.found.get(number * self.lights..(number + 1) * self.lights);
+    pub fn get(&self, index: usize) -> impl Iterator<Item = (usize, Spectrum, f64)> {
+        let found = self.found.get(index * self.lights..(index + 1) * self.lights);
         let found = found.unwrap_or_default().iter().enumerate();
         found.filter_map(|(place, found)| found.map(|(radiance, pdf)| (place, radiance, pdf)))
     }
 }
 
 impl LightBatch {
-    /// Takes all points out.
+    /// Removes all requests.
     pub fn clear(&mut self) {
-        self.asked.clear();
-        self.lit.clear();
+        self.requests.clear();
+        self.samples.clear();
     }
 
-    /// Asks for light at a point, by `u` as [`Emitters::sample`] takes it: for as many as are looked at there, each by its own. Gives the number of
-    /// the first of them.
+    /// Requests light at a point, with `u` as in [`Emitters::sample`]: one sample for each candidate, each with its
+    /// own `u`. Returns the index of the first.
     #[inline]
     pub fn ask(&mut self, at: impl Into<Receiver>, u: impl Fn(u32) -> [f64; 3]) -> usize {
-        let (at, first) = (at.into(), self.asked.len());
-        for number in 0..=at.extra_candidates {
-            self.asked.push((at, u(number)));
+        let (at, first) = (at.into(), self.requests.len());
+        for index in 0..=at.extra_candidates {
+            self.requests.push((at, u(index)));
         }
         first
     }
 
-    /// How many lights were asked for.
+    /// Number of samples requested.
     pub fn len(&self) -> usize {
-        self.asked.len()
+        self.requests.len()
     }
 
-    /// Whether none has.
+    /// Whether nothing was requested.
     pub fn is_empty(&self) -> bool {
-        self.asked.is_empty()
+        self.requests.is_empty()
     }
 
-    /// What those got who asked under this number; the densities count all of them.
+    /// The samples of the request with this index; their pdfs include the number of candidates.
     #[inline]
-    pub fn get(&self, number: usize) -> &[Option<LightSample>] {
-        let Some((at, _)) = self.asked.get(number) else { return &[] };
-        self.lit.get(number..number + at.extra_candidates as usize + 1).unwrap_or_default()
+    pub fn get(&self, index: usize) -> &[Option<LightSample>] {
+        let Some((at, _)) = self.requests.get(index) else { return &[] };
+        self.samples.get(index..index + at.extra_candidates as usize + 1).unwrap_or_default()
     }
 }
 
-/// Points that wait until there are eight for emitters of one form.
+/// Requests for emitters of one type that wait until there are eight.
 struct Queue<'a, E> {
     len: usize,
-    forms: [Option<&'a E>; LANES],
+    shapes: [Option<&'a E>; LANES],
     waiting: [Option<Waiting<'a>>; LANES],
     block: EmitterBlock,
 }
 
 #[derive(Clone, Copy)]
 struct Waiting<'a> {
-    number: usize,
+    index: usize,
     emitter: &'a ShapeEmitter,
     choice: f64,
 }
 
 impl<'a, E> Queue<'a, E> {
     fn new() -> Queue<'a, E> {
-        Queue { len: 0, forms: [None; LANES], waiting: [None; LANES], block: EmitterBlock::default() }
+        Queue { len: 0, shapes: [None; LANES], waiting: [None; LANES], block: EmitterBlock::default() }
     }
 
-    /// Adds a point; says whether there are eight.
+    /// Adds a request; true when there are eight.
     #[inline]
     fn push(&mut self, form: &'a E, waiting: Waiting<'a>, p: DVec3, u: [f64; 2]) -> bool {
         let lane = self.len % LANES;
-        self.forms[lane] = Some(form);
+        self.shapes[lane] = Some(form);
         self.waiting[lane] = Some(waiting);
         self.block.ask(lane, p, u);
         self.len += 1;
         self.len == LANES
     }
 
-    /// Answers those that wait.
+    /// Computes the waiting samples.
     fn flush(
         &mut self,
         scene: &Scene,
         sample: impl Fn(InstructionSet, [&E; LANES], &mut EmitterBlock),
-        lit: &mut [Option<LightSample>],
+        samples: &mut [Option<LightSample>],
     ) {
-        let [Some(first), ..] = self.forms else { return };
-        sample(scene.instruction_set, self.forms.map(|form| form.unwrap_or(first)), &mut self.block);
+        let [Some(first), ..] = self.shapes else { return };
+        sample(scene.instruction_set, self.shapes.map(|form| form.unwrap_or(first)), &mut self.block);
         for (lane, waiting) in self.waiting.iter().enumerate() {
-            let Some(Waiting { number, emitter, choice }) = waiting else { continue };
-            lit[*number] = self.block.get(lane).and_then(|s| {
-                let lit = emitter.shine(scene, self.block.lit(lane), s, emitter.part())?;
-                Some(LightSample { pdf: lit.pdf * choice, ..lit })
+            let Some(Waiting { index, emitter, choice }) = waiting else { continue };
+            samples[*index] = self.block.get(lane).and_then(|s| {
+                let light = emitter.emit(scene, self.block.lit(lane), s, emitter.part())?;
+                Some(LightSample { pdf: light.pdf * choice, ..light })
             });
         }
-        (self.len, self.forms, self.waiting) = (0, [None; LANES], [None; LANES]);
+        (self.len, self.shapes, self.waiting) = (0, [None; LANES], [None; LANES]);
     }
 }
 
 impl Emitters {
-    /// Answers all that have asked.
+    /// Computes all requested samples.
     pub fn sample_batch(&self, scene: &Scene, batch: &mut LightBatch) {
-        let LightBatch { asked, lit, around, places, room } = batch;
-        lit.clear();
-        lit.resize(asked.len(), None);
-        if self.is_empty() || asked.is_empty() {
+        let LightBatch { requests, samples, environment_requests, environment_u, scratch } = batch;
+        samples.clear();
+        samples.resize(requests.len(), None);
+        if self.is_empty() || requests.is_empty() {
             return;
         }
         let mut rectangles: Queue<'_, RectangleEmitter> = Queue::new();
         let mut spheres: Queue<'_, SphereEmitter> = Queue::new();
-        // Of several environments all but the first are sampled one by one.
+        // With several environments, only the first is sampled in a batch.
         let mut environment = None;
-        around.clear();
-        places.clear();
-        let (mut root, mut again) = (None, 0);
-        for (number, (at, u)) in asked.iter().enumerate() {
-            if again == 0 {
+        environment_requests.clear();
+        environment_u.clear();
+        let (mut root, mut remaining) = (None, 0);
+        for (index, (at, u)) in requests.iter().enumerate() {
+            if remaining == 0 {
                 root = None;
             }
-            again = if again == 0 { at.extra_candidates } else { again - 1 };
+            remaining = if remaining == 0 { at.extra_candidates } else { remaining - 1 };
             let Some(mut chosen) = self.choose(at, u[2], &mut root) else { continue };
             chosen.choice *= at.candidates();
             let (p, emitter, choice) = (at.p, chosen.emitter, chosen.choice);
@@ -171,47 +172,47 @@ impl Emitters {
                 && matches!(scene.lights.get(*i as usize), Some(Light::Environment(_)))
                 && *environment.get_or_insert(*i) == *i
             {
-                around.push((number as u32, choice));
-                places.push([u[0], u[1]]);
+                environment_requests.push((index as u32, choice));
+                environment_u.push([u[0], u[1]]);
             } else if let Emitter::Shape(shape) = emitter
-                && let Some(form) = shape.blocked()
+                && let Some(form) = shape.block_shape()
             {
-                let waiting = Waiting { number, emitter: shape, choice };
+                let waiting = Waiting { index, emitter: shape, choice };
                 match form {
-                    Blocked::Rectangle(form) => {
+                    BlockShape::Rectangle(form) => {
                         if rectangles.push(form, waiting, p, [u[0], u[1]]) {
-                            rectangles.flush(scene, RectangleEmitter::sample_block, lit);
+                            rectangles.flush(scene, RectangleEmitter::sample_block, samples);
                         }
                     }
-                    Blocked::Sphere(form) => {
+                    BlockShape::Sphere(form) => {
                         if spheres.push(form, waiting, p, [u[0], u[1]]) {
-                            spheres.flush(scene, SphereEmitter::sample_block, lit);
+                            spheres.flush(scene, SphereEmitter::sample_block, samples);
                         }
                     }
                 }
             } else {
-                lit[number] = chosen.sample(scene, p, [u[0], u[1]]);
+                samples[index] = chosen.sample(scene, p, [u[0], u[1]]);
             }
         }
-        rectangles.flush(scene, RectangleEmitter::sample_block, lit);
-        spheres.flush(scene, SphereEmitter::sample_block, lit);
+        rectangles.flush(scene, RectangleEmitter::sample_block, samples);
+        spheres.flush(scene, SphereEmitter::sample_block, samples);
         if let Some(i) = environment
             && let Some(Light::Environment(light)) = scene.lights.get(i as usize)
         {
             let source = i;
-            light.sample_batch(scene.instruction_set, places, room, |i, sample| {
-                let (number, choice) = around[i];
-                lit[number as usize] = sample.map(|s| {
-                    let lit = LightSample::of_environment(s, source);
-                    LightSample { pdf: lit.pdf * choice, ..lit }
+            light.sample_batch(scene.instruction_set, environment_u, scratch, |i, sample| {
+                let (index, choice) = environment_requests[i];
+                samples[index as usize] = sample.map(|s| {
+                    let light = LightSample::of_environment(s, source);
+                    LightSample { pdf: light.pdf * choice, ..light }
                 });
             });
         }
     }
 
-    /// Looks up what is around the scene in all directions: as for one direction.
+    /// Evaluates the infinite lights in all directions.
     pub fn escaped_batch(&self, scene: &Scene, batch: &mut EscapedRays) {
-        let EscapedRays { directions, found, lights, room } = batch;
+        let EscapedRays { directions, found, lights, scratch } = batch;
         *lights = self.around_ids().len();
         found.clear();
         found.resize(directions.len() * *lights, None);
@@ -219,7 +220,7 @@ impl Emitters {
             match scene.lights.get(id as usize) {
                 Some(Light::Environment(light)) => {
                     let choice = self.choice_of(id);
-                    light.found_batch(scene.instruction_set, directions, room, |i, (radiance, pdf)| {
+                    light.found_batch(scene.instruction_set, directions, scratch, |i, (radiance, pdf)| {
                         found[i * *lights + at] = Some((radiance, choice * pdf));
                     });
                 }

@@ -1,4 +1,4 @@
-//! What shines in a scene, one thing after the other: to find out what each brings where.
+//! Access to single emitters, to find out what each contributes, and where (`turner doctor`).
 
 use crate::math::{Bounds, DVec3, Ray};
 use crate::scene::alpha_test::NO_FACES;
@@ -7,23 +7,23 @@ use crate::scene::{Hit, Scene};
 use crate::schema::MaterialId;
 use crate::shape::Shape;
 
-/// One thing that shines.
+/// One emitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ListedEmitter {
-    /// A light, by its number among the prepared scene's.
+    /// A light, by its index in the prepared scene.
     Light(u32),
-    /// A shape with an emissive material, by its number in the description ([`Scene::primitive_id`]), and its emitter's number.
+    /// A shape with an emissive material.
     Shape {
-        /// The primitive's number in the description.
+        /// The primitive's ID ([`Scene::primitive_id`]).
         primitive: u32,
-        /// The emitter's number: the faces of a box are six.
+        /// The emitter's index; a box has one for each of its six sides.
         emitter: u32,
     },
 }
 
 impl Scene {
-    /// All that can be asked for light: lights, and with integrators that follow light the shapes that shine. What has no end, moves or
-    /// has no area is only found by chance, and is not among them.
+    /// All emitters that can be sampled: lights, and with physical integrators emissive shapes. Shapes that are
+    /// unbounded, move or have no area are found by BSDF sampling only, and are not listed.
     pub fn emitter_list(&self) -> Vec<ListedEmitter> {
         let lights = (0..self.lights.len() as u32).map(ListedEmitter::Light);
         let shapes = (0..).zip(self.emitters.all()).filter_map(|(emitter, e)| match e {
@@ -36,14 +36,14 @@ impl Scene {
         lights.chain(shapes).collect()
     }
 
-    /// Light of one of them at `p`, from the place on it that `u` chooses: two numbers for the place and one for its part. The density is that
-    /// of the place alone.
-    pub fn sample_emitter(&self, one: ListedEmitter, p: DVec3, u: [f64; 3]) -> Option<LightSample> {
-        match one {
+    /// Light of one emitter at `p`, from the point that `u` chooses: two numbers for the point and one for the part
+    /// of the shape. The pdf is that of the point alone.
+    pub fn sample_emitter(&self, emitter: ListedEmitter, p: DVec3, u: [f64; 3]) -> Option<LightSample> {
+        match emitter {
             ListedEmitter::Light(i) => self.lights.get(i as usize)?.sample(p, [u[0], u[1]], i),
             ListedEmitter::Shape { emitter, .. } => match self.emitters.all().get(emitter as usize)? {
                 Emitter::Shape(shape) => {
-                    // In a tree of lights parts are chosen there.
+                    // With a light tree, parts are chosen by the tree.
                     let part = if shape.has_parts() && self.emitters.tree_bytes() > 0 {
                         let place = (u[2] * f64::from(shape.parts())) as u32;
                         shape.part_at(place.min(shape.parts().saturating_sub(1)))
@@ -57,9 +57,9 @@ impl Scene {
         }
     }
 
-    /// The bounds of a shape that shines, in the world; of a light without extent the point itself. `None` for what is infinitely far away.
-    pub fn emitter_bounds(&self, one: ListedEmitter) -> Option<Bounds> {
-        match one {
+    /// World-space bounds of an emissive shape or a light; `None` for lights at infinity.
+    pub fn emitter_bounds(&self, emitter: ListedEmitter) -> Option<Bounds> {
+        match emitter {
             ListedEmitter::Light(i) => {
                 let light = self.lights.get(i as usize)?;
                 if !light.is_finite() {
@@ -68,13 +68,13 @@ impl Scene {
                 if let Some(position) = light.position() {
                     return Some(Bounds::new(position, position));
                 }
-                // Of lights made of points, where these are as seen from somewhere near.
+                // For area lights, the bounds of points as seen from near the scene.
                 let p = self.stats.bounds.map_or(DVec3::ZERO, |b| b.center());
                 let places = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 0.5]];
                 let near = |d: DVec3, u| light.illuminate_at(p + d, u).map(|l| p + d + l.to_light);
-                let around = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
+                let offsets = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
                 let size = self.stats.bounds.map_or(1.0, |b| b.size().length());
-                let points = around.iter().flat_map(|d| places.map(|u| near(*d * size, u)));
+                let points = offsets.iter().flat_map(|d| places.map(|u| near(*d * size, u)));
                 let bounds = Bounds::of(points.flatten());
                 (!bounds.is_empty()).then_some(bounds)
             }
@@ -82,7 +82,7 @@ impl Scene {
         }
     }
 
-    /// The bounds of a primitive in the world, by its number in the description; `None` for planes and numbers that do not exist.
+    /// World-space bounds of a primitive, by its ID; `None` for planes and unknown IDs.
     pub fn primitive_bounds(&self, primitive: u32) -> Option<Bounds> {
         let found = self.primitives.iter().find(|p| p.id == primitive)?;
         let bounds = found.shape.bounds()?;
@@ -92,12 +92,12 @@ impl Scene {
         })
     }
 
-    /// The shape of a primitive in a word, by its number in the description.
+    /// The shape of a primitive in a word, by its ID.
     pub fn primitive_shape(&self, primitive: u32) -> &'static str {
         self.primitives.iter().find(|p| p.id == primitive).map_or("object", |p| p.shape.word())
     }
 
-    /// For each primitive its number in the description and its bounds in the world; planes are left out.
+    /// The ID and world-space bounds of each primitive except planes.
     pub fn all_bounds(&self) -> impl Iterator<Item = (u32, Bounds)> + '_ {
         self.primitives.iter().filter_map(|p| {
             let bounds = p.shape.bounds()?;
@@ -106,13 +106,13 @@ impl Scene {
         })
     }
 
-    /// For each primitive its number in the description and its material; of meshes with several, that of the rest.
+    /// The ID and material of each primitive; for meshes with several materials, the default one.
     pub fn primitive_materials(&self) -> impl Iterator<Item = (u32, MaterialId)> + '_ {
         self.primitives.iter().map(|p| (p.id, p.material))
     }
 
-    /// Primitives of one-sided materials whose back a ray passes up to its end. Large meshes (over 4096 triangles) and scenes of very many
-    /// one-sided primitives are left out.
+    /// Primitives with a one-sided material whose back a ray crosses before its end. Skips large meshes (over 4096
+    /// triangles), and one-sided primitives beyond the first 1024.
     pub fn backs_on(&self, ray: &Ray) -> Vec<(u32, &'static str)> {
         const MOST_PRIMITIVES: usize = 1024;
         const MOST_TRIANGLES: u32 = 4096;
@@ -123,7 +123,7 @@ impl Scene {
                 continue;
             }
             let own = self.to_object(p, ray);
-            let met = match &p.shape {
+            let back_hit = match &p.shape {
                 Shape::Mesh(mesh) => {
                     let count = mesh.data().triangles.len() as u32;
                     count <= MOST_TRIANGLES
@@ -133,20 +133,20 @@ impl Scene {
                     .intersect(&own)
                     .is_some_and(|hit| shape.surface(&own, &hit).ng.dot(own.direction) > 0.0),
             };
-            if met {
+            if back_hit {
                 out.push((p.id, p.shape.word()));
             }
         }
         out
     }
 
-    /// Where a ray goes on behind a hit, as its smallest `t`.
+    /// The t at which a ray continues behind a hit.
     pub fn behind(&self, ray: &Ray, hit: &Hit) -> f64 {
         self.beyond(ray, hit, &self.surface(ray, hit))
     }
 }
 
-/// Whether a ray meets the back of a triangle, by Cramer's rule.
+/// Whether a ray hits the back of a triangle, by Cramer's rule.
 fn is_back([a, b, c]: [DVec3; 3], ray: &Ray) -> bool {
     let (u, v, from) = (b - a, c - a, ray.origin - a);
     let n = u.cross(v);

@@ -1,4 +1,4 @@
-//! Shapes that shine: the directions that sampling them gives follow the density that a hit of them has.
+//! Emissive shapes: sampled directions follow the pdf of their hits.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -25,7 +25,7 @@ fn lamp() -> PrincipledMaterial {
     emissive(2.0, rgb([1.0, 0.5, 0.25]))
 }
 
-/// Under a transform that scales unevenly.
+/// With a transform that scales non-uniformly.
 fn slanted(shape: ShapeDesc) -> ObjectDesc {
     let turn = rotation(DVec3::Z, 40.0) * rotation(DVec3::Y, 30.0) * rotation(DVec3::X, 20.0);
     let placed = DAffine3::from_translation(v(0.2, 0.1, 0.0)) * DAffine3::from_mat3(turn);
@@ -33,7 +33,7 @@ fn slanted(shape: ShapeDesc) -> ObjectDesc {
     ObjectDesc { transform, ..ObjectDesc::new(shape) }
 }
 
-/// The meshes of the shapes that are made of one: a cloud of points, a tetrahedron.
+/// The meshes of the shapes that need one: a cloud of points, a tetrahedron.
 fn meshes() -> [MeshData; 2] {
     let cloud = vec![[-0.6, 0.0, 0.0], [0.5, 0.3, 0.0], [0.0, -0.4, 0.5]];
     let corners = vec![[-0.6, -0.5, 0.0], [0.7, -0.4, 0.3], [0.0, 0.6, -0.2], [0.1, 0.1, 0.9]];
@@ -44,7 +44,8 @@ fn meshes() -> [MeshData; 2] {
     ]
 }
 
-/// Every shape with an end, as it is and under a transform that scales unevenly. Points and the mesh are of [`meshes`].
+/// Every bounded shape, without a transform and with one that scales non-uniformly. Points and the mesh are of
+/// [`meshes`].
 fn shapes() -> Vec<ObjectDesc> {
     let (from, to) = (v(0.0, -0.6, 0.1), v(0.2, 0.7, 0.0));
     let plain = [
@@ -71,7 +72,7 @@ fn torus() -> TorusDesc {
     TorusDesc { radius: 0.6, tube_radius: 0.3, ..TorusDesc::default() }
 }
 
-/// A scene to put them in.
+/// A scene for the shapes.
 fn empty(desc: PathDesc) -> SceneDesc {
     let meshes = meshes().map(|data| Asset { uri: String::new(), data: Arc::new(data) });
     SceneDesc { meshes: meshes.into(), ..path(desc) }
@@ -93,7 +94,7 @@ impl Random {
     }
 }
 
-/// The densities at all hits of a ray, added up: the density of its direction. Of spheres only fronts are sampled.
+/// The sum of the pdfs of all hits of a ray: the pdf of its direction. Spheres are sampled on their front only.
 fn density(scene: &Scene, p: DVec3, w: DVec3, fronts: bool) -> f64 {
     let mut ray = Ray::new(p, w);
     let mut sum = 0.0;
@@ -139,7 +140,7 @@ fn samples_follow_the_density_and_the_density_covers_the_shape_once() {
             let Some(s) = scene.emitters.sample(&scene, p, u) else { continue };
             let w = s.to_light.normalize();
             found[cell(w)] += 1;
-            // The first hit is the sample, unless something of the shape is before it.
+            // The first hit is the sample, unless another part of the shape occludes it.
             let ray = Ray::new(p, w);
             let Some(hit) = scene.intersect(&ray) else {
                 outside += 1;
@@ -148,7 +149,7 @@ fn samples_follow_the_density_and_the_density_covers_the_shape_once() {
             if (hit.shape.t - s.to_light.length()).abs() < 1e-6 {
                 front += 1;
                 let pdf = scene.emitters.pdf_hit(&scene, p, &scene.surface(&ray, &hit));
-                // Alias tables keep probabilities in single precision, and silhouettes are steep.
+                // Alias tables hold probabilities in single precision, and silhouettes are steep.
                 assert!((pdf / s.pdf - 1.0).abs() < 1e-3, "{shape:?}: {pdf} and {}", s.pdf);
             }
             assert!((s.radiance.r - 2.0).abs() < 1e-6 && (s.radiance.b - 0.5).abs() < 1e-6);
@@ -171,7 +172,7 @@ fn samples_follow_the_density_and_the_density_covers_the_shape_once() {
             whole += share;
             let expected = share * f64::from(SAMPLES);
             if expected > 8.0 {
-                // What the sum over the cell misses of edges and silhouettes is no deviation.
+                // The quadrature misses edges and silhouettes within a cell; that is no deviation.
                 let off = ((f64::from(count) - expected).abs() - 0.02 * expected).max(0.0);
                 chi2 += off * off / expected;
                 cells += 1;
@@ -183,7 +184,7 @@ fn samples_follow_the_density_and_the_density_covers_the_shape_once() {
     }
 }
 
-/// A floor below the shapes that is directly lit, seen from near.
+/// A directly lit floor below the shapes, seen from near.
 fn floor(light_sampling: LightSampling) -> SceneDesc {
     let camera = PinholeDesc {
         position: v(0.0, -1.4, 0.0),
@@ -198,7 +199,7 @@ fn floor(light_sampling: LightSampling) -> SceneDesc {
         .with(ShapeDesc::Plane(floor), matte(grey(0.5)))
 }
 
-/// The light of each shape on a matte floor, found by sampling it and by chance.
+/// Light sampling and BSDF sampling agree on the light of each shape on a matte floor.
 #[test]
 fn shapes_light_a_floor_as_much_by_sampling_as_by_chance() {
     for shape in shapes() {
@@ -210,7 +211,7 @@ fn shapes_light_a_floor_as_much_by_sampling_as_by_chance() {
     }
 }
 
-/// A texture's light comes from where the texture is bright.
+/// A textured emitter is sampled where the texture is bright.
 #[test]
 fn textured_emission_of_curved_shapes() {
     let cone = ConeDesc { radius: 0.7, ..ConeDesc::default() };
@@ -230,7 +231,7 @@ fn textured_emission_of_curved_shapes() {
     }
 }
 
-/// Form factors of shapes without a transform that have one.
+/// Shapes without a transform that have a closed-form form factor.
 #[test]
 fn a_tube_around_the_point_gives_what_the_formula_says() {
     // Inside a tube without caps, half as high as wide above the floor: the sky seen through its upper end is dark.
@@ -242,7 +243,7 @@ fn a_tube_around_the_point_gives_what_the_formula_says() {
             .with(ShapeDesc::Cylinder(tube), emissive(PI, grey(1.0)));
         mean(samples, desc)
     };
-    // The disk of radius r at height h has the form factor r² / (r² + h²).
+    // A disk of radius r at height h has the form factor r² / (r² + h²).
     let factor = 1.0 - 2.25 / (2.25 + 4.0);
     lit(256, LightSampling::Both).is_grey(0.5 * PI * factor, 0.01);
     lit(256, LightSampling::Light).is_grey(0.5 * PI * factor, 0.05);

@@ -1,18 +1,18 @@
-//! Surfaces of flat triangles, eight at a time: what comes out is that of [`Scene::surface`], one by one, to the last bit.
+//! Surfaces of flat triangles, eight at a time: equal to [`Scene::surface`] bit by bit.
 
 use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8};
 
 use crate::math::DVec3;
 use crate::scene::{Hit, Scene};
 
-/// Hits of meshes that stand in the world as they are and are shaded with the normals of their triangles.
+/// Hits of meshes with world-space positions that are shaded with their triangles' normals.
 #[derive(Clone, Debug, Default)]
 pub struct FlatTriangleBlock {
-    /// The triangles' corners, coordinate by coordinate.
+    /// Corners of the triangles, by coordinate.
     corners: [[Block32; 3]; 3],
-    /// Weights of the second and third corner.
+    /// Barycentric weights of the second and third corner.
     weights: [Block; 2],
-    /// What is added to points in the lanes of `moved`, and what normals are multiplied by.
+    /// The offset added to points in the lanes of `moved`, and the factor of normals.
     offset: [Block; 3],
     moved: u8,
     side: Block,
@@ -22,7 +22,7 @@ pub struct FlatTriangleBlock {
 }
 
 impl FlatTriangleBlock {
-    /// Takes a hit into a lane, if it is one for blocks.
+    /// Stores a hit in a lane; false if its surface is not such a triangle.
     #[inline]
     pub fn take(&mut self, scene: &Scene, lane: usize, hit: &Hit) -> bool {
         let Some(triangle) = scene.placed_triangle(hit) else { return false };
@@ -51,7 +51,7 @@ impl FlatTriangleBlock {
         true
     }
 
-    /// Computes all points and normals.
+    /// Computes points and normals.
     #[inline(always)]
     pub fn compute<S: Simd>(&mut self, simd: S) {
         let corner = |[x, y, z]: &[Block32; 3]| Vec3x8 {
@@ -77,19 +77,19 @@ impl FlatTriangleBlock {
         vector(&self.p, lane)
     }
 
-    /// The geometric normal in a lane, which is the shading normal as well.
+    /// The geometric normal in a lane, which is also the shading normal.
     #[inline]
     pub fn normal(&self, lane: usize) -> DVec3 {
         vector(&self.ng, lane)
     }
 
-    /// Where rays leave to a side of the surface: 1 is that of the normal, -1 the other.
+    /// The origin of rays that leave to a side of the surface: 1 is that of the normal, -1 the other.
     #[inline]
     pub fn leave(&self, lane: usize, side: f64) -> DVec3 {
         self.point(lane) + self.normal(lane) * (side * 4.0 * self.error.0[lane])
     }
 
-    /// All points, bounds on their errors, and normals.
+    /// All points, their error bounds, and normals.
     #[inline(always)]
     pub fn lanes<S: Simd>(&self, simd: S) -> (Vec3x8<S>, F64x8<S>, Vec3x8<S>) {
         (Vec3x8::load(simd, &self.p), F64x8::load(simd, &self.error), Vec3x8::load(simd, &self.ng))

@@ -1,4 +1,17 @@
-//! What a ray's cone covers of a surface: where textures are looked up, and over how much.
+//! Ray footprints: the part of a surface that a ray's cone covers, which sets the filter of texture look-ups.
+//!
+//! A camera ray stands for a pixel, not a line. It carries a cone: the width of the pixel at the hit, kept in
+//! `SurfaceInteraction::seen` with the direction of view. The cone cuts the tangent plane in an ellipse. Its two
+//! axes are transformed to object space and to changes of (u, v), over which texture look-ups are filtered.
+//!
+//! ```text
+//!         \   |   /                width: across the cone
+//!          \  |  /                 axes[0]: perpendicular to the tilt, as wide as the cone
+//!       ----\-|-/---- surface      axes[1]: along the tilt, longer by 1 / cos θ
+//!          axes[1]
+//! ```
+//!
+//! A width of 0 means unfiltered look-ups.
 
 use crate::math::DVec3;
 use crate::scene::scene::ObjectTransform;
@@ -6,7 +19,7 @@ use crate::scene::{Scene, SurfaceInteraction};
 use crate::texture::{Footprint, TexturePoint};
 
 impl Scene {
-    /// Where textures are looked up on a surface, and over what footprint.
+    /// Position and footprint of texture look-ups on a surface.
     pub fn texture_point(&self, surface: &SurfaceInteraction) -> TexturePoint<'_> {
         let primitive = &self.primitives[surface.hit.primitive as usize];
         let mut at = TexturePoint::of_shape(&primitive.shape, &surface.hit.shape, &surface.object);
@@ -20,18 +33,18 @@ impl Scene {
         at
     }
 
-    /// How much the surface's normal turns per unit of length, about; above 0 where it bulges outwards.
+    /// Approximate curvature: how much the normal rotates per unit of length; above 0 where the surface is convex.
     pub fn curvature(&self, surface: &SurfaceInteraction) -> f64 {
         let primitive = &self.primitives[surface.hit.primitive as usize];
         let own = primitive.shape.curvature(&surface.hit.shape);
         match self.transforms.get(primitive.transform as usize) {
-            // The root of the mean square of the factors that lengths grow by.
+            // `stretch` over √3 is the root mean square of the factors by which lengths grow.
             Some(placed) => own * 3f64.sqrt() / placed.stretch,
             None => own,
         }
     }
 
-    /// Two axes in the world, tangent to the surface, as a footprint of textures.
+    /// Transforms two world-space axes, tangent to the surface, to a texture footprint.
     pub(crate) fn footprint(&self, surface: &SurfaceInteraction, axes: [DVec3; 2]) -> Footprint {
         let primitive = &self.primitives[surface.hit.primitive as usize];
         let p = match self.transforms.get(primitive.transform as usize) {

@@ -1,35 +1,35 @@
-//! Groups of lights: what shines together, by name.
+//! Light groups: lights and emissive objects that share a name, rendered to a channel of their own.
 
 use crate::scene::Scene;
 
-/// Which light and which object belongs to which group.
+/// The light group of each light and each object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightGroups {
     names: Vec<String>,
     /// For each light of the prepared scene.
     of_light: Vec<Option<u32>>,
-    /// Primitives from this number in the description on, up to the next entry.
+    /// Group of the primitives from this ID up to the next entry.
     runs: Vec<(u32, Option<u32>)>,
 }
 
 impl LightGroups {
-    /// Their names in the order in which the description has them: lights first.
+    /// Group names in the order of the description, lights first.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// The group of a light, by its number among the prepared scene's.
+    /// The group of a light, by its index in the prepared scene.
     pub fn of_light(&self, light: u32) -> Option<u32> {
         self.of_light.get(light as usize).copied().flatten()
     }
 
-    /// The group of a primitive, by its number in the description.
+    /// The group of a primitive, by its ID.
     pub fn of_primitive(&self, primitive: u32) -> Option<u32> {
         let behind = self.runs.partition_point(|(first, _)| *first <= primitive);
         self.runs.get(behind.checked_sub(1)?)?.1
     }
 
-    /// Of the prepared scene's lights, by the name of their group.
+    /// From the group names of the prepared scene's lights.
     pub(crate) fn of_lights<'a>(groups_of_lights: impl Iterator<Item = Option<&'a str>>) -> LightGroups {
         let mut groups = LightGroups::default();
         for name in groups_of_lights {
@@ -39,17 +39,17 @@ impl LightGroups {
         groups
     }
 
-    /// Whether lights that are named so give the same numbers to the groups of objects.
+    /// Whether the groups of these lights keep the indices that objects already use.
     pub(crate) fn begins_with(&self, lights: &LightGroups) -> bool {
         self.names.starts_with(&lights.names)
     }
 
-    /// The same objects beside other lights, whose groups [begin](Self::begins_with) like the old ones.
+    /// The same objects with other lights, whose groups [begin](Self::begins_with) like the old ones.
     pub(crate) fn with_lights(&self, lights: LightGroups) -> LightGroups {
         LightGroups { of_light: lights.of_light, ..self.clone() }
     }
 
-    /// The number of a name.
+    /// The index of a name; adds it if it is new.
     pub(crate) fn number(&mut self, name: &str) -> u32 {
         if let Some(i) = self.names.iter().position(|n| n == name) {
             return i as u32;
@@ -58,7 +58,7 @@ impl LightGroups {
         self.names.len() as u32 - 1
     }
 
-    /// The primitive `first` and those after it belong to a group, or to none.
+    /// Assigns primitive `first` and the following ones to a group, or to none.
     pub(crate) fn add(&mut self, first: u32, group: Option<u32>) {
         if self.runs.last().and_then(|(_, last)| *last) != group {
             self.runs.push((first, group));
@@ -67,7 +67,7 @@ impl LightGroups {
 }
 
 impl Scene {
-    /// For each group of lights its name, how many lights it has, and how many primitives.
+    /// For each group its name, its number of lights, and its number of primitives.
     pub fn light_group_counts(&self) -> Vec<(&str, u64, u64)> {
         let groups = &self.light_groups;
         let mut out: Vec<(&str, u64, u64)> = groups.names.iter().map(|n| (n.as_str(), 0, 0)).collect();

@@ -1,4 +1,4 @@
-//! What is rendered: geometry, surfaces and lights, complete and immutable. What is there, nothing of who looks.
+//! The prepared scene: geometry, materials and lights, complete and immutable. Camera and film are in `view`.
 
 pub(crate) mod alpha_test;
 pub(crate) mod batch;

@@ -1,8 +1,16 @@
-//! Objects that move while the shutter is open.
+//! Motion blur: objects that move while the shutter is open.
 //!
-//! Between two placements the translation and what scales and shears go in straight lines, the rotation at an even pace about one
-//! axis the shorter way (Shoemake & Duff 1992, "Matrix animation and polar decomposition"; Shoemake 1985 for the rotation).
-//! Rays carry their moment, and are taken into the object's space as it lies then.
+//! Every ray has a time, and is transformed to the object's space at that time. Between two placements, translation
+//! and stretch are interpolated linearly and the rotation at constant speed. For that, each matrix is split by polar
+//! decomposition, M = R · S, into a rotation and a symmetric stretch (Shoemake & Duff 1992, "Matrix animation and
+//! polar decomposition"); rotations are interpolated as quaternions along the shorter arc (slerp, Shoemake 1985):
+//!
+//! ```text
+//!   M(t) = slerp(R0, R1, t) · ((1 − t) S0 + t S1),    p(t) = (1 − t) p0 + t p1
+//! ```
+//!
+//! Interpolating the matrices directly would shrink rotating objects. Bounds over the shutter interval come from 64
+//! steps, padded by the distance that corners travel in a step.
 
 use glam::DQuat;
 
@@ -10,32 +18,32 @@ use crate::math::elementary::{acos, sin};
 use crate::math::{Bounds, DAffine3, DMat3, DVec3};
 use crate::schema::{ErrorCode, SceneError};
 
-/// A motion from one placement, at the moment 0, to another, at 1.
+/// A motion from one placement, at time 0, to another, at time 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     translation: [DVec3; 2],
     rotation: [DQuat; 2],
     stretch: [DMat3; 2],
-    /// The angle between the two quaternions; none if it is too small to turn by.
+    /// The angle between the two quaternions; `None` if it is too small to interpolate by.
     angle: Option<f64>,
 }
 
 impl Motion {
-    /// Between two transforms that can be undone.
+    /// Between two invertible transforms.
     pub(crate) fn new(from: &DAffine3, to: &DAffine3) -> Result<Motion, SceneError> {
         let error = |message: &str| Err(SceneError::new(ErrorCode::Transform, message));
         if from.matrix3.determinant() * to.matrix3.determinant() <= 0.0 {
             return error(
-                "an object cannot move into its mirror image: `transform` mirrors and `motion` does not, or the other way",
+                "an object cannot move into its mirror image: `transform` mirrors and `motion` does not, or the reverse",
             );
         }
         let [a, b] = [from, to].map(|t| polar(&t.matrix3));
         let (Some((r0, s0)), Some((r1, s1))) = (a, b) else {
-            return error("the transforms between which this object moves cannot be undone");
+            return error("the transforms between which this object moves are not both invertible");
         };
         let q0 = DQuat::from_mat3(&r0).normalize();
         let mut q1 = DQuat::from_mat3(&r1).normalize();
-        // Of two quaternions for one rotation the nearer: the shorter way.
+        // A rotation has two quaternions: the nearer one gives the shorter arc.
         if q0.dot(q1) < 0.0 {
             q1 = -q1;
         }
@@ -45,16 +53,16 @@ impl Motion {
         Ok(Motion { translation, rotation: [q0, q1], stretch: [s0, s1], angle })
     }
 
-    /// The placement at a moment of 0..=1.
+    /// The placement at a time in 0..=1.
     pub(crate) fn at(&self, time: f64) -> DAffine3 {
         let before = 1.0 - time;
         let rotation = match self.angle {
             None => self.rotation[0],
             Some(angle) => {
-                let whole = sin(angle);
-                let turned = self.rotation[0] * (sin(before * angle) / whole)
-                    + self.rotation[1] * (sin(time * angle) / whole);
-                turned.normalize()
+                let sin_angle = sin(angle);
+                let rotation_at = self.rotation[0] * (sin(before * angle) / sin_angle)
+                    + self.rotation[1] * (sin(time * angle) / sin_angle);
+                rotation_at.normalize()
             }
         };
         DAffine3 {
@@ -63,9 +71,9 @@ impl Motion {
         }
     }
 
-    /// Bounds of something from one moment to another, its own bounds given.
+    /// Bounds of an object from one time to another, given its bounds in object space.
     pub(crate) fn bounds(&self, own: &Bounds, open: f64, close: f64) -> Bounds {
-        /// At most 180 / 64 degrees between two of them.
+        /// At most 180 / 64 degrees of rotation per step.
         const STEPS: u32 = 64;
         let corners_at = |i: u32| {
             let placed = self.at(open + (close - open) * f64::from(i) / f64::from(STEPS));
@@ -75,11 +83,11 @@ impl Motion {
         let mut before = corners_at(0);
         for i in 1..=STEPS {
             let corners = corners_at(i);
-            // Between two moments a corner is no farther from the nearer of its places than half of its way, and that is little
-            // longer than the straight one. What lies between corners lies between them at any moment.
-            let way = corners.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            // Within a step a corner is at most half of its path from the nearer of its two positions, and the path
+            // is little longer than the chord. Points between corners stay between them at all times.
+            let distance = corners.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
             for corner in before.into_iter().chain(corners) {
-                let reach = DVec3::splat(0.51 * way);
+                let reach = DVec3::splat(0.51 * distance);
                 bounds = bounds.union(&Bounds { min: corner - reach, max: corner + reach });
             }
             before = corners;
@@ -88,10 +96,10 @@ impl Motion {
     }
 }
 
-/// A matrix as a rotation times a symmetric one that scales and shears; mirrors are left to the latter.
+/// Polar decomposition into a rotation and a symmetric stretch, which also takes a mirroring.
 fn polar(m: &DMat3) -> Option<(DMat3, DMat3)> {
     let side = m.determinant().signum();
-    // Newton's iteration converges to the nearest rotation, quadratically; the scale is taken out first.
+    // Newton's iteration converges quadratically to the nearest rotation; the scale is removed first.
     let size = m.determinant().abs();
     if !(size > 0.0 && size.is_finite()) {
         return None;
@@ -136,7 +144,7 @@ mod tests {
             assert!(difference(&motion.at(0.0), &from) < 1e-13 * size, "{from}");
             assert!(difference(&motion.at(1.0), &to) < 1e-13 * size, "{to}");
         }
-        // Mirrored at one end alone.
+        // Mirrored at one end only.
         let mirror = placed(DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)), DVec3::ZERO);
         assert!(Motion::new(&DAffine3::IDENTITY, &mirror).is_err());
     }
@@ -150,7 +158,7 @@ mod tests {
             let expected = placed(rotation(DVec3::Z, 120.0 * time), DVec3::new(4.0 * time, 0.0, 0.0));
             assert!(difference(&motion.at(time), &expected) < 1e-14, "{time}");
         }
-        // Wheels turn the shorter way.
+        // The shorter arc.
         let to = placed(rotation(DVec3::Z, 200.0), DVec3::ZERO);
         let half = Motion::new(&DAffine3::IDENTITY, &to).unwrap().at(0.5);
         assert!((half.transform_vector3(DVec3::X) - rotation(DVec3::Z, -80.0) * DVec3::X).length() < 1e-14);
@@ -170,7 +178,7 @@ mod tests {
                     assert!(p.cmpge(bounds.min).all() && p.cmple(bounds.max).all(), "{i} {p}");
                 }
             }
-            // Not much more than that.
+            // And not much larger.
             assert!(bounds.size().max_element() < 16.0);
         }
     }

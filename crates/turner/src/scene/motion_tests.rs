@@ -1,4 +1,4 @@
-//! What moves while the shutter is open.
+//! Motion blur.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -19,15 +19,15 @@ use crate::testing::scenes::{
     emissive, grey, matte, mean, path, pixel, plane, rectangle, render, render_with, v,
 };
 
-/// The shutter of a film that says nothing.
+/// The default shutter interval.
 const OPEN: [f64; 2] = [0.0, 1.0];
 
 fn moved(x: f64, y: f64) -> Transform {
     Transform(DAffine3::from_translation(v(x, y, 0.0)))
 }
 
-/// Turned about an axis, then moved.
-fn turned(axis: DVec3, degrees: f64, to: [f64; 2]) -> Transform {
+/// Rotated about an axis, then moved.
+fn rotated_then_moved(axis: DVec3, degrees: f64, to: [f64; 2]) -> Transform {
     Transform(moved(to[0], to[1]).0 * DAffine3::from_mat3(rotation(axis, degrees)))
 }
 
@@ -39,12 +39,12 @@ fn triangles(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> MeshData {
     MeshData { positions: positions.into(), triangles: triangles.into(), ..MeshData::default() }
 }
 
-/// From −4 to 4 along x.
-fn going(shape: ShapeDesc) -> ObjectDesc {
+/// Moves from −4 to 4 along x.
+fn moving_along_x(shape: ShapeDesc) -> ObjectDesc {
     ObjectDesc { transform: moved(-4.0, 0.0), motion: Some(moved(4.0, 0.0)), ..ObjectDesc::new(shape) }
 }
 
-/// A strip of pixels of one unit, to be seen straight from above.
+/// A strip of pixels of one unit each, seen from above.
 fn strip() -> SceneDesc {
     let mut desc = path(PathDesc::default()).filmed([12, 4], 4096);
     let camera = OrthographicDesc {
@@ -57,14 +57,15 @@ fn strip() -> SceneDesc {
     desc
 }
 
-/// Its pixels, with such a shutter.
+/// Its pixels with a shutter interval.
 fn pixels(mut strip: SceneDesc, shutter: [f64; 2]) -> Vec<f64> {
     strip.film.shutter = shutter;
     let picture = render(&strip).0;
     (0..12).map(|x| f64::from(pixel(&picture, x, 1)[0])).collect()
 }
 
-/// The mean over `open..close` of how much of the pixel at `x` something of two units' width covers, its left edge at −5 + 8·time.
+/// The mean over `open..close` of the coverage of pixel `x` by an object two units wide whose left edge is at −5 +
+/// 8·time.
 fn covered(x: usize, open: f64, close: f64) -> f64 {
     let left = x as f64 - 6.0;
     let n = 4000;
@@ -75,11 +76,11 @@ fn covered(x: usize, open: f64, close: f64) -> f64 {
     (0..n).map(share).sum::<f64>() / f64::from(n)
 }
 
-/// A shape for a scene, which may hold its mesh.
+/// Makes a shape for a scene, which may hold its mesh.
 type Make = fn(&mut SceneDesc) -> ShapeDesc;
 
 #[test]
-fn a_bar_that_passes_leaves_its_share_of_light() {
+fn a_moving_bar_covers_pixels_in_part() {
     let bars: [Make; 3] = [
         |_| rectangle(DVec3::ZERO, v(2.0, 0.0, 0.0), v(0.0, 0.0, -10.0)),
         |_| sized(2.0, 1.0, 10.0),
@@ -93,14 +94,14 @@ fn a_bar_that_passes_leaves_its_share_of_light() {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         desc.mesh(triangles(&corners, &[[0, 1, 2]]))
     };
-    // Among others: in a sieve, in a tree, beside gathered meshes.
+    // With other objects: in a sphere culler, in a BVH, beside a static world mesh.
     let others = [(0, ball), (9, ball), (80, ball), (3, triangle)];
     for (which, bar) in bars.into_iter().enumerate() {
         for (n, other) in others {
             for shutter @ [open, close] in [OPEN, [0.25, 0.5]] {
                 let mut desc = strip();
                 let bar = bar(&mut desc);
-                desc = desc.with_object(going(bar), emissive(1.0, grey(1.0)));
+                desc = desc.with_object(moving_along_x(bar), emissive(1.0, grey(1.0)));
                 for _ in 0..n {
                     let far = ObjectDesc::new(other(&mut desc));
                     desc.objects.push(ObjectDesc { transform: moved(500.0, 0.0), ..far });
@@ -116,23 +117,23 @@ fn a_bar_that_passes_leaves_its_share_of_light() {
 }
 
 #[test]
-fn a_moment_is_a_picture_without_motion() {
-    let at = |degrees, x| turned(DVec3::Y, degrees, [x, 0.0]);
+fn an_instant_shutter_shows_no_motion() {
+    let at = |degrees, x| rotated_then_moved(DVec3::Y, degrees, [x, 0.0]);
     let still = |transform| ObjectDesc { transform, ..ObjectDesc::new(sized(2.0, 1.0, 1.0)) };
     let moving = || ObjectDesc { motion: Some(at(90.0, 4.0)), ..still(moved(-4.0, 0.0)) };
     let seen = |object, shutter| pixels(strip().with_object(object, emissive(1.0, grey(1.0))), shutter);
-    for (shutter, place) in
+    for (shutter, placement) in
         [([0.0, 0.0], moved(-4.0, 0.0)), ([1.0, 1.0], at(90.0, 4.0)), ([0.5, 0.5], at(45.0, 0.0))]
     {
-        for (a, b) in seen(moving(), shutter).into_iter().zip(seen(still(place), OPEN)) {
+        for (a, b) in seen(moving(), shutter).into_iter().zip(seen(still(placement), OPEN)) {
             assert!((a - b).abs() < 1e-3, "{shutter:?}: {a} {b}");
         }
     }
-    // Integrators that are not physical show the moment at which the shutter opens.
+    // Classic integrators show the scene at shutter open.
     let classic = |object, shutter| {
         let camera = PinholeDesc { position: v(0.0, 1.0, 9.0), ..PinholeDesc::default() };
-        let lamp = PointDesc { position: v(3.0, 5.0, 5.0), ..PointDesc::default() };
-        let mut desc = SceneDesc::default().seen(camera).lit(LightDesc::Point(lamp));
+        let light = PointDesc { position: v(3.0, 5.0, 5.0), ..PointDesc::default() };
+        let mut desc = SceneDesc::default().seen(camera).lit(LightDesc::Point(light));
         (desc.film.width, desc.film.height, desc.film.shutter) = (24, 16, shutter);
         desc.objects.push(object);
         render(&desc).0.linear
@@ -143,10 +144,10 @@ fn a_moment_is_a_picture_without_motion() {
 }
 
 #[test]
-fn shadows_and_mirrors_see_the_same_moment() {
+fn shadows_and_mirrors_use_the_time_of_the_ray() {
     let down = || path(PathDesc::default()).seen_down();
     let above = || DirectionalDesc { from: Some(v(0.0, 1.0, 0.0)), ..DirectionalDesc::default() };
-    // For a quarter of the time the blind is between the light and the place.
+    // The blind is between the light and the point for a quarter of the time.
     let blind = ObjectDesc {
         transform: moved(-2.0, 0.0),
         motion: Some(moved(6.0, 0.0)),
@@ -157,10 +158,11 @@ fn shadows_and_mirrors_see_the_same_moment() {
         .with(plane(), matte(grey(1.0)))
         .with_object(blind, matte(grey(0.0)));
     mean(256, desc).is_grey(0.75 / PI, 0.02);
-    // A mirror that rocks shows the lamp above it for as long as it is level enough: from −9 to 9 degrees, the lamp in ±6 of them.
+    // A mirror that rocks from −9 to 9 degrees shows the light above it while it is level enough: within ±6 degrees
+    // of reflection.
     let rocks = ObjectDesc {
-        transform: turned(DVec3::Z, -9.0, [0.0; 2]),
-        motion: Some(turned(DVec3::Z, 9.0, [0.0; 2])),
+        transform: rotated_then_moved(DVec3::Z, -9.0, [0.0; 2]),
+        motion: Some(rotated_then_moved(DVec3::Z, 9.0, [0.0; 2])),
         ..ObjectDesc::new(rectangle(DVec3::ZERO, v(4.0, 0.0, 0.0), v(0.0, 0.0, -4.0)))
     };
     let mirror = PrincipledMaterial {
@@ -169,31 +171,31 @@ fn shadows_and_mirrors_see_the_same_moment() {
         specular_roughness: grey(0.0),
         ..PrincipledMaterial::default()
     };
-    let lamp = LightDesc::Directional(DirectionalDesc { angle: 12.0, ..above() });
-    // Turned by a, it shows 2a: ±3 degrees of ±9.
+    let light = LightDesc::Directional(DirectionalDesc { angle: 12.0, ..above() });
+    // Rotated by a, it reflects by 2a: ±3 degrees of ±9.
     let radiance = 1.0 / (PI * 6f64.to_radians().sin().powi(2));
-    mean(256, down().lit(lamp).with_object(rocks, mirror)).is_grey(radiance / 3.0, 0.02);
+    mean(256, down().lit(light).with_object(rocks, mirror)).is_grey(radiance / 3.0, 0.02);
 }
 
 #[test]
 fn groups_move_with_what_is_in_them_and_all_bytes_stay() {
     let camera = PinholeDesc { position: v(0.0, 3.0, 9.0), ..PinholeDesc::default() };
-    let lamp = PrincipledMaterial { emission_luminance: 2.0, ..PrincipledMaterial::default() };
+    let light = PrincipledMaterial { emission_luminance: 2.0, ..PrincipledMaterial::default() };
     let turning = ObjectDesc {
-        motion: Some(turned(DVec3::X, 90.0, [0.0; 2])),
+        motion: Some(rotated_then_moved(DVec3::X, 90.0, [0.0; 2])),
         ..ObjectDesc::new(sized(1.0, 1.0, 1.0))
     };
     let mut desc = path(PathDesc::default())
         .filmed([30, 20], 8)
         .seen(camera)
         .lit(LightDesc::Sky(SkyDesc::default()))
-        .with_object(turning, lamp);
+        .with_object(turning, light);
     let ball = ObjectDesc::new(ShapeDesc::Sphere(SphereDesc { center: v(2.0, 0.0, 0.0), radius: 1.0 }));
     let two = GroupDesc { objects: [ball].into_iter().chain(desc.objects.drain(..)).collect() };
     desc.groups.push(two.into());
     desc.objects.push(ObjectDesc {
         content: ObjectContent::Instance(GroupId(0)),
-        motion: Some(turned(DVec3::Y, 80.0, [0.0, 1.0])),
+        motion: Some(rotated_then_moved(DVec3::Y, 80.0, [0.0, 1.0])),
         ..ObjectDesc::default()
     });
     let ground = PlaneDesc { point: v(0.0, -1.0, 0.0), ..PlaneDesc::default() };

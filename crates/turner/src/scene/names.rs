@@ -1,4 +1,4 @@
-//! What things are called, for those who are told what a ray met.
+//! Names of objects, for reports about what a ray hit.
 
 use std::collections::BTreeMap;
 
@@ -7,47 +7,47 @@ use crate::math::Ray;
 use crate::scene::{Hit, Scene};
 use crate::schema::MaterialId;
 
-/// Names of the primitives' objects: an entry for each run of primitives that share them, so that a scene without names has none and an
-/// instance with a thousand parts has as many as it has named parts.
+/// Object names, stored per run of primitives that share them: a scene without names has no entries, and an instance
+/// of a thousand parts has one per named part.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ObjectNames {
     names: Vec<String>,
     runs: Vec<Run>,
 }
 
-/// Primitives from `first` on, up to the next run.
+/// Primitives from `first` up to the next run.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     first: u32,
-    /// The name of the object of the scene, and of the one within it; [`NO_NAME`] where it has none.
+    /// Names of the top-level object and of the object within it; [`NO_NAME`] without a name.
     outer: u32,
     inner: u32,
 }
 
 const NO_NAME: u32 = u32::MAX;
 
-/// What a primitive's object is called.
+/// The names of a primitive's object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ObjectName<'a> {
     /// The name of the object itself.
     pub own: Option<&'a str>,
-    /// The name of the instance that placed it in the scene, where it is part of one.
+    /// The name of the instance that placed it, if it is part of one.
     pub instance: Option<&'a str>,
 }
 
 impl ObjectName<'_> {
-    /// Whether one of its names is this one.
+    /// Whether `name` is one of its names.
     pub fn is(&self, name: &str) -> bool {
         self.own == Some(name) || self.instance == Some(name)
     }
 }
 
-/// Something that casts a shadow.
+/// An object that casts a shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Caster {
-    /// How far along the shadow ray.
+    /// Distance along the shadow ray, as t.
     pub t: f64,
-    /// The primitive's number in the description.
+    /// ID of the primitive.
     pub primitive: u32,
     /// Its shape, in a word.
     pub shape: &'static str,
@@ -63,7 +63,7 @@ pub(crate) struct NameCollector {
 }
 
 impl NameCollector {
-    /// The number of an object's name.
+    /// The index of an object's name.
     pub(crate) fn number(&mut self, name: Option<&str>) -> Option<u32> {
         name.map(|name| self.number_of(name))
     }
@@ -78,7 +78,7 @@ impl NameCollector {
         number
     }
 
-    /// The primitive `first` and those after it are called so.
+    /// Names primitive `first` and the following ones.
     pub(crate) fn add(&mut self, first: u32, outer: Option<u32>, inner: Option<u32>) {
         let (outer, inner) = (outer.unwrap_or(NO_NAME), inner.unwrap_or(NO_NAME));
         let last = self.names.runs.last();
@@ -87,7 +87,7 @@ impl NameCollector {
         }
     }
 
-    /// The same for something that the scene's description does not have.
+    /// Names an object that is not in the scene description.
     pub(crate) fn add_own(&mut self, first: u32, name: &str) {
         let number = self.number_of(name);
         self.add(first, None, Some(number));
@@ -99,18 +99,18 @@ impl NameCollector {
 }
 
 impl Scene {
-    /// What the object of a primitive is called, by the primitive's number in the description ([`Scene::primitive_id`]).
+    /// The names of a primitive's object, by the primitive's ID ([`Scene::primitive_id`]).
     pub fn object_name(&self, primitive: u32) -> ObjectName<'_> {
         let names = &self.object_names;
-        let behind = names.runs.partition_point(|run| run.first <= primitive);
-        let Some(run) = behind.checked_sub(1).and_then(|i| names.runs.get(i)) else {
+        let next = names.runs.partition_point(|run| run.first <= primitive);
+        let Some(run) = next.checked_sub(1).and_then(|i| names.runs.get(i)) else {
             return ObjectName::default();
         };
         let name = |number: u32| names.names.get(number as usize).map(String::as_str);
         ObjectName { own: name(run.inner), instance: name(run.outer) }
     }
 
-    /// All names of objects that are in the scene, in the order of the description, each once.
+    /// All object names of the scene in the order of the description, each once.
     pub fn object_names(&self) -> &[String] {
         &self.object_names.names
     }
@@ -120,18 +120,19 @@ impl Scene {
         self.primitives.get(hit.primitive as usize).map_or("", |p| p.shape.word())
     }
 
-    /// What casts a shadow along a ray, from its near end; nothing behind the first opaque thing. Beyond some hundreds of crossings no
-    /// more are listed. Meshes are asked in double precision: at a silhouette it may happen that what blocks a shadow ray is not found.
+    /// The objects that cast a shadow along a ray, from its near end up to the first opaque one. Lists at most some
+    /// hundreds of crossings. Meshes are intersected in double precision: at a silhouette, what blocks a shadow ray
+    /// may be missing here.
     pub fn shadow_casters(&self, ray: &Ray) -> Vec<Caster> {
         const MOST: usize = 256;
         let mut ray = *ray;
-        let mut caustic_targets = Vec::new();
+        let mut casters = Vec::new();
         for _ in 0..MOST {
             let Some(hit) = self.intersect(&ray) else { break };
             let surface = self.surface(&ray, &hit);
             let kind = self.materials.get(surface.material.index()).map(|m| m.shadow());
             if kind != Some(ShadowKind::None) {
-                caustic_targets.push(Caster {
+                casters.push(Caster {
                     t: hit.shape.t,
                     primitive: self.primitive_id(&hit),
                     shape: self.shape_word(&hit),
@@ -143,6 +144,6 @@ impl Scene {
             }
             ray.t_min = self.beyond(&ray, &hit, &surface);
         }
-        caustic_targets
+        casters
     }
 }

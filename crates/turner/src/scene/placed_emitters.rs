@@ -1,42 +1,43 @@
-//! Emitters with a place, gathered in a light tree: lights, shapes, and each triangle of a mesh and point of a cloud by itself.
+//! Emitters at finite positions in a light tree: lights, shapes, and single triangles of meshes and points of clouds.
 
 use crate::light::{LightBound, LightTree, Receiver, TREE_WIDTH};
 use crate::scene::Scene;
 use crate::scene::emitters::{Emitter, NONE};
 
-/// So many emitters with a place must there be to be chosen from, or so many parts of one: a mesh of few triangles is sampled better as a whole.
+/// The tree is used for at least this many emitters, or this many parts of one emitter: a mesh of few triangles is
+/// sampled better by its own table.
 const FEWEST: usize = 2;
 const FEWEST_PARTS: u32 = 64;
 
 /// How a light is chosen for a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightChoice {
-    /// By the tree where there are several with a place, else by the table.
+    /// With the tree if several emitters have positions, else with the table.
     Auto,
-    /// By one table for all points of the scene.
+    /// With one table for all points of the scene.
     Table,
-    /// Those with a place by the tree, however few.
+    /// With the tree, however few emitters have positions.
     Tree,
 }
 
-/// The tree, and what its lights stand for.
+/// The tree, and the emitters of its leaves.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedEmitters {
     tree: LightTree,
-    /// For each light of the tree its emitter and, of a mesh or a cloud, the triangle or point, else [`NONE`].
+    /// For each leaf its emitter and, for meshes and clouds, the triangle or point; else [`NONE`].
     parts: Vec<(u32, u32)>,
-    /// For each emitter its first light of the tree; [`NONE`] for those that are not in it.
+    /// For each emitter its first leaf; [`NONE`] for emitters outside the tree.
     first: Vec<u32>,
 }
 
-/// Of a mesh or a cloud in the tree: whether its parts are, or it is as a whole.
-fn stands_in_parts(count: u32, most: u32) -> bool {
-    count <= most
+/// Whether the parts of a mesh or cloud are separate leaves, rather than one.
+fn has_leaf_per_part(count: u32, part_limit: u32) -> bool {
+    count <= part_limit
 }
 
 impl PlacedEmitters {
-    /// Of emitters with a place there are many, and memory for them; with the power of each shape, by emitter. What stands in the tree by its parts needs
-    /// no choice among them any more.
+    /// `None` if the tree does not pay or memory is short. `powers` has the power of each emissive shape, by emitter.
+    /// Shapes whose parts are leaves lose their own table.
     pub(crate) fn new(
         scene: &Scene,
         emitters: &mut [Emitter],
@@ -44,23 +45,23 @@ impl PlacedEmitters {
         how: LightChoice,
     ) -> Option<PlacedEmitters> {
         let counts: Vec<u32> = emitters.iter().map(|e| e.parts(scene)).collect();
-        // Where they are too many, the largest meshes stand in the tree as a whole, and choose by themselves.
-        let mut most = LightTree::MOST;
-        let total = |most: u32| {
-            let part = |count: &u32| if stands_in_parts(*count, most) { *count } else { 1 };
+        // With too many parts, the largest meshes become single leaves with their own table.
+        let mut part_limit = LightTree::MOST;
+        let total = |part_limit: u32| {
+            let part = |count: &u32| if has_leaf_per_part(*count, part_limit) { *count } else { 1 };
             counts.iter().map(|count| u64::from(part(count))).sum::<u64>()
         };
-        while most > 1 && total(most) > u64::from(LightTree::MOST) {
-            most /= 2;
+        while part_limit > 1 && total(part_limit) > u64::from(LightTree::MOST) {
+            part_limit /= 2;
         }
-        let count = u32::try_from(total(most)).ok().filter(|n| *n <= LightTree::MOST)?;
+        let count = u32::try_from(total(part_limit)).ok().filter(|n| *n <= LightTree::MOST)?;
         let emitting = counts.iter().filter(|count| **count > 0).count();
-        let pays = match how {
+        let use_tree = match how {
             LightChoice::Auto => emitting >= FEWEST || count >= FEWEST_PARTS,
             LightChoice::Tree => emitting > 0,
             LightChoice::Table => false,
         };
-        if !pays {
+        if !use_tree {
             return None;
         }
         let mut parts = Vec::new();
@@ -71,8 +72,10 @@ impl PlacedEmitters {
             first.push(if count == 0 { NONE } else { parts.len() as u32 });
             match (emitter, count) {
                 (_, 0) => {}
-                (Emitter::Shape(shape), count) if shape.has_parts() && stands_in_parts(count, most) => {
-                    parts.extend((0..count).map(|place| (i as u32, shape.part_at(place))));
+                (Emitter::Shape(shape), count)
+                    if shape.has_parts() && has_leaf_per_part(count, part_limit) =>
+                {
+                    parts.extend((0..count).map(|position| (i as u32, shape.part_at(position))));
                 }
                 _ => parts.push((i as u32, NONE)),
             }
@@ -80,16 +83,16 @@ impl PlacedEmitters {
         let tree = {
             let bound = |light: u32| {
                 let (i, part) = parts[light as usize];
-                let place = light - first[i as usize];
-                emitters[i as usize].bound(scene, powers[i as usize], part, place)
+                let position = light - first[i as usize];
+                emitters[i as usize].bound(scene, powers[i as usize], part, position)
             };
             LightTree::new(count, bound)?
         };
         for (emitter, &count) in emitters.iter_mut().zip(&counts) {
             if let Emitter::Shape(shape) = emitter
-                && stands_in_parts(count, most)
+                && has_leaf_per_part(count, part_limit)
             {
-                shape.forget_choice();
+                shape.drop_part_table();
             }
         }
         Some(PlacedEmitters { tree, parts, first })
@@ -100,8 +103,8 @@ impl PlacedEmitters {
         self.first.get(emitter as usize).is_some_and(|first| *first != NONE)
     }
 
-    /// The emitter that `u` chooses for a point, its part or [`NONE`], the probability of that, and what is left of `u`; for the next choice at the point
-    /// what is known of its root.
+    /// The emitter that `u` chooses for a point, its part or [`NONE`], the probability, and the rescaled `u`. `root`
+    /// keeps the importances of the root's children for the next choice at the same point.
     #[inline]
     pub(crate) fn choose(
         &self,
@@ -109,33 +112,34 @@ impl PlacedEmitters {
         u: f64,
         root: &mut Option<[f32; TREE_WIDTH]>,
     ) -> Option<(u32, u32, f64, f64)> {
-        let (light, probability, left) = self.tree.sample_again(at, u, root)?;
+        let (light, probability, rescaled) = self.tree.sample_again(at, u, root)?;
         let &(emitter, part) = self.parts.get(light as usize)?;
-        Some((emitter, part, probability, left))
+        Some((emitter, part, probability, rescaled))
     }
 
-    /// The probability with which that chooses an emitter, of which this is the place of the part; and whether it has chosen a part.
+    /// The probability with which `choose` gives an emitter and the part at this position; and whether a part was
+    /// chosen.
     #[inline]
-    pub(crate) fn probability(&self, at: &Receiver, emitter: u32, place: u32) -> (f64, bool) {
+    pub(crate) fn probability(&self, at: &Receiver, emitter: u32, position: u32) -> (f64, bool) {
         let Some(&first) = self.first.get(emitter as usize).filter(|first| **first != NONE) else {
             return (0.0, false);
         };
-        let whole = self.parts.get(first as usize).is_some_and(|(_, part)| *part == NONE);
-        let light = if whole { first } else { first.saturating_add(place) };
+        let single_leaf = self.parts.get(first as usize).is_some_and(|(_, part)| *part == NONE);
+        let light = if single_leaf { first } else { first.saturating_add(position) };
         match self.parts.get(light as usize) {
-            Some((of, _)) if *of == emitter => (self.tree.probability(at, light), !whole),
+            Some((of, _)) if *of == emitter => (self.tree.probability(at, light), !single_leaf),
             _ => (0.0, false),
         }
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.tree.bytes() + size_of_val(&self.parts[..]) + size_of_val(&self.first[..])
     }
 }
 
 impl Emitter {
-    /// For how many lights of a tree it stands; 0 if it has no place.
+    /// How many leaves it has in a tree; 0 if it has no finite position.
     fn parts(&self, scene: &Scene) -> u32 {
         match self {
             Emitter::Light(i) => {
@@ -145,13 +149,13 @@ impl Emitter {
         }
     }
 
-    /// The bounds of one of them: a part, at its place among all, or [`NONE`].
-    fn bound(&self, scene: &Scene, power: f64, part: u32, place: u32) -> LightBound {
+    /// The bounds of a part, which has this position among all, or of the complete emitter if `part` is [`NONE`].
+    fn bound(&self, scene: &Scene, power: f64, part: u32, position: u32) -> LightBound {
         let bound = match self {
             Emitter::Light(i) => scene.lights.get(*i as usize).and_then(|light| light.bound()),
-            Emitter::Shape(shape) => shape.bound(scene, power, part, place),
+            Emitter::Shape(shape) => shape.bound(scene, power, part, position),
         };
-        // Anywhere.
+        // Non-finite bounds count as being anywhere.
         bound.unwrap_or(LightBound::everywhere(crate::math::DVec3::NAN, 0.0, power))
     }
 }

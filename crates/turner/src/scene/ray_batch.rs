@@ -1,4 +1,4 @@
-//! Rays in blocks of eight, with what they left and room to work on them.
+//! Rays in blocks of eight, with the surfaces that they leave and scratch memory.
 
 use turner_bvh::lanes::{Block, LANES};
 use turner_bvh::{NearestBlock, RayBlock};
@@ -8,25 +8,25 @@ use crate::scene::scene::{Bits, ObjectTransform};
 use crate::scene::{Hit, SurfaceInteraction};
 use crate::shape::{MeshRays, ShapeHit};
 
-/// Rays in blocks of eight, and room to work on them. Blocks are kept when they are taken out: what an empty place
-/// holds beside a `t_max` of NaN is of no account.
+/// Rays in blocks of eight, with scratch memory. Slots may be empty: a `t_max` of NaN marks them, and their other
+/// values are ignored. Blocks are kept when the batch is cleared.
 #[derive(Default)]
 pub struct RayBatch {
     pub(crate) blocks: Vec<RayBlock>,
-    /// Their moments, if anything moves; those beyond the end are 0.
+    /// Times of the rays, if anything moves; missing entries are 0.
     times: Vec<f32>,
-    /// Places of which some may be empty: those of the first `used()` blocks, but for the end of the last one.
+    /// Number of slots; some may be empty.
     pub(crate) len: usize,
-    /// The primitive and the part of it that each ray leaves: it does not meet a flat one again. Empty if no ray says so.
+    /// The primitive and part that each ray leaves: it cannot hit a flat one again. Empty if unknown for all rays.
     pub(crate) from: Vec<RayOrigin>,
     pub(crate) nearest: Vec<NearestBlock>,
     pub(crate) blocked: Vec<u8>,
-    /// Those that something tinted is before.
+    /// Bits of rays that something tinted attenuates.
     pub(crate) tinted: Vec<u8>,
-    /// For meshes: how far each ray goes, and the rays in an object's space.
+    /// For meshes: the current end of each ray, and the rays in object space.
     pub(crate) ends: Vec<Block>,
     pub(crate) moved: Vec<RayBlock>,
-    pub(crate) room: MeshRays,
+    pub(crate) scratch: MeshRays,
     pub(crate) found: Vec<(u32, ShapeHit)>,
 }
 
@@ -42,7 +42,7 @@ impl RayOrigin {
 }
 
 impl Hit {
-    /// What a ray leaves that begins here.
+    /// The origin of a ray that begins here.
     #[inline]
     pub fn origin(&self) -> RayOrigin {
         RayOrigin { primitive: self.primitive, part: self.shape.part }
@@ -50,24 +50,24 @@ impl Hit {
 }
 
 impl RayBatch {
-    /// Takes all rays out.
+    /// Removes all rays.
     pub fn clear(&mut self) {
         self.len = 0;
         self.from.clear();
         self.times.clear();
     }
 
-    /// How many places for rays there are; some may be empty.
+    /// Number of slots; some may be empty.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there are none.
+    /// Whether there are no slots.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Adds a ray, without its moment: see [`RayBatch::set_time`].
+    /// Adds a ray without its time: see [`RayBatch::set_time`].
     #[inline]
     pub fn push(&mut self, ray: &Ray) {
         let lane = self.len % LANES;
@@ -78,13 +78,13 @@ impl RayBatch {
         }
     }
 
-    /// Adds a ray that leaves a surface. What it hits is the same as if that were not known, but found sooner.
+    /// Adds a ray that leaves a surface. It finds the same hits as without this knowledge, but faster.
     #[inline]
     pub fn push_from(&mut self, ray: &Ray, surface: &SurfaceInteraction) {
         self.push_leaving(ray, surface.hit.origin());
     }
 
-    /// The same for what [`Hit::origin`] says of the surface.
+    /// The same with the origin from [`Hit::origin`].
     #[inline]
     pub fn push_leaving(&mut self, ray: &Ray, from: RayOrigin) {
         self.push(ray);
@@ -94,8 +94,8 @@ impl RayBatch {
         self.from.push(from);
     }
 
-    /// Adds `count` places, at most eight, to be filled by the caller; all of the block's are empty. What was pushed
-    /// before must have filled its block.
+    /// Adds `count` slots, at most eight, for the caller to fill; all are empty at first. Earlier blocks must be
+    /// full.
     #[inline]
     pub fn add_block(&mut self, count: usize) -> &mut RayBlock {
         debug_assert!(self.len.is_multiple_of(LANES) && count <= LANES);
@@ -109,7 +109,7 @@ impl RayBatch {
         block
     }
 
-    /// Empties the place of a ray.
+    /// Empties the slot of a ray.
     pub fn remove(&mut self, i: usize) {
         if let Some(block) = self.blocks.get_mut(i / LANES) {
             block.t_max.0[i % LANES] = f64::NAN;
@@ -122,7 +122,7 @@ impl RayBatch {
         &mut self.blocks[index]
     }
 
-    /// Takes over the rays of another batch.
+    /// Copies the rays of another batch.
     pub fn copy(&mut self, other: &RayBatch) {
         self.blocks.clear();
         self.blocks.extend_from_slice(other.blocks());
@@ -131,7 +131,7 @@ impl RayBatch {
         self.times.clone_from(&other.times);
     }
 
-    /// Sets the moment of the ray at a place; those of rays before it that have none are 0.
+    /// Sets the time of a ray; earlier rays without a time get 0.
     pub fn set_time(&mut self, i: usize, time: f32) {
         if self.times.len() <= i {
             self.times.resize(i + 1, 0.0);
@@ -139,13 +139,13 @@ impl RayBatch {
         self.times[i] = time;
     }
 
-    /// The moment of the ray at a place.
+    /// The time of a ray.
     #[inline]
     pub fn time(&self, i: usize) -> f32 {
         self.times.get(i).copied().unwrap_or(0.0)
     }
 
-    /// The ray at a place; `None` if it is empty.
+    /// The ray in a slot; `None` if the slot is empty.
     #[inline]
     pub fn get(&self, i: usize) -> Option<Ray> {
         let (block, lane) = (&self.blocks[i / LANES], i % LANES);
@@ -159,31 +159,31 @@ impl RayBatch {
         (!ray.t_max.is_nan()).then_some(ray)
     }
 
-    /// The ray at a place, up to its end.
+    /// The ray in a slot, shortened to its current end.
     #[inline]
-    pub(crate) fn get_to_end(&self, place: u32) -> Option<Ray> {
-        let place = place as usize;
-        let ray = self.get(place)?;
-        Some(Ray { t_max: self.ends[place / LANES].0[place % LANES], ..ray })
+    pub(crate) fn get_to_end(&self, slot: u32) -> Option<Ray> {
+        let slot = slot as usize;
+        let ray = self.get(slot)?;
+        Some(Ray { t_max: self.ends[slot / LANES].0[slot % LANES], ..ray })
     }
 
-    /// Where the ray at a place ends.
+    /// The current end of a ray.
     #[inline]
-    pub(crate) fn end(&self, place: u32) -> f64 {
-        self.ends[place as usize / LANES].0[place as usize % LANES]
+    pub(crate) fn end(&self, slot: u32) -> f64 {
+        self.ends[slot as usize / LANES].0[slot as usize % LANES]
     }
 
     #[inline]
-    pub(crate) fn end_ray(&mut self, place: u32, t: f64) {
-        self.ends[place as usize / LANES].0[place as usize % LANES] = t;
+    pub(crate) fn end_ray(&mut self, slot: u32, t: f64) {
+        self.ends[slot as usize / LANES].0[slot as usize % LANES] = t;
     }
 
-    pub(crate) fn note(&mut self, place: usize, blocked: bool, tinted: bool) {
-        self.blocked[place / LANES] |= u8::from(blocked) << (place % LANES);
-        self.tinted[place / LANES] |= u8::from(tinted) << (place % LANES);
+    pub(crate) fn mark(&mut self, slot: usize, blocked: bool, tinted: bool) {
+        self.blocked[slot / LANES] |= u8::from(blocked) << (slot % LANES);
+        self.tinted[slot / LANES] |= u8::from(tinted) << (slot % LANES);
     }
 
-    /// Lets rays end where they do, or nowhere where they are blocked.
+    /// Resets the ends of rays to their `t_max`, or to NaN if they are blocked.
     pub(crate) fn end_unblocked(&mut self) {
         self.ends.clear();
         self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
@@ -194,26 +194,26 @@ impl RayBatch {
         }
     }
 
-    /// Lets rays end at their hits.
+    /// Ends rays at their hits.
     pub(crate) fn end_at(&mut self, hits: &[Option<Hit>]) {
         self.ends.clear();
         self.ends.extend(self.blocks[..self.len.div_ceil(LANES)].iter().map(|block| block.t_max));
-        for (place, hit) in hits.iter().enumerate() {
+        for (slot, hit) in hits.iter().enumerate() {
             if let Some(hit) = hit {
-                self.ends[place / LANES].0[place % LANES] = hit.shape.t;
+                self.ends[slot / LANES].0[slot % LANES] = hit.shape.t;
             }
         }
     }
 
-    /// Moves all rays into an object's space.
-    pub(crate) fn move_into(&mut self, placed: &ObjectTransform) {
+    /// Transforms all rays to an object's space.
+    pub(crate) fn move_into(&mut self, transform: &ObjectTransform) {
         self.moved.clear();
         self.moved.resize(self.len.div_ceil(LANES), RayBlock::NOTHING);
-        for place in 0..self.len {
-            if let Some(ray) = self.get(place) {
-                let moved = placed.ray_to_object(&ray);
-                self.moved[place / LANES].set(
-                    place % LANES,
+        for slot in 0..self.len {
+            if let Some(ray) = self.get(slot) {
+                let moved = transform.ray_to_object(&ray);
+                self.moved[slot / LANES].set(
+                    slot % LANES,
                     moved.origin.to_array(),
                     moved.direction.to_array(),
                     moved.t_min,

@@ -1,4 +1,4 @@
-//! Many rays at once find what each finds alone.
+//! Batches of rays find what each ray finds alone.
 
 use super::RayBatch;
 use crate::description::SceneDesc;
@@ -9,8 +9,9 @@ use crate::schema::PrepareOptions;
 use crate::shape::{BoxDesc, ShapeDesc};
 use crate::testing::scenes::{placed, plane, rgb, sphere, v};
 
-/// Spheres and other shapes, opaque, tinted and shadowless, with and without transforms; `more` spheres beside.
-fn scene(extra_candidates: u32) -> SceneDesc {
+/// Spheres and other shapes, opaque, tinted and shadowless, with and without transforms, plus `extra_spheres`
+/// spheres.
+fn scene(extra_spheres: u32) -> SceneDesc {
     let tinted = |color, k_refract| ClassicMaterial {
         color: rgb(color),
         k_refract,
@@ -28,7 +29,7 @@ fn scene(extra_candidates: u32) -> SceneDesc {
     let desc = desc
         .with(ShapeDesc::Box(BoxDesc::default()), tinted([0.3, 0.9, 0.7], 0.5))
         .with_default(sphere(DVec3::Y, 1.0));
-    (0..extra_candidates).fold(desc, |desc, i| {
+    (0..extra_spheres).fold(desc, |desc, i| {
         let x = f64::from(i) * 0.37 - 3.0;
         desc.with_default(sphere(v(x, x * x * 0.3, -1.0), 0.2))
     })
@@ -36,8 +37,8 @@ fn scene(extra_candidates: u32) -> SceneDesc {
 
 #[test]
 fn batches_find_what_single_rays_find() {
-    for extra_candidates in [0, 20, 90] {
-        let scene = scene(extra_candidates).prepare(&PrepareOptions::default()).unwrap().scene;
+    for extra_spheres in [0, 20, 90] {
+        let scene = scene(extra_spheres).prepare(&PrepareOptions::default()).unwrap().scene;
         let (mut hits, mut through) = (Vec::new(), Vec::new());
         let (mut struck, mut tinted) = (0, 0);
         for n in 0..400 {

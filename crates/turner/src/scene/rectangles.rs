@@ -1,4 +1,4 @@
-//! Rectangles and rays, eight rays at a time.
+//! Rectangle intersection, eight rays at a time.
 
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work, dispatch};
 use turner_bvh::{InstructionSet, RayBlock};
@@ -6,13 +6,13 @@ use turner_bvh::{InstructionSet, RayBlock};
 use crate::scene::scene::Bits;
 use crate::shape::{Rectangle, ShapeHit};
 
-/// A rectangle that stands where it is described.
+/// A rectangle without a transform.
 #[derive(Clone, Debug)]
 pub(crate) struct BatchRectangle {
     shape: Rectangle,
-    /// The primitive.
+    /// Index of the primitive.
     pub(crate) index: u32,
-    /// Whether it is not there for rays that meet its back.
+    /// Whether it is invisible from its back.
     one_sided: bool,
 }
 
@@ -21,23 +21,23 @@ impl BatchRectangle {
         BatchRectangle { shape: *shape, index, one_sided }
     }
 
-    /// Calls `met` with the place and the hit of each ray that meets it before its end.
+    /// Calls `hit` with the index and the hit of each ray that hits the rectangle before the ray's end.
     pub(crate) fn intersect(
         &self,
         set: InstructionSet,
         blocks: &[RayBlock],
         ends: &[Block],
-        mut met: impl FnMut(usize, ShapeHit),
+        mut hit: impl FnMut(usize, ShapeHit),
     ) {
-        dispatch(set, Crossings { of: self, blocks, ends, met: &mut met });
+        dispatch(set, Crossings { rectangle: self, blocks, ends, hit: &mut hit });
     }
 }
 
 struct Crossings<'a, F> {
-    of: &'a BatchRectangle,
+    rectangle: &'a BatchRectangle,
     blocks: &'a [RayBlock],
     ends: &'a [Block],
-    met: &'a mut F,
+    hit: &'a mut F,
 }
 
 impl<F: FnMut(usize, ShapeHit)> Work for Crossings<'_, F> {
@@ -46,7 +46,7 @@ impl<F: FnMut(usize, ShapeHit)> Work for Crossings<'_, F> {
     /// As [`Rectangle::intersect`], operation by operation.
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let r = &self.of.shape;
+        let r = &self.rectangle.shape;
         let vector = |v: crate::math::DVec3| Vec3x8::splat(simd, v.to_array());
         let (center, normal) = (vector(r.center), vector(r.normal));
         let (to_u, to_v) = (vector(r.to_u), vector(r.to_v));
@@ -60,26 +60,26 @@ impl<F: FnMut(usize, ShapeHit)> Work for Crossings<'_, F> {
             let t = (center - origin).dot(normal) / speed;
             let f = (origin + direction * t) - center;
             let (u, v) = (f.dot(to_u), f.dot(to_v));
-            let met = t.ge(F64x8::load(simd, &block.t_min))
+            let hit = t.ge(F64x8::load(simd, &block.t_min))
                 & t.le(F64x8::load(simd, end))
                 & t.lt(infinity)
                 & speed.abs().lt(infinity)
                 & u.abs().le(half)
                 & v.abs().le(half);
-            let mut met = met.bits();
-            if self.of.one_sided {
-                met &= speed.le(splat(0.0)).bits();
+            let mut hit = hit.bits();
+            if self.rectangle.one_sided {
+                hit &= speed.le(splat(0.0)).bits();
             }
-            if met == 0 {
+            if hit == 0 {
                 continue;
             }
             t.store(&mut out[0]);
             (u + half).store(&mut out[1]);
             (v + half).store(&mut out[2]);
-            for lane in Bits(u64::from(met)) {
+            for lane in Bits(u64::from(hit)) {
                 let lane = lane as usize;
                 let hit = ShapeHit { t: out[0].0[lane], part: 0, u: out[1].0[lane], v: out[2].0[lane] };
-                (self.met)(i * LANES + lane, hit);
+                (self.hit)(i * LANES + lane, hit);
             }
         }
     }

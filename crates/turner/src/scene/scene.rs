@@ -1,4 +1,5 @@
-//! What is rendered: complete, immutable, shared by all threads.
+//! The prepared scene: complete, immutable, shared by all threads. Intersection, shadow rays, and the surface at a
+//! hit.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -24,74 +25,74 @@ use crate::shape::traversal::TraversalFrame;
 use crate::shape::{Shape, ShapeHit, Sphere, SurfacePoint};
 use crate::texture::Textures;
 
-/// A scene ready to be rendered. Its parts are shared, so that a copy is cheap and an edit makes anew only what it changes.
+/// A prepared scene. Its parts are shared (`Arc`), so a copy is cheap and an edit rebuilds only what it changes.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What a ray sees that hits nothing.
+    /// The background, seen by rays that hit nothing.
     pub background: BackgroundDesc,
     /// All textures.
     pub textures: Arc<Textures>,
-    /// Materials, by id; behind those of the description stand the default and what the stage needs.
+    /// Materials, by id; after those of the description come the default material and those of the default studio.
     pub materials: Arc<[Material]>,
-    /// Lights with a place or a direction.
+    /// All lights except ambient ones.
     pub lights: Arc<[Light]>,
     /// The sum of the ambient lights.
     pub ambient: Spectrum,
-    /// Bounded primitives in the tree's leaf order, then the unbounded ones, then those that are gathered in one mesh.
+    /// Bounded primitives in the BVH's leaf order, then unbounded ones, then those in the static world mesh.
     pub(crate) primitives: Arc<[Primitive]>,
-    /// How many of them are in the tree.
+    /// Number of primitives in the BVH.
     pub(crate) bounded: usize,
-    /// Where those begin that are gathered in `merged`.
+    /// Index of the first primitive in `world_mesh`.
     pub(crate) gathered: usize,
     pub(crate) world_mesh: Option<StaticWorldMesh>,
     pub(crate) transforms: Arc<[ObjectTransform]>,
-    /// Empty where the sieve serves.
+    /// Empty if `culler` is used.
     pub(crate) bvh: Arc<BoxBvh>,
-    /// For scenes of few shapes, instead of the tree.
+    /// Replaces the BVH in scenes of few shapes.
     pub(crate) culler: Option<SphereCuller>,
     pub(crate) frame: TraversalFrame,
-    /// What is tested many rays at a time.
+    /// The shapes that batches test many rays at a time.
     pub(crate) batch: Arc<BatchShapes>,
-    /// For primitives with cut-outs or several materials.
+    /// Faces of primitives with cut-outs or several materials.
     pub(crate) faces: Arc<[Faces]>,
-    /// Whether its materials are physical ones, and lights can be chosen among: for integrators that follow light.
+    /// Whether the integrator is physical: then materials are physical ones and lights can be sampled.
     pub(crate) physical: bool,
-    /// Whether anything moves: then camera rays have moments.
+    /// Whether anything moves: then camera rays have a time.
     pub(crate) moves: bool,
-    /// What is between surfaces, if anything is; for the integrators that follow light.
+    /// Participating media, if the scene has any; for physical integrators.
     pub(crate) volumes: Option<Arc<Volumes>>,
-    /// What shines, for the integrators that follow light; empty for others.
+    /// Emitters for light sampling, with physical integrators; empty otherwise.
     pub emitters: Arc<Emitters>,
-    /// What objects are called.
+    /// Names of objects.
     pub(crate) object_names: Arc<ObjectNames>,
-    /// Which lights and objects belong together.
+    /// Light groups of lights and objects.
     pub light_groups: LightGroups,
-    /// For each light its number in the description; `None` for those of the stage.
+    /// For each light its index in the description; `None` for those of the default studio.
     pub light_sources: Vec<Option<u32>>,
     /// Counts and sizes, for `turner info`.
     pub stats: SceneStats,
-    /// What batches are traced and shaded with.
+    /// Instruction set with which batches are traced and shaded.
     pub instruction_set: InstructionSet,
 }
 
 /// Counts and sizes of a prepared scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneStats {
-    /// Shapes placed, instances flattened.
+    /// Shapes, instances flattened.
     pub primitives: u64,
     /// Triangles of the meshes, each mesh counted once.
     pub triangles: u64,
-    /// Around everything bounded.
+    /// Bounds of everything bounded.
     pub bounds: Option<Bounds>,
-    /// Bytes: primitives, transforms and the tree over them.
+    /// Bytes of primitives, transforms and the BVH over them.
     pub tree_bytes: u64,
-    /// Bytes: meshes with their trees.
+    /// Bytes of meshes with their BVHs.
     pub mesh_bytes: u64,
-    /// Bytes: pictures.
+    /// Bytes of images.
     pub texture_bytes: u64,
 }
 
-/// A shape placed in the scene.
+/// A shape with its material and transform.
 #[derive(Clone, Debug)]
 pub(crate) struct Primitive {
     pub(crate) shape: Shape,
@@ -100,13 +101,13 @@ pub(crate) struct Primitive {
     pub(crate) transform: u32,
     /// Index into the scene's faces, or [`NO_FACES`].
     pub(crate) faces: u32,
-    /// Its number in the description, instances in order: breaks ties between equally near hits, so that the
-    /// picture does not depend on the tree.
+    /// ID in the description, instances in order. It breaks ties between equally near hits, so that the picture does
+    /// not depend on the BVH.
     pub(crate) id: u32,
 }
 
 impl Primitive {
-    /// A shape without end, in the world's space.
+    /// An unbounded shape in world space.
     pub(crate) fn unbounded(shape: Shape, material: MaterialId, id: u32) -> Primitive {
         Primitive { shape, material, transform: NO_TRANSFORM, faces: NO_FACES, id }
     }
@@ -114,16 +115,16 @@ impl Primitive {
 
 pub(crate) const NO_TRANSFORM: u32 = u32::MAX;
 
-/// A transform with what it takes to use it.
+/// A transform and the matrices derived from it.
 #[derive(Clone, Debug)]
 pub(crate) struct ObjectTransform {
     pub(crate) to_world: DAffine3,
     pub(crate) to_object: DAffine3,
-    /// Normals go by the inverse transpose.
+    /// Normals transform by the inverse transpose.
     pub(crate) normal: DMat3,
-    /// The most a length can grow.
+    /// Upper bound of the factor by which lengths grow.
     pub(crate) stretch: f64,
-    /// What moves is elsewhere at each moment; the rest of this is then where it is as the shutter opens.
+    /// Motion, if the object moves; the other fields are then the placement when the shutter opens.
     pub(crate) motion: Option<Box<Motion>>,
 }
 
@@ -136,7 +137,7 @@ impl ObjectTransform {
         ObjectTransform { to_world, to_object, normal: to_object.matrix3.transpose(), stretch, motion: None }
     }
 
-    /// A ray of the world as one of the object, at the ray's moment.
+    /// Transforms a ray from world space to object space at the ray's time.
     #[inline]
     pub(crate) fn ray_to_object(&self, ray: &Ray) -> Ray {
         match &self.motion {
@@ -147,19 +148,18 @@ impl ObjectTransform {
 }
 
 impl Scene {
-    /// What a ray sees that hits nothing: the environment, where there is one and the background shows it, or the background's colour.
+    /// Radiance of a ray that hits nothing: the environment, if there is one and the background shows it, else the
+    /// background's colour.
     pub fn background_radiance(&self, direction: DVec3) -> Spectrum {
         let mut around = self.lights.iter().filter_map(|light| light.around(direction));
         match around.next() {
-            Some(first) if self.background.environment => {
-                around.fold(first, |sum, extra_candidates| sum + extra_candidates)
-            }
+            Some(first) if self.background.environment => around.fold(first, |sum, next| sum + next),
             _ => self.background.color(direction),
         }
     }
 
-    /// The nearest hit with `t_min <= t <= t_max`; among equally near ones that of the object which stands first
-    /// in the description.
+    /// The nearest hit with `t_min <= t <= t_max`; among equally near hits that of the object that comes first in the
+    /// description.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let mut ray = *ray;
@@ -177,7 +177,7 @@ impl Scene {
         best
     }
 
-    /// The same among the primitives of the tree or the sieve.
+    /// The nearest hit among the primitives of the BVH or the sphere culler.
     #[inline]
     pub(crate) fn intersect_bounded(&self, ray: &mut Ray, best: &mut Option<Hit>) {
         let Some(search) = self.frame.ray(ray) else { return };
@@ -203,13 +203,13 @@ impl Scene {
         self.keep_nearer(index, shape, ray, best);
     }
 
-    /// Takes a hit of a primitive into `best` if it is nearer; the ray then ends there.
+    /// Keeps a primitive's hit in `best` if it is nearer, and shortens the ray to it.
     #[inline(always)]
     pub(crate) fn keep_nearer(&self, index: u32, shape: ShapeHit, ray: &mut Ray, best: &mut Option<Hit>) {
         self.keep_nearer_before(Hit { shape, primitive: index }, &mut ray.t_max, best);
     }
 
-    /// The same for a ray that is known by its end.
+    /// The same with the ray's end alone.
     #[inline(always)]
     pub(crate) fn keep_nearer_before(&self, hit: Hit, end: &mut f64, best: &mut Option<Hit>) {
         let id = |hit: &Hit| self.primitives[hit.primitive as usize].id;
@@ -226,7 +226,7 @@ impl Scene {
             return self.intersect_faces(primitive, ray);
         }
         if primitive.transform == NO_TRANSFORM {
-            // Spheres and planes are tested in place: a call costs as much as the test.
+            // Spheres and planes are tested inline: a call costs as much as the test.
             match &primitive.shape {
                 Shape::Sphere(sphere) => sphere.intersect(ray),
                 Shape::Plane(plane) => plane.intersect(ray),
@@ -262,7 +262,7 @@ impl Scene {
         }
     }
 
-    /// Whether anything that casts a shadow, if only a tinted one, is hit with `t_min <= t <= t_max`.
+    /// Whether anything that casts a shadow, even a tinted one, is hit with `t_min <= t <= t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         let tinted = Cell::new(false);
@@ -285,7 +285,7 @@ impl Scene {
         self.bounded_block(ray, tinted)
     }
 
-    /// The same among the primitives of the tree or the sieve.
+    /// The same among the primitives of the BVH or the sphere culler.
     #[inline]
     pub(crate) fn bounded_block(&self, ray: &Ray, tinted: &Cell<bool>) -> bool {
         match (self.frame.ray(ray), &self.culler) {
@@ -299,7 +299,7 @@ impl Scene {
         }
     }
 
-    /// The share of light that comes along a shadow ray: 0 or 1, or what tinted objects let through.
+    /// Transmittance of a shadow ray: 0, 1, or the product of the tints of what it crosses.
     #[inline]
     pub fn transmittance(&self, ray: &Ray) -> Spectrum {
         let tinted = Cell::new(false);
@@ -312,7 +312,7 @@ impl Scene {
         }
     }
 
-    /// Crossing after crossing from the near end, so that the order of the product is the ray's and not the tree's.
+    /// Crosses surfaces in order from the near end, so that the product does not depend on the BVH.
     pub(crate) fn tinted_transmittance(&self, ray: &Ray) -> Spectrum {
         /// More crossings than this count as opaque.
         const MAX_CROSSINGS: u32 = 4096;
@@ -335,36 +335,29 @@ impl Scene {
         Spectrum::BLACK
     }
 
-    /// Where a ray goes on at the other side of a surface; t keeps its meaning but for the offset.
+    /// The t at which a ray continues behind a surface; t is unchanged except for the offset.
     pub(crate) fn beyond(&self, ray: &Ray, hit: &Hit, surface: &SurfaceInteraction) -> f64 {
         next_after(hit.shape.t.max(ray.t_min), surface.error * 8.0 / ray.direction.length())
     }
 
-    /// The surface at a hit of `ray`.
+    /// The surface interaction at a hit of `ray`.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let primitive = &self.primitives[hit.primitive as usize];
         let material = self.material_of(primitive, &hit.shape);
-        // A point may be exact, as the origin on a plane through it: a ray must leave it all the same.
+        // A point may be exact, like the origin on a plane through it: an offset ray needs an error bound above 0
+        // nevertheless.
         let time = ray.time;
         let floor = 1e-15 * hit.shape.t;
-        let made = |p: DVec3, error: f64, ng: DVec3, ns: DVec3, object: SurfacePoint| SurfaceInteraction {
-            p,
-            error,
-            ng,
-            ns,
-            material,
-            object,
-            hit: *hit,
-            time,
-            seen: NOT_SEEN,
+        let interaction = |p: DVec3, error: f64, ng: DVec3, ns: DVec3, object: SurfacePoint| {
+            SurfaceInteraction { p, error, ng, ns, material, object, hit: *hit, time, seen: NOT_SEEN }
         };
         if primitive.transform == NO_TRANSFORM {
             let s = primitive.shape.surface(ray, &hit.shape);
-            if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-                return made(p, error, ng, ns, s);
+            if let Some((p, error, ng, ns)) = self.world_mesh_surface(hit, &s) {
+                return interaction(p, error, ng, ns, s);
             }
-            return made(s.p, s.error.max(floor), s.ng, s.ns, s);
+            return interaction(s.p, s.error.max(floor), s.ng, s.ns, s);
         }
         let placed = &self.transforms[primitive.transform as usize];
         let now = placed.motion.as_ref().map(|m| ObjectTransform::new(m.at(f64::from(ray.time))));
@@ -373,18 +366,18 @@ impl Scene {
             Shape::Mesh(mesh) => mesh.surface(&hit.shape),
             shape => shape.surface(&ray.transformed(&transform.to_object), &hit.shape),
         };
-        if let Some((p, error, ng, ns)) = self.merged_surface(hit, &s) {
-            return made(p, error, ng, ns, s);
+        if let Some((p, error, ng, ns)) = self.world_mesh_surface(hit, &s) {
+            return interaction(p, error, ng, ns, s);
         }
         let p = transform.to_world.transform_point3(s.p);
         let ng = (transform.normal * s.ng).normalize();
         let ns = (transform.normal * s.ns).normalize();
         let size = p.abs().max_element() + transform.to_world.translation.abs().max_element();
         let error = (s.error * transform.stretch + 1e-15 * size).max(floor);
-        made(p, error, ng, ns, s)
+        interaction(p, error, ng, ns, s)
     }
 
-    /// The sphere that was hit, if it is one without a transform.
+    /// The sphere that was hit, if the hit is on a sphere without a transform.
     #[inline]
     pub fn sphere_at(&self, hit: &Hit) -> Option<&Sphere> {
         match &self.primitives[hit.primitive as usize] {
@@ -400,7 +393,7 @@ impl Scene {
         &self.materials[self.material_of(primitive, &hit.shape).index()]
     }
 
-    /// The number of the primitive that was hit: its place in the description, instances in order.
+    /// ID of the primitive that was hit: its index in the description, instances in order.
     pub fn primitive_id(&self, hit: &Hit) -> u32 {
         self.primitives[hit.primitive as usize].id
     }
@@ -420,7 +413,7 @@ impl Iterator for Bits {
     }
 }
 
-/// A t beyond `t` by at least `step`, and beyond it in any case.
+/// A t greater than `t` by at least `step`, and in any case greater.
 fn next_after(t: f64, step: f64) -> f64 {
     (t + step).max(t.next_up())
 }

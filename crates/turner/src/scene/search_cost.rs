@@ -1,22 +1,22 @@
-//! What the search for a ray's first hit goes through, counted.
+//! Counts of the work that a ray's intersection search needs.
 
 use crate::math::{DVec3, Ray};
 use crate::scene::scene::{Bits, NO_TRANSFORM};
 use crate::scene::{Hit, Scene};
 use crate::shape::Shape;
 
-/// What lies on a ray's way.
+/// The work of one ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SearchCost {
-    /// Nodes of trees that it enters.
+    /// BVH nodes whose boxes it enters.
     pub boxes: u64,
-    /// Shapes, and blocks of eight triangles, that have to be tested.
+    /// Shapes and blocks of eight triangles to test.
     pub tests: u64,
 }
 
 impl Scene {
-    /// What lies on the way of a ray up to its `t_max`: the least that a search has to look at which finds nearer things first. It
-    /// depends on the trees, which are the same for any number of threads, and not on how they are searched.
+    /// The work of a ray up to its `t_max`: the minimum for a search that visits nearer objects first. It depends on
+    /// the BVHs, which are the same for any number of threads, and not on the traversal.
     pub fn search_cost(&self, ray: &Ray) -> SearchCost {
         let mut cost = SearchCost::default();
         if let Some(world_mesh) = &self.world_mesh {
@@ -37,8 +37,9 @@ impl Scene {
         cost
     }
 
-    /// About how many shapes, blocks of eight triangles and points a ray has to be tested against up to its `t_max`: of all whose boxes it
-    /// meets. Meshes and clouds count by their means, which do not depend on how good their trees are; the scene's own tree is always built alike.
+    /// Estimated number of shapes, blocks of eight triangles and points to test against a ray up to its `t_max`:
+    /// those whose boxes it enters. Meshes and point clouds count with their mean, which does not depend on the
+    /// quality of their BVHs; the scene's own BVH is always built in the same way.
     pub(crate) fn ray_tests(&self, ray: &Ray) -> f64 {
         let of = |i: u32| self.primitives.get(i as usize).map_or(0.0, |p| p.shape.tests_per_ray());
         let mut tests = self.world_mesh.as_ref().map_or(0.0, |world_mesh| world_mesh.mesh().tests_per_ray());
@@ -65,14 +66,14 @@ impl Scene {
         }
     }
 
-    /// The corners, in the world, of the triangle that was hit; `None` where it was another shape.
+    /// The world-space corners of the triangle that was hit; `None` for other shapes.
     pub fn triangle_at(&self, hit: &Hit) -> Option<[DVec3; 3]> {
         let primitive = self.primitives.get(hit.primitive as usize)?;
         let Shape::Mesh(mesh) = &primitive.shape else { return None };
         Some(self.corners(hit.primitive, mesh, hit.shape.part)?.0)
     }
 
-    /// Whether what was hit has no end, as a plane.
+    /// Whether the hit is on an unbounded shape (a plane).
     pub fn is_unbounded(&self, hit: &Hit) -> bool {
         matches!(self.primitives.get(hit.primitive as usize).map(|p| &p.shape), Some(Shape::Plane(_)))
     }

@@ -1,13 +1,13 @@
-//! Shapes with an emissive material, ready to be sampled.
+//! Emissive shapes, prepared for sampling.
 //!
-//! | shape | sampled |
+//! | shape | sampling |
 //! |---|---|
-//! | sphere, points of a cloud | by the cone they fill; under a transform, by that in their own space |
-//! | rectangle, faces of a box | by solid angle where near and right-angled, else by area |
-//! | disk, ring | by area |
-//! | cylinder, cone, torus | by area in their own space |
-//! | triangles of a mesh | chosen by area × mean emission; by solid angle where near, else by area |
-//! | plane | only hit by chance: it has no end |
+//! | sphere, points of a cloud | cone of directions; under a transform, the cone in object space |
+//! | rectangle, sides of a box | solid angle if near and right-angled, else area |
+//! | disk, ring | area |
+//! | cylinder, cone, torus | area in object space |
+//! | triangles of a mesh | triangle by area × mean emission; then solid angle if near, else area |
+//! | plane | not sampled: it is unbounded; BSDF sampling only |
 
 use crate::light::LightBound;
 use crate::light::emission::{
@@ -23,19 +23,19 @@ use crate::schema::MaterialId;
 use crate::shape::{Points, ROUNDING, Shape, ShapeHit, Sphere, SurfacePoint, TriangleMesh};
 use crate::texture::TexturePoint;
 
-/// What of a primitive shines: all of it, or the face of a box.
+/// An emissive primitive, or one side of an emissive box.
 #[derive(Clone, Debug)]
 pub(crate) struct ShapeEmitter {
     primitive: u32,
-    /// The face of a box.
+    /// The side of a box.
     part: u32,
     form: Form,
-    /// The largest coordinate around: roundings go with it.
+    /// The largest absolute coordinate: rounding errors are proportional to it.
     reach: f64,
 }
 
-/// A form that many points sample at a time.
-pub(crate) enum Blocked<'a> {
+/// A shape that can be sampled in blocks of eight.
+pub(crate) enum BlockShape<'a> {
     Rectangle(&'a RectangleEmitter),
     Sphere(&'a SphereEmitter),
 }
@@ -47,23 +47,24 @@ enum Form {
     Curved(Box<CurvedEmitter>),
     Rectangle(RectangleEmitter),
     Disk(DiskEmitter),
-    /// The triangles' numbers and the choice among them, by position; where each triangle stands in it is `place`.
+    /// Indices of the emissive triangles and the choice among them; `position` maps a triangle to its position in the
+    /// choice.
     Mesh {
         triangles: Vec<u32>,
-        place: Vec<u32>,
+        position: Vec<u32>,
         choice: AliasTable,
     },
-    /// The choice among the points of a cloud, by number; and any of them where it stands.
+    /// The choice among the points of a cloud, by index; `one` is any of them, with the cloud's transform.
     Points {
         choice: AliasTable,
         one: Box<EllipsoidEmitter>,
     },
 }
 
-/// What of a primitive shines, with its power (up to π).
+/// The emitters of a primitive, with their power divided by π.
 pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -> Vec<(ShapeEmitter, f64)> {
     let to_world = scene.to_world(primitive);
-    // What moves is found by chance.
+    // Moving shapes are found by BSDF sampling only.
     let moves = |i: u32| scene.transforms.get(i as usize).is_some_and(|t| t.motion.is_some());
     if moves(primitive.transform) {
         return Vec::new();
@@ -76,7 +77,7 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
     let reach = reach.min.abs().max(reach.max.abs()).max_element() + to_world.translation.abs().max_element();
     let point = |p: DVec3| to_world.transform_point3(p);
     let vector = |v: DVec3| to_world.transform_vector3(v);
-    // A mirroring transform turns the order of a form's edges around, but not what is outside.
+    // A mirroring transform reverses the orientation of edges, but not the outside.
     let mirrored = to_world.matrix3.determinant() < 0.0;
     let material = scene.material_of(primitive, &ShapeHit { t: 0.0, part: 0, u: 0.0, v: 0.0 });
     let brightness = mean_emission(scene, material);
@@ -91,9 +92,9 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
         let form = mesh_form(scene, index, primitive, mesh);
         return form.map(|(form, power)| (emitter(0, form), power)).into_iter().collect();
     }
-    let whole = |form: Form, area: f64| vec![(emitter(0, form), area * brightness)];
+    let single = |form: Form, area: f64| vec![(emitter(0, form), area * brightness)];
     let curved = |shape: Curved| match CurvedEmitter::new(shape, to_world) {
-        Some(form) => whole(Form::Curved(Box::new(form)), form.area()),
+        Some(form) => single(Form::Curved(Box::new(form)), form.area()),
         None => Vec::new(),
     };
     if brightness <= 0.0 {
@@ -103,11 +104,11 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
         Shape::Sphere(s) => {
             if let Some(scale) = similarity(&to_world) {
                 let form = SphereEmitter { center: point(s.center), radius: s.radius * scale };
-                return whole(Form::Sphere(form), form.area());
+                return single(Form::Sphere(form), form.area());
             }
             let sphere = SphereEmitter { center: s.center, radius: s.radius };
             match EllipsoidEmitter::new(sphere, to_world) {
-                Some(form) => whole(Form::Ellipsoid(Box::new(form)), form.area()),
+                Some(form) => single(Form::Ellipsoid(Box::new(form)), form.area()),
                 None => Vec::new(),
             }
         }
@@ -138,7 +139,7 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
             ];
             let faces: Option<Vec<_>> =
                 faces.into_iter().zip(0..).map(|((c, u, v), part)| rectangle(part, c, u, v)).collect();
-            // All six or none: a hit finds its face by its number.
+            // All six or none: a hit finds its emitter by the index of the side.
             faces.unwrap_or_default()
         }
         Shape::Cylinder(s) => curved(Curved::Cylinder(**s)),
@@ -152,7 +153,7 @@ pub(crate) fn shape_emitters(scene: &Scene, index: u32, primitive: &Primitive) -
     }
 }
 
-/// The scale of a transform that keeps shapes similar.
+/// The scale factor of a similarity transform; `None` for other transforms.
 fn similarity(to_world: &DAffine3) -> Option<f64> {
     let m = to_world.matrix3;
     let l2 = m.x_axis.length_squared();
@@ -166,12 +167,12 @@ fn similarity(to_world: &DAffine3) -> Option<f64> {
     similar.then_some(l2.sqrt())
 }
 
-/// A material's mean emission, both sides counted; textures by what they are in the middle of nowhere count as 1.
+/// Mean emission of a material, both sides summed. Textures are replaced by an estimate.
 fn mean_emission(scene: &Scene, material: MaterialId) -> f64 {
     scene.materials.get(material.index()).map_or(0.0, |m| m.emission_estimate(scene))
 }
 
-/// The points of a cloud, each by its area and how it shines.
+/// The points of a cloud, weighted by area and emission.
 fn points_form(
     scene: &Scene,
     shape: &Shape,
@@ -187,7 +188,7 @@ fn points_form(
     for (part, sphere) in points.spheres() {
         let mut brightness = estimate;
         if material.has_emission_texture() {
-            // Two places; never 0, for what lies between them may be bright.
+            // Two points of the texture. Never 0: it may be bright between them.
             brightness *= 0.1;
             let hit = ShapeHit { t: 0.0, part, u: 0.0, v: 0.0 };
             for n in [DVec3::Y, DVec3::Z] {
@@ -205,12 +206,12 @@ fn points_form(
     Some((Form::Points { choice: AliasTable::new(&weights)?, one: Box::new(one) }, power))
 }
 
-/// The triangles of a mesh that shine.
+/// The emissive triangles of a mesh.
 fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMesh) -> Option<(Form, f64)> {
     if !scene.materials.iter().any(|m| m.is_emissive(scene)) {
         return None;
     }
-    let (mut triangles, mut weights, mut place) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut triangles, mut weights, mut position) = (Vec::new(), Vec::new(), Vec::new());
     for part in 0..mesh.data().triangles.len() as u32 {
         let hit = |u, v| ShapeHit { t: 0.0, part, u, v };
         let id = scene.material_of(primitive, &hit(0.3, 0.3));
@@ -219,11 +220,11 @@ fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMe
             continue;
         }
         let Some(form) = triangle(scene, index, mesh, part) else { continue };
-        // Some places of the texture; never 0, for what lies between them may be bright.
+        // Some points of the texture. Never 0: it may be bright between them.
         let mut brightness = 0.1 * material.emission_estimate(scene);
         if material.has_emission_texture() {
-            const PLACES: [(f64, f64); 4] = [(0.33, 0.33), (0.6, 0.2), (0.2, 0.6), (0.2, 0.2)];
-            for (u, v) in PLACES {
+            const UV_POINTS: [(f64, f64); 4] = [(0.33, 0.33), (0.6, 0.2), (0.2, 0.6), (0.2, 0.2)];
+            for (u, v) in UV_POINTS {
                 let hit = hit(u, v);
                 let at = TexturePoint::of_shape(&primitive.shape, &hit, &mesh.surface(&hit));
                 for outside in [true, false] {
@@ -239,22 +240,22 @@ fn mesh_form(scene: &Scene, index: u32, primitive: &Primitive, mesh: &TriangleMe
     }
     let choice = AliasTable::new(&weights)?;
     if triangles.len() != mesh.data().triangles.len() {
-        place.resize(mesh.data().triangles.len(), NONE);
+        position.resize(mesh.data().triangles.len(), NONE);
         for (i, part) in triangles.iter().enumerate() {
-            place[*part as usize] = i as u32;
+            position[*part as usize] = i as u32;
         }
     }
     let power = weights.iter().sum();
-    Some((Form::Mesh { triangles, place, choice }, power))
+    Some((Form::Mesh { triangles, position, choice }, power))
 }
 
-/// A triangle of a mesh, in the scene.
+/// A triangle of a mesh, in world space.
 fn triangle(scene: &Scene, primitive: u32, mesh: &TriangleMesh, part: u32) -> Option<TriangleEmitter> {
     let (corners, side) = scene.corners(primitive, mesh, part)?;
     TriangleEmitter::new(corners, side)
 }
 
-/// Where textures are looked up at a sample.
+/// The position of texture look-ups at a sample.
 fn texture_point<'a>(
     scene: &'a Scene,
     primitive: &'a Primitive,
@@ -280,7 +281,8 @@ fn texture_point<'a>(
 }
 
 impl ShapeEmitter {
-    /// Light that arrives at `p` from a point that `u` chooses: of all of it where `part` is [`NONE`], else of that triangle or point.
+    /// Light that arrives at `p` from a point that `u` chooses: on the complete shape if `part` is [`NONE`], else on
+    /// that triangle or point.
     pub(crate) fn sample(&self, scene: &Scene, p: DVec3, u: [f64; 3], part: u32) -> Option<LightSample> {
         let uv = [u[0], u[1]];
         let primitive = &scene.primitives[self.primitive as usize];
@@ -314,12 +316,12 @@ impl ShapeEmitter {
                 (EmitterSample { pdf: s.pdf * probability, ..s }, part)
             }
         };
-        self.shine(scene, p, s, part)
+        self.emit(scene, p, s, part)
     }
 
-    /// What comes to `p` from a point of it.
+    /// Light that arrives at `p` from a sampled point.
     #[inline]
-    pub(crate) fn shine(&self, scene: &Scene, p: DVec3, s: EmitterSample, part: u32) -> Option<LightSample> {
+    pub(crate) fn emit(&self, scene: &Scene, p: DVec3, s: EmitterSample, part: u32) -> Option<LightSample> {
         let primitive = &scene.primitives[self.primitive as usize];
         let side = (p - s.q).dot(s.n);
         let hit = ShapeHit { t: 0.0, part, u: s.u, v: s.v };
@@ -328,18 +330,18 @@ impl ShapeEmitter {
         if radiance.is_black() {
             return None;
         }
-        // The shadow ray ends before the light.
+        // The shadow ray ends just before the light.
         let end = s.q + s.n * (4.0 * ROUNDING * (self.reach + s.q.abs().max_element())).copysign(side);
         let (to_light, pdf) = (end - p, s.pdf);
         Some(LightSample { to_light, finite: true, radiance, pdf, is_delta: false, light: NO_LIGHT })
     }
 
-    /// If many are sampled at a time.
+    /// The shape, if it can be sampled in blocks of eight.
     #[inline]
-    pub(crate) fn blocked(&self) -> Option<Blocked<'_>> {
+    pub(crate) fn block_shape(&self) -> Option<BlockShape<'_>> {
         match &self.form {
-            Form::Rectangle(f) => Some(Blocked::Rectangle(f)),
-            Form::Sphere(f) => Some(Blocked::Sphere(f)),
+            Form::Rectangle(f) => Some(BlockShape::Rectangle(f)),
+            Form::Sphere(f) => Some(BlockShape::Sphere(f)),
             _ => None,
         }
     }
@@ -349,24 +351,24 @@ impl ShapeEmitter {
         self.primitive
     }
 
-    /// The face of a box; else 0.
+    /// The side of a box; else 0.
     #[inline]
     pub(crate) fn part(&self) -> u32 {
         self.part
     }
 
-    /// The density with which that finds the direction from `p` to a hit of it, all of it considered.
+    /// The pdf with which `sample` over the complete shape gives the direction from `p` to a hit of it.
     pub(crate) fn pdf(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
         let chosen = match &self.form {
             Form::Points { choice, .. } | Form::Mesh { choice, .. } => {
-                choice.probability(self.place(surface))
+                choice.probability(self.position(surface))
             }
             _ => 1.0,
         };
         if chosen > 0.0 { chosen * self.pdf_of_part(scene, p, surface) } else { 0.0 }
     }
 
-    /// The density with which the part that was hit finds the direction from `p`, once it is chosen.
+    /// The pdf with which sampling the part that was hit gives the direction from `p`, once the part is chosen.
     pub(crate) fn pdf_of_part(&self, scene: &Scene, p: DVec3, surface: &SurfaceInteraction) -> f64 {
         let q = surface.p;
         match &self.form {
@@ -392,14 +394,14 @@ impl ShapeEmitter {
     }
 }
 
-/// As lights of a tree.
+/// As leaves of a light tree.
 impl ShapeEmitter {
-    /// Whether it is of parts, any of which may be chosen: triangles or points.
+    /// Whether it has parts that are chosen separately: triangles or points.
     pub(crate) fn has_parts(&self) -> bool {
         matches!(self.form, Form::Mesh { .. } | Form::Points { .. })
     }
 
-    /// How many; 1 without.
+    /// The number of parts; 1 for other shapes.
     pub(crate) fn parts(&self) -> u32 {
         match &self.form {
             Form::Mesh { choice, .. } | Form::Points { choice, .. } => choice.len() as u32,
@@ -407,42 +409,43 @@ impl ShapeEmitter {
         }
     }
 
-    /// The number of the triangle or point at a place among those that shine.
-    pub(crate) fn part_at(&self, place: u32) -> u32 {
+    /// The index of the triangle or point at a position among the emissive ones.
+    pub(crate) fn part_at(&self, position: u32) -> u32 {
         match &self.form {
-            Form::Mesh { triangles, .. } => triangles.get(place as usize).copied().unwrap_or(NONE),
-            _ => place,
+            Form::Mesh { triangles, .. } => triangles.get(position as usize).copied().unwrap_or(NONE),
+            _ => position,
         }
     }
 
-    /// The place of the part that was hit; [`NONE`] if that does not shine.
+    /// The position of the part that was hit; [`NONE`] if the part is not emissive.
     #[inline]
-    pub(crate) fn place(&self, surface: &SurfaceInteraction) -> u32 {
+    pub(crate) fn position(&self, surface: &SurfaceInteraction) -> u32 {
         let part = surface.hit.shape.part;
         match &self.form {
-            Form::Mesh { place, .. } if !place.is_empty() => {
-                place.get(part as usize).copied().unwrap_or(NONE)
+            Form::Mesh { position, .. } if !position.is_empty() => {
+                position.get(part as usize).copied().unwrap_or(NONE)
             }
             Form::Mesh { .. } | Form::Points { .. } => part,
             _ => 0,
         }
     }
 
-    /// Frees what chooses among parts, where something else does.
-    pub(crate) fn forget_choice(&mut self) {
+    /// Frees the table of parts, once the light tree chooses among them.
+    pub(crate) fn drop_part_table(&mut self) {
         if let Form::Mesh { choice, .. } | Form::Points { choice, .. } = &mut self.form {
             *choice = AliasTable::default();
         }
     }
 
-    /// The bounds of a part, which stands at `place`, or of all of it if that is [`NONE`]. `power` is its area times its radiance, both sides counted.
-    pub(crate) fn bound(&self, scene: &Scene, power: f64, part: u32, place: u32) -> Option<LightBound> {
+    /// The bounds of the part at `position`, or of the complete shape if `part` is [`NONE`]. `power` is area times
+    /// radiance, both sides summed.
+    pub(crate) fn bound(&self, scene: &Scene, power: f64, part: u32, position: u32) -> Option<LightBound> {
         let primitive = scene.primitives.get(self.primitive as usize)?;
         let hit = ShapeHit { t: 0.0, part: if part == NONE { self.part } else { part }, u: 0.3, v: 0.3 };
         let material = scene.materials.get(scene.material_of(primitive, &hit).index());
         let both = material.is_none_or(|m| m.may_shine_backwards());
         let flat = if both { 0.5 * power } else { power };
-        // On average over all directions a quarter of the area faces one.
+        // A quarter of the area is the projected area, averaged over all directions.
         let round = 0.25 * flat;
         match &self.form {
             Form::Rectangle(f) => Some(f.bound(both, flat)),
@@ -451,20 +454,20 @@ impl ShapeEmitter {
             Form::Mesh { choice, .. } if part != NONE => {
                 let Shape::Mesh(mesh) = &primitive.shape else { return None };
                 let form = triangle(scene, self.primitive, mesh, part)?;
-                Some(form.bound(both, flat * choice.probability(place)))
+                Some(form.bound(both, flat * choice.probability(position)))
             }
             Form::Points { choice, .. } if part != NONE => {
                 let Shape::Points(points) = &primitive.shape else { return None };
                 let Sphere { center, radius } = points.sphere(part);
                 let to_world = scene.to_world(primitive);
                 let m = to_world.matrix3;
-                // No vector grows by more.
+                // An upper bound of the scale factor.
                 let growth = similarity(&to_world).unwrap_or_else(|| {
                     let squares = [m.x_axis, m.y_axis, m.z_axis].map(|axis| axis.length_squared());
                     squares.iter().sum::<f64>().sqrt()
                 });
                 let center = to_world.transform_point3(center);
-                Some(LightBound::everywhere(center, radius * growth, round * choice.probability(place)))
+                Some(LightBound::everywhere(center, radius * growth, round * choice.probability(position)))
             }
             _ => {
                 let bounds = primitive.shape.bounds()?.transformed(&scene.to_world(primitive));
@@ -474,7 +477,7 @@ impl ShapeEmitter {
     }
 }
 
-/// What `u` chooses, and how probably.
+/// The index that `u` chooses, and its probability.
 fn choose(choice: &AliasTable, u: f64) -> Option<(u32, f64)> {
     if choice.is_empty() {
         return None;

@@ -4,12 +4,12 @@ use turner_bvh::lanes::Block32;
 
 use crate::color::Spectrum;
 
-/// Eight colours, band by band.
+/// Eight colours, channel by channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SpectrumBlock(pub [Block32; 3]);
 
 impl SpectrumBlock {
-    /// Puts a colour into a lane.
+    /// Sets the colour of a lane.
     #[inline]
     pub fn set(&mut self, lane: usize, color: Spectrum) {
         for (block, v) in self.0.iter_mut().zip(color.to_array()) {

@@ -1,32 +1,42 @@
-//! A sieve for scenes of a few dozen shapes: the spheres around all of them against a ray, four at a time, in single
-//! precision and conservatively. What remains is tested exactly.
+//! Sphere culler: replaces the BVH in scenes of up to 64 shapes. It tests a ray against the bounding spheres of all
+//! shapes, four at a time, conservatively and in single precision; the remaining shapes are then tested exactly.
 //!
-//! A tree over so few shapes costs more than it saves: rendering thirty spheres took 0.88 s with the sieve and 1.13 s
-//! with the binary tree, one thread. Where the two are even has not been measured; the limit is the mask's width.
+//! A sphere may be hit if the squared distance of its centre from the ray's line is at most r², and its extent along
+//! the ray overlaps the ray:
+//!
+//! ```text
+//!         ___
+//!       /  .  \      |(c − o) × d|² <= r²       distance from the line
+//!   o--------------> −r <= (c − o) · d <= end + r
+//!       \ ___ /
+//! ```
+//!
+//! A BVH over so few shapes costs more than it saves: rendering thirty spheres took 0.88 s with the culler and 1.13 s
+//! with the binary BVH, one thread. The break-even point has not been measured; the limit is the width of the mask.
 
 use glam::Vec4;
 
 use crate::math::{Bounds, DVec3};
 use crate::shape::traversal::TraversalFrame;
 
-/// The most shapes a sieve holds: one bit each.
+/// The most shapes that a culler holds: one bit each.
 pub(crate) const MAX_SHAPES: usize = 64;
 
 /// Spheres in a block.
 const LANES: usize = 4;
 
-/// By how much spheres are padded, in the units of the frame: four times what the test below can err by, when
-/// coordinates are at most 6 and rounded to 2^-22.
+/// Padding of the spheres in the units of the frame: four times the error bound of the test below, for coordinates of
+/// at most 6 rounded to 2^-22.
 const PAD: f64 = 1.0 / (1 << 17) as f64;
 
-/// Spheres in the units of a [`TraversalFrame`].
+/// Bounding spheres in the units of a [`TraversalFrame`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SphereCuller {
     blocks: Vec<Block>,
 }
 
-/// Four spheres, one per lane. `Vec4` is one register on every x86-64 and ARMv8; written as arrays, the compiler
-/// shuffled the lanes of two blocks together and lost the gain.
+/// Four spheres, one per lane. `Vec4` is one register on every x86-64 and ARMv8; with arrays the compiler shuffled
+/// the lanes of two blocks together and lost the gain.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     x: Vec4,
@@ -35,11 +45,11 @@ struct Block {
     radius: Vec4,
 }
 
-/// No ray meets it: NaN compares with nothing.
+/// No ray hits it: comparisons with NaN are false.
 const NOTHING: Block = Block { x: Vec4::ZERO, y: Vec4::ZERO, z: Vec4::ZERO, radius: Vec4::NAN };
 
 impl SphereCuller {
-    /// Around boxes or, where they are known, around better spheres (centre and radius).
+    /// Around boxes, or around tighter spheres (centre and radius) where given.
     pub(crate) fn new(
         frame: &TraversalFrame,
         shapes: impl Iterator<Item = (Bounds, Option<(DVec3, f64)>)>,
@@ -59,7 +69,7 @@ impl SphereCuller {
         SphereCuller { blocks }
     }
 
-    /// Bit i is set if the ray may meet shape i before its end; never clear when it does.
+    /// Bit i is set if the ray may hit shape i before its end; it is never clear if the ray hits.
     #[inline]
     pub(crate) fn candidates(&self, ray: &turner_bvh::Ray) -> u64 {
         let [ox, oy, oz] = ray.origin.map(Vec4::splat);
@@ -69,12 +79,12 @@ impl SphereCuller {
         for (i, b) in self.blocks.iter().enumerate() {
             let (x, y, z) = (b.x - ox, b.y - oy, b.z - oz);
             let along = x * dx + y * dy + z * dz;
-            // The distance of the centre from the line, squared, without cancellation.
+            // The squared distance of the centre from the line, without cancellation.
             let (cx, cy, cz) = (y * dz - z * dy, z * dx - x * dz, x * dy - y * dx);
             let d2 = cx * cx + cy * cy + cz * cz;
             let r = b.radius;
-            let met = d2.cmple(r * r) & along.cmpge(-r) & (along - r).cmple(end);
-            mask |= u64::from(met.bitmask()) << (i * LANES);
+            let hit = d2.cmple(r * r) & along.cmpge(-r) & (along - r).cmple(end);
+            mask |= u64::from(hit.bitmask()) << (i * LANES);
         }
         mask
     }
@@ -86,10 +96,10 @@ mod tests {
     use crate::math::Ray;
     use crate::sampler::{SampleId, uniform_sphere};
 
-    /// Rays that touch spheres from outside by a hair are still offered them; rays well beside are not.
+    /// Rays that graze spheres keep them as candidates; rays well outside do not.
     #[test]
     fn touching_rays_pass_and_others_do_not() {
-        let mut turned_away = 0;
+        let mut culled = 0;
         for n in 0..2000 {
             let u = |d: u64| SampleId { x: n, y: 0, index: 0, seed: 1 }.unit_square(d);
             let spheres: Vec<(DVec3, f64)> = (0..37)
@@ -100,18 +110,18 @@ mod tests {
             let frame = TraversalFrame::new(&all);
             let culler = SphereCuller::new(&frame, spheres.iter().map(|s| (bounds(*s), Some(*s))));
             let (center, radius) = spheres[n as usize % spheres.len()];
-            // A point of the sphere, a direction at right angles to it, an origin far or near.
+            // A point on the sphere, a tangent direction, an origin far or near.
             let normal = uniform_sphere(u(1000));
             let across = normal.cross(uniform_sphere(u(1001))).normalize();
             let p = center + normal * radius * (1.0 - 1e-9);
             let distance = [0.1, 20.0, 1e6][n as usize % 3];
             let ray = Ray::new(p - across * distance, across * 2.5);
-            let search = frame.ray(&ray).expect("it meets the scene");
+            let search = frame.ray(&ray).expect("the ray hits the scene");
             let mask = culler.candidates(&search.ray);
             assert!(mask >> (n as usize % spheres.len()) & 1 == 1, "ray {n}");
             assert!(mask >> spheres.len() == 0);
-            turned_away += spheres.len() as u32 - mask.count_ones();
+            culled += spheres.len() as u32 - mask.count_ones();
         }
-        assert!(turned_away > 2000 * 30, "the sieve holds back nearly all: {turned_away}");
+        assert!(culled > 2000 * 30, "the culler excludes nearly all: {culled}");
     }
 }

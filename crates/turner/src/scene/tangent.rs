@@ -1,4 +1,4 @@
-//! The tangent frame of a surface, and what else materials ask of the scene.
+//! The tangent frame of a surface, and the scene as [`MaterialEvalContext`].
 
 use crate::material::{Material, MaterialEvalContext};
 use crate::math::DVec3;
@@ -8,8 +8,8 @@ use crate::shape::Shape;
 use crate::texture::{Footprint, TexturePoint, Textures};
 
 impl Scene {
-    /// Unit tangent (along u) and bitangent (along v) of a surface, at right angles to its shading normal; `None` where
-    /// (u, v) say nothing about directions. `uv_set` is what directions are taken from where a mesh has no tangents.
+    /// Unit tangent (along u) and bitangent (along v) of a surface, perpendicular to its shading normal; `None` if
+    /// (u, v) define no directions. `uv_set` selects the coordinates used for meshes without tangents.
     pub fn tangent_frame(&self, surface: &SurfaceInteraction, uv_set: u32) -> Option<(DVec3, DVec3)> {
         let primitive = &self.primitives[surface.hit.primitive as usize];
         let Shape::Mesh(mesh) = &primitive.shape else { return None };

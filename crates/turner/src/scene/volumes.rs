@@ -1,23 +1,23 @@
-//! The media of a scene and what they fill.
+//! Participating media and the regions that they fill.
 
 use crate::material::MaterialDesc;
 use crate::medium::{Medium, MediumDesc};
 use crate::schema::{ErrorCode, MaterialId, MediumId, Named, SceneError};
 
-/// Which medium is where.
+/// The medium of each region.
 #[derive(Clone, Debug)]
 pub(crate) struct Volumes {
     media: Vec<Medium>,
-    /// Where no solid is.
+    /// The medium outside all solids.
     open: Option<u32>,
-    /// By material: what is inside of solids of it.
+    /// By material: the interior medium of solids.
     interiors: Vec<Option<u32>>,
-    /// Whether any solid has a medium: if not, shadow rays meet but one.
+    /// Whether any solid has a medium or is a hollow in one; if not, shadow rays cross one medium only.
     pub(crate) bounded: bool,
 }
 
 impl Volumes {
-    /// Those of a scene; `open` is where no solid is. `None` if there are none, or none that does anything to light.
+    /// The media of a scene; `open` is the medium outside all solids. `None` if no medium affects light.
     pub(crate) fn prepare(
         media_descs: &[Named<MediumDesc>],
         materials: &[Named<MaterialDesc>],
@@ -30,7 +30,7 @@ impl Volumes {
         let known = |id: u32| match media.get(id as usize) {
             Some(_) => Ok(id),
             None => {
-                let message = format!("there is no medium number {id} in the scene");
+                let message = format!("the scene has no medium with index {id}");
                 Err(SceneError::new(ErrorCode::UnknownName, message))
             }
         };
@@ -49,24 +49,26 @@ impl Volumes {
         }))
     }
 
-    /// How many there are.
+    /// Number of media.
     pub(crate) fn count(&self) -> usize {
         self.media.len()
     }
 
-    /// What is lost per unit of length at density 1, the mean of the bands; 0 for a medium that is not there.
+    /// Extinction per unit of length at density 1, averaged over the channels; 0 for an unknown id.
     pub(crate) fn extinction(&self, id: u32) -> f64 {
         self.media.get(id as usize).map_or(0.0, |m| m.coefficients().extinction.iter().sum::<f64>() / 3.0)
     }
 
-    /// Puts a medium in the place of another and gives that; `None` if that is none, or does nothing.
+    /// Replaces a medium and returns the old one; `None` if the id is unknown or the old medium does not affect
+    /// light.
     pub(crate) fn exchange(&mut self, id: u32, medium: Medium) -> Option<Medium> {
-        let place = self.media.get_mut(id as usize)?;
-        let own = std::mem::replace(place, medium);
+        let slot = self.media.get_mut(id as usize)?;
+        let own = std::mem::replace(slot, medium);
         (!own.is_void()).then_some(own)
     }
 
-    /// The medium inside a solid of a material, or in the open; `None` if there is none, or none that does anything.
+    /// The medium inside a solid of this material, or outside all solids; `None` if there is none or it does not
+    /// affect light.
     #[inline]
     pub(crate) fn within(&self, solid: Option<MaterialId>) -> Option<&Medium> {
         let id = match solid {
@@ -77,10 +79,10 @@ impl Volumes {
     }
 }
 
-/// The medium that a material has inside; of a mix that of the first of its materials which says one.
+/// The interior medium of a material; for a mix that of the first of its materials which has one.
 fn interior(materials: &[Named<MaterialDesc>], material: usize) -> Option<u32> {
     let mut stack = vec![material];
-    // Mixes that contain themselves have been refused; their number is bounded all the same.
+    // Mixes that contain themselves are refused earlier; the bound is a safeguard.
     for _ in 0..1024 {
         match &materials.get(stack.pop()?)?.value {
             MaterialDesc::Boundary(m) => return m.interior.map(|id| id.0),

@@ -1,46 +1,46 @@
-//! Points of eight emitters of one form at a time, each seen from a point of its own.
+//! Sampling of eight emitters of one type at a time, each from its own lit point.
 //!
-//! What comes out is that of `sample`, one by one, to the last bit.
+//! Results equal those of `sample` bit by bit.
 
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8};
 
 use super::EmitterSample;
 use crate::math::DVec3;
 
-/// What is asked of eight emitters, and what they answer.
+/// The inputs and outputs of eight lanes.
 #[derive(Clone, Debug, Default)]
 pub struct EmitterBlock {
-    /// The points that are lit.
+    /// Lit points.
     p: [Block; 3],
-    /// Two numbers each.
-    chosen: [Block; 2],
+    /// Two random numbers per lane.
+    random: [Block; 2],
     q: [Block; 3],
     n: [Block; 3],
     uv: [Block; 2],
     pdf: Block,
-    /// The lanes in which there is an answer.
+    /// Bit mask of the lanes with a sample.
     found: u8,
 }
 
 impl EmitterBlock {
-    /// Asks in a lane for the point that `u` chooses, seen from `p`.
+    /// Sets the inputs of a lane: sample the point that `u` chooses, seen from `p`.
     #[inline]
     pub fn ask(&mut self, lane: usize, p: DVec3, u: [f64; 2]) {
         for (block, v) in self.p.iter_mut().zip(p.to_array()) {
             block.0[lane] = v;
         }
-        for (block, v) in self.chosen.iter_mut().zip(u) {
+        for (block, v) in self.random.iter_mut().zip(u) {
             block.0[lane] = v;
         }
     }
 
-    /// The point that is lit in a lane.
+    /// The lit point of a lane.
     #[inline]
     pub fn lit(&self, lane: usize) -> DVec3 {
         vector(&self.p, lane)
     }
 
-    /// The answer in a lane.
+    /// The sample of a lane.
     #[inline]
     pub fn get(&self, lane: usize) -> Option<EmitterSample> {
         (self.found >> lane & 1 == 1).then(|| EmitterSample {
@@ -52,16 +52,16 @@ impl EmitterBlock {
         })
     }
 
-    /// The points that are lit, and the numbers that choose.
+    /// The lit points and the random numbers.
     #[inline(always)]
-    pub(super) fn asked<S: Simd>(&self, simd: S) -> (Vec3x8<S>, [F64x8<S>; 2]) {
-        let [a, b] = &self.chosen;
+    pub(super) fn inputs<S: Simd>(&self, simd: S) -> (Vec3x8<S>, [F64x8<S>; 2]) {
+        let [a, b] = &self.random;
         (Vec3x8::load(simd, &self.p), [F64x8::load(simd, a), F64x8::load(simd, b)])
     }
 
-    /// Takes the answers in the lanes of `found`.
+    /// Stores the samples of the lanes in `found`.
     #[inline(always)]
-    pub(super) fn answer<S: Simd>(
+    pub(super) fn store<S: Simd>(
         &mut self,
         found: u8,
         q: Vec3x8<S>,
@@ -78,8 +78,8 @@ impl EmitterBlock {
         self.found = found;
     }
 
-    /// Takes an answer that was found alone.
-    pub(super) fn answer_one(&mut self, lane: usize, s: Option<EmitterSample>) {
+    /// Stores a sample computed in scalar code.
+    pub(super) fn store_one(&mut self, lane: usize, s: Option<EmitterSample>) {
         let Some(s) = s else {
             self.found &= !(1 << lane);
             return;
@@ -94,9 +94,9 @@ impl EmitterBlock {
         self.found |= 1 << lane;
     }
 
-    /// The numbers that choose in a lane.
-    pub(super) fn choice(&self, lane: usize) -> [f64; 2] {
-        [self.chosen[0].0[lane], self.chosen[1].0[lane]]
+    /// The random numbers of a lane.
+    pub(super) fn random_pair(&self, lane: usize) -> [f64; 2] {
+        [self.random[0].0[lane], self.random[1].0[lane]]
     }
 }
 
@@ -105,7 +105,7 @@ fn vector([x, y, z]: &[Block; 3], lane: usize) -> DVec3 {
     DVec3::new(x.0[lane], y.0[lane], z.0[lane])
 }
 
-/// Eight emitters, of which all may be one.
+/// Eight emitters, which may all be the same one.
 #[derive(Clone, Copy)]
 pub(super) struct Eight<'a, E> {
     emitters: [&'a E; LANES],
@@ -118,9 +118,9 @@ impl<'a, E> Eight<'a, E> {
         Eight { emitters, same: emitters.iter().all(|e| std::ptr::eq(*e, emitters[0])) }
     }
 
-    /// A number of each.
+    /// One value of each emitter.
     #[inline(always)]
-    pub(super) fn number<S: Simd>(&self, simd: S, of: impl Fn(&E) -> f64) -> F64x8<S> {
+    pub(super) fn scalar<S: Simd>(&self, simd: S, of: impl Fn(&E) -> f64) -> F64x8<S> {
         if self.same {
             return F64x8::splat(simd, of(self.emitters[0]));
         }
@@ -131,18 +131,18 @@ impl<'a, E> Eight<'a, E> {
         F64x8::load(simd, &block)
     }
 
-    /// A vector of each.
+    /// One vector of each emitter.
     #[inline(always)]
     pub(super) fn vector<S: Simd>(&self, simd: S, of: impl Fn(&E) -> DVec3) -> Vec3x8<S> {
         Vec3x8 {
-            x: self.number(simd, |e| of(e).x),
-            y: self.number(simd, |e| of(e).y),
-            z: self.number(simd, |e| of(e).z),
+            x: self.scalar(simd, |e| of(e).x),
+            y: self.scalar(simd, |e| of(e).y),
+            z: self.scalar(simd, |e| of(e).z),
         }
     }
 }
 
-/// The lanes in which a density per area is one per solid angle, and what it is: as [`super::per_solid_angle`].
+/// The lanes in which a pdf per area converts to one per solid angle, and the result: as [`super::per_solid_angle`].
 #[inline(always)]
 pub(super) fn per_solid_angle<S: Simd>(
     simd: S,
@@ -165,7 +165,7 @@ mod tests {
     use crate::testing::Random;
     use turner_bvh::InstructionSet;
 
-    /// `sample` and `sample_block` on random points, some far, near, on and in the emitters.
+    /// Compares `sample` and `sample_block` at random points: far, near, on and in the emitters.
     fn check<E>(
         make: impl Fn(&mut Random) -> E,
         one: impl Fn(&E, DVec3, [f64; 2]) -> Option<EmitterSample>,
@@ -173,7 +173,7 @@ mod tests {
     ) {
         let mut random = Random::new(3);
         let sets: Vec<InstructionSet> = InstructionSet::available().collect();
-        let mut answers = 0;
+        let mut samples = 0;
         for round in 0..3000 {
             let emitters: [E; LANES] = std::array::from_fn(|_| make(&mut random));
             let chosen: [&E; LANES] =
@@ -189,12 +189,12 @@ mod tests {
             let set = sets[round % sets.len()];
             eight(set, chosen, &mut block);
             for (lane, emitter) in chosen.iter().enumerate() {
-                let alone = one(emitter, block.lit(lane), block.choice(lane));
+                let alone = one(emitter, block.lit(lane), block.random_pair(lane));
                 assert_eq!(alone, block.get(lane), "round {round}, lane {lane}, {set}");
-                answers += usize::from(alone.is_some());
+                samples += usize::from(alone.is_some());
             }
         }
-        assert!(answers > 20_000, "{answers}");
+        assert!(samples > 20_000, "{samples}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Disks, rings and ellipses that shine.
+//! Emissive disks, rings and ellipses.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,22 +7,22 @@ use crate::light::LightBound;
 use crate::math::DVec3;
 use crate::math::elementary::sin_cos;
 
-/// A disk, or what a transform makes of it; sampled by area.
+/// A disk under an affine transform; sampled by area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiskEmitter {
     center: DVec3,
-    /// Two vectors from the middle to the rim that were at right angles in the disk's own space.
+    /// Two vectors from the centre to the edge, perpendicular in object space.
     x: DVec3,
     y: DVec3,
-    /// Radius of the hole over that of the rim, squared.
+    /// Squared ratio of inner to outer radius.
     hole2: f64,
     normal: DVec3,
     per_area: f64,
 }
 
 impl DiskEmitter {
-    /// From its middle, two radii at right angles in the disk's space, and the radius of the hole over the outer one;
-    /// `None` without area. The normal is y × x.
+    /// From its centre, two perpendicular radii in object space, and the ratio of inner to outer radius; `None`
+    /// without area. The normal is y × x.
     pub fn new(center: DVec3, x: DVec3, y: DVec3, hole: f64) -> Option<DiskEmitter> {
         let across = y.cross(x);
         let per_area = 1.0 / (PI * across.length() * (1.0 - hole * hole));
@@ -39,7 +39,8 @@ impl DiskEmitter {
 
     /// Its bounds, for a power per steradian along the normal.
     pub fn bound(&self, two_sided: bool, power: f64) -> LightBound {
-        // No point of an ellipse is farther away than the root of the sum of the squares of two such radii.
+        // No point of an ellipse is farther from the centre than the root of the sum of the squares of two conjugate
+        // radii.
         let radius = (self.x.length_squared() + self.y.length_squared()).sqrt();
         LightBound::flat(self.center, radius, self.normal, two_sided, power)
     }
@@ -53,7 +54,7 @@ impl DiskEmitter {
         Some(EmitterSample { q, n: self.normal, u: 0.0, v: 0.0, pdf })
     }
 
-    /// The density of the direction from `p` to `q` on it.
+    /// The pdf of the direction from `p` to the point `q` on it.
     pub fn pdf(&self, p: DVec3, q: DVec3) -> f64 {
         per_solid_angle(self.per_area, p, q, self.normal).unwrap_or(0.0)
     }

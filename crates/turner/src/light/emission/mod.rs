@@ -1,6 +1,22 @@
-//! Points of shapes that shine, chosen by solid angle where a shape is near and by area where it is far.
+//! Emission from shapes: points on emissive shapes, sampled by solid angle if the shape is near and by area if it is
+//! far.
 //!
-//! Every form has `sample` and `pdf`, which agree: densities are per solid angle, seen from the point that is lit.
+//! Next-event estimation needs a point q on the emitter and the pdf of the direction to it, per solid angle at the
+//! lit point p. Uniform sampling by area has pdf = d² / (area · |cos θ|), which varies strongly over a near emitter
+//! and makes noise. Sampling uniformly by solid angle has the constant pdf 1 / Ω:
+//!
+//! ```text
+//!             n  q             area sampling:        pdf(ω) = d² / (A · |cos θ|)
+//!    ---------\--*-------      solid-angle sampling: pdf(ω) = 1 / Ω
+//!           θ  \/
+//!              / d             both integrate to 1 over the directions
+//!             /                of the emitter seen from p
+//!            p
+//! ```
+//!
+//! Every emitter has `sample` and `pdf`, which agree for every point, so that MIS weights are exact. Methods:
+//! rectangles, Ureña et al. 2013; triangles, Arvo 1995; spheres, their cone (Shirley et al. 1996); other shapes by
+//! area. [`Curved`] shapes and [`EllipsoidEmitter`] are sampled in object space and their densities transformed.
 
 mod block;
 mod disk;
@@ -18,26 +34,27 @@ pub use triangle::TriangleEmitter;
 
 use crate::math::DVec3;
 
-/// A point of a light, as seen from a point.
+/// A point on an emitter, as seen from a lit point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterSample {
-    /// The point, in the scene.
+    /// The point, in world space.
     pub q: DVec3,
-    /// The normal there, unit, on the outer side.
+    /// The outward normal there, unit.
     pub n: DVec3,
-    /// First coordinate within the part: weight of a triangle's second corner, place along a rectangle's first edge.
+    /// First coordinate on the part: the weight of a triangle's second corner, or the position along a rectangle's
+    /// first edge.
     pub u: f64,
-    /// Second coordinate within the part.
+    /// Second coordinate on the part.
     pub v: f64,
-    /// Probability density per solid angle.
+    /// Probability density per solid angle at the lit point.
     pub pdf: f64,
 }
 
-/// Forms are sampled by solid angle where the square of their size is more than this share of the square of their distance;
-/// farther away the two hardly differ, and areas are cheaper and lose no digits.
+/// Shapes are sampled by solid angle if their squared size is more than this fraction of their squared distance.
+/// Farther away the two pdfs hardly differ, and area sampling is cheaper and loses no digits.
 const NEAR: f64 = 0.25;
 
-/// A density per area as one per solid angle; `None` for surfaces seen edge-on.
+/// Converts a pdf per area to one per solid angle; `None` for surfaces seen edge-on.
 #[inline]
 fn per_solid_angle(per_area: f64, p: DVec3, q: DVec3, n: DVec3) -> Option<f64> {
     let d = q - p;
@@ -55,12 +72,12 @@ mod tests {
     use super::*;
     use crate::sampler::{OwenSobol, SampleId};
 
-    fn numbers(i: u32) -> [f64; 2] {
+    fn random_pair(i: u32) -> [f64; 2] {
         OwenSobol::new(&SampleId { x: 5, y: 1, index: i, seed: 3 }).two(0)
     }
 
-    /// The mean of 1/pdf is the solid angle; the mean of cosine/pdf over a plane is the form factor times π. Both by brute
-    /// force over the form's area; and `pdf` says what `sample` says.
+    /// The mean of 1/pdf is the solid angle; the mean of cosine/pdf over a plane is the form factor times π. Both are
+    /// compared with sums over the area, and `pdf` with `sample`.
     pub(super) fn check(
         sample: &dyn Fn(DVec3, [f64; 2]) -> Option<EmitterSample>,
         pdf: &dyn Fn(DVec3, DVec3, DVec3) -> f64,
@@ -70,9 +87,9 @@ mod tests {
     ) {
         for &p in points {
             let n = 4096;
-            let (mut solid, mut bent) = (0.0, 0.0);
+            let (mut solid, mut cosine_weighted) = (0.0, 0.0);
             for i in 0..n {
-                let Some(s) = sample(p, numbers(i)) else { continue };
+                let Some(s) = sample(p, random_pair(i)) else { continue };
                 let w = (s.q - p).normalize();
                 let again = pdf(p, s.q, s.n);
                 assert!((again / s.pdf - 1.0).abs() < 1e-6, "{p}: {} and {again}", s.pdf);
@@ -80,10 +97,10 @@ mod tests {
                     continue;
                 }
                 solid += 1.0 / s.pdf;
-                bent += w.y.max(0.0) / s.pdf;
+                cosine_weighted += w.y.max(0.0) / s.pdf;
             }
-            let (solid, bent) = (solid / f64::from(n), bent / f64::from(n));
-            let (mut solid_by_area, mut bent_by_area) = (0.0, 0.0);
+            let (solid, cosine_weighted) = (solid / f64::from(n), cosine_weighted / f64::from(n));
+            let (mut solid_by_area, mut cosine_weighted_by_area) = (0.0, 0.0);
             for &(q, normal, area) in area_points {
                 let d = q - p;
                 let cosine = -d.dot(normal) / d.length();
@@ -92,12 +109,12 @@ mod tests {
                 }
                 let part = area * cosine.abs() / d.length_squared();
                 solid_by_area += part;
-                bent_by_area += part * (d.y / d.length()).max(0.0);
+                cosine_weighted_by_area += part * (d.y / d.length()).max(0.0);
             }
             assert!((solid / solid_by_area - 1.0).abs() < 0.01, "{p}: {solid} and {solid_by_area}");
             assert!(
-                (bent - bent_by_area).abs() < 0.01 * (bent_by_area + 0.01),
-                "{p}: {bent} and {bent_by_area}"
+                (cosine_weighted - cosine_weighted_by_area).abs() < 0.01 * (cosine_weighted_by_area + 0.01),
+                "{p}: {cosine_weighted} and {cosine_weighted_by_area}"
             );
         }
     }
@@ -145,7 +162,7 @@ mod tests {
                 }
             }
         }
-        // The diagonal's cells count half.
+        // Cells on the diagonal count half.
         let total: f64 = grid.iter().map(|g| g.2).sum();
         let exact = 0.5 * (b - a).cross(c - a).length();
         grid.iter_mut().for_each(|g| g.2 *= exact / total);
@@ -190,13 +207,13 @@ mod tests {
         }
         let outside = [POINTS[0], POINTS[2], POINTS[3], POINTS[4], POINTS[5]];
         check(&|p, u| s.sample(p, u), &|p, q, n| s.pdf(p, q, n), &outside, &grid, true);
-        // From inside all of it is seen.
+        // From inside, the complete sphere is visible.
         let inside = [DVec3::new(0.2, 1.3, 0.1)];
         check(&|p, u| s.sample(p, u), &|p, q, n| s.pdf(p, q, n), &inside, &grid, false);
     }
 
     #[test]
-    fn nothing_is_sampled_of_what_has_no_area() {
+    fn shapes_without_area_are_refused() {
         assert!(RectangleEmitter::new(DVec3::ZERO, DVec3::X, DVec3::X, 1.0).is_none());
         assert!(TriangleEmitter::new([DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], 1.0).is_none());
         assert!(DiskEmitter::new(DVec3::ZERO, DVec3::X, DVec3::ZERO, 0.0).is_none());

@@ -1,4 +1,4 @@
-//! Curved shapes under uneven transforms: densities against sums over their area.
+//! Curved shapes under non-uniform transforms: densities against sums over their area.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::math::elementary::sin_cos;
 use crate::math::{DAffine3, DMat3, DVec3};
 use crate::shape::{ConeDesc, CylinderDesc, TorusDesc};
 
-/// Uneven, slanted, and turned inside out.
+/// Non-uniform, skewed, and mirrored.
 fn transforms() -> [DAffine3; 3] {
     let slanted =
         DMat3::from_cols(DVec3::new(0.6, 0.1, 0.0), DVec3::new(0.2, 0.4, -0.1), DVec3::new(0.0, 0.2, 0.9));
@@ -17,7 +17,7 @@ fn transforms() -> [DAffine3; 3] {
     [moved(DMat3::IDENTITY * 0.5), moved(slanted), moved(mirrored)]
 }
 
-/// Places, outward normals and areas of the cells of a surface over the unit square.
+/// Positions, outward normals and areas of the cells of a surface over the unit square.
 fn grid(n: i32, m: &DAffine3, inside: DVec3, at: impl Fn(f64, f64) -> DVec3) -> Vec<(DVec3, DVec3, f64)> {
     let step = 1.0 / f64::from(n);
     let mut out = Vec::new();
@@ -34,7 +34,7 @@ fn grid(n: i32, m: &DAffine3, inside: DVec3, at: impl Fn(f64, f64) -> DVec3) -> 
     out
 }
 
-fn around(angle: f64, r: f64, z: f64) -> DVec3 {
+fn ring_point(angle: f64, r: f64, z: f64) -> DVec3 {
     let (s, c) = sin_cos(TAU * angle);
     DVec3::new(r * c, z, r * s)
 }
@@ -46,7 +46,7 @@ fn ellipsoids() {
         let e = EllipsoidEmitter::new(sphere, m).unwrap();
         let cells = grid(500, &m, sphere.center, |u, v| {
             let (s, c) = sin_cos(0.5 * TAU * v);
-            sphere.center + around(u, 0.8 * s, 0.8 * c)
+            sphere.center + ring_point(u, 0.8 * s, 0.8 * c)
         });
         let outside = [POINTS[0], POINTS[2], POINTS[3], POINTS[5]];
         check(&|p, u| e.sample(p, u), &|p, q, n| e.pdf(p, q, n), &outside, &cells, true);
@@ -64,29 +64,29 @@ fn cylinders_cones_and_tori() {
     let torus = TorusDesc { center: DVec3::ZERO, axis: DVec3::Y, radius: 1.0, tube_radius: 0.4 };
     let away = [POINTS[2], POINTS[3], POINTS[5]];
     for m in transforms() {
-        let cells = grid(400, &m, DVec3::ZERO, |u, v| around(u, 0.5, 2.0 * v - 1.0));
+        let cells = grid(400, &m, DVec3::ZERO, |u, v| ring_point(u, 0.5, 2.0 * v - 1.0));
         curved(Curved::Cylinder(cylinder.prepare().unwrap()), m, &away, &cells);
-        let cells = grid(400, &m, DVec3::ZERO, |u, v| around(u, 0.9 - 0.7 * v, 2.0 * v - 1.0));
+        let cells = grid(400, &m, DVec3::ZERO, |u, v| ring_point(u, 0.9 - 0.7 * v, 2.0 * v - 1.0));
         curved(Curved::Cone(cone.prepare().unwrap()), m, &away, &cells);
         let cells = grid(400, &m, DVec3::ZERO, |u, v| {
             let (s, c) = sin_cos(TAU * v);
-            around(u, 1.0 + 0.4 * c, 0.4 * s)
+            ring_point(u, 1.0 + 0.4 * c, 0.4 * s)
         });
         curved(Curved::Torus(torus.prepare().unwrap()), m, &away, &cells);
     }
 }
 
 #[test]
-fn caps_have_their_share() {
+fn caps_are_included() {
     let m = transforms()[1];
-    let disk = |r: f64, y: f64| grid(400, &m, DVec3::ZERO, move |u, v| around(u, r * v, y));
-    let mut cells = grid(400, &m, DVec3::ZERO, |u, v| around(u, 0.5, 2.0 * v - 1.0));
+    let disk = |r: f64, y: f64| grid(400, &m, DVec3::ZERO, move |u, v| ring_point(u, r * v, y));
+    let mut cells = grid(400, &m, DVec3::ZERO, |u, v| ring_point(u, 0.5, 2.0 * v - 1.0));
     cells.extend(disk(0.5, -1.0));
     cells.extend(disk(0.5, 1.0));
     let cylinder = CylinderDesc { from: DVec3::NEG_Y, to: DVec3::Y, radius: 0.5, capped: true };
     let away = [POINTS[2], POINTS[3], POINTS[5]];
     curved(Curved::Cylinder(cylinder.prepare().unwrap()), m, &away, &cells);
-    let mut cells = grid(400, &m, DVec3::ZERO, |u, v| around(u, 0.2 + 0.7 * v, 2.0 * v - 1.0));
+    let mut cells = grid(400, &m, DVec3::ZERO, |u, v| ring_point(u, 0.2 + 0.7 * v, 2.0 * v - 1.0));
     cells.extend(disk(0.2, -1.0));
     cells.extend(disk(0.9, 1.0));
     let cone = ConeDesc { from: DVec3::NEG_Y, to: DVec3::Y, radius: 0.2, tip_radius: 0.9, capped: true };
@@ -102,7 +102,7 @@ fn curved(shape: Curved, m: DAffine3, points: &[DVec3], cells: &[(DVec3, DVec3, 
 }
 
 #[test]
-fn what_a_transform_crushes_is_not_sampled() {
+fn singular_transforms_are_refused() {
     let flat = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)));
     let sphere = SphereEmitter { center: DVec3::ZERO, radius: 1.0 };
     assert!(EllipsoidEmitter::new(sphere, flat).is_none());

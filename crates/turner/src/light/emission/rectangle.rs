@@ -1,4 +1,21 @@
-//! Rectangles and parallelograms that shine.
+//! Emissive rectangles and parallelograms, sampled by solid angle or by area.
+//!
+//! Method: Ureña et al. 2013, "An area-preserving parametrization for spherical rectangles". The rectangle is
+//! projected onto the unit sphere around p, and the spherical rectangle is sampled uniformly in two steps that
+//! preserve area:
+//!
+//! ```text
+//!         y1 +--------+--------+         1. u[0] chooses xu so that the part of the spherical rectangle
+//!            |        |        |            left of it has u[0] of the solid angle;
+//!            |        |* yv    |         2. u[1] chooses yv on the line x = xu: the sine of the elevation
+//!         y0 +--------+--------+            is linear in u[1].
+//!           x0       xu       x1
+//!                                        Coordinates are relative to p, the rectangle is at z = z0 < 0.
+//!                p (0, 0, 0)             Ω = sum of the corner angles − 2π
+//! ```
+//!
+//! The pdf is the constant 1/Ω. Parallelograms without right angles, and far or nearly edge-on rectangles, are
+//! sampled by area.
 
 use std::f64::consts::PI;
 
@@ -19,12 +36,11 @@ pub struct RectangleEmitter {
     v: DVec3,
     normal: DVec3,
     per_area: f64,
-    /// Lengths of the edges and their directions, if these are at right angles.
+    /// Lengths and directions of the edges, if they are perpendicular.
     right_angled: Option<([f64; 2], [DVec3; 2])>,
 }
 
-/// What the sphere around a point sees of a rectangle (Ureña et al. 2013, "An area-preserving parametrization for
-/// spherical rectangles"); names as there.
+/// The projection of a rectangle onto the unit sphere around a point; names as in Ureña et al. 2013.
 struct Spherical {
     x: DVec3,
     y: DVec3,
@@ -64,7 +80,7 @@ impl RectangleEmitter {
         LightBound::flat(self.corner + 0.5 * (self.u + self.v), radius, self.normal, two_sided, power)
     }
 
-    /// Lengths of the edges; 0, which is never near, where they are not at right angles.
+    /// Lengths of the edges; 0, which never counts as near, if they are not perpendicular.
     #[inline(always)]
     fn lengths(&self) -> [f64; 2] {
         self.right_angled.map_or([0.0; 2], |(lengths, _)| lengths)
@@ -78,8 +94,8 @@ impl RectangleEmitter {
     fn spherical(&self, p: DVec3) -> Option<Spherical> {
         let ([lu, lv], [x, y]) = self.right_angled?;
         let diagonal2 = lu * lu + lv * lv;
-        let middle = self.corner + 0.5 * (self.u + self.v);
-        if diagonal2 < NEAR * p.distance_squared(middle) {
+        let center = self.corner + 0.5 * (self.u + self.v);
+        if diagonal2 < NEAR * p.distance_squared(center) {
             return None;
         }
         let mut z = self.normal;
@@ -91,7 +107,7 @@ impl RectangleEmitter {
         }
         let (x0, y0) = (d.dot(x), d.dot(y));
         let (x1, y1) = (x0 + lu, y0 + lv);
-        // Normals of the planes through the edges lie in planes of two axes.
+        // The normals of the planes through p and an edge have two non-zero coordinates; this is the one along z.
         let side = |a: f64| a / (a * a + z0 * z0).sqrt();
         let (n0, n1, n2, n3) = (-side(y0), side(x1), side(y1), -side(x0));
         let g0 = arc_cosine((-n0 * n1).clamp(-1.0, 1.0));
@@ -142,13 +158,13 @@ impl RectangleEmitter {
         Some(EmitterSample { q, n: self.normal, u, v, pdf: 1.0 / s.solid_angle })
     }
 
-    /// The same of eight rectangles, which may be one, as a block asks.
+    /// `sample` for the eight lanes of a block; the emitters may all be the same one.
     #[inline]
     pub fn sample_block(set: InstructionSet, emitters: [&RectangleEmitter; LANES], block: &mut EmitterBlock) {
         dispatch(set, SampleBlock { emitters: Eight::new(emitters), block });
     }
 
-    /// The density of the direction from `p` to `q` on it.
+    /// The pdf of the direction from `p` to the point `q` on it.
     pub fn pdf(&self, p: DVec3, q: DVec3) -> f64 {
         match self.spherical(p) {
             Some(s) => 1.0 / s.solid_angle,
@@ -162,13 +178,13 @@ impl RectangleEmitter {
     }
 }
 
-/// One coordinate of the normal of the plane through an edge.
+/// The z coordinate of the normal of the plane through an edge.
 #[inline(always)]
 fn side<S: Simd>(a: F64x8<S>, z0: F64x8<S>) -> F64x8<S> {
     a / (a * a + z0 * z0).sqrt()
 }
 
-/// The angle at a corner.
+/// The interior angle at a corner.
 #[inline(always)]
 fn between<S: Simd>(simd: S, a: F64x8<S>, b: F64x8<S>) -> F64x8<S> {
     let one = F64x8::splat(simd, 1.0);
@@ -189,18 +205,18 @@ impl Work for SampleBlock<'_> {
         let SampleBlock { emitters: e, block } = self;
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, one) = (splat(0.0), splat(1.0));
-        let (p, [u0, u1]) = block.asked(simd);
+        let (p, [u0, u1]) = block.inputs(simd);
         let (corner, u, v, n) = (
             e.vector(simd, |e| e.corner),
             e.vector(simd, |e| e.u),
             e.vector(simd, |e| e.v),
             e.vector(simd, |e| e.normal),
         );
-        let (lu, lv) = (e.number(simd, |e| e.lengths()[0]), e.number(simd, |e| e.lengths()[1]));
+        let (lu, lv) = (e.scalar(simd, |e| e.lengths()[0]), e.scalar(simd, |e| e.lengths()[1]));
         let (x, y) = (e.vector(simd, |e| e.axes()[0]), e.vector(simd, |e| e.axes()[1]));
         // By solid angle.
-        let to_middle = p - (corner + (u + v) * splat(0.5));
-        let near = (lu * lu + lv * lv).ge(splat(NEAR) * to_middle.dot(to_middle)) & lu.gt(zero);
+        let to_center = p - (corner + (u + v) * splat(0.5));
+        let near = (lu * lu + lv * lv).ge(splat(NEAR) * to_center.dot(to_center)) & lu.gt(zero);
         let d = corner - p;
         let z0 = d.dot(n);
         let behind = z0.gt(zero);
@@ -227,25 +243,25 @@ impl Work for SampleBlock<'_> {
         let yv = within.select(hv * (d2 / (one - hv * hv)).sqrt(), y1);
         let yv = x8::clamp(yv, y0, y1);
         let q = p + x * xu + y * yv + z * z0;
-        let counts =
+        let valid =
             spherical & x8::is_finite(simd, q.x) & x8::is_finite(simd, q.y) & x8::is_finite(simd, q.z);
-        let mut found = counts.bits();
+        let mut found = valid.bits();
         let (s, t) = ((xu - x0) / (x1 - x0), (yv - y0) / (y1 - y0));
         let pdf = one / solid_angle;
         if spherical.bits() == u8::MAX {
-            block.answer(found, q, n, [s, t], pdf);
+            block.store(found, q, n, [s, t], pdf);
             return;
         }
         // By area.
         let on = corner + u * u0 + v * u1;
-        let (seen, flat) = block::per_solid_angle(simd, e.number(simd, |e| e.per_area), p, on, n);
-        found |= seen.and_not(spherical).bits();
-        block.answer(
+        let (area_valid, area_pdf) = block::per_solid_angle(simd, e.scalar(simd, |e| e.per_area), p, on, n);
+        found |= area_valid.and_not(spherical).bits();
+        block.store(
             found,
             Vec3x8::select(spherical, q, on),
             n,
             [spherical.select(s, u0), spherical.select(t, u1)],
-            spherical.select(pdf, flat),
+            spherical.select(pdf, area_pdf),
         );
     }
 }

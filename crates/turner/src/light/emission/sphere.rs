@@ -1,4 +1,12 @@
-//! Spheres that shine.
+//! Emissive spheres, sampled by solid angle from outside and by area from inside.
+//!
+//! ```text
+//!              ___                 sin θmax = r / d
+//!       w   / q   \                cap = 1 − cos θmax
+//!   p ---- *       |               solid angle = 2π · cap, pdf = 1 / (2π · cap)
+//!       θ   \ ___ /  r             w is uniform in the cone; q is the nearer hit of w with the sphere
+//!   |------ d ---|
+//! ```
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,18 +19,18 @@ use crate::math::elementary::sin_cos_turns;
 use crate::math::{DVec3, Frame, elementary_x8 as x8};
 use crate::sampler::uniform_sphere;
 
-/// A sphere. From outside, the cone it fills is sampled evenly (Shirley et al. 1996, "Monte Carlo techniques for direct
-/// lighting calculations"); from inside, its area.
+/// A sphere. From outside, its cone of directions is sampled uniformly (Shirley et al. 1996, "Monte Carlo techniques
+/// for direct lighting calculations"); from inside, its area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereEmitter {
-    /// The middle.
+    /// The centre.
     pub center: DVec3,
     /// The radius.
     pub radius: f64,
 }
 
 impl SphereEmitter {
-    /// 1 − cos of the half angle it fills; `None` from inside or too near to tell.
+    /// 1 − cos of the cone's half angle; `None` from inside or too close to tell.
     #[inline]
     fn cap(&self, distance2: f64) -> Option<f64> {
         let sin2 = self.radius * self.radius / distance2;
@@ -51,18 +59,18 @@ impl SphereEmitter {
         Some(EmitterSample { q: self.center + self.radius * n, n, u: 0.0, v: 0.0, pdf })
     }
 
-    /// The same of eight spheres, which may be one, as a block asks.
+    /// `sample` for the eight lanes of a block; the emitters may all be the same one.
     #[inline]
     pub fn sample_block(set: InstructionSet, emitters: [&SphereEmitter; LANES], block: &mut EmitterBlock) {
-        let mut alone = dispatch(set, SampleBlock { emitters: Eight::new(emitters), block });
-        while alone != 0 {
-            let lane = alone.trailing_zeros() as usize;
-            alone &= alone - 1;
-            block.answer_one(lane, emitters[lane].sample(block.lit(lane), block.choice(lane)));
+        let mut scalar_lanes = dispatch(set, SampleBlock { emitters: Eight::new(emitters), block });
+        while scalar_lanes != 0 {
+            let lane = scalar_lanes.trailing_zeros() as usize;
+            scalar_lanes &= scalar_lanes - 1;
+            block.store_one(lane, emitters[lane].sample(block.lit(lane), block.random_pair(lane)));
         }
     }
 
-    /// The density of the direction from `p` to `q` on it, where the normal is `n`.
+    /// The pdf of the direction from `p` to the point `q` on it, where the normal is `n`.
     pub fn pdf(&self, p: DVec3, q: DVec3, n: DVec3) -> f64 {
         match self.cap(p.distance_squared(self.center)) {
             Some(cap) => 1.0 / (TAU * cap),
@@ -86,7 +94,7 @@ struct SampleBlock<'a> {
 }
 
 impl Work for SampleBlock<'_> {
-    /// The lanes whose points are not outside.
+    /// The lanes whose points are not outside their spheres.
     type Output = u8;
 
     /// As [`SphereEmitter::sample`] from outside, operation by operation.
@@ -95,8 +103,8 @@ impl Work for SampleBlock<'_> {
         let SampleBlock { emitters: e, block } = self;
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, one, two) = (splat(0.0), splat(1.0), splat(2.0));
-        let (p, [u0, u1]) = block.asked(simd);
-        let (center, radius) = (e.vector(simd, |e| e.center), e.number(simd, |e| e.radius));
+        let (p, [u0, u1]) = block.inputs(simd);
+        let (center, radius) = (e.vector(simd, |e| e.center), e.scalar(simd, |e| e.radius));
         let r2 = radius * radius;
         let to_center = center - p;
         let d2 = to_center.dot(to_center);
@@ -123,7 +131,7 @@ impl Work for SampleBlock<'_> {
         let n = from_center * inv;
         let known = outside & inv.gt(zero) & inv.lt(splat(f64::INFINITY));
         let pdf = one / (splat(TAU) * cap);
-        block.answer(known.bits(), center + n * radius, n, [zero, zero], pdf);
+        block.store(known.bits(), center + n * radius, n, [zero, zero], pdf);
         !outside.bits()
     }
 }

@@ -1,4 +1,18 @@
-//! Triangles that shine.
+//! Emissive triangles, sampled by solid angle or by area.
+//!
+//! Method: Arvo 1995, "Stratified sampling of spherical triangles". The triangle is projected onto the unit sphere
+//! around p, and the spherical triangle is sampled uniformly:
+//!
+//! ```text
+//!           c
+//!          / \                1. u[0] chooses c' on the arc a–c so that the triangle a, b, c'
+//!      c' *   \                  has u[0] of the solid angle;
+//!        / \   \              2. u[1] chooses the direction on the arc b–c': the cosine of the
+//!       /    * w\                angle from b is linear in u[1].
+//!      a---------b            Ω = sum of the angles − π (Girard), pdf = 1/Ω
+//! ```
+//!
+//! Far, thin and tiny triangles are sampled by area.
 
 use super::{EmitterSample, NEAR, per_solid_angle};
 use crate::light::LightBound;
@@ -13,14 +27,14 @@ pub struct TriangleEmitter {
     per_area: f64,
 }
 
-/// The triangle that the corners' directions span on the sphere around a point.
+/// The spherical triangle around a point.
 struct Spherical {
     a: DVec3,
     b: DVec3,
     c: DVec3,
-    /// The angle at a, as sine and cosine.
+    /// Sine and cosine of the angle at a.
     alpha: (f64, f64),
-    /// The sum of the angles.
+    /// Sum of the angles.
     angles: f64,
     solid_angle: f64,
 }
@@ -56,8 +70,8 @@ impl TriangleEmitter {
     fn spherical(&self, p: DVec3) -> Option<Spherical> {
         let [a, b, c] = self.corners;
         let size2 = a.distance_squared(b).max(a.distance_squared(c));
-        let middle = (a + b + c) / 3.0;
-        if size2 < NEAR * p.distance_squared(middle) {
+        let center = (a + b + c) / 3.0;
+        if size2 < NEAR * p.distance_squared(center) {
             return None;
         }
         let [a, b, c] = [a - p, b - p, c - p].map(|v| v.normalize());
@@ -67,7 +81,7 @@ impl TriangleEmitter {
         let alpha = angle(ab, -ca);
         let angles = alpha + angle(bc, -ab) + angle(ca, -bc);
         let solid_angle = angles - std::f64::consts::PI;
-        // Thin and tiny ones lose their digits.
+        // Thin and tiny triangles lose too many digits.
         (solid_angle > 1e-3 && solid_angle < std::f64::consts::TAU).then(|| Spherical {
             a,
             b,
@@ -78,8 +92,7 @@ impl TriangleEmitter {
         })
     }
 
-    /// The point that `u` chooses, seen from `p`: by area, or by solid angle (Arvo 1995, "Stratified sampling of spherical
-    /// triangles").
+    /// The point that `u` chooses, seen from `p`.
     pub fn sample(&self, p: DVec3, u: [f64; 2]) -> Option<EmitterSample> {
         let [a, b, c] = self.corners;
         let Some(s) = self.spherical(p) else {
@@ -90,7 +103,7 @@ impl TriangleEmitter {
             return Some(EmitterSample { q, n: self.normal, u: v, v: w, pdf });
         };
         let (sin_alpha, cos_alpha) = s.alpha;
-        // The sub-triangle a, b, c' with the share u[0] of the solid angle.
+        // c' so that the triangle a, b, c' has the fraction u[0] of the solid angle.
         let part = std::f64::consts::PI + u[0] * (s.angles - std::f64::consts::PI);
         let (sin, cos) = sin_cos(part);
         let (sin_phi, cos_phi) = (sin * cos_alpha - cos * sin_alpha, cos * cos_alpha + sin * sin_alpha);
@@ -104,7 +117,7 @@ impl TriangleEmitter {
         let cos_theta = 1.0 - u[1] * (1.0 - c_moved.dot(s.b));
         let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
         let w = cos_theta * s.b + sin_theta * (c_moved - c_moved.dot(s.b) * s.b).normalize_or_zero();
-        // Where that direction meets the triangle (Möller & Trumbore 1997).
+        // Intersects that direction with the triangle (Möller & Trumbore 1997).
         let (e1, e2) = (b - a, c - a);
         let across = w.cross(e2);
         let det = e1.dot(across);
@@ -120,7 +133,7 @@ impl TriangleEmitter {
         Some(EmitterSample { q, n: self.normal, u: v, v: w, pdf: 1.0 / s.solid_angle })
     }
 
-    /// The density of the direction from `p` to `q` on it.
+    /// The pdf of the direction from `p` to the point `q` on it.
     pub fn pdf(&self, p: DVec3, q: DVec3) -> f64 {
         match self.spherical(p) {
             Some(s) => 1.0 / s.solid_angle,

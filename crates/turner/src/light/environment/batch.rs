@@ -1,7 +1,7 @@
-//! Many directions at once.
+//! Environment sampling for a batch of directions.
 //!
-//! What comes out is that of [`EnvironmentLight::sample`] and [`EnvironmentLight::found`], one by one, to the last bit. The picture and the
-//! tables do not fit into caches; in loops that do nothing but read them, many reads are under way together.
+//! Results equal those of [`EnvironmentLight::sample`] and [`EnvironmentLight::found`] bit by bit. Image and tables
+//! do not fit into caches; in loops that do little but read them, many cache misses overlap.
 
 use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
@@ -15,7 +15,7 @@ use super::{EnvironmentLight, EnvironmentSample, Prepared};
 use crate::color::Spectrum;
 use crate::math::{DVec2, DVec3, elementary_x8 as x8};
 
-/// Room to work on many directions; kept from one time to the next.
+/// Scratch memory for a batch, reused between calls.
 #[derive(Default)]
 pub struct EnvironmentBatch {
     blocks: Vec<Directions>,
@@ -23,7 +23,7 @@ pub struct EnvironmentBatch {
     taps: Vec<Taps>,
 }
 
-/// Eight directions and their places in the picture.
+/// Eight directions and their positions in the image.
 #[derive(Clone, Default)]
 struct Directions {
     direction: [Block; 3],
@@ -47,41 +47,41 @@ impl Directions {
 
 impl EnvironmentBatch {
     fn reset(&mut self, count: usize) {
-        // What the last block holds beyond the count is computed and not used.
+        // Lanes of the last block beyond the count are computed and ignored.
         self.blocks.resize_with(count.div_ceil(LANES).max(self.blocks.len()), Directions::default);
     }
 }
 
 impl EnvironmentLight {
-    /// For each pair of numbers [`EnvironmentLight::sample`], handed over with its place among them.
+    /// [`EnvironmentLight::sample`] for each pair of numbers; `take` gets its index and the result.
     pub fn sample_batch(
         &self,
         set: InstructionSet,
         u: &[[f64; 2]],
-        room: &mut EnvironmentBatch,
+        scratch: &mut EnvironmentBatch,
         mut take: impl FnMut(usize, Option<EnvironmentSample>),
     ) {
-        room.reset(u.len());
+        scratch.reset(u.len());
         let Prepared { map, distribution, .. } = &*self.prepared;
-        let EnvironmentBatch { blocks, rows, taps } = room;
+        let EnvironmentBatch { blocks, rows, taps } = scratch;
         rows.clear();
         rows.extend(u.iter().map(|u| distribution.row_of(*u).map(|row| (row, [0; 2]))));
         for chosen in &mut *rows {
             *chosen = chosen.and_then(|(row, _)| Some((row, distribution.span(&row)?)));
         }
-        black_box(distribution.touch(rows));
+        black_box(distribution.prefetch(rows));
         for (rows, block) in rows.chunks(LANES).zip(&mut *blocks) {
             for (lane, row) in rows.iter().enumerate() {
-                let found = row.and_then(|(row, span)| distribution.place(&row, span));
+                let found = row.and_then(|(row, span)| distribution.position(&row, span));
                 let (across, cos_theta, pdf) = found.unwrap_or((0.0, 0.0, 0.0));
                 (block.u.0[lane], block.cos_theta.0[lane], block.pdf.0[lane]) = (across, cos_theta, pdf);
             }
         }
         let blocks = &mut blocks[..u.len().div_ceil(LANES)];
-        dispatch(set, ChosenDirections { blocks, turn: self.turn });
+        dispatch(set, ChosenDirections { blocks, rotation: self.rotation });
         taps.clear();
         taps.extend((0..u.len()).map(|i| map.taps(blocks[i / LANES].uv(i % LANES))));
-        black_box(map.touch(taps));
+        black_box(map.prefetch(taps));
         for (i, taps) in taps.iter().enumerate() {
             let (block, lane) = (&blocks[i / LANES], i % LANES);
             let pdf = block.pdf.0[lane];
@@ -94,17 +94,17 @@ impl EnvironmentLight {
         }
     }
 
-    /// For each direction [`EnvironmentLight::found`], handed over with its place among them.
+    /// [`EnvironmentLight::found`] for each direction; `take` gets its index and the result.
     pub fn found_batch(
         &self,
         set: InstructionSet,
         directions: &[DVec3],
-        room: &mut EnvironmentBatch,
+        scratch: &mut EnvironmentBatch,
         mut take: impl FnMut(usize, (Spectrum, f64)),
     ) {
-        room.reset(directions.len());
+        scratch.reset(directions.len());
         let Prepared { map, distribution, .. } = &*self.prepared;
-        let EnvironmentBatch { blocks, taps, .. } = room;
+        let EnvironmentBatch { blocks, taps, .. } = scratch;
         for (directions, block) in directions.chunks(LANES).zip(&mut *blocks) {
             for (lane, d) in directions.iter().enumerate() {
                 for (block, v) in block.direction.iter_mut().zip(d.to_array()) {
@@ -113,22 +113,22 @@ impl EnvironmentLight {
             }
         }
         let blocks = &mut blocks[..directions.len().div_ceil(LANES)];
-        dispatch(set, Places { blocks, turn: self.turn });
-        let place = |i: usize| blocks[i / LANES].uv(i % LANES);
+        dispatch(set, Positions { blocks, rotation: self.rotation });
+        let position = |i: usize| blocks[i / LANES].uv(i % LANES);
         taps.clear();
-        taps.extend((0..directions.len()).map(|i| map.taps(place(i))));
-        black_box(map.touch(taps));
-        black_box(distribution.touch_at((0..directions.len()).map(place)));
+        taps.extend((0..directions.len()).map(|i| map.taps(position(i))));
+        black_box(map.prefetch(taps));
+        black_box(distribution.prefetch_at((0..directions.len()).map(position)));
         for (i, taps) in taps.iter().enumerate() {
-            take(i, (self.scaled(map.blend(taps)), distribution.pdf_at(place(i))));
+            take(i, (self.scaled(map.blend(taps)), distribution.pdf_at(position(i))));
         }
     }
 }
 
-/// The directions that were chosen, in the scene, and how far down in the picture they lie.
+/// Computes the sampled directions in world space, and their v in the image.
 struct ChosenDirections<'a> {
     blocks: &'a mut [Directions],
-    turn: (f64, f64),
+    rotation: (f64, f64),
 }
 
 impl Work for ChosenDirections<'_> {
@@ -136,7 +136,7 @@ impl Work for ChosenDirections<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let (sin, cos) = (F64x8::splat(simd, self.turn.0), F64x8::splat(simd, self.turn.1));
+        let (sin, cos) = (F64x8::splat(simd, self.rotation.0), F64x8::splat(simd, self.rotation.1));
         let (zero, one) = (F64x8::splat(simd, 0.0), F64x8::splat(simd, 1.0));
         for block in self.blocks {
             let cos_theta = F64x8::load(simd, &block.cos_theta);
@@ -153,19 +153,19 @@ impl Work for ChosenDirections<'_> {
     }
 }
 
-/// Where in the picture directions of the scene lie.
-struct Places<'a> {
+/// Computes the positions of world-space directions in the image.
+struct Positions<'a> {
     blocks: &'a mut [Directions],
-    turn: (f64, f64),
+    rotation: (f64, f64),
 }
 
-impl Work for Places<'_> {
+impl Work for Positions<'_> {
     type Output = ();
 
-    /// As `coordinates_fast`, operation by operation.
+    /// Like `coordinates_fast`, operation by operation.
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let (sin, cos) = (F64x8::splat(simd, self.turn.0), F64x8::splat(simd, self.turn.1));
+        let (sin, cos) = (F64x8::splat(simd, self.rotation.0), F64x8::splat(simd, self.rotation.1));
         let zero = F64x8::splat(simd, 0.0);
         for block in self.blocks {
             let [x, y, z] = &block.direction;
@@ -189,24 +189,24 @@ mod tests {
     use crate::testing::Random;
 
     #[test]
-    fn many_are_as_one_by_one() {
+    fn batches_equal_single_samples() {
         let mut random = Random::new(2);
         let samples = (0..37 * 19 * 3)
             .map(|_| crate::math::elementary::pow(random.units::<1>()[0], 4.0) as f32)
             .collect();
         let image = Image { width: 37, height: 19, channels: 3, pixels: Pixels::F32(samples) };
-        let turn = crate::math::elementary::sin_cos(0.7);
-        let mut room = EnvironmentBatch::default();
+        let rotation = crate::math::elementary::sin_cos(0.7);
+        let mut scratch = EnvironmentBatch::default();
         let sets: Vec<InstructionSet> = InstructionSet::available().collect();
         for compensated in [false, true] {
             let light =
-                EnvironmentLight::of_picture(Arc::new(image.clone()), Spectrum::WHITE, turn, compensated)
+                EnvironmentLight::from_image(Arc::new(image.clone()), Spectrum::WHITE, rotation, compensated)
                     .unwrap();
             for (i, count) in [0, 3, 8, 700, 12].into_iter().enumerate() {
                 let set = sets[i % sets.len()];
                 let u: Vec<[f64; 2]> = (0..count).map(|_| random.units::<2>()).collect();
                 let mut seen = 0;
-                light.sample_batch(set, &u, &mut room, |i, sample| {
+                light.sample_batch(set, &u, &mut scratch, |i, sample| {
                     assert_eq!(sample, light.sample(u[i]));
                     seen += 1;
                 });
@@ -214,7 +214,7 @@ mod tests {
                 if let Some(d) = directions.first_mut() {
                     *d = DVec3::Y;
                 }
-                light.found_batch(set, &directions, &mut room, |i, found| {
+                light.found_batch(set, &directions, &mut scratch, |i, found| {
                     assert_eq!(found, light.found(directions[i]));
                     seen += 1;
                 });

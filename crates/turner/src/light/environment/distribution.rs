@@ -1,46 +1,60 @@
-//! Directions chosen by how much light comes from them.
+//! Importance sampling of an environment map: directions are sampled in proportion to luminance.
 //!
-//! The density is constant over each pixel: proportional to the mean luminance that the bilinear look-up has there,
-//! so that wherever light comes from the density is above 0. Within a pixel all directions are alike per solid angle.
-//! A row is chosen by its share of the light, then a column in it (inversion of both distribution functions): points
-//! that are spread well over the unit square stay spread well over the sphere.
+//! The estimator radiance / pdf has little noise if the pdf is close to proportional to the radiance. The pdf per
+//! solid angle is constant over each pixel, proportional to the mean luminance of the bilinear look-up there. It is
+//! therefore above 0 wherever light comes from, which keeps the estimator
+//! unbiased. Within a pixel directions are uniform per solid angle.
+//!
+//! Sampling inverts two distribution functions (pbrt, "Sampling Light Sources: Image Infinite Area Lights"): the
+//! second random number chooses a row by its total luminance and solid angle, the first a column in that row.
+//!
+//! ```text
+//!    rows            columns of row y
+//!   |----| u[1]     0                       UNITS
+//!   |    |          |---|--|--------|--|------|
+//!   |----|<-- y     +   u[0] · UNITS  ^
+//!   |    |
+//! ```
+//!
+//! Inversion keeps stratification: well-distributed points in the unit square give well-distributed directions. Guide
+//! tables hold where the search of each equal interval begins, so that a binary search covers few entries.
 
 use std::collections::TryReserveError;
 use std::f64::consts::{PI, TAU};
 
-use super::map::{EnvironmentMap, around, coordinates_fast, height, solid_angles};
+use super::map::{EnvironmentMap, coordinates_fast, direction_at, height, solid_angles};
 use crate::math::elementary::cos;
 use crate::math::{DVec2, DVec3};
 use crate::schema::{ErrorCode, SceneError};
 
-/// The columns of a row share this many units.
+/// The columns of a row divide this many units.
 const UNITS: u32 = u32::MAX;
 
-/// A density of directions, constant over each pixel.
+/// A density over directions, constant over each pixel.
 #[derive(Debug)]
 pub(super) struct Distribution {
     width: u32,
     height: u32,
-    /// Where each row begins in 0..=1, and the end of the last; empty if all is black.
+    /// Start of each row in 0..=1, and the end of the last; empty if the image is black.
     rows: Vec<f64>,
-    /// In which unit each column begins, row by row; the last one ends at [`UNITS`].
+    /// Start of each column in units, row by row; the last column ends at [`UNITS`].
     columns: Vec<u32>,
     /// Cosine of the angle from the zenith at the upper edge of each row, and at the end.
     edges: Vec<f64>,
-    /// The density per unit of each row.
+    /// Density per unit of each row, per solid angle.
     densities: Vec<f64>,
-    /// In which row each of equal parts of 0..=1 begins, as many as a power of two, and the last row: half of a search.
+    /// Guide table: the row in which each of a power of two of equal intervals of 0..=1 begins, and the last row.
     row_guide: Vec<u32>,
-    /// The same for the columns of each row, of [`UNITS`] + 1.
+    /// The same for the columns of each row, whose guide divides [`UNITS`] + 1.
     column_guide: Vec<u32>,
-    /// Parts of a row's guide are this power of two.
+    /// log2 of the intervals in a column guide.
     guide_bits: u32,
 }
 
 impl Distribution {
-    /// By the luminance of a picture. With `compensated`, the mean over all directions is subtracted first (Karlik
-    /// et al. 2019, "MIS Compensation"): for use with the balance heuristic alone. A picture that is the same
-    /// everywhere is then sampled evenly.
+    /// From the luminance of an image. With `compensated`, the mean over all directions is subtracted first (Karlík
+    /// et al. 2019, "MIS Compensation"), which is valid only with the balance heuristic. A constant image is then
+    /// sampled uniformly.
     pub(super) fn new(map: &EnvironmentMap, compensated: bool) -> Result<Distribution, SceneError> {
         let (width, height) = map.size();
         let solid_angles: Vec<f64> = solid_angles(width, height).collect();
@@ -64,13 +78,13 @@ impl Distribution {
         let floor = if compensated { total / (2.0 * TAU) } else { 0.0 };
         let mut sums = distribution.fill(map, &solid_angles, floor);
         if sums.iter().sum::<f64>() <= 0.0 {
-            // Nothing rises above the mean.
+            // No pixel is above the mean.
             sums = distribution.fill(map, &solid_angles, 0.0);
         }
-        let (mut begin, whole) = (0.0, sums.iter().sum::<f64>());
+        let (mut begin, total) = (0.0, sums.iter().sum::<f64>());
         distribution.rows = Vec::with_capacity(sums.len() + 1);
         for sum in sums {
-            distribution.rows.push((begin / whole).min(1.0));
+            distribution.rows.push((begin / total).min(1.0));
             begin += sum;
         }
         distribution.rows.push(1.0);
@@ -78,7 +92,7 @@ impl Distribution {
         Ok(distribution)
     }
 
-    /// Fills in what is looked up beforehand.
+    /// Computes the densities and guide tables.
     fn guide(&mut self) -> Result<(), TryReserveError> {
         let width = f64::from(self.width);
         self.densities = (self.rows.windows(2).zip(self.edges.windows(2)))
@@ -105,15 +119,15 @@ impl Distribution {
         Ok(())
     }
 
-    /// Writes the columns of every row; gives the light of each row above `floor`.
+    /// Writes the columns of every row; returns the luminance of each row above `floor`, times solid angle.
     fn fill(&mut self, map: &EnvironmentMap, solid_angles: &[f64], floor: f64) -> Vec<f64> {
         self.columns.clear();
-        let mut around = Smoothed::new(map);
+        let mut smoothed = Smoothed::new(map);
         let mut weights = vec![0.0; self.width as usize];
         (0..self.height)
             .zip(solid_angles)
             .map(|(y, solid_angle)| {
-                around.row(y, &mut weights);
+                smoothed.row(y, &mut weights);
                 weights.iter_mut().for_each(|w| *w = (*w - floor).max(0.0));
                 self.push_row(&weights);
                 weights.iter().sum::<f64>() * solid_angle
@@ -121,7 +135,8 @@ impl Distribution {
             .collect()
     }
 
-    /// Divides a row's units among its columns by their weights; each that has any gets one at least.
+    /// Divides a row's units among its columns in proportion to their weights; each non-zero weight gets at least one
+    /// unit.
     fn push_row(&mut self, weights: &[f64]) {
         let sum: f64 = weights.iter().sum();
         let some = weights.iter().filter(|w| **w > 0.0).count() as u32;
@@ -138,35 +153,35 @@ impl Distribution {
         }
     }
 
-    /// A direction for two uniform numbers in 0..1, its place in the picture and its density per solid angle; `None` if all is
-    /// black.
+    /// A direction for two uniform numbers in 0..1, its (u, v) in the image and its pdf per solid angle; `None` if
+    /// the image is black.
     pub(super) fn sample(&self, u: [f64; 2]) -> Option<(DVec3, DVec2, f64)> {
         let (u, cos_theta, pdf) = self.find(u)?;
         let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
         let uv = DVec2::new(u, height(sin_theta, cos_theta));
-        (pdf > 0.0).then(|| (around(u, sin_theta, cos_theta), uv, pdf))
+        (pdf > 0.0).then(|| (direction_at(u, sin_theta, cos_theta), uv, pdf))
     }
 
-    /// The same as u in the picture and the cosine of the angle from the zenith, with a density that may be 0.
+    /// The same as u in the image and the cosine of the angle from the zenith; the pdf may be 0.
     #[inline]
     pub(super) fn find(&self, u: [f64; 2]) -> Option<(f64, f64, f64)> {
         let row = self.row_of(u)?;
-        self.place(&row, self.span(&row)?)
+        self.position(&row, self.span(&row)?)
     }
 
-    /// The row, by the second number. This, `span` and `place` make [`Distribution::find`]: those that read large tables do little else, so that many
-    /// reads are under way together where there are many numbers.
+    /// The row, from the second number. `row_of`, `span` and `position` make up [`Distribution::find`]. They are
+    /// separate so that a loop over a batch does little but read large tables, and the cache misses overlap.
     #[inline]
     pub(super) fn row_of(&self, u: [f64; 2]) -> Option<Row> {
         let [u, v] = u.map(|u| if u > 0.0 { u.min(1.0 - f64::EPSILON) } else { 0.0 });
         let parts = self.row_guide.len().checked_sub(1)?;
-        let y = between(&self.row_guide, (v * parts as f64) as usize, &self.rows, |begin| *begin <= v)?;
+        let y = search(&self.row_guide, (v * parts as f64) as usize, &self.rows, |begin| *begin <= v)?;
         let (begin, end) = (self.rows[y], self.rows[y + 1]);
         let down = ((v - begin) / (end - begin)).clamp(0.0, 1.0);
         Some(Row { y, down, unit: u * f64::from(UNITS) })
     }
 
-    /// The first and last column that come into question.
+    /// The first and last candidate column.
     #[inline]
     pub(super) fn span(&self, row: &Row) -> Option<[u32; 2]> {
         let part = (u64::from(row.unit as u32) << self.guide_bits >> 32) as usize;
@@ -174,9 +189,9 @@ impl Distribution {
         Some([*self.column_guide.get(first)?, *self.column_guide.get(first + 1)?])
     }
 
-    /// Reads a column of each, so that they are near when they are searched; what comes out is of no account.
+    /// Prefetches one column of each entry, for the search that follows; the sum only keeps the reads alive.
     #[inline]
-    pub(super) fn touch(&self, rows: &[Option<(Row, [u32; 2])>]) -> u32 {
+    pub(super) fn prefetch(&self, rows: &[Option<(Row, [u32; 2])>]) -> u32 {
         let mut sum = 0_u32;
         for (row, [first, _]) in rows.iter().flatten() {
             let at = row.y * self.width as usize + *first as usize;
@@ -185,42 +200,42 @@ impl Distribution {
         sum
     }
 
-    /// The column, the place and its density.
+    /// The column: u, the cosine of the angle from the zenith, and the pdf.
     #[inline]
-    pub(super) fn place(
+    pub(super) fn position(
         &self,
         &Row { y, down, unit }: &Row,
         [first, last]: [u32; 2],
     ) -> Option<(f64, f64, f64)> {
-        // The greatest whole number that is not above it: columns begin at whole numbers.
-        let whole = unit as u32;
+        // Columns begin at integers, so the integer part decides.
+        let integer = unit as u32;
         let row = self.row(y);
         let begins = row.get(first as usize + 1..=last as usize)?;
-        let x = first as usize + begins.partition_point(|begin| *begin <= whole);
+        let x = first as usize + begins.partition_point(|begin| *begin <= integer);
         let (first, units) = column(row, x);
         let across = ((unit - f64::from(first)) / f64::from(units)).clamp(0.0, 1.0);
         let cos_theta = self.edges[y] + (self.edges[y + 1] - self.edges[y]) * down;
         Some(((x as f64 + across) / f64::from(self.width), cos_theta, self.density(x, y)))
     }
 
-    /// Reads what [`Distribution::pdf_at`] will, at many places; what comes out is of no account.
+    /// Prefetches what [`Distribution::pdf_at`] reads, for many positions; the sum only keeps the reads alive.
     #[inline]
-    pub(super) fn touch_at(&self, places: impl Iterator<Item = DVec2>) -> u32 {
+    pub(super) fn prefetch_at(&self, entries: impl Iterator<Item = DVec2>) -> u32 {
         let cell = |v: f64, n: u32| ((v * f64::from(n)) as u32).min(n - 1) as usize;
         let mut sum = 0_u32;
-        for uv in places {
+        for uv in entries {
             let at = cell(uv.y, self.height) * self.width as usize + cell(uv.x, self.width);
             sum = sum.wrapping_add(self.columns.get(at).copied().unwrap_or_default());
         }
         sum
     }
 
-    /// The density of a direction of any length, per solid angle.
+    /// The pdf of a direction of any length, per solid angle.
     pub(super) fn pdf(&self, direction: DVec3) -> f64 {
         self.pdf_at(coordinates_fast(direction))
     }
 
-    /// The same at a place in the picture, (u, v) in 0..=1.
+    /// The same at (u, v) in 0..=1 of the image.
     #[inline]
     pub(super) fn pdf_at(&self, uv: DVec2) -> f64 {
         let cell = |v: f64, n: u32| ((v * f64::from(n)) as u32).min(n - 1) as usize;
@@ -235,7 +250,7 @@ impl Distribution {
         &self.columns[y * self.width as usize..][..self.width as usize]
     }
 
-    /// Bytes of the tables.
+    /// Memory of the tables, in bytes.
     pub(super) fn memory(&self) -> usize {
         let guides = size_of_val(&*self.row_guide) + size_of_val(&*self.column_guide);
         let rows = size_of_val(&*self.rows) + size_of_val(&*self.edges) + size_of_val(&*self.densities);
@@ -243,7 +258,7 @@ impl Distribution {
     }
 }
 
-/// A row that was chosen, how far down in it, and the place along it in units.
+/// A sampled row, the fraction of its height, and the position along it in units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     y: usize,
@@ -251,20 +266,20 @@ pub(super) struct Row {
     unit: f64,
 }
 
-/// The last place that begins early enough, found between two entries of a guide; `begins` says of which places that is so: the
-/// first ones.
+/// Index of the last entry that satisfies `begins`, searched between two entries of a guide table. `begins` holds for
+/// a prefix of `entries`.
 #[inline]
-fn between<T>(guide: &[u32], part: usize, places: &[T], begins: impl Fn(&T) -> bool) -> Option<usize> {
+fn search<T>(guide: &[u32], part: usize, entries: &[T], begins: impl Fn(&T) -> bool) -> Option<usize> {
     let (first, last) = (*guide.get(part)? as usize, *guide.get(part + 1)? as usize);
-    Some(first + places.get(first + 1..=last)?.partition_point(begins))
+    Some(first + entries.get(first + 1..=last)?.partition_point(begins))
 }
 
 fn no_memory(width: u32, height: u32) -> SceneError {
-    let message = format!("there is no memory to sample an environment of {width}x{height} pixels");
-    SceneError::new(ErrorCode::TooLarge, message).help("scale the picture down")
+    let message = format!("not enough memory to sample an environment map of {width}x{height} pixels");
+    SceneError::new(ErrorCode::TooLarge, message).help("scale the image down")
 }
 
-/// Where a column begins, and how many units it has.
+/// Start and size of a column, in units.
 fn column(row: &[u32], x: usize) -> (u32, u32) {
     let end = row.get(x + 1).copied().unwrap_or(UNITS);
     (row[x], end - row[x])
@@ -277,7 +292,7 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
 /// The mean luminance of the bilinear look-up over each pixel: an eighth of each neighbour, along rows and columns.
 struct Smoothed<'a> {
     map: &'a EnvironmentMap,
-    /// Luminances along the rows before, at and after the last one asked for, already smoothed along the row.
+    /// Luminances of the previous, current and next row, already smoothed along the row.
     near: [Vec<f64>; 3],
     at: Option<u32>,
 }
@@ -288,16 +303,16 @@ impl<'a> Smoothed<'a> {
         Smoothed { map, near: [empty(), empty(), empty()], at: None }
     }
 
-    /// The means of row `y`: rows are asked for one after the other.
+    /// The means of row `y`. Rows are requested in order.
     fn row(&mut self, y: u32, out: &mut [f64]) {
         let last = self.map.size().1 - 1;
         if self.at.is_some_and(|at| at + 1 == y) {
             self.near.rotate_left(1);
         } else {
-            along(self.map, y.saturating_sub(1), &mut self.near[0]);
-            along(self.map, y, &mut self.near[1]);
+            smooth_row(self.map, y.saturating_sub(1), &mut self.near[0]);
+            smooth_row(self.map, y, &mut self.near[1]);
         }
-        along(self.map, (y + 1).min(last), &mut self.near[2]);
+        smooth_row(self.map, (y + 1).min(last), &mut self.near[2]);
         self.at = Some(y);
         let [before, here, after] = &self.near;
         for (x, out) in out.iter_mut().enumerate() {
@@ -306,8 +321,8 @@ impl<'a> Smoothed<'a> {
     }
 }
 
-/// Luminances of a row, smoothed along it and around its ends.
-fn along(map: &EnvironmentMap, y: u32, out: &mut [f64]) {
+/// Luminances of a row, smoothed along it with wrap-around.
+fn smooth_row(map: &EnvironmentMap, y: u32, out: &mut [f64]) {
     let w = map.size().0;
     let at = |x: u32| luminance(map.pixel(x, y).to_array().map(f64::from));
     let (mut before, mut here) = (at(w - 1), at(0));

@@ -1,4 +1,14 @@
-//! The picture of the surroundings: directions and pixels.
+//! Environment map: the relation between directions and pixels, and filtered look-up.
+//!
+//! ```text
+//!   (0,0)  u →                 zenith, +y
+//!     +----------+----------+
+//!   v |   -x     |    +x    |       u = 0.5 + φ / 2π,  φ from −z towards +x
+//!   ↓ +----+-----o-----+----+       v = θ / π,         θ from the zenith
+//!     |          |          |       o = −z, the left and right edges = +z
+//!     +----------+----------+
+//!                              nadir, −y
+//! ```
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -10,20 +20,20 @@ use crate::math::elementary::sin_cos;
 use crate::math::elementary::{angle, atan2, cos, sin_cos_turns};
 use crate::math::{DVec2, DVec3};
 
-/// The direction at (u, v) of an equirectangular picture, (0, 0) its upper left corner: a unit vector.
+/// The direction at (u, v) of an equirectangular image with (0, 0) at its upper left corner: a unit vector.
 #[cfg(test)]
 pub(super) fn direction(uv: DVec2) -> DVec3 {
     let (sin_theta, cos_theta) = sin_cos(PI * uv.y);
-    around(uv.x, sin_theta, cos_theta)
+    direction_at(uv.x, sin_theta, cos_theta)
 }
 
-/// The direction at column u with the sine and cosine of its angle from the zenith.
-pub(super) fn around(u: f64, sin_theta: f64, cos_theta: f64) -> DVec3 {
+/// The direction at column u, from the sine and cosine of its angle from the zenith.
+pub(super) fn direction_at(u: f64, sin_theta: f64, cos_theta: f64) -> DVec3 {
     let (sin_phi, cos_phi) = sin_cos_turns(u - 0.5);
     DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
 }
 
-/// (u, v) in 0..=1 for a direction of any length. Straight up and down u is 0.5.
+/// (u, v) in 0..=1 of a direction of any length. Straight up and down u is 0.5.
 pub(super) fn coordinates(d: DVec3) -> DVec2 {
     let flat = (d.x * d.x + d.z * d.z).sqrt();
     let phi = if flat > 0.0 { atan2(d.x, -d.z) } else { 0.0 };
@@ -38,37 +48,38 @@ pub(super) fn coordinates_fast(d: DVec3) -> DVec2 {
     DVec2::new(0.5 + phi * (1.0 / TAU), height(flat, d.y))
 }
 
-/// v for the sine and cosine of the angle from the zenith, times any length.
+/// v from the sine and cosine of the angle from the zenith, both times any length.
 #[inline]
 pub(super) fn height(sin_theta: f64, cos_theta: f64) -> f64 {
     angle(sin_theta, cos_theta) * (1.0 / PI)
 }
 
-/// The solid angle of one pixel in each row of a picture: rows of equal height in the angle from the zenith.
+/// The solid angle of a pixel in each row of an image whose rows are equal steps in the angle from the zenith.
 pub(super) fn solid_angles(width: u32, height: u32) -> impl Iterator<Item = f64> {
     let edge = move |y: u32| cos(PI * f64::from(y) / f64::from(height));
     (0..height).map(move |y| TAU / f64::from(width) * (edge(y) - edge(y + 1)))
 }
 
-/// The four pixels around a place in the picture: where they begin among its samples, and how near the second ones are.
+/// The four texels of a bilinear look-up: indices of their first samples, and the weights of the second column and
+/// row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Taps {
-    places: [usize; 4],
+    texels: [usize; 4],
     fx: f32,
     fy: f32,
 }
 
-/// A picture whose samples are scene light.
+/// An image whose samples are radiances.
 #[derive(Debug)]
 pub(super) struct EnvironmentMap {
     image: Arc<Image>,
-    /// Light for each value of an integer sample; empty for floats.
+    /// Radiance for each value of an integer sample; empty for floats.
     decoded: Box<[f32]>,
     invalid: u64,
 }
 
 impl EnvironmentMap {
-    /// Of a consistent picture.
+    /// From a consistent image.
     pub(super) fn new(image: Arc<Image>) -> EnvironmentMap {
         let table = |most: u16| (0..=most).map(|v| srgb_decode(f32::from(v) / f32::from(most))).collect();
         let (decoded, invalid) = match &image.pixels {
@@ -84,12 +95,12 @@ impl EnvironmentMap {
         EnvironmentMap { image, decoded, invalid }
     }
 
-    /// Columns and rows.
+    /// Width and height.
     pub(super) fn size(&self) -> (u32, u32) {
         (self.image.width, self.image.height)
     }
 
-    /// Pixels with a sample that is negative or no finite number.
+    /// Pixels with a negative or non-finite sample.
     pub(super) fn invalid_pixels(&self) -> u64 {
         self.invalid
     }
@@ -98,7 +109,7 @@ impl EnvironmentMap {
         self.image.memory() + size_of_val(&*self.decoded)
     }
 
-    /// Pixel (x, y), which lies inside the picture.
+    /// Pixel (x, y), which must lie inside the image.
     #[inline]
     pub(super) fn pixel(&self, x: u32, y: u32) -> Spectrum {
         let n = usize::from(self.image.channels);
@@ -112,71 +123,71 @@ impl EnvironmentMap {
         Spectrum::from(bands)
     }
 
-    /// The light from a direction: bilinear between the centres of pixels, around the picture's left and right
-    /// edges, held at the upper and lower ones.
+    /// Radiance from a direction: bilinear between pixel centres, wrapped at the left and right edges, clamped at the
+    /// upper and lower ones.
     pub(super) fn radiance(&self, d: DVec3) -> Spectrum {
         self.at(coordinates(d))
     }
 
-    /// The same for (u, v), each in 0..=1.
+    /// Radiance at (u, v), each in 0..=1.
     #[inline]
     pub(super) fn at(&self, uv: DVec2) -> Spectrum {
         self.blend(&self.taps(uv))
     }
 
-    /// What is read for (u, v), each in 0..=1.
+    /// The texels for (u, v), each in 0..=1.
     #[inline]
     pub(super) fn taps(&self, uv: DVec2) -> Taps {
         let (w, h) = self.size();
-        // Moved by a pixel, so that what is cut off is above 0 and whole numbers are the floor: 0 stands for column and row −1.
+        // Offset by one pixel, so that truncation is floor: 0 stands for column and row −1.
         let (x, y) = (uv.x * f64::from(w) - 0.5, uv.y * f64::from(h) - 0.5);
         let (x1, y1) = ((x + 1.0) as u32, (y + 1.0) as u32);
-        // Rounding may have carried a place over the edge.
-        let share = |v: f64, above: u32| (v - (f64::from(above) - 1.0)).max(0.0) as f32;
-        let (fx, fy) = (share(x, x1), share(y, y1));
-        // The columns before and after lie at most one beyond the picture.
+        // Rounding may have carried a coordinate over the edge.
+        let weight = |v: f64, above: u32| (v - (f64::from(above) - 1.0)).max(0.0) as f32;
+        let (fx, fy) = (weight(x, x1), weight(y, y1));
+        // The columns before and after lie at most one outside the image.
         let before = if x1 == 0 { w - 1 } else { (x1 - 1).min(w - 1) };
         let after = if x1 >= w { 0 } else { x1 };
         let (above, below) = (y1.saturating_sub(1).min(h - 1), y1.min(h - 1));
         let n = usize::from(self.image.channels);
-        let place = |x: u32, y: u32| (y as usize * w as usize + x as usize) * n;
-        let places = [place(before, above), place(after, above), place(before, below), place(after, below)];
-        Taps { places, fx, fy }
+        let texel = |x: u32, y: u32| (y as usize * w as usize + x as usize) * n;
+        let texels = [texel(before, above), texel(after, above), texel(before, below), texel(after, below)];
+        Taps { texels, fx, fy }
     }
 
-    /// Reads a little of each, so that all of it is near when it is blended; what comes out is of no account.
+    /// Prefetches the texels for [`EnvironmentMap::blend`]; the sum only keeps the reads alive.
     #[inline]
-    pub(super) fn touch(&self, taps: &[Taps]) -> f32 {
+    pub(super) fn prefetch(&self, taps: &[Taps]) -> f32 {
         let Pixels::F32(v) = &self.image.pixels else { return 0.0 };
         let mut sum = 0.0;
         for taps in taps {
-            for i in taps.places {
+            for i in taps.texels {
                 sum += v.get(i).copied().unwrap_or_default();
             }
         }
         sum
     }
 
-    /// The light of what is read.
+    /// The radiance from the texels.
     #[inline]
-    pub(super) fn blend(&self, &Taps { places, fx, fy }: &Taps) -> Spectrum {
+    pub(super) fn blend(&self, &Taps { texels, fx, fy }: &Taps) -> Spectrum {
         let n = usize::from(self.image.channels);
         let blend =
             |pixels: [Spectrum; 4]| pixels[0].lerp(pixels[1], fx).lerp(pixels[2].lerp(pixels[3], fx), fy);
         let bands = |i: usize| if n < 3 { [i, i, i] } else { [i, i + 1, i + 2] };
         match &self.image.pixels {
             Pixels::F32(v) if self.invalid == 0 => {
-                blend(places.map(|i| Spectrum::from(bands(i).map(|i| v[i]))))
+                blend(texels.map(|i| Spectrum::from(bands(i).map(|i| v[i]))))
             }
             Pixels::F32(v) => {
                 let light = |v: f32| if is_light(v) { v } else { 0.0 };
-                blend(places.map(|i| Spectrum::from(bands(i).map(|i| light(v[i])))))
+                blend(texels.map(|i| Spectrum::from(bands(i).map(|i| light(v[i])))))
             }
             Pixels::U8(v) => {
-                blend(places.map(|i| Spectrum::from(bands(i).map(|i| self.decoded[usize::from(v[i])]))))
+                blend(texels.map(|i| Spectrum::from(bands(i).map(|i| self.decoded[usize::from(v[i])]))))
             }
             Pixels::U16(v) => {
-                blend(places.map(|i| Spectrum::from(bands(i).map(|i| self.decoded[usize::from(v[i])]))))
+                blend(texels.map(|i| Spectrum::from(bands(i).map(|i| self.decoded[usize::from(v[i])]))))
             }
         }
     }
@@ -209,7 +220,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_picture_lies_as_it_should() {
+    fn directions_and_pixels_correspond() {
         let cases = [
             (DVec2::new(0.5, 0.5), DVec3::NEG_Z),
             (DVec2::new(0.75, 0.5), DVec3::X),
@@ -236,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pixel_is_found_at_its_centre() {
+    fn lookups_at_pixel_centres_give_the_pixels() {
         for (w, h) in [(1, 1), (2, 1), (5, 4), (16, 8)] {
             let samples = (0..w * h * 3).map(|i| i as f32).collect();
             let map = EnvironmentMap::new(Arc::new(Image {
@@ -255,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn between_pixels_it_is_bilinear_around_the_seam_and_held_at_the_poles() {
+    fn lookups_are_bilinear_wrapped_at_the_seam_and_clamped_at_the_poles() {
         let map = EnvironmentMap::new(Arc::new(Image {
             width: 4,
             height: 2,
@@ -274,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn integers_are_srgb_and_bad_floats_are_dark_and_counted() {
+    fn integers_are_srgb_and_invalid_floats_are_black_and_counted() {
         let map =
             |channels, pixels| EnvironmentMap::new(Arc::new(Image { width: 2, height: 1, channels, pixels }));
         let eight = map(3, Pixels::U8(vec![255, 128, 0, 1, 2, 3]));

@@ -1,7 +1,7 @@
-//! Light from all around: a picture of the surroundings, infinitely far away.
+//! Environment light: light from an image of the environment (environment map), infinitely far away.
 //!
-//! [`map`] says which pixel lies in which direction, [`distribution`] chooses directions by how much light comes
-//! from them, [`studio`] is the picture where no file is given.
+//! [`map`] relates directions and pixels, [`distribution`] samples directions in proportion to their luminance, and
+//! [`studio`] is the built-in image used when no file is given.
 
 mod batch;
 mod distribution;
@@ -20,18 +20,20 @@ use distribution::Distribution;
 use map::EnvironmentMap;
 
 params! {
-    /// Light from all around: a picture of the surroundings in equirectangular projection, twice as wide as high, or a built-in photographer's studio.
-    /// +y is up; the middle of the picture lies along −z, and it goes on to the right towards +x. The upper edge is the zenith, the lower one the nadir.
-    /// EXR and HDR hold light as it is; pictures of 8 and 16 bits are taken for sRGB. Samples below 0 and those that are no finite numbers count as 0; alpha is ignored.
+    /// Light from an environment map in equirectangular (latitude-longitude) projection, twice as wide as high, or
+    /// from a built-in photographer's studio. +y is up. The centre of the image lies along −z, and +x lies to its
+    /// right. The upper edge is the zenith, the lower edge the nadir. EXR and HDR files hold linear radiance; images
+    /// of 8 and 16 bits are read as sRGB. Negative and non-finite samples count as 0; alpha is ignored.
     pub struct EnvironmentDesc as "environment" {
-        /// The picture, relative to the scene file; without it a neutral studio: a large soft light from the upper left of the front (+z), a dimmer one at the right,
-        /// a strip behind. In it a white floor is about as bright as 0.9.
+        /// The image, as a path relative to the scene file. Without it a neutral studio is used: a large soft light
+        /// at the upper left of the front (+z), a dimmer one on the right, and a strip behind. In the studio a white
+        /// floor has a brightness of about 0.9.
         file: Option<ImageId> = None;
-        /// The light is multiplied by this.
+        /// Multiplies the light.
         strength: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// Degrees by which the surroundings are turned about +y: what was along −z comes to lie along −x after 90.
+        /// Rotation about +y, degrees: 90 moves what was along −z to −x.
         rotation: f64 = 0.0;
-        /// The light is multiplied by this colour.
+        /// Multiplies the light, per channel.
         tint: Spectrum = Spectrum::WHITE, in Range::NON_NEGATIVE;
     }
     example r#"[[light]]
@@ -41,32 +43,32 @@ strength = 0.8
 "#
 }
 
-/// A direction chosen for the light that comes from it.
+/// A sampled direction of an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentSample {
-    /// BsdfFromWo the light, a unit vector.
+    /// Towards the light, a unit vector.
     pub direction: DVec3,
-    /// The light that comes from there.
+    /// The radiance from there.
     pub radiance: Spectrum,
-    /// How probable the direction is, per solid angle; greater than 0.
+    /// Probability density per solid angle; greater than 0.
     pub pdf: f64,
 }
 
-/// An environment ready to shine. Clones share the picture.
+/// A prepared environment. Clones share the image.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLight {
     prepared: Arc<Prepared>,
     /// Tint times strength.
     scale: Spectrum,
     /// Sine and cosine of the rotation.
-    turn: (f64, f64),
+    rotation: (f64, f64),
 }
 
 #[derive(Debug)]
 struct Prepared {
     map: EnvironmentMap,
     distribution: Distribution,
-    /// The picture's radiance integrated over all directions, per band.
+    /// The image's radiance integrated over all directions, per channel.
     total: [f64; 3],
 }
 
@@ -85,8 +87,8 @@ impl EnvironmentDesc {
         EnvironmentDesc { file: None, strength: 1.0, rotation: 0.0, tint: Spectrum::WHITE }
     }
 
-    /// Makes it ready: `images` are the scene's. With `compensated`, directions are chosen for a sampler that combines
-    /// them with others by the balance heuristic: see [`EnvironmentLight::sample`].
+    /// Prepares the light; `images` are the scene's. With `compensated`, directions are sampled for use with another
+    /// sampling strategy and the balance heuristic: see [`EnvironmentLight::sample`].
     pub fn prepare(
         &self,
         images: &[Asset<Image>],
@@ -96,7 +98,7 @@ impl EnvironmentDesc {
             None => studio(compensated)?,
             Some(id) => {
                 let asset = images.get(id.index()).ok_or_else(|| {
-                    let message = "an environment refers to a picture that the scene does not have";
+                    let message = "an environment light refers to an image that the scene does not have";
                     SceneError::new(ErrorCode::Internal, message)
                 })?;
                 if !asset.data.is_consistent() {
@@ -106,43 +108,45 @@ impl EnvironmentDesc {
                 Arc::new(Prepared::new(asset.data.clone(), compensated)?)
             }
         };
-        let turn = crate::math::elementary::sin_cos(radians(self.rotation));
-        Ok(EnvironmentLight { prepared, scale: self.tint * self.strength as f32, turn })
+        let rotation = crate::math::elementary::sin_cos(radians(self.rotation));
+        Ok(EnvironmentLight { prepared, scale: self.tint * self.strength as f32, rotation })
     }
 }
 
-/// The studio is the same for every scene: it is made once for each way of choosing directions.
+/// The studio is the same for every scene: it is prepared once for each sampling distribution.
 fn studio(compensated: bool) -> Result<Arc<Prepared>, SceneError> {
     static STUDIOS: [OnceLock<Arc<Prepared>>; 2] = [OnceLock::new(), OnceLock::new()];
     let made = &STUDIOS[usize::from(compensated)];
     if let Some(studio) = made.get() {
         return Ok(studio.clone());
     }
-    let studio = Arc::new(Prepared::new(Arc::new(studio::picture()), compensated)?);
+    let studio = Arc::new(Prepared::new(Arc::new(studio::image()), compensated)?);
     Ok(made.get_or_init(|| studio).clone())
 }
 
 impl EnvironmentLight {
-    /// Of a consistent picture that a program made, its light multiplied by `scale`, turned by an angle given as sine and cosine.
-    pub(super) fn of_picture(
+    /// An environment from a consistent generated image, multiplied by `scale` and rotated by an angle given as sine
+    /// and cosine.
+    pub(super) fn from_image(
         image: Arc<Image>,
         scale: Spectrum,
-        turn: (f64, f64),
+        rotation: (f64, f64),
         compensated: bool,
     ) -> Result<EnvironmentLight, SceneError> {
-        Ok(EnvironmentLight { prepared: Arc::new(Prepared::new(image, compensated)?), scale, turn })
+        Ok(EnvironmentLight { prepared: Arc::new(Prepared::new(image, compensated)?), scale, rotation })
     }
 
-    /// The light that comes from a direction (a vector towards it, of any length but 0): bilinear between the
-    /// centres of pixels, never negative, always finite.
+    /// Radiance from a direction (a vector towards the light, of any non-zero length): bilinear between pixel
+    /// centres, never negative, always finite.
     pub fn radiance(&self, direction: DVec3) -> Spectrum {
-        self.scaled(self.prepared.map.radiance(self.turned_to_map(direction)))
+        self.scaled(self.prepared.map.radiance(self.to_image(direction)))
     }
 
-    /// The same within rounding and the density of [`EnvironmentLight::pdf`], both for little more than half the price of the first.
+    /// The same radiance within rounding, and the pdf of [`EnvironmentLight::pdf`], at little more than half the cost
+    /// of [`EnvironmentLight::radiance`] alone.
     #[inline]
     pub fn found(&self, direction: DVec3) -> (Spectrum, f64) {
-        let uv = map::coordinates_fast(self.turned_to_map(direction));
+        let uv = map::coordinates_fast(self.to_image(direction));
         (self.scaled(self.prepared.map.at(uv)), self.prepared.distribution.pdf_at(uv))
     }
 
@@ -154,20 +158,20 @@ impl EnvironmentLight {
         )
     }
 
-    /// A direction for two uniform numbers in 0..1, the more probable the more light comes from it (by the picture's
-    /// luminance; the tint plays no part). `None` if the picture is black.
+    /// Samples a direction from two uniform numbers in 0..1, with a density proportional to the image's luminance
+    /// (the tint does not count). `None` if the image is black.
     ///
-    /// Light can come from a direction that is never chosen only if the environment was prepared as `compensated`:
-    /// what is dimmer than the mean is then left to the other sampler.
+    /// A direction that emits light has a pdf of 0 only if the environment was prepared as `compensated`: directions
+    /// dimmer than the mean are then left to the other strategy.
     pub fn sample(&self, u: [f64; 2]) -> Option<EnvironmentSample> {
         let (direction, uv, pdf) = self.prepared.distribution.sample(u)?;
         let radiance = self.scaled(self.prepared.map.at(uv));
-        Some(EnvironmentSample { direction: self.turned_to_scene(direction), radiance, pdf })
+        Some(EnvironmentSample { direction: self.to_world(direction), radiance, pdf })
     }
 
-    /// How probable [`EnvironmentLight::sample`] makes a direction, per solid angle.
+    /// The pdf of [`EnvironmentLight::sample`] for a direction, per solid angle.
     pub fn pdf(&self, direction: DVec3) -> f64 {
-        self.prepared.distribution.pdf(self.turned_to_map(direction))
+        self.prepared.distribution.pdf(self.to_image(direction))
     }
 
     /// The radiance integrated over all directions. Times π r² it is the power that falls on a sphere of radius r.
@@ -177,30 +181,30 @@ impl EnvironmentLight {
         Spectrum::new(band(r, self.scale.r), band(g, self.scale.g), band(b, self.scale.b))
     }
 
-    /// Pixels of the picture with a sample that counts as 0 because it is negative or no finite number.
+    /// Pixels of the image that count as 0 because a sample is negative or non-finite.
     pub fn invalid_pixels(&self) -> u64 {
         self.prepared.map.invalid_pixels()
     }
 
-    /// Whether no light comes from anywhere.
+    /// Whether it emits no light.
     pub fn is_black(&self) -> bool {
         self.power().is_black()
     }
 
-    /// Bytes of the picture and of what directions are chosen by.
+    /// Memory of the image and the sampling tables, in bytes.
     pub fn memory(&self) -> usize {
         self.prepared.map.memory() + self.prepared.distribution.memory()
     }
 
-    /// From the scene's directions to the picture's.
-    fn turned_to_map(&self, d: DVec3) -> DVec3 {
-        let (sin, cos) = self.turn;
+    /// Rotates a direction from world space to the image.
+    fn to_image(&self, d: DVec3) -> DVec3 {
+        let (sin, cos) = self.rotation;
         DVec3::new(cos * d.x - sin * d.z, d.y, sin * d.x + cos * d.z)
     }
 
-    /// And back.
-    fn turned_to_scene(&self, d: DVec3) -> DVec3 {
-        let (sin, cos) = self.turn;
+    /// Rotates a direction from the image to world space.
+    fn to_world(&self, d: DVec3) -> DVec3 {
+        let (sin, cos) = self.rotation;
         DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x)
     }
 }

@@ -1,8 +1,18 @@
-//! The built-in studio: a photographer's room for products, all of it white.
+//! The built-in studio: a photographer's studio for product shots, in white and grey.
 //!
-//! A soft grey room, brighter towards the ceiling; a large soft box from the upper left of the front (+z), a dimmer upright
-//! one at the right, and a thin strip behind that draws the outline. Radiances are such that a white floor is as bright
-//! as 0.9 under them: exposure 0 suits them.
+//! A soft grey room, brighter towards the ceiling, with three soft boxes: a large key light at the upper left of the
+//! front (+z), a dimmer upright fill light on the right, and a thin rim light behind. A white floor under them has a
+//! brightness of 0.9: they suit exposure 0.
+//!
+//! ```text
+//!   from above:        rim
+//!                    -------
+//!                      -z
+//!                -x  object  +x
+//!          \           +z        |  fill
+//!        key \                   |
+//!                    camera
+//! ```
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +20,7 @@ use crate::image::{Image, Pixels};
 use crate::math::elementary::{sin_cos, tan};
 use crate::math::{DVec2, DVec3, radians};
 
-/// Columns and rows of the picture: the strip behind is five rows high.
+/// Size of the image: the rim light is five rows high.
 const WIDTH: u32 = 512;
 const HEIGHT: u32 = WIDTH / 2;
 
@@ -44,8 +54,8 @@ const RIM: SoftBox = SoftBox {
     softness: 0.4,
 };
 
-/// The picture: grey floats.
-pub(super) fn picture() -> Image {
+/// The image: grey floats.
+pub(super) fn image() -> Image {
     let boxes = [&KEY, &FILL, &RIM].map(SoftBox::prepare);
     let mut samples = Vec::with_capacity((WIDTH * HEIGHT) as usize);
     let columns: Vec<_> =
@@ -54,44 +64,44 @@ pub(super) fn picture() -> Image {
         let (sin_theta, cos_theta) = sin_cos(PI * (f64::from(y) + 0.5) / f64::from(HEIGHT));
         for (sin_phi, cos_phi) in &columns {
             let d = DVec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
-            let light = boxes.iter().fold(room(d.y), |sum, b| sum + b.radiance(d));
+            let light = boxes.iter().fold(room_radiance(d.y), |sum, b| sum + b.radiance(d));
             samples.push(light as f32);
         }
     }
     Image { width: WIDTH, height: HEIGHT, channels: 1, pixels: Pixels::F32(samples) }
 }
 
-/// The room by height, −1 the floor and 1 the ceiling.
-fn room(height: f64) -> f64 {
+/// Radiance of the room by height, −1 the floor and 1 the ceiling.
+fn room_radiance(height: f64) -> f64 {
     FLOOR + (WALL - FLOOR) * smooth(-1.0, 0.0, height) + (CEILING - WALL) * smooth(0.0, 1.0, height)
 }
 
-/// 0 before `from`, 1 after `to`, 3t² − 2t³ between.
+/// Smooth step: 0 before `from`, 1 after `to`, 3t² − 2t³ between.
 fn smooth(from: f64, to: f64, x: f64) -> f64 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A rectangle of light, upright, facing the middle. Angles in degrees.
+/// A rectangular soft box, upright, facing the centre. Angles in degrees.
 struct SoftBox {
-    /// At its middle; a tenth less at the middles of its edges.
+    /// At its centre; a tenth less at the centres of its edges.
     radiance: f64,
     /// To the right of the front (+z).
     azimuth: f64,
     /// Above the horizon.
     elevation: f64,
-    /// From its middle to its right edge.
+    /// From its centre to its right edge.
     half_width: f64,
-    /// From its middle to its upper edge.
+    /// From its centre to its upper edge.
     half_height: f64,
-    /// How far before and after each edge the light fades, as a share of the way to it.
+    /// Width of the fade before and after each edge, as a fraction of the distance from the centre to the edge.
     softness: f64,
 }
 
-/// BsdfFromWo the middle, the right and the top of a box, and its half sizes in a plane at distance 1.
-struct Ready {
+/// The directions to the centre, right and top of a box, and its half sizes in a plane at distance 1.
+struct PreparedSoftBox {
     radiance: f64,
-    towards: DVec3,
+    direction: DVec3,
     right: DVec3,
     up: DVec3,
     half: DVec2,
@@ -99,25 +109,25 @@ struct Ready {
 }
 
 impl SoftBox {
-    fn prepare(&self) -> Ready {
+    fn prepare(&self) -> PreparedSoftBox {
         let (sin_a, cos_a) = sin_cos(radians(self.azimuth));
         let (sin_e, cos_e) = sin_cos(radians(self.elevation));
-        let towards = DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e);
+        let direction = DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e);
         let right = DVec3::new(cos_a, 0.0, -sin_a);
-        Ready {
+        PreparedSoftBox {
             radiance: self.radiance,
-            towards,
+            direction,
             right,
-            up: towards.cross(right),
+            up: direction.cross(right),
             half: DVec2::new(tan(radians(self.half_width)), tan(radians(self.half_height))),
             softness: self.softness,
         }
     }
 }
 
-impl Ready {
+impl PreparedSoftBox {
     fn radiance(&self, d: DVec3) -> f64 {
-        let distance = d.dot(self.towards);
+        let distance = d.dot(self.direction);
         if distance <= 0.0 {
             return 0.0;
         }

@@ -1,4 +1,4 @@
-//! What is drawn is what is shown, and the chances add up.
+//! Samples follow the radiance, and densities integrate to 1.
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,7 +25,7 @@ fn light(image: Image) -> EnvironmentLight {
     light_of(&desc(true), image, false)
 }
 
-/// A sky with a sun of one pixel, black parts, and much noise between.
+/// A sky with a sun of one pixel, black pixels, and noise.
 fn sky(width: u32, height: u32) -> Image {
     sky_with_sun(width, height, 3000.0)
 }
@@ -42,7 +42,7 @@ fn sky_with_sun(width: u32, height: u32, sun: f32) -> Image {
     image(width, height, 3, samples)
 }
 
-/// Every direction of a grid of `w` x `h` cells of the picture (before any rotation), with its solid angle.
+/// The directions of a grid of `w` x `h` cells of the image (before rotation), with their solid angles.
 fn grid(w: u32, h: u32) -> impl Iterator<Item = (DVec3, f64)> {
     let edge = move |y: u32| cos(PI * f64::from(y) / f64::from(h));
     (0..h).flat_map(move |y| {
@@ -73,7 +73,7 @@ fn samples_follow_the_density() {
             light_of(&EnvironmentDesc { rotation, ..desc(true) }, sky_with_sun(w, h, 20.0), compensated);
         let mut random = Random::new(11);
         let options = ChiSquareOptions { samples: 100_000, rows: 24, columns: 24, tolerance: 3e-3 };
-        // Rows of the picture are around +y, those of the test around +z.
+        // The image's axis is +y, that of the test +z.
         let turned = |w: DVec3| DVec3::new(w.y, w.z, w.x);
         let back = |w: DVec3| DVec3::new(w.z, w.x, w.y);
         let test = chi_square_of_directions(
@@ -87,7 +87,7 @@ fn samples_follow_the_density() {
 }
 
 #[test]
-fn a_sample_knows_its_density_and_its_light() {
+fn samples_agree_with_found() {
     let desc =
         EnvironmentDesc { rotation: -130.0, strength: 2.5, tint: Spectrum::new(1.0, 0.5, 0.0), ..desc(true) };
     for compensated in [false, true] {
@@ -116,8 +116,8 @@ fn a_sample_knows_its_density_and_its_light() {
     }
 }
 
-/// The estimate of the whole light has its true value, and hardly any noise: the density is the luminance but for the
-/// difference between a pixel's mean and its places.
+/// The estimate of the total light is correct and has hardly any noise: the density follows the luminance except for
+/// differences within a pixel.
 #[test]
 fn importance_sampling_integrates_the_light() {
     let light = light(sky(64, 32));
@@ -132,7 +132,7 @@ fn importance_sampling_integrates_the_light() {
     }
     let mean = sum / f64::from(n);
     let deviation = (squares / f64::from(n) - mean * mean).max(0.0).sqrt() / f64::from(n).sqrt();
-    // The bilinear look-up's own integral, on a fine grid.
+    // The integral of the bilinear look-up, on a fine grid.
     let truth: f64 = grid(64 * 8, 32 * 8).map(|(d, a)| f64::from(light.radiance(d).luminance()) * a).sum();
     assert!((mean - truth).abs() < 4.0 * deviation + 2e-3 * truth, "{mean} {truth} {deviation}");
     assert!(deviation < 0.01 * truth, "{deviation}");
@@ -141,7 +141,7 @@ fn importance_sampling_integrates_the_light() {
 }
 
 #[test]
-fn wherever_light_comes_from_it_is_sampled() {
+fn every_direction_with_light_has_a_pdf() {
     let mut samples = vec![0.0; 16 * 8];
     samples[3 * 16] = 1.0;
     let light = light(image(16, 8, 1, samples));
@@ -151,7 +151,7 @@ fn wherever_light_comes_from_it_is_sampled() {
 }
 
 #[test]
-fn a_constant_is_sampled_evenly() {
+fn a_constant_is_sampled_uniformly() {
     for compensated in [false, true] {
         for (w, h) in [(1, 1), (7, 5), (64, 32)] {
             let light = light_of(&desc(true), image(w, h, 1, vec![0.7; (w * h) as usize]), compensated);
@@ -166,7 +166,7 @@ fn a_constant_is_sampled_evenly() {
 }
 
 #[test]
-fn compensation_leaves_out_what_is_dimmer_than_the_mean() {
+fn compensation_omits_directions_dimmer_than_the_mean() {
     // Upper half 3, lower half 1: the mean is 2.
     let samples = (0..64 * 32).map(|i| if i < 64 * 16 { 3.0 } else { 1.0 }).collect();
     let light = light_of(&desc(true), image(64, 32, 1, samples), true);
@@ -176,13 +176,13 @@ fn compensation_leaves_out_what_is_dimmer_than_the_mean() {
 }
 
 #[test]
-fn black_and_broken_pictures_are_defined() {
+fn black_and_invalid_images_are_defined() {
     let odd = [0.0, f32::NAN, -1.0, f32::INFINITY, f32::NEG_INFINITY, -0.0];
     let black = light(image(6, 4, 1, (0..24).map(|i| odd[i % 6]).collect()));
     assert!(black.is_black() && black.sample([0.5, 0.5]).is_none());
     assert_eq!((black.pdf(DVec3::X), black.radiance(DVec3::X)), (0.0, Spectrum::BLACK));
     assert_eq!(black.invalid_pixels(), 16);
-    // The largest numbers there are.
+    // The largest finite values.
     let huge = EnvironmentDesc { strength: 1e30, ..desc(true) };
     let huge = light_of(&huge, image(4, 2, 1, vec![f32::MAX; 8]), false);
     assert!(huge.radiance(DVec3::X).is_finite() && huge.power().is_finite());
@@ -197,18 +197,18 @@ fn black_and_broken_pictures_are_defined() {
 }
 
 #[test]
-fn rotation_turns_the_scene_s_directions() {
-    let picture = || sky(36, 18);
-    let still = light(picture());
+fn rotation_is_about_y() {
+    let image_of_sky = || sky(36, 18);
+    let still = light(image_of_sky());
     for degrees in [90.0, -33.0, 360.0, 1234.5] {
-        let turned = light_of(&EnvironmentDesc { rotation: degrees, ..desc(true) }, picture(), false);
-        let turn = crate::math::DMat3::from_rotation_y(radians(degrees));
+        let turned = light_of(&EnvironmentDesc { rotation: degrees, ..desc(true) }, image_of_sky(), false);
+        let rotation = crate::math::DMat3::from_rotation_y(radians(degrees));
         for (d, _) in grid(23, 11) {
-            let (a, b) = (still.radiance(d), turned.radiance(turn * d));
+            let (a, b) = (still.radiance(d), turned.radiance(rotation * d));
             assert!((a - b).map(f32::abs).max_component() < 1e-3 * (1.0 + a.g), "{degrees} {d}: {a:?} {b:?}");
         }
     }
-    // A mark in the middle of the picture lies along −z; turned by a quarter, along −x.
+    // A mark at the centre of the image lies along −z; rotated by 90 degrees, along −x.
     let mut samples = vec![0.0; 40 * 21];
     samples[10 * 40 + 20] = 1.0;
     samples[10 * 40 + 19] = 1.0;
@@ -234,7 +234,7 @@ fn the_studio_suits_exposure_zero() {
     assert!((up - 0.9).abs() < 0.02, "{up}");
     let [front, left, right, back, down] =
         [DVec3::Z, DVec3::NEG_X, DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y].map(|n| irradiance(&studio, n));
-    // Lit from the upper left of the front, no side in the dark.
+    // The key light is at the upper left of the front; no side is dark.
     assert!(
         up > front && front > left && left > right && right > down && down > 0.2,
         "{front} {left} {right} {down}"

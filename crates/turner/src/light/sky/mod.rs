@@ -1,12 +1,28 @@
-//! Sun and sky: the light of a clear day, computed from what the air is made of.
+//! Sun and sky: the light of a clear day, computed from the composition of the atmosphere.
 //!
-//! Sunlight enters a spherical atmosphere of air, dust and ozone. What is scattered once is integrated along each direction of a
-//! picture of the upper hemisphere; what is scattered more often is added by the geometric series of Hillaire 2020. That holds for any height of
-//! the sun, down to twilight, and for any mixture of the air, which fits to measured skies (Preetham 1999, Hošek & Wilkie 2012) do
-//! not; it takes a moment while the scene is prepared, and no time after. The picture is an environment like any other; the sun is a
-//! directional light with an extent.
+//! The model is a spherical atmosphere of air molecules (Rayleigh scattering), aerosol ("dust") and ozone (absorption
+//! only). For each direction of an environment map of the upper hemisphere, single scattering is integrated along the
+//! view ray:
 //!
-//! [`spectrum`] has the wavelengths, [`atmosphere`] what lies along a ray, [`scatter`] the light.
+//! ```text
+//!   L(view) = ∫ T(0..t) · [ T(t..sun) · (σ_air · p_air + σ_dust · p_dust) + (σ_air + σ_dust) · L_ms ] dt
+//!
+//!   top of the atmosphere _____________________
+//!                             /      / sun
+//!              view ray      /      /         T: transmittance, σ: scattering coefficient,
+//!                     ___---x------           p: phase function, x: scattering point
+//!             ___--- t
+//!        o---___________________ ground
+//! ```
+//!
+//! L_ms is the light scattered two times or more. It comes from the geometric series of Hillaire 2020, "A scalable
+//! and production ready sky and atmosphere rendering technique" (section 5.5). Light is computed at sixteen
+//! wavelengths and then converted to linear sRGB. Unlike fits to measured skies (Preetham 1999, Hošek & Wilkie 2012),
+//! the model covers every elevation of the sun, down to twilight, and every composition. It costs a moment when the
+//! scene is prepared and nothing afterwards.
+//!
+//! The result is an ordinary environment light, and the sun is a directional light with an extent. [`spectrum`] has
+//! the wavelengths, [`atmosphere`] the densities along a ray, [`scatter`] the integration.
 
 mod atmosphere;
 mod scatter;
@@ -28,31 +44,32 @@ use crate::math::{DVec3, radians};
 use crate::schema::{ErrorCode, Range, SceneError, params};
 
 params! {
-    /// The light of a clear day: a sky computed from air, dust and ozone, and the sun in it, which rises and sets as it does on earth. +y is up, −z is north, +x is east.
-    /// The sky is an environment; below the horizon it shows a ground in the same light. The sun is a directional light with an extent, which physical integrators
-    /// show. Exposure 0 suits noon: a unit of light is a quarter of the sun's above the air, 33,000 lux.
+    /// Daylight of a clear sky, computed from air, dust and ozone, and the sun. +y is up, −z is north, +x is east.
+    /// The sky is an environment light; below the horizon it shows ground lit by sun and sky. The sun is a
+    /// directional light with an extent, visible to physical integrators. Exposure 0 suits noon: one unit of light is
+    /// a quarter of the sunlight above the atmosphere, about 33,000 lux.
     pub struct SkyDesc as "sky" {
-        /// Angle of the sun above the horizon, degrees; some degrees below it there is twilight.
+        /// Elevation of the sun above the horizon, degrees, −90 to 90. Some degrees below 0 there is twilight.
         elevation: f64 = 35.0, in Range::closed(-90.0, 90.0);
-        /// Where the sun stands: degrees from north (−z) over east (+x).
+        /// Azimuth of the sun: degrees from north (−z) towards east (+x).
         azimuth: f64 = 225.0;
-        /// The direction towards the sun, of any length, instead of `elevation` and `azimuth`.
+        /// The direction towards the sun, of any length; replaces `elevation` and `azimuth`.
         direction: Option<DVec3> = None;
-        /// How much air there is: 1 is that of the earth at sea level, 0.5 that of high mountains.
+        /// Amount of air: 1 is the earth's at sea level, 0.5 that of high mountains. 0 to 10.
         air: f64 = 1.0, in Range::closed(0.0, 10.0);
-        /// How much dust and haze: 1 is a clear day in the country, 5 a hazy one.
+        /// Amount of dust and haze: 1 is a clear day in the country, 5 a hazy one. 0 to 100.
         dust: f64 = 1.0, in Range::closed(0.0, 100.0);
-        /// How much ozone: 1 is 300 Dobson units. It keeps twilight blue.
+        /// Amount of ozone: 1 is 300 Dobson units. It keeps twilight blue. 0 to 10.
         ozone: f64 = 1.0, in Range::closed(0.0, 10.0);
-        /// The part of light that the ground returns: the sky above bright ground is brighter.
+        /// Fraction of light that the ground reflects; bright ground makes a brighter sky.
         ground_albedo: Spectrum = Spectrum::grey(0.3), in Range::UNIT;
-        /// Whether the sun shines, or its sky alone.
+        /// Whether the sun is included; otherwise the sky alone emits light.
         sun: bool = true;
-        /// Angle from one side of the sun to the other, degrees; 0 is a sun without extent.
+        /// Angular diameter of the sun, degrees, 0 to 90; at 0 it has no extent.
         sun_angle: f64 = 0.53, in Range::closed(0.0, 90.0);
-        /// The sun's light is multiplied by this, not the sky's.
+        /// Multiplies the sun's light, not the sky's.
         sun_strength: f64 = 1.0, in Range::NON_NEGATIVE;
-        /// All light is multiplied by this.
+        /// Multiplies the light of sun and sky.
         strength: f64 = 1.0, in Range::NON_NEGATIVE;
     }
     example r#"[[light]]
@@ -62,15 +79,16 @@ azimuth = 240
 "#
 }
 
-/// Columns and rows of the picture.
+/// Size of the environment map.
 const WIDTH: u32 = 512;
 const HEIGHT: u32 = WIDTH / 2;
 
-/// Directions around the zenith for which light is computed, from the sun's to the opposite one.
-const TURNS: usize = 65;
+/// Azimuths for which each row is computed, from the sun's to the opposite one.
+const AZIMUTHS: usize = 65;
 
 impl SkyDesc {
-    /// Turns sun and sky about +y by degrees, as an environment is: what was in the north (−z) comes to be in the west after 90.
+    /// Rotates sun and sky about +y by degrees, in the sense of an environment's `rotation`: 90 moves what was in the
+    /// north (−z) to the west.
     pub fn turn(&mut self, degrees: f64) {
         self.azimuth -= degrees;
         let (sin, cos) = sin_cos(radians(degrees));
@@ -78,8 +96,8 @@ impl SkyDesc {
             self.direction.map(|d| DVec3::new(cos * d.x + sin * d.z, d.y, cos * d.z - sin * d.x));
     }
 
-    /// Angles of the sun: above the horizon and from north over east, radians.
-    fn sun_place(&self) -> Result<(f64, f64), SceneError> {
+    /// Elevation of the sun and azimuth from north towards east, radians.
+    fn sun_angles(&self) -> Result<(f64, f64), SceneError> {
         let Some(direction) = self.direction else {
             return Ok((radians(self.elevation), radians(self.azimuth)));
         };
@@ -90,29 +108,29 @@ impl SkyDesc {
         Ok((asin(d.y), azimuth))
     }
 
-    /// The sky, and the sun if it shines. `compensated` is for environments; integrators that are not physical
-    /// take 1/π of the sun's light, as they do of environments.
+    /// The sky, and the sun if there is one. `compensated` is for environments. With `physical` false the sun's light
+    /// is divided by π, as it is for environments.
     pub(super) fn prepare(
         &self,
         compensated: bool,
         physical: bool,
     ) -> Result<(EnvironmentLight, Option<Directional>), SceneError> {
-        let (elevation, azimuth) = self.sun_place()?;
+        let (elevation, azimuth) = self.sun_angles()?;
         let colors = Colors::new();
         let atmosphere = Atmosphere { depths: Depths::new(self.air, self.dust, self.ozone) };
         let zenith_angle = 0.5 * PI - elevation;
         let sky = Sky::new(atmosphere, zenith_angle, f64::from(self.ground_albedo.luminance()));
         let sunlight = colors.color(&sky.sunlight(0.0, zenith_angle));
         let facing = cos(zenith_angle).max(0.0) as f32;
-        let picture = picture(&sky, &colors, self.ground_albedo, sunlight * facing);
-        // The picture has the sun in the north.
-        let turn = sin_cos(-azimuth);
+        let image = environment_map(&sky, &colors, self.ground_albedo, sunlight * facing);
+        // The image has the sun in the north.
+        let rotation = sin_cos(-azimuth);
         let scale = Spectrum::WHITE * self.strength as f32;
-        let around = EnvironmentLight::of_picture(Arc::new(picture), scale, turn, compensated)?;
-        let share = if physical { 1.0 } else { 1.0 / PI };
-        let light = sunlight * (self.strength * self.sun_strength * share) as f32;
+        let environment = EnvironmentLight::from_image(Arc::new(image), scale, rotation, compensated)?;
+        let factor = if physical { 1.0 } else { 1.0 / PI };
+        let light = sunlight * (self.strength * self.sun_strength * factor) as f32;
         if !self.sun || light.is_black() {
-            return Ok((around, None));
+            return Ok((environment, None));
         }
         let ((sin_e, cos_e), (sin_a, cos_a)) = (sin_cos(elevation), sin_cos(azimuth));
         let sun = DirectionalDesc {
@@ -122,27 +140,27 @@ impl SkyDesc {
             seen_angle: 0.5 * self.sun_angle,
             ..DirectionalDesc::default()
         };
-        Ok((around, Some(sun.prepare()?)))
+        Ok((environment, Some(sun.prepare()?)))
     }
 }
 
-/// The environment's picture, with the sun in the north; `sun` is what it brings to level ground.
-fn picture(sky: &Sky, colors: &Colors, albedo: Spectrum, sun: Spectrum) -> Image {
+/// The environment map, with the sun in the north; `sun` is the sun's irradiance on level ground.
+fn environment_map(sky: &Sky, colors: &Colors, albedo: Spectrum, sun: Spectrum) -> Image {
     let mut samples = Vec::with_capacity((WIDTH * HEIGHT * 3) as usize);
     let mut irradiance = sun;
-    let turns: Vec<f64> = (0..TURNS).map(|i| cos(PI * i as f64 / (TURNS - 1) as f64)).collect();
+    let cos_azimuths: Vec<f64> = (0..AZIMUTHS).map(|i| cos(PI * i as f64 / (AZIMUTHS - 1) as f64)).collect();
     for y in 0..HEIGHT / 2 {
         let edge = |y: u32| cos(PI * f64::from(y) / f64::from(HEIGHT));
         let cos_view = cos(PI * (f64::from(y) + 0.5) / f64::from(HEIGHT));
         let solid_angle = TAU / f64::from(WIDTH) * (edge(y) - edge(y + 1));
         let row: Vec<Spectrum> =
-            turns.iter().map(|turn| colors.color(&sky.radiance(0.0, cos_view, *turn))).collect();
+            cos_azimuths.iter().map(|cos| colors.color(&sky.radiance(0.0, cos_view, *cos))).collect();
         let mut sum = Spectrum::BLACK;
         for x in 0..WIDTH {
-            // From the sun's direction, in steps of the row.
-            let turn = ((f64::from(x) + 0.5) / f64::from(WIDTH) - 0.5).abs() * 2.0 * (TURNS - 1) as f64;
-            let i = (turn as usize).min(TURNS - 2);
-            let color = row[i].lerp(row[i + 1], (turn - i as f64) as f32);
+            // Azimuth from the sun, in steps of `row`.
+            let step = ((f64::from(x) + 0.5) / f64::from(WIDTH) - 0.5).abs() * 2.0 * (AZIMUTHS - 1) as f64;
+            let i = (step as usize).min(AZIMUTHS - 2);
+            let color = row[i].lerp(row[i + 1], (step - i as f64) as f32);
             samples.extend(color.to_array());
             sum += color;
         }

@@ -1,38 +1,48 @@
-//! Light that the air scatters: once, by the phase functions of molecules and dust; more often, as if alike in all directions
-//! (Hillaire 2020, "A scalable and production ready sky and atmosphere rendering technique", section 5.5).
+//! Integration of scattered light: single scattering with the phase functions of molecules and dust, multiple
+//! scattering as if isotropic (Hillaire 2020, "A scalable and production ready sky and atmosphere rendering
+//! technique", section 5.5).
+//!
+//! Let L₂ be the mean radiance, over all directions, that arrives at a point after one scattering or one reflection by
+//! the ground; the point itself scatters it a second time. Let f be the mean radiance that arrives if every point
+//! scatters a uniform unit radiance. Each further order is f times the last, so all orders together are
+//!
+//! ```text
+//!   L_ms = L₂ (1 + f + f² + ...) = L₂ / (1 − f)
+//! ```
 
 use std::f64::consts::{PI, TAU};
 
 use super::atmosphere::{
-    Amounts, Atmosphere, GROUND, SunTable, add, along, height_row, row_height, visible, way,
+    Amounts, Atmosphere, GROUND, SunTable, add, along, distance_to_boundary, height_row, row_height,
+    visible_sun,
 };
 use super::spectrum::{BANDS, Bands};
 use crate::math::elementary::{acos, cos, sin_cos};
 
-/// Steps along a ray of the picture, and along those that gather light for further scattering.
+/// Steps along a ray of the image, and along the rays of the multiple-scattering table.
 const STEPS: u32 = 40;
 const FEW_STEPS: u32 = 16;
 
-/// The table of light scattered more than once: heights, and angles of the sun.
+/// Size of the multiple-scattering table: heights, and zenith angles of the sun.
 const HEIGHTS: usize = 12;
 const ANGLES: usize = 7;
-const TURN: f64 = 0.2;
+const ZENITH_RANGE: f64 = 0.2;
 
-/// The asymmetry of dust: how much of its light goes on forwards.
-const DUST_FORWARD: f64 = 0.76;
+/// Asymmetry g of the dust's phase function.
+const DUST_ASYMMETRY: f64 = 0.76;
 
-/// Air with the sun in it; radiances are shares of what the sun brings, per steradian.
+/// The atmosphere with a sun. Radiances are fractions of the sun's irradiance above the atmosphere, per steradian.
 pub(super) struct Sky {
     atmosphere: Atmosphere,
     sun: SunTable,
-    /// Angle of the sun from the zenith at the observer.
+    /// Zenith angle of the sun at the observer, radians.
     zenith_angle: f64,
-    /// Radiance that arrives from all sides by more than one scattering, by height and sun.
+    /// L_ms by height and zenith angle of the sun.
     multiple: Vec<Bands>,
 }
 
 impl Sky {
-    /// With the sun at an angle from the zenith, and a ground that returns the share `albedo`.
+    /// With the sun at a zenith angle in radians, and a ground of this albedo.
     pub(super) fn new(atmosphere: Atmosphere, zenith_angle: f64, albedo: f64) -> Sky {
         let sun = SunTable::new(zenith_angle);
         let mut sky = Sky { atmosphere, sun, zenith_angle, multiple: Vec::new() };
@@ -40,25 +50,26 @@ impl Sky {
         for row in 0..HEIGHTS {
             let height = row_height(row as f64, HEIGHTS);
             for column in 0..ANGLES {
-                let angle = zenith_angle - TURN + 2.0 * TURN * column as f64 / (ANGLES - 1) as f64;
-                multiple.push(sky.gathered(height, angle, albedo));
+                let angle =
+                    zenith_angle - ZENITH_RANGE + 2.0 * ZENITH_RANGE * column as f64 / (ANGLES - 1) as f64;
+                multiple.push(sky.multiple_scattering(height, angle, albedo));
             }
         }
         sky.multiple = multiple;
         sky
     }
 
-    /// The share of the sun's light that arrives at a point where the sun stands at an angle from the zenith.
+    /// The fraction of sunlight that arrives at a point where the sun has this zenith angle.
     pub(super) fn sunlight(&self, height: f64, zenith_angle: f64) -> Bands {
-        let seen = visible(height, cos(zenith_angle));
-        if seen == 0.0 {
+        let visible = visible_sun(height, cos(zenith_angle));
+        if visible == 0.0 {
             return [0.0; BANDS];
         }
-        self.atmosphere.transmittance(&self.sun.amounts(height, zenith_angle)).map(|t| t * seen)
+        self.atmosphere.transmittance(&self.sun.amounts(height, zenith_angle)).map(|t| t * visible)
     }
 
-    /// Radiance from a direction at the angle of cosine `cos_view` from the zenith, turned by the cosine `cos_turn` from the sun
-    /// around it.
+    /// Radiance from a direction: `cos_view` is the cosine of its zenith angle, `cos_turn` that of its azimuth from
+    /// the sun.
     pub(super) fn radiance(&self, height: f64, cos_view: f64, cos_turn: f64) -> Bands {
         let (sin_sun, cos_sun) = sin_cos(self.zenith_angle);
         let sin_view = (1.0 - cos_view * cos_view).max(0.0).sqrt();
@@ -75,29 +86,28 @@ impl Sky {
                 let through = self.atmosphere.transmittance(amounts);
                 let (air, dust) = self.atmosphere.scattering(here);
                 let sun = self.sunlight(height, angle);
-                let around = self.multiple(height, angle);
+                let multiple = self.multiple(height, angle);
                 add(&mut light, |i| {
                     let once = sun[i] * (air[i] * air_phase + dust[i] * dust_phase);
-                    through[i] * length * (once + around[i] * (air[i] + dust[i]))
+                    through[i] * length * (once + multiple[i] * (air[i] + dust[i]))
                 });
             },
         );
         light
     }
 
-    /// Radiance that arrives at a point from all sides by two scatterings or more, the ground's included: that of two, and the
-    /// geometric series of those that follow.
-    fn gathered(&self, height: f64, zenith_angle: f64, albedo: f64) -> Bands {
+    /// L_ms at a point, ground included: L₂ / (1 − f).
+    fn multiple_scattering(&self, height: f64, zenith_angle: f64, albedo: f64) -> Bands {
         const RINGS: u32 = 8;
-        const AROUND: u32 = 8;
+        const AZIMUTHS: u32 = 8;
         let (sin_sun, cos_sun) = sin_cos(zenith_angle);
         let (mut second, mut again) = ([0.0; BANDS], [0.0; BANDS]);
-        let share = 1.0 / f64::from(RINGS * AROUND);
+        let fraction = 1.0 / f64::from(RINGS * AZIMUTHS);
         for ring in 0..RINGS {
             let cos_view = 1.0 - 2.0 * (f64::from(ring) + 0.5) / f64::from(RINGS);
             let sin_view = (1.0 - cos_view * cos_view).sqrt();
-            for turn in 0..AROUND {
-                let cos_turn = cos(TAU * (f64::from(turn) + 0.5) / f64::from(AROUND));
+            for azimuth in 0..AZIMUTHS {
+                let cos_turn = cos(TAU * (f64::from(azimuth) + 0.5) / f64::from(AZIMUTHS));
                 let cos_between = cos_view * cos_sun + sin_view * sin_sun * cos_turn;
                 let (end, ground) = march(
                     zenith_angle,
@@ -109,7 +119,7 @@ impl Sky {
                         let through = self.atmosphere.transmittance(amounts);
                         let (air, dust) = self.atmosphere.scattering(here);
                         let sun = self.sunlight(height, angle);
-                        let scattered = |i: usize| share * through[i] * length * (air[i] + dust[i]);
+                        let scattered = |i: usize| fraction * through[i] * length * (air[i] + dust[i]);
                         add(&mut second, |i| scattered(i) * sun[i] / (4.0 * PI));
                         add(&mut again, scattered);
                     },
@@ -117,14 +127,14 @@ impl Sky {
                 if let Some(angle) = ground {
                     let through = self.atmosphere.transmittance(&end);
                     let (sun, facing) = (self.sunlight(0.0, angle), cos(angle).max(0.0));
-                    add(&mut second, |i| share * through[i] * albedo / PI * sun[i] * facing);
+                    add(&mut second, |i| fraction * through[i] * albedo / PI * sun[i] * facing);
                 }
             }
         }
         std::array::from_fn(|i| second[i] / (1.0 - again[i].min(0.99)))
     }
 
-    /// From the table of [`Sky::gathered`].
+    /// Interpolates the table of [`Sky::multiple_scattering`].
     fn multiple(&self, height: f64, zenith_angle: f64) -> Bands {
         let split = |v: f64, n: usize| {
             let v = v.clamp(0.0, (n - 1) as f64);
@@ -132,7 +142,8 @@ impl Sky {
             (i, v - i as f64)
         };
         let (row, down) = split(height_row(height, HEIGHTS), HEIGHTS);
-        let column = (zenith_angle - self.zenith_angle + TURN) / (2.0 * TURN) * (ANGLES - 1) as f64;
+        let column =
+            (zenith_angle - self.zenith_angle + ZENITH_RANGE) / (2.0 * ZENITH_RANGE) * (ANGLES - 1) as f64;
         let (column, across) = split(column, ANGLES);
         let i = row * ANGLES + column;
         let corners = [i, i + 1, i + ANGLES, i + ANGLES + 1].map(|i| &self.multiple[i]);
@@ -142,9 +153,10 @@ impl Sky {
     }
 }
 
-/// Walks along a ray to the ground or out of the air, the sun at an angle from the zenith where it begins. Each step is told what lies
-/// before its middle, what is there per kilometre, its height, the sun's angle from the zenith there, and its length in kilometres.
-/// Returns what lies along the whole ray, and, if it ends at the ground, the sun's angle there.
+/// Marches along a ray to the ground or out of the atmosphere; `zenith_angle` is the sun's at the ray's origin.
+/// `step` gets the amounts up to the centre of the step, the amounts per kilometre there, its height, the sun's
+/// zenith angle there, and the step's length in kilometres. Returns the amounts along the complete ray and, if it
+/// ends at the ground, the sun's zenith angle there.
 fn march(
     zenith_angle: f64,
     height: f64,
@@ -153,34 +165,35 @@ fn march(
     steps: u32,
     mut step: impl FnMut(&Amounts, &Amounts, f64, f64, f64),
 ) -> (Amounts, Option<f64>) {
-    let (far, ground) = way(height, cos_view);
+    let (far, ground) = distance_to_boundary(height, cos_view);
     let cos_sun = cos(zenith_angle);
     // The sun's direction dotted with the local zenith.
     let sun_at = |t: f64, h: f64| acos(((GROUND + height) * cos_sun + t * cos_between) / (GROUND + h));
     let mut before = Amounts::default();
     for i in 0..steps {
         let edge = |i: u32| {
-            let share = f64::from(i) / f64::from(steps);
-            far * share * share
+            let fraction = f64::from(i) / f64::from(steps);
+            far * fraction * fraction
         };
         let (from, to) = (edge(i), edge(i + 1));
-        let middle = 0.5 * (from + to);
-        let (h, _) = along(height, cos_view, middle);
+        let center = 0.5 * (from + to);
+        let (h, _) = along(height, cos_view, center);
         let here = Amounts::at(h);
-        step(&before.plus(here, 0.5 * (to - from)), &here, h, sun_at(middle, h), to - from);
+        step(&before.plus(here, 0.5 * (to - from)), &here, h, sun_at(center, h), to - from);
         before = before.plus(here, to - from);
     }
     (before, ground.then(|| sun_at(far, 0.0)))
 }
 
-/// Molecules scatter forwards and backwards alike; its mean over the sphere is 1/4π.
+/// Rayleigh phase function: as much forwards as backwards; its mean over the sphere is 1/4π.
 fn rayleigh(cos: f64) -> f64 {
     3.0 / (16.0 * PI) * (1.0 + cos * cos)
 }
 
-/// Dust (Cornette & Shanks 1992, "Physically reasonable analytic expression for the single-scattering phase function").
+/// Phase function of dust (Cornette & Shanks 1992, "Physically reasonable analytic expression for the
+/// single-scattering phase function").
 fn cornette_shanks(cos: f64) -> f64 {
-    const G: f64 = DUST_FORWARD;
+    const G: f64 = DUST_ASYMMETRY;
     let d = 1.0 + G * G - 2.0 * G * cos;
     3.0 / (8.0 * PI) * (1.0 - G * G) * (1.0 + cos * cos) / ((2.0 + G * G) * d * d.sqrt())
 }

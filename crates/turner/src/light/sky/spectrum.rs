@@ -1,22 +1,23 @@
-//! Sunlight and what the air does to it, wavelength by wavelength; and the way back to colours.
+//! Sunlight and atmospheric extinction at sixteen wavelengths, and conversion to colours.
 //!
-//! Twilight and the blue of the zenith are made by narrow parts of the spectrum (ozone takes orange away), and light that
-//! crossed much air is far from what three numbers can carry. So light is computed at sixteen wavelengths and becomes a colour at the end.
+//! RGB is too coarse for this: twilight and the blue of the zenith depend on narrow parts of the spectrum (ozone
+//! absorbs orange), and light that crossed much air is far from what three values can represent. Light is therefore
+//! computed at sixteen wavelengths and converted to a colour at the end.
 
 use crate::color::Spectrum;
 use crate::math::elementary::{exp, pow};
 
-/// Wavelengths.
+/// Number of wavelengths.
 pub(super) const BANDS: usize = 16;
 
-/// One number per wavelength.
+/// One value per wavelength.
 pub(super) type Bands = [f64; BANDS];
 
-/// Wavelengths in nanometres: the middles of bands 20 wide.
+/// Wavelengths in nanometres: the centres of bands 20 wide.
 const WAVELENGTHS: Bands =
     [400., 420., 440., 460., 480., 500., 520., 540., 560., 580., 600., 620., 640., 660., 680., 700.];
 
-/// Sunlight above the air, W m⁻² nm⁻¹ (after ASTM G173-03, extraterrestrial).
+/// Sunlight above the atmosphere, W m⁻² nm⁻¹ (after ASTM G173-03, extraterrestrial).
 const SUN: Bands =
     [1.73, 1.69, 1.91, 2.02, 1.93, 1.92, 1.87, 1.85, 1.83, 1.81, 1.75, 1.68, 1.60, 1.56, 1.47, 1.41];
 
@@ -24,16 +25,16 @@ const SUN: Bands =
 const OZONE: Bands =
     [1.5, 5.5, 15.8, 36.7, 77.5, 148., 214., 309., 427., 440., 502., 374., 266., 185., 121., 74.6];
 
-/// Molecules of ozone above a square metre: 300 Dobson units.
+/// Molecules of ozone per square metre of ground: 300 Dobson units.
 const OZONE_COLUMN: f64 = 300.0 * 2.687e20;
 
-/// Optical depth of the dust of clear country air at 550 nm, straight up; with the wavelength it goes as λ^−1.3 (Ångström 1929).
+/// Vertical optical depth of dust in clear country air at 550 nm; it follows λ^−1.3 (Ångström 1929).
 const DUST_DEPTH: f64 = 0.06;
 
-/// Luminance of the sun's light above the air on a surface that faces it, 133 kilolux: this many units.
+/// Illuminance of the sun above the atmosphere on a surface that faces it, 133 kilolux, in units of the renderer.
 pub(super) const SUN_ABOVE_AIR: f64 = 4.0;
 
-/// Optical depths of the whole atmosphere, straight up.
+/// Vertical optical depths of the atmosphere.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Depths {
     pub(super) air: Bands,
@@ -42,9 +43,9 @@ pub(super) struct Depths {
 }
 
 impl Depths {
-    /// For so many times the usual amount of each.
+    /// For these multiples of the usual amounts.
     pub(super) fn new(air: f64, dust: f64, ozone: f64) -> Depths {
-        // Hansen & Travis 1974, eq. 2.30: molecules at sea level; the wavelength in micrometres.
+        // Hansen & Travis 1974, eq. 2.30: air molecules at sea level; wavelength in micrometres.
         let rayleigh = |nm: f64| {
             let l2 = (1e-3 * nm) * (1e-3 * nm);
             0.008569 / (l2 * l2) * (1.0 + 0.0113 / l2 + 0.00013 / (l2 * l2))
@@ -57,7 +58,8 @@ impl Depths {
     }
 }
 
-/// From shares of the sun's light at each wavelength to colours in which the whole of it has the luminance [`SUN_ABOVE_AIR`].
+/// Conversion from fractions of sunlight at each wavelength to linear sRGB in which full sunlight has the luminance
+/// [`SUN_ABOVE_AIR`].
 pub(super) struct Colors {
     weights: [[f64; 3]; BANDS],
 }
@@ -73,7 +75,7 @@ impl Colors {
         Colors { weights: weights.map(|w| linear_srgb(w.map(|v| v * scale))) }
     }
 
-    /// Linear sRGB; what lies outside is cut off at 0.
+    /// Linear sRGB; colours outside its gamut are clipped at 0.
     pub(super) fn color(&self, light: &Bands) -> Spectrum {
         let mut sum = [0.0; 3];
         for (weight, v) in self.weights.iter().zip(light) {
@@ -85,11 +87,11 @@ impl Colors {
     }
 }
 
-/// The colour matching functions of the CIE 1931 standard observer (Wyman, Sloan & Shirley 2013, "Simple analytic
+/// Colour matching functions of the CIE 1931 standard observer (Wyman, Sloan & Shirley 2013, "Simple analytic
 /// approximations to the CIE XYZ color matching functions", eq. 4).
 fn matching(nm: f64) -> [f64; 3] {
-    let lobe = |height: f64, middle: f64, before: f64, after: f64| {
-        let x = (nm - middle) / if nm < middle { before } else { after };
+    let lobe = |height: f64, center: f64, before: f64, after: f64| {
+        let x = (nm - center) / if nm < center { before } else { after };
         height * exp(-0.5 * x * x)
     };
     [
@@ -121,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn the_air_is_as_thick_as_it_is_known_to_be() {
+    fn optical_depths_agree_with_published_ones() {
         let depths = Depths::new(1.0, 1.0, 1.0);
         // Molecules at 560 nm: 0.0905 (Bodhaine et al. 1999); ozone of 300 DU at 600 nm: about 0.04.
         assert!((depths.air[8] - 0.0905).abs() < 0.001, "{}", depths.air[8]);

@@ -1,4 +1,4 @@
-//! A sky as skies are.
+//! The sky model compared with physics and with measurements.
 
 use super::spectrum::{BANDS, Bands, SUN_ABOVE_AIR};
 use super::*;
@@ -13,26 +13,26 @@ fn sky(air: f64, dust: f64, ozone: f64, elevation: f64, albedo: f64) -> Sky {
     Sky::new(atmosphere, radians(90.0 - elevation), albedo)
 }
 
-/// What the sky brings to level ground at each wavelength, as a share of the sun's light above the air.
+/// Irradiance of the sky on level ground at each wavelength, as a fraction of the sunlight above the atmosphere.
 fn diffuse(sky: &Sky) -> Bands {
     let mut sum = [0.0; BANDS];
-    let (rings, around) = (48, 32);
+    let (rings, environment) = (48, 32);
     for ring in 0..rings {
-        // Even in the square of the sine: weighted by the cosine.
+        // Uniform in the square of the sine: cosine-weighted.
         let sin2 = (f64::from(ring) + 0.5) / f64::from(rings);
-        for turn in 0..around {
-            let cos_turn = cos(PI * (f64::from(turn) + 0.5) / f64::from(around));
+        for turn in 0..environment {
+            let cos_turn = cos(PI * (f64::from(turn) + 0.5) / f64::from(environment));
             let light = sky.radiance(0.0, (1.0 - sin2).sqrt(), cos_turn);
             for (sum, v) in sum.iter_mut().zip(light) {
-                *sum += v * PI / f64::from(rings * around);
+                *sum += v * PI / f64::from(rings * environment);
             }
         }
     }
     sum
 }
 
-/// Air alone takes no light away: what does not come down goes back to space. At 45 degrees a thin layer of optical depth τ sends
-/// half of what it scatters down, 1 − e^(−τ/cos) of the sun's.
+/// Air absorbs nothing: light that does not come down returns to space. At 45 degrees a thin layer of optical depth τ
+/// scatters 1 − e^(−τ/cos) of the sunlight, half of it down.
 #[test]
 fn air_scatters_as_much_down_as_up() {
     let sky = sky(1.0, 0.0, 0.0, 45.0, 0.0);
@@ -41,14 +41,14 @@ fn air_scatters_as_much_down_as_up() {
     for i in 4..BANDS {
         let (tau, facing) = (depths[i], sin(radians(45.0)));
         let scattered = facing * (1.0 - exp(-tau / facing));
-        // What is scattered up is scattered again, a little more of it down than up: the air is thicker below.
-        let share = down[i] / scattered;
-        assert!((0.46..0.54).contains(&share), "τ = {tau}: {share}");
+        // Light scattered up is scattered again, a little more of it down than up: the air is denser below.
+        let fraction = down[i] / scattered;
+        assert!((0.46..0.54).contains(&fraction), "τ = {tau}: {fraction}");
     }
 }
 
-/// Two streams (Meador & Weaver 1980) of conservative, symmetrical scattering: T = 1 − R of light that comes down, the
-/// sun's beam included, over black ground.
+/// Two-stream solution (Meador & Weaver 1980) for conservative, symmetric scattering: T = 1 − R comes down over black
+/// ground, direct sunlight included.
 #[test]
 fn thick_air_agrees_with_two_streams() {
     let depths = Depths::new(1.0, 0.0, 0.0).air;
@@ -65,16 +65,16 @@ fn thick_air_agrees_with_two_streams() {
 }
 
 #[test]
-fn a_day_is_as_bright_as_days_are() {
-    // Illuminances of clear days with the sun 60 degrees high: some 90 to 105 kilolux from the sun on a surface that faces it,
-    // 10 to 17 from the sky.
+fn a_clear_day_has_measured_illuminances() {
+    // Illuminances of clear days with the sun 60 degrees high: some 90 to 105 kilolux from the sun on a surface that
+    // faces it, 10 to 17 from the sky.
     let colors = Colors::new();
     let klux = |v: f32| f64::from(v) / SUN_ABOVE_AIR * 133.0;
     let high = sky(1.0, 1.0, 1.0, 60.0, 0.2);
     let sun = klux(colors.color(&high.sunlight(0.0, radians(30.0))).luminance());
-    let around = klux(colors.color(&diffuse(&high)).luminance());
+    let environment = klux(colors.color(&diffuse(&high)).luminance());
     assert!((90.0..112.0).contains(&sun), "{sun}");
-    assert!((9.0..18.0).contains(&around), "{around}");
+    assert!((9.0..18.0).contains(&environment), "{environment}");
     // The zenith is blue, the horizon paler and brighter, the low sun orange.
     let zenith = colors.color(&high.radiance(0.0, 1.0, 1.0));
     let horizon = colors.color(&high.radiance(0.0, 0.03, -1.0));
@@ -84,7 +84,7 @@ fn a_day_is_as_bright_as_days_are() {
     let low = sky(1.0, 1.0, 1.0, 2.0, 0.2);
     let sun = colors.color(&low.sunlight(0.0, radians(88.0)));
     assert!(sun.r > 2.0 * sun.g && sun.g > 2.0 * sun.b, "{sun:?}");
-    // Haze takes from the sun and gives to the sky around it.
+    // Haze attenuates the sun and brightens the sky around it.
     let hazy = sky(1.0, 6.0, 1.0, 60.0, 0.2);
     let near = |s: &Sky| colors.color(&s.radiance(0.0, cos(radians(35.0)), 1.0)).luminance();
     assert!(near(&hazy) > 2.0 * near(&high));
@@ -103,38 +103,39 @@ fn twilight_fades_and_ozone_keeps_it_blue() {
         assert!(now < before && now > 0.0, "{elevation}: {now}");
         before = now;
     }
-    // At the end of civil twilight about a thousandth of the light that there is at sunset, give or take half a magnitude.
-    let share = zenith(-6.0, 1.0).luminance() / zenith(0.0, 1.0).luminance();
-    assert!((3e-4..3e-2).contains(&share), "{share}");
+    // At the end of civil twilight the light is about a thousandth of that at sunset, within half an order of
+    // magnitude.
+    let fraction = zenith(-6.0, 1.0).luminance() / zenith(0.0, 1.0).luminance();
+    assert!((3e-4..3e-2).contains(&fraction), "{fraction}");
     let (with, without) = (zenith(-4.0, 1.0), zenith(-4.0, 0.0));
     assert!(with.b / with.r > 1.3 * without.b / without.r, "{with:?} {without:?}");
 }
 
 #[test]
-fn the_sun_stands_where_its_sky_is_brightest() {
-    let (around, sun) = desc().prepare(true, true).unwrap();
+fn the_sun_is_where_the_sky_is_brightest() {
+    let (environment, sun) = desc().prepare(true, true).unwrap();
     let sun = sun.unwrap();
     let d = sun.to_light;
     assert!((d - DVec3::new(-0.579, 0.574, 0.579)).length() < 1e-2, "{d}");
     let mirrored = [DVec3::new(-d.x, d.y, d.z), DVec3::new(d.x, d.y, -d.z), DVec3::new(-d.x, d.y, -d.z)];
     for other in mirrored {
-        assert!(around.radiance(d).luminance() > 1.5 * around.radiance(other).luminance());
+        assert!(environment.radiance(d).luminance() > 1.5 * environment.radiance(other).luminance());
     }
     let same = SkyDesc { direction: Some(7.0 * d), elevation: -50.0, azimuth: 1.0, ..desc() };
     let (again, its_sun) = same.prepare(true, true).unwrap();
     assert!((its_sun.unwrap().to_light - d).length() < 1e-12);
     for look in [DVec3::Y, DVec3::X, DVec3::new(0.3, 0.4, -1.0)] {
-        assert!((again.radiance(look).g / around.radiance(look).g - 1.0).abs() < 1e-4);
+        assert!((again.radiance(look).g / environment.radiance(look).g - 1.0).abs() < 1e-4);
     }
-    // Turned by 90 degrees, however its place was given.
+    // Rotated by 90 degrees, with either way to give the direction.
     for mut turned in [desc(), SkyDesc { direction: Some(d), ..desc() }] {
         turned.turn(90.0);
         let (_, sun) = turned.prepare(true, true).unwrap();
         assert!((sun.unwrap().to_light - DVec3::new(d.z, d.y, -d.x)).length() < 1e-12);
     }
-    // Below the horizon lies ground; a quarter of the sun's light is the unit.
-    let ground = around.radiance(DVec3::NEG_Y);
-    assert_eq!(ground, around.radiance(DVec3::new(0.3, -0.5, 0.1)));
+    // Below the horizon lies the ground; a quarter of the sunlight above the atmosphere is the unit.
+    let ground = environment.radiance(DVec3::NEG_Y);
+    assert_eq!(ground, environment.radiance(DVec3::new(0.3, -0.5, 0.1)));
     let expected = 0.3 / PI as f32 * (sun.intensity.g * d.y as f32);
     assert!(ground.g > expected && ground.g < 1.5 * expected, "{ground:?}");
     // For the classic integrator 1/π of the sun, as of the sky.
@@ -143,7 +144,7 @@ fn the_sun_stands_where_its_sky_is_brightest() {
 }
 
 #[test]
-fn skies_of_all_kinds_are_finite() {
+fn extreme_skies_are_finite() {
     let kinds = [
         SkyDesc { elevation: 90.0, ..desc() },
         SkyDesc { elevation: -90.0, ..desc() },
@@ -154,11 +155,11 @@ fn skies_of_all_kinds_are_finite() {
         SkyDesc { direction: Some(DVec3::NEG_Y), ..desc() },
     ];
     for kind in kinds {
-        let (around, sun) = kind.prepare(true, true).unwrap();
-        assert_eq!(around.invalid_pixels(), 0, "{kind:?}");
+        let (environment, sun) = kind.prepare(true, true).unwrap();
+        assert_eq!(environment.invalid_pixels(), 0, "{kind:?}");
         assert!(sun.is_none_or(|sun| sun.intensity.is_finite()));
         for d in [DVec3::Y, DVec3::X, DVec3::NEG_Y, DVec3::new(0.1, 0.01, -1.0)] {
-            let light = around.radiance(d);
+            let light = environment.radiance(d);
             assert!(light.is_finite() && light.luminance() >= 0.0, "{kind:?} {light:?}");
         }
     }

@@ -1,23 +1,26 @@
-//! Building: from the top, by the split into two that promises least noise, three times for four children.
+//! Building the light tree: top down, by the binary split that promises the least noise; three splits give four
+//! children.
 
 use super::LightTree;
 use super::node::{LEAF, Node, WIDTH};
 use crate::light::LightBound;
 use crate::math::{Bounds, DVec3};
 
-/// Where a split may be, along the widest axis: between so many parts.
+/// Number of bins along the widest axis; splits lie between bins.
 const BINS: usize = 12;
 
-/// From this level on splits are by number, so that no arrangement of lights makes a tree deeper than its paths are long.
+/// From this level on, splits are by count: no arrangement of lights makes a tree deeper than a path can store.
 const LEVELS: u32 = 16;
 
-/// Lights without power, or nearly, count as having this share of the largest: what they were thought to bring may be wrong.
+/// Least power of a light, as a fraction of the largest: an estimate of 0 may be wrong, so no light gets probability
+/// 0.
 const LEAST_POWER: f64 = 1e-9;
 
-/// By how much spheres grow, in the tree's space, which is 1 from its middle to its end: more than single precision moves points.
+/// How much spheres grow in tree space, where the scene's radius is 1: more than rounding to single precision moves
+/// points.
 const GROWTH: f32 = 1e-6;
 
-/// A light or several, in the tree's space.
+/// One light or several, in tree space.
 #[derive(Clone, Copy)]
 struct Item {
     center: [f32; 3],
@@ -77,22 +80,23 @@ impl SphereBounds {
     }
 }
 
-/// What is known of the lights on one side of a split.
+/// The sums over the lights on one side of a split.
 #[derive(Clone, Copy)]
 struct Side {
     count: u32,
     power: f32,
     axis: [f32; 3],
-    around: SphereBounds,
+    bounds: SphereBounds,
 }
 
 impl Side {
-    const NONE: Side = Side { count: 0, power: 0.0, axis: [0.0; 3], around: SphereBounds::NOTHING };
+    const NONE: Side = Side { count: 0, power: 0.0, axis: [0.0; 3], bounds: SphereBounds::NOTHING };
 
     fn add(&mut self, item: &Item) {
         self.count += 1;
         self.power += item.power;
-        // Lights that shine everywhere have no axis; those of two sides count as facing one half-space.
+        // Lights that emit in all directions have no axis; the axes of two-sided lights are flipped into one
+        // half-space.
         if item.cos_o > -1.0 {
             let lead = item.axis.iter().find(|v| v.abs() > 0.5).copied().unwrap_or(1.0);
             let sign = if item.two_sided && lead < 0.0 { -item.power } else { item.power };
@@ -100,7 +104,7 @@ impl Side {
                 self.axis[k] += sign * item.axis[k];
             }
         }
-        self.around.add(item.center, item.radius);
+        self.bounds.add(item.center, item.radius);
     }
 
     fn join(&mut self, other: &Side) {
@@ -109,14 +113,14 @@ impl Side {
         for k in 0..3 {
             self.axis[k] += other.axis[k];
         }
-        self.around.join(&other.around);
+        self.bounds.join(&other.bounds);
     }
 
-    /// How much noise it is thought to bring: its power, where it is more the wider it is spread in space and in direction. In
-    /// place of the measure of Conty Estevez and Kulla for the cone stands how far the mean of the axes is from 1.
+    /// The expected noise of the side: power × extent in space × extent in direction. Instead of the cone measure of
+    /// Conty Estevez and Kulla, the extent in direction is how far the length of the mean axis is from 1.
     fn cost(&self) -> f32 {
         let aligned = dot(self.axis, self.axis).sqrt() / self.power;
-        self.power * self.around.diagonal2() * (1.0 + 2.0 * (1.0 - aligned.min(1.0)))
+        self.power * self.bounds.diagonal2() * (1.0 + 2.0 * (1.0 - aligned.min(1.0)))
     }
 }
 
@@ -126,7 +130,7 @@ fn side_of(items: &[Item]) -> Side {
     side
 }
 
-/// Bounds of several lights.
+/// The bounds of several lights together.
 fn bound(items: &[Item]) -> Item {
     let [first, rest @ ..] = items else {
         return Item {
@@ -143,20 +147,20 @@ fn bound(items: &[Item]) -> Item {
     if rest.is_empty() {
         return *first;
     }
-    let mut around = SphereBounds::NOTHING;
+    let mut bounds = SphereBounds::NOTHING;
     let (mut axis, mut power) = ([0.0f64; 3], 0.0f64);
     let two_sided = items.iter().any(|item| item.two_sided);
     for item in items {
-        around.add(item.center, item.radius);
+        bounds.add(item.center, item.radius);
         power += f64::from(item.power);
-        // Of two sides the one that is nearer the others'.
+        // Of two sides, the one that is nearer to the axis of the others.
         let along: f64 = (0..3).map(|k| axis[k] * f64::from(item.axis[k])).sum();
         let sign = if two_sided && along < 0.0 { -1.0 } else { 1.0 };
         for (sum, along) in axis.iter_mut().zip(item.axis) {
             *sum += sign * f64::from(item.power) * f64::from(along);
         }
     }
-    let center = [0, 1, 2].map(|k| 0.5 * around.min[k] + 0.5 * around.max[k]);
+    let center = [0, 1, 2].map(|k| 0.5 * bounds.min[k] + 0.5 * bounds.max[k]);
     let distance = |item: &Item| {
         let d = [0, 1, 2].map(|k| item.center[k] - center[k]);
         dot(d, d).sqrt() + item.radius
@@ -169,7 +173,7 @@ fn bound(items: &[Item]) -> Item {
             let cos_o = items.iter().map(|item| {
                 let cos = dot(axis, item.axis);
                 let cos = if two_sided { cos.abs() } else { cos };
-                // Less what rounding may have added.
+                // The margin of 1e-5 covers rounding.
                 cos_sum((cos - 1e-5).clamp(-1.0, 1.0), item.cos_o)
             });
             (axis, cos_o.fold(1.0, f32::min))
@@ -180,13 +184,13 @@ fn bound(items: &[Item]) -> Item {
     Item { center, radius, axis, cos_o, cos_e, power: power as f32, two_sided, light: 0 }
 }
 
-/// Parts items in two, neither of them empty: the number of the first part. By number alone if `evenly`.
+/// Splits items in two non-empty parts and returns the length of the first. Splits by count alone if `evenly`.
 fn split(items: &mut [Item], evenly: bool) -> usize {
     let half = items.len() / 2;
     let mut centers = SphereBounds::NOTHING;
     items.iter().for_each(|item| centers.add(item.center, 0.0));
     let size = centers.size();
-    // Trying the other axes as well gave no better trees and took longer.
+    // Trying all three axes gave no better trees and took longer.
     let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
     let bin = |item: &Item| {
         (((item.center[axis] - centers.min[axis]) / size[axis] * BINS as f32) as usize).min(BINS - 1)
@@ -231,26 +235,26 @@ fn split(items: &mut [Item], evenly: bool) -> usize {
     half
 }
 
-/// Parts items in up to four, with the ends of the parts.
+/// Splits items in up to four parts; returns the boundaries of the parts.
 fn split_in_four(items: &mut [Item], evenly: bool) -> [usize; WIDTH + 1] {
     if items.len() <= WIDTH {
         return std::array::from_fn(|i| i.min(items.len()));
     }
-    // Where parts begin, and how much is gained by parting them.
+    // Boundaries of the parts, and the gain from splitting each.
     let mut ends = vec![0, items.len()];
-    let worth = |items: &[Item]| match items.len() {
+    let gain = |items: &[Item]| match items.len() {
         0 | 1 => -1.0,
         n if evenly => n as f32,
         _ => side_of(items).cost().clamp(0.0, f32::MAX),
     };
-    let mut worths = vec![worth(items)];
+    let mut gains = vec![gain(items)];
     while ends.len() <= WIDTH {
-        let widest = (0..worths.len()).max_by(|a, b| worths[*a].total_cmp(&worths[*b]).then(b.cmp(a)));
-        let Some(k) = widest.filter(|k| worths[*k] >= 0.0) else { break };
-        let middle = ends[k] + split(&mut items[ends[k]..ends[k + 1]], evenly);
-        ends.insert(k + 1, middle);
-        worths[k] = worth(&items[ends[k]..middle]);
-        worths.insert(k + 1, worth(&items[middle..ends[k + 2]]));
+        let widest = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]).then(b.cmp(a)));
+        let Some(k) = widest.filter(|k| gains[*k] >= 0.0) else { break };
+        let boundary = ends[k] + split(&mut items[ends[k]..ends[k + 1]], evenly);
+        ends.insert(k + 1, boundary);
+        gains[k] = gain(&items[ends[k]..boundary]);
+        gains.insert(k + 1, gain(&items[boundary..ends[k + 2]]));
     }
     let mut out = [items.len(); WIDTH + 1];
     out[..ends.len()].copy_from_slice(&ends);
@@ -258,24 +262,25 @@ fn split_in_four(items: &mut [Item], evenly: bool) -> [usize; WIDTH + 1] {
 }
 
 impl LightTree {
-    /// Over lights 0 to `count` less one, whose bounds are asked for twice. `None` for none, more than [`LightTree::MOST`], or no memory.
+    /// Builds the tree over lights 0 to `count` − 1, whose bounds are evaluated twice. `None` if there are no lights,
+    /// more than [`LightTree::MOST`], or not enough memory.
     ///
-    /// Bounds that are no finite numbers count as being anywhere; powers that are none as nearly 0.
+    /// Lights with non-finite bounds count as being anywhere; a non-finite power counts as nearly 0.
     pub fn new(count: u32, bounds: impl Fn(u32) -> LightBound) -> Option<LightTree> {
         if count == 0 || count > LightTree::MOST {
             return None;
         }
-        let sound = |b: &LightBound| b.center.is_finite() && b.radius.is_finite() && b.radius >= 0.0;
-        let (mut around, mut most) = (Bounds::EMPTY, 0.0f64);
+        let valid = |b: &LightBound| b.center.is_finite() && b.radius.is_finite() && b.radius >= 0.0;
+        let (mut extent, mut most) = (Bounds::EMPTY, 0.0f64);
         for b in (0..count).map(&bounds) {
-            if sound(&b) {
+            if valid(&b) {
                 let reach = DVec3::splat(b.radius);
-                around = around.union(&Bounds::new(b.center - reach, b.center + reach));
+                extent = extent.union(&Bounds::new(b.center - reach, b.center + reach));
             }
             most = if b.power.is_finite() { most.max(b.power) } else { most };
         }
-        let origin = if around.is_empty() { DVec3::ZERO } else { around.center() };
-        let size = if around.is_empty() { 0.0 } else { 0.5 * around.size().length() };
+        let origin = if extent.is_empty() { DVec3::ZERO } else { extent.center() };
+        let size = if extent.is_empty() { 0.0 } else { 0.5 * extent.size().length() };
         let scale = 1.0 / size;
         let scale = if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
         let item = |light: u32| {
@@ -285,12 +290,13 @@ impl LightTree {
             let local = ((b.center - origin) * scale).as_vec3();
             let radius = (b.radius * scale) as f32 * (1.0 + GROWTH) + GROWTH;
             let axis = b.axis.as_vec3();
-            if !sound(&b) || !local.is_finite() || !radius.is_finite() {
+            if !valid(&b) || !local.is_finite() || !radius.is_finite() {
                 let anywhere = LightBound::everywhere(DVec3::ZERO, 4.0, 0.0);
                 return Item { light, power, ..Item::of(&anywhere, [0.0; 3], 4.0) };
             }
-            let whole = LightBound { cos_o: -1.0, ..b };
-            let b = if axis.is_finite() && b.cos_o.is_finite() && b.cos_e.is_finite() { &b } else { &whole };
+            let everywhere = LightBound { cos_o: -1.0, ..b };
+            let b =
+                if axis.is_finite() && b.cos_o.is_finite() && b.cos_e.is_finite() { &b } else { &everywhere };
             Item { light, power, ..Item::of(b, local.to_array(), radius) }
         };
         let mut items = Vec::new();
@@ -305,7 +311,7 @@ impl LightTree {
         Some(tree)
     }
 
-    /// Adds a node over lights, to which a path leads, and those below it. Levels are few: see [`LEVELS`].
+    /// Adds a node over lights, and the nodes below it; `path` leads to it. Recursion is bounded: see [`LEVELS`].
     fn add(&mut self, items: &mut [Item], level: u32, path: u64) -> Option<u32> {
         let at = self.nodes.len();
         self.nodes.try_reserve(1).ok()?;
@@ -314,7 +320,7 @@ impl LightTree {
         for lane in 0..WIDTH {
             let part = &mut items[ends[lane]..ends[lane + 1]];
             let path = path | (lane as u64) << (2 * level);
-            let whole = bound(part);
+            let bound = bound(part);
             let child = match part {
                 [] => LEAF,
                 [item] => {
@@ -325,12 +331,12 @@ impl LightTree {
             };
             let node = &mut self.nodes[at];
             for k in 0..3 {
-                node.center[k][lane] = whole.center[k];
-                node.axis[k][lane] = whole.axis[k];
+                node.center[k][lane] = bound.center[k];
+                node.axis[k][lane] = bound.axis[k];
             }
-            (node.radius[lane], node.power[lane]) = (whole.radius, whole.power);
-            (node.cos_o[lane], node.cos_e[lane]) = (whole.cos_o, whole.cos_e);
-            node.back[lane] = if whole.two_sided { -1.0 } else { 1.0 };
+            (node.radius[lane], node.power[lane]) = (bound.radius, bound.power);
+            (node.cos_o[lane], node.cos_e[lane]) = (bound.cos_o, bound.cos_e);
+            node.back[lane] = if bound.two_sided { -1.0 } else { 1.0 };
             node.child[lane] = child;
         }
         Some(at as u32)

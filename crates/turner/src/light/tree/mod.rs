@@ -1,11 +1,30 @@
-//! A choice among thousands of lights by what they bring to a point: a tree of bounds, descended with one random number.
+//! Light tree: chooses one of thousands of lights by its estimated contribution to a point.
 //!
-//! After Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", without the splitting:
-//! each node bounds where its lights are, where they shine to and how strongly, and the way down is chosen in proportion to the most that
-//! each child may bring to the point, for the surface that it lies on. Here nodes have four children, whose bounds are
-//! looked at together.
+//! With many lights, next-event estimation can follow only one of them per vertex. The estimator is contribution /
+//! P(light), so it is unbiased for every choice that gives each contributing light P > 0, and its variance is low
+//! where P is close to proportional to the contribution.
 //!
-//! Memory: 192 bytes a node, of which there is about one for two to three lights, and 8 bytes a light.
+//! Method: Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", without
+//! the splitting. A BVH is built over the lights. Each node bounds the positions of its lights (sphere), the
+//! directions in which they emit (cone) and their power. From these bounds and the point, normal and glossy lobe of
+//! the receiver follows an importance: about the most that the node can contribute, 0 only where nothing can arrive
+//! ([`node`]). A sample descends from the root, chooses among the children of each node in proportion to their
+//! importance, and rescales its one random number at each step.
+//!
+//! ```text
+//!              root                 P(light) = product over the levels of
+//!        /    /    \    \           importance(child) / Σ importance(children)
+//!      0.6  0.2    0.2   0
+//!     / | \ \
+//!    .. .. .. light 7               P(light 7) = 0.6 · its fraction in that node
+//! ```
+//!
+//! For MIS the tree also gives P of a light that a BSDF sample hit: each light stores its path from the root, so the
+//! same product is computed without a search. Where a node's importance promises light that no child can keep, no
+//! light is chosen; the estimate there is 0 and remains unbiased.
+//!
+//! Nodes have four children, whose bounds are evaluated together. Cost: O(log n) nodes per choice. Memory: 192 bytes
+//! per node, with about one node for two to three lights, and 8 bytes per light.
 
 mod build;
 mod node;
@@ -18,21 +37,21 @@ use node::{LEAF, Node};
 
 use crate::math::DVec3;
 
-/// A point that is lit, and what its surface faces.
+/// A point to be lit, with the orientation and gloss of its surface.
 #[derive(Default, Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// The point.
     pub p: DVec3,
-    /// The unit normal, on the only side from which light counts; 0 if it counts from everywhere.
+    /// The unit normal, if only light on its side counts; 0 if light from all directions counts.
     pub n: [f32; 3],
-    /// Where the surface reflects more than elsewhere.
+    /// The glossy lobe of the surface.
     pub lobe: GlossyLobe,
-    /// How many more lights than one are looked at here, of which one is taken.
+    /// How many candidate lights besides the first are sampled here; one of all candidates is taken.
     pub extra_candidates: u32,
 }
 
 impl Receiver {
-    /// The same point, of a surface that reflects more around an axis.
+    /// The same point with a glossy lobe.
     #[inline]
     pub fn with_lobe(self, lobe: GlossyLobe) -> Receiver {
         Receiver { lobe, ..self }
@@ -44,13 +63,13 @@ impl Receiver {
         Receiver { n: n.as_vec3().to_array(), ..Receiver::from(p) }
     }
 
-    /// The same point, where so many more lights than one are looked at.
+    /// The same point with this many extra candidates.
     #[inline]
     pub fn with_more(self, extra_candidates: u32) -> Receiver {
         Receiver { extra_candidates, ..self }
     }
 
-    /// How many lights are looked at.
+    /// The number of candidate lights.
     #[inline]
     pub fn candidates(&self) -> f64 {
         f64::from(self.extra_candidates) + 1.0
@@ -58,41 +77,42 @@ impl Receiver {
 }
 
 impl From<DVec3> for Receiver {
-    /// Light counts from everywhere.
+    /// Light counts from all directions.
     #[inline]
     fn from(p: DVec3) -> Receiver {
         Receiver { p, n: [0.0; 3], lobe: GlossyLobe::default(), extra_candidates: 0 }
     }
 }
 
-/// The tree over lights, which are called by their numbers.
+/// A light tree. Lights are identified by their index.
 #[derive(Clone, Debug)]
 pub struct LightTree {
-    /// The first is the root; children stand behind their parents.
+    /// The first is the root; children come after their parents.
     nodes: Vec<Node>,
-    /// For each light the way to it from the root: two bits a level, the lowest first.
+    /// For each light its path from the root: two bits per level, the lowest bits first.
     paths: Vec<u64>,
-    /// Nodes hold (x − origin) · scale.
+    /// Nodes are in tree space: (x − origin) · scale.
     origin: DVec3,
     scale: f64,
 }
 
 impl LightTree {
-    /// The most lights that a tree may have: it then takes some 400 MB.
+    /// The largest number of lights; such a tree takes some 400 MB.
     pub const MOST: u32 = 1 << 22;
 
     fn local(&self, p: DVec3) -> [f32; 3] {
         ((p - self.origin) * self.scale).as_vec3().to_array()
     }
 
-    /// The light that `u` in 0..1 chooses, the probability of that, and what is left of `u`, again in 0..1; `None` where none
-    /// brings any light.
+    /// The light that `u` in 0..1 chooses, its probability, and the rescaled `u`, again in 0..1; `None` where no
+    /// light can contribute.
     #[inline]
     pub fn sample(&self, at: &Receiver, u: f64) -> Option<(u32, f64, f64)> {
         self.sample_again(at, u, &mut None)
     }
 
-    /// The same, for one of several numbers at a point: what is known from the one before is kept in `root`.
+    /// The same for several values of `u` at one point: `root` keeps the importances of the root's children between
+    /// calls.
     #[inline]
     pub(crate) fn sample_again(
         &self,
@@ -116,7 +136,7 @@ impl LightTree {
             let target = u * sum;
             let (mut lane, mut before, mut passed) = (0, 0.0, 0.0);
             for (i, w) in weights.into_iter().enumerate() {
-                // The last that is not 0, should rounding leave the target beyond them.
+                // If rounding moves the target past the end, the last child with a weight above 0 is taken.
                 if w > 0.0 && (target >= passed || passed == 0.0) {
                     (lane, before) = (i, passed);
                 }
@@ -130,7 +150,7 @@ impl LightTree {
         Some((child & !LEAF, probability, u))
     }
 
-    /// The probability with which `sample` chooses a light; 0 for a number beyond the last.
+    /// The probability with which `sample` chooses a light; 0 for an index out of range.
     #[inline]
     pub fn probability(&self, at: &Receiver, light: u32) -> f64 {
         let Some(&(mut path)) = self.paths.get(light as usize) else { return 0.0 };
@@ -151,7 +171,7 @@ impl LightTree {
         probability
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.paths[..])
     }

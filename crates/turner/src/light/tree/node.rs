@@ -1,41 +1,41 @@
-//! Four bounds side by side, and what they may bring to a point.
+//! A node of the light tree: the bounds of four children side by side, and their importance at a point.
 
 use super::Receiver;
 use crate::material::GlossyLobe;
 
-/// Children of a node.
+/// Children per node.
 pub(crate) const WIDTH: usize = 4;
 
 /// Marks a child that is a light.
 pub(super) const LEAF: u32 = 1 << 31;
 
-/// Cosines count as 0 only below this: single precision and the bounds' rounding must not put a light out.
+/// Importance is 0 only where a cosine is below −MARGIN: rounding in single precision must not cut off a light.
 const MARGIN: f32 = 1e-3;
 
-/// The bounds of four children, in the tree's own space; those that are none have no power.
+/// The bounds of four children, in tree space. Unused children have no power.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Node {
-    /// The middles of their spheres, by coordinate.
+    /// Centres of the bounding spheres, by coordinate.
     pub(super) center: [[f32; WIDTH]; 3],
     pub(super) radius: [f32; WIDTH],
-    /// The axes of their cones, by coordinate.
+    /// Axes of the emission cones, by coordinate.
     pub(super) axis: [[f32; WIDTH]; 3],
     pub(super) cos_o: [f32; WIDTH],
     pub(super) cos_e: [f32; WIDTH],
-    /// −1 for those that shine on both sides, else 1.
+    /// −1 for two-sided emitters, else 1.
     pub(super) back: [f32; WIDTH],
     pub(super) power: [f32; WIDTH],
-    /// The number of a node, or of a light with [`LEAF`].
+    /// The index of a node, or of a light with [`LEAF`].
     pub(super) child: [u32; WIDTH],
 }
 
-/// The cosine of max(0, α − β), by the cosines and sines of both.
+/// The cosine of max(0, α − β), from the cosines and sines of both.
 #[inline(always)]
 fn cos_less(cos_a: f32, sin_a: f32, cos_b: f32, sin_b: f32) -> f32 {
     if cos_a >= cos_b { 1.0 } else { cos_a * cos_b + sin_a * sin_b }
 }
 
-/// The sine of that.
+/// The sine of max(0, α − β).
 #[inline(always)]
 fn sin_less(cos_a: f32, sin_a: f32, cos_b: f32, sin_b: f32) -> f32 {
     if cos_a >= cos_b { 0.0 } else { sin_a * cos_b - cos_a * sin_b }
@@ -47,14 +47,26 @@ fn sine(cos: f32) -> f32 {
 }
 
 impl Node {
-    /// About the most that each child brings to the point `p` of a surface with the normal `n`, or with light from everywhere if that is 0:
-    /// power · cos θ' · cos θi' / d² (Conty Estevez and Kulla 2018, eq. 3). 0 only where nothing arrives.
+    /// The importance of each child at the point `p`: about the most light that it can contribute there, 0 only where
+    /// nothing arrives (Conty Estevez and Kulla 2018, eq. 3):
     ///
-    /// Of many lights in a sphere the nearest bring more than their share, so that its middle counts as nearer than it is where the point is in it or close
-    /// by: d² − r²/4, at least r²/4. For lights on a ceiling, in a slab and along a street that left a third to a
-    /// thirteenth of the variance that d², at least r², had.
+    /// ```text
+    ///         axis                       importance = power · cos θ' · cos θi' / d²
+    ///    θo \  |                         θ'  = max(0, θ − θo − θu), 0 beyond θe
+    ///        \ |  θ                      θi' = max(0, θi − θu)
+    ///         (o)---___                  θ  between the axis and the direction to p
+    ///        sphere d  ---___  θu        θu half angle of the sphere seen from p
+    ///                    ___---p         θi between the normal n and the direction to the centre
+    ///                     θi  |
+    ///                         n
+    /// ```
     ///
-    /// Glossy surfaces multiply that by what they reflect from the direction of the sphere that is nearest to their lobe's axis.
+    /// The factor cos θi' is omitted if `n` is 0. A glossy surface multiplies the importance by what its lobe
+    /// reflects from the direction in the sphere nearest to the lobe's axis.
+    ///
+    /// The nearest of many lights in a sphere contribute more than average, so if the point is in the sphere or close
+    /// to it, the squared distance to the centre is reduced: d² − r²/4, at least r²/4. For lights on a ceiling, in a
+    /// slab and along a street, this has a third to a thirteenth of the variance that max(d², r²) has.
     #[inline]
     pub(super) fn importance(&self, p: [f32; 3], at: &Receiver) -> [f32; WIDTH] {
         let n = at.n;
@@ -66,7 +78,7 @@ impl Node {
             let r2 = self.radius[i] * self.radius[i];
             let near2 = d2.max(r2).max(f32::MIN_POSITIVE);
             let per_distance = 1.0 / near2.sqrt();
-            // The angle that the sphere fills; inside all directions are there.
+            // The sine and cosine of θu; from inside, the sphere fills all directions.
             let inside = d2 <= r2;
             let sin2_u = r2 / near2;
             let (sin_u, cos_u) =
@@ -94,7 +106,7 @@ impl Node {
         out
     }
 
-    /// How many times as much light as without its lobe a glossy surface at `p` reflects from each child.
+    /// How many times more light a glossy surface at `p` reflects from each child than it does without its lobe.
     #[inline]
     fn reflected(&self, p: [f32; 3], lobe: &GlossyLobe) -> [f32; WIDTH] {
         let mut out = [1.0; WIDTH];
@@ -107,10 +119,10 @@ impl Node {
             let cos_l = ((x * dx + y * dy + z * dz) / d2.max(f32::MIN_POSITIVE).sqrt()).clamp(-1.0, 1.0);
             let cos_l = cos_less(cos_l, sine(cos_l), (1.0 - sin2_u).max(0.0).sqrt(), sin2_u.min(1.0).sqrt());
             let cos_l = if d2 <= r2 { 1.0 } else { cos_l };
-            // Facets are turned by half the angle.
+            // tan² of half the angle: that is how far the microfacet normals are rotated.
             let tan2 = (1.0 - cos_l) / (1.0 + cos_l).max(1e-6);
-            let flat_triangles = 1.0 / (1.0 + tan2 * lobe.tightness);
-            *out = 1.0 + lobe.peak * flat_triangles * flat_triangles;
+            let spread = 1.0 / (1.0 + tan2 * lobe.tightness);
+            *out = 1.0 + lobe.peak * spread * spread;
         }
         out
     }

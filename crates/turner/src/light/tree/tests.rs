@@ -9,11 +9,11 @@ use crate::material::GlossyLobe;
 use crate::math::DVec3;
 use crate::testing::{Random, chi_square_tail};
 
-/// Lights of all kinds in a cube of this size around a point.
-fn lights(n: u32, seed: u64, size: f64, middle: DVec3) -> Vec<LightBound> {
+/// Lights of all types in a cube of this size around a point.
+fn lights(n: u32, seed: u64, size: f64, center: DVec3) -> Vec<LightBound> {
     let mut random = Random::new(seed);
     let light = |i: u32| {
-        let center = middle + size * random.in_cube();
+        let center = center + size * random.in_cube();
         let power = 0.1 + random.unit();
         let axis = random.direction();
         let radius = 0.05 * size * random.unit();
@@ -32,11 +32,11 @@ fn tree(lights: &[LightBound]) -> LightTree {
     LightTree::new(lights.len() as u32, |i| lights[i as usize]).unwrap()
 }
 
-fn receivers(size: f64, middle: DVec3) -> Vec<Receiver> {
+fn receivers(size: f64, center: DVec3) -> Vec<Receiver> {
     let mut random = Random::new(9);
     let mut out = Vec::new();
     for reach in [0.1, 1.0, 1.0, 3.0, 100.0] {
-        let p = middle + reach * size * random.in_cube();
+        let p = center + reach * size * random.in_cube();
         out.push(Receiver::from(p));
         let facing = Receiver::facing(p, random.direction());
         out.push(facing);
@@ -48,7 +48,7 @@ fn receivers(size: f64, middle: DVec3) -> Vec<Receiver> {
 
 #[test]
 fn probabilities_add_up_to_one() {
-    for (n, size, middle) in [
+    for (n, size, center) in [
         (1, 1.0, DVec3::ZERO),
         (2, 1.0, DVec3::ZERO),
         (5, 1.0, DVec3::ZERO),
@@ -57,16 +57,16 @@ fn probabilities_add_up_to_one() {
         (1000, 1e7, DVec3::ZERO),
         (1000, 1.0, DVec3::new(1e6, 0.0, -3e5)),
     ] {
-        let lights = lights(n, 3, size, middle);
+        let lights = lights(n, 3, size, center);
         let tree = tree(&lights);
-        for at in receivers(size, middle) {
+        for at in receivers(size, center) {
             let sum: f64 = (0..n).map(|i| tree.probability(&at, i)).sum();
-            // What a node promises its children may not keep: then none is chosen.
+            // Children may not keep what the importance of their node promises: then no light is chosen.
             let m = 4000;
             let none = (0..m).filter(|i| tree.sample(&at, (f64::from(*i) + 0.5) / f64::from(m)).is_none());
             let none = none.count() as f64 / f64::from(m);
             assert!((sum + none - 1.0).abs() < 0.02, "{n} {size} {at:?}: {sum} and {none}");
-            // Lights that shine everywhere keep it.
+            // Lights that emit in all directions keep it.
             let round = |i: u32| LightBound { cos_o: -1.0, ..lights[i as usize] };
             let round = LightTree::new(n, round).unwrap();
             let everywhere = Receiver::from(at.p);
@@ -96,7 +96,7 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
             counts[light as usize] += 1.0;
             left_sum += left;
         }
-        // None may be chosen, too.
+        // Choosing no light is an outcome of its own.
         let promised: f64 = (0..200).map(|i| tree.probability(&at, i)).sum();
         if promised == 0.0 {
             assert_eq!(none, f64::from(n));
@@ -119,16 +119,16 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
             cells += 1.0;
         }
         assert!(cells > 3.0 && chi_square_tail(chi2, cells - 1.0) > 1e-5, "{at:?}: {chi2} of {cells}");
-        // What is left is uniform: its mean is within five standard errors of a half.
+        // The rescaled number is uniform: its mean is within five standard errors of a half.
         let chosen = f64::from(n) - none;
         let mean = left_sum / chosen;
         assert!((mean - 0.5).abs() < 5.0 * (1.0 / 12.0 / chosen).sqrt(), "{mean}");
     }
 }
 
-/// Light from a point of the bound in a direction that the bound allows must be possible.
+/// Light from a point of the bound in a direction within its cone must have a positive probability.
 #[test]
-fn no_light_that_arrives_is_left_out() {
+fn no_light_that_arrives_has_probability_zero() {
     let lights = lights(1000, 5, 1.0, DVec3::ZERO);
     let tree = tree(&lights);
     let mut random = Random::new(2);
@@ -146,7 +146,7 @@ fn no_light_that_arrives_is_left_out() {
         if beyond > light.cos_e.acos() {
             continue;
         }
-        // A normal that sees it.
+        // A normal on the light's side.
         let n = random.direction();
         let n = if n.dot(w) < 0.0 { n } else { -n };
         tested += 1;
@@ -156,31 +156,32 @@ fn no_light_that_arrives_is_left_out() {
 }
 
 #[test]
-fn what_brings_more_is_chosen_more_often() {
-    // Lamps over a floor: the variance of one sample of their light, over the square of its mean, is next to none.
+fn lights_are_chosen_by_their_contribution() {
+    // Lights over a floor: one sample has next to no variance relative to the square of the mean.
     let mut random = Random::new(8);
-    let mut lamp =
+    let mut light =
         || LightBound::everywhere(DVec3::new(10.0, 1.0, 10.0) * random.in_cube() + 3.0 * DVec3::Y, 0.02, 1.0);
-    let lamps: Vec<_> = (0..2000).map(|_| lamp()).collect();
-    let tree = tree(&lamps);
+    let lights: Vec<_> = (0..2000).map(|_| light()).collect();
+    let tree = tree(&lights);
     let (mut by_tree, mut by_table) = (0.0, 0.0);
     for _ in 0..20 {
         let p = DVec3::new(8.0, 0.0, 8.0) * random.in_cube();
         let at = Receiver::facing(p, DVec3::Y);
-        let brings = |b: &LightBound| {
+        let contribution = |b: &LightBound| {
             let d = b.center - p;
             d.y / (d.length() * d.length_squared())
         };
-        let sum: f64 = lamps.iter().map(brings).sum();
+        let sum: f64 = lights.iter().map(contribution).sum();
         let second = |probability: &dyn Fn(u32) -> f64| {
-            let squares = lamps.iter().zip(0..).map(|(b, i)| brings(b) * brings(b) / probability(i));
+            let squares =
+                lights.iter().zip(0..).map(|(b, i)| contribution(b) * contribution(b) / probability(i));
             squares.sum::<f64>() / (sum * sum) - 1.0
         };
         by_tree += second(&|i| tree.probability(&at, i)) / 20.0;
         by_table += second(&|_| 1.0 / 2000.0) / 20.0;
     }
     assert!(by_tree < 0.05 && by_table > 1.0, "{by_tree} and {by_table}");
-    // What shines away, or is behind the surface, is not chosen at all.
+    // Lights that face away or lie behind the surface are never chosen.
     let mut pair = vec![
         LightBound::flat(DVec3::Y, 0.1, DVec3::Y, false, 1.0),
         LightBound::flat(DVec3::Y, 0.1, DVec3::NEG_Y, false, 1.0),
@@ -210,7 +211,7 @@ fn spots_with_wide_rims_keep_their_light() {
 }
 
 #[test]
-fn hostile_lights_do_no_harm() {
+fn degenerate_lights_do_no_harm() {
     let nan = f64::NAN;
     let all = |center: DVec3, radius: f64, power: f64| LightBound::everywhere(center, radius, power);
     let mut cases: Vec<Vec<LightBound>> = vec![
@@ -218,7 +219,7 @@ fn hostile_lights_do_no_harm() {
         vec![all(DVec3::ONE, 0.0, 1.0); 5000],
         // Without power.
         vec![all(DVec3::ONE, 0.0, 0.0); 50],
-        // Not numbers, and beyond all.
+        // Non-finite or huge values.
         vec![
             all(DVec3::NAN, 1.0, 1.0),
             all(DVec3::INFINITY, 1.0, 1.0),
@@ -235,7 +236,7 @@ fn hostile_lights_do_no_harm() {
             all(DVec3::splat(-1e300), 1.0, 1e-300),
         ],
     ];
-    // Ever nearer together, so that splits by place part one at a time.
+    // Closer and closer together, so that splits by position separate one light at a time.
     cases.push((0..900).map(|i| all(DVec3::X * 0.5f64.powi(i), 0.0, 1.0)).collect());
     for lights in cases {
         let tree = tree(&lights);
@@ -266,18 +267,18 @@ fn memory_is_as_documented() {
 }
 
 #[test]
-fn glossy_surfaces_choose_what_they_mirror() {
-    // Two lights alike, one in the mirrored direction, and one just as far beside it.
+fn glossy_surfaces_choose_lights_in_their_lobe() {
+    // Two equal lights, one in the mirrored direction and one just as far away at its side.
     let lights = [DVec3::new(0.0, 3.0, 3.0), DVec3::new(3.0, 3.0, 0.0)];
     let tree = tree(&lights.map(|p| LightBound::everywhere(p, 0.1, 1.0)));
     let plain = Receiver::facing(DVec3::ZERO, DVec3::Y);
     assert!((tree.probability(&plain, 0) - 0.5).abs() < 1e-6);
     let axis = lights[0].normalize().as_vec3().to_array();
     let glossy = plain.with_lobe(GlossyLobe { axis, tightness: 100.0, peak: 100.0 });
-    // 60 degrees away the facets are turned by 30, less what the light fills.
+    // 60 degrees away the microfacet normals are rotated by 30, less what the light fills.
     let away = (30.0 - (0.1 / 18f64.sqrt()).asin().to_degrees() / 2.0).to_radians().tan().powi(2);
-    let beside = 1.0 + 100.0 / (1.0 + 100.0 * away).powi(2);
-    let expected = 101.0 / (101.0 + beside);
+    let other = 1.0 + 100.0 / (1.0 + 100.0 * away).powi(2);
+    let expected = 101.0 / (101.0 + other);
     assert!(
         (tree.probability(&glossy, 0) - expected).abs() < 1e-4,
         "{} {expected}",

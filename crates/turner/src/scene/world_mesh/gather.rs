@@ -1,4 +1,4 @@
-//! Which meshes are gathered, and how: all at once, or what changed since.
+//! Selects the meshes of the static world mesh, and builds it: from scratch, or incrementally after an edit.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -14,16 +14,17 @@ use crate::schema::{ErrorCode, MeshData, PrepareOptions, SceneError};
 use crate::shape::extent::Extent;
 use crate::shape::{Shape, TriangleMesh};
 
-/// A mesh this much smaller than the gathered one, or larger than most, stands by itself.
+/// A mesh smaller than the extent of the world mesh by this factor, or larger than the median by it, keeps its own
+/// BVH.
 const RATIO: f64 = 1024.0;
 
-/// Meshes of more triangles stand by themselves: they gain little, and their positions would take memory twice.
+/// Meshes of more triangles keep their own BVH: they gain little, and their positions would need memory twice.
 const MAX_MESH: usize = 1 << 22;
 
-/// Triangles of meshes that are placed more than once: gathered, they take memory for each place.
+/// Limit of the triangles of repeated meshes: in a world mesh each placement takes memory.
 const MAX_REPEATED: usize = 1 << 16;
 
-/// Which primitives are gathered, and what is taken from their positions.
+/// The primitives to include, and the offset to subtract from positions.
 pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Vec<bool>, DVec3) {
     let none = (vec![false; primitives.len()], DVec3::ZERO);
     let mut uses: HashMap<*const TriangleMesh, usize> = HashMap::new();
@@ -32,14 +33,14 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
             *uses.entry(Arc::as_ptr(mesh)).or_default() += 1;
         }
     }
-    // By the first of its places, a mesh is in or out.
+    // The first placement decides for all placements of a mesh.
     let (mut repeated, mut allowed) = (0, HashMap::new());
     let mut candidates = Vec::new();
     for (i, primitive) in primitives.iter().enumerate() {
         let (Shape::Mesh(mesh), Some(b)) = (&primitive.shape, bounds[i]) else { continue };
         let pointer = Arc::as_ptr(mesh);
         let count = mesh.data().triangles.len();
-        let is_in = *allowed.entry(pointer).or_insert_with(|| {
+        let allowed_mesh = *allowed.entry(pointer).or_insert_with(|| {
             let uses = uses.get(&pointer).copied().unwrap_or(1);
             let all = count.saturating_mul(uses);
             if uses == 1 {
@@ -49,7 +50,7 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
             repeated += if fits { all } else { 0 };
             fits
         });
-        if is_in && mesh.triangle_count() > 0 && !b.is_empty() && b.is_finite() {
+        if allowed_mesh && mesh.triangle_count() > 0 && !b.is_empty() && b.is_finite() {
             candidates.push((i, b));
         }
     }
@@ -59,7 +60,7 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
     let mut sizes: Vec<f64> = candidates.iter().map(|(_, b)| b.size().length()).collect();
     sizes.sort_by(f64::total_cmp);
     let most = RATIO * sizes[sizes.len() / 2];
-    // Where the middle is nearer than this, moving gains less than three bits.
+    // Closer to the origin an offset gains less than three bits.
     let all = candidates.iter().fold(Bounds::EMPTY, |a, (_, b)| a.union(b));
     let far = all.center().abs().max_element() > 4.0 * all.size().max_element();
     let offset = if far { all.center() } else { DVec3::ZERO };
@@ -77,11 +78,11 @@ pub(crate) fn choose(primitives: &[Primitive], bounds: &[Option<Bounds>]) -> (Ve
     (chosen, offset)
 }
 
-/// The primitives whose meshes are gathered, and what they refer to.
+/// The primitives whose meshes are included, and the arrays that they refer to.
 #[derive(Clone, Copy)]
 pub(crate) struct Members<'a> {
     pub(crate) primitives: &'a [Primitive],
-    /// Where they come to stand among the scene's primitives.
+    /// Index of the first among the scene's primitives.
     pub(crate) first: usize,
     pub(crate) transforms: &'a [ObjectTransform],
     pub(crate) materials: &'a [Material],
@@ -89,8 +90,9 @@ pub(crate) struct Members<'a> {
 }
 
 impl StaticWorldMesh {
-    /// Gathers the meshes of some primitives, which come to stand from `first` on. Where `last` gathered the same meshes in the same places, its tree is shared;
-    /// where some differ, and `whole` does not ask for a tree over all, that of the others is. Says whether anything differs.
+    /// Builds the world mesh of some primitives, the first of which gets the index `first`. If `last` has the same
+    /// meshes and transforms, its BVH is shared. If some differ, and `full` does not request a full build, the BVH is
+    /// updated. The flag says whether anything differs.
     pub(crate) fn build(
         members: &Members<'_>,
         offset: DVec3,
@@ -99,7 +101,7 @@ impl StaticWorldMesh {
         options: &PrepareOptions,
     ) -> Result<(StaticWorldMesh, bool), SceneError> {
         let Members { primitives, first, transforms, materials, faces } = *members;
-        let (mut checked, mut opaque) = (false, true);
+        let (mut alpha_tested, mut opaque) = (false, true);
         let mut sources = Vec::with_capacity(primitives.len());
         for primitive in primitives {
             let Shape::Mesh(mesh) = &primitive.shape else { continue };
@@ -107,7 +109,7 @@ impl StaticWorldMesh {
             sources.push(Source { mesh: mesh.clone(), to_world });
             match faces.get(primitive.faces as usize) {
                 Some(f) => {
-                    checked |= f.are_checked();
+                    alpha_tested |= f.need_test();
                     opaque &= f.are_opaque(materials);
                 }
                 None => opaque &= materials[primitive.material.index()].shadow() == ShadowKind::Opaque,
@@ -116,7 +118,7 @@ impl StaticWorldMesh {
         let first = first as u32;
         let last = last.filter(|last| last.offset == offset && !(whole && last.base.is_some()));
         if let Some(last) = last.filter(|last| last.sources[..] == sources[..]) {
-            return Ok((StaticWorldMesh { first, checked, opaque, ..last.clone() }, false));
+            return Ok((StaticWorldMesh { first, alpha_tested, opaque, ..last.clone() }, false));
         }
         let sources: Arc<[Source]> = sources.into();
         let changed = match last.filter(|_| !whole) {
@@ -129,12 +131,23 @@ impl StaticWorldMesh {
         };
         let Gathered { mesh, owners, members, parts, base } = gathered;
         Ok((
-            StaticWorldMesh { mesh, offset, owners, members, parts, sources, base, first, checked, opaque },
+            StaticWorldMesh {
+                mesh,
+                offset,
+                owners,
+                members,
+                parts,
+                sources,
+                base,
+                first,
+                alpha_tested,
+                opaque,
+            },
             true,
         ))
     }
 
-    /// What later changes begin from.
+    /// The base of later updates.
     fn base(&self) -> Base {
         self.base.clone().unwrap_or_else(|| Base {
             mesh: self.mesh.clone(),
@@ -146,7 +159,7 @@ impl StaticWorldMesh {
     }
 }
 
-/// Meshes in one, and what it was made from.
+/// A joined mesh, and its parts.
 struct Gathered {
     mesh: Arc<TriangleMesh>,
     owners: Arc<[u32]>,
@@ -155,19 +168,19 @@ struct Gathered {
     base: Option<Base>,
 }
 
-/// The BVH is kept while at most one in so many triangles was added and at most one in so many removed: beyond that, building and searching the second
-/// BVH costs too much, and the first one holds too much that is no longer used.
+/// A BVH is updated while at most one in this many triangles was added, and one in this many removed. Beyond that,
+/// building and searching the second BVH costs too much, and the first one holds too many unused triangles.
 const CHANGED: usize = 8;
 
-/// With fewer triangles, a rebuild takes a few milliseconds.
+/// With fewer triangles a rebuild takes a few milliseconds.
 const SMALL: usize = if cfg!(test) { 1 << 8 } else { 1 << 13 };
 
 impl Gathered {
-    /// All meshes anew.
+    /// Joins all meshes and builds a BVH.
     fn whole(sources: &[Source], offset: DVec3, options: &PrepareOptions) -> Result<Gathered, SceneError> {
-        let mut data = room(sources, options)?;
+        let mut data = reserved(sources, options)?;
         let mut owners = Vec::new();
-        owners.try_reserve_exact(data.triangles.capacity()).map_err(|_| no_room(sources))?;
+        owners.try_reserve_exact(data.triangles.capacity()).map_err(|_| out_of_memory(sources))?;
         let (mut members, mut parts) = (Vec::with_capacity(sources.len()), Vec::with_capacity(sources.len()));
         for (i, source) in sources.iter().enumerate() {
             let (start, corner) = (data.triangles.len(), data.positions.len());
@@ -183,7 +196,8 @@ impl Gathered {
         Ok(Gathered { mesh: Arc::new(mesh), owners, members, parts, base: None })
     }
 
-    /// Keeps the BVH of a base for the meshes that it shares with `sources`; `None` if it shares too few, or if the BVH has to be rebuilt.
+    /// Keeps the BVH of `base` for the meshes that it shares with `sources`; `None` if it shares too few, or if the
+    /// BVH must be rebuilt.
     fn changed(
         sources: &[Source],
         offset: DVec3,
@@ -203,7 +217,7 @@ impl Gathered {
         if all < SMALL || new > all / CHANGED || removed > all / CHANGED {
             return Ok(None);
         }
-        let mut data = room(sources, options)?;
+        let mut data = reserved(sources, options)?;
         let (mut members, mut parts) = (Vec::with_capacity(sources.len()), Vec::with_capacity(sources.len()));
         let mut kept: Vec<Kept> = Vec::new();
         let mut gone = vec![true; base.parts.len()];
@@ -241,7 +255,7 @@ impl Gathered {
     }
 }
 
-/// For each triangle the part it is in.
+/// For each triangle its part.
 fn owners(parts: &[Part], count: usize) -> Vec<u32> {
     let ends = parts.iter().skip(1).map(|part| part.start as usize).chain([count]);
     let mut owners = Vec::with_capacity(count);
@@ -256,7 +270,7 @@ fn extent_of(parts: &[Part]) -> Extent {
 }
 
 impl Base {
-    /// For each source that of the base which is the same, ascending.
+    /// For each source the same one in the base, in ascending order.
     fn matches(&self, sources: &[Source]) -> Vec<Option<usize>> {
         let mut places: HashMap<_, Vec<usize>> = HashMap::new();
         for (i, source) in self.sources.iter().enumerate() {
@@ -295,7 +309,7 @@ impl Base {
 }
 
 impl Source {
-    /// Appends its mesh, in the world.
+    /// Appends its mesh in world space.
     fn add(&self, offset: DVec3, data: &mut MeshData) {
         let (from, base) = (self.mesh.data(), data.positions.len() as u32);
         if self.is_exact(offset) {
@@ -319,7 +333,7 @@ impl Source {
         Member { start: start as u32, side, exact: self.is_exact(offset) }
     }
 
-    /// What is the same for the same mesh in the same place.
+    /// A key that is equal for the same mesh with the same transform.
     fn key(&self) -> (*const TriangleMesh, Option<[u64; 12]>) {
         (Arc::as_ptr(&self.mesh), self.to_world.map(|t| t.to_cols_array().map(f64::to_bits)))
     }
@@ -331,20 +345,20 @@ impl PartialEq for Source {
     }
 }
 
-/// An empty mesh with room for all.
-fn room(sources: &[Source], options: &PrepareOptions) -> Result<MeshData, SceneError> {
+/// An empty mesh with reserved memory.
+fn reserved(sources: &[Source], options: &PrepareOptions) -> Result<MeshData, SceneError> {
     let (corners, triangles) = sizes(sources);
     let bytes = (corners as u64).saturating_mul(12).saturating_add((triangles as u64).saturating_mul(16));
-    options.limits.memory.need(bytes, || format!("{triangles} triangles in one tree"))?;
+    options.limits.memory.need(bytes, || format!("{triangles} triangles in one BVH"))?;
     let mut data = MeshData::default();
-    let room = corners < u32::MAX as usize
+    let reserved = corners < u32::MAX as usize
         && triangles < u32::MAX as usize
         && data.positions.try_reserve_exact(corners).is_ok()
         && data.triangles.try_reserve_exact(triangles).is_ok();
-    if room { Ok(data) } else { Err(no_room(sources)) }
+    if reserved { Ok(data) } else { Err(out_of_memory(sources)) }
 }
 
-/// Corners and triangles of all.
+/// Total corners and triangles.
 fn sizes(sources: &[Source]) -> (usize, usize) {
     let total = |count: fn(&MeshData) -> usize| {
         sources.iter().fold(0usize, |sum, s| sum.saturating_add(count(s.mesh.data())))
@@ -352,7 +366,7 @@ fn sizes(sources: &[Source]) -> (usize, usize) {
     (total(|d| d.positions.len()), total(|d| d.triangles.len()))
 }
 
-fn no_room(sources: &[Source]) -> SceneError {
-    let message = format!("there is no memory for {} triangles in one tree", sizes(sources).1);
+fn out_of_memory(sources: &[Source]) -> SceneError {
+    let message = format!("not enough memory for {} triangles in one BVH", sizes(sources).1);
     SceneError::new(ErrorCode::TooLarge, message)
 }

@@ -1,16 +1,24 @@
-//! One tree over the triangles of many meshes.
+//! Static world mesh: one BVH over the triangles of many meshes.
 //!
-//! Meshes that are placed once, and small ones that are placed a few times, are gathered in the world's space, so that rays go
-//! through one tree together instead of through one object after the other. What a hit is then told by the object it belongs
-//! to: its number, its own triangle, its weights.
+//! A two-level structure (a BVH over objects, one BVH per mesh) makes rays traverse overlapping objects one after the
+//! other. Meshes that are placed once, and small meshes placed a few times, are therefore copied to world space and
+//! share one BVH. A hit is mapped back to its object: primitive, triangle index, barycentric weights.
 //!
-//! Positions are rounded to single precision after they were moved into the world. Two rules keep that harmless: a mesh is
-//! gathered only if it is no smaller than [`gather::RATIO`]th of the distances in the gathered mesh, and places on its
-//! surface are computed from the rounded positions, so that a ray which leaves it does not meet it again. Meshes without a transform keep
-//! their positions bit for bit.
+//! ```text
+//!   mesh A ──to_world──┐     positions in world space (f32, minus `offset`)
+//!   mesh B ──to_world──┼──>  | A's triangles | B's triangles | C's |   one BVH
+//!   mesh C ──to_world──┘     0               start of B      start of C
+//!   owners[triangle] = member;  own triangle = triangle − member.start
+//! ```
 //!
-//! **Memory.** 28 bytes per triangle beside the mesh's own, for positions, corners and owner; the tree is in place of theirs.
-//! While some members differ from those that the tree was built over, positions and nodes are there twice.
+//! Positions are rounded to single precision in world space. Two rules keep that harmless. A mesh is included only if
+//! it is no smaller than 1/[`gather::RATIO`] of the extent of the world mesh. And points on its surface are computed
+//! from the rounded positions, so a ray that leaves the surface does not hit it again. Meshes without a transform
+//! keep their positions bit for bit.
+//!
+//! **Memory.** 28 bytes per triangle in addition to the mesh's own, for positions, corners and owner; the BVH
+//! replaces those of the meshes. While some members differ from those that the BVH was built over, positions and
+//! nodes exist twice.
 
 mod gather;
 
@@ -27,37 +35,37 @@ use crate::shape::{NO_TRIANGLE, Shape, ShapeHit, SurfacePoint, TriangleMesh};
 
 pub(crate) use gather::{Members, choose};
 
-/// The gathered meshes.
+/// A static world mesh.
 #[derive(Clone, Debug)]
 pub(crate) struct StaticWorldMesh {
-    /// Positions and tree, which later scenes share.
+    /// Positions and BVH, shared with later scenes.
     mesh: Arc<TriangleMesh>,
-    /// What was taken from positions in the world.
+    /// Offset subtracted from world-space positions.
     offset: DVec3,
     /// For each triangle its member.
     owners: Arc<[u32]>,
     members: Arc<[Member]>,
-    /// Where the members lie in the mesh, and what they were made from.
+    /// The members' ranges in the mesh, and the meshes that they come from.
     parts: Arc<[Part]>,
     sources: Arc<[Source]>,
-    /// Whose tree this shares, if some members have changed since that was built.
+    /// The mesh whose BVH this one shares, if members have changed since it was built.
     base: Option<Base>,
-    /// The first member among the scene's primitives; the others follow.
+    /// Index of the first member among the scene's primitives; the others follow.
     first: u32,
-    /// Whether hits of some members may be none.
-    checked: bool,
-    /// Whether all cast full shadows.
+    /// Whether some members need an alpha test.
+    alpha_tested: bool,
+    /// Whether all members cast opaque shadows.
     opaque: bool,
 }
 
-/// A member's mesh and its place in the world.
+/// A member's mesh and transform.
 #[derive(Clone, Debug)]
 struct Source {
     mesh: Arc<TriangleMesh>,
     to_world: Option<DAffine3>,
 }
 
-/// Gathered meshes with a tree over all of them.
+/// A world mesh with a BVH built over all of its members.
 #[derive(Clone, Debug)]
 struct Base {
     mesh: Arc<TriangleMesh>,
@@ -67,10 +75,10 @@ struct Base {
     sources: Arc<[Source]>,
 }
 
-/// A member's place in the gathered mesh.
+/// A member's range in the world mesh.
 #[derive(Clone, Debug)]
 struct Part {
-    /// Its first corner and its first triangle.
+    /// Index of its first corner and of its first triangle.
     corner: u32,
     start: u32,
     extent: Extent,
@@ -78,27 +86,27 @@ struct Part {
 
 #[derive(Clone, Debug)]
 struct Member {
-    /// Its first triangle.
+    /// Index of its first triangle.
     start: u32,
-    /// -1 where its transform mirrors.
+    /// -1 if its transform mirrors, else 1.
     side: f64,
-    /// Whether its positions are those of its mesh.
+    /// Whether its positions equal those of its mesh.
     exact: bool,
 }
 
-/// A triangle that stands in the world as it is.
+/// A triangle with world-space positions.
 pub(crate) struct PlacedTriangle<'a> {
-    /// The mesh of the object.
+    /// The object's mesh.
     pub(crate) own: &'a TriangleMesh,
-    /// The mesh whose positions count, and its triangle.
+    /// The mesh that holds the world-space positions, and the triangle's index in it.
     pub(crate) mesh: &'a TriangleMesh,
     pub(crate) part: u32,
-    /// In the gathered mesh what was taken from its positions, and -1 where its transform mirrors.
+    /// For a world mesh: the offset subtracted from positions, and -1 if the transform mirrors.
     pub(crate) moved: Option<(DVec3, f64)>,
 }
 
 impl StaticWorldMesh {
-    /// Bytes it takes.
+    /// Memory in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.mesh.memory()
             + size_of_val(&self.owners[..])
@@ -108,38 +116,38 @@ impl StaticWorldMesh {
             + self.base.as_ref().map_or(0, |base| base.mesh.memory() + size_of_val(&base.owners[..]))
     }
 
-    /// Whether its tree was changed since it was built.
+    /// Whether members have changed since its BVH was built.
     pub(crate) fn is_changed(&self) -> bool {
         self.base.is_some()
     }
 
-    /// Whether all members cast full shadows.
+    /// Whether all members cast opaque shadows.
     pub(crate) fn is_opaque(&self) -> bool {
         self.opaque
     }
 
-    /// The gathered mesh.
+    /// The mesh with all triangles.
     pub(crate) fn mesh(&self) -> &TriangleMesh {
         &self.mesh
     }
 
-    /// What is taken from the origins of its rays.
+    /// The offset subtracted from ray origins.
     pub(crate) fn offset(&self) -> DVec3 {
         self.offset
     }
 
-    /// Whether hits of some members may be none.
-    pub(crate) fn is_checked(&self) -> bool {
-        self.checked
+    /// Whether some members need an alpha test.
+    pub(crate) fn is_alpha_tested(&self) -> bool {
+        self.alpha_tested
     }
 
-    /// A ray of the world in its space.
+    /// A world-space ray relative to the offset.
     #[inline]
     pub(crate) fn ray(&self, ray: &Ray) -> Ray {
         Ray { origin: ray.origin - self.offset, ..*ray }
     }
 
-    /// A hit as its owner has it.
+    /// Maps a hit to the member's primitive and triangle.
     #[inline]
     pub(crate) fn owned(&self, hit: &ShapeHit) -> Hit {
         let member = self.owners[hit.part as usize];
@@ -147,14 +155,14 @@ impl StaticWorldMesh {
         Hit { shape, primitive: self.first + member }
     }
 
-    /// The triangle that a part of a primitive is here.
+    /// The triangle index here of a part of a primitive.
     #[inline]
     pub(crate) fn triangle(&self, primitive: u32, part: u32) -> u32 {
         let member = primitive.wrapping_sub(self.first) as usize;
         self.members.get(member).map_or(NO_TRIANGLE, |m| m.start + part)
     }
 
-    /// The member that a primitive is, if its positions were rounded.
+    /// The member of a primitive, if its positions were rounded.
     fn rounded(&self, primitive: u32) -> Option<&Member> {
         let member = self.members.get(primitive.checked_sub(self.first)? as usize)?;
         (!member.exact).then_some(member)
@@ -162,38 +170,38 @@ impl StaticWorldMesh {
 }
 
 impl Scene {
-    /// Whether anything is at a hit of the gathered meshes.
+    /// Whether a hit of the world mesh passes the alpha test.
     #[inline]
-    pub(crate) fn world_mesh_hit_counts(&self, ray: &Ray, hit: &Hit) -> bool {
+    pub(crate) fn accepts_world_mesh_hit(&self, ray: &Ray, hit: &Hit) -> bool {
         let primitive = &self.primitives[hit.primitive as usize];
         primitive.faces == NO_FACES
-            || !self.faces[primitive.faces as usize].are_checked()
-            || self.is_there(primitive, &self.to_object(primitive, ray), &hit.shape)
+            || !self.faces[primitive.faces as usize].need_test()
+            || self.accepts_hit(primitive, &self.to_object(primitive, ray), &hit.shape)
     }
 
-    /// The nearest hit of the gathered meshes.
+    /// The nearest hit of the world mesh.
     #[inline]
     pub(crate) fn intersect_world_mesh(&self, world_mesh: &StaticWorldMesh, ray: &Ray) -> Option<Hit> {
         let moved = world_mesh.ray(ray);
         let hit = world_mesh.owned(&world_mesh.mesh.intersect(&moved)?);
-        if !world_mesh.checked || self.world_mesh_hit_counts(ray, &hit) {
+        if !world_mesh.alpha_tested || self.accepts_world_mesh_hit(ray, &hit) {
             return Some(hit);
         }
         self.intersect_world_mesh_behind(world_mesh, ray)
     }
 
-    /// The same, where the nearest triangle is not there.
+    /// The same, if the nearest hit failed the alpha test.
     #[cold]
     pub(crate) fn intersect_world_mesh_behind(&self, world_mesh: &StaticWorldMesh, ray: &Ray) -> Option<Hit> {
-        let accept = |hit: &ShapeHit| self.world_mesh_hit_counts(ray, &world_mesh.owned(hit));
+        let accept = |hit: &ShapeHit| self.accepts_world_mesh_hit(ray, &world_mesh.owned(hit));
         world_mesh.mesh.intersect_where(&world_mesh.ray(ray), &accept).map(|hit| world_mesh.owned(&hit))
     }
 
-    /// Whether a hit of the gathered meshes stops light; sets `tinted` where it lets some through.
+    /// Whether a hit of the world mesh blocks light; sets `tinted` if it transmits some.
     #[inline]
-    pub(crate) fn world_mesh_stops(&self, ray: &Ray, hit: &Hit, tinted: &Cell<bool>) -> bool {
+    pub(crate) fn world_mesh_hit_blocks(&self, ray: &Ray, hit: &Hit, tinted: &Cell<bool>) -> bool {
         let primitive = &self.primitives[hit.primitive as usize];
-        self.world_mesh_hit_counts(ray, hit)
+        self.accepts_world_mesh_hit(ray, hit)
             && match self.materials[self.material_of(primitive, &hit.shape).index()].shadow() {
                 ShadowKind::Opaque => true,
                 ShadowKind::None => false,
@@ -204,7 +212,7 @@ impl Scene {
             }
     }
 
-    /// Whether the gathered meshes stop light along a ray.
+    /// Whether the world mesh blocks light along a ray.
     pub(crate) fn world_mesh_blocks(
         &self,
         world_mesh: &StaticWorldMesh,
@@ -215,12 +223,11 @@ impl Scene {
         if world_mesh.opaque {
             return world_mesh.mesh.occludes(&moved);
         }
-        let blocks = |hit: &ShapeHit| self.world_mesh_stops(ray, &world_mesh.owned(hit), tinted);
+        let blocks = |hit: &ShapeHit| self.world_mesh_hit_blocks(ray, &world_mesh.owned(hit), tinted);
         world_mesh.mesh.occludes_where(&moved, &blocks)
     }
 
-    /// The triangle of a mesh that a hit is in the world, with what was taken from its positions and -1 where its transform mirrors; `None`
-    /// where it does not stand in the world as it is.
+    /// The triangle of a hit with its world-space positions; `None` if the mesh has its own BVH and a transform.
     #[inline]
     pub(crate) fn placed_triangle(&self, hit: &Hit) -> Option<PlacedTriangle<'_>> {
         let primitive = &self.primitives[hit.primitive as usize];
@@ -236,9 +243,9 @@ impl Scene {
         stays.then_some(PlacedTriangle { own: mesh, mesh, part: hit.shape.part, moved: None })
     }
 
-    /// The surface of a member whose positions were rounded; `object` is that of its own mesh.
+    /// The surface of a member whose positions were rounded; `object` is the surface of its own mesh.
     #[inline]
-    pub(crate) fn merged_surface(
+    pub(crate) fn world_mesh_surface(
         &self,
         hit: &Hit,
         object: &SurfacePoint,
@@ -254,12 +261,12 @@ impl Scene {
             NO_TRANSFORM => object.ns,
             i => (self.transforms[i as usize].normal * object.ns).normalize(),
         };
-        let facet = object.ns == object.ng;
-        let ns = if facet || !ns.is_finite() { ng } else { ns * ns.dot(ng).signum() };
+        let faceted = object.ns == object.ng;
+        let ns = if faceted || !ns.is_finite() { ng } else { ns * ns.dot(ng).signum() };
         Some((p, error, ng, ns))
     }
 
-    /// The corners of a triangle of a mesh in the world, and -1 where its transform mirrors.
+    /// The world-space corners of a mesh's triangle, and -1 if its transform mirrors, else 1.
     pub(crate) fn corners(&self, index: u32, mesh: &TriangleMesh, part: u32) -> Option<([DVec3; 3], f64)> {
         if let Some(world_mesh) = &self.world_mesh
             && let Some(member) = world_mesh.rounded(index)
