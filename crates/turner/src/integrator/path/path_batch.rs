@@ -1,4 +1,25 @@
-//! Paths of many samples, a bounce at a time.
+//! Wavefront path tracing: the paths of many samples advance together, one bounce per round.
+//!
+//! One path after the other would trace one ray at a time, shade one vertex at a time and wait for every table in
+//! memory. Here each round works on a queue of rays, one for every path that is still alive, in passes that do one
+//! thing for all of them:
+//!
+//! ```text
+//!  RayQueue --> intersect_batch --> media        (sample_media: distance sampling; may scatter before the hit)
+//!     ^                               |
+//!     |                         random numbers   (Sobol, eight vertices at a time)
+//!     |                               |
+//!     |                     surfaces, light samples (LightBatch), escaped rays (EscapedRays)
+//!     |                               |
+//!     +--- next rays <-------- shading             (shade: one by one;  simd_shading: eight at a time)
+//!                                     |
+//!                               ShadowRays --> transmittance_batch --> Radiance of each sample
+//! ```
+//!
+//! Passes pay where eight rays fit a SIMD register and where reads of large tables overlap. A path's random numbers
+//! depend only on its sample and vertex, and all sums are taken per sample in a fixed order, so a result has the same
+//! bits in any batch (after Laine, Karras and Aila 2013, "Megakernels considered harmful", as far as the queues are
+//! concerned).
 
 use std::sync::Arc;
 
@@ -24,46 +45,47 @@ use crate::scene::{
 };
 use crate::view::View;
 
-/// How far the path of one sample has come.
+/// The state of the path of one sample.
 #[derive(Default)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
-    /// The random numbers of the surface that is met.
+    /// The random numbers of the current vertex.
     pub(super) numbers: VertexNumbers,
-    /// Its moment, for things that move.
+    /// Time within the shutter interval, for motion blur.
     time: f32,
-    /// The share of what the next ray finds that reaches the pixel.
+    /// Throughput: the fraction of the radiance that arrives along the next ray that reaches the pixel.
     pub(super) beta: Spectrum,
-    /// What that is the share of, for the chance to go on: 1, or of a path that is lent the share of its second surface in its own pixel.
+    /// Factor from `beta` to the throughput for Russian roulette: 1, or for a donor path, whose `beta` restarts at its
+    /// second vertex, the throughput up to there in its own pixel.
     pub(super) importance: f32,
-    /// Whether what it finds counts for its neighbours, too.
+    /// Whether the path is a donor: its radiance from the second vertex on is shared with other samples.
     pub(super) donates: bool,
-    /// Surfaces met so far, each with its own sets of random numbers.
+    /// Number of surfaces hit so far. Each has its own sets of random numbers.
     pub(super) vertex: u32,
     pub(super) bounces: Bounces,
     pub(super) transparent: u32,
-    /// Whether the ray still comes straight from the camera.
+    /// Whether the ray is still the camera ray, unscattered.
     pub(super) from_camera: bool,
-    /// Whether light sampling could not have found what the ray finds.
+    /// Whether light sampling could not have found what the ray hits: camera rays and rays of delta lobes.
     pub(super) specular_bounce: bool,
-    /// Whether a lobe other than a mirror's has scattered it.
+    /// Whether any vertex so far scattered by a non-delta lobe.
     pub(super) any_nonspecular: bool,
-    /// Density of the ray's direction, and where it was chosen.
+    /// Density of the ray's direction per solid angle, and the receiver it was sampled at.
     pub(super) pdf: f64,
     pub(super) origin: Receiver,
-    /// How many more lights than one were looked at where the ray ends.
+    /// Number of light candidates beyond the first at the current vertex.
     pub(super) extra_candidates: u32,
-    /// The square of the index of refraction of the medium it is in: radiance is larger by it there.
+    /// Square of the index of refraction of the current medium: radiance is scaled by it there.
     pub(super) eta2: f32,
-    /// The one colour band that is left, once dispersion has parted them.
+    /// The colour band (0 red, 1 green, 2 blue) that is left after dispersion.
     pub(super) band: Option<u8>,
     pub(super) media: Media,
-    /// What the ray stands for, from where it begins or, once it has arrived, from its end on.
+    /// Ray cone: at the origin of the ray while it travels, at its end once it has hit.
     pub(super) cone: RayCone,
 }
 
 impl Path {
-    /// Makes it that of a sample which is about to leave the camera.
+    /// Resets the path for a sample that is about to leave the camera.
     #[inline]
     fn begin(&mut self, id: &SampleId, time: f32, cone: RayCone) {
         self.sampler = OwenSobol::new(id);
@@ -87,16 +109,16 @@ impl Path {
     }
 }
 
-/// A ray where it ends, with the light that was sampled there.
+/// A hit to shade, with the lights sampled there.
 pub(super) struct VertexInput<'a> {
     pub(super) sample: u32,
     pub(super) ray: Ray,
     pub(super) surface: &'a SurfaceInteraction,
-    /// One, or several to choose from.
+    /// One light sample, or several candidates of which one is chosen.
     pub(super) lit: &'a [Option<LightSample>],
 }
 
-/// The rays of one bounce, and whose they are.
+/// The rays of one round, and the sample of each.
 #[derive(Default)]
 pub(super) struct RayQueue {
     rays: RayBatch,
@@ -109,43 +131,43 @@ impl RayQueue {
         self.samples.clear();
     }
 
-    /// A ray that leaves a surface.
+    /// Adds a ray that leaves a surface.
     pub(super) fn push(&mut self, sample: u32, from: &SurfaceInteraction, direction: DVec3) {
         self.rays.push_from(&Ray::new(from.leave(direction), direction), from);
         self.samples.push(sample);
     }
 
-    /// A ray that is ready.
+    /// Adds a ray with its origin already offset.
     #[inline]
     pub(super) fn push_ray(&mut self, sample: u32, ray: &Ray, from: RayOrigin) {
         self.rays.push_leaving(ray, from);
         self.samples.push(sample);
     }
 
-    /// A ray that leaves a place in a medium.
+    /// Adds a ray that leaves a point in a medium.
     pub(super) fn push_free(&mut self, sample: u32, from: DVec3, direction: DVec3) {
         self.rays.push(&Ray::new(from, direction));
         self.samples.push(sample);
     }
 
-    /// A ray, with its sample.
+    /// A ray and its sample.
     pub(super) fn get(&self, i: usize) -> Option<(Ray, u32)> {
         self.rays.get(i).zip(self.samples.get(i).copied())
     }
 
-    /// Takes a ray out.
+    /// Removes a ray.
     pub(super) fn remove(&mut self, i: usize) {
         self.rays.remove(i);
     }
 }
 
-/// Shadow rays of one bounce, and what light they bring to which sample.
+/// The shadow rays of one round, with the light that each carries to its sample if unoccluded.
 #[derive(Default)]
 pub(super) struct Shadows {
     rays: RayBatch,
     light: Vec<(u32, Spectrum)>,
     through: Vec<SpectrumBlock>,
-    /// In scenes with media, what each has with it.
+    /// In scenes with media: the media state of each ray.
     carried: Vec<ShadowRayMedia>,
 }
 
@@ -160,20 +182,20 @@ impl Shadows {
         self.light.push((sample, light));
     }
 
-    /// A ray from a place in a medium.
+    /// Adds a ray from a point in a medium.
     pub(super) fn push_free(&mut self, ray: &Ray, sample: u32, light: Spectrum, carried: ShadowRayMedia) {
         self.rays.push(ray);
         self.light.push((sample, light));
         self.carried.push(carried);
     }
 
-    /// What the next ray has with it.
+    /// Sets the media state of the next ray.
     pub(super) fn carry(&mut self, carried: ShadowRayMedia) {
         self.carried.push(carried);
     }
 }
 
-/// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
+/// A batch of paths while it is traced. Its buffers are reused from batch to batch.
 pub(super) struct PathBatch<'a, R = Off> {
     pub(super) settings: Settings,
     pub(super) scene: &'a Scene,
@@ -184,24 +206,25 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) shadows: Shadows,
     hits: Vec<Option<Hit>>,
     surfaces: Vec<(SurfaceInteraction, u32)>,
-    /// Vertices that are shaded eight at a time; they have no place among the surfaces.
+    /// Vertices that are shaded eight at a time; these have no entry in `surfaces`.
     pub(super) blocks: VertexBlocks,
     lights: LightBatch,
     around: EscapedRays,
     wanted: Vec<(OwenSobol, u32)>,
     numbers: Vec<VertexNumbers>,
-    /// The light paths beside which these are weighed, and what each path knows of them; empty without.
+    /// The light paths that MIS weights take into account, and the reverse densities of each path; empty without light
+    /// paths.
     pub(super) strategy: Option<&'a CausticsStrategy>,
     pub(super) back: Vec<ReversePdf>,
-    /// Which paths are used by neighbours.
+    /// State of the paths that are shared between samples.
     pub(super) shared_paths: SharedPaths,
-    /// The photons of the samples' number, where samples find them.
+    /// The photons of the current sample index, where photons are used.
     pub(super) photons: Option<Arc<PhotonMap>>,
-    /// Luminance that they brought, of all samples together.
+    /// Luminance contributed by photons, summed over all samples.
     pub(super) by_photons: f64,
-    /// About the variance of that: the sum of the squares of what each point got over the number of its photons.
+    /// Approximate variance of that sum: the sum over vertices of the squared contribution over the number of photons.
     pub(super) photon_variance: f64,
-    /// What takes notes of the path, if there is but one.
+    /// Records the path of a single sample, or nothing.
     pub(super) record: R,
 }
 
@@ -244,7 +267,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         stats.camera += count as u64;
         out.clear();
         out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
-        // Those there are keep their places: lists of media are large, and mostly not read.
+        // Existing entries are reused in place: the lists of media are large and mostly unread.
         self.paths.resize_with(count, Path::default);
         for (i, (path, id)) in self.paths.iter_mut().zip(&samples.ids).enumerate() {
             path.begin(id, samples.rays.time(i), footprint::of_camera(self.view, samples, i));
@@ -269,7 +292,7 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Traces the front, shades what it hits, and collects the next one.
+    /// Traces the rays of the queue, shades their hits and fills the next queue.
     fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let mut hits = std::mem::take(&mut self.hits);
         let mut front = std::mem::take(&mut self.front);
@@ -304,7 +327,7 @@ impl<R: Record> PathBatch<'_, R> {
                 self.miss(sample, &ray, around.get(missed), pixel);
                 missed += 1;
             } else if self.blocks.holds(i) {
-                // Below, with seven others.
+                // Shaded below, eight at a time.
             } else if let Some((surface, light)) = met.next() {
                 let lit = lights.get(*light as usize);
                 self.shade(&VertexInput { sample, ray, surface, lit }, pixel, stats);
@@ -320,7 +343,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.front = std::mem::replace(&mut self.next, front);
     }
 
-    /// Draws the numbers of the vertices at the hits.
+    /// Draws the random numbers of the vertices at the hits.
     fn draw(&mut self, samples: &[u32], hits: &[Option<Hit>]) {
         let hit =
             || samples.iter().zip(hits).filter(|(_, hit)| hit.is_some()).map(|(&sample, _)| sample as usize);
@@ -332,7 +355,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// The surfaces that were hit, with the number under which each asks for light; and that light.
+    /// Computes the surfaces that were hit, each with the index of its request for light, and samples those lights.
     fn prepare(
         &mut self,
         front: &RayQueue,
@@ -367,7 +390,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.scene.emitters.sample_batch(self.scene, lights);
     }
 
-    /// Adds the light of the shadow rays that arrive.
+    /// Traces the shadow rays and adds the light of those that arrive.
     fn light(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let shadows = &mut self.shadows;
         if shadows.light.is_empty() {
@@ -390,7 +413,7 @@ impl<R: Record> PathBatch<'_, R> {
             {
                 through = through * carried.left(self.scene, volumes, &ray);
             }
-            // Not even 0 · infinity of what does not arrive.
+            // Skips occluded rays also because 0 · infinity is NaN.
             if !through.is_black() {
                 let arrives = *light * through;
                 let to = if self.paths[*sample as usize].donates {

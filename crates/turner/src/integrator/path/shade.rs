@@ -1,4 +1,4 @@
-//! What happens to a path where its ray ends.
+//! Shading of one vertex: emission, direct light and the next ray.
 
 use super::LightSampling;
 use super::dispersion::Prism;
@@ -17,14 +17,15 @@ use crate::scene::caustic_targets::CausticTargets;
 use crate::scene::emitters::LightSample;
 use crate::scene::{Hit, SurfaceInteraction};
 
-/// Sets of random numbers: one for the place in the pixel, one for the lens, then two for each surface met.
+/// Sets of random numbers: one for the position in the pixel, one for the lens, then two for each vertex.
 pub(super) const FIRST_SET: u32 = 2;
 
-/// Surfaces of all kinds that one path may meet, those that are none to it included.
+/// Maximum number of surfaces along one path, those that let it pass included.
 pub(super) const MAX_VERTICES: u32 = 200_000;
 
 impl Settings {
-    /// The weight of a light found by chance, where sampling it has the density `light`, and light paths that of chance times the root of `back`.
+    /// MIS weight of an emitter hit by a BSDF-sampled ray. `light_pdf` is the density with which light sampling finds
+    /// it; `light_path_ratio` is the squared ratio of the light paths' density to that of this path.
     #[inline]
     fn weight_found(&self, path: &Path, light: f64, back: f64) -> f64 {
         let sampling = match self.light_sampling {
@@ -36,10 +37,11 @@ impl Settings {
         1.0 / (1.0 + sampling * sampling + back)
     }
 
-    /// The weight of a light that was sampled, where light paths that of chance times the root of `back`, and what it brings if nothing is in its way.
+    /// MIS weight of a sampled light and its unshadowed contribution. `light_path_ratio` as above, relative to light
+    /// sampling.
     #[inline]
     fn unshadowed(&self, path: &Path, lit: &LightSample, met: &Met, back: f64) -> (f64, Spectrum) {
-        // The power heuristic with exponent 2 (Veach & Guibas 1995). An infinite ratio is right as weight 0.
+        // Power heuristic, exponent 2 (Veach & Guibas 1995). An infinite ratio correctly gives weight 0.
         let chance = match (lit.is_delta, self.light_sampling) {
             (false, LightSampling::Both) => met.pdf / lit.pdf,
             _ => 0.0,
@@ -49,7 +51,7 @@ impl Settings {
         (weight, path.beta * met.f * lit.radiance * k as f32)
     }
 
-    /// Adds light to a pixel; gives what was added.
+    /// Adds light to a pixel; returns what was added.
     #[inline]
     pub(super) fn add(&self, path: &Path, light: Spectrum, pixel: &mut Radiance) -> Spectrum {
         let light = self.clamped(light, path.bounces.total > 1);
@@ -57,7 +59,7 @@ impl Settings {
         light
     }
 
-    /// The probability with which a path goes on after it was scattered, where that is left to chance.
+    /// Survival probability after a bounce, where Russian roulette is played.
     #[inline]
     pub(super) fn survival(&self, path: &Path) -> Option<f32> {
         (path.bounces.total >= self.rr_start).then(|| {
@@ -66,7 +68,7 @@ impl Settings {
         })
     }
 
-    /// Light as far as the clamp lets it be; `indirect` if it came by way of another surface.
+    /// Applies `clamp_indirect`; `indirect` for light that arrives by way of another surface.
     #[inline]
     pub(super) fn clamped(&self, light: Spectrum, indirect: bool) -> Spectrum {
         match self.clamp_indirect {
@@ -77,7 +79,7 @@ impl Settings {
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// A ray that hits nothing.
+    /// Shades a ray that leaves the scene: environment, background, ambient light.
     pub(super) fn miss(
         &mut self,
         sample: u32,
@@ -137,7 +139,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.outside(|e| e.contribution = added));
     }
 
-    /// Whether light may be asked for where a ray ends; where that is known only later, it is.
+    /// Whether a light is to be sampled where a ray ends; true where that is known only later.
     #[inline]
     pub(super) fn may_connect(
         &self,
@@ -159,13 +161,13 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Whether the path ends at the next surface.
+    /// Whether the path ends at its next vertex.
     #[inline]
     pub(super) fn is_spent(&self, path: &Path) -> bool {
         path.bounces.total >= self.settings.max_depth || self.settings.direct && path.any_nonspecular
     }
 
-    /// A ray that hits a surface: emission, direct light, and the way on.
+    /// Shades a ray that hits a surface: emission, direct light and the next ray.
     pub(super) fn shade(&mut self, at: &VertexInput<'_>, pixel: &mut Radiance, stats: &mut RayStats) {
         let scene = self.scene;
         let &VertexInput { sample, ref ray, surface, .. } = at;
@@ -223,7 +225,7 @@ impl<R: Record> PathBatch<'_, R> {
             self.found_light(sample, material, surface, pixel);
         }
         let path = &self.paths[sample as usize];
-        // Through panes light goes on, as shadow rays do.
+        // A path that has spent its bounces still passes through thin panes, as shadow rays do.
         let spent = self.is_spent(path);
 
         if spent && !material.pane {
@@ -268,7 +270,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.scatter(at, &vertex, material, bsdf.has_smooth() && !spent, pixel, stats);
     }
 
-    /// Direct light, where lights can be connected to (`smooth`), and the way on.
+    /// Direct light (where the BSDF has a non-delta lobe: `smooth`) and the next ray.
     pub(super) fn scatter(
         &mut self,
         at: &VertexInput<'_>,
@@ -296,7 +298,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Adds the light of a shining surface that was hit.
+    /// Adds the emission of a surface that was hit.
     pub(super) fn found_light(
         &mut self,
         sample: u32,
@@ -307,7 +309,7 @@ impl<R: Record> PathBatch<'_, R> {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
-            // Beside sampling of lights, which looks at points, as that does.
+            // Light sampling evaluates textures at points, without filtering, so a hit that competes with it does too.
             None if path.specular_bounce => material.desc.emitted_color(scene, &scene.texture_point(surface)),
             None => material.desc.emitted_color(scene, &scene.texture_point(&surface.sharp())),
         };
@@ -329,7 +331,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.shone(path, radiance, pdf, weight, added));
     }
 
-    /// Sends a shadow ray to the light that was sampled, or to one of several.
+    /// Traces a shadow ray to the sampled light, or to one of several candidates.
     fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr, lit: &[Option<LightSample>]) {
         let path = &self.paths[sample as usize];
         let (taken, counts) = match lit.len() {
@@ -379,7 +381,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.shadows.push(&ray, v.surface, sample, light);
     }
 
-    /// One of several lights, by what they bring: its place among them, and how many times it counts.
+    /// Chooses one of several light candidates by resampling; returns its index and its resampling weight.
     fn choose_light(&self, path: &Path, v: &Vertex<'_>, lit: &[Option<LightSample>]) -> (usize, f32) {
         let mut brought = [0.0; CANDIDATES];
         for (brought, lit) in brought.iter_mut().zip(lit) {
@@ -394,7 +396,7 @@ impl<R: Record> PathBatch<'_, R> {
         pick(&brought, path.numbers.first()[0]).unwrap_or_else(first)
     }
 
-    /// Goes on in a sampled direction, if the number `u` lets it.
+    /// Continues in the sampled direction; `u` decides Russian roulette.
     pub(super) fn follow(
         &mut self,
         sample: u32,
