@@ -1,4 +1,4 @@
-//! What the code that renders has to say to a [`PathRecord`].
+//! How the rendering code fills a [`PathRecord`].
 
 use super::caustics::Gathered;
 use super::path_batch::Path;
@@ -15,34 +15,34 @@ use crate::scene::{Hit, Scene, SurfaceInteraction};
 use crate::schema::MaterialId;
 
 impl Path {
-    /// Density of the ray's direction, where sampling a light could have found what it finds.
+    /// Density of the ray's direction, where light sampling could have found what it hits.
     fn pdf_beside_lights(&self) -> Option<f64> {
         (!self.specular_bounce).then_some(self.pdf)
     }
 }
 
 impl PathRecord {
-    /// Something about the vertex the path is at.
+    /// Edits the current vertex.
     pub(super) fn at(&mut self, f: impl FnOnce(&mut VertexRecord)) {
         if let Some(vertex) = self.vertices.last_mut() {
             f(vertex);
         }
     }
 
-    /// Photons brought light to its vertex.
+    /// Photons contributed at the current vertex.
     pub(super) fn gathered(&mut self, radius: f64, g: Gathered, contribution: Spectrum) {
         let photons = PhotonsRecord { radius, count: g.count, radiance: g.radiance, contribution };
         self.at(|v| v.photons = Some(photons));
     }
 
-    /// Something about what it found outside.
+    /// Edits the record of what the ray found that left the scene.
     pub(super) fn outside(&mut self, f: impl FnOnce(&mut EscapeRecord)) {
         if let Some(escape) = &mut self.escape {
             f(escape);
         }
     }
 
-    /// It met a surface; `path` is as it arrives there.
+    /// The path hit a surface; `path` is its state on arrival.
     pub(super) fn met(
         &mut self,
         scene: &Scene,
@@ -83,7 +83,7 @@ impl PathRecord {
         });
     }
 
-    /// The surface has this material there: its own, or one of its mix.
+    /// Notes the material at the vertex, if a mix chose it.
     pub(super) fn chose(&mut self, scene: &Scene, material: &OpenPbr) {
         let is = |m: &Material| matches!(m, Material::OpenPbr(p) if std::ptr::eq(&**p, material));
         self.at(|v| {
@@ -93,12 +93,12 @@ impl PathRecord {
         });
     }
 
-    /// Dispersion left one band, which carries `throughput`.
+    /// Dispersion left one band with this throughput.
     pub(super) fn dispersed(&mut self, band: u8, throughput: Spectrum) {
         self.at(|v| (v.band, v.dispersed) = (Some(band), Some(throughput)));
     }
 
-    /// The surface shone.
+    /// The ray hit an emissive surface.
     pub(super) fn shone(
         &mut self,
         path: &Path,
@@ -113,7 +113,7 @@ impl PathRecord {
         });
     }
 
-    /// A light was sampled: one of so many, that counts so many times.
+    /// A light was sampled; `candidates` and the resampling weight `counts` as in [`LightRecord`].
     pub(super) fn lit(
         &mut self,
         lit: &LightSample,
@@ -127,7 +127,7 @@ impl PathRecord {
         self.at(|v| v.light = Some(LightRecord { candidates, counts, ..light }));
     }
 
-    /// With which weight.
+    /// The MIS weight of the sampled light, and its unshadowed contribution.
     pub(super) fn weighed(&mut self, weight: f64, transmittance: Option<Spectrum>, unshadowed: Spectrum) {
         self.at(|v| {
             if let Some(light) = &mut v.light {
@@ -136,7 +136,7 @@ impl PathRecord {
         });
     }
 
-    /// The shadow ray, and how much comes through.
+    /// The shadow ray, and the fraction that passes.
     pub(super) fn in_the_way(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
         let Some(ray) = ray else { return };
         self.asked_light(|light| {
@@ -147,14 +147,15 @@ impl PathRecord {
         });
     }
 
-    /// What of it arrived.
+    /// The contribution of the shadow ray.
     pub(super) fn arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
         self.asked_light(|light| {
             (light.visible, light.contribution) = (Some(visible), contribution);
         });
     }
 
-    /// Something about the light whose shadow ray is asked for. Where a walk inside a body came out, the ray of the surface where it went in comes first.
+    /// Edits the light of the next pending shadow ray. At the exit of a random walk, the shadow ray of the entry vertex
+    /// comes first.
     fn asked_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
         if self.asks_second || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
             return self.light_of(self.asks_second, f);
@@ -167,7 +168,7 @@ impl PathRecord {
         }
     }
 
-    /// A direction was sampled and taken; the path carries `throughput` on.
+    /// A direction was sampled and taken; `throughput` is the new one.
     pub(super) fn any_nonspecular(
         &mut self,
         direction: DVec3,
@@ -192,7 +193,7 @@ impl PathRecord {
         });
     }
 
-    /// It enters a translucent body in this direction.
+    /// The path enters a translucent body in this direction.
     pub(super) fn entered(&mut self, direction: DVec3, entry: &Entry, throughput: Spectrum) {
         let cosine = entry.wi.z.abs();
         let pdf = entry.probability * cosine * std::f64::consts::FRAC_1_PI;
@@ -212,7 +213,7 @@ impl PathRecord {
         });
     }
 
-    /// The vertex is where a walk inside a translucent body led.
+    /// The vertex was reached by a random walk in a translucent body.
     pub(super) fn walked(&mut self, passage: Passage, walk: RandomWalkRecord) {
         self.at(|v| (v.passage, v.walk) = (passage, Some(walk)));
     }
@@ -226,7 +227,7 @@ impl PathRecord {
         });
     }
 
-    /// What it carries on after that.
+    /// The throughput after Russian roulette.
     pub(super) fn carries(&mut self, throughput: Spectrum) {
         self.at(|v| {
             if let Some(scatter) = &mut v.scatter {
@@ -235,7 +236,7 @@ impl PathRecord {
         });
     }
 
-    /// It left the scene; `throughput` reaches the pixel of what it finds.
+    /// The ray left the scene; `throughput` is the fraction of what it finds that reaches the pixel.
     pub(super) fn escaped(
         &mut self,
         path: &Path,
@@ -259,7 +260,7 @@ impl PathRecord {
     }
 }
 
-/// A light that was sampled, before it is known what comes of it.
+/// The record of a sampled light before its shadow ray is traced.
 fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine: f64) -> LightRecord {
     LightRecord {
         direction,
@@ -282,15 +283,15 @@ fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine:
     }
 }
 
-/// Ways through media.
+/// Segments through media.
 impl PathRecord {
-    /// It goes through a medium.
+    /// The path travels through a medium.
     pub(super) fn way(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
         self.way =
             Some(MediumSegmentRecord { solid, length, weight, beside: 0.0, emission: None, second: None });
     }
 
-    /// The way that it is on, or was on last.
+    /// The current segment, or the last one.
     fn last_way(&mut self) -> Option<&mut MediumSegmentRecord> {
         if self.way.is_some() {
             return self.way.as_mut();
@@ -301,21 +302,21 @@ impl PathRecord {
         }
     }
 
-    /// The medium shone.
+    /// The medium of the segment emits.
     pub(super) fn way_shone(&mut self, added: Spectrum) {
         if let Some(way) = self.last_way() {
             way.emission = Some(added);
         }
     }
 
-    /// The second place might have been where the path was scattered.
+    /// Density of the equiangular point over that of distance sampling, where the path scattered.
     pub(super) fn might_be_second(&mut self, beside: f64) {
         if let Some(way) = self.last_way() {
             way.beside = beside;
         }
     }
 
-    /// The medium scattered it.
+    /// The path scattered in the medium.
     pub(super) fn met_medium(&mut self, path: &Path, ray: &Ray, t: f64, p: DVec3) {
         let way = self.way.take();
         self.vertices.push(VertexRecord {
@@ -348,7 +349,8 @@ impl PathRecord {
         });
     }
 
-    /// A light was sampled in a medium: at the second place of the way, this far along it, or where the path was scattered.
+    /// A light was sampled in a medium: at the equiangular point, at distance `equiangular` along the segment, or at
+    /// the scattering event.
     pub(super) fn lit_in_medium(
         &mut self,
         second: Option<f64>,
@@ -367,7 +369,7 @@ impl PathRecord {
         }
     }
 
-    /// Something about the light that was sampled at the second place of the way, or at the vertex.
+    /// Edits the light sampled at the equiangular point of the segment, or at the vertex.
     pub(super) fn light_of(&mut self, second: bool, f: impl FnOnce(&mut LightRecord)) {
         let light = if second {
             self.last_way().and_then(|w| w.second.as_mut()).map(|(_, light)| light)
@@ -377,12 +379,12 @@ impl PathRecord {
         light.map(f);
     }
 
-    /// Where the next shadow ray begins.
+    /// Whether the next shadow ray starts at the equiangular point.
     pub(super) fn asked(&mut self, second: bool) {
         self.asks_second = second;
     }
 
-    /// The phase function sent it on.
+    /// The phase function sampled a direction.
     pub(super) fn scattered_by_medium(&mut self, direction: DVec3, pdf: f64, throughput: Spectrum) {
         self.at(|v| {
             v.scatter = Some(ScatterRecord {

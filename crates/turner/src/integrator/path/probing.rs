@@ -1,7 +1,8 @@
-//! Whether a scene can be probed in passing.
+//! Whether probe rays are cheap in a scene.
 //!
-//! How caustics are found and whether pixels share paths is decided by probes: some ten thousand rays, a blink of an eye in ordinary scenes. Where
-//! thousands of shapes stand in one place each ray is tested against all of them, and probes would take minutes. Such scenes are not probed.
+//! The strategies for caustics and shared paths are chosen by probes of some ten thousand rays, which take little time
+//! in ordinary scenes. Where thousands of shapes overlap, each ray is tested against all of them and probes would take
+//! minutes. Such scenes are not probed.
 
 use crate::bsdf::sample_cosine;
 use crate::math::{Frame, Ray};
@@ -9,16 +10,16 @@ use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::view::{View, camera_ray, place_of};
 
-/// Camera rays that are looked at, along the picture's width and height. Each is followed to its hit and once more from there.
+/// Camera rays along the width and height of the image. Each is followed to its hit, and one diffuse bounce beyond.
 const SIDE: u32 = 8;
 
-/// The most tests that a ray may take on average: some microseconds. Ordinary scenes take fewer than ten.
+/// Maximum mean number of intersection tests per ray, some microseconds. Ordinary scenes take fewer than ten.
 const MOST: f64 = 500.0;
 
-/// Numbers of their own.
+/// Seed of the probe rays.
 const SEED: u64 = 0x51de;
 
-/// Whether probes are short. The same for any number of threads and for meshes' trees of any quality.
+/// Whether probes are cheap. The answer is the same for any number of threads and any quality of BVH.
 pub(super) fn is_cheap(scene: &Scene, view: &View) -> bool {
     let mut left = MOST * f64::from(2 * SIDE * SIDE);
     for cell in 0..SIDE * SIDE {
@@ -64,7 +65,7 @@ mod tests {
         ObjectDesc::new(ShapeDesc::Sphere(SphereDesc { center, radius }))
     }
 
-    /// Seen from the front, so that they fill the middle of the picture; lit by a lamp at the side.
+    /// The objects seen from the front, filling the centre of the image, with a light at the side.
     fn described(objects: Vec<ObjectDesc>) -> SceneDesc {
         let mut desc = SceneDesc::default();
         (desc.film.width, desc.film.height) = (160, 120);
@@ -99,7 +100,7 @@ mod tests {
         ObjectDesc::new(ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials: Vec::new() }))
     }
 
-    /// Triangles in one place.
+    /// Triangles at the same position.
     fn stack(count: usize) -> MeshData {
         MeshData {
             positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
@@ -108,12 +109,12 @@ mod tests {
         }
     }
 
-    /// With the probes this takes a minute or more for each.
+    /// Probing these scenes takes a minute or more each.
     #[test]
     fn a_hundred_thousand_shapes_in_one_place() {
         let balls = vec![ball(DVec3::ZERO, 1.0); 100_000];
         assert!(!probed(&prepared(&described(balls))));
-        // One around the other.
+        // Concentric shells.
         let shells = (0..100_000).map(|i| ball(DVec3::ZERO, 1.0 + 1e-6 * f64::from(i))).collect();
         assert!(!probed(&prepared(&described(shells))));
         let mut desc = described(Vec::new());
@@ -156,7 +157,7 @@ mod tests {
         assert!(!probed(&prepared(&desc)));
     }
 
-    /// As many shapes side by side are probed.
+    /// As many shapes next to one another are probed.
     #[test]
     fn what_stands_side_by_side_is_cheap() {
         let place = |i: u32| DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.0) * 0.03 - DVec3::ONE;
@@ -168,7 +169,7 @@ mod tests {
         assert!(probed(&prepared(&SceneDesc::default())));
     }
 
-    /// Light that only light paths find is not lost where no probe looks for it.
+    /// Light that only light paths find is kept without a probe.
     #[test]
     fn heaps_of_glass_have_light_paths() {
         let glass = ObjectDesc { material: Some(MaterialId(1)), ..ball(DVec3::ZERO, 1.0) };

@@ -1,12 +1,28 @@
-//! Random walks in translucent bodies (Chiang, Kutz & Burley 2016, "Practical and controllable subsurface scattering for production path tracing").
+//! Random-walk subsurface scattering (Chiang, Kutz and Burley 2016, "Practical and controllable subsurface scattering
+//! for production path tracing").
 //!
-//! A path that enters a body goes from scattering to scattering in its medium until it comes out of it; there it is as if it had met a diffuse surface that lets all
-//! light out: a light is sampled and the path goes on. The walk counts as one scattering together with that. Its distances are sampled by the band of one colour, chosen
-//! anew for each by what the path carries, and weighed as if all bands had been tried (as [`Homogeneous`] does in other media), so that what a walk carries
-//! in all never grows.
+//! A path that refracts into a translucent body walks from one scattering event to the next in its medium until it
+//! leaves:
 //!
-//! Bodies that touch or overlap are one, and the medium is that where the path entered. Surfaces of glass and boundaries of media within are crossed straight, and all
-//! else within takes up the light that meets it.
+//! ```text
+//!         wo  x_i (entry)         x_o (exit)  light
+//!           \  |                   | /   ./
+//!  ----------\-+-------------------+/--./------- surface
+//!               \    s2 --- s3    /
+//!                \  /         \  /               distances: exponential, directions: phase function
+//!                 s1           s4
+//! ```
+//!
+//! At the exit the path continues as if it had hit a diffuse surface that transmits all light: a light is sampled and a
+//! direction is sampled, under the layers of the material there. The walk and this exit count as one bounce.
+//!
+//! Each distance is sampled with the extinction of one colour band, chosen with its fraction of the throughput, and
+//! weighted by the density over all three bands (the one-sample balance heuristic over bands, as [`Homogeneous`] does
+//! for other media). The sum over bands of the throughput therefore never grows.
+//! Walks that have lost most of their throughput end by Russian roulette.
+//!
+//! Bodies that touch or overlap are one body with the medium of the entry point. Glass surfaces and interfaces inside
+//! are crossed straight; any other surface inside absorbs the light that hits it.
 
 use super::LightSampling;
 use super::media::Media;
@@ -23,58 +39,60 @@ use crate::medium::Homogeneous;
 use crate::sampler::{Stream, VertexNumbers};
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
-/// A walk of more steps counts as coming out where it went in: of a white body without end one in 400 has so many, of others fewer.
+/// A walk of more steps exits where it entered. In an infinite white body one walk in 400 has so many steps, in others
+/// fewer.
 const MAX_STEPS: u32 = 1 << 16;
 
-/// Walks that carry less than this share of what they began with end at random; those that go on carry it again.
+/// A walk with less than this fraction of its initial throughput plays Russian roulette; survivors are set back to it.
 const ROULETTE_BELOW: f64 = 0.25;
 
-/// Mean ways are no shorter than so many times the rounding of the place on the surface: walks must come away from it.
+/// The mean free path is at least this multiple of the rounding error of the surface point, so that walks can leave the
+/// surface.
 const SHORTEST: f64 = 256.0;
 
-/// Things crossed on one step; more than these take up the light.
+/// Maximum number of surfaces crossed on one step; a ray that crosses more is absorbed.
 const MAX_CROSSINGS: u32 = 256;
 
-/// A path inside a body.
+/// A random walk in a body.
 struct Walk<'a> {
     scene: &'a Scene,
     body: &'a Homogeneous,
-    /// How much it carries, by band, and the sum at the beginning.
+    /// Throughput by band, and its sum at the start.
     carried: [f64; 3],
     first: f64,
     ray: Ray,
-    /// The primitive by which it came in.
+    /// The primitive it entered through.
     primitive: u32,
-    /// How many bodies it is in.
+    /// Number of nested bodies it is in.
     depth: u32,
-    /// What places are rounded by.
+    /// Rounding error of positions.
     margin: f64,
     steps: u32,
     length: f64,
     stream: Stream,
 }
 
-/// Where a walk ends.
+/// How a walk ends.
 enum End {
-    /// It comes out of the body.
+    /// It leaves the body.
     Out(Hit),
-    /// It comes out where it went in.
+    /// It leaves where it entered.
     ReversePdf,
-    /// It meets something else within.
+    /// It hits another object inside.
     Met(Hit),
-    /// Nothing is left of it.
+    /// It is absorbed.
     Lost,
 }
 
 impl Walk<'_> {
-    /// The share of each band in what it carries, and the sum; `None` where that is nothing.
+    /// The fraction of each band in the throughput, and the sum; `None` if that is 0.
     fn shares(&self) -> Option<([f64; 3], f64)> {
         let [r, g, b] = self.carried;
         let sum = r + g + b;
         (sum > 0.0 && sum < f64::INFINITY).then(|| ([r / sum, g / sum, b / sum], sum))
     }
 
-    /// Multiplies what it carries by a weight for each band, all over a density.
+    /// Multiplies the throughput by a weight per band over a density.
     fn weigh(&mut self, weight: [f64; 3], pdf: f64) {
         let scale = if pdf > 0.0 { 1.0 / pdf } else { 0.0 };
         for (carried, w) in self.carried.iter_mut().zip(weight) {
@@ -83,7 +101,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Walks, the first distance by `u`.
+    /// Walks; `u` chooses the first distance.
     fn run(&mut self, u: f64, media: &mut Media) -> End {
         let mut u = u;
         let phase = self.body.phase();
@@ -97,7 +115,7 @@ impl Walk<'_> {
                 self.length += end;
                 return hit;
             }
-            // Not on the surface, if only by rounding.
+            // The sampled distance is not on the surface, except by rounding.
             let (any_nonspecular, pdf) = self.body.scattered(shares, t);
             self.weigh(any_nonspecular, pdf);
             self.length += t;
@@ -116,7 +134,7 @@ impl Walk<'_> {
         End::ReversePdf
     }
 
-    /// What ends the walk within a distance `t`, and how far that is. Whatever else is there is crossed.
+    /// What ends the walk within the distance `t`, and how far that is. Other surfaces are crossed.
     fn nearest(&mut self, t: f64, media: &mut Media) -> Option<(End, f64)> {
         let mut ray = Ray { t_max: t + self.margin, ..self.ray };
         for _ in 0..MAX_CROSSINGS {
@@ -127,7 +145,7 @@ impl Walk<'_> {
             let id = self.scene.primitive_id(&hit);
             match material {
                 _ if material.has_walk(self.scene) => match (outside, self.depth) {
-                    // Rounding has left the body, or it folds into itself.
+                    // Rounding has left the body, or the body intersects itself.
                     (true, _) if id == self.primitive => {}
                     (true, _) => self.depth += 1,
                     (false, 0..=1) => return Some((End::Out(hit), hit.shape.t)),
@@ -145,7 +163,8 @@ impl Walk<'_> {
 }
 
 impl<'a, R: Record> PathBatch<'a, R> {
-    /// A path that enters the body of `material` at a vertex, to where it comes out, and on from there. `u` is for the first distance.
+    /// Traces a path that enters the body of `material` to its exit, and shades the exit. `u` chooses the first
+    /// distance.
     #[inline(never)]
     pub(super) fn walk(
         &mut self,
@@ -160,7 +179,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let surface = at.surface;
         let path = &mut self.paths[sample as usize];
         path.beta = path.beta * entry.weight;
-        // By the law of cosines around the true normal: all of it goes in.
+        // Cosine-distributed around the geometric normal: all of it enters.
         let direction = Frame::from_z(surface.ng).to_world(entry.wi);
         self.record.note(|r| r.entered(direction, entry, path.beta));
         let body = material.body(scene, surface, SHORTEST * surface.error);
@@ -203,7 +222,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
                     && m.is_emissive()
                     && (outside || m.shines_backwards())
                 {
-                    // No light is sampled from within.
+                    // Inside the body no light is sampled.
                     path.specular_bounce = true;
                     self.record.note(|r| r.met(scene, path, &ray, &hit, &met, None));
                     self.record
@@ -233,7 +252,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
         self.scatter(&arrival, &vertex, material, true, pixel, stats);
     }
 
-    /// What is above the body where the path comes out of it: of the material there, if light walks in that; else nothing.
+    /// The BSDF at the exit: the layers of the material there if it is translucent, else a surface that transmits
+    /// everything.
     fn way_out<'m>(&self, sample: u32, entered: &'m OpenPbr, out: &SurfaceInteraction) -> (Bsdf, &'m OpenPbr)
     where
         'a: 'm,
