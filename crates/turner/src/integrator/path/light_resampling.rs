@@ -1,10 +1,19 @@
-//! Several lights that are looked at where a surface reflects one direction more than others, of which one is followed: resampled importance
-//! sampling (Talbot, Cline and Egbert 2005, "Importance Resampling for Global Illumination").
+//! Resampled importance sampling (RIS) of lights on glossy surfaces (Talbot, Cline and Egbert 2005, "Importance
+//! Resampling for Global Illumination").
 //!
-//! Lights are chosen by what they may bring and their places without regard to the BSDF; of [`CANDIDATES`] of them one is taken in
-//! proportion to what it brings unshadowed, which follows the product of light and BSDF, for one shadow ray. Their density is that of all
-//! together, [`CANDIDATES`] times that of one, and so is the weight against lights that rays find by chance. Only at the first surface, where
-//! the rays of the camera are dearer than candidates.
+//! Light sampling follows the power and the position of lights, not the BSDF, so on a glossy surface most samples fall
+//! outside the lobe. RIS draws M = [`CANDIDATES`] light samples x_1 … x_M from the density p, evaluates the unshadowed
+//! contribution w_i = f·|cos|·Le / (M·p(x_i)) of each (its luminance), and keeps sample i with probability w_i /
+//! sum(w). The kept contribution is multiplied by
+//!
+//! ```text
+//!  resampling weight = (w_1 + … + w_M) / w_i
+//! ```
+//!
+//! so that the expectation over the choice is w_1 + … + w_M, the mean of M separate estimates: unbiased for any M. The
+//! kept sample follows the product of light and BSDF, at the cost of one shadow ray and M light samples. MIS against
+//! BSDF-sampled rays uses the density M·p. Used only at the first surface, where the camera rays that lead there cost
+//! more than candidates.
 
 use super::LightSampling;
 use super::path_batch::{Path, PathBatch};
@@ -12,17 +21,17 @@ use super::record::Record;
 use crate::light::Receiver;
 use crate::scene::LightBatch;
 
-/// How many lights are looked at.
+/// Number of candidates, M.
 pub(super) const CANDIDATES: usize = 8;
 
-/// The sets of random numbers from here on are theirs, one for each vertex.
+/// Sets of random numbers from here on are for candidates, one per vertex.
 const SETS: u32 = 1 << 31;
 
-/// Lobes from so many times the rest of the surface's reflection on.
+/// A lobe whose peak is at least this multiple of the diffuse reflection counts as glossy.
 const PEAK: f32 = 100.0;
 
 impl<R: Record> PathBatch<'_, R> {
-    /// How many more lights than one are looked at where a path has arrived.
+    /// Number of candidates beyond the first at a vertex.
     #[inline]
     pub(super) fn more_lights(&self, path: &Path, at: &Receiver) -> u32 {
         let glossy = at.lobe.peak >= PEAK;
@@ -31,7 +40,7 @@ impl<R: Record> PathBatch<'_, R> {
         if glossy && first && specular_bounce { CANDIDATES as u32 - 1 } else { 0 }
     }
 
-    /// Asks for light where a path has arrived; gives the number under which there is an answer.
+    /// Requests light samples for a vertex; returns the index of the request.
     #[inline]
     pub(super) fn ask(&self, path: &Path, at: Receiver, lights: &mut LightBatch) -> u32 {
         let number = lights.ask(at, |candidate| {
@@ -47,18 +56,19 @@ impl<R: Record> PathBatch<'_, R> {
     }
 }
 
-/// Which of several lights a number takes, by the luminance that each brings, and how many times that counts; `None` where none brings any.
+/// Chooses a candidate by its luminance; returns its index and its resampling weight, or `None` if all contributions
+/// are 0.
 pub(super) fn pick(brought: &[f32], u: f64) -> Option<(usize, f32)> {
     let sum: f64 = brought.iter().map(|b| f64::from(*b)).sum();
     if !sum.is_finite() {
-        // Counted as what it is.
+        // A non-finite contribution is kept, to be counted as such.
         return brought.iter().position(|b| !b.is_finite()).map(|i| (i, 1.0));
     }
     let target = u * sum;
     let mut passed = 0.0;
     let mut taken = None;
     for (i, b) in brought.iter().enumerate().filter(|(_, b)| **b > 0.0) {
-        // The last that is not 0, should rounding leave the target beyond them.
+        // Rounding may leave the target beyond the last non-zero candidate, which is then taken.
         if taken.is_none() || target >= passed {
             taken = Some((i, (sum / f64::from(*b)) as f32));
         }

@@ -1,14 +1,27 @@
 //! Paths through participating media.
 //!
-//! On its way to the next surface a path may be scattered by the medium it is in. Light that the medium scatters towards the ray is found in three
-//! ways, weighed against each other by the power heuristic over their densities of place and direction:
+//! On its way to the next surface a path may scatter in the medium it is in. Single scattering into the ray is an
+//! integral over the distance t and the direction to the lights, and three strategies estimate it:
 //!
-//! 1. where the path is scattered, a light is sampled;
-//! 2. from there it goes on by the phase function and may find the same light by chance;
-//! 3. at a second place of the way, found by the angle at which a light sees it (Kulla & Fajardo 2012), a light is sampled as well. The light that gives the
-//!    angle is chosen once for the way and is the same for all three, so that their weights sum to 1 whatever it is.
+//! ```text
+//!               * light L
+//!             ./ \.
+//!           ./     \.        1. scatter at t_d (distance sampling), sample a light there
+//!         ./         \.      2. scatter at t_d, follow the phase function, hit a light
+//!  o----t_e----------t_d----->| 3. sample t_e by the angle that L sees the ray under, sample a light there
+//!  ray origin            end
+//! ```
 //!
-//! The second place takes a medium whose density of places is known: one that is the same everywhere.
+//! Strategies 1 and 2 sample t_d in proportion to the transmittance times the scattering coefficient; this misses the
+//! 1/distance² peak next to a light. Strategy 3 follows that peak (equiangular sampling: Kulla and Fajardo 2012,
+//! "Importance sampling techniques for path tracing in participating media"). The power heuristic over the densities of
+//! distance and direction weights the three: w_i = p_i² / (p_1² + p_2² + p_3²) with p_1 = p_d·p_L, p_2 = p_d·p_phase
+//! and p_3 = p_e·p_L. The light that defines the angle is chosen once per segment and is the same for all three, so the
+//! weights sum to 1 and the estimate stays unbiased whichever light that is.
+//!
+//! Strategy 3 needs the density of distance sampling in closed form, so only homogeneous media have it. Heterogeneous
+//! media use delta tracking for distances and ratio tracking for shadow rays (`medium::heterogeneous`); 1 and 2 then
+//! weigh directions only.
 
 use super::LightSampling;
 use super::dispersion::BAND_SET;
@@ -22,29 +35,29 @@ use crate::math::{DVec3, Ray};
 use crate::medium::{Equiangular, HenyeyGreenstein, Medium, Stretch};
 use crate::scene::{Hit, Volumes};
 
-/// Sets of random numbers for ways through media: four for each way, behind those of surfaces.
+/// Sets of random numbers for segments through media, four per segment, after those of surfaces.
 pub(super) const WAY_SET: u32 = BAND_SET + 2;
 
-/// What numbers of a way are for.
+/// What a set of random numbers is used for.
 #[derive(Clone, Copy)]
 pub(super) enum Purpose {
-    /// Band, distance, the second place, Russian roulette; as a stream, what happens on the way.
+    /// Band, distance, equiangular point, Russian roulette. As a stream: delta tracking along the segment.
     Distance = 0,
-    /// The light at the first place; as a stream, the way to it.
+    /// The light at the scattering event. As a stream: the media along its shadow ray.
     Light = 1,
-    /// The direction, and the light that gives the angle; as a stream, the way to a light from a surface.
+    /// The direction, and the light of equiangular sampling. As a stream: the media along a shadow ray from a surface.
     Direction = 2,
-    /// The light at the second place; as a stream, the way to it.
+    /// The light at the equiangular point. As a stream: the media along its shadow ray.
     SecondLight = 3,
 }
 
 impl Path {
-    /// The set for the way that the path is on.
+    /// The set of random numbers of the current segment.
     pub(super) fn way_set(&self, what: Purpose) -> u32 {
         WAY_SET + 4 * self.vertex + what as u32
     }
 
-    /// The share of each band in what it carries.
+    /// The fraction of each band in the throughput.
     fn shares(&self) -> Option<[f64; 3]> {
         let bands = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
         let sum = bands[0] + bands[1] + bands[2];
@@ -52,15 +65,15 @@ impl Path {
     }
 }
 
-/// The second place of a way.
+/// A point sampled by the angle that a light sees the ray under.
 struct SecondPlace {
     angle: Equiangular,
-    /// Along the ray.
+    /// Distance along the ray.
     t: f64,
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Paths that begin within a medium are in it.
+    /// Sets the media of paths that start inside one.
     pub(super) fn begin_within(&mut self, volumes: &Volumes, samples: &CameraSamples) {
         if !volumes.bounded {
             return;
@@ -77,8 +90,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Takes the rays of the front through the media they are in, to where they are scattered or to their ends. Those that are scattered
-    /// leave the front.
+    /// Traces the rays of the queue through their media. A ray that scatters before its hit is removed from the queue.
     pub(super) fn travel(
         &mut self,
         volumes: &Volumes,
@@ -98,7 +110,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// One ray; says whether it was scattered.
+    /// Samples the medium along one ray; returns whether the path scattered.
     fn go_through(
         &mut self,
         medium: &Medium,
@@ -135,7 +147,7 @@ impl<R: Record> PathBatch<'_, R> {
         if path.beta.is_black() {
             return true;
         }
-        // The second place might have been this one.
+        // Density of the equiangular point over that of distance sampling at t.
         let beside = second.as_ref().map_or(0.0, |second| second.angle.pdf(t) / walk.pdf);
         self.record.note(|r| r.might_be_second(beside));
         let phase = medium.coefficients().phase;
@@ -144,7 +156,7 @@ impl<R: Record> PathBatch<'_, R> {
         true
     }
 
-    /// The second place, by the angle at which a light sees the way.
+    /// Samples the equiangular point of a segment for a light chosen at random.
     fn second_place(
         &self,
         medium: &Medium,
@@ -169,7 +181,7 @@ impl<R: Record> PathBatch<'_, R> {
         (t > 0.0 && t < end).then_some(SecondPlace { angle, t })
     }
 
-    /// Light at the second place.
+    /// Samples a light at the equiangular point (strategy 3).
     fn light_second(
         &mut self,
         medium: &Medium,
@@ -198,7 +210,7 @@ impl<R: Record> PathBatch<'_, R> {
             forward: ray.direction,
             phase,
             carried,
-            // Of sampling a light at the first place, and of going on from there.
+            // The densities of strategies 1 and 2 over this one's, without the direction.
             others: [first, first],
             stream: path.way_set(Purpose::SecondLight),
             second: true,
@@ -206,7 +218,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.connect_medium(&connection, &lit);
     }
 
-    /// Light where the path is scattered.
+    /// Samples a light where the path scatters (strategy 1).
     fn light_first(&mut self, sample: u32, forward: DVec3, p: DVec3, phase: HenyeyGreenstein, beside: f64) {
         if self.settings.light_sampling == LightSampling::Bsdf {
             return;
@@ -228,7 +240,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.connect_medium(&connection, &lit);
     }
 
-    /// The way on by the phase function.
+    /// Continues in a direction of the phase function (strategy 2).
     #[allow(clippy::too_many_arguments)]
     fn go_on(
         &mut self,
@@ -249,7 +261,7 @@ impl<R: Record> PathBatch<'_, R> {
         path.from_camera = false;
         path.specular_bounce = false;
         path.any_nonspecular = true;
-        // Whoever finds a light by chance weighs this density against that of sampling it, which stands for both places.
+        // A light hit from here weighs this density against p_L. The factor accounts for strategies 1 and 3 together.
         path.pdf = pdf / (1.0 + beside * beside).sqrt();
         path.origin = Receiver::from(p);
         if let Some(pixel) = &self.view.pixel_cone {

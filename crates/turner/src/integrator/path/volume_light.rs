@@ -1,4 +1,12 @@
-//! Light at places in media, and the media on the way of shadow rays.
+//! Direct light at points in media, and transmittance along shadow rays.
+//!
+//! A shadow ray may cross several media. Its transmittance is the product over the segments between boundaries:
+//!
+//! ```text
+//!  p ====== medium A ====== | == medium B == | ---- vacuum ---- * light      T = T_A · T_B
+//! ```
+//!
+//! Each factor is exact in homogeneous media (Beer–Lambert law) and an unbiased ratio-tracking estimate in others.
 
 use super::LightSampling;
 use super::media::Media;
@@ -13,37 +21,37 @@ use crate::sampler::Stream;
 use crate::scene::emitters::LightSample;
 use crate::scene::{Scene, Volumes};
 
-/// What a shadow ray has with it in scenes with media.
+/// The media state of a shadow ray.
 #[derive(Clone)]
 pub(super) struct ShadowRayMedia {
     /// The solids around its origin.
     media: Media,
     stream: Stream,
-    /// Whether it begins at the second place of a way.
+    /// Whether it starts at the equiangular point of a segment.
     pub(super) second: bool,
 }
 
-/// A place in a medium where a light was sampled.
+/// A point in a medium where a light was sampled.
 pub(super) struct Connection {
     pub(super) sample: u32,
     pub(super) p: DVec3,
-    /// The second place along its ray.
+    /// Distance along the segment, for an equiangular point.
     pub(super) t: f64,
-    /// The direction of the path.
+    /// Direction of the path.
     pub(super) forward: DVec3,
     pub(super) phase: HenyeyGreenstein,
-    /// What the path carries there, over the density of the place.
+    /// Throughput to the point, over the density of its distance.
     pub(super) carried: Spectrum,
-    /// The density with which the place is found in the other way, over that of this one: for light sampled there, and for light found
-    /// by going on from there.
+    /// Density of the distance by the other strategy over that by this one, to weigh against light sampled at the point
+    /// and against lights hit from it.
     pub(super) others: [f64; 2],
-    /// The set of the numbers for the way to the light.
+    /// The set of random numbers for the media along the shadow ray.
     pub(super) stream: u32,
     pub(super) second: bool,
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Sends a shadow ray to the light that was sampled.
+    /// Adds a shadow ray to the sampled light.
     pub(super) fn connect_medium(&mut self, c: &Connection, lit: &LightSample) {
         let path = &self.paths[c.sample as usize];
         let distance = lit.to_light.length();
@@ -77,7 +85,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.shadows.push_free(&ray, c.sample, light, carried);
     }
 
-    /// What a shadow ray from a surface has with it, which begins in `media`.
+    /// Sets the media state of a shadow ray from a surface; it starts in `media`.
     pub(super) fn carry(&mut self, sample: u32, media: Media) {
         let path = &self.paths[sample as usize];
         let stream = path.sampler.stream(path.way_set(Purpose::Direction));
@@ -86,10 +94,9 @@ impl<R: Record> PathBatch<'_, R> {
 }
 
 impl ShadowRayMedia {
-    /// The share of light that the media leave on the way of a shadow ray, which meets nothing opaque: stretch after stretch, from one boundary to
-    /// the next.
+    /// Transmittance of the media along an unoccluded shadow ray, segment by segment from boundary to boundary.
     pub(super) fn left(&mut self, scene: &Scene, volumes: &Volumes, ray: &Ray) -> Spectrum {
-        /// More boundaries than these count as opaque.
+        /// A ray that crosses more boundaries counts as occluded.
         const MAX_CROSSINGS: u32 = 4096;
         let length = ray.direction.length();
         let mut ray = Ray {
@@ -128,12 +135,13 @@ impl ShadowRayMedia {
 }
 
 impl Media {
-    /// The solids with a medium that are around a point at a moment: those that a ray from it leaves without having entered them.
+    /// The solids with a medium that enclose a point at a time: those whose boundary a ray from it leaves without
+    /// having entered.
     pub(super) fn around(scene: &Scene, point: DVec3, time: f32) -> Media {
         const MAX_CROSSINGS: u32 = 4096;
         let mut media = Media::NONE;
         let mut entered = Media::NONE;
-        // Any direction; one along no axis of a scene.
+        // Any direction, not along an axis of the scene.
         let direction = DVec3::new(0.267_261_2, 0.934_414_3, 0.235_522_6).normalize();
         let mut ray = Ray { time, ..Ray::new(point, direction) };
         for _ in 0..MAX_CROSSINGS {

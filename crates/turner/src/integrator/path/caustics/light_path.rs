@@ -1,4 +1,20 @@
-//! One light path: how far it has come, and how else it might be found.
+//! The state of one light path, with its densities for MIS.
+//!
+//! ```text
+//!  light y0 -----> y1 (target) -----> y2 --- ... ---> y_n        camera o
+//!         emission density            BSDF densities      \______/ joined to the camera at each y_i, i >= 2
+//! ```
+//!
+//! MIS needs the density with which path tracing makes the same path from the other end. Between two vertices a and b a
+//! density per solid angle becomes one per area by the factor |cos at b| / |b − a|². The state holds the running
+//! product of the ratios
+//!
+//! ```text
+//!  p(y_j found from the camera side) / p(y_j found from the light side)
+//! ```
+//!
+//! over all vertices but the last, per area, once for a path that ends by hitting the light and once for one that
+//! samples it.
 
 use super::strategy::CausticsStrategy;
 use crate::color::Spectrum;
@@ -9,37 +25,38 @@ use crate::sampler::OwenSobol;
 use crate::scene::caustic_targets::{Source, Start};
 use crate::scene::{Scene, SurfaceInteraction};
 
-/// How far a light path has come.
+/// The state of a light path.
 #[derive(Clone)]
 pub(super) struct LightPath {
     pub(super) numbers: OwenSobol,
     pub(super) time: f32,
     pub(super) start: Start,
-    /// Power that it carries.
+    /// Power carried.
     pub(super) beta: Spectrum,
     pub(super) vertex: u32,
     pub(super) bounces: Bounces,
     pub(super) transparent: u32,
     pub(super) media: Media,
     pub(super) band: Option<u8>,
-    /// Whether the first surface has scattered it by a mirror's lobe, or by narrow ones alone: then it may be found from camera paths.
+    /// Whether the first surface scattered it by a delta lobe, or is near-specular: it may then be found by photons.
     pub(super) mirrored: bool,
-    /// Whether that lobe was a mirror's.
+    /// Whether that lobe was a delta lobe.
     pub(super) by_delta: bool,
-    /// Whether it has been left where camera paths find it that come by mirrors and narrow lobes alone.
+    /// Whether it has scattered at a rough surface after that, where photons count it.
     pub(super) left: bool,
-    /// How many surfaces have scattered it.
+    /// Number of surfaces that have scattered it.
     pub(super) any_nonspecular: u32,
-    /// Where its ray begins: the last vertex, or the light; and the cosine there.
+    /// Origin of the current ray: the last vertex, or the point on the light; and the cosine there.
     pub(super) p: DVec3,
     pub(super) cos: f64,
-    /// Whether the light is far: rays are parallel.
+    /// Whether the light is infinite: its rays are parallel.
     pub(super) far: bool,
-    /// Density of the ray's direction per solid angle; of parallel rays per area at right angles.
+    /// Density of the ray's direction per solid angle; of parallel rays, per area perpendicular to them.
     pub(super) forward: f64,
     /// Density per area with which the last vertex was found.
     pub(super) area: f64,
-    /// How much more probable, per area, camera paths are to find all but the last vertex than this path is, so far: by chance, and by sampling the light.
+    /// Ratio of densities, camera path over light path, over all vertices but the last: by hitting the light, and by
+    /// sampling it. Before the first scattering `by_chance` holds the density of the start.
     pub(super) by_chance: f64,
     pub(super) by_light: f64,
 }
@@ -55,13 +72,14 @@ impl LightPath {
         self.forward * way.dot(surface.ng).abs() / (d2 * d2.sqrt())
     }
 
-    /// How much more probable a camera path is to find the last vertex than this path was; `back` is the density with which it is scattered there from `surface`.
+    /// Ratio of densities at the last vertex: from `surface`, with density `back` per solid angle, over that of this
+    /// path.
     pub(super) fn found_back(&self, surface: &SurfaceInteraction, back: f64) -> f64 {
         let d2 = (surface.p - self.p).length_squared();
         back * self.cos / (d2 * self.area)
     }
 
-    /// The light that arrives at the first surface, `ray` the path's there. Says whether there is any.
+    /// Computes the power at the first surface, where `ray` arrives; returns whether it is positive.
     ///
     /// Leaves the density of the start in `by_chance`.
     pub(super) fn emit(
@@ -75,7 +93,7 @@ impl LightPath {
         let cos = ray.direction.dot(surface.ng).abs();
         let (power, start) = match self.start.from {
             Source::Shape => {
-                // The place on the light as a ray from the surface finds it, and its light.
+                // The point on the light as a ray from the surface finds it, and its radiance.
                 let back = Ray { time: self.time, ..Ray::new(surface.leave(-ray.direction), -ray.direction) };
                 let Some((light, radiance)) = scene.first_shining(&back) else { return false };
                 self.p = light.p;
@@ -99,19 +117,20 @@ impl LightPath {
                 };
                 let from = lit.finite.then_some(self.start.ray.origin);
                 let (start, leave) = strategy.caustic_targets.density_of_delta(group, light, from);
-                // What arrives at a surface that faces the light, over the density per area there.
+                // Irradiance at a surface that faces the light, over the density per area there.
                 let d2 = if lit.finite { lit.to_light.length_squared() } else { 1.0 };
                 (self.far, self.forward, self.cos) = (!lit.finite, leave, 0.0);
                 (lit.radiance * (d2 / (start * leave)) as f32, start)
             }
         };
         self.by_chance = start;
-        // Rays that only touch the surface weigh nothing.
+        // Grazing rays have zero weight.
         self.beta = self.beta * power;
         cos > 0.0 && start > 0.0 && self.beta.is_finite() && !self.beta.is_black()
     }
 
-    /// How much more probable sampling the light from the first surface is than the start was; the path leaves it in the direction `to`.
+    /// Ratio of densities: sampling the light from the first surface, over the start of this path. The path leaves that
+    /// surface in the direction `to`.
     pub(super) fn by_light(&self, scene: &Scene, surface: &SurfaceInteraction, to: DVec3) -> f64 {
         let receiver = scene.receiver(surface, -to);
         let start = self.by_chance;
@@ -134,7 +153,7 @@ impl LightPath {
         }
     }
 
-    /// Leaves one band of the path, chosen by `u` with its share of what it carries.
+    /// Keeps one band of the path, chosen by `u` with the band's fraction of the power.
     pub(super) fn choose_band(&mut self, u: f64) {
         let shares = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
         let sum: f64 = shares.iter().sum();
@@ -151,10 +170,11 @@ impl LightPath {
 }
 
 impl Scene {
-    /// The first surface that shines on a ray, through what lets it pass straight, with its radiance; `None` if something else is before it.
+    /// The first emissive surface along a ray, through surfaces that let it pass straight, and its radiance; `None` if
+    /// another surface is hit first.
     pub(in crate::integrator) fn first_shining(&self, ray: &Ray) -> Option<(SurfaceInteraction, Spectrum)> {
         let mut ray = *ray;
-        // Panes and holes.
+        // Maximum number of panes and holes.
         for _ in 0..64 {
             let hit = self.intersect(&ray)?;
             let surface = self.surface(&ray, &hit);

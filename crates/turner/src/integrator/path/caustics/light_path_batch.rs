@@ -1,6 +1,19 @@
-//! Light paths: from a light by way of what gathers its light, joined to the camera wherever they are scattered after that.
+//! Light tracing: light paths that start at a light, are aimed at a caustic target, and are joined to the camera at
+//! every vertex after it (Dutré, Lafortune and Willems 1993).
 //!
-//! Paths of a batch advance together, a bounce at a time; what a path brings depends on nothing but its number.
+//! ```text
+//!      * light                          begin:       sample a target, a light, a point and a direction
+//!       \                               shade_hit:   the first hit must lie on the chosen target
+//!        y1  target (mirror, glass)     connect:     to the camera, with weight 1 / (1 + a² + b²)
+//!       /                               scatter:     sample the next direction
+//!     y2 - - - - > o camera             join:        trace the rays to the camera, splat what arrives
+//! ```
+//!
+//! A connection adds beta · f · |cos| · W / density to the film, where W is the importance of the camera at that pixel.
+//! Any pixel may receive it, so it goes to the film's splats. `a` and `b` are the ratios of densities of path tracing
+//! (hitting and sampling the light) over light tracing with all its paths; see `light_path`.
+//!
+//! The paths of a batch advance together, one bounce per round. A path's contribution depends only on its index.
 
 use std::ops::Range;
 
@@ -25,21 +38,21 @@ use crate::scene::caustic_targets::{NO_GROUP, Source};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use crate::view::View;
 
-/// Light paths have numbers of their own, whatever the pixels' are.
+/// Seed of the light paths' random numbers, separate from those of pixels.
 const SEED: u64 = 0x9c6e_1d3a_75f1_20b4;
 
-/// Dimensions of a start: sets 0 and 1; then two for each surface.
+/// Sets of random numbers for the start; then two for each vertex.
 const START_SETS: [u32; 2] = [0, 1];
 
-/// What a path brings to the camera if nothing is in the way.
+/// The contribution of a connection to the camera if unoccluded.
 struct Joined {
     splat: Splat,
-    /// Number of the light path.
+    /// MIS weight.
     weight: f64,
     group: u32,
 }
 
-/// Light paths at work in one thread.
+/// The light paths traced in one thread.
 pub(in crate::integrator::path) struct LightPathBatch<'a> {
     settings: Settings,
     scene: &'a Scene,
@@ -54,9 +67,9 @@ pub(in crate::integrator::path) struct LightPathBatch<'a> {
     views: RayBatch,
     joined: Vec<Joined>,
     through: Vec<SpectrumBlock>,
-    /// Where paths arrive that camera paths may find; only filled where they do.
+    /// The photons of the paths; empty unless photons are used.
     pub(super) photons: Vec<Photon>,
-    /// How many surfaces have scattered paths so far.
+    /// Number of scattering events so far.
     pub(super) any_nonspecular: u64,
 }
 
@@ -85,7 +98,8 @@ impl<'a> LightPathBatch<'a> {
         }
     }
 
-    /// Traces paths `first..first + count` of all and gives what each brings to the camera: the splat, its weight beside the other ways, and the group.
+    /// Traces the paths `first..first + count` and passes each contribution to `bring`: the splat, its MIS weight, and
+    /// the caustic target.
     pub(super) fn advance(
         &mut self,
         first: u64,
@@ -100,7 +114,7 @@ impl<'a> LightPathBatch<'a> {
         }
     }
 
-    /// Takes all paths one bounce on.
+    /// Advances all paths by one bounce.
     fn round(&mut self, stats: &mut RayStats, bring: &mut impl FnMut(Splat, f64, u32)) {
         stats.light += self.rays.len() as u64;
         if self.scene.moves {
@@ -124,12 +138,12 @@ impl<'a> LightPathBatch<'a> {
         self.of_next.clear();
     }
 
-    /// The photons of the last paths.
+    /// Removes and returns the photons.
     pub(super) fn take_photons(&mut self) -> Vec<Photon> {
         std::mem::take(&mut self.photons)
     }
 
-    /// The starts of paths.
+    /// Samples the starts of paths.
     fn begin(&mut self, first: u64, count: u32) {
         self.paths.clear();
         self.rays.clear();
@@ -174,7 +188,7 @@ impl<'a> LightPathBatch<'a> {
         }
     }
 
-    /// A path's ray hits a surface.
+    /// Shades a ray that hits a surface.
     fn meet(&mut self, index: u32, ray: &Ray, hit: &Hit) {
         let scene = self.scene;
         let path = &mut self.paths[index as usize];
@@ -183,7 +197,7 @@ impl<'a> LightPathBatch<'a> {
             && !m.casts_caustics
             && m.plain().is_some()
         {
-            // Camera paths find the light of what gathers none.
+            // Light that comes by way of a surface that is no caustic target is left to camera paths.
             return;
         }
         let surface = scene.surface(ray, hit);
@@ -217,7 +231,7 @@ impl<'a> LightPathBatch<'a> {
         let mut around = 1.0;
         if material.has_inside() {
             if path.any_nonspecular == 0 && !outside && path.media.is_empty() {
-                // The light is within.
+                // The light is inside the solid.
                 path.media.cross(scene, &surface, material, true);
                 if let Some(left) = path.media.transmittance(hit.shape.t) {
                     path.beta = path.beta * left;
@@ -263,14 +277,14 @@ impl<'a> LightPathBatch<'a> {
             }
         }
         let path = &self.paths[index as usize];
-        // What a narrow lobe shows of light left before is found there by camera paths.
+        // Near-specular reflections of photons are counted by camera paths.
         if path.any_nonspecular > 0 && !(self.strategy.merges && path.left && material.near_specular) {
             self.join_later(index, &seen, -ray.direction, DVec2::new(l0, l1));
         }
         self.scatter(index, &seen, -ray.direction, set + 1);
     }
 
-    /// Goes on through what is not there, or lets light pass straight.
+    /// Continues straight through a hole or a pane.
     fn go_straight(&mut self, index: u32, surface: &SurfaceInteraction, direction: DVec3, weight: Spectrum) {
         let path = &mut self.paths[index as usize];
         path.beta = path.beta * weight;
@@ -285,7 +299,7 @@ impl<'a> LightPathBatch<'a> {
         self.of_next.push(index);
     }
 
-    /// Joins a path to the camera at a surface that light from `light` reaches.
+    /// Connects a path to the camera at a surface that light from `light` reaches.
     fn join_later(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, lens: DVec2) {
         let (scene, path) = (self.scene, &self.paths[index as usize]);
         let surface = seen.surface;
@@ -320,7 +334,7 @@ impl<'a> LightPathBatch<'a> {
         let origin = surface.leave(eye);
         let way = surface.p + to_camera - origin;
         let view = Ray { t_max: free, ..Ray::new(origin, way) };
-        // The other ways to find this path.
+        // Ratio of densities of path tracing over this path.
         let others = path.found_back(surface, back) * (density * cos_eye / path.finds(surface));
         let paths = self.strategy.paths as f64;
         let weight = power(path.by_chance * others / paths, path.by_light * others / paths);
@@ -331,7 +345,7 @@ impl<'a> LightPathBatch<'a> {
         self.joined.push(Joined { splat: Splat { place, color }, weight, group: path.start.group });
     }
 
-    /// Scatters a path.
+    /// Samples the next direction of a path.
     fn scatter(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, set: u32) {
         self.any_nonspecular += 1;
         let path = &mut self.paths[index as usize];
@@ -346,7 +360,7 @@ impl<'a> LightPathBatch<'a> {
         if path.beta.is_black() || !path.beta.is_finite() {
             return;
         }
-        // The first surface: how else the light may be found from there.
+        // At the first surface: the ratio of densities at the light.
         let area = path.finds(surface);
         if path.any_nonspecular == 0 {
             let by_light = if lobe.is_delta { 0.0 } else { path.by_light(self.scene, surface, to) };
@@ -388,7 +402,7 @@ impl<'a> LightPathBatch<'a> {
         self.send(index, surface, to);
     }
 
-    /// Brings what is not hidden from the camera.
+    /// Traces the rays to the camera and passes on the contributions that arrive.
     fn join(&mut self, stats: &mut RayStats, bring: &mut impl FnMut(Splat, f64, u32)) {
         if self.joined.is_empty() {
             return;

@@ -1,8 +1,21 @@
-//! Photons: where light paths arrive, to be found from camera paths.
+//! Photons: vertices of light paths that camera paths gather (vertex merging).
 //!
-//! A caustic that is seen in a mirror or through glass cannot be joined to the camera. Where a camera path that came by mirrors and glass alone first meets
-//! something else, the light paths that arrive nearby stand for those that arrive just there (Jensen 1996). The radius around it shrinks with the number of the sample, so that the
-//! mean over samples goes to the right one (Knaus and Zwicker 2011).
+//! ```text
+//!  o camera                 * light
+//!   \                      /
+//!    m mirror            target
+//!     \                  /
+//!      \   .-------.    /
+//!       \ ( · x  ·  )  /        x: vertex of the camera path;  ·: photons within radius r
+//!          '-------'
+//! ```
+//!
+//! A caustic seen in a mirror or through glass cannot be joined to the camera. Where a camera path that came by
+//! specular surfaces alone reaches another surface, the photons within the radius r estimate the density of light there
+//! (Jensen 1996): L = sum of f · power / (π r²) over photons, over the number of light paths. This blurs, so r shrinks
+//! with the sample index n, r² ∝ n^(α−1) with α = 0.7, and the mean over samples converges (Knaus and Zwicker 2011,
+//! "Progressive photon mapping: a probabilistic approach"). Photons are found in a hashed grid of cells with edges of 2
+//! r: at most eight cells per query.
 
 use super::light_path_batch::LightPathBatch;
 use super::strategy::CausticsStrategy;
@@ -13,61 +26,61 @@ use crate::integrator::path::Context;
 use crate::math::DVec3;
 use crate::math::elementary::pow;
 
-/// The exponent by which the square of the radius shrinks: r² goes with n to the power of this, less 1.
+/// The α of r² ∝ n^(α−1).
 const SHRINK: f64 = 0.7;
 
-/// Cosine between the normals of surfaces that may share light.
+/// Minimum cosine between the normals of a photon and of the surface that gathers it.
 const SAME_SIDE: f32 = 0.7;
 
 /// Light that arrives at a surface: 72 bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
-    /// Where.
+    /// Position.
     pub p: DVec3,
-    /// The unit direction it comes from.
+    /// Unit vector towards where the light comes from.
     pub light: [f32; 3],
-    /// The geometric normal there.
+    /// Geometric normal at the position.
     pub normal: [f32; 3],
-    /// Power, of all light paths together.
+    /// Power, as if each light path carried all of it: divide by the number of light paths.
     pub power: Spectrum,
-    /// How often it was scattered.
+    /// Number of scattering events before.
     pub depth: u32,
-    /// Whether by a mirror's lobe at first, which camera paths find again by chance alone.
+    /// Whether the first scattering was by a delta lobe, which camera paths can find only by BSDF sampling.
     pub by_delta: bool,
 }
 
-/// The photons of one sample of all pixels, in cells of a hashed grid.
+/// The photons of one sample index in a hashed grid.
 #[derive(Clone, Debug)]
 pub struct PhotonMap {
-    /// The sample's number.
+    /// Sample index.
     pub index: u32,
-    /// How far photons count.
+    /// Radius of the density estimate, in scene units.
     pub radius: f64,
-    /// Sorted by cell, within a cell by number.
+    /// Sorted by cell, within a cell by index.
     photons: Vec<Photon>,
-    /// Where each cell begins, and the end.
+    /// First photon of each cell, then the number of photons.
     begins: Vec<u32>,
     paths: f64,
 }
 
-/// What photons bring.
+/// The result of a query.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gathered {
-    /// How many there were.
+    /// Number of photons.
     pub count: u32,
     /// Radiance.
     pub radiance: Spectrum,
 }
 
 impl CausticsStrategy {
-    /// How far photons count for a sample.
+    /// Radius of the photons for a sample index, in scene units.
     pub fn radius(&self, index: u32) -> f64 {
         self.first_radius * pow(f64::from(index) + 1.0, 0.5 * (SHRINK - 1.0))
     }
 }
 
 impl PhotonMap {
-    /// Of photons in the order of their paths.
+    /// Builds the map from photons in the order of their paths.
     pub(crate) fn new(strategy: &CausticsStrategy, index: u32, all: Vec<Photon>) -> PhotonMap {
         let mut map = PhotonMap {
             index,
@@ -96,7 +109,7 @@ impl PhotonMap {
         map
     }
 
-    /// Traces the light paths of a sample in this thread, for one that is looked at by itself.
+    /// Traces the light paths of a sample index in this thread, for a sample that is traced separately.
     pub(in crate::integrator::path) fn of_sample(
         context: Context<'_>,
         strategy: &CausticsStrategy,
@@ -115,10 +128,10 @@ impl PhotonMap {
         PhotonMap::new(strategy, index, photons)
     }
 
-    /// The cell of a grid, of edges twice the radius, that a point lies in.
+    /// The grid cell of a point; cells have edges of twice the radius.
     fn grid(&self, p: DVec3) -> [i64; 3] {
         let p = p / (2.0 * self.radius);
-        // What is beyond the range of integers lies in its last cell.
+        // Coordinates beyond the range of integers lie in the last cell.
         [p.x.floor() as i64, p.y.floor() as i64, p.z.floor() as i64]
     }
 
@@ -141,7 +154,7 @@ impl PhotonMap {
             for y in low[1]..=high[1].min(low[1].saturating_add(1)) {
                 for z in low[2]..=high[2].min(low[2].saturating_add(1)) {
                     let cell = self.cell([x, y, z]);
-                    // Two cells of space may share one.
+                    // Two cells of space may share a cell of the hash table.
                     if seen[..len].contains(&cell) {
                         continue;
                     }
@@ -160,8 +173,8 @@ impl PhotonMap {
         }
     }
 
-    /// What the photons around a point of a surface bring that were scattered at most `most` times; `scatters` gives the BSDF for light from a direction, times the cosine of the shading
-    /// normal to it.
+    /// Radiance from the photons around a point that were scattered at most `most` times. `scatters` returns the BSDF
+    /// for light from a direction times the cosine of the shading normal to it.
     pub(super) fn gather(
         &self,
         p: DVec3,
@@ -186,7 +199,7 @@ impl PhotonMap {
         gathered
     }
 
-    /// Bytes of memory.
+    /// Size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.photons[..]) + size_of_val(&self.begins[..])
     }
