@@ -1,4 +1,5 @@
-//! What light paths would bring to a picture, and at what price: measured by a few of them and a few camera paths, the same on every run.
+//! The pilot run for caustics: how much light and noise light paths account for, and what they cost. A few light paths
+//! and camera paths with fixed seeds measure both, so the result is the same on every run.
 
 use std::sync::Arc;
 
@@ -13,62 +14,63 @@ use crate::math::DVec2;
 use crate::sampler::SampleId;
 use crate::view::{View, take_points};
 
-/// Cells of the picture along its sides, pixels looked at in each, and camera paths in each pixel.
+/// Cells along each side of the image, pixels per cell, and samples per pixel.
 const SIDE: u32 = 16;
 const PIXELS: u32 = 2;
 const SAMPLES: u32 = 2;
 
-/// Light paths: so many, and again so many if those leave any doubt.
+/// Number of light paths, and of additional ones if those leave any doubt.
 const PATHS: u32 = 2048;
 const MORE: u32 = 6 * PATHS;
 
-/// The share of the picture's light that caustics must have to count.
+/// Minimum fraction of the image's light for caustics to count.
 const LEAST: f64 = 1e-3;
 
-/// Where it is dark, errors count by the mean luminance: by so much of its square.
+/// In dark cells errors are relative to the mean luminance: this fraction of its square is added.
 const DARK: f64 = 0.1;
 
-/// How many times fewer samples must be needed for the same noise and time.
+/// Maximum cost for the same noise, relative to no light paths, at which light paths pay.
 const GAIN: f64 = 0.9;
 
-/// Light paths to each camera path that are considered.
+/// Numbers of light paths per camera path that are considered.
 const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 
-/// What a ray of a light path and a surface that scatters one take, in rays of camera paths with all that belongs to them: measured.
+/// Cost of a light path's ray and of a scattering event on it, in rays of camera paths with their shading. Measured.
 const RAY: f64 = 0.4;
 const SCATTERING: f64 = 2.2;
 
-/// The samples of a picture are spread evenly, those of the probe are not: what is left of the variance of so many camera paths, and of light paths. Measured.
+/// The samples of a render are well distributed, those of the probe are not: the fraction of the variance that remains,
+/// for camera paths and for light paths. Measured.
 const EVEN: f64 = 0.25;
 const EVEN_LIGHT: f64 = 0.1;
 
-/// How many times fewer photons count for a sample than for the first one, after some dozens: the radius shrinks.
+/// Factor by which the photons within the radius become fewer after some dozens of samples, because the radius shrinks.
 const SHRUNK: f64 = 2.0;
 
-/// The picture as some camera paths see it.
+/// The image as a few camera paths see it.
 struct PilotRun {
-    /// Luminance of each cell.
+    /// Mean luminance of each cell.
     cells: Vec<f64>,
-    /// What is added to the square of a luminance before squares of errors are divided by it.
+    /// Added to the square of a luminance before squared errors are divided by it.
     dark: f64,
-    /// Square of the relative error of a sample.
+    /// Squared relative error of a sample.
     variance: f64,
-    /// Rays of a path.
+    /// Mean number of rays of a path.
     rays: f64,
 }
 
-/// What was found.
+/// The result.
 pub(super) struct Found {
-    /// The best number of light paths to each camera path; without photons and with them.
+    /// Best number of light paths per camera path, without photons and with them.
     pub(super) ratio: f64,
     pub(super) ratio_with_photons: f64,
-    /// Whether they pay.
+    /// Whether light paths pay.
     pub(super) pays: bool,
-    /// Work for the same noise, over that without light paths; `None` where they bring light that nothing else does.
+    /// Cost for the same noise relative to no light paths; `None` where only light paths find some of the light.
     pub(super) gain: Option<f64>,
-    /// The share of the picture's light that photons bring.
+    /// Fraction of the image's light that photons contribute.
     pub(super) by_photons: f64,
-    /// For each group, how often it should be chosen.
+    /// For each caustic target, the weight with which to choose it.
     pub(super) groups: Vec<f64>,
 }
 
@@ -78,9 +80,10 @@ struct LightPathSums {
     paths: f64,
     /// Light that arrives at the camera.
     light: f64,
-    /// Of that what camera paths never find.
+    /// The part of it that camera paths never find.
     specular_bounce: f64,
-    /// Squares of relative contributions: of light paths, weighed, and of camera paths that find the same.
+    /// Squared relative contributions: of light paths with their MIS weights, and of camera paths that find the same
+    /// light.
     squares: f64,
     squares_by_chance: f64,
     of_group: Vec<f64>,
@@ -97,7 +100,7 @@ impl PilotRun {
         look.dark = DARK * look.mean() * look.mean();
         let mut variance = 0.0;
         for (cell, mean) in values.chunks(each).zip(&look.cells) {
-            // Of paths through one pixel: what the picture shows is no noise.
+            // Variance within one pixel: differences between pixels are not noise.
             let spread: f64 = cell.chunks(SAMPLES as usize).map(spread).sum();
             variance += spread / f64::from(PIXELS) / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
         }
@@ -105,7 +108,7 @@ impl PilotRun {
         look
     }
 
-    /// The luminance of camera paths, and their rays on average.
+    /// Luminance of each camera path, and their mean number of rays.
     fn trace(view: &View, batch: &mut PathBatch<'_, Off>) -> (Vec<f64>, f64) {
         let film = &view.film;
         let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
@@ -127,7 +130,8 @@ impl PilotRun {
         (values, rays)
     }
 
-    /// The luminance that these photons of some light paths bring on average, over that of the picture, and about the square of their relative error if there are as many light paths as in the plan.
+    /// Mean luminance contributed by these photons of a few light paths, relative to the image, and the approximate
+    /// square of its relative error with the strategy's number of light paths.
     fn photons(
         &self,
         context: Context<'_>,
@@ -135,7 +139,7 @@ impl PilotRun {
         photons: Vec<Photon>,
         paths: f64,
     ) -> (f64, f64) {
-        /// How many times farther than in a picture photons count, for there are few.
+        /// Factor on the radius, because there are few photons.
         const WIDER: f64 = 8.0;
         if photons.is_empty() {
             return (0.0, 0.0);
@@ -157,7 +161,7 @@ impl PilotRun {
         self.cells.iter().sum::<f64>() / self.cells.len().max(1) as f64
     }
 
-    /// What a square of luminance at a place of the picture counts.
+    /// Weight of a squared luminance at a position of the image, given in 0..1.
     fn weight(&self, place: DVec2) -> f64 {
         let cell = place * f64::from(SIDE);
         let at = |v: f64| (v.max(0.0) as u32).min(SIDE - 1);
@@ -166,14 +170,14 @@ impl PilotRun {
     }
 }
 
-/// The variance of a few values.
+/// Sample variance.
 fn spread(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n.max(1.0);
     values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0).max(1.0)
 }
 
-/// Measures for a plan with as many light paths as pixels.
+/// Measures a strategy that has as many light paths as pixels.
 pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found {
     let view = context.view;
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
@@ -183,7 +187,7 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found 
         LightPathSums { of_group: vec![0.0; strategy.caustic_targets.len()], ..LightPathSums::default() };
     let mut stats = RayStats::default();
     let mut look = None;
-    // Numbers that no picture gets to.
+    // Indices that no render reaches.
     let mut first = u64::MAX / 2;
     for count in [PATHS, MORE] {
         brought.paths += f64::from(count);
@@ -197,7 +201,8 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found 
             brought.light += value;
             let square = value * value * look.weight(splat.place / size);
             brought.squares += weight * weight * square;
-            // By the power heuristic w = 1/(1 + a² + b²): the other ways together have about √(a² + b²) of the density of all light paths.
+            // From the power heuristic w = 1/(1 + a² + b²): the other strategies together have about √(a² + b²) times
+            // the density of all light paths.
             let others = (1.0 / weight - 1.0).max(0.0).sqrt();
             match others > 1e-12 {
                 true => brought.squares_by_chance += square / (others * strategy.paths as f64),
@@ -210,7 +215,7 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found 
         photons.append(&mut batch.photons);
         batch.photons = photons;
         first += u64::from(count);
-        // Little light, and little noise of it even if some rare bright path was missed.
+        // Stop if there is little light, and little noise from it even if a rare bright path was missed.
         let share = brought.light / (brought.paths * pixels) / look.mean().max(1e-30);
         let noise = brought.squares_by_chance / (brought.paths * pixels);
         if share < LEAST && noise < 0.01 * look.variance {
@@ -219,18 +224,18 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found 
     }
     let look = look.unwrap_or_else(|| PilotRun::new(context, strategy));
     let n = brought.paths;
-    // Per pixel and sample; of light paths with as many as pixels.
+    // Variance per pixel and sample; for light paths, with as many as pixels.
     let by_chance = brought.squares_by_chance / (n * pixels);
     let by_light = EVEN_LIGHT * brought.squares / (n * pixels * strategy.paths as f64);
     let price =
         (RAY * stats.light as f64 + SCATTERING * batch.any_nonspecular as f64) / n / look.rays.max(1.0);
     let specular_bounce = brought.specular_bounce / (n * pixels) / look.mean().max(1e-30);
     let ratio_of = strategy.paths as f64 / pixels;
-    // Light of narrow lobes is found in other ways as well: by itself it is no reason for photons.
+    // Light of near-specular lobes is found by other strategies too, and is no reason for photons.
     let mut photons = batch.take_photons();
     photons.retain(|photon| photon.by_delta);
     let (by_photons, of_photons) = look.photons(context, strategy, photons, n);
-    // The square of the error and the time of a sample, one times the other.
+    // Squared error times time per sample.
     let cost = |ratio: f64, extra_candidates: f64| {
         (EVEN * look.variance + (by_light + extra_candidates) * ratio_of / ratio) * (1.0 + price * ratio)
     };

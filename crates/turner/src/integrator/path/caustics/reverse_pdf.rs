@@ -1,9 +1,18 @@
-//! What a camera path knows of the light paths that could have made it.
+//! Reverse densities: the MIS weights of camera paths against light tracing.
 //!
-//! A path from the camera over x1, x2, … to a light at xk can be found in three ways: by chance, by sampling the light from the last surface, and, if that surface gathers
-//! light, by a light path that begins at the light and is joined to the camera at x1. The power heuristic weighs them (Veach & Guibas 1995). What takes the third way's density
-//! over that of the first is a product over the vertices, gathered as the path goes on (after van Antwerpen 2011 and Georgiev et al. 2012, with these three ways alone).
-//! Scattering by a mirror's lobe has density 1 in both directions.
+//! ```text
+//!  camera        x1               x_i           light
+//!    o --------> * --- ... ---->  * ----------> *      path tracing:  p_pt = product of p(x_j -> x_j+1)
+//!    o <- - - -  * <-- ... -----  * <---------- *      light tracing: p_lt = N p(start) product of p(x_j+1 -> x_j)
+//!       joined at x1                last surface: a caustic target
+//! ```
+//!
+//! A path from the camera over x1, x2, … to a light can be made in three ways: by a BSDF-sampled ray that hits the
+//! light, by sampling the light from the last surface, and, if that surface is a caustic target, by one of N light
+//! paths that is joined to the camera at x1. The power heuristic weights them (Veach and Guibas 1995). It needs the
+//! ratio p_lt / p_pt, a product over the vertices that [`ReversePdf`] updates as the path grows (after van Antwerpen
+//! 2011 and Georgiev et al. 2012, with these three strategies only), so the cost per vertex is one more BSDF density.
+//! Delta lobes have density 1 in both directions: they cancel in the ratio.
 
 use super::CausticsStrategy;
 use super::surface_bsdf::SurfaceBsdf;
@@ -19,66 +28,68 @@ use crate::scene::caustic_targets::{CausticTargets, NO_GROUP};
 use crate::scene::emitters::{LightSample, NO_LIGHT};
 use crate::view::View;
 
-/// Of a path with a last vertex xi.
+/// The densities of a path whose last vertex is x_i.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::integrator::path) struct ReversePdf {
-    /// Product over j < i of the densities per area with which light paths and camera paths find xj, one over the other, times the number of light paths.
+    /// Product over j < i of the densities per area, light path over camera path, of x_j; times the number of light
+    /// paths.
     ratio: f64,
-    /// The density per area with which the camera path found xi.
+    /// Density per area with which the camera path found x_i.
     area: f64,
-    /// Density of its ray's direction per solid angle, or per area at right angles to the parallel rays of a camera.
+    /// Density of the current ray's direction per solid angle; for parallel camera rays, per area perpendicular to
+    /// them. `angular` tells which.
     forward: f64,
     angular: bool,
-    /// Cosine at xi to the ray that leaves it.
+    /// Cosine at x_i to the ray that leaves it.
     cos: f64,
-    /// xi, or where the camera ray begins.
+    /// x_i, or the origin of the camera ray.
     p: DVec3,
-    /// The group that xi belongs to, if light that it gathers may be found by light paths.
+    /// The caustic target that x_i belongs to, if light paths may find the light that it focuses.
     group: u32,
-    /// The group that xi belongs to, if it scatters the path by a mirror's lobe, or by narrow ones alone.
+    /// The caustic target that x_i belongs to, if x_i scatters the path specularly.
     mirror: u32,
-    /// How the path has come from the camera.
+    /// The lobes of the path so far.
     way: Subpath,
-    /// Index of refraction around the solid whose surface is met.
+    /// Index of refraction outside the solid at the current hit.
     pub(in crate::integrator::path) around: f64,
 }
 
-/// How a path goes on from a vertex.
+/// A vertex and the direction sampled there.
 pub(in crate::integrator::path) struct NextVertex {
     pub(in crate::integrator::path) p: DVec3,
-    /// Its geometric normal.
+    /// Geometric normal.
     pub(in crate::integrator::path) ng: DVec3,
-    /// The direction, and its density.
+    /// The direction and its density.
     pub(in crate::integrator::path) wi: DVec3,
     pub(in crate::integrator::path) pdf: f64,
-    /// Whether by a mirror's lobe.
+    /// Whether a delta lobe was sampled.
     pub(in crate::integrator::path) mirror: bool,
-    /// Whether by such a lobe, or where all lobes are narrow: light that arrives there is seen farther on.
+    /// Whether the scattering is specular: a delta lobe, or a near-specular surface.
     pub(in crate::integrator::path) sharp: bool,
-    /// Whether it comes straight from the camera.
+    /// Whether the path comes straight from the camera.
     pub(in crate::integrator::path) first: bool,
 }
 
-/// Density of a direction of Lambert's reflection.
+/// Density of a direction by Lambertian reflection, per solid angle.
 fn lambert_density(n: DVec3, w: DVec3) -> f64 {
     n.dot(w).abs() * std::f64::consts::FRAC_1_PI
 }
 
-/// How a path has come from the camera.
+/// The lobes of a camera path so far. "Specular" includes near-specular surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Subpath {
-    /// Straight.
+    /// None: the camera ray.
     Straight,
-    /// By mirrors' lobes and narrow ones alone.
+    /// Specular lobes only.
     Mirrors,
-    /// By these, then by another lobe: there photons were found.
+    /// Specular lobes, then another lobe: at that vertex photons were gathered.
     StaticWorldMesh,
-    /// By another lobe first.
+    /// A non-specular lobe first.
     Other,
 }
 
 impl ReversePdf {
-    /// Of a camera ray.
+    /// The state of a camera ray.
     pub(in crate::integrator::path) fn of_camera(
         view: &View,
         strategy: &CausticsStrategy,
@@ -100,7 +111,7 @@ impl ReversePdf {
         }
     }
 
-    /// The density per area with which the path finds a point beyond xi, of a surface with this normal.
+    /// Density per area with which the path finds a point `p` with normal `n` after x_i.
     fn finds(&self, p: DVec3, n: DVec3) -> f64 {
         let way = p - self.p;
         let d2 = way.length_squared();
@@ -108,16 +119,17 @@ impl ReversePdf {
         self.forward * cos / if self.angular { d2 } else { 1.0 }
     }
 
-    /// The ratio once it is known with which density light that comes the other way is scattered at `p` back along the last ray.
+    /// The ratio including x_i, given the density `back` with which a light path scatters at `p` back to x_i.
     fn ratio_with(&self, p: DVec3, back: f64) -> f64 {
         let d2 = (p - self.p).length_squared();
         self.ratio * back * self.cos / (d2 * self.area)
     }
 
-    /// The path goes on; `density` is that with which light that comes the other way is scattered back along the last ray. It has gathered no light yet.
+    /// Appends a vertex. `density` is that with which a light path scatters there back along the last ray. The caustic
+    /// targets are set afterwards.
     fn go_on(&mut self, to: &NextVertex, density: impl FnOnce() -> f64) {
         let ratio = match (to.first, to.mirror) {
-            // Light paths cannot be joined to the camera here.
+            // Light paths cannot be joined to the camera at a delta lobe.
             (true, true) => 0.0,
             (true, false) => self.ratio,
             _ if self.ratio == 0.0 => 0.0,
@@ -144,13 +156,14 @@ impl ReversePdf {
     }
 }
 
-/// The density of the third way over that of another, squared, from the density of starts over that of the other at the light; 0 where it is no number.
+/// Square of the ratio of densities, light tracing over another strategy; 0 for NaN.
 fn squared(ratio: f64) -> f64 {
     if ratio > 0.0 { ratio * ratio } else { 0.0 }
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// The path goes on from a vertex: `first` if it comes straight from the camera.
+    /// Updates the reverse densities when the path continues from a vertex; `first` if it comes straight from the
+    /// camera.
     pub(in crate::integrator::path) fn note_back(
         &mut self,
         sample: u32,
@@ -169,7 +182,7 @@ impl<R: Record> PathBatch<'_, R> {
         let sharp = mirror || material.near_specular;
         let to = NextVertex { p: surface.p, ng: surface.ng, wi, pdf: s.pdf, mirror, sharp, first };
         back.go_on(&to, || match material.plain() {
-            // As where vertices are shaded eight at a time.
+            // The same density as in SIMD shading.
             Some(PlainBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_density(surface.ng, v.wo()),
             _ => SurfaceBsdf { scene: self.scene, material, surface, around, band }.density(wi, v.wo()),
         });
@@ -180,14 +193,14 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// The path enters a translucent body: light paths do not come that way, so that all that it finds from here on counts in full.
+    /// The path enters a translucent body. Light paths do not, so that all light found from here on has full weight.
     pub(in crate::integrator::path) fn forget_light_paths(&mut self, sample: u32) {
         if let Some(back) = self.back.get_mut(sample as usize) {
             (back.ratio, back.group, back.mirror, back.way) = (0.0, NO_GROUP, NO_GROUP, Subpath::Other);
         }
     }
 
-    /// The same where light is reflected by Lambert's law, towards `wo` in the end.
+    /// As `note_back`, for Lambertian reflection; `wo` is the direction back along the last ray.
     #[inline]
     pub(in crate::integrator::path) fn note_back_of_lambert(
         &mut self,
@@ -200,13 +213,14 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Whether photons are to be found where the path goes on, if it does by other than a mirror's lobe.
+    /// Whether photons are gathered at the next vertex, if that is not specular.
     pub(in crate::integrator::path) fn finds_photons(&self, sample: u32) -> bool {
         self.photons.is_some()
             && self.back.get(sample as usize).is_some_and(|back| back.way == Subpath::Mirrors)
     }
 
-    /// Adds what photons bring to a surface that the path has reached by mirrors and narrow lobes alone; not where it is such a one itself.
+    /// Adds the radiance from photons at a vertex that the path has reached by specular lobes only and that is not
+    /// near-specular itself.
     pub(in crate::integrator::path) fn merge(
         &mut self,
         sample: u32,
@@ -229,7 +243,8 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.gathered(photons.radius, gathered, added));
     }
 
-    /// Whether light that a path finds by chance was brought by photons before; `density` is that of light paths' starts.
+    /// Whether photons have already counted a light that a BSDF-sampled ray hits; `density` is that of the light paths'
+    /// starts.
     pub(in crate::integrator::path) fn left_to_photons(
         &self,
         sample: u32,
@@ -247,7 +262,7 @@ impl<R: Record> PathBatch<'_, R> {
         start > 0.0 && leave > 0.0
     }
 
-    /// The square of what light paths' density is to that of a path that hits a shape that shines by chance.
+    /// Squared ratio of densities, light tracing over path tracing, for a ray that hits an emitter.
     pub(in crate::integrator::path) fn light_paths_to_hit(
         &self,
         sample: u32,
@@ -265,7 +280,7 @@ impl<R: Record> PathBatch<'_, R> {
         squared(back.ratio * start * leave * back.cos / (back.area * back.forward * cos))
     }
 
-    /// The same for a path that leaves the scene in a direction and finds a light there, by the light's number.
+    /// As above, for a ray that leaves the scene and hits the infinite light `light`.
     pub(in crate::integrator::path) fn light_paths_around(
         &self,
         sample: u32,
@@ -282,7 +297,8 @@ impl<R: Record> PathBatch<'_, R> {
         squared(back.ratio * start * pass * back.cos / (back.area * back.forward))
     }
 
-    /// The same for a path that samples a light from a vertex, infinite if photons have brought its light; `wi` leads to it, `back` is the density with which light from there is scattered back along the last ray.
+    /// As above, for a light sampled from a vertex in the direction `wi`; infinite if photons have already counted its
+    /// light.
     pub(in crate::integrator::path) fn light_paths_to_sample(
         &self,
         sample: u32,
@@ -297,7 +313,7 @@ impl<R: Record> PathBatch<'_, R> {
         };
         let (scene, surface) = (self.scene, v.surface());
         let group = strategy.caustic_targets.group(surface);
-        // What photons have brought before.
+        // Photons have already counted this light.
         let world_mesh =
             material.near_specular && self.photons.is_some() && back.way == Subpath::StaticWorldMesh;
         if path.bounces.total == 0 || group == NO_GROUP || back.ratio == 0.0 && !world_mesh {
@@ -320,7 +336,7 @@ impl<R: Record> PathBatch<'_, R> {
                 squared(start * leave / (lit.pdf * d2))
             }
             (false, NO_LIGHT) => {
-                // The place on the light, as a ray finds it.
+                // The point on the light, as a ray hits it.
                 let ray = Ray { time: surface.time(), ..Ray::new(surface.leave(wi), wi) };
                 let Some((light, _)) = scene.first_shining(&ray) else { return 0.0 };
                 let (start, leave) = strategy.caustic_targets.density_on_shape(scene, group, &light);

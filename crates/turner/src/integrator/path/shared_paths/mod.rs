@@ -1,14 +1,29 @@
-//! Paths that neighbouring pixels use together (Bekaert, Sbert and Halton 2002, "Accelerating path tracing by re-using paths").
+//! Shared paths: neighbouring pixels reuse one another's paths (Bekaert, Sbert and Halton 2002, "Accelerating path
+//! tracing by re-using paths").
 //!
-//! Where the camera rays of a group of pixels end on surfaces that reflect light alike in all directions, each of their paths goes on to a second
-//! surface. What leaves that surface, if it reflects alike in all directions too, counts for all pixels of the group that see it from their own
-//! surfaces, not for its own pixel alone: a path is joined to its neighbours' first surfaces by shadow rays. The directions in which the
-//! group's first surfaces send their paths are ways of finding the same second surface, and the balance heuristic (Veach and Guibas 1995) weighs
-//! them, over those that nothing is in the way of. So the mean is that of paths which keep to themselves, and the noise of indirect light nearly that of
-//! sixteen times as many.
+//! ```text
+//!  camera rays:  |       |       |
+//!               x_1     x_2     x_3        first vertices of a cluster of pixels, diffuse
+//!                 .      |      .
+//!                   .    |    .            |  BSDF-sampled ray of donor path 2
+//!                     .  |  .              .  shadow rays (reconnections)
+//!                        y                 second vertex of donor path 2, diffuse; L(y): radiance from there on
+//! ```
 //!
-//! A group is sixteen pixels of a cell of 8 x 8, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
-//! number and those of its neighbours, never on tiles, crops or threads.
+//! L(y) is the expensive part of path 2. If y reflects diffusely, L(y) is the same in all directions, so each pixel of
+//! the cluster whose first vertex sees y can use it. Pixel i receives from each donor
+//!
+//! ```text
+//!  f_i · G(x_i, y) · L(y) / sum over k of p_k(y)       G = cos_i cos_y / d²,   p_k(y) = cos_k cos_y / (π d²)
+//! ```
+//!
+//! where k runs over all first vertices that see y: any of them could have sampled it. This is the balance heuristic
+//! (Veach and Guibas 1995) with one sample of each density, so the mean stays that of separate paths. The noise of
+//! indirect light falls nearly to that of sixteen times as many paths; the cost is up to fifteen shadow rays per path.
+//! Neighbouring pixels have correlated noise.
+//!
+//! A cluster is sixteen pixels of a cell of 8 x 8, the same sample index of each. Cells are counted from the corner of
+//! the image, so a sample depends on its own ID and those of its neighbours, never on tiles, crops or threads.
 
 mod probe;
 mod terms;
@@ -31,18 +46,20 @@ use crate::view::View;
 
 pub(super) use probe::decide;
 
-/// Samples that use one another's paths, at most.
+/// Maximum number of samples that share paths: a cluster.
 const GROUP: usize = 16;
-/// Edge of the cells that groups are part of, in pixels.
+/// Edge of the cells that hold clusters, in pixels.
 pub(crate) const CELL: u32 = 8;
-/// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
+/// End of the shadow rays that join two vertices: short of the second one, so that single precision does not report it
+/// as an occluder.
 const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
-/// Which quarter of its cell a pixel belongs to: other quarters for each sixteen samples, so that noise does not look like blocks. Within sixteen the group
-/// stays, for these are spread evenly over what each of its pixels looks at: changing it from sample to sample left 12 % more noise in a Cornell
-/// box. Those of the first sixteen lie between one another.
+/// The cluster of its cell that a pixel belongs to. Clusters change every sixteen sample indices, so that noise does
+/// not look like blocks; the first arrangement interleaves pixels. They stay the same for sixteen indices, because
+/// these are well distributed over each pixel: changing clusters with every index left 12 % more noise in a Cornell
+/// box.
 fn quarter(id: &SampleId) -> u32 {
     let (x, y) = (id.x % CELL, id.y % CELL);
     match id.index / 16 % 4 {
@@ -53,7 +70,7 @@ fn quarter(id: &SampleId) -> u32 {
     }
 }
 
-/// The samples that a sample may use the paths of, its own among them, row by row.
+/// The samples of a sample's cluster, itself among them, row by row.
 pub(crate) fn group(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
     let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
     let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));
@@ -62,13 +79,13 @@ pub(crate) fn group(view: &View, id: SampleId) -> impl Iterator<Item = SampleId>
         .filter(move |other| quarter(other) == quarter(&id))
 }
 
-/// Where a camera ray ends, if light is reflected there alike in all directions. Normals are on the side of the ray.
+/// A first vertex with a Lambertian BSDF. Normals are on the side of the ray.
 pub(super) struct FirstVertex {
     pub(super) p: DVec3,
-    /// Where rays leave.
+    /// Origin of rays that leave it.
     pub(super) origin: DVec3,
     pub(super) from: RayOrigin,
-    /// The normal of shading, and that of the surface before bending.
+    /// The shading normal, and the interpolated normal of the shape before normal maps.
     pub(super) z: DVec3,
     pub(super) ns: DVec3,
     pub(super) ng: DVec3,
@@ -76,18 +93,18 @@ pub(super) struct FirstVertex {
     pub(super) f: Spectrum,
 }
 
-/// Where the path of a sample goes on to, if light is reflected there alike in all directions. Normals are on the side of the ray.
+/// A second vertex with a Lambertian BSDF. Normals are on the side of the ray.
 pub(super) struct Reconnection {
     pub(super) p: DVec3,
-    /// Where rays end that are to see it.
+    /// End point of the shadow rays to it.
     pub(super) target: DVec3,
     pub(super) ng: DVec3,
-    /// The normal of shading before it is bent for who looks at it, and after; `None` where it is the surface's.
+    /// The shading normal before and after it is bent towards the viewer; `None` where it is the geometric normal.
     pub(super) bent: Option<[DVec3; 2]>,
 }
 
 impl FirstVertex {
-    /// Whether a path from here finds a second surface.
+    /// Whether BSDF sampling at this vertex can find `to`.
     fn finds(&self, to: &Reconnection) -> bool {
         let way = to.p - self.p;
         let square = way.length_squared();
@@ -101,42 +118,43 @@ impl FirstVertex {
     }
 }
 
-/// A path that its neighbours may use.
+/// A path that is shared.
 struct Donor {
     sample: u32,
     group: u32,
-    /// Which of the group find its second surface, and which reach it.
+    /// Bit masks over the cluster: which first vertices face the second vertex, and which see it unoccluded.
     sees: u16,
     reached: u16,
-    /// For each of the group: with what density it finds the place, and what share of light from there it reflects, over the BRDF; both per area.
+    /// For each first vertex of the cluster: the density with which it samples the second vertex, p_k, and the factor
+    /// G; both per area.
     pdf: [Block; GROUP / LANES],
     share: [Block; GROUP / LANES],
 }
 
-/// What is known of the groups of a wave.
+/// The clusters of a path batch.
 #[derive(Default)]
 pub(super) struct SharedPaths {
     on: bool,
-    /// The samples of each group, in the order of its pixels, and the group of each sample.
+    /// The samples of each cluster, in the order of its pixels, and the cluster of each sample.
     groups: Vec<[u32; GROUP]>,
     group_of: Vec<u32>,
-    /// The place of each sample in its group.
+    /// Index of each sample in its cluster.
     member_of: Vec<u8>,
-    /// Of each group, and of each sample.
+    /// The first vertices, by cluster and by sample.
     by_group: Vec<FirstVertices>,
     firsts: Vec<Option<FirstVertex>>,
     donors: Vec<Donor>,
     reconnections: Vec<Reconnection>,
-    /// What leaves the second surfaces of paths that are lent.
+    /// Radiance that leaves the second vertex of each donor path.
     pub(super) donated: Vec<Radiance>,
-    /// For each sample, the share of that which each of the group gets.
+    /// For each donor, the weight of that radiance in each sample of its cluster.
     shares: Vec<[Spectrum; GROUP]>,
-    /// The second surfaces of paths that are lent.
+    /// The second vertices of donor paths.
     met: Vec<DVec3>,
     rays: RayBatch,
     asked: Vec<(u32, u8)>,
     through: Vec<SpectrumBlock>,
-    /// While groups are formed: their numbers by place, and how many each has.
+    /// Used while clusters are formed: index of each cluster by its position, and its number of samples.
     table: Vec<u32>,
     counts: Vec<u8>,
 }
@@ -146,18 +164,18 @@ impl SharedPaths {
         SharedPaths { on, ..SharedPaths::default() }
     }
 
-    /// Whether it is done at all.
+    /// Whether paths are shared.
     #[inline]
     pub(super) fn is_on(&self) -> bool {
         self.on
     }
 
-    /// Whether paths of a scene can be used by neighbours: not beside light paths, which the caller knows.
+    /// Whether paths of a scene can be shared. Light paths exclude it too; the caller checks that.
     pub(super) fn suits(scene: &Scene, view: &View) -> bool {
         scene.volumes.is_none() && !scene.moves && view.film.antialias != Antialias::Adaptive
     }
 
-    /// Finds the groups among samples.
+    /// Forms the clusters of the samples.
     fn begin(&mut self, ids: &[SampleId]) {
         let cells = |edge: fn(&SampleId) -> u32| {
             let edges = ids.iter().map(edge);
@@ -213,14 +231,14 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Whether a path has just come to its first surface from the camera, or to the one behind it, and might share it.
+    /// Whether a path is at its first vertex and may share its path.
     #[inline]
     pub(super) fn may_be_first(&self, sample: u32) -> bool {
         let path = &self.paths[sample as usize];
         self.shared_paths.on && path.vertex == 1 && path.media.is_empty()
     }
 
-    /// The same for the surface behind it.
+    /// Whether a path is at its second vertex and may become a donor.
     #[inline]
     pub(super) fn may_lend(&self, sample: u32) -> bool {
         let path = &self.paths[sample as usize];
@@ -230,7 +248,7 @@ impl<R: Record> PathBatch<'_, R> {
             && self.shared_paths.first(sample).is_some()
     }
 
-    /// Takes note of a vertex that is the first or the second of its path, if light is reflected there alike in all directions.
+    /// Notes a first or second vertex with a Lambertian BSDF.
     pub(super) fn take_part(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
         let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
         if !first && !second {
@@ -249,7 +267,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Notes where a camera ray ends.
+    /// Notes the first vertex of a sample.
     #[inline]
     pub(super) fn set_first(&mut self, sample: u32, first: FirstVertex) {
         let shared_paths = &mut self.shared_paths;
@@ -260,7 +278,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Lends a path from its second surface on, if it can be found from its first.
+    /// Makes a path a donor from its second vertex on, if BSDF sampling at its first vertex can find that.
     pub(super) fn lend(&mut self, sample: u32, second: Reconnection) {
         let path = &mut self.paths[sample as usize];
         let importance = path.beta.max_component();
@@ -280,7 +298,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.shared_paths.reconnections.push(second);
     }
 
-    /// Finds out who sees the second surfaces of this round, and weighs them.
+    /// Traces the reconnections to the second vertices of this round, and computes their weights.
     pub(super) fn weigh_offers(&mut self, stats: &mut RayStats) {
         let shared_paths = &mut self.shared_paths;
         if shared_paths.donors.is_empty() {
@@ -335,7 +353,8 @@ impl<R: Record> PathBatch<'_, R> {
         shared_paths.reconnections.clear();
     }
 
-    /// What the sample in this place of a wave got of its group: whose path it is, its second surface, the share, and what leaves that surface.
+    /// What the sample at this index of the batch received: index of the donor, its second vertex, the weight, and the
+    /// radiance that leaves that vertex.
     pub(super) fn shares_of(&self, place: usize) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
         let PathBatch { shared_paths, paths, .. } = self;
         let members = &shared_paths.groups[shared_paths.group_of[place] as usize];
@@ -353,7 +372,7 @@ impl<R: Record> PathBatch<'_, R> {
         )
     }
 
-    /// Gives all samples their shares of what was lent.
+    /// Adds the radiance of all donors to the samples of their clusters.
     pub(super) fn share(&mut self, out: &mut [Radiance]) {
         let PathBatch { shared_paths, paths, .. } = self;
         if !shared_paths.on {

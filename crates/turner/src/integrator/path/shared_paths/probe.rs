@@ -1,4 +1,5 @@
-//! Whether neighbours' paths make up for the shadow rays that join them: measured by a few paths, the same on every run.
+//! The pilot run for shared paths: whether they reduce noise enough to pay for their shadow rays. A few paths with
+//! fixed seeds measure it, so the result is the same on every run.
 
 use super::{CELL, SharedPaths, group};
 use crate::integrator::path::path_batch::PathBatch;
@@ -11,33 +12,33 @@ use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::view::{View, place_of, take_points};
 
-/// Groups that are looked at, along the picture's width and height.
+/// Clusters that are measured, along the width and height of the image.
 const SIDE: u32 = 8;
 
-/// What a shadow ray between neighbours takes, in rays of paths with all that belongs to them: measured.
+/// Cost of a shadow ray that joins two paths, in rays of paths with their shading. Measured.
 const PRICE: f64 = 0.45;
 
-/// Where it is dark, errors count by the mean luminance: by so much of its square.
+/// In dark clusters errors are relative to the mean luminance: this fraction of its square is added.
 const DARK: f64 = 0.1;
 
-/// How much of the work for the same noise may be left.
+/// Maximum cost for the same noise, relative to separate paths.
 const GAIN: f64 = 0.95;
 
-/// Looks at a picture, each at other groups, until it is clear whether there is a gain.
+/// Passes over the image, each with other clusters, until the result is clear.
 const PLACES: [[u32; 2]; 4] = [[4, 4], [0, 2], [6, 0], [2, 6]];
 
-/// From here to its inverse a gain is in doubt.
+/// A result between this and its inverse is in doubt.
 const DOUBT: f64 = 0.7;
 
-/// Samples of pixels, two of each, with the rays they took.
+/// Luminances of pixels, two samples of each, and the number of rays traced.
 #[derive(Default)]
 struct PilotRun {
     groups: Vec<Vec<[f64; 2]>>,
     rays: f64,
 }
 
-/// Decides whether pixels use one another's paths. If these help more than light paths that are a matter of choice, they take their place. Gives the light
-/// paths that are left, and whether paths are shared.
+/// Decides whether paths are shared. If that gains more than optional light paths, it replaces them. Returns the
+/// remaining light paths, and whether paths are shared.
 pub(in crate::integrator::path) fn decide(
     scene: &Scene,
     view: &View,
@@ -55,7 +56,7 @@ pub(in crate::integrator::path) fn decide(
     }
     let least = strategy.as_ref().map_or(Some(GAIN), |strategy| strategy.gain);
     let context = Context { scene, view, settings, strategy: None, shares: false };
-    // Scenes in which probes would take long do without.
+    // Scenes with expensive rays are not probed.
     let gains = |least: f64| is_cheap(scene, view) && gain(context) < least.min(GAIN);
     match suits && least.is_some_and(gains) {
         true => (None, true),
@@ -63,14 +64,14 @@ pub(in crate::integrator::path) fn decide(
     }
 }
 
-/// Work for the same noise, over that of paths which keep to themselves; infinite where there is no noise.
+/// Cost for the same noise relative to separate paths; infinite where there is no noise.
 fn gain(context: Context<'_>) -> f64 {
     let (mut specular_bounce, mut together) = (PilotRun::default(), PilotRun::default());
     let mut gain = f64::INFINITY;
     for place in PLACES {
         specular_bounce.add(context, place, false);
         together.add(context, place, true);
-        // Of whole groups: of few samples of one pixel one that is far from the mean would make it its own.
+        // The mean is that of a cluster: with a few samples of one pixel an outlier would dominate its own mean.
         let means: Vec<f64> =
             specular_bounce.groups.iter().zip(&together.groups).map(|(a, b)| mean(a, b)).collect();
         let all = means.iter().sum::<f64>() / means.len().max(1) as f64;
@@ -89,21 +90,21 @@ fn gain(context: Context<'_>) -> f64 {
     gain
 }
 
-/// Of all samples of a group.
+/// Mean luminance of all samples of a cluster.
 fn mean(specular_bounce: &[[f64; 2]], together: &[[f64; 2]]) -> f64 {
     let sum: f64 = specular_bounce.iter().chain(together).flatten().sum();
     sum / (2 * (specular_bounce.len() + together.len())).max(1) as f64
 }
 
 impl PilotRun {
-    /// Squares of what samples of a pixel differ by, over those of their groups.
+    /// Squared differences of the two samples of each pixel, relative to `squares` of their cluster.
     fn noise(&self, squares: &[f64]) -> f64 {
         let of_group = |group: &[[f64; 2]]| group.iter().map(|[a, b]| (a - b) * (a - b)).sum::<f64>();
         let terms = self.groups.iter().zip(squares).filter(|(_, square)| **square > 0.0);
         terms.map(|(group, square)| of_group(group) / square).sum()
     }
 
-    /// Looks at groups all over the picture, those at a place in eighths of the way from one to the next.
+    /// Measures clusters all over the image, offset by `place` in eighths of their distance.
     fn add(&mut self, context: Context<'_>, place: [u32; 2], together: bool) {
         let view = context.view;
         let film = &view.film;

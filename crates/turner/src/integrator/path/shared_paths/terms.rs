@@ -1,4 +1,4 @@
-//! How well the first surfaces of a group find second surfaces, eight at a time.
+//! The geometry terms between the first vertices of a cluster and a second vertex, eight at a time.
 
 use std::f64::consts::PI;
 
@@ -10,16 +10,16 @@ use crate::material::bent_normal::bent_normal;
 use crate::material::vertex::softened;
 use crate::math::DVec3;
 
-/// Blocks of a group.
+/// SIMD blocks per cluster.
 const BLOCKS: usize = GROUP / LANES;
 
-/// The first surfaces of a group, by coordinates.
+/// The first vertices of a cluster as a structure of arrays.
 #[derive(Default)]
 pub(super) struct FirstVertices {
     p: [[Block; 3]; BLOCKS],
     z: [[Block; 3]; BLOCKS],
     ng: [[Block; 3]; BLOCKS],
-    /// Those that there are, and those of which light is softened.
+    /// Bit masks: which entries are set, and which soften the shadow terminator.
     used: u16,
     soft: u16,
 }
@@ -43,7 +43,7 @@ impl FirstVertices {
     }
 }
 
-/// Fills in the terms of offers.
+/// Computes the terms of donors.
 pub(super) struct ReconnectionTerms<'a> {
     pub(super) donors: &'a mut [Donor],
     pub(super) reconnections: &'a [Reconnection],
@@ -53,7 +53,7 @@ pub(super) struct ReconnectionTerms<'a> {
 impl Work for ReconnectionTerms<'_> {
     type Output = ();
 
-    /// As [`First::term`], operation by operation.
+    /// Per vertex: G = cos·cos/d², and whether it faces the second vertex.
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let splat = |v: f64| F64x8::splat(simd, v);
@@ -80,7 +80,8 @@ impl Work for ReconnectionTerms<'_> {
 }
 
 impl Donor {
-    /// What is done one by one, where anything is: normals that are bent for who looks, and light that is softened. Densities become pdfs.
+    /// The rare parts, one vertex at a time: shading normals that are bent for the viewer, and softened terminators.
+    /// Densities get their factor 1/π.
     pub(super) fn finish(
         &mut self,
         group: &FirstVertices,
@@ -107,7 +108,7 @@ impl Donor {
 }
 
 impl Reconnection {
-    /// Whether its normal is bent otherwise for who looks along `wi`.
+    /// Whether the shading normal would be bent differently for a viewer in direction `-wi`.
     pub(super) fn is_bent_otherwise(&self, wi: DVec3) -> bool {
         self.bent.is_some_and(|[z, bent]| bent_normal(-wi, z, self.ng) != bent || bent.dot(-wi) <= MIN_COSINE)
     }

@@ -1,9 +1,17 @@
-//! Vertices of paths that are shaded eight at a time: flat triangles of meshes whose material is Lambert's reflection or a rough mirror, and
-//! nothing else.
+//! SIMD shading: the simplest vertices, eight at a time. These are flat triangles of meshes with a Lambertian BRDF or a
+//! rough conductor lobe, and nothing else (no textures, layers, opacity or media).
 //!
-//! What becomes of them is that of [`PathBatch::shade`], vertex by vertex, to the last bit. They are told apart at their hits, so that no
-//! [`SurfaceInteraction`](crate::scene::SurfaceInteraction) is made for them; all others are shaded one by one, and so is everything where
-//! notes are taken.
+//! ```text
+//!  hits:   L  g  L  R  L  g  L ...          L, R: Lambertian, rough mirror;  g: anything else
+//!          |  |  |  |  |
+//!  blocks: [L L L L L L L L] [R R R . . . . .]     one lane per vertex
+//!  rest:   g g                                     scalar code, `shade`
+//! ```
+//!
+//! A vertex is sorted into a block at its hit, so no [`SurfaceInteraction`](crate::scene::SurfaceInteraction) is built
+//! for it. The lanes perform the operations of [`PathBatch::shade`] in the same order and precision, so each vertex has
+//! the same bits as in scalar code, on every instruction set and in any batch. All other vertices, and all vertices of
+//! recorded paths, are shaded by scalar code.
 
 mod shade;
 
@@ -25,35 +33,35 @@ use crate::math::{DVec3, Ray};
 use crate::scene::emitters::LightSample;
 use crate::scene::{FlatTriangleBlock, Hit, LightBatch, RayOrigin, Scene};
 
-/// No light is asked for.
+/// No light is requested.
 const NONE: u32 = u32::MAX;
 
-/// The vertices of one bounce; memory is kept from bounce to bounce.
+/// The vertices of one round; memory is reused.
 #[derive(Default)]
 pub(super) struct VertexBlocks {
     lambert: List<Lambert>,
     mirrors: List<RoughMirrorBlock>,
-    /// The hits that are here.
+    /// Which hits are in blocks.
     held: Vec<bool>,
     room: Shading,
 }
 
-/// Vertices of one kind.
+/// The vertices of one BSDF.
 #[derive(Default)]
 struct List<K> {
     blocks: Vec<VertexBlock<K>>,
-    /// How many there are; only the last block may have room.
+    /// Number of vertices; only the last block may have free lanes.
     len: usize,
 }
 
-/// The BRDFs of eight vertices.
+/// The Lambertian BRDFs of eight vertices.
 #[derive(Default)]
 struct Lambert {
     f: [Block32; 3],
 }
 
 impl VertexBlocks {
-    /// Takes all out; there are so many hits to choose from.
+    /// Removes all vertices; `hits` is the number of hits of the round.
     pub(super) fn clear(&mut self, hits: usize) {
         self.lambert.len = 0;
         self.mirrors.len = 0;
@@ -61,7 +69,7 @@ impl VertexBlocks {
         self.held.resize(hits, false);
     }
 
-    /// Whether the hit with this number is here.
+    /// Whether the hit with this index is in a block.
     #[inline]
     pub(super) fn holds(&self, hit: usize) -> bool {
         self.held[hit]
@@ -69,7 +77,7 @@ impl VertexBlocks {
 }
 
 impl<K: Default> List<K> {
-    /// Takes a hit, if it is one for blocks; gives the kind's part of its block and the lane.
+    /// Adds a hit if it is a flat triangle; returns the BSDFs of its block, and the lane.
     #[inline]
     fn take(
         &mut self,
@@ -95,7 +103,7 @@ impl<K: Default> List<K> {
         Some((&mut block.kind, lane))
     }
 
-    /// The blocks with how many vertices each has.
+    /// The blocks in use, with the number of vertices in each.
     fn used(&mut self) -> impl Iterator<Item = (&mut VertexBlock<K>, usize)> {
         let len = self.len;
         let blocks = self.blocks.iter_mut().take(len.div_ceil(LANES)).enumerate();
@@ -107,43 +115,43 @@ impl<K: Default> List<K> {
 #[derive(Default)]
 struct VertexBlock<K> {
     flat_triangles: FlatTriangleBlock,
-    /// Of the rays that met them.
+    /// Directions of the rays that hit them.
     direction: [Block; 3],
     kind: K,
     samples: [u32; LANES],
     from: [RayOrigin; LANES],
-    /// Of their materials.
+    /// Glossiness of their materials, for light sampling.
     sides: [Option<Gloss>; LANES],
-    /// For the choice of lights, also where rays that leave here arrive.
+    /// Receivers for light sampling; also the receivers of emitters that their next rays hit.
     receivers: [Option<Receiver>; LANES],
-    /// The number under which each asks for light.
+    /// Index of each request for light.
     lights: [u32; LANES],
 }
 
-/// What shading needs beside the vertices, and what comes of it.
+/// Inputs and outputs of shading a block.
 #[derive(Default)]
 struct Shading {
-    /// The share of what is found that reaches the pixels.
+    /// Throughputs.
     beta: [Block32; 3],
-    /// Two numbers each for the way on.
+    /// Two random numbers each for the next direction.
     u: [Block; 2],
-    /// The light that was sampled, where there is any.
+    /// Bit mask of lanes with a sampled light, and those lights.
     lit: u8,
     to_light: [Block; 3],
     radiance: [Block32; 3],
     light_pdf: Block,
-    /// How many times it counts.
+    /// Resampling weights.
     counts: Block32,
-    /// Whether it has a place, and whether rays might have found it as well.
+    /// Bit masks: lights at a finite distance, and lights that BSDF-sampled rays can hit too (MIS).
     finite: u8,
     weighed: u8,
-    /// Where rays leave.
+    /// Origins of the next rays.
     origin: [Block; 3],
-    /// Shadow rays, and what they bring.
+    /// Bit mask of lanes with a shadow ray, those rays, and their contributions.
     connects: u8,
     shadow: [Block; 3],
     light: [Block32; 3],
-    /// The way on.
+    /// Bit mask of lanes with a next ray, and those rays.
     follows: u8,
     next: [Block; 3],
     pdf: Block,
@@ -151,16 +159,16 @@ struct Shading {
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Takes a vertex into a block, if it is one for blocks.
+    /// Adds a vertex to a block, if it can be shaded there.
     #[inline]
     pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
-        // What media and photons bring is not known here.
+        // SIMD shading knows neither media nor photons.
         if R::NOTES || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
             return false;
         }
         let Material::OpenPbr(material) = self.scene.material_at(hit) else { return false };
         let Some(plain) = material.plain() else { return false };
-        // Beside light paths what gathers light is weighed with them.
+        // With light paths, caustic targets need MIS weights that only scalar code computes.
         if self.strategy.is_some() && (material.casts_caustics || !matches!(plain, PlainBsdf::Lambert(_))) {
             return false;
         }
@@ -185,7 +193,7 @@ impl<R: Record> PathBatch<'_, R> {
         held[number]
     }
 
-    /// Computes the surfaces of the blocks and asks for light there.
+    /// Computes the surfaces of the blocks and requests light samples for them.
     pub(super) fn ask_in_blocks(&mut self, lights: &mut LightBatch) {
         let mut vertices = std::mem::take(&mut self.blocks);
         self.ask_in(&mut vertices.lambert, lights);
@@ -287,7 +295,7 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// One of several lights for lanes, as `choose_light` takes it.
+    /// Chooses one of several light candidates for lanes, as `choose_light` does.
     fn choose_lights<K: shade::Kind>(
         &self,
         block: &VertexBlock<K>,
@@ -336,7 +344,7 @@ impl<R: Record> PathBatch<'_, R> {
         room.light_pdf.0[lane] = lit.pdf;
     }
 
-    /// Sends the shadow ray of a lane.
+    /// Traces the shadow ray of a lane.
     #[inline]
     fn connect_lane<K>(&mut self, block: &VertexBlock<K>, room: &Shading, lane: usize) {
         let sample = block.samples[lane];
@@ -347,7 +355,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.shadows.push_ray(&ray, block.from[lane], sample, light);
     }
 
-    /// Goes on from a lane, if chance lets it.
+    /// Continues the path of a lane, unless Russian roulette ends it.
     #[inline]
     fn follow_lane<K: shade::Kind>(
         &mut self,
@@ -410,7 +418,7 @@ impl<K> Work for Surfaces<'_, K> {
     }
 }
 
-/// The numbers of the set bits.
+/// Indices of the set bits.
 #[inline]
 fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! Direct light and the way on at eight vertices.
+//! Direct light and next directions at eight vertices.
 
 use std::f64::consts::PI;
 
@@ -10,15 +10,15 @@ use crate::color::Spectrum;
 use crate::math::elementary_x8::sin_cos_turns;
 use crate::math::frame_x8::FrameX8;
 
-/// Colours, band by band.
+/// Colours, one register per band.
 type Bands<S> = [F32x8<S>; 3];
 
-/// The BSDFs of eight vertices, all of one kind: reflection by one lobe that is not a mirror's.
+/// The BSDFs of eight vertices with one non-delta reflection lobe each.
 pub(super) trait Kind: Default {
-    /// What samples go through.
+    /// The lobe that is sampled.
     const LOBE: Lobe;
 
-    /// The BRDF in a lane, if it is the same for all directions.
+    /// The BRDF of a lane, if it is Lambertian.
     fn lambert(&self, _: usize) -> Option<Spectrum> {
         None
     }
@@ -26,7 +26,7 @@ pub(super) trait Kind: Default {
     /// The BRDF and the density of directions above the surface.
     fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>);
 
-    /// Directions to go on in, for two numbers each; some may lie below the surface.
+    /// Samples a direction per lane from two random numbers; some may lie below the surface.
     fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S>;
 }
 
@@ -67,15 +67,15 @@ impl Kind for RoughMirrorBlock {
     }
 }
 
-/// Surfaces as they are seen.
+/// Eight surfaces as the rays see them.
 struct SurfaceBsdf<S: Simd> {
     p: Vec3x8<S>,
-    /// Where rays leave.
+    /// Origins of next rays.
     origin: Vec3x8<S>,
     frame: FrameX8<S>,
-    /// In the frame.
+    /// In the local frame.
     wo: Vec3x8<S>,
-    /// Which of them are seen at all.
+    /// Lanes that are not hit at grazing angles.
     front: Mask8<S>,
 }
 
@@ -88,12 +88,12 @@ impl<S: Simd> SurfaceBsdf<S> {
         let outside = direction.dot(ng).lt(splat(0.0));
         let frame = FrameX8::from_z(simd, ng).turned_unless(outside);
         let wo = frame.to_local(-direction);
-        // All rays leave on the side of the frame's z.
+        // All rays leave on the side of the frame's z axis.
         let side = outside.select(splat(4.0), splat(-4.0));
         SurfaceBsdf { p, origin: p + ng * (side * error), frame, wo, front: wo.z.gt(splat(MIN_COSINE)) }
     }
 
-    /// What lights that were sampled bring if nothing is in their way.
+    /// Unshadowed contributions of the sampled lights.
     #[inline(always)]
     fn light<K: Kind>(&self, simd: S, kind: &K, room: &mut Shading) {
         let splat = |v: f64| F64x8::splat(simd, v);
@@ -118,7 +118,7 @@ impl<S: Simd> SurfaceBsdf<S> {
     }
 }
 
-/// Computes what the lights that were sampled bring to a block, and nothing else.
+/// Computes only the contributions of the sampled lights.
 pub(super) struct Light<'a, K> {
     pub(super) block: &'a VertexBlock<K>,
     pub(super) room: &'a mut Shading,
@@ -134,7 +134,7 @@ impl<K: Kind> Work for Light<'_, K> {
     }
 }
 
-/// Shades a block: as `PathBatch::scatter` and what that calls, operation by operation, for a frame around the geometric normal.
+/// Shades a block with the operations of `PathBatch::scatter` and its callees, for a frame around the geometric normal.
 pub(super) struct Shade<'a, K> {
     pub(super) block: &'a VertexBlock<K>,
     pub(super) room: &'a mut Shading,
