@@ -1,4 +1,4 @@
-//! Radiance known by formula.
+//! Radiance with a closed form.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -68,7 +68,7 @@ fn shining_surfaces_are_seen_as_they_are() {
             m.is([3.0, 1.5, 0.75], 0.0);
         }
     }
-    // Of one side only.
+    // The back face does not emit.
     let back = rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 0.0, 1.0));
     let mut desc = path(PathDesc { max_depth: 3, ..PathDesc::default() })
         .seen_down()
@@ -83,7 +83,7 @@ fn lights_without_extent_on_a_matte_plane() {
         mean(1, plain().seen_down().with(plane(), matte(rgb([0.5, 0.25, 1.0]))).lit(light))
     };
     let expected = |e: f64| [0.5, 0.25, 1.0].map(|c| c / PI * e);
-    // 60 degrees from the normal at the distance 2: intensity / 4 · cos.
+    // 60 degrees from the normal at distance 2: irradiance = intensity / 4 · cos.
     let at = v(1.732_050_807_568_877_2, 1.0, 0.0);
     let inverse_square = Attenuation { coefficients: [0.0, 0.0, 1.0] };
     let point = PointDesc { position: at, intensity: 8.0, ..PointDesc::default() };
@@ -104,13 +104,14 @@ fn lights_without_extent_on_a_matte_plane() {
     .is(expected(1.0), 0.0);
 }
 
-/// The form factor from a place to a rectangle parallel to it, above it with a corner, of sides a and b times the height.
+/// Form factor from a point to a parallel rectangle with one corner straight above it. The sides are a and b times the
+/// height.
 fn corner_factor(a: f64, b: f64) -> f64 {
     let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
     (part(a, b) + part(b, a)) / (2.0 * PI)
 }
 
-/// Shapes above the origin, with the share of the sky that they take there, weighted by the cosine.
+/// Emitters above the origin, with their form factors there (cosine-weighted solid angle over π).
 fn lamps() -> Vec<(ObjectDesc, f64)> {
     let box_factor = 4.0 * corner_factor(0.5, 1.0);
     let above = v(0.0, 1.0, 0.0);
@@ -123,7 +124,8 @@ fn lamps() -> Vec<(ObjectDesc, f64)> {
     let under = |transform, shape| ObjectDesc { transform: Transform(transform), ..ObjectDesc::new(shape) };
     vec![
         (ObjectDesc::new(rectangle(above, v(1.0, 0.0, 0.0), v(0.0, 0.0, 2.0))), box_factor),
-        // A rectangle larger than its distance from the floor is sampled by solid angle, a parallelogram of the same area by area.
+        // A rectangle larger than its distance from the floor is sampled by solid angle, a parallelogram of the same
+        // area by area.
         (
             ObjectDesc::new(rectangle(above, v(8.0, 0.0, 0.0), v(0.0, 0.0, 6.0))),
             4.0 * corner_factor(4.0, 3.0),
@@ -140,7 +142,7 @@ fn lamps() -> Vec<(ObjectDesc, f64)> {
 fn shapes_that_shine_above_a_matte_plane() {
     for (lamp, factor) in lamps() {
         for (way, cap) in WAYS.into_iter().zip([0.004, 0.05, 0.01]) {
-            // What the camera sees through from above counts for nothing: the camera is below all lights.
+            // The camera is below all emitters, so it sees none of them.
             let desc = path(PathDesc { max_depth: 1, ..by(way) })
                 .seen_down()
                 .with(plane(), matte(grey(0.5)))
@@ -152,7 +154,7 @@ fn shapes_that_shine_above_a_matte_plane() {
 
 #[test]
 fn depth_limits_cut_a_geometric_series() {
-    // Inside a sphere that shines with 1 and returns half: 1 + 1/2 + 1/4 + …
+    // Inside a sphere with emission 1 and albedo 1/2: 1 + 1/2 + 1/4 + …
     let inside = |desc: SceneDesc| {
         let camera =
             PinholeDesc { position: v(0.1, 0.0, 0.0), look_at: v(0.0, 0.0, 1.0), ..PinholeDesc::default() };
@@ -168,7 +170,7 @@ fn depth_limits_cut_a_geometric_series() {
         inside(path(PathDesc { max_depth: depth, max_glossy: Some(0), max_transmission: Some(0), ..all }))
             .is_grey(expected, 1e-6);
     }
-    // The direct integrator stops after the first.
+    // The direct integrator stops after the first bounce.
     let direct = DirectDesc { light_sampling: LightSampling::Bsdf, ..DirectDesc::default() };
     inside(scene(IntegratorDesc::Direct(direct))).is_grey(1.5, 1e-6);
 }
@@ -202,7 +204,7 @@ fn surfaces_that_cover_a_share() {
     let m = mean(64, desc);
     assert!((m.alpha() - 0.25).abs() < 0.003, "{m:?}");
     m.is_grey(0.5, 0.02);
-    // What is behind shows by three quarters, and is lit by three quarters.
+    // A surface behind the sheet shows with 3/4 of its radiance and receives 3/4 of the light.
     let (shape, material) = sheet(0.0);
     let sun = DirectionalDesc { from: Some(v(0.2, 1.0, 0.0)), intensity: 2.0, ..DirectionalDesc::default() };
     let desc = path(PathDesc { max_depth: 1, ..PathDesc::default() })
@@ -212,7 +214,7 @@ fn surfaces_that_cover_a_share() {
         .with(plane(), matte(grey(0.5)));
     let cos = 1.0 / 1.04f64.sqrt();
     mean(64, desc).is_grey(0.75 * 0.5 / PI * 2.0 * cos, 1e-6);
-    // Unlit things show their colour and stop light.
+    // Unlit surfaces show their base colour and block light.
     let unlit = PrincipledMaterial { unlit: true, base_color: grey(0.75), ..PrincipledMaterial::default() };
     mean(1, plain().seen_down().lit(ambient()).with(plane(), unlit)).is_grey(0.75, 0.0);
 }

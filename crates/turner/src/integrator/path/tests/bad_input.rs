@@ -1,4 +1,5 @@
-//! Numbers that mean nothing, and scenes without light: each gives an error that says so, or a defined picture and a warning.
+//! Parameters that are out of range or non-finite, and scenes without light: each gives a clear error, or a defined
+//! image and a warning.
 
 use std::sync::Arc;
 
@@ -17,12 +18,12 @@ use crate::schema::{Asset, ColorSource, ImageId, MaterialId, MeshData, WarningKi
 use crate::shape::{CylinderDesc, ShapeDesc};
 use crate::testing::scenes::{grey, path, rectangle, render_with, rgb, sphere, v};
 
-/// Nothing, seen from the front by 8 × 8 pixels.
+/// An empty scene, seen from the front, 8 × 8 pixels.
 fn small() -> SceneDesc {
     path(PathDesc { rr_start: 1000, ..PathDesc::default() }).filmed([8, 8], 16).seen_from_front(4.0, 10.0)
 }
 
-/// With a sphere of such a material.
+/// Adds a sphere with the material.
 fn ball(mut desc: SceneDesc, material: MaterialDesc) -> SceneDesc {
     let material = desc.material(material);
     desc.with_shared(sphere(DVec3::ZERO, 1.0), material)
@@ -40,7 +41,7 @@ fn emissive(strength: f64) -> MaterialDesc {
     MaterialDesc::Emissive(EmissiveMaterial { strength, ..EmissiveMaterial::default() })
 }
 
-/// What preparing and judging say about it, notes left out.
+/// The warnings of preparation and lint, without notes.
 fn said(desc: &SceneDesc) -> Vec<String> {
     let prepared = desc.prepare(&Default::default()).unwrap();
     let judged = lint(desc, &prepared);
@@ -48,7 +49,7 @@ fn said(desc: &SceneDesc) -> Vec<String> {
     loud.map(|w| w.message.clone()).collect()
 }
 
-/// The mean of the first band; rendering itself counts what is no finite number, and fails.
+/// Mean of the red channel. Rendering itself counts non-finite samples and fails.
 fn brightness(desc: &SceneDesc) -> f64 {
     let picture = render_with(desc, 2, u32::MAX).0;
     assert!(picture.linear.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
@@ -87,7 +88,7 @@ fn colours_above_one_count_as_one_and_are_counted() {
     }
     let two = ball(ball(lit(), matte(grey(2.0))), matte(grey(3.0)));
     has(&said(&two), "2 colours of materials are above 1");
-    // White by rounding is white.
+    // A value above 1 by rounding is no error.
     assert!(said(&ball(lit(), matte(grey(1.00001)))).is_empty());
 }
 
@@ -108,7 +109,7 @@ fn emission_that_is_no_light_is_none() {
         has(&said(&desc), "emission of 1 materials");
         assert!(brightness(&desc) == 0.0, "{luminance} {color:?}");
     }
-    // As bright as can be counted, but a number.
+    // Clamped to the largest representable emission, but finite.
     for desc in [with(1e300, [1e38; 3]), with(f64::INFINITY, [f32::INFINITY; 3])] {
         has(&said(&desc), "emission of 1 materials");
         let picture = render_with(&desc, 2, u32::MAX).0;
@@ -116,12 +117,12 @@ fn emission_that_is_no_light_is_none() {
     }
 }
 
-/// A principled material of such an index of refraction and roughness.
+/// A principled material with this index of refraction and roughness.
 fn of_index(specular_ior: f64, roughness: f64) -> PrincipledMaterial {
     PrincipledMaterial { specular_ior, specular_roughness: grey(roughness), ..PrincipledMaterial::default() }
 }
 
-/// Materials at the ends of what they may be, with the least that such a sphere shows of a white background.
+/// Materials at the limits of their parameters, with the minimum that a sphere of each shows of a white background.
 fn extremes() -> Vec<(MaterialDesc, f64)> {
     let white = || PrincipledMaterial { base_color: grey(1.0), ..PrincipledMaterial::default() };
     let glass = |material| PrincipledMaterial { transmission_weight: grey(1.0), ..material };
@@ -143,7 +144,7 @@ fn extremes() -> Vec<(MaterialDesc, f64)> {
         thin_film_thickness: grey(0.0),
         ..PrincipledMaterial::default()
     };
-    // An index of 0 is a perfect mirror, as glTF has it.
+    // An index of 0 is a perfect mirror, as in glTF.
     vec![
         (principled(of_index(0.0, 0.0)), 0.999),
         (principled(of_index(0.0, 1.0)), 0.6),
@@ -169,7 +170,7 @@ fn indices_and_roughnesses_at_the_ends_of_their_ranges() {
     }
 }
 
-/// A matte sphere in an environment of 4 × 2 pixels.
+/// A matte sphere in an environment map of 4 × 2 pixels.
 fn surrounded(pixels: [f32; 24]) -> SceneDesc {
     let mut desc = ball(small(), matte(grey(0.5)));
     let image = Image { width: 4, height: 2, channels: 3, pixels: Pixels::F32(pixels.to_vec()) };
@@ -227,7 +228,7 @@ fn lights_without_area() {
         let error = refused(desc.with_shared(shape.clone(), lamp));
         assert!(error.contains(words), "{shape:?}: {error}");
     }
-    // Triangles without area among others, and alone: there is nothing to hit and nothing to sample.
+    // Degenerate triangles among others, and alone: there is nothing to hit or to sample.
     let mesh = |triangles: &[[u32; 3]]| {
         let mut desc = small().before(0.5);
         let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -243,12 +244,12 @@ fn lights_without_area() {
     assert!(seen > 0.3 && seen < 0.51, "{seen}");
 }
 
-/// A light above.
+/// A point light above the scene.
 fn point(intensity: f64) -> LightDesc {
     LightDesc::Point(PointDesc { position: v(0.0, 5.0, 0.0), intensity, ..PointDesc::default() })
 }
 
-/// Scenes with some light, of every kind.
+/// Lit scenes, one for each kind of light.
 fn with_light() -> Vec<SceneDesc> {
     let white = || ball(small(), matte(grey(0.8)));
     let unlit = PrincipledMaterial { unlit: true, ..PrincipledMaterial::default() };
@@ -283,13 +284,13 @@ fn scenes_without_light_say_so_and_others_do_not() {
     let ambient = AmbientDesc { intensity: 0.0, ..AmbientDesc::default() };
     has(&said(&white().lit(LightDesc::Ambient(ambient))), dark);
     has(&said(&ball(small(), emissive(0.0))), dark);
-    // Defined, and added to no matter: not even the number of lights is 0 by accident.
+    // The result is defined: the number of lights does not become 0 in a division.
     assert_eq!(brightness(&white()), 0.0);
 
     for lit in with_light() {
         assert!(said(&lit).is_empty(), "{lit:?}: {:?}", said(&lit));
     }
-    // The classic integrator's surfaces do not see the background as light.
+    // Surfaces are not lit by the background in the classic integrator.
     let classic = || {
         let mut desc = SceneDesc::default().before(1.0);
         desc.objects.push(ObjectDesc::new(sphere(DVec3::ZERO, 1.0)));

@@ -1,4 +1,4 @@
-//! Light that mirrors and glass gather, found in every way: all give the same picture.
+//! Caustics, found by every strategy: all give the same image.
 
 use std::f64::consts::PI;
 
@@ -21,12 +21,12 @@ fn lamp() -> PrincipledMaterial {
     emissive(4.0, grey(1.0))
 }
 
-/// A level square.
+/// A horizontal square.
 fn level(center: DVec3, edge: f64) -> ShapeDesc {
     rectangle(center, v(edge, 0.0, 0.0), v(0.0, 0.0, edge))
 }
 
-/// A ball of glass, one of polished and one of brushed metal in the corner of a room.
+/// A glass ball, polished metal and brushed metal in the corner of a room.
 fn table(desc: PathDesc) -> SceneDesc {
     let wall = || matte(rgb([0.7, 0.6, 0.5]));
     let back = PlaneDesc { point: v(0.0, 0.0, -2.0), normal: DVec3::Z };
@@ -46,7 +46,7 @@ fn table(desc: PathDesc) -> SceneDesc {
         .with(ShapeDesc::Cylinder(drum), metal(0.25))
 }
 
-/// The table in some light, its light found in such a way.
+/// Mean of the table under the given light.
 fn found(samples: u32, desc: PathDesc, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
     mean_of(24, samples, lit(table(PathDesc { max_depth: 6, ..desc })))
 }
@@ -55,7 +55,7 @@ fn estimate(samples: u32, caustics: Caustics, lit: impl Fn(SceneDesc) -> SceneDe
     found(samples, PathDesc { caustics, ..PathDesc::default() }, lit)
 }
 
-/// Metal polished, but no mirror: it gathers light by a narrow lobe, and shows what others gather.
+/// Polished metal that is no perfect mirror: its narrow lobe forms caustics and reflects those of other objects.
 #[test]
 fn of_polished_metal() {
     let lit = |desc: SceneDesc| {
@@ -67,7 +67,7 @@ fn of_polished_metal() {
     };
     let specular_bounce = estimate(256, Caustics::Off, lit);
     specular_bounce.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
-    // In so small a picture photons would be blurred over the whole of it.
+    // At this resolution the default radius would blur photons over the entire image.
     let photons = PathDesc { caustics: Caustics::Full, photon_radius: Some(0.03), ..PathDesc::default() };
     specular_bounce.agrees(&found(64, photons, lit), 0.02);
 }
@@ -103,7 +103,7 @@ fn of_light_from_around() {
     all_agree(lit, 256, 0.02);
 }
 
-/// A small ball that shines is a point to the rest; camera paths never find points behind glass, light paths do.
+/// A small emissive ball is nearly a point light. Camera paths never find point lights behind glass, light paths do.
 #[test]
 fn of_points() {
     let at = v(0.5, 2.4, 1.0);
@@ -116,7 +116,7 @@ fn of_points() {
     };
     let ball = estimate(128, Caustics::LightTracing, ball);
     let point_light = estimate(128, Caustics::LightTracing, point);
-    // The ball blocks a little light of its own, and is seen in mirrors.
+    // The ball itself blocks a little light and is visible in mirrors.
     ball.agrees(&point_light, 0.03);
     let without = estimate(128, Caustics::Off, point);
     let (without, with) = (without.value()[1], point_light.value()[1]);
@@ -132,7 +132,7 @@ fn through_panes_and_with_many_lamps() {
             specular_roughness: grey(0.0),
             ..PrincipledMaterial::default()
         };
-        // More than a table holds: a tree chooses.
+        // More lights than a table holds: the light tree chooses.
         (0..70).fold(desc.with(level(v(0.0, 2.2, 0.5), 4.0), pane), |desc, i| {
             let (x, z) = (f64::from(i % 10) * 0.3 - 1.5, f64::from(i / 10) * 0.3 - 0.5);
             desc.with(sphere(v(x, 2.8, z), 0.12), lamp())

@@ -1,4 +1,4 @@
-//! Scenes with all that paths may meet, for the tests of replays.
+//! Scenes with everything that a path may encounter, for the tests of replay.
 
 use crate::camera::{FisheyeDesc, ThinLensDesc};
 use crate::color::Spectrum;
@@ -76,38 +76,38 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
     ]
 }
 
-/// Whether a vertex of the path is so.
+/// Whether any vertex of the path satisfies the condition.
 fn any(path: &PathRecord, is: impl Fn(&VertexRecord) -> bool) -> bool {
     path.vertices.iter().any(is)
 }
 
-/// A scene of nothing, seen from a little above.
+/// An empty scene, seen from slightly above.
 pub(super) fn seen(desc: SceneDesc) -> SceneDesc {
     desc.seen_at(v(0.0, 1.5, 5.0), v(0.0, 0.7, 0.0), 45.0).filmed([WIDTH, HEIGHT], 4)
 }
 
-/// The same for paths with roulette from the first scattering on.
+/// The same with Russian roulette from the first bounce on.
 fn base() -> SceneDesc {
     seen(path(PathDesc { rr_start: 1, ..PathDesc::default() }))
 }
 
-/// With a chessboard as ground.
+/// Adds a checkerboard floor.
 fn floored(mut desc: SceneDesc) -> SceneDesc {
     let board = desc.texture(TextureDesc::Checkerboard(CheckerboardDesc::default()));
     desc.with(plane(), matte(board))
 }
 
-/// With a lamp above.
+/// Adds a light above.
 fn lamped(desc: SceneDesc) -> SceneDesc {
     desc.with(cuboid(v(-1.0, 3.0, -1.0), v(1.0, 3.2, 1.0)), emissive(5.0, grey(1.0)))
 }
 
-/// With both.
+/// Adds both.
 fn furnished(desc: SceneDesc) -> SceneDesc {
     lamped(floored(desc))
 }
 
-/// A ball of the radius 1 that stands on the ground.
+/// A ball of radius 1 on the floor.
 fn ball(x: f64) -> ShapeDesc {
     sphere(v(x, 1.0, 0.0), 1.0)
 }
@@ -175,7 +175,7 @@ fn rough_mirrors() -> SceneDesc {
         .with_shared(floor, mirror)
 }
 
-/// A sheet of two triangles, a little bent.
+/// A sheet of two triangles, slightly bent.
 fn sheet() -> MeshData {
     MeshData {
         positions: vec![[-2.0, 0.0, -2.0], [2.0, 0.0, -2.0], [2.0, 0.5, 2.0], [-2.0, 0.0, 2.0]],
@@ -262,8 +262,8 @@ fn many_lamps() -> SceneDesc {
     })
 }
 
-/// Meshes with the normals of their triangles, most of them in one tree: moved, turned and mirrored; Lambert's reflection, thin and not, rough mirrors.
-/// One is within coloured glass, one has smooth normals.
+/// Meshes with geometric normals, most of them in one BVH: translated, rotated and mirrored; Lambertian, thin or not,
+/// and rough mirrors. One is inside coloured glass, one has smooth normals.
 fn plain_meshes(desc: SceneDesc) -> SceneDesc {
     let mirror = PrincipledMaterial {
         base_weight: grey(0.0),

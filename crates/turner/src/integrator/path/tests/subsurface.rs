@@ -1,4 +1,5 @@
-//! Translucent bodies: albedos known by formula, bodies beside the media that they are made of, and one estimator against another.
+//! Subsurface scattering: albedos with closed forms, bodies against the media they are made of, and one estimator
+//! against another.
 
 use crate::camera::{OrthographicDesc, Viewport};
 use crate::color::Spectrum;
@@ -19,7 +20,7 @@ fn deep() -> PathDesc {
     PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }
 }
 
-/// Looks at the origin from the front.
+/// A camera that looks at the origin from the front.
 fn aside(desc: PathDesc) -> SceneDesc {
     path(desc).seen_from_front(4.0, 20.0)
 }
@@ -28,7 +29,7 @@ fn wax() -> PrincipledMaterial {
     PrincipledMaterial { subsurface_weight: grey(1.0), specular_weight: grey(0.0), ..Default::default() }
 }
 
-/// Wax in which light goes about so far.
+/// Wax with this subsurface radius.
 fn wax_of(subsurface_radius: f64) -> PrincipledMaterial {
     PrincipledMaterial { subsurface_radius, ..wax() }
 }
@@ -37,7 +38,7 @@ fn ball() -> ShapeDesc {
     sphere(DVec3::ZERO, 1.0)
 }
 
-/// Where everything shines with 1 and nothing absorbs, everything is 1.
+/// White furnace: with emission 1 all around and no absorption, everything is 1.
 #[test]
 fn a_white_body_returns_all_light() {
     let mut start = aside(deep()).before(1.0);
@@ -61,7 +62,7 @@ fn a_white_body_returns_all_light() {
         (ObjectDesc::new(ball()), white(0.2), 1e-3),
         (placed(cube, turned(10.0, 20.0, 30.0)), forwards, 1e-3),
         (placed(mesh, twice), white(0.1), 1e-3),
-        // Under layers as much as any diffuse body: what these lose of their own is 1e-3 at most.
+        // Under layers, as much as any diffuse body; the layers themselves lose at most 1e-3.
         (ObjectDesc::new(ball()), layers, 2e-3),
         (ObjectDesc::new(ball()), coated, 2e-3),
     ]
@@ -76,7 +77,7 @@ fn a_white_body_returns_all_light() {
     }
 }
 
-/// Half of space, under light from all around, has the colour that was asked for.
+/// A half-space under uniform light has the specified colour.
 #[test]
 fn a_thick_body_has_its_colour() {
     for (g, tolerance) in [(0.0, 0.003), (0.5, 0.003), (0.9, 0.003), (-0.5, 0.012)] {
@@ -86,7 +87,7 @@ fn a_thick_body_has_its_colour() {
                 subsurface_scatter_anisotropy: g,
                 ..wax_of(radius)
             };
-            // From 10 above, a little aside.
+            // From 10 above, slightly off axis.
             let desc = path(deep()).seen_at(v(1.0, 10.0, 0.5), DVec3::ZERO, 5.0).before(1.0);
             let m = mean(256, desc.with(plane(), body));
             for (band, (v, e)) in m.value().into_iter().zip(m.error()).enumerate() {
@@ -98,7 +99,7 @@ fn a_thick_body_has_its_colour() {
     }
 }
 
-/// What is not scattered: the mean over chords 2Rµ of a sphere, which light enters by the law of cosines.
+/// Unscattered light: the mean over chords 2Rµ of a sphere that light enters with a cosine distribution.
 #[test]
 fn what_goes_straight_through_is_that_of_the_mean_ways() {
     let body = PrincipledMaterial { subsurface_color: grey(1e-5), ..wax_of(0.8) };
@@ -114,7 +115,8 @@ fn what_goes_straight_through_is_that_of_the_mean_ways() {
     }
 }
 
-/// Seen by parallel rays, a sphere of the medium is entered by the law of cosines, as the body is: on average over the disc they are the same.
+/// Under parallel rays a sphere of the medium is entered with a cosine distribution, as the body is: averaged over the
+/// disc they agree.
 #[test]
 fn a_body_is_as_bright_as_a_sphere_of_its_medium() {
     let (color, g) = ([0.9, 0.6, 0.3], 0.4);
@@ -143,7 +145,7 @@ fn a_body_is_as_bright_as_a_sphere_of_its_medium() {
     }
 }
 
-/// The same, ten times as large, with light from a lamp and an environment.
+/// The same scene ten times as large, lit by a light and an environment.
 #[test]
 fn lengths_are_those_of_the_scene() {
     let scene = |k: f64, radius: f64| {
@@ -155,12 +157,12 @@ fn lengths_are_those_of_the_scene() {
     };
     let one = mean_of(8, 256, scene(1.0, 0.2));
     one.agrees(&mean_of(8, 256, scene(10.0, 2.0)), 0.03);
-    // With another mean way less comes out on this side.
+    // With another mean free path less light leaves on this side.
     let (a, b) = (one.value()[0], mean_of(8, 64, scene(1.0, 1.0)).value()[0]);
     assert!(b < 0.97 * a, "{a} {b}");
 }
 
-/// Lights are sampled where walks come out, found by chance after that, or both.
+/// Lights are sampled at the exits of walks, hit from there, or both.
 #[test]
 fn ways_to_find_lights_agree() {
     let coated = PrincipledMaterial { coat_weight: grey(0.5), coat_roughness: grey(0.3), ..wax_of(0.2) };
@@ -177,7 +179,7 @@ fn ways_to_find_lights_agree() {
     both.agrees(&light, 0.03);
 }
 
-/// A box within another one is one body with it; boundaries of media and glass within change nothing.
+/// A box inside another one is one body with it; interfaces and glass inside change nothing.
 #[test]
 fn bodies_that_overlap_are_one() {
     let mut start = path(deep())
@@ -197,7 +199,7 @@ fn bodies_that_overlap_are_one() {
     one.agrees(&mean_of(8, 256, filled), 0.03);
 }
 
-/// Without a mean way it is the diffuse surface of its colour; in a thin wall light goes through.
+/// With a mean free path of 0 it is the diffuse surface of the same colour; in a thin wall light passes.
 #[test]
 fn limits_are_diffuse() {
     let color = rgb([0.9, 0.5, 0.2]);
@@ -211,7 +213,7 @@ fn limits_are_diffuse() {
         ..wax_of(radius)
     };
     assert!(picture(plain.clone()) == picture(body(0.0)));
-    // A short way is nearly that.
+    // A short mean free path is close to that limit.
     let near = mean_of(8, 256, scene(body(0.002)));
     let flat = mean_of(8, 64, scene(plain));
     for band in 0..3 {
@@ -220,7 +222,7 @@ fn limits_are_diffuse() {
     }
 }
 
-/// A translucent ball that moves, one of marble and one of glass, in fog.
+/// A moving translucent ball, one of marble and one of glass, in fog.
 fn moving(integrator: IntegratorDesc) -> SceneDesc {
     let motion = Some(Transform(DAffine3::from_translation(v(0.3, 0.0, 0.0))));
     let mut desc = SceneDesc { integrator, ..SceneDesc::default() }
@@ -260,7 +262,7 @@ fn threads_and_passes_change_nothing() {
     }
 }
 
-/// Light paths bring what they can to the surface of a body; what goes through it camera paths find by themselves.
+/// Light paths contribute on the surface of a body; light through the body is left to camera paths.
 #[test]
 fn light_paths_leave_bodies_to_camera_paths() {
     let found = |caustics| {
