@@ -27,14 +27,14 @@ fn by(light_sampling: LightSampling) -> PathDesc {
     PathDesc { light_sampling, ..PathDesc::default() }
 }
 
-const WAYS: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
+const STRATEGIES: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
 
 fn ambient() -> LightDesc {
     LightDesc::Ambient(AmbientDesc { intensity: 1.0, ..AmbientDesc::default() })
 }
 
 #[test]
-fn a_convex_surface_among_light_shows_its_albedo() {
+fn uniform_light_shows_the_albedo() {
     for is_background in [true, false] {
         for albedo in [0.0, 0.3, 1.0] {
             let camera =
@@ -56,15 +56,15 @@ fn a_convex_surface_among_light_shows_its_albedo() {
 }
 
 #[test]
-fn shining_surfaces_are_seen_as_they_are() {
-    let shine = emissive(3.0, rgb([1.0, 0.5, 0.25]));
+fn emissive_surfaces_show_their_radiance() {
+    let emission = emissive(3.0, rgb([1.0, 0.5, 0.25]));
     for shape in [
         sphere(DVec3::ZERO, 0.1),
         rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 0.0, -1.0)),
         ShapeDesc::Cylinder(CylinderDesc::default()),
     ] {
-        for way in WAYS {
-            let m = mean(4, path(by(way)).seen_down().with(shape.clone(), shine.clone()));
+        for strategy in STRATEGIES {
+            let m = mean(4, path(by(strategy)).seen_down().with(shape.clone(), emission.clone()));
             m.is([3.0, 1.5, 0.75], 0.0);
         }
     }
@@ -72,13 +72,13 @@ fn shining_surfaces_are_seen_as_they_are() {
     let back = rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 0.0, 1.0));
     let mut desc = path(PathDesc { max_depth: 3, ..PathDesc::default() })
         .seen_down()
-        .with(back, PrincipledMaterial { double_sided: false, ..shine });
+        .with(back, PrincipledMaterial { double_sided: false, ..emission });
     desc.background.color = Spectrum::grey(0.125);
     mean(4, desc).is_grey(0.125, 0.0);
 }
 
 #[test]
-fn lights_without_extent_on_a_matte_plane() {
+fn delta_lights_on_a_matte_plane() {
     let lit = |light: LightDesc| {
         mean(1, plain().seen_down().with(plane(), matte(rgb([0.5, 0.25, 1.0]))).lit(light))
     };
@@ -112,13 +112,13 @@ fn corner_factor(a: f64, b: f64) -> f64 {
 }
 
 /// Emitters above the origin, with their form factors there (cosine-weighted solid angle over π).
-fn lamps() -> Vec<(ObjectDesc, f64)> {
+fn emitters() -> Vec<(ObjectDesc, f64)> {
     let box_factor = 4.0 * corner_factor(0.5, 1.0);
     let above = v(0.0, 1.0, 0.0);
     let boxed = BoxDesc { min: Some(v(-0.5, 1.0, -1.0)), max: Some(v(0.5, 3.0, 1.0)), ..BoxDesc::default() };
     let disk = DiskDesc { center: v(0.0, 2.0, 0.0), radius: 1.5, ..DiskDesc::default() };
     let scaled = DAffine3::from_translation(v(0.0, 2.0, 0.0)) * DAffine3::from_scale(DVec3::splat(1.5));
-    let turned = DAffine3::from_translation(above)
+    let rotated = DAffine3::from_translation(above)
         * DAffine3::from_mat3(rotation(DVec3::X, 90.0))
         * DAffine3::from_scale(v(-1.0, 2.0, 1.0));
     let under = |transform, shape| ObjectDesc { transform: Transform(transform), ..ObjectDesc::new(shape) };
@@ -134,19 +134,19 @@ fn lamps() -> Vec<(ObjectDesc, f64)> {
         (ObjectDesc::new(ShapeDesc::Disk(disk)), 2.25 / (2.25 + 4.0)),
         (ObjectDesc::new(sphere(v(0.0, 2.0, 0.0), 1.5)), 2.25 / 4.0),
         (under(scaled, sphere(DVec3::ZERO, 1.0)), 2.25 / 4.0),
-        (under(turned, rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0))), box_factor),
+        (under(rotated, rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0))), box_factor),
     ]
 }
 
 #[test]
-fn shapes_that_shine_above_a_matte_plane() {
-    for (lamp, factor) in lamps() {
-        for (way, cap) in WAYS.into_iter().zip([0.004, 0.05, 0.01]) {
+fn emitters_above_a_matte_plane() {
+    for (emitter, factor) in emitters() {
+        for (strategy, cap) in STRATEGIES.into_iter().zip([0.004, 0.05, 0.01]) {
             // The camera is below all emitters, so it sees none of them.
-            let desc = path(PathDesc { max_depth: 1, ..by(way) })
+            let desc = path(PathDesc { max_depth: 1, ..by(strategy) })
                 .seen_down()
                 .with(plane(), matte(grey(0.5)))
-                .with_object(lamp.clone(), emissive(4.0, grey(1.0)));
+                .with_object(emitter.clone(), emissive(4.0, grey(1.0)));
             mean(256, desc).is_grey(0.5 * 4.0 * factor, cap);
         }
     }
@@ -188,7 +188,7 @@ fn parallel_planes_and_russian_roulette() {
 }
 
 #[test]
-fn surfaces_that_cover_a_share() {
+fn partially_opaque_surfaces() {
     let sheet = |emission_luminance: f64| {
         let material = PrincipledMaterial {
             alpha_mode: AlphaMode::Blend,

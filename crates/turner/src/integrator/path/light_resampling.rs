@@ -25,7 +25,7 @@ use crate::scene::LightBatch;
 pub(super) const CANDIDATES: usize = 8;
 
 /// Sets of random numbers from here on are for candidates, one per vertex.
-const SETS: u32 = 1 << 31;
+const CANDIDATE_SETS: u32 = 1 << 31;
 
 /// A lobe whose peak is at least this multiple of the diffuse reflection counts as glossy.
 const PEAK: f32 = 100.0;
@@ -33,48 +33,48 @@ const PEAK: f32 = 100.0;
 impl<R: Record> PathBatch<'_, R> {
     /// Number of candidates beyond the first at a vertex.
     #[inline]
-    pub(super) fn more_lights(&self, path: &Path, at: &Receiver) -> u32 {
+    pub(super) fn extra_light_candidates(&self, path: &Path, at: &Receiver) -> u32 {
         let glossy = at.lobe.peak >= PEAK;
         let first = path.bounces.total == 0;
-        let specular_bounce = self.strategy.is_none() && self.settings.light_sampling != LightSampling::Bsdf;
-        if glossy && first && specular_bounce { CANDIDATES as u32 - 1 } else { 0 }
+        let enabled = self.strategy.is_none() && self.settings.light_sampling != LightSampling::Bsdf;
+        if glossy && first && enabled { CANDIDATES as u32 - 1 } else { 0 }
     }
 
     /// Requests light samples for a vertex; returns the index of the request.
     #[inline]
-    pub(super) fn ask(&self, path: &Path, at: Receiver, lights: &mut LightBatch) -> u32 {
-        let number = lights.ask(at, |candidate| {
+    pub(super) fn request_light(&self, path: &Path, at: Receiver, lights: &mut LightBatch) -> u32 {
+        let index = lights.ask(at, |candidate| {
             let [u0, u1, u2, _] = match at.extra_candidates {
                 0 => path.numbers.first(),
                 extra_candidates => {
-                    path.sampler.part(candidate, extra_candidates + 1).four(SETS + path.vertex)
+                    path.sampler.part(candidate, extra_candidates + 1).four(CANDIDATE_SETS + path.vertex)
                 }
             };
             [u0, u1, u2]
         });
-        number as u32
+        index as u32
     }
 }
 
 /// Chooses a candidate by its luminance; returns its index and its resampling weight, or `None` if all contributions
 /// are 0.
-pub(super) fn pick(brought: &[f32], u: f64) -> Option<(usize, f32)> {
-    let sum: f64 = brought.iter().map(|b| f64::from(*b)).sum();
+pub(super) fn resample(contributions: &[f32], u: f64) -> Option<(usize, f32)> {
+    let sum: f64 = contributions.iter().map(|b| f64::from(*b)).sum();
     if !sum.is_finite() {
         // A non-finite contribution is kept, to be counted as such.
-        return brought.iter().position(|b| !b.is_finite()).map(|i| (i, 1.0));
+        return contributions.iter().position(|b| !b.is_finite()).map(|i| (i, 1.0));
     }
     let target = u * sum;
-    let mut passed = 0.0;
-    let mut taken = None;
-    for (i, b) in brought.iter().enumerate().filter(|(_, b)| **b > 0.0) {
+    let mut sum_before = 0.0;
+    let mut chosen = None;
+    for (i, b) in contributions.iter().enumerate().filter(|(_, b)| **b > 0.0) {
         // Rounding may leave the target beyond the last non-zero candidate, which is then taken.
-        if taken.is_none() || target >= passed {
-            taken = Some((i, (sum / f64::from(*b)) as f32));
+        if chosen.is_none() || target >= sum_before {
+            chosen = Some((i, (sum / f64::from(*b)) as f32));
         }
-        passed += f64::from(*b);
+        sum_before += f64::from(*b);
     }
-    taken
+    chosen
 }
 
 #[cfg(test)]
@@ -82,26 +82,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_are_kept() {
-        let brought = [0.5, 0.0, 2.0, 1.5f32];
+    fn the_mean_is_kept() {
+        let contributions = [0.5, 0.0, 2.0, 1.5f32];
         let mut sums = [0.0; 4];
         let n = 1 << 14;
         for i in 0..n {
             let u = (f64::from(i) + 0.5) / f64::from(n);
-            let (taken, counts) = pick(&brought, u).unwrap();
-            sums[taken] += f64::from(brought[taken] * counts) / f64::from(n);
+            let (chosen, weight) = resample(&contributions, u).unwrap();
+            sums[chosen] += f64::from(contributions[chosen] * weight) / f64::from(n);
         }
-        for (sum, b) in sums.iter().zip(brought) {
+        for (sum, b) in sums.iter().zip(contributions) {
             assert!((sum - f64::from(b)).abs() < 1e-3, "{sums:?}");
         }
     }
 
     #[test]
-    fn nothing_and_too_much() {
-        assert_eq!(pick(&[0.0; 4], 0.3), None);
-        assert_eq!(pick(&[], 0.3), None);
-        assert_eq!(pick(&[1.0, f32::INFINITY, 0.0], 0.3), Some((1, 1.0)));
-        assert_eq!(pick(&[1.0, 0.0, f32::NAN], 0.3), Some((2, 1.0)));
-        assert_eq!(pick(&[0.0, 1e-40, 0.0], 0.999), Some((1, 1.0)));
+    fn zero_and_non_finite_contributions() {
+        assert_eq!(resample(&[0.0; 4], 0.3), None);
+        assert_eq!(resample(&[], 0.3), None);
+        assert_eq!(resample(&[1.0, f32::INFINITY, 0.0], 0.3), Some((1, 1.0)));
+        assert_eq!(resample(&[1.0, 0.0, f32::NAN], 0.3), Some((2, 1.0)));
+        assert_eq!(resample(&[0.0, 1e-40, 0.0], 0.999), Some((1, 1.0)));
     }
 }

@@ -85,7 +85,7 @@ impl Media {
     }
 
     /// Whether a solid of a material is among them.
-    pub(super) fn holds(&self, material: MaterialId) -> bool {
+    pub(super) fn contains(&self, material: MaterialId) -> bool {
         self.list().iter().any(|m| m.material == material)
     }
 

@@ -47,7 +47,7 @@ pub use record::{
     VertexRecord,
 };
 pub use replay::{replay, replay_at};
-pub(crate) use shared_paths::{CELL, group};
+pub(crate) use shared_paths::{CELL, cluster as group};
 
 pub use caustics::{Caustics, CausticsStrategy, Gathered, Photon, PhotonMap};
 
@@ -203,7 +203,7 @@ struct Choice {
     /// The light paths that complement camera paths, if they reduce noise.
     strategy: Option<CausticsStrategy>,
     /// Whether neighbouring pixels share paths.
-    shares: bool,
+    shares_paths: bool,
 }
 
 impl PathIntegrator {
@@ -226,7 +226,7 @@ impl PathIntegrator {
             view,
             settings: self.settings,
             strategy: self.caustics(),
-            shares: self.shares_paths(),
+            shares_paths: self.shares_paths(),
         }
     }
 }
@@ -240,7 +240,7 @@ struct Context<'a> {
     /// The light paths that the MIS weights of camera paths take into account.
     strategy: Option<&'a CausticsStrategy>,
     /// Whether neighbouring pixels share paths.
-    shares: bool,
+    shares_paths: bool,
 }
 
 impl PreparedIntegrator for PathIntegrator {
@@ -259,9 +259,9 @@ impl PreparedIntegrator for PathIntegrator {
     fn choose(&self, scene: &Scene, view: &View) {
         if let Some(desc) = &self.desc {
             self.choice.get_or_init(|| {
-                let (strategy, shares) =
+                let (strategy, shares_paths) =
                     shared_paths::decide(scene, view, desc, CausticsStrategy::new(scene, view, desc));
-                Choice { strategy, shares }
+                Choice { strategy, shares_paths }
             });
         }
     }
@@ -271,7 +271,7 @@ impl PreparedIntegrator for PathIntegrator {
     }
 
     fn shares_paths(&self) -> bool {
-        self.choice.get().is_some_and(|choice| choice.shares)
+        self.choice.get().is_some_and(|choice| choice.shares_paths)
     }
 
     fn light_paths(&self) -> u64 {

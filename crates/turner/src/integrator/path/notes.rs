@@ -16,7 +16,7 @@ use crate::schema::MaterialId;
 
 impl Path {
     /// Density of the ray's direction, where light sampling could have found what it hits.
-    fn pdf_beside_lights(&self) -> Option<f64> {
+    fn pdf_for_mis(&self) -> Option<f64> {
         (!self.specular_bounce).then_some(self.pdf)
     }
 }
@@ -36,14 +36,14 @@ impl PathRecord {
     }
 
     /// Edits the record of what the ray found that left the scene.
-    pub(super) fn outside(&mut self, f: impl FnOnce(&mut EscapeRecord)) {
+    pub(super) fn at_escape(&mut self, f: impl FnOnce(&mut EscapeRecord)) {
         if let Some(escape) = &mut self.escape {
             f(escape);
         }
     }
 
     /// The path hit a surface; `path` is its state on arrival.
-    pub(super) fn met(
+    pub(super) fn hit_surface(
         &mut self,
         scene: &Scene,
         path: &Path,
@@ -84,7 +84,7 @@ impl PathRecord {
     }
 
     /// Notes the material at the vertex, if a mix chose it.
-    pub(super) fn chose(&mut self, scene: &Scene, material: &OpenPbr) {
+    pub(super) fn chose_material(&mut self, scene: &Scene, material: &OpenPbr) {
         let is = |m: &Material| matches!(m, Material::OpenPbr(p) if std::ptr::eq(&**p, material));
         self.at(|v| {
             if !scene.materials.get(v.material.index()).is_some_and(is) {
@@ -99,7 +99,7 @@ impl PathRecord {
     }
 
     /// The ray hit an emissive surface.
-    pub(super) fn shone(
+    pub(super) fn hit_emitter(
         &mut self,
         path: &Path,
         radiance: Spectrum,
@@ -107,14 +107,14 @@ impl PathRecord {
         weight: f64,
         added: Spectrum,
     ) {
-        let pdf = path.pdf_beside_lights();
+        let pdf = path.pdf_for_mis();
         self.at(|v| {
             v.emission = Some(EmissionRecord { radiance, pdf, light_pdf, weight, contribution: added });
         });
     }
 
     /// A light was sampled; `candidates` and the resampling weight `counts` as in [`LightRecord`].
-    pub(super) fn lit(
+    pub(super) fn sampled_light(
         &mut self,
         lit: &LightSample,
         direction: DVec3,
@@ -128,7 +128,12 @@ impl PathRecord {
     }
 
     /// The MIS weight of the sampled light, and its unshadowed contribution.
-    pub(super) fn weighed(&mut self, weight: f64, transmittance: Option<Spectrum>, unshadowed: Spectrum) {
+    pub(super) fn weighted_light(
+        &mut self,
+        weight: f64,
+        transmittance: Option<Spectrum>,
+        unshadowed: Spectrum,
+    ) {
         self.at(|v| {
             if let Some(light) = &mut v.light {
                 (light.weight, light.transmittance, light.unshadowed) = (weight, transmittance, unshadowed);
@@ -137,9 +142,9 @@ impl PathRecord {
     }
 
     /// The shadow ray, and the fraction that passes.
-    pub(super) fn in_the_way(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
+    pub(super) fn shadow_ray(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
         let Some(ray) = ray else { return };
-        self.asked_light(|light| {
+        self.pending_light(|light| {
             light.shadow_origin = Some(ray.origin);
             if through != Spectrum::WHITE {
                 light.casters = scene.shadow_casters(&ray);
@@ -148,28 +153,28 @@ impl PathRecord {
     }
 
     /// The contribution of the shadow ray.
-    pub(super) fn arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
-        self.asked_light(|light| {
+    pub(super) fn light_arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
+        self.pending_light(|light| {
             (light.visible, light.contribution) = (Some(visible), contribution);
         });
     }
 
     /// Edits the light of the next pending shadow ray. At the exit of a random walk, the shadow ray of the entry vertex
     /// comes first.
-    fn asked_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
-        if self.asks_second || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
-            return self.light_of(self.asks_second, f);
+    fn pending_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
+        if self.next_is_equiangular || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
+            return self.at_light(self.next_is_equiangular, f);
         }
-        let waits = |l: &&mut LightRecord| l.visible.is_none() && !l.unshadowed.is_black();
+        let is_pending = |l: &&mut LightRecord| l.visible.is_none() && !l.unshadowed.is_black();
         let first = self.vertices.len().saturating_sub(2);
         let mut lights = self.vertices.iter_mut().skip(first).filter_map(|v| v.light.as_mut());
-        if let Some(light) = lights.find(waits) {
+        if let Some(light) = lights.find(is_pending) {
             f(light);
         }
     }
 
     /// A direction was sampled and taken; `throughput` is the new one.
-    pub(super) fn any_nonspecular(
+    pub(super) fn scattered(
         &mut self,
         direction: DVec3,
         s: &BsdfSample,
@@ -194,7 +199,7 @@ impl PathRecord {
     }
 
     /// The path enters a translucent body in this direction.
-    pub(super) fn entered(&mut self, direction: DVec3, entry: &Entry, throughput: Spectrum) {
+    pub(super) fn entered_body(&mut self, direction: DVec3, entry: &Entry, throughput: Spectrum) {
         let cosine = entry.wi.z.abs();
         let pdf = entry.probability * cosine * std::f64::consts::FRAC_1_PI;
         self.at(|v| {
@@ -214,12 +219,12 @@ impl PathRecord {
     }
 
     /// The vertex was reached by a random walk in a translucent body.
-    pub(super) fn walked(&mut self, passage: Passage, walk: RandomWalkRecord) {
+    pub(super) fn random_walk(&mut self, passage: Passage, walk: RandomWalkRecord) {
         self.at(|v| (v.passage, v.walk) = (passage, Some(walk)));
     }
 
     /// Russian roulette was played.
-    pub(super) fn gambled(&mut self, roulette: Roulette) {
+    pub(super) fn roulette(&mut self, roulette: Roulette) {
         self.at(|v| {
             if let Some(scatter) = &mut v.scatter {
                 scatter.roulette = Some(roulette);
@@ -228,7 +233,7 @@ impl PathRecord {
     }
 
     /// The throughput after Russian roulette.
-    pub(super) fn carries(&mut self, throughput: Spectrum) {
+    pub(super) fn set_throughput(&mut self, throughput: Spectrum) {
         self.at(|v| {
             if let Some(scatter) = &mut v.scatter {
                 scatter.throughput = throughput;
@@ -251,7 +256,7 @@ impl PathRecord {
             direction: ray.direction,
             transmittance,
             throughput,
-            pdf: path.pdf_beside_lights(),
+            pdf: path.pdf_for_mis(),
             lights: Vec::new(),
             background: Spectrum::BLACK,
             ambient: Spectrum::BLACK,
@@ -286,13 +291,13 @@ fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine:
 /// Segments through media.
 impl PathRecord {
     /// The path travels through a medium.
-    pub(super) fn way(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
+    pub(super) fn medium_segment(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
         self.way =
             Some(MediumSegmentRecord { solid, length, weight, beside: 0.0, emission: None, second: None });
     }
 
     /// The current segment, or the last one.
-    fn last_way(&mut self) -> Option<&mut MediumSegmentRecord> {
+    fn last_segment(&mut self) -> Option<&mut MediumSegmentRecord> {
         if self.way.is_some() {
             return self.way.as_mut();
         }
@@ -303,21 +308,21 @@ impl PathRecord {
     }
 
     /// The medium of the segment emits.
-    pub(super) fn way_shone(&mut self, added: Spectrum) {
-        if let Some(way) = self.last_way() {
-            way.emission = Some(added);
+    pub(super) fn segment_emitted(&mut self, added: Spectrum) {
+        if let Some(segment) = self.last_segment() {
+            segment.emission = Some(added);
         }
     }
 
     /// Density of the equiangular point over that of distance sampling, where the path scattered.
-    pub(super) fn might_be_second(&mut self, beside: f64) {
-        if let Some(way) = self.last_way() {
-            way.beside = beside;
+    pub(super) fn equiangular_ratio(&mut self, ratio: f64) {
+        if let Some(segment) = self.last_segment() {
+            segment.beside = ratio;
         }
     }
 
     /// The path scattered in the medium.
-    pub(super) fn met_medium(&mut self, path: &Path, ray: &Ray, t: f64, p: DVec3) {
+    pub(super) fn scattered_in_medium(&mut self, path: &Path, ray: &Ray, t: f64, p: DVec3) {
         let way = self.way.take();
         self.vertices.push(VertexRecord {
             way,
@@ -351,18 +356,18 @@ impl PathRecord {
 
     /// A light was sampled in a medium: at the equiangular point, at distance `equiangular` along the segment, or at
     /// the scattering event.
-    pub(super) fn lit_in_medium(
+    pub(super) fn sampled_light_in_medium(
         &mut self,
-        second: Option<f64>,
+        equiangular: Option<f64>,
         lit: &LightSample,
         direction: DVec3,
         phase: f64,
     ) {
         let light = sampled(lit, direction, Spectrum::grey(phase as f32), phase, 1.0);
-        match second {
+        match equiangular {
             Some(t) => {
-                if let Some(way) = self.last_way() {
-                    way.second = Some((t, light));
+                if let Some(segment) = self.last_segment() {
+                    segment.second = Some((t, light));
                 }
             }
             None => self.at(|v| v.light = Some(light)),
@@ -370,9 +375,9 @@ impl PathRecord {
     }
 
     /// Edits the light sampled at the equiangular point of the segment, or at the vertex.
-    pub(super) fn light_of(&mut self, second: bool, f: impl FnOnce(&mut LightRecord)) {
-        let light = if second {
-            self.last_way().and_then(|w| w.second.as_mut()).map(|(_, light)| light)
+    pub(super) fn at_light(&mut self, equiangular: bool, f: impl FnOnce(&mut LightRecord)) {
+        let light = if equiangular {
+            self.last_segment().and_then(|w| w.second.as_mut()).map(|(_, light)| light)
         } else {
             self.vertices.last_mut().and_then(|v| v.light.as_mut())
         };
@@ -380,12 +385,12 @@ impl PathRecord {
     }
 
     /// Whether the next shadow ray starts at the equiangular point.
-    pub(super) fn asked(&mut self, second: bool) {
-        self.asks_second = second;
+    pub(super) fn next_shadow_ray(&mut self, equiangular: bool) {
+        self.next_is_equiangular = equiangular;
     }
 
     /// The phase function sampled a direction.
-    pub(super) fn scattered_by_medium(&mut self, direction: DVec3, pdf: f64, throughput: Spectrum) {
+    pub(super) fn scattered_by_phase(&mut self, direction: DVec3, pdf: f64, throughput: Spectrum) {
         self.at(|v| {
             v.scatter = Some(ScatterRecord {
                 direction,

@@ -23,7 +23,7 @@ impl<R: Record> PathBatch<'_, R> {
         path.from_camera = false;
         path.transparent += 1;
         self.record.note(|r| {
-            r.any_nonspecular(-wo, s, 1.0, path.beta);
+            r.scattered(-wo, s, 1.0, path.beta);
             r.at(|v| v.passage = Passage::Pane);
         });
         if path.transparent > self.settings.max_transparent {

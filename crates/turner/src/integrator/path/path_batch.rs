@@ -145,7 +145,7 @@ impl RayQueue {
     }
 
     /// Adds a ray that leaves a point in a medium.
-    pub(super) fn push_free(&mut self, sample: u32, from: DVec3, direction: DVec3) {
+    pub(super) fn push_from_medium(&mut self, sample: u32, from: DVec3, direction: DVec3) {
         self.rays.push(&Ray::new(from, direction));
         self.samples.push(sample);
     }
@@ -163,15 +163,15 @@ impl RayQueue {
 
 /// The shadow rays of one round, with the light that each carries to its sample if unoccluded.
 #[derive(Default)]
-pub(super) struct Shadows {
+pub(super) struct ShadowRays {
     rays: RayBatch,
     light: Vec<(u32, Spectrum)>,
     through: Vec<SpectrumBlock>,
     /// In scenes with media: the media state of each ray.
-    carried: Vec<ShadowRayMedia>,
+    media: Vec<ShadowRayMedia>,
 }
 
-impl Shadows {
+impl ShadowRays {
     pub(super) fn push(&mut self, ray: &Ray, from: &SurfaceInteraction, sample: u32, light: Spectrum) {
         self.push_ray(ray, from.hit.origin(), sample, light);
     }
@@ -183,15 +183,21 @@ impl Shadows {
     }
 
     /// Adds a ray from a point in a medium.
-    pub(super) fn push_free(&mut self, ray: &Ray, sample: u32, light: Spectrum, carried: ShadowRayMedia) {
+    pub(super) fn push_from_medium(
+        &mut self,
+        ray: &Ray,
+        sample: u32,
+        light: Spectrum,
+        media: ShadowRayMedia,
+    ) {
         self.rays.push(ray);
         self.light.push((sample, light));
-        self.carried.push(carried);
+        self.media.push(media);
     }
 
     /// Sets the media state of the next ray.
-    pub(super) fn carry(&mut self, carried: ShadowRayMedia) {
-        self.carried.push(carried);
+    pub(super) fn push_media(&mut self, media: ShadowRayMedia) {
+        self.media.push(media);
     }
 }
 
@@ -201,21 +207,21 @@ pub(super) struct PathBatch<'a, R = Off> {
     pub(super) scene: &'a Scene,
     pub(super) view: &'a View,
     pub(super) paths: Vec<Path>,
-    front: RayQueue,
+    queue: RayQueue,
     pub(super) next: RayQueue,
-    pub(super) shadows: Shadows,
+    pub(super) shadows: ShadowRays,
     hits: Vec<Option<Hit>>,
     surfaces: Vec<(SurfaceInteraction, u32)>,
     /// Vertices that are shaded eight at a time; these have no entry in `surfaces`.
     pub(super) blocks: VertexBlocks,
     lights: LightBatch,
-    around: EscapedRays,
-    wanted: Vec<(OwenSobol, u32)>,
+    escaped: EscapedRays,
+    number_requests: Vec<(OwenSobol, u32)>,
     numbers: Vec<VertexNumbers>,
     /// The light paths that MIS weights take into account, and the reverse densities of each path; empty without light
     /// paths.
     pub(super) strategy: Option<&'a CausticsStrategy>,
-    pub(super) back: Vec<ReversePdf>,
+    pub(super) reverse_pdfs: Vec<ReversePdf>,
     /// State of the paths that are shared between samples.
     pub(super) shared_paths: SharedPaths,
     /// The photons of the current sample index, where photons are used.
@@ -230,25 +236,25 @@ pub(super) struct PathBatch<'a, R = Off> {
 
 impl<'a, R> PathBatch<'a, R> {
     pub(super) fn new(context: Context<'a>, record: R) -> PathBatch<'a, R> {
-        let Context { scene, view, settings, strategy, shares } = context;
+        let Context { scene, view, settings, strategy, shares_paths } = context;
         PathBatch {
             settings,
             scene,
             view,
             paths: Vec::new(),
-            front: RayQueue::default(),
+            queue: RayQueue::default(),
             next: RayQueue::default(),
-            shadows: Shadows::default(),
+            shadows: ShadowRays::default(),
             hits: Vec::new(),
             surfaces: Vec::new(),
             blocks: VertexBlocks::default(),
             lights: LightBatch::default(),
-            around: EscapedRays::default(),
-            wanted: Vec::new(),
+            escaped: EscapedRays::default(),
+            number_requests: Vec::new(),
             numbers: Vec::new(),
             strategy,
-            back: Vec::new(),
-            shared_paths: SharedPaths::new(shares),
+            reverse_pdfs: Vec::new(),
+            shared_paths: SharedPaths::new(shares_paths),
             photons: None,
             by_photons: 0.0,
             photon_variance: 0.0,
@@ -272,22 +278,22 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         for (i, (path, id)) in self.paths.iter_mut().zip(&samples.ids).enumerate() {
             path.begin(id, samples.rays.time(i), footprint::of_camera(self.view, samples, i));
         }
-        self.back.clear();
+        self.reverse_pdfs.clear();
         if let Some(strategy) = self.strategy {
             let ray = |i: usize| samples.rays.get(i).unwrap_or(Ray::new(DVec3::ZERO, DVec3::Z));
-            self.back.extend((0..count).map(|i| ReversePdf::of_camera(self.view, strategy, &ray(i))));
+            self.reverse_pdfs.extend((0..count).map(|i| ReversePdf::of_camera(self.view, strategy, &ray(i))));
         }
         if let Some(volumes) = &self.scene.volumes {
-            self.begin_within(volumes, samples);
+            self.begin_in_media(volumes, samples);
         }
         self.begin_shared_paths(&samples.ids);
-        self.front.rays.copy(&samples.rays);
-        self.front.samples.clear();
-        self.front.samples.extend(0..count as u32);
-        while !self.front.samples.is_empty() {
+        self.queue.rays.copy(&samples.rays);
+        self.queue.samples.clear();
+        self.queue.samples.extend(0..count as u32);
+        while !self.queue.samples.is_empty() {
             self.round(out, stats);
         }
-        self.share(out);
+        self.distribute_shared(out);
     }
 }
 
@@ -295,61 +301,62 @@ impl<R: Record> PathBatch<'_, R> {
     /// Traces the rays of the queue, shades their hits and fills the next queue.
     fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let mut hits = std::mem::take(&mut self.hits);
-        let mut front = std::mem::take(&mut self.front);
+        let mut queue = std::mem::take(&mut self.queue);
         if self.scene.moves {
-            for (i, &sample) in front.samples.iter().enumerate() {
-                front.rays.set_time(i, self.paths[sample as usize].time);
+            for (i, &sample) in queue.samples.iter().enumerate() {
+                queue.rays.set_time(i, self.paths[sample as usize].time);
             }
         }
-        self.scene.intersect_batch(&mut front.rays, &mut hits);
+        self.scene.intersect_batch(&mut queue.rays, &mut hits);
         if let Some(volumes) = &self.scene.volumes {
-            self.travel(volumes, &mut front, &mut hits, out, stats);
+            self.sample_media(volumes, &mut queue, &mut hits, out, stats);
         }
-        self.draw(&front.samples, &hits);
+        self.draw_numbers(&queue.samples, &hits);
         let mut surfaces = std::mem::take(&mut self.surfaces);
         let mut lights = std::mem::take(&mut self.lights);
-        self.prepare(&front, &hits, &mut surfaces, &mut lights);
-        let mut around = std::mem::take(&mut self.around);
-        around.clear();
-        let missing = (0..front.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
-        for ray in missing.filter_map(|(i, _)| front.rays.get(i)) {
-            around.push(ray.direction);
+        self.prepare(&queue, &hits, &mut surfaces, &mut lights);
+        let mut escaped = std::mem::take(&mut self.escaped);
+        escaped.clear();
+        let missing = (0..queue.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
+        for ray in missing.filter_map(|(i, _)| queue.rays.get(i)) {
+            escaped.push(ray.direction);
         }
-        self.scene.emitters.escaped_batch(self.scene, &mut around);
+        self.scene.emitters.escaped_batch(self.scene, &mut escaped);
         let mut donated = std::mem::take(&mut self.shared_paths.donated);
-        let mut met = surfaces.iter();
+        let mut hit_surfaces = surfaces.iter();
         let mut missed = 0;
-        for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
-            let Some(ray) = front.rays.get(i) else { continue };
+        for (i, (&sample, hit)) in queue.samples.iter().zip(&hits).enumerate() {
+            let Some(ray) = queue.rays.get(i) else { continue };
             let donates = self.paths[sample as usize].donates;
             let pixel = if donates { &mut donated[sample as usize] } else { &mut out[sample as usize] };
             if hit.is_none() {
-                self.miss(sample, &ray, around.get(missed), pixel);
+                self.miss(sample, &ray, escaped.get(missed), pixel);
                 missed += 1;
-            } else if self.blocks.holds(i) {
+            } else if self.blocks.contains(i) {
                 // Shaded below, eight at a time.
-            } else if let Some((surface, light)) = met.next() {
+            } else if let Some((surface, light)) = hit_surfaces.next() {
                 let lit = lights.get(*light as usize);
                 self.shade(&VertexInput { sample, ray, surface, lit }, pixel, stats);
             }
         }
         self.shade_blocks(&lights, stats);
-        (self.surfaces, self.lights, self.around) = (surfaces, lights, around);
+        (self.surfaces, self.lights, self.escaped) = (surfaces, lights, escaped);
         self.hits = hits;
         self.shared_paths.donated = donated;
-        self.weigh_offers(stats);
-        self.light(out, stats);
-        front.clear();
-        self.front = std::mem::replace(&mut self.next, front);
+        self.trace_reconnections(stats);
+        self.trace_shadow_rays(out, stats);
+        queue.clear();
+        self.queue = std::mem::replace(&mut self.next, queue);
     }
 
     /// Draws the random numbers of the vertices at the hits.
-    fn draw(&mut self, samples: &[u32], hits: &[Option<Hit>]) {
+    fn draw_numbers(&mut self, samples: &[u32], hits: &[Option<Hit>]) {
         let hit =
             || samples.iter().zip(hits).filter(|(_, hit)| hit.is_some()).map(|(&sample, _)| sample as usize);
-        self.wanted.clear();
-        self.wanted.extend(hit().map(|i| (self.paths[i].sampler, FIRST_SET + 2 * self.paths[i].vertex)));
-        OwenSobol::vertex_numbers(self.scene.instruction_set, &self.wanted, &mut self.numbers);
+        self.number_requests.clear();
+        self.number_requests
+            .extend(hit().map(|i| (self.paths[i].sampler, FIRST_SET + 2 * self.paths[i].vertex)));
+        OwenSobol::vertex_numbers(self.scene.instruction_set, &self.number_requests, &mut self.numbers);
         for (i, numbers) in hit().zip(&self.numbers) {
             self.paths[i].numbers = *numbers;
         }
@@ -358,7 +365,7 @@ impl<R: Record> PathBatch<'_, R> {
     /// Computes the surfaces that were hit, each with the index of its request for light, and samples those lights.
     fn prepare(
         &mut self,
-        front: &RayQueue,
+        queue: &RayQueue,
         hits: &[Option<Hit>],
         surfaces: &mut Vec<(SurfaceInteraction, u32)>,
         lights: &mut LightBatch,
@@ -366,8 +373,8 @@ impl<R: Record> PathBatch<'_, R> {
         surfaces.clear();
         lights.clear();
         self.blocks.clear(hits.len());
-        for (i, (&sample, hit)) in front.samples.iter().zip(hits).enumerate() {
-            let (Some(hit), Some(ray)) = (hit, front.rays.get(i)) else { continue };
+        for (i, (&sample, hit)) in queue.samples.iter().zip(hits).enumerate() {
+            let (Some(hit), Some(ray)) = (hit, queue.rays.get(i)) else { continue };
             if self.take_into_block(i, sample, &ray, hit) {
                 continue;
             }
@@ -380,18 +387,18 @@ impl<R: Record> PathBatch<'_, R> {
             let (mut number, mut extra_candidates) = (u32::MAX, 0);
             if self.may_connect(path, &ray, hit, &surface) {
                 let at = self.scene.receiver(&surface, ray.direction);
-                extra_candidates = self.more_lights(path, &at);
-                number = self.ask(path, at.with_more(extra_candidates), lights);
+                extra_candidates = self.extra_light_candidates(path, &at);
+                number = self.request_light(path, at.with_more(extra_candidates), lights);
             }
             self.paths[sample as usize].extra_candidates = extra_candidates;
             surfaces.push((surface, number));
         }
-        self.ask_in_blocks(lights);
+        self.request_lights_in_blocks(lights);
         self.scene.emitters.sample_batch(self.scene, lights);
     }
 
     /// Traces the shadow rays and adds the light of those that arrive.
-    fn light(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
+    fn trace_shadow_rays(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let shadows = &mut self.shadows;
         if shadows.light.is_empty() {
             return;
@@ -405,13 +412,13 @@ impl<R: Record> PathBatch<'_, R> {
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
             let mut through = shadows.through[i / LANES].get(i % LANES);
-            self.record.note(|r| r.asked(shadows.carried.get(i).is_some_and(|c| c.second)));
-            self.record.note(|r| r.in_the_way(self.scene, shadows.rays.get(i), through));
-            if let (Some(volumes), Some(carried)) = (&self.scene.volumes, shadows.carried.get_mut(i))
+            self.record.note(|r| r.next_shadow_ray(shadows.media.get(i).is_some_and(|c| c.equiangular)));
+            self.record.note(|r| r.shadow_ray(self.scene, shadows.rays.get(i), through));
+            if let (Some(volumes), Some(media)) = (&self.scene.volumes, shadows.media.get_mut(i))
                 && !through.is_black()
                 && let Some(ray) = shadows.rays.get(i)
             {
-                through = through * carried.left(self.scene, volumes, &ray);
+                through = through * media.transmittance(self.scene, volumes, &ray);
             }
             // Skips occluded rays also because 0 · infinity is NaN.
             if !through.is_black() {
@@ -422,13 +429,13 @@ impl<R: Record> PathBatch<'_, R> {
                     &mut *out
                 };
                 to[*sample as usize].color += arrives;
-                self.record.note(|r| r.arrived(through, arrives));
+                self.record.note(|r| r.light_arrived(through, arrives));
             } else {
-                self.record.note(|r| r.arrived(through, Spectrum::BLACK));
+                self.record.note(|r| r.light_arrived(through, Spectrum::BLACK));
             }
         }
         shadows.rays.clear();
         shadows.light.clear();
-        shadows.carried.clear();
+        shadows.media.clear();
     }
 }

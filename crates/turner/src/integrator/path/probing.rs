@@ -14,18 +14,18 @@ use crate::view::{View, camera_ray, place_of};
 const SIDE: u32 = 8;
 
 /// Maximum mean number of intersection tests per ray, some microseconds. Ordinary scenes take fewer than ten.
-const MOST: f64 = 500.0;
+const MAX_TESTS: f64 = 500.0;
 
 /// Seed of the probe rays.
 const SEED: u64 = 0x51de;
 
 /// Whether probes are cheap. The answer is the same for any number of threads and any quality of BVH.
 pub(super) fn is_cheap(scene: &Scene, view: &View) -> bool {
-    let mut left = MOST * f64::from(2 * SIDE * SIDE);
+    let mut left = MAX_TESTS * f64::from(2 * SIDE * SIDE);
     for cell in 0..SIDE * SIDE {
-        let middle =
+        let centre =
             |n: u32, size: u32| (u64::from(size) * u64::from(2 * n + 1) / u64::from(2 * SIDE)) as u32;
-        let (x, y) = (middle(cell % SIDE, view.film.width), middle(cell / SIDE, view.film.height));
+        let (x, y) = (centre(cell % SIDE, view.film.width), centre(cell / SIDE, view.film.height));
         let id = SampleId { x, y, index: 0, seed: SEED };
         let mut next = camera_ray(view, id, place_of(view, &id));
         for _ in 0..2 {
@@ -70,16 +70,16 @@ mod tests {
         let mut desc = SceneDesc::default();
         (desc.film.width, desc.film.height) = (160, 120);
         desc.integrator = IntegratorDesc::Path(PathDesc::default());
-        let lamp = PrincipledMaterial { emission_luminance: 40.0, ..PrincipledMaterial::default() };
+        let light = PrincipledMaterial { emission_luminance: 40.0, ..PrincipledMaterial::default() };
         let glass = PrincipledMaterial {
             transmission_weight: ColorSource::Constant(Spectrum::WHITE),
             specular_roughness: ColorSource::Constant(Spectrum::BLACK),
             ..PrincipledMaterial::default()
         };
-        desc.materials = [lamp, glass].map(|m| MaterialDesc::Principled(m).into()).into();
+        desc.materials = [light, glass].map(|m| MaterialDesc::Principled(m).into()).into();
         desc.objects = objects;
-        let lamp = ball(DVec3::new(1.5, 1.5, 0.0), 0.2);
-        desc.objects.push(ObjectDesc { material: Some(MaterialId(0)), ..lamp });
+        let light = ball(DVec3::new(1.5, 1.5, 0.0), 0.2);
+        desc.objects.push(ObjectDesc { material: Some(MaterialId(0)), ..light });
         desc
     }
 
@@ -111,7 +111,7 @@ mod tests {
 
     /// Probing these scenes takes a minute or more each.
     #[test]
-    fn a_hundred_thousand_shapes_in_one_place() {
+    fn a_hundred_thousand_shapes_at_one_position() {
         let balls = vec![ball(DVec3::ZERO, 1.0); 100_000];
         assert!(!probed(&prepared(&described(balls))));
         // Concentric shells.
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn two_hundred_thousand_nodes_under_one_another() {
+    fn two_hundred_thousand_nested_groups() {
         let mut desc = described(Vec::new());
         let count = 200_000;
         let instance = |group| {
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_and_points_in_one_place() {
+    fn triangles_and_points_at_one_position() {
         let mut desc = described(Vec::new());
         let heap = mesh(&mut desc, stack(50_000));
         desc.objects.push(showing(heap));
@@ -159,7 +159,7 @@ mod tests {
 
     /// As many shapes next to one another are probed.
     #[test]
-    fn what_stands_side_by_side_is_cheap() {
+    fn separate_shapes_are_cheap() {
         let place = |i: u32| DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.0) * 0.03 - DVec3::ONE;
         let mut desc = described((0..10_000).map(|i| ball(place(i), 0.01)).collect());
         assert!(probed(&prepared(&desc)));
@@ -171,7 +171,7 @@ mod tests {
 
     /// Light that only light paths find is kept without a probe.
     #[test]
-    fn heaps_of_glass_have_light_paths() {
+    fn overlapping_glass_keeps_light_paths() {
         let glass = ObjectDesc { material: Some(MaterialId(1)), ..ball(DVec3::ZERO, 1.0) };
         for (caustics, merges) in
             [(Caustics::Auto, Some(false)), (Caustics::Full, Some(true)), (Caustics::Off, None)]

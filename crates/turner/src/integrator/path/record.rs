@@ -18,14 +18,14 @@ pub(super) trait Record {
     fn note(&mut self, f: impl FnOnce(&mut PathRecord));
 
     /// Whether a record is kept. If so, vertices are shaded one by one.
-    const NOTES: bool;
+    const RECORDS: bool;
 }
 
 /// Records nothing.
 pub(super) struct Off;
 
 impl Record for Off {
-    const NOTES: bool = false;
+    const RECORDS: bool = false;
 
     #[inline(always)]
     fn note(&mut self, _: impl FnOnce(&mut PathRecord)) {}
@@ -33,7 +33,7 @@ impl Record for Off {
 
 /// Records one path; the batch must hold no other.
 impl Record for PathRecord {
-    const NOTES: bool = true;
+    const RECORDS: bool = true;
 
     #[inline(always)]
     fn note(&mut self, f: impl FnOnce(&mut PathRecord)) {
@@ -68,9 +68,9 @@ pub struct PathRecord {
     /// What the samples of its cluster share with it, where paths are shared; `None` for other samples.
     pub shared: Option<SharedRecord>,
     /// Index in `vertices` of the first vertex whose light is shared.
-    pub(super) lent_from: Option<usize>,
+    pub(super) donated_from: Option<usize>,
     /// Whether the next shadow ray starts at the equiangular point of a segment.
-    pub(super) asks_second: bool,
+    pub(super) next_is_equiangular: bool,
     /// Why the path ended.
     pub end: End,
     /// The result of the sample.
@@ -410,7 +410,7 @@ impl PathRecord {
             light.filter(|l| l.visible.is_some()).map(|l| l.contribution)
         }
         // Sampled light is added after everything else of its round.
-        let shone = |way: &Option<MediumSegmentRecord>| way.as_ref().and_then(|w| w.emission);
+        let emitted = |way: &Option<MediumSegmentRecord>| way.as_ref().and_then(|w| w.emission);
         let second = |way: &Option<MediumSegmentRecord>| {
             way.as_ref().and_then(|w| sampled(w.second.as_ref().map(|(_, light)| light)))
         };
@@ -421,15 +421,15 @@ impl PathRecord {
         let vertices = self.vertices.iter().take(own).flat_map(move |v| {
             let emission = v.emission.map(|e| e.contribution);
             let photons = v.photons.map(|p| p.contribution);
-            [shone(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]
+            [emitted(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]
                 .into_iter()
                 .flatten()
         });
         let escape =
             self.escape.iter().filter(move |_| !donated).flat_map(move |e| {
-                [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
+                [emitted(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
             });
-        let last = [shone(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !donated);
+        let last = [emitted(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !donated);
         let shared = self.shared.iter().flat_map(|s| s.parts.iter().map(|p| p.contribution));
         vertices.chain(escape).chain(last).chain(shared)
     }

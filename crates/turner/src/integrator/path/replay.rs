@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::path_batch::PathBatch;
 use super::record::{DonorRecord, End, Off, PathRecord, SharedRecord};
-use super::shared_paths::group;
+use super::shared_paths::cluster;
 use super::{Context, PathIntegrator};
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Prepared, PreparedIntegrator, Radiance, RayStats, Tracer};
@@ -62,8 +62,8 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
         escape: None,
         way: None,
         shared: None,
-        lent_from: None,
-        asks_second: false,
+        donated_from: None,
+        next_is_equiangular: false,
         end: End::Absorbed,
         radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
     };
@@ -72,7 +72,7 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
         record.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(record);
     }
-    let shared = of_group(context, id);
+    let shared = in_cluster(context, id);
     let mut batch = PathBatch::new(context, record);
     if let Some(photons) = integrator.photons(scene, view, id.index) {
         batch.find_photons(Arc::new(photons));
@@ -85,24 +85,24 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
     }
     if let Some((radiance, parts)) = shared {
         record.radiance = radiance;
-        record.shared = Some(SharedRecord { from: record.lent_from, parts });
+        record.shared = Some(SharedRecord { from: record.donated_from, parts });
     }
     Ok(record)
 }
 
 /// The result of a sample within its cluster and the donor paths that contribute to it, where paths are shared.
-fn of_group(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<DonorRecord>)> {
+fn in_cluster(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<DonorRecord>)> {
     let view = context.view;
     let mut batch = PathBatch::new(context, Off);
     if !batch.shared_paths.is_on() {
         return None;
     }
     let mut samples = CameraSamples::default();
-    take_points(view, &mut samples, group(view, id).map(|id| (id, place_of(view, &id).into())));
+    take_points(view, &mut samples, cluster(view, id).map(|id| (id, place_of(view, &id).into())));
     let mut out = Vec::new();
     batch.radiance(&samples, &mut out, &mut RayStats::default());
     let own = samples.ids.iter().position(|other| *other == id)?;
-    let parts = batch.shares_of(own).filter_map(|(from, p, share, radiance)| {
+    let parts = batch.received_by(own).filter_map(|(from, p, share, radiance)| {
         let id = *samples.ids.get(from)?;
         Some(DonorRecord { id, p, radiance, share, contribution: share * radiance })
     });

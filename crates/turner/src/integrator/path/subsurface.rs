@@ -48,7 +48,7 @@ const ROULETTE_BELOW: f64 = 0.25;
 
 /// The mean free path is at least this multiple of the rounding error of the surface point, so that walks can leave the
 /// surface.
-const SHORTEST: f64 = 256.0;
+const MIN_MEAN_FREE_PATH: f64 = 256.0;
 
 /// Maximum number of surfaces crossed on one step; a ray that crosses more is absorbed.
 const MAX_CROSSINGS: u32 = 256;
@@ -58,8 +58,8 @@ struct Walk<'a> {
     scene: &'a Scene,
     body: &'a Homogeneous,
     /// Throughput by band, and its sum at the start.
-    carried: [f64; 3],
-    first: f64,
+    throughput: [f64; 3],
+    initial: f64,
     ray: Ray,
     /// The primitive it entered through.
     primitive: u32,
@@ -75,29 +75,29 @@ struct Walk<'a> {
 /// How a walk ends.
 enum End {
     /// It leaves the body.
-    Out(Hit),
+    Exit(Hit),
     /// It leaves where it entered.
-    ReversePdf,
+    Entry,
     /// It hits another object inside.
-    Met(Hit),
+    Hit(Hit),
     /// It is absorbed.
-    Lost,
+    Absorbed,
 }
 
 impl Walk<'_> {
     /// The fraction of each band in the throughput, and the sum; `None` if that is 0.
-    fn shares(&self) -> Option<([f64; 3], f64)> {
-        let [r, g, b] = self.carried;
+    fn band_fractions(&self) -> Option<([f64; 3], f64)> {
+        let [r, g, b] = self.throughput;
         let sum = r + g + b;
         (sum > 0.0 && sum < f64::INFINITY).then(|| ([r / sum, g / sum, b / sum], sum))
     }
 
     /// Multiplies the throughput by a weight per band over a density.
-    fn weigh(&mut self, weight: [f64; 3], pdf: f64) {
+    fn multiply(&mut self, weight: [f64; 3], pdf: f64) {
         let scale = if pdf > 0.0 { 1.0 / pdf } else { 0.0 };
-        for (carried, w) in self.carried.iter_mut().zip(weight) {
-            let now = *carried * w * scale;
-            *carried = if now.is_finite() { now } else { 0.0 };
+        for (throughput, w) in self.throughput.iter_mut().zip(weight) {
+            let scaled = *throughput * w * scale;
+            *throughput = if scaled.is_finite() { scaled } else { 0.0 };
         }
     }
 
@@ -106,36 +106,36 @@ impl Walk<'_> {
         let mut u = u;
         let phase = self.body.phase();
         while self.steps < MAX_STEPS {
-            let Some((shares, _)) = self.shares() else { return End::Lost };
-            let t = self.body.distance(shares, [self.stream.unit(), u]);
+            let Some((fractions, _)) = self.band_fractions() else { return End::Absorbed };
+            let t = self.body.distance(fractions, [self.stream.unit(), u]);
             self.steps += 1;
-            if let Some((hit, end)) = self.nearest(t, media) {
-                let (left, pdf) = self.body.left(shares, end);
-                self.weigh(left, pdf);
+            if let Some((hit, end)) = self.trace(t, media) {
+                let (transmittance, pdf) = self.body.left(fractions, end);
+                self.multiply(transmittance, pdf);
                 self.length += end;
                 return hit;
             }
             // The sampled distance is not on the surface, except by rounding.
-            let (any_nonspecular, pdf) = self.body.scattered(shares, t);
-            self.weigh(any_nonspecular, pdf);
+            let (scattered, pdf) = self.body.scattered(fractions, t);
+            self.multiply(scattered, pdf);
             self.length += t;
-            let Some((_, sum)) = self.shares() else { return End::Lost };
-            let least = ROULETTE_BELOW * self.first;
+            let Some((_, sum)) = self.band_fractions() else { return End::Absorbed };
+            let least = ROULETTE_BELOW * self.initial;
             if sum < least {
                 if self.stream.unit() * least >= sum {
-                    return End::Lost;
+                    return End::Absorbed;
                 }
-                self.carried = self.carried.map(|v| v * (least / sum));
+                self.throughput = self.throughput.map(|v| v * (least / sum));
             }
             let (direction, _) = phase.sample(self.ray.direction, [self.stream.unit(), self.stream.unit()]);
             self.ray = Ray { origin: self.ray.at(t), direction, t_min: 0.0, ..self.ray };
             u = self.stream.unit();
         }
-        End::ReversePdf
+        End::Entry
     }
 
     /// What ends the walk within the distance `t`, and how far that is. Other surfaces are crossed.
-    fn nearest(&mut self, t: f64, media: &mut Media) -> Option<(End, f64)> {
+    fn trace(&mut self, t: f64, media: &mut Media) -> Option<(End, f64)> {
         let mut ray = Ray { t_max: t + self.margin, ..self.ray };
         for _ in 0..MAX_CROSSINGS {
             let hit = self.scene.intersect(&ray)?;
@@ -148,17 +148,17 @@ impl Walk<'_> {
                     // Rounding has left the body, or the body intersects itself.
                     (true, _) if id == self.primitive => {}
                     (true, _) => self.depth += 1,
-                    (false, 0..=1) => return Some((End::Out(hit), hit.shape.t)),
+                    (false, 0..=1) => return Some((End::Exit(hit), hit.shape.t)),
                     (false, _) => self.depth -= 1,
                 },
                 Material::OpenPbr(m) if m.boundary || m.has_inside() => {
                     media.cross(self.scene, &surface, m, outside);
                 }
-                _ => return Some((End::Met(hit), hit.shape.t)),
+                _ => return Some((End::Hit(hit), hit.shape.t)),
             }
             ray.t_min = self.scene.beyond(&ray, &hit, &surface);
         }
-        Some((End::Lost, t))
+        Some((End::Absorbed, t))
     }
 }
 
@@ -166,7 +166,7 @@ impl<'a, R: Record> PathBatch<'a, R> {
     /// Traces a path that enters the body of `material` to its exit, and shades the exit. `u` chooses the first
     /// distance.
     #[inline(never)]
-    pub(super) fn walk(
+    pub(super) fn random_walk(
         &mut self,
         at: &VertexInput<'_>,
         material: &OpenPbr,
@@ -181,14 +181,14 @@ impl<'a, R: Record> PathBatch<'a, R> {
         path.beta = path.beta * entry.weight;
         // Cosine-distributed around the geometric normal: all of it enters.
         let direction = Frame::from_z(surface.ng).to_world(entry.wi);
-        self.record.note(|r| r.entered(direction, entry, path.beta));
-        let body = material.body(scene, surface, SHORTEST * surface.error);
-        let carried = path.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        self.record.note(|r| r.entered_body(direction, entry, path.beta));
+        let body = material.body(scene, surface, MIN_MEAN_FREE_PATH * surface.error);
+        let throughput = path.beta.to_array().map(|v| f64::from(v.max(0.0)));
         let mut walk = Walk {
             scene,
             body: &body,
-            carried,
-            first: carried.iter().sum(),
+            throughput,
+            initial: throughput.iter().sum(),
             ray: Ray { time: surface.time(), ..Ray::new(surface.leave(direction), direction) },
             primitive: scene.primitive_id(&surface.hit),
             depth: 1,
@@ -200,8 +200,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let end = walk.run(u, &mut path.media);
         let (ray, steps, length) = (walk.ray, walk.steps, walk.length);
         stats.reflected += u64::from(steps);
-        let mut weight = walk.carried;
-        for (weight, before) in weight.iter_mut().zip(carried) {
+        let mut weight = walk.throughput;
+        for (weight, before) in weight.iter_mut().zip(throughput) {
             *weight = if before > 0.0 { *weight / before } else { 0.0 };
         }
         let weight = Spectrum::from(weight.map(|v| v as f32));
@@ -214,30 +214,31 @@ impl<'a, R: Record> PathBatch<'a, R> {
             return;
         }
         let (out, hit) = match end {
-            End::Lost => return,
-            End::Met(hit) => {
-                let met = scene.surface(&ray, &hit);
-                let outside = ray.direction.dot(met.ng) < 0.0;
+            End::Absorbed => return,
+            End::Hit(hit) => {
+                let surface_hit = scene.surface(&ray, &hit);
+                let outside = ray.direction.dot(surface_hit.ng) < 0.0;
                 if let Material::OpenPbr(m) = scene.material_at(&hit)
                     && m.is_emissive()
                     && (outside || m.shines_backwards())
                 {
                     // Inside the body no light is sampled.
                     path.specular_bounce = true;
-                    self.record.note(|r| r.met(scene, path, &ray, &hit, &met, None));
-                    self.record
-                        .note(|r| r.walked(Passage::Surface, RandomWalkRecord { steps, length, weight }));
-                    self.found_light(sample, m, &met, pixel);
+                    self.record.note(|r| r.hit_surface(scene, path, &ray, &hit, &surface_hit, None));
+                    self.record.note(|r| {
+                        r.random_walk(Passage::Surface, RandomWalkRecord { steps, length, weight })
+                    });
+                    self.add_emission(sample, m, &surface_hit, pixel);
                 }
                 return;
             }
-            End::Out(hit) => (scene.surface(&ray, &hit), hit),
-            End::ReversePdf => (*surface, surface.hit),
+            End::Exit(hit) => (scene.surface(&ray, &hit), hit),
+            End::Entry => (*surface, surface.hit),
         };
         path.numbers = VertexNumbers::of(&path.sampler, FIRST_SET + 2 * (path.vertex - 1));
-        self.record.note(|r| r.met(scene, path, &ray, &hit, &out, None));
-        self.record.note(|r| r.walked(Passage::Exit, RandomWalkRecord { steps, length, weight }));
-        let (bsdf, material) = self.way_out(sample, material, &out);
+        self.record.note(|r| r.hit_surface(scene, path, &ray, &hit, &out, None));
+        self.record.note(|r| r.random_walk(Passage::Exit, RandomWalkRecord { steps, length, weight }));
+        let (bsdf, material) = self.exit_bsdf(sample, material, &out);
         let from_above = Ray { direction: -out.ng, ..Ray::new(out.p, -out.ng) };
         let vertex = prepare(scene, &from_above, material, &out, &bsdf, true);
         let lit = match self.settings.light_sampling {
@@ -254,7 +255,12 @@ impl<'a, R: Record> PathBatch<'a, R> {
 
     /// The BSDF at the exit: the layers of the material there if it is translucent, else a surface that transmits
     /// everything.
-    fn way_out<'m>(&self, sample: u32, entered: &'m OpenPbr, out: &SurfaceInteraction) -> (Bsdf, &'m OpenPbr)
+    fn exit_bsdf<'m>(
+        &self,
+        sample: u32,
+        entered: &'m OpenPbr,
+        out: &SurfaceInteraction,
+    ) -> (Bsdf, &'m OpenPbr)
     where
         'a: 'm,
     {

@@ -59,7 +59,7 @@ pub struct PhotonMap {
     /// Sorted by cell, within a cell by index.
     photons: Vec<Photon>,
     /// First photon of each cell, then the number of photons.
-    begins: Vec<u32>,
+    cell_starts: Vec<u32>,
     paths: f64,
 }
 
@@ -86,22 +86,22 @@ impl PhotonMap {
             index,
             radius: strategy.radius(index),
             photons: Vec::new(),
-            begins: Vec::new(),
+            cell_starts: Vec::new(),
             paths: strategy.paths as f64,
         };
         let cells = all.len().next_power_of_two().clamp(1, 1 << 24);
-        map.begins = vec![0; cells + 1];
+        map.cell_starts = vec![0; cells + 1];
         let cell_of: Vec<u32> = all.iter().map(|photon| map.cell(map.grid(photon.p))).collect();
         for cell in &cell_of {
-            map.begins[*cell as usize + 1] += 1;
+            map.cell_starts[*cell as usize + 1] += 1;
         }
         for i in 0..cells {
-            map.begins[i + 1] += map.begins[i];
+            map.cell_starts[i + 1] += map.cell_starts[i];
         }
-        let mut places = map.begins.clone();
+        let mut next_slots = map.cell_starts.clone();
         let mut order = vec![0u32; all.len()];
         for (i, cell) in cell_of.iter().enumerate() {
-            let place = &mut places[*cell as usize];
+            let place = &mut next_slots[*cell as usize];
             order[*place as usize] = i as u32;
             *place += 1;
         }
@@ -140,11 +140,11 @@ impl PhotonMap {
             ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f)
             ^ (z as u64).wrapping_mul(0x1656_67b1_9e37_79f9);
         let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        (mixed >> 32) as u32 & (self.begins.len() as u32 - 2)
+        (mixed >> 32) as u32 & (self.cell_starts.len() as u32 - 2)
     }
 
     /// Visits the photons around a point of a surface with the normal `n`.
-    fn around(&self, p: DVec3, n: [f32; 3], mut visit: impl FnMut(&Photon)) {
+    fn for_each_near(&self, p: DVec3, n: [f32; 3], mut visit: impl FnMut(&Photon)) {
         let low = self.grid(p - self.radius);
         let high = self.grid(p + self.radius);
         let mut seen = [u32::MAX; 8];
@@ -160,8 +160,8 @@ impl PhotonMap {
                     }
                     seen[len] = cell;
                     len += 1;
-                    let (begin, end) = (self.begins[cell as usize], self.begins[cell as usize + 1]);
-                    for photon in &self.photons[begin as usize..end as usize] {
+                    let (first, end) = (self.cell_starts[cell as usize], self.cell_starts[cell as usize + 1]);
+                    for photon in &self.photons[first as usize..end as usize] {
                         let [a, b, c] = photon.normal;
                         if (photon.p - p).length_squared() < r2 && a * n[0] + b * n[1] + c * n[2] > SAME_SIDE
                         {
@@ -173,18 +173,18 @@ impl PhotonMap {
         }
     }
 
-    /// Radiance from the photons around a point that were scattered at most `most` times. `scatters` returns the BSDF
+    /// Radiance from the photons around a point that were scattered at most `max_depth` times. `scatters` returns the BSDF
     /// for light from a direction times the cosine of the shading normal to it.
     pub(super) fn gather(
         &self,
         p: DVec3,
         ng: DVec3,
-        most: u32,
+        max_depth: u32,
         mut scatters: impl FnMut(DVec3) -> Spectrum,
     ) -> Gathered {
         let mut gathered = Gathered::default();
-        self.around(p, ng.as_vec3().to_array(), |photon| {
-            if photon.depth > most {
+        self.for_each_near(p, ng.as_vec3().to_array(), |photon| {
+            if photon.depth > max_depth {
                 return;
             }
             let light = DVec3::new(photon.light[0].into(), photon.light[1].into(), photon.light[2].into());
@@ -201,6 +201,6 @@ impl PhotonMap {
 
     /// Size in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.photons[..]) + size_of_val(&self.begins[..])
+        size_of_val(&self.photons[..]) + size_of_val(&self.cell_starts[..])
     }
 }

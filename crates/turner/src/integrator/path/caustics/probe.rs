@@ -24,25 +24,25 @@ const PATHS: u32 = 2048;
 const MORE: u32 = 6 * PATHS;
 
 /// Minimum fraction of the image's light for caustics to count.
-const LEAST: f64 = 1e-3;
+const MIN_FRACTION: f64 = 1e-3;
 
 /// In dark cells errors are relative to the mean luminance: this fraction of its square is added.
 const DARK: f64 = 0.1;
 
 /// Maximum cost for the same noise, relative to no light paths, at which light paths pay.
-const GAIN: f64 = 0.9;
+const MAX_COST: f64 = 0.9;
 
 /// Numbers of light paths per camera path that are considered.
 const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 
 /// Cost of a light path's ray and of a scattering event on it, in rays of camera paths with their shading. Measured.
-const RAY: f64 = 0.4;
-const SCATTERING: f64 = 2.2;
+const RAY_COST: f64 = 0.4;
+const SCATTERING_COST: f64 = 2.2;
 
 /// The samples of a render are well distributed, those of the probe are not: the fraction of the variance that remains,
 /// for camera paths and for light paths. Measured.
-const EVEN: f64 = 0.25;
-const EVEN_LIGHT: f64 = 0.1;
+const STRATIFIED: f64 = 0.25;
+const STRATIFIED_LIGHT: f64 = 0.1;
 
 /// Factor by which the photons within the radius become fewer after some dozens of samples, because the radius shrinks.
 const SHRUNK: f64 = 2.0;
@@ -60,7 +60,7 @@ struct PilotRun {
 }
 
 /// The result.
-pub(super) struct Found {
+pub(super) struct ProbeResult {
     /// Best number of light paths per camera path, without photons and with them.
     pub(super) ratio: f64,
     pub(super) ratio_with_photons: f64,
@@ -81,11 +81,11 @@ struct LightPathSums {
     /// Light that arrives at the camera.
     light: f64,
     /// The part of it that camera paths never find.
-    specular_bounce: f64,
+    light_paths_only: f64,
     /// Squared relative contributions: of light paths with their MIS weights, and of camera paths that find the same
     /// light.
     squares: f64,
-    squares_by_chance: f64,
+    squares_camera: f64,
     of_group: Vec<f64>,
 }
 
@@ -96,16 +96,16 @@ impl PilotRun {
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
             values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
-        let mut look = PilotRun { cells, dark: 0.0, variance: 0.0, rays };
-        look.dark = DARK * look.mean() * look.mean();
+        let mut pilot = PilotRun { cells, dark: 0.0, variance: 0.0, rays };
+        pilot.dark = DARK * pilot.mean() * pilot.mean();
         let mut variance = 0.0;
-        for (cell, mean) in values.chunks(each).zip(&look.cells) {
+        for (cell, mean) in values.chunks(each).zip(&pilot.cells) {
             // Variance within one pixel: differences between pixels are not noise.
             let spread: f64 = cell.chunks(SAMPLES as usize).map(spread).sum();
-            variance += spread / f64::from(PIXELS) / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
+            variance += spread / f64::from(PIXELS) / (mean * mean + pilot.dark).max(f64::MIN_POSITIVE);
         }
-        look.variance = variance / look.cells.len().max(1) as f64;
-        look
+        pilot.variance = variance / pilot.cells.len().max(1) as f64;
+        pilot
     }
 
     /// Luminance of each camera path, and their mean number of rays.
@@ -119,8 +119,8 @@ impl PilotRun {
             let of_pixel = SampleId { x: cell % SIDE, y: cell / SIDE, index: pixel % PIXELS, seed: 0x51de };
             let id = SampleId { index: i % (PIXELS * SAMPLES), seed: 0x9e37_79b9, ..of_pixel };
             let corner = DVec2::new(f64::from(id.x), f64::from(id.y));
-            let place = ((corner + of_pixel.unit_square(0)) * size).floor();
-            (id, place + id.unit_square(0))
+            let position = ((corner + of_pixel.unit_square(0)) * size).floor();
+            (id, position + id.unit_square(0))
         });
         take_points(view, &mut samples, points);
         batch.radiance(&samples, &mut out, &mut stats);
@@ -144,17 +144,17 @@ impl PilotRun {
         if photons.is_empty() {
             return (0.0, 0.0);
         }
-        let few = CausticsStrategy {
+        let pilot_strategy = CausticsStrategy {
             paths: paths as u64,
             first_radius: WIDER * strategy.first_radius,
             ..strategy.clone()
         };
-        let mut batch = PathBatch::new(Context { strategy: Some(&few), ..context }, Off);
-        batch.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
+        let mut batch = PathBatch::new(Context { strategy: Some(&pilot_strategy), ..context }, Off);
+        batch.find_photons(Arc::new(PhotonMap::new(&pilot_strategy, 0, photons)));
         let (values, _) = PilotRun::trace(context.view, &mut batch);
         let (n, mean) = (values.len().max(1) as f64, self.mean().max(1e-30));
-        let extra_candidates = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
-        (batch.by_photons / (n * mean), batch.photon_variance / (n * mean * mean * extra_candidates))
+        let photons_ratio = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
+        (batch.by_photons / (n * mean), batch.photon_variance / (n * mean * mean * photons_ratio))
     }
 
     fn mean(&self) -> f64 {
@@ -162,8 +162,8 @@ impl PilotRun {
     }
 
     /// Weight of a squared luminance at a position of the image, given in 0..1.
-    fn weight(&self, place: DVec2) -> f64 {
-        let cell = place * f64::from(SIDE);
+    fn weight(&self, position: DVec2) -> f64 {
+        let cell = position * f64::from(SIDE);
         let at = |v: f64| (v.max(0.0) as u32).min(SIDE - 1);
         let value = self.cells.get((at(cell.y) * SIDE + at(cell.x)) as usize).copied().unwrap_or(0.0);
         1.0 / (value * value + self.dark).max(f64::MIN_POSITIVE)
@@ -178,37 +178,37 @@ fn spread(values: &[f64]) -> f64 {
 }
 
 /// Measures a strategy that has as many light paths as pixels.
-pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found {
+pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeResult {
     let view = context.view;
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
     let mut batch = LightPathBatch::new(context, strategy);
-    let mut brought =
+    let mut sums =
         LightPathSums { of_group: vec![0.0; strategy.caustic_targets.len()], ..LightPathSums::default() };
     let mut stats = RayStats::default();
-    let mut look = None;
+    let mut pilot = None;
     // Indices that no render reaches.
     let mut first = u64::MAX / 2;
     for count in [PATHS, MORE] {
-        brought.paths += f64::from(count);
-        let look = look.get_or_insert_with(|| PilotRun::new(context, strategy));
+        sums.paths += f64::from(count);
+        let pilot = pilot.get_or_insert_with(|| PilotRun::new(context, strategy));
         let mut photons = batch.take_photons();
         batch.advance(first, count, &mut stats, |splat, weight, group| {
             let value = f64::from(splat.color.luminance());
             if !(value > 0.0 && value.is_finite()) {
                 return;
             }
-            brought.light += value;
-            let square = value * value * look.weight(splat.place / size);
-            brought.squares += weight * weight * square;
+            sums.light += value;
+            let square = value * value * pilot.weight(splat.place / size);
+            sums.squares += weight * weight * square;
             // From the power heuristic w = 1/(1 + a² + b²): the other strategies together have about √(a² + b²) times
             // the density of all light paths.
             let others = (1.0 / weight - 1.0).max(0.0).sqrt();
             match others > 1e-12 {
-                true => brought.squares_by_chance += square / (others * strategy.paths as f64),
-                false => brought.specular_bounce += value,
+                true => sums.squares_camera += square / (others * strategy.paths as f64),
+                false => sums.light_paths_only += value,
             }
-            if let Some(sum) = brought.of_group.get_mut(group as usize) {
+            if let Some(sum) = sums.of_group.get_mut(group as usize) {
                 *sum += weight * weight * square;
             }
         });
@@ -216,42 +216,44 @@ pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found 
         batch.photons = photons;
         first += u64::from(count);
         // Stop if there is little light, and little noise from it even if a rare bright path was missed.
-        let share = brought.light / (brought.paths * pixels) / look.mean().max(1e-30);
-        let noise = brought.squares_by_chance / (brought.paths * pixels);
-        if share < LEAST && noise < 0.01 * look.variance {
+        let fraction = sums.light / (sums.paths * pixels) / pilot.mean().max(1e-30);
+        let noise = sums.squares_camera / (sums.paths * pixels);
+        if fraction < MIN_FRACTION && noise < 0.01 * pilot.variance {
             break;
         }
     }
-    let look = look.unwrap_or_else(|| PilotRun::new(context, strategy));
-    let n = brought.paths;
+    let pilot = pilot.unwrap_or_else(|| PilotRun::new(context, strategy));
+    let n = sums.paths;
     // Variance per pixel and sample; for light paths, with as many as pixels.
-    let by_chance = brought.squares_by_chance / (n * pixels);
-    let by_light = EVEN_LIGHT * brought.squares / (n * pixels * strategy.paths as f64);
-    let price =
-        (RAY * stats.light as f64 + SCATTERING * batch.any_nonspecular as f64) / n / look.rays.max(1.0);
-    let specular_bounce = brought.specular_bounce / (n * pixels) / look.mean().max(1e-30);
+    let variance_camera = sums.squares_camera / (n * pixels);
+    let variance_light = STRATIFIED_LIGHT * sums.squares / (n * pixels * strategy.paths as f64);
+    let cost_per_path = (RAY_COST * stats.light as f64 + SCATTERING_COST * batch.scatterings as f64)
+        / n
+        / pilot.rays.max(1.0);
+    let light_paths_only = sums.light_paths_only / (n * pixels) / pilot.mean().max(1e-30);
     let ratio_of = strategy.paths as f64 / pixels;
     // Light of near-specular lobes is found by other strategies too, and is no reason for photons.
     let mut photons = batch.take_photons();
     photons.retain(|photon| photon.by_delta);
-    let (by_photons, of_photons) = look.photons(context, strategy, photons, n);
+    let (by_photons, of_photons) = pilot.photons(context, strategy, photons, n);
     // Squared error times time per sample.
-    let cost = |ratio: f64, extra_candidates: f64| {
-        (EVEN * look.variance + (by_light + extra_candidates) * ratio_of / ratio) * (1.0 + price * ratio)
+    let cost = |ratio: f64, photon_variance: f64| {
+        (STRATIFIED * pilot.variance + (variance_light + photon_variance) * ratio_of / ratio)
+            * (1.0 + cost_per_path * ratio)
     };
-    let best = |extra_candidates: f64| {
+    let best = |photon_variance: f64| {
         RATIOS
             .into_iter()
-            .min_by(|a, b| cost(*a, extra_candidates).total_cmp(&cost(*b, extra_candidates)))
+            .min_by(|a, b| cost(*a, photon_variance).total_cmp(&cost(*b, photon_variance)))
             .unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
-    let gain = cost(ratio, 0.0) / (EVEN * (look.variance + by_chance));
-    let pays = specular_bounce > LEAST || gain < GAIN;
-    let gain = (specular_bounce <= LEAST).then_some(gain);
+    let gain = cost(ratio, 0.0) / (STRATIFIED * (pilot.variance + variance_camera));
+    let pays = light_paths_only > MIN_FRACTION || gain < MAX_COST;
+    let gain = (light_paths_only <= MIN_FRACTION).then_some(gain);
     let groups = (0u32..)
-        .zip(&brought.of_group)
+        .zip(&sums.of_group)
         .map(|(g, m)| (m * strategy.caustic_targets.probability(g)).sqrt())
         .collect();
-    Found { ratio, ratio_with_photons, pays, gain, by_photons, groups }
+    ProbeResult { ratio, ratio_with_photons, pays, gain, by_photons, groups }
 }

@@ -46,7 +46,8 @@ impl CausticsStrategy {
         view: &View,
         desc: &PathDesc,
     ) -> Option<CausticsStrategy> {
-        let context = Context { scene, view, settings: Settings::path(desc), strategy: None, shares: false };
+        let context =
+            Context { scene, view, settings: Settings::path(desc), strategy: None, shares_paths: false };
         // Light paths ignore scattering in media.
         let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none();
         if desc.caustics == Caustics::Off || !possible {
@@ -66,19 +67,19 @@ impl CausticsStrategy {
             return Some(strategy);
         }
         strategy.first_radius = desc.photon_radius.unwrap_or_else(|| strategy.guess_radius(context));
-        let found = probe(context, &strategy);
+        let result = probe(context, &strategy);
         strategy.merges = match desc.caustics {
             Caustics::Full => true,
-            Caustics::Auto => found.by_photons > LEAST_BY_PHOTONS,
+            Caustics::Auto => result.by_photons > LEAST_BY_PHOTONS,
             Caustics::LightTracing | Caustics::Off => false,
         };
-        if desc.caustics == Caustics::Auto && !found.pays && !strategy.merges {
+        if desc.caustics == Caustics::Auto && !result.pays && !strategy.merges {
             return None;
         }
-        strategy.gain = found.gain.filter(|_| desc.caustics == Caustics::Auto && !strategy.merges);
+        strategy.gain = result.gain.filter(|_| desc.caustics == Caustics::Auto && !strategy.merges);
         // If the probe found nothing, all targets keep their probabilities.
-        let _ = strategy.caustic_targets.choose_by(&found.groups);
-        let ratio = if strategy.merges { found.ratio_with_photons } else { found.ratio };
+        let _ = strategy.caustic_targets.choose_by(&result.groups);
+        let ratio = if strategy.merges { result.ratio_with_photons } else { result.ratio };
         strategy.paths = ((pixels as f64 * ratio) as u64).clamp(1, MOST_PATHS);
         Some(strategy)
     }

@@ -47,12 +47,12 @@ use crate::view::View;
 pub(super) use probe::decide;
 
 /// Maximum number of samples that share paths: a cluster.
-const GROUP: usize = 16;
+const CLUSTER: usize = 16;
 /// Edge of the cells that hold clusters, in pixels.
 pub(crate) const CELL: u32 = 8;
 /// End of the shadow rays that join two vertices: short of the second one, so that single precision does not report it
 /// as an occluder.
-const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
+const SHADOW_END: f64 = 1.0 - 1.0 / 1024.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
@@ -60,7 +60,7 @@ const NONE: u32 = u32::MAX;
 /// not look like blocks; the first arrangement interleaves pixels. They stay the same for sixteen indices, because
 /// these are well distributed over each pixel: changing clusters with every index left 12 % more noise in a Cornell
 /// box.
-fn quarter(id: &SampleId) -> u32 {
+fn cluster_in_cell(id: &SampleId) -> u32 {
     let (x, y) = (id.x % CELL, id.y % CELL);
     match id.index / 16 % 4 {
         0 => 2 * (y % 2) + x % 2,
@@ -71,12 +71,12 @@ fn quarter(id: &SampleId) -> u32 {
 }
 
 /// The samples of a sample's cluster, itself among them, row by row.
-pub(crate) fn group(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
+pub(crate) fn cluster(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
     let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
     let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));
     (top..bottom)
         .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
-        .filter(move |other| quarter(other) == quarter(&id))
+        .filter(move |other| cluster_in_cell(other) == cluster_in_cell(&id))
 }
 
 /// A first vertex with a Lambertian BSDF. Normals are on the side of the ray.
@@ -105,30 +105,30 @@ pub(super) struct Reconnection {
 
 impl FirstVertex {
     /// Whether BSDF sampling at this vertex can find `to`.
-    fn finds(&self, to: &Reconnection) -> bool {
-        let way = to.p - self.p;
-        let square = way.length_squared();
-        let wi = way / square.sqrt();
-        let (cos, leaves, arrives) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
+    fn can_sample(&self, to: &Reconnection) -> bool {
+        let offset = to.p - self.p;
+        let square = offset.length_squared();
+        let wi = offset / square.sqrt();
+        let (cos, cos_geometric, cos_to) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
         cos > MIN_COSINE
-            && leaves > 0.0
-            && arrives > MIN_COSINE
-            && cos * arrives / square < f64::INFINITY
-            && !to.is_bent_otherwise(wi)
+            && cos_geometric > 0.0
+            && cos_to > MIN_COSINE
+            && cos * cos_to / square < f64::INFINITY
+            && !to.is_bent_differently(wi)
     }
 }
 
 /// A path that is shared.
 struct Donor {
     sample: u32,
-    group: u32,
+    cluster: u32,
     /// Bit masks over the cluster: which first vertices face the second vertex, and which see it unoccluded.
-    sees: u16,
-    reached: u16,
+    faces: u16,
+    visible: u16,
     /// For each first vertex of the cluster: the density with which it samples the second vertex, p_k, and the factor
     /// G; both per area.
-    pdf: [Block; GROUP / LANES],
-    share: [Block; GROUP / LANES],
+    pdf: [Block; CLUSTER / LANES],
+    geometry: [Block; CLUSTER / LANES],
 }
 
 /// The clusters of a path batch.
@@ -136,23 +136,23 @@ struct Donor {
 pub(super) struct SharedPaths {
     on: bool,
     /// The samples of each cluster, in the order of its pixels, and the cluster of each sample.
-    groups: Vec<[u32; GROUP]>,
-    group_of: Vec<u32>,
+    clusters: Vec<[u32; CLUSTER]>,
+    cluster_of: Vec<u32>,
     /// Index of each sample in its cluster.
     member_of: Vec<u8>,
     /// The first vertices, by cluster and by sample.
-    by_group: Vec<FirstVertices>,
-    firsts: Vec<Option<FirstVertex>>,
+    by_cluster: Vec<FirstVertices>,
+    first_vertices: Vec<Option<FirstVertex>>,
     donors: Vec<Donor>,
     reconnections: Vec<Reconnection>,
     /// Radiance that leaves the second vertex of each donor path.
     pub(super) donated: Vec<Radiance>,
     /// For each donor, the weight of that radiance in each sample of its cluster.
-    shares: Vec<[Spectrum; GROUP]>,
+    weights: Vec<[Spectrum; CLUSTER]>,
     /// The second vertices of donor paths.
-    met: Vec<DVec3>,
+    points: Vec<DVec3>,
     rays: RayBatch,
-    asked: Vec<(u32, u8)>,
+    reconnections_of_rays: Vec<(u32, u8)>,
     through: Vec<SpectrumBlock>,
     /// Used while clusters are formed: index of each cluster by its position, and its number of samples.
     table: Vec<u32>,
@@ -171,7 +171,7 @@ impl SharedPaths {
     }
 
     /// Whether paths of a scene can be shared. Light paths exclude it too; the caller checks that.
-    pub(super) fn suits(scene: &Scene, view: &View) -> bool {
+    pub(super) fn is_possible(scene: &Scene, view: &View) -> bool {
         scene.volumes.is_none() && !scene.moves && view.film.antialias != Antialias::Adaptive
     }
 
@@ -183,44 +183,45 @@ impl SharedPaths {
         };
         let ((left, right), (top, _)) = (cells(|id| id.x), cells(|id| id.y));
         let across = right - left + 1;
-        self.groups.clear();
-        self.group_of.clear();
+        self.clusters.clear();
+        self.cluster_of.clear();
         self.member_of.clear();
         self.table.clear();
         self.counts.clear();
         for (i, id) in ids.iter().enumerate() {
-            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + quarter(id)) as usize;
+            let place =
+                (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + cluster_in_cell(id)) as usize;
             if self.table.len() <= place {
                 self.table.resize(place + 1, NONE);
             }
             if self.table[place] == NONE {
-                self.table[place] = self.groups.len() as u32;
-                self.groups.push([NONE; GROUP]);
+                self.table[place] = self.clusters.len() as u32;
+                self.clusters.push([NONE; CLUSTER]);
                 self.counts.push(0);
             }
-            let group = self.table[place];
-            let (members, count) = (&mut self.groups[group as usize], &mut self.counts[group as usize]);
+            let cluster = self.table[place];
+            let (members, count) = (&mut self.clusters[cluster as usize], &mut self.counts[cluster as usize]);
             self.member_of.push(*count);
             if let Some(member) = members.get_mut(usize::from(*count)) {
                 *member = i as u32;
                 *count += 1;
             }
-            self.group_of.push(group);
+            self.cluster_of.push(cluster);
         }
-        self.by_group.resize_with(self.groups.len(), FirstVertices::default);
-        self.by_group.iter_mut().for_each(FirstVertices::clear);
-        self.firsts.clear();
-        self.firsts.resize_with(ids.len(), || None);
+        self.by_cluster.resize_with(self.clusters.len(), FirstVertices::default);
+        self.by_cluster.iter_mut().for_each(FirstVertices::clear);
+        self.first_vertices.clear();
+        self.first_vertices.resize_with(ids.len(), || None);
         self.donated.clear();
         self.donated.resize(ids.len(), Radiance { color: Spectrum::BLACK, alpha: 1.0 });
-        self.shares.resize(ids.len(), [Spectrum::BLACK; GROUP]);
-        self.met.resize(ids.len(), DVec3::ZERO);
+        self.weights.resize(ids.len(), [Spectrum::BLACK; CLUSTER]);
+        self.points.resize(ids.len(), DVec3::ZERO);
         self.donors.clear();
         self.reconnections.clear();
     }
 
     fn first(&self, sample: u32) -> Option<&FirstVertex> {
-        self.firsts.get(sample as usize)?.as_ref()
+        self.first_vertices.get(sample as usize)?.as_ref()
     }
 }
 
@@ -240,7 +241,7 @@ impl<R: Record> PathBatch<'_, R> {
 
     /// Whether a path is at its second vertex and may become a donor.
     #[inline]
-    pub(super) fn may_lend(&self, sample: u32) -> bool {
+    pub(super) fn may_donate(&self, sample: u32) -> bool {
         let path = &self.paths[sample as usize];
         self.shared_paths.on
             && path.vertex == 2
@@ -249,8 +250,8 @@ impl<R: Record> PathBatch<'_, R> {
     }
 
     /// Notes a first or second vertex with a Lambertian BSDF.
-    pub(super) fn take_part(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
-        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+    pub(super) fn note_shared_vertex(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
+        let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
         if !first && !second {
             return;
         }
@@ -263,7 +264,7 @@ impl<R: Record> PathBatch<'_, R> {
         } else if material.desc.alpha_mode != AlphaMode::Blend && !material.is_emissive() {
             let unbent = || side * material.frame(self.scene, v.surface).z;
             let bent = (v.frame.z != ng).then(|| [unbent(), v.frame.z]);
-            self.lend(sample, Reconnection { p: v.surface.p, target: origin, ng, bent });
+            self.donate(sample, Reconnection { p: v.surface.p, target: origin, ng, bent });
         }
     }
 
@@ -272,79 +273,86 @@ impl<R: Record> PathBatch<'_, R> {
     pub(super) fn set_first(&mut self, sample: u32, first: FirstVertex) {
         let shared_paths = &mut self.shared_paths;
         let member = usize::from(shared_paths.member_of[sample as usize]);
-        if member < GROUP {
-            shared_paths.by_group[shared_paths.group_of[sample as usize] as usize].set(member, &first);
-            shared_paths.firsts[sample as usize] = Some(first);
+        if member < CLUSTER {
+            shared_paths.by_cluster[shared_paths.cluster_of[sample as usize] as usize].set(member, &first);
+            shared_paths.first_vertices[sample as usize] = Some(first);
         }
     }
 
     /// Makes a path a donor from its second vertex on, if BSDF sampling at its first vertex can find that.
-    pub(super) fn lend(&mut self, sample: u32, second: Reconnection) {
+    pub(super) fn donate(&mut self, sample: u32, second: Reconnection) {
         let path = &mut self.paths[sample as usize];
         let importance = path.beta.max_component();
-        let finds = self.shared_paths.first(sample).is_some_and(|first| first.finds(&second));
-        if !(finds && importance > 0.0 && importance < f32::INFINITY) {
+        let can_sample = self.shared_paths.first(sample).is_some_and(|first| first.can_sample(&second));
+        if !(can_sample && importance > 0.0 && importance < f32::INFINITY) {
             return;
         }
         path.beta = Spectrum::WHITE;
         path.importance = importance;
         path.donates = true;
-        self.record.note(|r| r.lent_from = r.vertices.len().checked_sub(1));
-        self.shared_paths.met[sample as usize] = second.p;
-        let group = self.shared_paths.group_of[sample as usize];
-        let reached = 1 << self.shared_paths.member_of[sample as usize];
-        let none = [Block([0.0; LANES]); GROUP / LANES];
-        self.shared_paths.donors.push(Donor { sample, group, sees: 0, reached, pdf: none, share: none });
+        self.record.note(|r| r.donated_from = r.vertices.len().checked_sub(1));
+        self.shared_paths.points[sample as usize] = second.p;
+        let cluster = self.shared_paths.cluster_of[sample as usize];
+        let visible = 1 << self.shared_paths.member_of[sample as usize];
+        let none = [Block([0.0; LANES]); CLUSTER / LANES];
+        self.shared_paths.donors.push(Donor {
+            sample,
+            cluster,
+            faces: 0,
+            visible,
+            pdf: none,
+            geometry: none,
+        });
         self.shared_paths.reconnections.push(second);
     }
 
     /// Traces the reconnections to the second vertices of this round, and computes their weights.
-    pub(super) fn weigh_offers(&mut self, stats: &mut RayStats) {
+    pub(super) fn trace_reconnections(&mut self, stats: &mut RayStats) {
         let shared_paths = &mut self.shared_paths;
         if shared_paths.donors.is_empty() {
             return;
         }
         shared_paths.rays.clear();
-        shared_paths.asked.clear();
+        shared_paths.reconnections_of_rays.clear();
         dispatch(
             self.scene.instruction_set,
             ReconnectionTerms {
                 donors: &mut shared_paths.donors,
                 reconnections: &shared_paths.reconnections,
-                groups: &shared_paths.by_group,
+                clusters: &shared_paths.by_cluster,
             },
         );
         for (number, (donor, second)) in
             shared_paths.donors.iter_mut().zip(&shared_paths.reconnections).enumerate()
         {
-            let members = &shared_paths.groups[donor.group as usize];
-            let first = |m: usize| shared_paths.firsts.get(members[m] as usize)?.as_ref();
-            let group = &shared_paths.by_group[donor.group as usize];
-            donor.finish(group, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
-            for member in (0..GROUP).filter(|m| (donor.sees & !donor.reached) >> m & 1 == 1) {
+            let members = &shared_paths.clusters[donor.cluster as usize];
+            let first = |m: usize| shared_paths.first_vertices.get(members[m] as usize)?.as_ref();
+            let cluster = &shared_paths.by_cluster[donor.cluster as usize];
+            donor.finish(cluster, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
+            for member in (0..CLUSTER).filter(|m| (donor.faces & !donor.visible) >> m & 1 == 1) {
                 let Some(first) = first(member) else { continue };
-                let ray = Ray { t_max: NEARLY, ..Ray::new(first.origin, second.target - first.origin) };
+                let ray = Ray { t_max: SHADOW_END, ..Ray::new(first.origin, second.target - first.origin) };
                 shared_paths.rays.push_leaving(&ray, first.from);
-                shared_paths.asked.push((number as u32, member as u8));
+                shared_paths.reconnections_of_rays.push((number as u32, member as u8));
             }
         }
-        stats.shadow += shared_paths.asked.len() as u64;
+        stats.shadow += shared_paths.reconnections_of_rays.len() as u64;
         self.scene.transmittance_batch(&mut shared_paths.rays, &mut shared_paths.through);
-        for (i, &(donor, member)) in shared_paths.asked.iter().enumerate() {
+        for (i, &(donor, member)) in shared_paths.reconnections_of_rays.iter().enumerate() {
             if shared_paths.through[i / LANES].get(i % LANES) == Spectrum::WHITE {
-                shared_paths.donors[donor as usize].reached |= 1 << member;
+                shared_paths.donors[donor as usize].visible |= 1 << member;
             }
         }
         for donor in &shared_paths.donors {
-            let reaches = |member: usize| donor.reached >> member & 1 == 1;
+            let reaches = |member: usize| donor.visible >> member & 1 == 1;
             let of = |blocks: &[Block], member: usize| blocks[member / LANES].0[member % LANES];
-            let sum: f64 = (0..GROUP).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
-            let members = &shared_paths.groups[donor.group as usize];
-            let shares = &mut shared_paths.shares[donor.sample as usize];
+            let sum: f64 = (0..CLUSTER).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
+            let members = &shared_paths.clusters[donor.cluster as usize];
+            let weights = &mut shared_paths.weights[donor.sample as usize];
             for (member, &other) in members.iter().enumerate() {
-                let first = shared_paths.firsts.get(other as usize).and_then(Option::as_ref);
-                shares[member] = match first.filter(|_| reaches(member)) {
-                    Some(first) => first.f * (of(&donor.share, member) / sum) as f32,
+                let first = shared_paths.first_vertices.get(other as usize).and_then(Option::as_ref);
+                weights[member] = match first.filter(|_| reaches(member)) {
+                    Some(first) => first.f * (of(&donor.geometry, member) / sum) as f32,
                     None => Spectrum::BLACK,
                 };
             }
@@ -355,17 +363,20 @@ impl<R: Record> PathBatch<'_, R> {
 
     /// What the sample at this index of the batch received: index of the donor, its second vertex, the weight, and the
     /// radiance that leaves that vertex.
-    pub(super) fn shares_of(&self, place: usize) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
+    pub(super) fn received_by(
+        &self,
+        place: usize,
+    ) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
         let PathBatch { shared_paths, paths, .. } = self;
-        let members = &shared_paths.groups[shared_paths.group_of[place] as usize];
+        let members = &shared_paths.clusters[shared_paths.cluster_of[place] as usize];
         let lane = members.iter().position(|&m| m as usize == place);
         members.iter().map(|&m| m as usize).filter(|&m| paths.get(m).is_some_and(|p| p.donates)).filter_map(
             move |from| {
-                let share = shared_paths.shares[from][lane?];
-                (!share.is_black()).then_some((
+                let geometry = shared_paths.weights[from][lane?];
+                (!geometry.is_black()).then_some((
                     from,
-                    shared_paths.met[from],
-                    share,
+                    shared_paths.points[from],
+                    geometry,
                     shared_paths.donated[from].color,
                 ))
             },
@@ -373,18 +384,18 @@ impl<R: Record> PathBatch<'_, R> {
     }
 
     /// Adds the radiance of all donors to the samples of their clusters.
-    pub(super) fn share(&mut self, out: &mut [Radiance]) {
+    pub(super) fn distribute_shared(&mut self, out: &mut [Radiance]) {
         let PathBatch { shared_paths, paths, .. } = self;
         if !shared_paths.on {
             return;
         }
-        for members in &shared_paths.groups {
+        for members in &shared_paths.clusters {
             for &from in members.iter().filter(|&&m| m != NONE && paths[m as usize].donates) {
-                let (donated, shares) =
-                    (shared_paths.donated[from as usize].color, &shared_paths.shares[from as usize]);
-                for (&to, share) in members.iter().zip(shares) {
-                    if !share.is_black() {
-                        out[to as usize].color += *share * donated;
+                let (donated, weights) =
+                    (shared_paths.donated[from as usize].color, &shared_paths.weights[from as usize]);
+                for (&to, geometry) in members.iter().zip(weights) {
+                    if !geometry.is_black() {
+                        out[to as usize].color += *geometry * donated;
                     }
                 }
             }

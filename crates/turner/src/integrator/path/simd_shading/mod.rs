@@ -19,7 +19,7 @@ use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 use super::LightSampling;
 use super::caustics::NextVertex;
-use super::light_resampling::{CANDIDATES, pick};
+use super::light_resampling::{CANDIDATES, resample};
 use super::path_batch::PathBatch;
 use super::record::Record;
 use super::shade::MAX_VERTICES;
@@ -42,8 +42,8 @@ pub(super) struct VertexBlocks {
     lambert: List<Lambert>,
     mirrors: List<RoughMirrorBlock>,
     /// Which hits are in blocks.
-    held: Vec<bool>,
-    room: Shading,
+    in_block: Vec<bool>,
+    shading: Shading,
 }
 
 /// The vertices of one BSDF.
@@ -65,14 +65,14 @@ impl VertexBlocks {
     pub(super) fn clear(&mut self, hits: usize) {
         self.lambert.len = 0;
         self.mirrors.len = 0;
-        self.held.clear();
-        self.held.resize(hits, false);
+        self.in_block.clear();
+        self.in_block.resize(hits, false);
     }
 
     /// Whether the hit with this index is in a block.
     #[inline]
-    pub(super) fn holds(&self, hit: usize) -> bool {
-        self.held[hit]
+    pub(super) fn contains(&self, hit: usize) -> bool {
+        self.in_block[hit]
     }
 }
 
@@ -141,7 +141,7 @@ struct Shading {
     radiance: [Block32; 3],
     light_pdf: Block,
     /// Resampling weights.
-    counts: Block32,
+    resampling_weight: Block32,
     /// Bit masks: lights at a finite distance, and lights that BSDF-sampled rays can hit too (MIS).
     finite: u8,
     weighed: u8,
@@ -163,7 +163,7 @@ impl<R: Record> PathBatch<'_, R> {
     #[inline]
     pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
         // SIMD shading knows neither media nor photons.
-        if R::NOTES || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
+        if R::RECORDS || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
             return false;
         }
         let Material::OpenPbr(material) = self.scene.material_at(hit) else { return false };
@@ -175,9 +175,9 @@ impl<R: Record> PathBatch<'_, R> {
         if !self.paths[sample as usize].media.is_empty() {
             return false;
         }
-        let (scene, VertexBlocks { lambert, mirrors, held, .. }) = (self.scene, &mut self.blocks);
+        let (scene, VertexBlocks { lambert, mirrors, in_block, .. }) = (self.scene, &mut self.blocks);
         let side = material.side();
-        let taken = match plain {
+        let chosen = match plain {
             PlainBsdf::Lambert(f) => {
                 lambert.take(scene, sample, ray, hit, side).map(|(kind, lane)| set32(&mut kind.f, lane, *f))
             }
@@ -185,23 +185,23 @@ impl<R: Record> PathBatch<'_, R> {
                 mirrors.take(scene, sample, ray, hit, side).map(|(kind, lane)| kind.set(lane, m))
             }
         };
-        held[number] = taken.is_some();
-        if taken.is_some() && self.view.pixel_cone.is_some() {
+        in_block[number] = chosen.is_some();
+        if chosen.is_some() && self.view.pixel_cone.is_some() {
             let cone = &mut self.paths[sample as usize].cone;
             *cone = cone.advanced(hit.shape.t);
         }
-        held[number]
+        in_block[number]
     }
 
     /// Computes the surfaces of the blocks and requests light samples for them.
-    pub(super) fn ask_in_blocks(&mut self, lights: &mut LightBatch) {
+    pub(super) fn request_lights_in_blocks(&mut self, lights: &mut LightBatch) {
         let mut vertices = std::mem::take(&mut self.blocks);
-        self.ask_in(&mut vertices.lambert, lights);
-        self.ask_in(&mut vertices.mirrors, lights);
+        self.request_lights(&mut vertices.lambert, lights);
+        self.request_lights(&mut vertices.mirrors, lights);
         self.blocks = vertices;
     }
 
-    fn ask_in<K: Default>(&self, vertices: &mut List<K>, lights: &mut LightBatch) {
+    fn request_lights<K: Default>(&self, vertices: &mut List<K>, lights: &mut LightBatch) {
         if vertices.len == 0 {
             return;
         }
@@ -213,11 +213,11 @@ impl<R: Record> PathBatch<'_, R> {
                 let path = &self.paths[block.samples[lane] as usize];
                 let receiver =
                     self.scene.receiver_of(block.sides[lane], p, ng, ng, get(&block.direction, lane));
-                let receiver = receiver.with_more(self.more_lights(path, &receiver));
+                let receiver = receiver.with_more(self.extra_light_candidates(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
                 if asks && !self.is_spent(path) {
-                    block.lights[lane] = self.ask(path, receiver, lights);
+                    block.lights[lane] = self.request_light(path, receiver, lights);
                 }
             }
         }
@@ -226,23 +226,23 @@ impl<R: Record> PathBatch<'_, R> {
     /// Shades all blocks.
     pub(super) fn shade_blocks(&mut self, lights: &LightBatch, stats: &mut RayStats) {
         let mut vertices = std::mem::take(&mut self.blocks);
-        let VertexBlocks { lambert, mirrors, room, .. } = &mut vertices;
-        self.shade_list(lambert, room, lights, stats);
-        self.shade_list(mirrors, room, lights, stats);
+        let VertexBlocks { lambert, mirrors, shading, .. } = &mut vertices;
+        self.shade_list(lambert, shading, lights, stats);
+        self.shade_list(mirrors, shading, lights, stats);
         self.blocks = vertices;
     }
 
     fn shade_list<K: shade::Kind>(
         &mut self,
         vertices: &mut List<K>,
-        room: &mut Shading,
+        shading: &mut Shading,
         lights: &LightBatch,
         stats: &mut RayStats,
     ) {
         for (block, len) in vertices.used() {
-            let (mut lanes, mut several) = (0, 0);
-            room.lit = 0;
-            room.counts = Block32([1.0; LANES]);
+            let (mut lanes, mut resampled) = (0, 0);
+            shading.lit = 0;
+            shading.resampling_weight = Block32([1.0; LANES]);
             for lane in 0..len {
                 let path = &mut self.paths[block.samples[lane] as usize];
                 path.vertex += 1;
@@ -252,38 +252,38 @@ impl<R: Record> PathBatch<'_, R> {
                 }
                 lanes |= 1 << lane;
                 if self.shared_paths.is_on() {
-                    self.take_part_in_block(block, lane);
+                    self.note_shared_vertex_in_block(block, lane);
                 }
                 let path = &self.paths[block.samples[lane] as usize];
-                set32(&mut room.beta, lane, path.beta);
+                set32(&mut shading.beta, lane, path.beta);
                 let [u0, u1, ..] = path.numbers.second();
-                (room.u[0].0[lane], room.u[1].0[lane]) = (u0, u1);
+                (shading.u[0].0[lane], shading.u[1].0[lane]) = (u0, u1);
                 match lights.get(block.lights[lane] as usize) {
                     [] => {}
-                    [one] => self.set_light(room, lane, one.as_ref()),
-                    _ => several |= 1 << lane,
+                    [one] => self.set_light(shading, lane, one.as_ref()),
+                    _ => resampled |= 1 << lane,
                 }
             }
             if lanes == 0 {
                 continue;
             }
-            if several != 0 {
-                self.choose_lights(block, room, lights, several);
+            if resampled != 0 {
+                self.choose_lights(block, shading, lights, resampled);
             }
-            dispatch(self.scene.instruction_set, shade::Shade { block, room });
-            for lane in bits(room.connects & lanes) {
-                self.connect_lane(block, room, lane);
+            dispatch(self.scene.instruction_set, shade::Shade { block, shading });
+            for lane in bits(shading.connects & lanes) {
+                self.connect_lane(block, shading, lane);
             }
-            for lane in bits(room.follows & lanes) {
-                self.follow_lane(block, room, lane, stats);
+            for lane in bits(shading.follows & lanes) {
+                self.follow_lane(block, shading, lane, stats);
             }
         }
     }
 
-    /// As `take_part`, for a lane.
-    fn take_part_in_block<K: shade::Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
+    /// As `note_shared_vertex`, for a lane.
+    fn note_shared_vertex_in_block<K: shade::Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
         let sample = block.samples[lane];
-        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+        let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
         let Some(f) = block.kind.lambert(lane).filter(|_| first || second) else { return };
         let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
         let side = if get(&block.direction, lane).dot(ng) < 0.0 { 1.0 } else { -1.0 };
@@ -291,7 +291,7 @@ impl<R: Record> PathBatch<'_, R> {
         if first {
             self.set_first(sample, FirstVertex { p, origin, from: block.from[lane], z: ng, ns: ng, ng, f });
         } else {
-            self.lend(sample, Reconnection { p, target: origin, ng, bent: None });
+            self.donate(sample, Reconnection { p, target: origin, ng, bent: None });
         }
     }
 
@@ -299,59 +299,59 @@ impl<R: Record> PathBatch<'_, R> {
     fn choose_lights<K: shade::Kind>(
         &self,
         block: &VertexBlock<K>,
-        room: &mut Shading,
+        shading: &mut Shading,
         lights: &LightBatch,
         lanes: u8,
     ) {
         let candidate = |lane: usize, number: usize| {
             lights.get(block.lights[lane] as usize).get(number).and_then(Option::as_ref)
         };
-        let mut brought = [[0.0; LANES]; CANDIDATES];
-        for (number, brought) in brought.iter_mut().enumerate() {
+        let mut contributions = [[0.0; LANES]; CANDIDATES];
+        for (number, contributions) in contributions.iter_mut().enumerate() {
             for lane in bits(lanes) {
-                self.set_light(room, lane, candidate(lane, number));
+                self.set_light(shading, lane, candidate(lane, number));
             }
-            dispatch(self.scene.instruction_set, shade::Light { block, room });
-            for lane in bits(lanes & room.connects) {
-                brought[lane] = get32(&room.light, lane).luminance();
+            dispatch(self.scene.instruction_set, shade::Light { block, shading });
+            for lane in bits(lanes & shading.connects) {
+                contributions[lane] = get32(&shading.light, lane).luminance();
             }
         }
         for lane in bits(lanes) {
             let [u, ..] = self.paths[block.samples[lane] as usize].numbers.first();
-            match pick(&brought.map(|b| b[lane]), u) {
-                Some((taken, counts)) => {
-                    self.set_light(room, lane, candidate(lane, taken));
-                    room.counts.0[lane] = counts;
+            match resample(&contributions.map(|b| b[lane]), u) {
+                Some((chosen, resampling_weight)) => {
+                    self.set_light(shading, lane, candidate(lane, chosen));
+                    shading.resampling_weight.0[lane] = resampling_weight;
                 }
-                None => room.lit &= !(1 << lane),
+                None => shading.lit &= !(1 << lane),
             }
         }
     }
 
     #[inline]
-    fn set_light(&self, room: &mut Shading, lane: usize, lit: Option<&LightSample>) {
+    fn set_light(&self, shading: &mut Shading, lane: usize, lit: Option<&LightSample>) {
         let bit = 1 << lane;
         let Some(lit) = lit else {
-            room.lit &= !bit;
+            shading.lit &= !bit;
             return;
         };
-        room.lit |= bit;
+        shading.lit |= bit;
         let weighed = !lit.is_delta && self.settings.light_sampling == LightSampling::Both;
-        room.weighed = room.weighed & !bit | u8::from(weighed) << lane;
-        room.finite = room.finite & !bit | u8::from(lit.finite) << lane;
-        set(&mut room.to_light, lane, lit.to_light);
-        set32(&mut room.radiance, lane, lit.radiance);
-        room.light_pdf.0[lane] = lit.pdf;
+        shading.weighed = shading.weighed & !bit | u8::from(weighed) << lane;
+        shading.finite = shading.finite & !bit | u8::from(lit.finite) << lane;
+        set(&mut shading.to_light, lane, lit.to_light);
+        set32(&mut shading.radiance, lane, lit.radiance);
+        shading.light_pdf.0[lane] = lit.pdf;
     }
 
     /// Traces the shadow ray of a lane.
     #[inline]
-    fn connect_lane<K>(&mut self, block: &VertexBlock<K>, room: &Shading, lane: usize) {
+    fn connect_lane<K>(&mut self, block: &VertexBlock<K>, shading: &Shading, lane: usize) {
         let sample = block.samples[lane];
         let indirect = self.paths[sample as usize].bounces.total > 0;
-        let light = self.settings.clamped(get32(&room.light, lane), indirect);
-        let t_max = if room.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
-        let ray = Ray { t_max, ..Ray::new(get(&room.origin, lane), get(&room.shadow, lane)) };
+        let light = self.settings.clamped(get32(&shading.light, lane), indirect);
+        let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
+        let ray = Ray { t_max, ..Ray::new(get(&shading.origin, lane), get(&shading.shadow, lane)) };
         self.shadows.push_ray(&ray, block.from[lane], sample, light);
     }
 
@@ -360,7 +360,7 @@ impl<R: Record> PathBatch<'_, R> {
     fn follow_lane<K: shade::Kind>(
         &mut self,
         block: &VertexBlock<K>,
-        room: &Shading,
+        shading: &Shading,
         lane: usize,
         stats: &mut RayStats,
     ) {
@@ -370,17 +370,17 @@ impl<R: Record> PathBatch<'_, R> {
         if self.strategy.is_some() {
             let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
             let first = path.bounces.total == 0;
-            let (wi, pdf) = (get(&room.next, lane), room.pdf.0[lane]);
-            let to = NextVertex { p, ng, wi, pdf, mirror: false, sharp: false, first };
-            self.note_back_of_lambert(sample, &to, -get(&block.direction, lane));
+            let (wi, pdf) = (get(&shading.next, lane), shading.pdf.0[lane]);
+            let to = NextVertex { p, ng, wi, pdf, is_delta: false, is_specular: false, from_camera: first };
+            self.update_reverse_pdf_lambert(sample, &to, -get(&block.direction, lane));
         }
         let path = &mut self.paths[sample as usize];
-        path.beta = get32(&room.beta_next, lane);
+        path.beta = get32(&shading.beta_next, lane);
         path.bounces = bounces;
         path.from_camera = false;
         path.specular_bounce = false;
         path.any_nonspecular = true;
-        path.pdf = room.pdf.0[lane];
+        path.pdf = shading.pdf.0[lane];
         if let Some(receiver) = block.receivers[lane] {
             path.origin = receiver;
         }
@@ -388,18 +388,18 @@ impl<R: Record> PathBatch<'_, R> {
             path.cone = footprint::leave_flat(pixel, path.cone, path.pdf);
         }
         stats.reflected += 1;
-        if let Some(survives) = self.settings.survival(path) {
+        if let Some(survival) = self.settings.survival(path) {
             let [.., u] = path.numbers.second();
-            let lives = u < f64::from(survives);
-            if !lives {
+            let survived = u < f64::from(survival);
+            if !survived {
                 return;
             }
-            path.beta *= 1.0 / survives;
+            path.beta *= 1.0 / survival;
         }
         if path.beta.is_black() {
             return;
         }
-        let ray = Ray::new(get(&room.origin, lane), get(&room.next, lane));
+        let ray = Ray::new(get(&shading.origin, lane), get(&shading.next, lane));
         self.next.push_ray(sample, &ray, block.from[lane]);
     }
 }

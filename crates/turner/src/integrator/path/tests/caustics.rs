@@ -17,7 +17,7 @@ fn metal(roughness: f64) -> PrincipledMaterial {
     MetalMaterial { roughness: grey(roughness), ..MetalMaterial::default() }.principled()
 }
 
-fn lamp() -> PrincipledMaterial {
+fn emitter() -> PrincipledMaterial {
     emissive(4.0, grey(1.0))
 }
 
@@ -47,12 +47,12 @@ fn table(desc: PathDesc) -> SceneDesc {
 }
 
 /// Mean of the table under the given light.
-fn found(samples: u32, desc: PathDesc, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
+fn mean_lit(samples: u32, desc: PathDesc, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
     mean_of(24, samples, lit(table(PathDesc { max_depth: 6, ..desc })))
 }
 
 fn estimate(samples: u32, caustics: Caustics, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
-    found(samples, PathDesc { caustics, ..PathDesc::default() }, lit)
+    mean_lit(samples, PathDesc { caustics, ..PathDesc::default() }, lit)
 }
 
 /// Polished metal that is no perfect mirror: its narrow lobe forms caustics and reflects those of other objects.
@@ -61,7 +61,7 @@ fn of_polished_metal() {
     let lit = |desc: SceneDesc| {
         let tube =
             CylinderDesc { from: v(-0.2, 0.0, 0.4), to: v(-0.2, 0.4, 0.4), radius: 0.35, capped: false };
-        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), lamp())
+        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), emitter())
             .with(sphere(v(0.1, 0.35, 0.9), 0.35), metal(0.12))
             .with(ShapeDesc::Cylinder(tube), metal(0.12))
     };
@@ -69,7 +69,7 @@ fn of_polished_metal() {
     specular_bounce.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
     // At this resolution the default radius would blur photons over the entire image.
     let photons = PathDesc { caustics: Caustics::Full, photon_radius: Some(0.03), ..PathDesc::default() };
-    specular_bounce.agrees(&found(64, photons, lit), 0.02);
+    specular_bounce.agrees(&mean_lit(64, photons, lit), 0.02);
 }
 
 /// Camera paths alone, with light paths, and with photons.
@@ -80,15 +80,15 @@ fn all_agree(lit: impl Fn(SceneDesc) -> SceneDesc, off: u32, tolerance: f64) {
 }
 
 #[test]
-fn of_shapes_that_shine() {
+fn of_area_lights() {
     let lit = |desc: SceneDesc| {
-        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), lamp()).with(sphere(v(1.8, 1.6, 0.5), 0.5), lamp())
+        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), emitter()).with(sphere(v(1.8, 1.6, 0.5), 0.5), emitter())
     };
     all_agree(lit, 256, 0.02);
 }
 
 #[test]
-fn of_light_from_around() {
+fn of_infinite_lights() {
     let lit = |desc: SceneDesc| {
         let around =
             EnvironmentDesc { rotation: 40.0, tint: [1.0, 0.8, 0.6].into(), ..EnvironmentDesc::studio() };
@@ -105,7 +105,7 @@ fn of_light_from_around() {
 
 /// A small emissive ball is nearly a point light. Camera paths never find point lights behind glass, light paths do.
 #[test]
-fn of_points() {
+fn of_point_lights() {
     let at = v(0.5, 2.4, 1.0);
     let ball = |desc: SceneDesc| desc.with(sphere(at, 0.05), emissive(400.0, grey(1.0)));
     // Radiant intensity π r² L.
@@ -124,7 +124,7 @@ fn of_points() {
 }
 
 #[test]
-fn through_panes_and_with_many_lamps() {
+fn through_panes_and_with_many_lights() {
     let lit = |desc: SceneDesc| {
         let pane = PrincipledMaterial {
             transmission_weight: grey(1.0),
@@ -135,7 +135,7 @@ fn through_panes_and_with_many_lamps() {
         // More lights than a table holds: the light tree chooses.
         (0..70).fold(desc.with(level(v(0.0, 2.2, 0.5), 4.0), pane), |desc, i| {
             let (x, z) = (f64::from(i % 10) * 0.3 - 1.5, f64::from(i / 10) * 0.3 - 0.5);
-            desc.with(sphere(v(x, 2.8, z), 0.12), lamp())
+            desc.with(sphere(v(x, 2.8, z), 0.12), emitter())
         })
     };
     all_agree(lit, 256, 0.02);
@@ -146,7 +146,7 @@ fn any_number_of_threads_and_any_split_into_passes() {
     for caustics in [Caustics::LightTracing, Caustics::Full] {
         let mut desc = table(PathDesc { caustics, ..PathDesc::default() })
             .filmed([80, 50], 5)
-            .with(level(v(-0.5, 2.6, 0.5), 0.6), lamp());
+            .with(level(v(-0.5, 2.6, 0.5), 0.6), emitter());
         desc.film.filter = FilterKind::Gaussian;
         let bits = |threads, pass| {
             let picture = render_with(&desc, threads, pass).0;

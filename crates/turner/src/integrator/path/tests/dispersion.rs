@@ -76,7 +76,7 @@ fn a_slab_seen_head_on_passes_each_band_by_its_index() {
 }
 
 #[test]
-fn clear_glass_takes_nothing_from_light_all_around() {
+fn clear_glass_passes_a_furnace() {
     for (roughness, most, least) in [(0.0, 1.0002, 0.9998), (0.4, 1.003, 0.95)] {
         let desc = path(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() })
             .before(1.0)
@@ -94,7 +94,7 @@ fn clear_glass_takes_nothing_from_light_all_around() {
 }
 
 #[test]
-fn rough_dispersive_glass_is_lit_alike_by_both_ways_of_finding_light() {
+fn rough_dispersive_glass_is_the_same_by_both_strategies() {
     let lit = |light_sampling| {
         path(PathDesc { max_depth: 4, light_sampling, ..PathDesc::default() })
             .seen_from_front(4.0, 0.001)

@@ -51,7 +51,7 @@ fn with_and_without_light_sampling() {
 
 /// Light resampling on rough mirrors: flat ones that are shaded in SIMD blocks, and round ones.
 #[test]
-fn one_of_several_lights_stands_for_all() {
+fn resampled_lights_keep_the_mean() {
     let with = |samples, light_sampling| {
         let caustics = Caustics::Off;
         let mut desc = path(PathDesc { max_depth: 3, caustics, light_sampling, ..PathDesc::default() })
@@ -99,7 +99,7 @@ fn russian_roulette_changes_no_mean() {
 }
 
 #[test]
-fn a_clamp_takes_light_away_and_only_indirect_light() {
+fn a_clamp_removes_indirect_light_only() {
     let clamped = |max_depth, clamp_indirect| {
         estimate(4, room(PathDesc { max_depth, clamp_indirect, ..PathDesc::default() }))
     };

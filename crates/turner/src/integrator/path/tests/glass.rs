@@ -9,12 +9,12 @@ use crate::testing::scenes::{Mean, cuboid, emissive, grey, mean, path, rectangle
 use crate::texture::{CheckerboardDesc, TextureDesc};
 
 /// A camera that looks along the z axis, from distance 10.
-fn looking(desc: PathDesc) -> SceneDesc {
+fn along_z(desc: PathDesc) -> SceneDesc {
     path(desc).seen_from_front(10.0, 0.001)
 }
 
 fn empty() -> SceneDesc {
-    looking(PathDesc { max_depth: 200, ..PathDesc::default() })
+    along_z(PathDesc { max_depth: 200, ..PathDesc::default() })
 }
 
 /// A wall with emission 1, seen through `between`; everything else is black.
@@ -68,7 +68,7 @@ fn a_slab_passes_what_its_faces_do_not_reflect() {
 }
 
 #[test]
-fn glass_absorbs_with_the_way_inside() {
+fn glass_absorbs_along_the_path() {
     through(empty().with(slab([-1.0, 1.0]), tinted(rgb(TINT)))).is(passes_tinted(), 0.01);
 }
 
@@ -91,7 +91,7 @@ fn solids_of_one_material_are_one_where_they_overlap() {
 
 /// A liquid that overlaps its glass: the boundary between them is that of the glass.
 #[test]
-fn where_solids_overlap_the_denser_one_is_there() {
+fn the_denser_of_overlapping_solids_has_priority() {
     let (air, between) = (reflectance(1.0, 1.5), reflectance(1.5, 1.33));
     // Glass from 1 to 2, water from −2 to 1.3 or exactly to 1: rays see glass, then water.
     let overlapping =
@@ -107,7 +107,7 @@ fn where_solids_overlap_the_denser_one_is_there() {
 #[test]
 fn rays_pass_thin_walls_and_hundreds_of_shells() {
     // 64 nested shells of glass with air inside, of a clear material that reflects nothing.
-    let mut desc = looking(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }).before(1.0);
+    let mut desc = along_z(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }).before(1.0);
     let clear = PrincipledMaterial { specular_weight: grey(0.0), ..glass(1.5) };
     let clear = desc.material(MaterialDesc::Principled(clear));
     for i in 0..64 {

@@ -36,7 +36,7 @@ fn white_floor() -> SceneDesc {
 }
 
 #[test]
-fn a_point_light_shines_through_panes() {
+fn a_point_light_through_panes() {
     // Two panes at normal incidence.
     let light = PointDesc {
         position: v(0.0, 3.0, 0.0),
@@ -52,9 +52,9 @@ fn a_point_light_shines_through_panes() {
 }
 
 /// A floor under a tilted pane and a light.
-fn room(way: LightSampling, depth: u32, pane: MaterialDesc) -> SceneDesc {
+fn room(strategy: LightSampling, depth: u32, pane: MaterialDesc) -> SceneDesc {
     let mut desc =
-        path(PathDesc { max_depth: depth, light_sampling: way, ..PathDesc::default() }).seen_down();
+        path(PathDesc { max_depth: depth, light_sampling: strategy, ..PathDesc::default() }).seen_down();
     for part in parts() {
         desc.material(part);
     }
@@ -108,17 +108,17 @@ fn light_sampling_changes_no_mean_behind_panes() {
 #[test]
 fn an_environment_is_found_through_panes() {
     for pane in &panes()[..2] {
-        let lit = |way, samples| -> Mean {
+        let lit = |strategy, samples| -> Mean {
             let studio = LightDesc::Environment(EnvironmentDesc::studio());
-            mean(samples, room(way, 2, pane.clone()).lit(studio))
+            mean(samples, room(strategy, 2, pane.clone()).lit(studio))
         };
         lit(LightSampling::Both, 128).agrees(&lit(LightSampling::Bsdf, 512), 0.03);
     }
 }
 
-/// Without light sampling through the pane, only BSDF-sampled rays would find the sun.
+/// Without light sampling through the pane, only BSDF-sampled rays would find the emitter.
 #[test]
-fn a_small_lamp_behind_a_pane_is_no_noise() {
+fn a_small_light_behind_a_pane_has_no_noise() {
     let desc = white_floor()
         .with(level(1.0, 4.0), pane())
         .with(sphere(v(0.0, 5.0, 0.0), 0.01), emissive(1e5, grey(1.0)));
@@ -142,7 +142,7 @@ fn the_direct_integrator_sees_light_through_panes() {
 /// Smooth normals over flat triangles: light sampling and BSDF sampling agree, and the result is darker than without
 /// normals beyond the terminator.
 #[test]
-fn the_terminator_of_smooth_meshes_is_the_same_for_both_ways() {
+fn the_terminator_of_smooth_meshes_is_the_same_for_both_strategies() {
     let lit = |light_sampling| {
         let mut desc = path(PathDesc { max_depth: 1, light_sampling, ..PathDesc::default() }).seen_at(
             v(0.2, 0.15, 4.0),

@@ -27,7 +27,7 @@ fn places(salt: u32) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// The scene with another `caustics` setting, without splats of light paths, which belong to no sample.
+/// The scene with this `caustics` setting. Splats of light paths belong to no sample.
 fn with_caustics(mut desc: SceneDesc, caustics: Caustics) -> SceneDesc {
     if let IntegratorDesc::Path(path) = &mut desc.integrator {
         path.caustics = caustics;
@@ -71,7 +71,7 @@ fn sample_and_record(scene: &Prepared, (x, y, index): (u32, u32, u32), name: &st
 
 /// With MIS weights against light paths, and with photons.
 #[test]
-fn samples_beside_light_paths_are_sums_of_their_records() {
+fn samples_with_light_paths_are_sums_of_their_records() {
     let mut gathered = 0;
     for (i, (name, desc, _)) in scenes().into_iter().enumerate() {
         for caustics in [Caustics::LightTracing, Caustics::Full] {
@@ -174,7 +174,7 @@ fn check(path: &PathRecord, at: &str) {
 }
 
 #[test]
-fn what_cannot_be_replayed_is_said() {
+fn what_cannot_be_replayed_is_an_error() {
     let mut desc = seen(path(PathDesc::default()));
     let path = prepared(&desc);
     let message = |scene: &Prepared, x, y, i| {

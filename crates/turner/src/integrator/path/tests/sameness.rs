@@ -57,7 +57,7 @@ fn any_number_of_threads_and_any_split_into_passes() {
 
 /// A crop has the same pixels as the full image: no sample depends on its neighbours.
 #[test]
-fn a_crop_is_a_part_of_the_whole() {
+fn a_crop_equals_its_part_of_the_image() {
     let mut desc = scene(4.0);
     let whole = render(&desc).0;
     desc.film.crop = Some([13, 9, 11, 7]);

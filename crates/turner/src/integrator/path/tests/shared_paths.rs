@@ -73,7 +73,7 @@ fn picture(desc: &SceneDesc) -> Picture {
 }
 
 #[test]
-fn samples_are_sums_of_their_own_path_and_of_what_neighbours_lend() {
+fn samples_are_sums_of_their_own_path_and_of_donors() {
     let desc = room(SharedPathsMode::Always);
     let (scene, picture) = (prepared(&desc), picture(&desc));
     let (mut donated, mut kept, mut neighbours) = (0, 0, 0);
@@ -113,7 +113,7 @@ fn found_from(path: &PathRecord, from: usize) -> Spectrum {
 }
 
 #[test]
-fn the_mean_is_that_of_paths_by_themselves() {
+fn the_mean_is_that_of_separate_paths() {
     const SEEDS: u32 = 48;
     // Sums over cells of 4 x 3 pixels, because the noise of pixels in a cell is correlated.
     let cells = |shared_paths: SharedPathsMode, first: u32| -> Vec<Vec<f64>> {
@@ -196,7 +196,7 @@ fn the_same_bytes_for_threads_passes_and_crops() {
 }
 
 #[test]
-fn where_it_is_not_right_it_is_not_done() {
+fn paths_are_not_shared_where_it_would_be_wrong() {
     type Change = fn(&mut SceneDesc);
     let cases: [(&str, Change); 6] = [
         ("motion", |desc| {
@@ -227,7 +227,7 @@ fn where_it_is_not_right_it_is_not_done() {
 
 /// The pilot run measures noise: an indoor room gains, a ball in the open does not.
 #[test]
-fn a_test_decides() {
+fn the_pilot_run_decides() {
     assert!(prepared(&room(SharedPathsMode::Auto)).integrator.shares_paths());
     let metal = MetalMaterial { roughness: grey(0.3), ..MetalMaterial::default() };
     let open = path(PathDesc::default())

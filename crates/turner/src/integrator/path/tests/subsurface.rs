@@ -21,7 +21,7 @@ fn deep() -> PathDesc {
 }
 
 /// A camera that looks at the origin from the front.
-fn aside(desc: PathDesc) -> SceneDesc {
+fn from_front(desc: PathDesc) -> SceneDesc {
     path(desc).seen_from_front(4.0, 20.0)
 }
 
@@ -41,7 +41,7 @@ fn ball() -> ShapeDesc {
 /// White furnace: with emission 1 all around and no absorption, everything is 1.
 #[test]
 fn a_white_body_returns_all_light() {
-    let mut start = aside(deep()).before(1.0);
+    let mut start = from_front(deep()).before(1.0);
     let mesh = start.mesh(MeshData {
         positions: vec![[-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [0.0, -1.0, 1.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]],
@@ -101,9 +101,9 @@ fn a_thick_body_has_its_colour() {
 
 /// Unscattered light: the mean over chords 2Rµ of a sphere that light enters with a cosine distribution.
 #[test]
-fn what_goes_straight_through_is_that_of_the_mean_ways() {
+fn unscattered_light_follows_the_mean_free_path() {
     let body = PrincipledMaterial { subsurface_color: grey(1e-5), ..wax_of(0.8) };
-    let m = mean(1024, aside(deep()).before(1.0).with(ball(), body));
+    let m = mean(1024, from_front(deep()).before(1.0).with(ball(), body));
     let expected = [0.8, 0.4, 0.2].map(|way: f64| {
         let a = 2.0 / way;
         2.0 * (1.0 - (1.0 + a) * (-a).exp()) / (a * a)
@@ -147,7 +147,7 @@ fn a_body_is_as_bright_as_a_sphere_of_its_medium() {
 
 /// The same scene ten times as large, lit by a light and an environment.
 #[test]
-fn lengths_are_those_of_the_scene() {
+fn lengths_scale_with_the_scene() {
     let scene = |k: f64, radius: f64| {
         path(deep())
             .seen_from_front(4.0 * k, 30.0)
@@ -164,12 +164,12 @@ fn lengths_are_those_of_the_scene() {
 
 /// Lights are sampled at the exits of walks, hit from there, or both.
 #[test]
-fn ways_to_find_lights_agree() {
+fn light_sampling_strategies_agree() {
     let coated = PrincipledMaterial { coat_weight: grey(0.5), coat_roughness: grey(0.3), ..wax_of(0.2) };
     let ground = PlaneDesc { point: v(0.0, -1.0, 0.0), ..PlaneDesc::default() };
     let [both, bsdf, light] =
         [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light].map(|light_sampling| {
-            let desc = aside(PathDesc { max_depth: 4, light_sampling, ..deep() })
+            let desc = from_front(PathDesc { max_depth: 4, light_sampling, ..deep() })
                 .with(ball(), coated.clone())
                 .with(ShapeDesc::Plane(ground.clone()), matte(grey(0.8)))
                 .with(sphere(v(2.0, 2.0, 1.0), 0.7), emissive(5.0, grey(1.0)));
@@ -203,8 +203,9 @@ fn bodies_that_overlap_are_one() {
 #[test]
 fn limits_are_diffuse() {
     let color = rgb([0.9, 0.5, 0.2]);
-    let scene =
-        |material: PrincipledMaterial| aside(deep()).lit(lamp(v(2.0, 3.0, 2.0), 20.0)).with(ball(), material);
+    let scene = |material: PrincipledMaterial| {
+        from_front(deep()).lit(lamp(v(2.0, 3.0, 2.0), 20.0)).with(ball(), material)
+    };
     let picture = |material| render_with(&scene(material).filmed([16; 2], 4), 1, u32::MAX).0.linear;
     let plain = PrincipledMaterial { base_color: color, ..PrincipledMaterial::default() };
     let body = |radius: f64| PrincipledMaterial {
@@ -278,7 +279,7 @@ fn light_paths_leave_bodies_to_camera_paths() {
 }
 
 #[test]
-fn white_and_black_are_what_they_are() {
+fn white_and_black_are_exact() {
     assert_eq!(Spectrum::WHITE.to_array().map(|c| scattering_albedo(f64::from(c), 0.5)), [1.0; 3]);
     assert!(scattering_albedo(0.0, 0.5).abs() < 1e-4);
 }

@@ -51,7 +51,7 @@ fn foggy(extinction: Option<Spectrum>, albedo: Option<Spectrum>, anisotropy: f64
     HomogeneousMedium { extinction, albedo, anisotropy, ..HomogeneousMedium::default() }
 }
 
-const WAYS: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
+const STRATEGIES: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
 
 #[test]
 fn absorption_follows_beer_and_lambert() {
@@ -105,7 +105,7 @@ fn single_scattering(end: f64, sigma: f64, albedo: f64, g: f64, light: [f64; 2],
 }
 
 #[test]
-fn light_scattered_once_is_that_of_quadrature() {
+fn single_scattering_matches_quadrature() {
     let once = PathDesc { max_depth: 1, ..PathDesc::default() };
     for (g, samples) in [(0.0, 400), (0.7, 400), (-0.5, 400)] {
         for light_sampling in [LightSampling::Both, LightSampling::Light] {
@@ -185,7 +185,7 @@ fn a_furnace_with_media_stays_even() {
 }
 
 #[test]
-fn a_medium_shines_through_itself() {
+fn an_emissive_medium_absorbs_its_own_emission() {
     let emission = Spectrum::new(1.0, 2.0, 3.0);
     let emissive = HomogeneousMedium { emission, ..absorbing(bands([0.5, 0.0, 2.0])) };
     let of = |sigma: f64, emission: f64| emission * (1.0 - (-2.0 * sigma).exp()) / sigma;
@@ -264,7 +264,7 @@ fn scattering_glass_is_reciprocal() {
 
 /// Area lights in media are found by three strategies; each setting gives the same result.
 #[test]
-fn ways_to_find_lights_agree_in_media() {
+fn light_sampling_strategies_agree_in_media() {
     let found = |light_sampling| -> Mean {
         let desc = path(PathDesc { max_depth: 6, light_sampling, ..PathDesc::default() })
             .seen_at(v(0.0, 1.0, 5.0), v(0.0, 1.0, 0.0), 50.0)
@@ -274,7 +274,7 @@ fn ways_to_find_lights_agree_in_media() {
             .in_fog(HomogeneousMedium { absorption: even(0.02), ..scattering(bands([0.1, 0.2, 0.3]), 0.4) });
         mean_of(8, 256, desc)
     };
-    let [both, bsdf, light] = WAYS.map(found);
+    let [both, bsdf, light] = STRATEGIES.map(found);
     both.agrees(&bsdf, 0.02);
     both.agrees(&light, 0.02);
 }
@@ -332,14 +332,14 @@ fn cloudy() -> SceneDesc {
         resolution: 20,
         ..SmokeMedium::default()
     };
-    let shines =
+    let emissive_medium =
         HomogeneousMedium { emission: Spectrum::grey(0.1), ..scattering(bands([2.0, 3.0, 1.0]), 0.0) };
     let mut desc = path(PathDesc { max_depth: 12, ..PathDesc::default() })
         .seen_at(v(0.0, 1.0, 5.0), v(0.0, 1.0, 0.0), 40.0)
         .filmed([37, 29], 6)
         .lit(lamp(v(2.0, 3.0, 1.0), 20.0))
         .with(plane(), matte(grey(0.8)))
-        .filled(sphere(v(0.0, 1.0, 0.0), 1.0), shines)
+        .filled(sphere(v(0.0, 1.0, 0.0), 1.0), emissive_medium)
         .filled(sphere(at, 0.6), smoke);
     let full = glass(&mut desc, scattering(even(3.0), 0.0));
     desc.with_shared(sphere(v(1.5, 0.5, 1.0), 0.5), full).in_fog(foggy(even(0.1), even(0.8), 0.3))
