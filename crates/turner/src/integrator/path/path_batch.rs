@@ -18,8 +18,8 @@
 //!
 //! Passes pay where eight rays fit a SIMD register and where reads of large tables overlap. A path's random numbers
 //! depend only on its sample and vertex, and all sums are taken per sample in a fixed order, so a result has the same
-//! bits in any batch (after Laine, Karras and Aila 2013, "Megakernels considered harmful", as far as the queues are
-//! concerned).
+//! bits in any batch. The queues follow Laine, Karras and Aila 2013, "Megakernels considered harmful: wavefront path
+//! tracing on GPUs".
 
 use std::sync::Arc;
 

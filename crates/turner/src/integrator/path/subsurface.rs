@@ -1,7 +1,7 @@
 //! Random-walk subsurface scattering (Chiang, Kutz and Burley 2016, "Practical and controllable subsurface scattering
 //! for production path tracing").
 //!
-//! A path that refracts into a translucent body walks from one scattering event to the next in its medium until it
+//! A path that enters a translucent body walks from one scattering event to the next in its medium until it
 //! leaves:
 //!
 //! ```text
@@ -18,8 +18,8 @@
 //!
 //! Each distance is sampled with the extinction of one colour band, chosen with its fraction of the throughput, and
 //! weighted by the density over all three bands (the one-sample balance heuristic over bands, as [`Homogeneous`] does
-//! for other media). The sum over bands of the throughput therefore never grows.
-//! Walks that have lost most of their throughput end by Russian roulette.
+//! for other media). The sum over bands of the throughput therefore never grows. Walks that have lost most of their
+//! throughput end by Russian roulette.
 //!
 //! Bodies that touch or overlap are one body with the medium of the entry point. Glass surfaces and interfaces inside
 //! are crossed straight; any other surface inside absorbs the light that hits it.

@@ -4,12 +4,12 @@
 //! integral over the distance t and the direction to the lights, and three strategies estimate it:
 //!
 //! ```text
-//!               * light L
-//!             ./ \.
-//!           ./     \.        1. scatter at t_d (distance sampling), sample a light there
-//!         ./         \.      2. scatter at t_d, follow the phase function, hit a light
-//!  o----t_e----------t_d----->| 3. sample t_e by the angle that L sees the ray under, sample a light there
-//!  ray origin            end
+//!              * light L
+//!             / \.
+//!            /    \.          1. scatter at t_d (distance sampling), sample a light there
+//!           /       \.        2. scatter at t_d, follow the phase function, hit a light
+//!  o------t_e-------t_d---->| 3. sample t_e by the angle under which L sees the ray, sample a light there
+//!  ray origin             end
 //! ```
 //!
 //! Strategies 1 and 2 sample t_d in proportion to the transmittance times the scattering coefficient; this misses the

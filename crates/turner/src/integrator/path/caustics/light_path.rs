@@ -72,8 +72,8 @@ impl LightPath {
         self.direction_pdf * offset.dot(surface.ng).abs() / (d2 * d2.sqrt())
     }
 
-    /// Ratio of densities at the last vertex: from `surface`, with density `reverse_pdf` per solid angle, over that of this
-    /// path.
+    /// Ratio of densities at the last vertex: from `surface`, with density `reverse_pdf` per solid angle, over that of
+    /// this path.
     pub(super) fn reverse_ratio(&self, surface: &SurfaceInteraction, reverse_pdf: f64) -> f64 {
         let d2 = (surface.p - self.p).length_squared();
         reverse_pdf * self.cos / (d2 * self.vertex_pdf)

@@ -98,8 +98,8 @@ impl<'a> LightPathBatch<'a> {
         }
     }
 
-    /// Traces the paths `first..first + count` and passes each contribution to `contribute`: the splat, its MIS weight, and
-    /// the caustic target.
+    /// Traces the paths `first..first + count` and passes each contribution to `contribute`: the splat, its MIS weight,
+    /// and the caustic target.
     pub(super) fn advance(
         &mut self,
         first: u64,

@@ -14,13 +14,13 @@
 //! ```
 //!
 //! 1. Path tracing, from the camera: o, x1, … until a ray hits the light or the light is sampled (BSDF sampling and
-//!   NEE).
+//!    NEE).
 //! 2. Light tracing, from the light: *, x_k, …, x1. Light paths are aimed at the caustic targets
-//!   ([`crate::scene::caustic_targets`]) and are joined to the camera at every later vertex (Dutré, Lafortune and
-//!   Willems 1993; `light_path_batch`).
+//!    ([`crate::scene::caustic_targets`]) and are joined to the camera at every later vertex (Dutré, Lafortune and
+//!    Willems 1993; `light_path_batch`).
 //! 3. Photons (vertex merging): a caustic that is seen in a mirror or through glass cannot be joined to the camera.
-//!   There the light paths that arrive within a small radius are gathered (Jensen 1996), with a radius that shrinks
-//!   from sample to sample (Knaus and Zwicker 2011; `photons`).
+//!    There the light paths that arrive within a small radius are gathered (Jensen 1996), with a radius that shrinks
+//!    from sample to sample (Knaus and Zwicker 2011; `photons`).
 //!
 //! Strategies 1 and 2 are weighted by the power heuristic over the densities with which each makes the same path, in
 //! the manner of VCM/UPS (Georgiev et al. 2012, "Light transport simulation with vertex connection and merging"),

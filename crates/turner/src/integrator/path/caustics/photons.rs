@@ -14,8 +14,8 @@
 //! specular surfaces alone reaches another surface, the photons within the radius r estimate the density of light there
 //! (Jensen 1996): L = sum of f · power / (π r²) over photons, over the number of light paths. This blurs, so r shrinks
 //! with the sample index n, r² ∝ n^(α−1) with α = 0.7, and the mean over samples converges (Knaus and Zwicker 2011,
-//! "Progressive photon mapping: a probabilistic approach"). Photons are found in a hashed grid of cells with edges of 2
-//! r: at most eight cells per query.
+//! "Progressive photon mapping: a probabilistic approach"). Photons are found in a hashed grid of cells with edges of
+//! 2 r: at most eight cells per query.
 
 use super::light_path_batch::LightPathBatch;
 use super::strategy::CausticsStrategy;
@@ -173,8 +173,8 @@ impl PhotonMap {
         }
     }
 
-    /// Radiance from the photons around a point that were scattered at most `max_depth` times. `scatters` returns the BSDF
-    /// for light from a direction times the cosine of the shading normal to it.
+    /// Radiance from the photons around a point that were scattered at most `max_depth` times. `scatters` returns the
+    /// BSDF for light from a direction times the cosine of the shading normal to it.
     pub(super) fn gather(
         &self,
         p: DVec3,

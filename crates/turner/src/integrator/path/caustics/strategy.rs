@@ -114,11 +114,11 @@ fn radius_of(scene: &Scene, size: Option<f64>) -> f64 {
 /// The strategy as reported with a rendered image.
 impl std::fmt::Display for CausticsStrategy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} light paths to each sample of all pixels", self.paths)?;
+        write!(f, "{} light paths per sample of all pixels", self.paths)?;
         match self.merges {
             true => write!(
                 f,
-                "; photons behind mirrors and glass, radius {:.4e} at first: a little blurred",
+                "; photons for caustics seen in mirrors or through glass, initial radius {:.4e} (slightly blurred)",
                 self.first_radius
             ),
             false => Ok(()),

@@ -22,7 +22,8 @@ pub(in crate::integrator::path) struct SurfaceBsdf<'a> {
 }
 
 impl SurfaceBsdf<'_> {
-    /// Evaluates `evaluate` at the vertex seen from the direction `toward`, a unit vector that points away from the surface.
+    /// Calls `evaluate` with the vertex seen from the direction `toward`, a unit vector that points away from the
+    /// surface.
     pub(super) fn with_vertex<T>(&self, toward: DVec3, evaluate: impl FnOnce(&Vertex<'_>) -> T) -> T {
         let SurfaceBsdf { scene, material, surface, exterior_ior, band } = *self;
         let outside = toward.dot(surface.ng) > 0.0;

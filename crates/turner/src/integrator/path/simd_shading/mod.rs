@@ -1,5 +1,5 @@
-//! SIMD shading: the simplest vertices, eight at a time. These are flat triangles of meshes with a constant material whose
-//! BSDF is Lambertian or one rough mirror lobe, and nothing else (see `OpenPbr::plain`).
+//! SIMD shading: the simplest vertices, eight at a time. These are flat triangles of meshes with a constant material
+//! whose BSDF is Lambertian or one rough mirror lobe, and nothing else (see `OpenPbr::plain`).
 //!
 //! ```text
 //!  hits:   L  g  L  R  L  g  L ...          L, R: Lambertian, rough mirror;  g: anything else
