@@ -1,4 +1,4 @@
-//! Radiance known by formula.
+//! Radiance with a closed form.
 #![allow(
     clippy::disallowed_methods,
     reason = "expected values are independent of the renderer's own functions"
@@ -27,14 +27,14 @@ fn by(light_sampling: LightSampling) -> PathDesc {
     PathDesc { light_sampling, ..PathDesc::default() }
 }
 
-const WAYS: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
+const STRATEGIES: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
 
 fn ambient() -> LightDesc {
     LightDesc::Ambient(AmbientDesc { intensity: 1.0, ..AmbientDesc::default() })
 }
 
 #[test]
-fn a_convex_surface_among_light_shows_its_albedo() {
+fn uniform_light_shows_the_albedo() {
     for is_background in [true, false] {
         for albedo in [0.0, 0.3, 1.0] {
             let camera =
@@ -56,34 +56,34 @@ fn a_convex_surface_among_light_shows_its_albedo() {
 }
 
 #[test]
-fn shining_surfaces_are_seen_as_they_are() {
-    let shine = emissive(3.0, rgb([1.0, 0.5, 0.25]));
+fn emissive_surfaces_show_their_radiance() {
+    let emission = emissive(3.0, rgb([1.0, 0.5, 0.25]));
     for shape in [
         sphere(DVec3::ZERO, 0.1),
         rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 0.0, -1.0)),
         ShapeDesc::Cylinder(CylinderDesc::default()),
     ] {
-        for way in WAYS {
-            let m = mean(4, path(by(way)).seen_down().with(shape.clone(), shine.clone()));
+        for strategy in STRATEGIES {
+            let m = mean(4, path(by(strategy)).seen_down().with(shape.clone(), emission.clone()));
             m.is([3.0, 1.5, 0.75], 0.0);
         }
     }
-    // Of one side only.
+    // The back face does not emit.
     let back = rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 0.0, 1.0));
     let mut desc = path(PathDesc { max_depth: 3, ..PathDesc::default() })
         .seen_down()
-        .with(back, PrincipledMaterial { double_sided: false, ..shine });
+        .with(back, PrincipledMaterial { double_sided: false, ..emission });
     desc.background.color = Spectrum::grey(0.125);
     mean(4, desc).is_grey(0.125, 0.0);
 }
 
 #[test]
-fn lights_without_extent_on_a_matte_plane() {
+fn delta_lights_on_a_matte_plane() {
     let lit = |light: LightDesc| {
         mean(1, plain().seen_down().with(plane(), matte(rgb([0.5, 0.25, 1.0]))).lit(light))
     };
     let expected = |e: f64| [0.5, 0.25, 1.0].map(|c| c / PI * e);
-    // 60 degrees from the normal at the distance 2: intensity / 4 · cos.
+    // 60 degrees from the normal at distance 2: irradiance = intensity / 4 · cos.
     let at = v(1.732_050_807_568_877_2, 1.0, 0.0);
     let inverse_square = Attenuation { coefficients: [0.0, 0.0, 1.0] };
     let point = PointDesc { position: at, intensity: 8.0, ..PointDesc::default() };
@@ -104,26 +104,28 @@ fn lights_without_extent_on_a_matte_plane() {
     .is(expected(1.0), 0.0);
 }
 
-/// The form factor from a place to a rectangle parallel to it, above it with a corner, of sides a and b times the height.
+/// Form factor from a point to a parallel rectangle with one corner straight above it. The sides are a and b times the
+/// height.
 fn corner_factor(a: f64, b: f64) -> f64 {
     let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
     (part(a, b) + part(b, a)) / (2.0 * PI)
 }
 
-/// Shapes above the origin, with the share of the sky that they take there, weighted by the cosine.
-fn lamps() -> Vec<(ObjectDesc, f64)> {
+/// Emitters above the origin, with their form factors there (cosine-weighted solid angle over π).
+fn emitters() -> Vec<(ObjectDesc, f64)> {
     let box_factor = 4.0 * corner_factor(0.5, 1.0);
     let above = v(0.0, 1.0, 0.0);
     let boxed = BoxDesc { min: Some(v(-0.5, 1.0, -1.0)), max: Some(v(0.5, 3.0, 1.0)), ..BoxDesc::default() };
     let disk = DiskDesc { center: v(0.0, 2.0, 0.0), radius: 1.5, ..DiskDesc::default() };
     let scaled = DAffine3::from_translation(v(0.0, 2.0, 0.0)) * DAffine3::from_scale(DVec3::splat(1.5));
-    let turned = DAffine3::from_translation(above)
+    let rotated = DAffine3::from_translation(above)
         * DAffine3::from_mat3(rotation(DVec3::X, 90.0))
         * DAffine3::from_scale(v(-1.0, 2.0, 1.0));
     let under = |transform, shape| ObjectDesc { transform: Transform(transform), ..ObjectDesc::new(shape) };
     vec![
         (ObjectDesc::new(rectangle(above, v(1.0, 0.0, 0.0), v(0.0, 0.0, 2.0))), box_factor),
-        // A rectangle larger than its distance from the floor is sampled by solid angle, a parallelogram of the same area by area.
+        // A rectangle larger than its distance from the floor is sampled by solid angle, a parallelogram of the same
+        // area by area.
         (
             ObjectDesc::new(rectangle(above, v(8.0, 0.0, 0.0), v(0.0, 0.0, 6.0))),
             4.0 * corner_factor(4.0, 3.0),
@@ -132,19 +134,19 @@ fn lamps() -> Vec<(ObjectDesc, f64)> {
         (ObjectDesc::new(ShapeDesc::Disk(disk)), 2.25 / (2.25 + 4.0)),
         (ObjectDesc::new(sphere(v(0.0, 2.0, 0.0), 1.5)), 2.25 / 4.0),
         (under(scaled, sphere(DVec3::ZERO, 1.0)), 2.25 / 4.0),
-        (under(turned, rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0))), box_factor),
+        (under(rotated, rectangle(DVec3::ZERO, v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0))), box_factor),
     ]
 }
 
 #[test]
-fn shapes_that_shine_above_a_matte_plane() {
-    for (lamp, factor) in lamps() {
-        for (way, cap) in WAYS.into_iter().zip([0.004, 0.05, 0.01]) {
-            // What the camera sees through from above counts for nothing: the camera is below all lights.
-            let desc = path(PathDesc { max_depth: 1, ..by(way) })
+fn emitters_above_a_matte_plane() {
+    for (emitter, factor) in emitters() {
+        for (strategy, cap) in STRATEGIES.into_iter().zip([0.004, 0.05, 0.01]) {
+            // The camera is below all emitters, so it sees none of them.
+            let desc = path(PathDesc { max_depth: 1, ..by(strategy) })
                 .seen_down()
                 .with(plane(), matte(grey(0.5)))
-                .with_object(lamp.clone(), emissive(4.0, grey(1.0)));
+                .with_object(emitter.clone(), emissive(4.0, grey(1.0)));
             mean(256, desc).is_grey(0.5 * 4.0 * factor, cap);
         }
     }
@@ -152,7 +154,7 @@ fn shapes_that_shine_above_a_matte_plane() {
 
 #[test]
 fn depth_limits_cut_a_geometric_series() {
-    // Inside a sphere that shines with 1 and returns half: 1 + 1/2 + 1/4 + …
+    // Inside a sphere with emission 1 and albedo 1/2: 1 + 1/2 + 1/4 + …
     let inside = |desc: SceneDesc| {
         let camera =
             PinholeDesc { position: v(0.1, 0.0, 0.0), look_at: v(0.0, 0.0, 1.0), ..PinholeDesc::default() };
@@ -168,7 +170,7 @@ fn depth_limits_cut_a_geometric_series() {
         inside(path(PathDesc { max_depth: depth, max_glossy: Some(0), max_transmission: Some(0), ..all }))
             .is_grey(expected, 1e-6);
     }
-    // The direct integrator stops after the first.
+    // The direct integrator stops after the first bounce.
     let direct = DirectDesc { light_sampling: LightSampling::Bsdf, ..DirectDesc::default() };
     inside(scene(IntegratorDesc::Direct(direct))).is_grey(1.5, 1e-6);
 }
@@ -186,7 +188,7 @@ fn parallel_planes_and_russian_roulette() {
 }
 
 #[test]
-fn surfaces_that_cover_a_share() {
+fn partially_opaque_surfaces() {
     let sheet = |emission_luminance: f64| {
         let material = PrincipledMaterial {
             alpha_mode: AlphaMode::Blend,
@@ -202,7 +204,7 @@ fn surfaces_that_cover_a_share() {
     let m = mean(64, desc);
     assert!((m.alpha() - 0.25).abs() < 0.003, "{m:?}");
     m.is_grey(0.5, 0.02);
-    // What is behind shows by three quarters, and is lit by three quarters.
+    // A surface behind the sheet shows with 3/4 of its radiance and receives 3/4 of the light.
     let (shape, material) = sheet(0.0);
     let sun = DirectionalDesc { from: Some(v(0.2, 1.0, 0.0)), intensity: 2.0, ..DirectionalDesc::default() };
     let desc = path(PathDesc { max_depth: 1, ..PathDesc::default() })
@@ -212,7 +214,7 @@ fn surfaces_that_cover_a_share() {
         .with(plane(), matte(grey(0.5)));
     let cos = 1.0 / 1.04f64.sqrt();
     mean(64, desc).is_grey(0.75 * 0.5 / PI * 2.0 * cos, 1e-6);
-    // Unlit things show their colour and stop light.
+    // Unlit surfaces show their base colour and block light.
     let unlit = PrincipledMaterial { unlit: true, base_color: grey(0.75), ..PrincipledMaterial::default() };
     mean(1, plain().seen_down().lit(ambient()).with(plane(), unlit)).is_grey(0.75, 0.0);
 }

@@ -1,9 +1,19 @@
-//! Glass that bends colours differently: a path goes on with one colour band from where the bands part.
+//! Dispersion: glass that refracts colours differently.
 //!
-//! Bands have their own indices of refraction, so that their BSDFs differ a little. At a smooth surface all three are sampled with
-//! the same numbers; as long as they give the same direction, as in a reflection, the path keeps all of them. Otherwise, and at rough
-//! surfaces, one band is chosen with its share of what the path carries, and carries all of it: for each band the mean is
-//! that of paths of that band alone.
+//! ```text
+//!           \ |                Each colour band (R, G, B) has its own index of refraction.
+//!  ----------\+---------
+//!             |\ \ B           Reflection: one direction, the path keeps all bands.
+//!             | \ \            Refraction: three directions, the path keeps one band.
+//!             |  R  G
+//! ```
+//!
+//! At a smooth surface the three BSDFs are sampled with the same random numbers. As long as they return the same
+//! direction, the path keeps all bands. Otherwise, and at rough surfaces, the path continues with one band, chosen with
+//! a probability proportional to the band's throughput, p_i = beta_i / (beta_R + beta_G + beta_B). The band's
+//! throughput becomes beta_i / p_i = beta_R + beta_G + beta_B and the others become 0, so the expectation of each band
+//! is that of a path traced for that band alone. This is unbiased; it costs colour noise where bands separate. A path
+//! chooses a band only once.
 
 use super::path_batch::{PathBatch, VertexInput};
 use super::record::Record;
@@ -18,32 +28,32 @@ use crate::scene::SurfaceInteraction;
 /// The set of random numbers for the choice of a band, which a path makes once.
 pub(super) const BAND_SET: u32 = FIRST_SET + 2 * MAX_VERTICES + 2;
 
-/// A surface of dispersive glass that a ray met.
-pub(super) struct Prism<'a> {
+/// A hit on a dispersive surface.
+pub(super) struct DispersiveHit<'a> {
     pub(super) material: &'a OpenPbr,
-    /// Of the bands.
+    /// Index of refraction of each band.
     pub(super) indices: [f64; 3],
     pub(super) surface: &'a SurfaceInteraction,
-    /// Index of refraction around the solid.
-    pub(super) around: f64,
+    /// Index of refraction outside the solid.
+    pub(super) exterior_ior: f64,
     pub(super) outside: bool,
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Direct light at dispersive glass, and the way on.
+    /// Direct light at a dispersive surface, and the next ray.
     pub(super) fn disperse(
         &mut self,
         at: &VertexInput<'_>,
-        prism: &Prism<'_>,
+        prism: &DispersiveHit<'_>,
         pixel: &mut Radiance,
         stats: &mut RayStats,
     ) {
         let scene = self.scene;
         let &VertexInput { sample, ref ray, .. } = at;
-        let Prism { material, indices, surface, around, outside } = *prism;
+        let DispersiveHit { material, indices, surface, exterior_ior, outside } = *prism;
         let bsdf = |band: u8| {
             let index = indices[usize::from(band.min(2))];
-            let bsdf = material.bsdf_of_index(scene, surface, around, outside, index);
+            let bsdf = material.bsdf_of_index(scene, surface, exterior_ior, outside, index);
             coated(scene, ray, material, surface, &bsdf, outside).unwrap_or(bsdf)
         };
         let path = &mut self.paths[sample as usize];
@@ -53,7 +63,7 @@ impl<R: Record> PathBatch<'_, R> {
                 let vertices = bsdfs.each_ref().map(|b| prepare(scene, ray, material, surface, b, outside));
                 let [u0, u1, u2, u3] = path.numbers.second();
                 let samples = vertices.each_ref().map(|v| v.bsdf.sample([u2, u0, u1]));
-                if let Some(s) = together(&samples) {
+                if let Some(s) = common_sample(&samples) {
                     self.follow(sample, &vertices[0], material, s, u3, stats);
                     return;
                 }
@@ -76,31 +86,31 @@ impl<R: Record> PathBatch<'_, R> {
 }
 
 impl super::path_batch::Path {
-    /// Leaves one band of the path; `None` for a path that carries nothing.
+    /// Keeps one band of the path; `None` if the throughput is 0 or non-finite.
     fn choose_band(&mut self) -> Option<u8> {
-        let shares = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
-        let sum: f64 = shares.iter().sum();
+        let fractions = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        let sum: f64 = fractions.iter().sum();
         if !(sum > 0.0 && sum < f64::INFINITY) {
             return None;
         }
-        let place = self.sampler.four(BAND_SET)[0] * sum;
-        let band: u8 = match place {
-            p if p < shares[0] => 0,
-            p if p < shares[0] + shares[1] || shares[2] == 0.0 => 1,
+        let target = self.sampler.four(BAND_SET)[0] * sum;
+        let band: u8 = match target {
+            p if p < fractions[0] => 0,
+            p if p < fractions[0] + fractions[1] || fractions[2] == 0.0 => 1,
             _ => 2,
         };
-        // Roundings choose no band that is black.
-        let band = if shares[usize::from(band)] > 0.0 { band } else { 0 };
-        let mut left = [0.0; 3];
-        left[usize::from(band)] = sum as f32;
-        self.beta = Spectrum::from(left);
+        // Rounding must not choose a black band.
+        let band = if fractions[usize::from(band)] > 0.0 { band } else { 0 };
+        let mut beta = [0.0; 3];
+        beta[usize::from(band)] = sum as f32;
+        self.beta = Spectrum::from(beta);
         self.band = Some(band);
         Some(band)
     }
 }
 
-/// One sample for all bands, if theirs differ in nothing but their weight.
-fn together(samples: &[Option<BsdfSample>; 3]) -> Option<BsdfSample> {
+/// One sample for all bands, if they agree in everything but the weight.
+fn common_sample(samples: &[Option<BsdfSample>; 3]) -> Option<BsdfSample> {
     let [Some(r), Some(g), Some(b)] = samples else { return None };
     let same = |s: &BsdfSample| s.wi == r.wi && s.lobe == r.lobe && s.lobe.is_delta;
     let weight = |s: &BsdfSample, f: f32| f * (r.pdf / s.pdf) as f32;

@@ -1,10 +1,19 @@
-//! Several lights that are looked at where a surface reflects one direction more than others, of which one is followed: resampled importance
-//! sampling (Talbot, Cline and Egbert 2005, "Importance Resampling for Global Illumination").
+//! Resampled importance sampling (RIS) of lights on glossy surfaces (Talbot, Cline and Egbert 2005, "Importance
+//! Resampling for Global Illumination").
 //!
-//! Lights are chosen by what they may bring and their places without regard to the BSDF; of [`CANDIDATES`] of them one is taken in
-//! proportion to what it brings unshadowed, which follows the product of light and BSDF, for one shadow ray. Their density is that of all
-//! together, [`CANDIDATES`] times that of one, and so is the weight against lights that rays find by chance. Only at the first surface, where
-//! the rays of the camera are dearer than candidates.
+//! Light sampling follows the power and the position of lights, not the BSDF, so on a glossy surface most samples fall
+//! outside the lobe. RIS draws M = [`CANDIDATES`] light samples x_1 … x_M from the density p, evaluates the unshadowed
+//! contribution w_i = f·|cos|·Le / (M·p(x_i)) of each (its luminance), and keeps sample i with probability w_i /
+//! sum(w). The kept contribution is multiplied by
+//!
+//! ```text
+//!  resampling weight = (w_1 + … + w_M) / w_i
+//! ```
+//!
+//! so that the expectation over the choice is w_1 + … + w_M, the mean of M separate estimates: unbiased for any M. The
+//! kept sample follows the product of light and BSDF, at the cost of one shadow ray and M light samples. MIS against
+//! BSDF-sampled rays uses the density M·p. Used only at the first surface, where the camera rays that lead there cost
+//! more than candidates.
 
 use super::LightSampling;
 use super::path_batch::{Path, PathBatch};
@@ -12,59 +21,60 @@ use super::record::Record;
 use crate::light::Receiver;
 use crate::scene::LightBatch;
 
-/// How many lights are looked at.
+/// Number of candidates, M.
 pub(super) const CANDIDATES: usize = 8;
 
-/// The sets of random numbers from here on are theirs, one for each vertex.
-const SETS: u32 = 1 << 31;
+/// Sets of random numbers from here on are for candidates, one per vertex.
+const CANDIDATE_SETS: u32 = 1 << 31;
 
-/// Lobes from so many times the rest of the surface's reflection on.
+/// A lobe whose peak is at least this multiple of the diffuse reflection counts as glossy.
 const PEAK: f32 = 100.0;
 
 impl<R: Record> PathBatch<'_, R> {
-    /// How many more lights than one are looked at where a path has arrived.
+    /// Number of candidates beyond the first at a vertex.
     #[inline]
-    pub(super) fn more_lights(&self, path: &Path, at: &Receiver) -> u32 {
+    pub(super) fn extra_light_candidates(&self, path: &Path, at: &Receiver) -> u32 {
         let glossy = at.lobe.peak >= PEAK;
         let first = path.bounces.total == 0;
-        let specular_bounce = self.strategy.is_none() && self.settings.light_sampling != LightSampling::Bsdf;
-        if glossy && first && specular_bounce { CANDIDATES as u32 - 1 } else { 0 }
+        let enabled = self.strategy.is_none() && self.settings.light_sampling != LightSampling::Bsdf;
+        if glossy && first && enabled { CANDIDATES as u32 - 1 } else { 0 }
     }
 
-    /// Asks for light where a path has arrived; gives the number under which there is an answer.
+    /// Requests light samples for a vertex; returns the index of the request.
     #[inline]
-    pub(super) fn ask(&self, path: &Path, at: Receiver, lights: &mut LightBatch) -> u32 {
-        let number = lights.ask(at, |candidate| {
+    pub(super) fn request_light(&self, path: &Path, at: Receiver, lights: &mut LightBatch) -> u32 {
+        let index = lights.ask(at, |candidate| {
             let [u0, u1, u2, _] = match at.extra_candidates {
                 0 => path.numbers.first(),
                 extra_candidates => {
-                    path.sampler.part(candidate, extra_candidates + 1).four(SETS + path.vertex)
+                    path.sampler.part(candidate, extra_candidates + 1).four(CANDIDATE_SETS + path.vertex)
                 }
             };
             [u0, u1, u2]
         });
-        number as u32
+        index as u32
     }
 }
 
-/// Which of several lights a number takes, by the luminance that each brings, and how many times that counts; `None` where none brings any.
-pub(super) fn pick(brought: &[f32], u: f64) -> Option<(usize, f32)> {
-    let sum: f64 = brought.iter().map(|b| f64::from(*b)).sum();
+/// Chooses a candidate by its luminance; returns its index and its resampling weight, or `None` if all contributions
+/// are 0.
+pub(super) fn resample(contributions: &[f32], u: f64) -> Option<(usize, f32)> {
+    let sum: f64 = contributions.iter().map(|b| f64::from(*b)).sum();
     if !sum.is_finite() {
-        // Counted as what it is.
-        return brought.iter().position(|b| !b.is_finite()).map(|i| (i, 1.0));
+        // A non-finite contribution is kept, to be counted as such.
+        return contributions.iter().position(|b| !b.is_finite()).map(|i| (i, 1.0));
     }
     let target = u * sum;
-    let mut passed = 0.0;
-    let mut taken = None;
-    for (i, b) in brought.iter().enumerate().filter(|(_, b)| **b > 0.0) {
-        // The last that is not 0, should rounding leave the target beyond them.
-        if taken.is_none() || target >= passed {
-            taken = Some((i, (sum / f64::from(*b)) as f32));
+    let mut sum_before = 0.0;
+    let mut chosen = None;
+    for (i, b) in contributions.iter().enumerate().filter(|(_, b)| **b > 0.0) {
+        // Rounding may leave the target beyond the last non-zero candidate, which is then taken.
+        if chosen.is_none() || target >= sum_before {
+            chosen = Some((i, (sum / f64::from(*b)) as f32));
         }
-        passed += f64::from(*b);
+        sum_before += f64::from(*b);
     }
-    taken
+    chosen
 }
 
 #[cfg(test)]
@@ -72,26 +82,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_are_kept() {
-        let brought = [0.5, 0.0, 2.0, 1.5f32];
+    fn the_mean_is_kept() {
+        let contributions = [0.5, 0.0, 2.0, 1.5f32];
         let mut sums = [0.0; 4];
         let n = 1 << 14;
         for i in 0..n {
             let u = (f64::from(i) + 0.5) / f64::from(n);
-            let (taken, counts) = pick(&brought, u).unwrap();
-            sums[taken] += f64::from(brought[taken] * counts) / f64::from(n);
+            let (chosen, weight) = resample(&contributions, u).unwrap();
+            sums[chosen] += f64::from(contributions[chosen] * weight) / f64::from(n);
         }
-        for (sum, b) in sums.iter().zip(brought) {
+        for (sum, b) in sums.iter().zip(contributions) {
             assert!((sum - f64::from(b)).abs() < 1e-3, "{sums:?}");
         }
     }
 
     #[test]
-    fn nothing_and_too_much() {
-        assert_eq!(pick(&[0.0; 4], 0.3), None);
-        assert_eq!(pick(&[], 0.3), None);
-        assert_eq!(pick(&[1.0, f32::INFINITY, 0.0], 0.3), Some((1, 1.0)));
-        assert_eq!(pick(&[1.0, 0.0, f32::NAN], 0.3), Some((2, 1.0)));
-        assert_eq!(pick(&[0.0, 1e-40, 0.0], 0.999), Some((1, 1.0)));
+    fn zero_and_non_finite_contributions() {
+        assert_eq!(resample(&[0.0; 4], 0.3), None);
+        assert_eq!(resample(&[], 0.3), None);
+        assert_eq!(resample(&[1.0, f32::INFINITY, 0.0], 0.3), Some((1, 1.0)));
+        assert_eq!(resample(&[1.0, 0.0, f32::NAN], 0.3), Some((2, 1.0)));
+        assert_eq!(resample(&[0.0, 1e-40, 0.0], 0.999), Some((1, 1.0)));
     }
 }

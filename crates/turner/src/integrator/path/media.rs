@@ -1,7 +1,15 @@
-//! What a path is inside of: solids that light passes through, nested or overlapping.
+//! The solids that a path is inside of, nested or overlapping.
 //!
-//! Where solids overlap, the one with the higher index of refraction is there, and the boundary of the other within it is none
-//! (Schmidt & Budge 2002, "Simple nested dielectrics in ray traced images", with the index as priority): a drink may reach into its glass.
+//! ```text
+//!  air  |   glass 1.5   :  |   liquid 1.33
+//!       |<---------------->|                  extent of the glass
+//!                       :<----------------    extent of the liquid; its boundary (:) in the glass has no effect
+//! ```
+//!
+//! Where solids overlap, the one with the higher index of refraction has priority, and the boundary of the other inside
+//! it has no effect (Schmidt and Budge 2002, "Simple nested dielectrics in ray traced images", with the index as
+//! priority). So a liquid may be modelled slightly larger than the inside of its glass. Inside a solid light is
+//! absorbed by the Beer–Lambert law.
 
 use crate::color::Spectrum;
 use crate::material::OpenPbr;
@@ -9,20 +17,20 @@ use crate::math::elementary::{exp, ln};
 use crate::scene::{Scene, SurfaceInteraction};
 use crate::schema::{ColorSource, MaterialId};
 
-/// Materials of solids around a point; more than these are taken for nothing.
+/// Maximum number of solids around a point; further ones are ignored.
 const MAX_NESTED: usize = 8;
 
 #[derive(Clone, Copy, Debug)]
 struct Medium {
     material: MaterialId,
     ior: f32,
-    /// Share absorbed per unit of length, exponential.
+    /// Absorption coefficient per scene unit.
     absorption: [f32; 3],
-    /// How many solids of this material.
+    /// Number of solids of this material.
     count: u32,
 }
 
-/// The solids around a point of a path, in place: nothing is allocated on the way.
+/// The solids around a point of a path, stored in place to avoid allocation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Media {
     list: [Medium; MAX_NESTED],
@@ -35,22 +43,22 @@ impl Default for Media {
     }
 }
 
-/// What a boundary between solids is to a ray.
+/// What the boundary of a solid is to a ray.
 pub(super) enum Boundary {
-    /// Between the solid and another medium of this index of refraction.
+    /// The boundary between the solid and a medium with this index of refraction.
     Between(f64),
-    /// Nothing: a solid that stands above it is on both sides.
+    /// None: a solid of higher priority is on both sides.
     Hidden,
 }
 
 impl Media {
-    /// Around a point in the open.
+    /// No solids.
     pub(super) const NONE: Media = Media {
         list: [Medium { material: MaterialId(0), ior: 1.0, absorption: [0.0; 3], count: 0 }; MAX_NESTED],
         len: 0,
     };
 
-    /// Takes all out.
+    /// Removes all solids.
     #[inline]
     pub(super) fn clear(&mut self) {
         self.len = 0;
@@ -60,34 +68,34 @@ impl Media {
         &self.list[..self.len]
     }
 
-    /// Whether there are none.
+    /// Whether there are no solids.
     pub(super) fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The materials of the solids, in the order they were entered.
+    /// The materials of the solids, in the order of entry.
     pub(super) fn materials(&self) -> impl Iterator<Item = MaterialId> + '_ {
         self.list().iter().map(|m| m.material)
     }
 
-    /// The material of the solid that is there.
+    /// The material of the solid with the highest priority.
     #[inline]
     pub(super) fn top(&self) -> Option<MaterialId> {
         if self.len == 0 { None } else { self.top_except(None).map(|m| m.material) }
     }
 
     /// Whether a solid of a material is among them.
-    pub(super) fn holds(&self, material: MaterialId) -> bool {
+    pub(super) fn contains(&self, material: MaterialId) -> bool {
         self.list().iter().any(|m| m.material == material)
     }
 
-    /// The solid that is there, other than one of a material.
+    /// The solid with the highest priority, except those of one material.
     fn top_except(&self, except: Option<MaterialId>) -> Option<&Medium> {
         let others = self.list().iter().filter(|m| Some(m.material) != except);
         others.max_by(|a, b| a.ior.total_cmp(&b.ior).then(b.material.cmp(&a.material)))
     }
 
-    /// The share of light that is left after a way of some length.
+    /// Transmittance over a distance by the Beer–Lambert law; `None` where nothing is absorbed.
     #[inline]
     pub(super) fn transmittance(&self, length: f64) -> Option<Spectrum> {
         if self.len == 0 {
@@ -104,10 +112,10 @@ impl Media {
         Some(Spectrum::from(absorption.map(through)))
     }
 
-    /// What the boundary of a solid is, met from outside (`entering`) or inside.
+    /// What the boundary of a solid is, hit from outside (`entering`) or inside.
     pub(super) fn boundary(&self, material: MaterialId, ior: f64, entering: bool) -> Boundary {
         let inside = self.list().iter().find(|m| m.material == material).map_or(0, |m| m.count);
-        // Of solids of one material in one another, only the outermost boundary shows.
+        // Of nested solids of one material only the outermost boundary counts.
         if if entering { inside > 0 } else { inside > 1 } {
             return Boundary::Hidden;
         }
@@ -118,7 +126,7 @@ impl Media {
         }
     }
 
-    /// The path has crossed the boundary of a solid at `surface`.
+    /// Updates the solids after the path has crossed a boundary at `surface`.
     pub(super) fn cross(
         &mut self,
         scene: &Scene,
@@ -146,8 +154,8 @@ impl Media {
     }
 }
 
-/// Per unit of length, by the colour that is left after `transmission_depth` (Beer–Lambert). A texture counts as it is where the path
-/// enters.
+/// Absorption coefficient per scene unit, from the colour that is left after `transmission_depth` (Beer–Lambert law). A
+/// texture is evaluated at the point of entry.
 fn absorption(scene: &Scene, surface: &SurfaceInteraction, material: &OpenPbr) -> [f32; 3] {
     let depth = material.desc.transmission_depth;
     if depth <= 0.0 {
@@ -157,7 +165,7 @@ fn absorption(scene: &Scene, surface: &SurfaceInteraction, material: &OpenPbr) -
         ColorSource::Constant(c) => c,
         source => scene.textures.color(source, &scene.texture_point(surface)),
     };
-    // A film a millionth of a millionth thick would be opaque anyway.
+    // The bounds keep the coefficient finite; the solid is opaque there in any case.
     left.to_array().map(|v| {
         let v = f64::from(v).clamp(1e-10, 1.0);
         (-ln(v) / depth).min(1e30) as f32

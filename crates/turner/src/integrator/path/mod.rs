@@ -1,8 +1,23 @@
-//! Path tracing: light transport as it is (Kajiya 1986, "The rendering equation"), estimated path by path.
+//! Unidirectional path tracing (Kajiya 1986, "The rendering equation").
 //!
-//! At each surface a light is sampled and a direction is sampled; where both can find the same light, the power heuristic
-//! weighs them (Veach & Guibas 1995). Numbers come from scrambled Sobol points. The paths of a tile advance together, a
-//! bounce at a time, so that their rays can be searched for in batches; a path's result does not depend on the others.
+//! ```text
+//!  camera          light
+//!     o              *
+//!      \            /        beta  = product over vertices of f·|cos| / pdf (throughput)
+//!       \          / shadow
+//!        \        /  ray     L    += beta · emission at each hit            (weight w_bsdf)
+//!        x1 ---> x2 ---> x3  L    += beta · f·|cos| · Le / pdf_light at x2  (weight w_light)
+//! ```
+//!
+//! At each vertex one light is sampled (next-event estimation, NEE) and one direction is sampled from the BSDF. An
+//! emitter that both can find is counted by both, with the weights of the power heuristic, exponent 2 (Veach & Guibas
+//! 1995), so that the sum stays unbiased. Random numbers are Owen-scrambled Sobol points. The paths of a tile advance
+//! together, one bounce at a time (`path_batch`), so that rays are traced in batches; the result of a path does not
+//! depend on the others in its batch.
+//!
+//! Extensions: light paths for caustics (`caustics`), paths shared between pixels (`shared_paths`), participating media
+//! (`volume`), random-walk subsurface scattering (`subsurface`), dispersion, resampling of lights (`light_resampling`)
+//! and a SIMD path for simple vertices (`simd_shading`).
 
 mod caustics;
 #[cfg(test)]
@@ -32,7 +47,7 @@ pub use record::{
     VertexRecord,
 };
 pub use replay::{replay, replay_at};
-pub(crate) use shared_paths::{CELL, group};
+pub(crate) use shared_paths::{CELL, cluster as group};
 
 pub use caustics::{Caustics, CausticsStrategy, Gathered, Photon, PhotonMap};
 
@@ -46,62 +61,68 @@ use crate::schema::{Range, SceneError, choice, params};
 use crate::view::View;
 
 choice! {
-    /// Which ways of finding lights are used; both give the same picture in the limit.
+    /// How direct light is estimated. The settings differ in noise only, except for lights that a ray cannot hit.
     pub enum LightSampling {
-        /// Both, weighted by the power heuristic.
+        /// By sampling lights and by BSDF-sampled rays that hit them, combined by the power heuristic.
         Both = "both",
-        /// Lights are only found by chance: those that are a point or a direction are never seen.
+        /// By BSDF-sampled rays alone: point and directional lights have no effect.
         Bsdf = "bsdf",
-        /// Lights that can be sampled are only found by sampling them.
+        /// By sampling lights alone, for every light that can be sampled.
         Light = "light",
     }
 }
 
 choice! {
-    /// Whether neighbouring pixels use one another's paths.
+    /// Whether neighbouring pixels share their paths.
     pub enum SharedPathsMode {
-        /// Where a short test finds that it pays: in rooms of diffuse surfaces. The mean is the same, the noise of indirect light that of many times as many samples.
+        /// Where a short test finds a gain, which is typical of rooms with diffuse surfaces. The mean is the same; the
+        /// noise of indirect light is that of many times as many samples.
         Auto = "auto",
-        /// Where it can: not with motion, media, light paths, a clamp, Russian roulette from the first bounce on, or adaptive anti-aliasing.
+        /// Wherever possible. Not possible with motion blur, participating media, light paths, `clamp_indirect`,
+        /// Russian roulette from the first bounce on, or adaptive anti-aliasing.
         Always = "always",
-        /// Each path counts for its own pixel alone.
+        /// Each path contributes to its own pixel only.
         Off = "off",
     }
 }
 
 params! {
-    /// Path tracing: all ways of light between surfaces, materials and lights, without shortcuts. Noise goes down with the
-    /// number of samples per pixel: give `antialias = "monte-carlo"` and `samples` in `[film]`.
+    /// Path tracing: physically based light transport between all surfaces, materials and lights. Noise falls with the
+    /// number of samples per pixel: set `samples` in `[film]`.
     ///
-    /// Units: a surface's emission is radiance; what a light's `intensity` brings to a surface that faces it is irradiance, after
-    /// its attenuation (with "inverse-square" the intensity is radiant intensity). A Lambertian surface of albedo C returns C/π of it: 1/π
-    /// of what the classic integrator returns. The lights "rectangle", "disk" and "sphere" are made of points that shine in all
-    /// directions alike and are not seen, as there; for a surface that is seen to shine, give an object a material with emission.
-    /// A ray that hits nothing finds the environment, or else the background, which shines on things as well. An ambient light is
-    /// the same around everything, and not seen.
+    /// Units: the emission of a surface is radiance. The `intensity` of a light is the irradiance at a surface that
+    /// faces it, after attenuation (with "inverse-square" it is radiant intensity). A Lambertian surface of albedo C
+    /// reflects C/π of it: 1/π of what the classic integrator returns. The lights "rectangle", "disk" and "sphere"
+    /// consist of points that emit equally in all directions, and are invisible, as in the classic integrator; for a
+    /// visible area light give an object a material with emission. A ray that hits nothing sees the environment map, or
+    /// else the background, which lights the scene as well. An ambient light is constant over all directions and
+    /// invisible.
     pub struct PathDesc as "path" {
-        /// How many times light may be scattered; 0 shows only what shines itself, 1 what is directly lit.
+        /// Maximum number of bounces of a path. 0 shows emission only, 1 adds direct light.
         max_depth: u32 = 16, in Range::closed(0.0, 100000.0);
-        /// The same for diffuse reflection alone; as `max_depth` if it is not given.
+        /// Maximum number of diffuse reflections. Default: `max_depth`.
         max_diffuse: Option<u32> = None;
-        /// The same for glossy and mirror reflection.
+        /// Maximum number of glossy and mirror reflections. Default: `max_depth`.
         max_glossy: Option<u32> = None;
-        /// The same for transmission.
+        /// Maximum number of transmissions. Default: `max_depth`.
         max_transmission: Option<u32> = None;
-        /// How many times a ray may pass straight through surfaces that are not wholly there; these do not count as scattering.
+        /// Maximum number of surfaces that a ray may pass straight through, such as alpha-tested holes and thin clear
+        /// panes. These do not count as bounces.
         max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
-        /// After so many scatterings a path ends at random, the sooner the less light it carries; the others make up for it.
+        /// Number of bounces after which Russian roulette starts. A path with low throughput then ends at random; the
+        /// paths that survive are weighted up, so the mean stays the same.
         rr_start: u32 = 3;
-        /// Most radiance that one path may bring by way of another surface, in any colour channel; 0 is no limit. It takes away fireflies
-        /// and light: pictures get darker.
+        /// Largest radiance that one path may contribute as indirect light, in any colour channel; 0 is no limit. A
+        /// limit removes fireflies and also light: the image gets darker.
         clamp_indirect: f64 = 0.0, in Range::NON_NEGATIVE;
-        /// How light is found that mirrors and glass gather.
+        /// How caustics are found: light focused by mirrors and glass.
         caustics: Caustics = Caustics::Auto;
-        /// With caustics = "full": how far photons count for a pixel's first sample, in scene units; without it a few pixels.
+        /// Radius within which photons count for the first sample of a pixel, in scene units. Used with `caustics =
+        /// "full"`. Default: a few pixels.
         photon_radius: Option<f64> = None, in Range::POSITIVE;
-        /// Whether pixels use the paths of their neighbours.
+        /// Whether neighbouring pixels share their paths.
         shared_paths: SharedPathsMode = SharedPathsMode::Auto;
-        /// How lights are found: to compare.
+        /// How direct light is estimated, for comparisons.
         light_sampling: LightSampling = LightSampling::Both;
     }
     example r#"[integrator]
@@ -115,14 +136,14 @@ samples = 64
 }
 
 params! {
-    /// Direct light only: what lights, shining surfaces and the environment bring to a surface without another one between, but for mirrors and
-    /// clear glass on the way from the camera. Units are those of "path".
+    /// Direct light only: light that reaches a surface from lights, emissive surfaces and the environment without
+    /// another bounce. The surface may be seen by way of mirrors and clear glass. Units are those of "path".
     pub struct DirectDesc as "direct" {
-        /// How many mirrors and panes of glass may be between the camera and the surface.
+        /// Maximum number of mirrors and glass surfaces between the camera and the surface.
         max_depth: u32 = 16, in Range::closed(0.0, 100000.0);
-        /// How many times a ray may pass straight through surfaces that are not wholly there.
+        /// Maximum number of surfaces that a ray may pass straight through, such as alpha-tested holes.
         max_transparent: u32 = 256, in Range::closed(0.0, 100000.0);
-        /// How lights are found: to compare.
+        /// How direct light is estimated, for comparisons.
         light_sampling: LightSampling = LightSampling::Both;
     }
     example r#"[integrator]
@@ -158,7 +179,7 @@ impl Integrator for DirectDesc {
     }
 }
 
-/// What a path tracer needs of a scene.
+/// What a path tracer requires of a scene.
 fn capabilities(light_sampling: LightSampling) -> Capabilities {
     Capabilities {
         physical: true,
@@ -167,22 +188,22 @@ fn capabilities(light_sampling: LightSampling) -> Capabilities {
     }
 }
 
-/// A path tracer that is ready for a scene and a view: its settings, and what was chosen for them.
+/// A path tracer prepared for a scene and a view: its settings, and the strategies chosen for them.
 #[derive(Clone, Debug)]
 pub struct PathIntegrator {
     settings: Settings,
-    /// What there is to choose by; `None` for direct light alone, which has no choice.
+    /// Settings that choose the strategies; `None` for the integrator "direct", which has no choice.
     desc: Option<PathDesc>,
     choice: OnceLock<Choice>,
 }
 
-/// What pays in a scene and a view.
+/// The strategies for a scene and a view.
 #[derive(Clone, Debug, Default)]
 struct Choice {
-    /// The light paths that go with the camera's, if they help.
+    /// The light paths that complement camera paths, if they reduce noise.
     strategy: Option<CausticsStrategy>,
-    /// Whether pixels use their neighbours' paths.
-    shares: bool,
+    /// Whether neighbouring pixels share paths.
+    shares_paths: bool,
 }
 
 impl PathIntegrator {
@@ -194,7 +215,7 @@ impl PathIntegrator {
         PathIntegrator { settings, desc, choice }
     }
 
-    /// The light paths that go with the camera's, if they help; none before that is [chosen](PreparedIntegrator::choose).
+    /// The light paths that complement camera paths; `None` without, and before [`PreparedIntegrator::choose`].
     pub fn caustics(&self) -> Option<&CausticsStrategy> {
         self.choice.get()?.strategy.as_ref()
     }
@@ -205,21 +226,21 @@ impl PathIntegrator {
             view,
             settings: self.settings,
             strategy: self.caustics(),
-            shares: self.shares_paths(),
+            shares_paths: self.shares_paths(),
         }
     }
 }
 
-/// What paths are traced in, and by what settings.
+/// The scene, view and settings that paths are traced with.
 #[derive(Clone, Copy)]
 struct Context<'a> {
     scene: &'a Scene,
     view: &'a View,
     settings: Settings,
-    /// The light paths beside which camera paths are weighed.
+    /// The light paths that the MIS weights of camera paths take into account.
     strategy: Option<&'a CausticsStrategy>,
-    /// Whether pixels use their neighbours' paths.
-    shares: bool,
+    /// Whether neighbouring pixels share paths.
+    shares_paths: bool,
 }
 
 impl PreparedIntegrator for PathIntegrator {
@@ -238,9 +259,9 @@ impl PreparedIntegrator for PathIntegrator {
     fn choose(&self, scene: &Scene, view: &View) {
         if let Some(desc) = &self.desc {
             self.choice.get_or_init(|| {
-                let (strategy, shares) =
+                let (strategy, shares_paths) =
                     shared_paths::decide(scene, view, desc, CausticsStrategy::new(scene, view, desc));
-                Choice { strategy, shares }
+                Choice { strategy, shares_paths }
             });
         }
     }
@@ -250,7 +271,7 @@ impl PreparedIntegrator for PathIntegrator {
     }
 
     fn shares_paths(&self) -> bool {
-        self.choice.get().is_some_and(|choice| choice.shares)
+        self.choice.get().is_some_and(|choice| choice.shares_paths)
     }
 
     fn light_paths(&self) -> u64 {

@@ -1,4 +1,4 @@
-//! What the code that renders has to say to a [`PathRecord`].
+//! How the rendering code fills a [`PathRecord`].
 
 use super::caustics::Gathered;
 use super::path_batch::Path;
@@ -15,35 +15,35 @@ use crate::scene::{Hit, Scene, SurfaceInteraction};
 use crate::schema::MaterialId;
 
 impl Path {
-    /// Density of the ray's direction, where sampling a light could have found what it finds.
-    fn pdf_beside_lights(&self) -> Option<f64> {
+    /// Density of the ray's direction, where light sampling could have found what it hits.
+    fn pdf_for_mis(&self) -> Option<f64> {
         (!self.specular_bounce).then_some(self.pdf)
     }
 }
 
 impl PathRecord {
-    /// Something about the vertex the path is at.
+    /// Edits the current vertex.
     pub(super) fn at(&mut self, f: impl FnOnce(&mut VertexRecord)) {
         if let Some(vertex) = self.vertices.last_mut() {
             f(vertex);
         }
     }
 
-    /// Photons brought light to its vertex.
+    /// Photons contributed at the current vertex.
     pub(super) fn gathered(&mut self, radius: f64, g: Gathered, contribution: Spectrum) {
         let photons = PhotonsRecord { radius, count: g.count, radiance: g.radiance, contribution };
         self.at(|v| v.photons = Some(photons));
     }
 
-    /// Something about what it found outside.
-    pub(super) fn outside(&mut self, f: impl FnOnce(&mut EscapeRecord)) {
+    /// Edits the record of what the ray found that left the scene.
+    pub(super) fn at_escape(&mut self, f: impl FnOnce(&mut EscapeRecord)) {
         if let Some(escape) = &mut self.escape {
             f(escape);
         }
     }
 
-    /// It met a surface; `path` is as it arrives there.
-    pub(super) fn met(
+    /// The path hit a surface; `path` is its state on arrival.
+    pub(super) fn hit_surface(
         &mut self,
         scene: &Scene,
         path: &Path,
@@ -83,8 +83,8 @@ impl PathRecord {
         });
     }
 
-    /// The surface has this material there: its own, or one of its mix.
-    pub(super) fn chose(&mut self, scene: &Scene, material: &OpenPbr) {
+    /// Notes the material at the vertex, if a mix chose it.
+    pub(super) fn chose_material(&mut self, scene: &Scene, material: &OpenPbr) {
         let is = |m: &Material| matches!(m, Material::OpenPbr(p) if std::ptr::eq(&**p, material));
         self.at(|v| {
             if !scene.materials.get(v.material.index()).is_some_and(is) {
@@ -93,13 +93,13 @@ impl PathRecord {
         });
     }
 
-    /// Dispersion left one band, which carries `throughput`.
+    /// Dispersion left one band with this throughput.
     pub(super) fn dispersed(&mut self, band: u8, throughput: Spectrum) {
         self.at(|v| (v.band, v.dispersed) = (Some(band), Some(throughput)));
     }
 
-    /// The surface shone.
-    pub(super) fn shone(
+    /// The ray hit an emissive surface.
+    pub(super) fn hit_emitter(
         &mut self,
         path: &Path,
         radiance: Spectrum,
@@ -107,14 +107,14 @@ impl PathRecord {
         weight: f64,
         added: Spectrum,
     ) {
-        let pdf = path.pdf_beside_lights();
+        let pdf = path.pdf_for_mis();
         self.at(|v| {
             v.emission = Some(EmissionRecord { radiance, pdf, light_pdf, weight, contribution: added });
         });
     }
 
-    /// A light was sampled: one of so many, that counts so many times.
-    pub(super) fn lit(
+    /// A light was sampled; `candidates` and the resampling weight `counts` as in [`LightRecord`].
+    pub(super) fn sampled_light(
         &mut self,
         lit: &LightSample,
         direction: DVec3,
@@ -127,8 +127,13 @@ impl PathRecord {
         self.at(|v| v.light = Some(LightRecord { candidates, counts, ..light }));
     }
 
-    /// With which weight.
-    pub(super) fn weighed(&mut self, weight: f64, transmittance: Option<Spectrum>, unshadowed: Spectrum) {
+    /// The MIS weight of the sampled light, and its unshadowed contribution.
+    pub(super) fn weighted_light(
+        &mut self,
+        weight: f64,
+        transmittance: Option<Spectrum>,
+        unshadowed: Spectrum,
+    ) {
         self.at(|v| {
             if let Some(light) = &mut v.light {
                 (light.weight, light.transmittance, light.unshadowed) = (weight, transmittance, unshadowed);
@@ -136,10 +141,10 @@ impl PathRecord {
         });
     }
 
-    /// The shadow ray, and how much comes through.
-    pub(super) fn in_the_way(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
+    /// The shadow ray, and the fraction that passes.
+    pub(super) fn shadow_ray(&mut self, scene: &Scene, ray: Option<Ray>, through: Spectrum) {
         let Some(ray) = ray else { return };
-        self.asked_light(|light| {
+        self.pending_light(|light| {
             light.shadow_origin = Some(ray.origin);
             if through != Spectrum::WHITE {
                 light.casters = scene.shadow_casters(&ray);
@@ -147,28 +152,29 @@ impl PathRecord {
         });
     }
 
-    /// What of it arrived.
-    pub(super) fn arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
-        self.asked_light(|light| {
+    /// The contribution of the shadow ray.
+    pub(super) fn light_arrived(&mut self, visible: Spectrum, contribution: Spectrum) {
+        self.pending_light(|light| {
             (light.visible, light.contribution) = (Some(visible), contribution);
         });
     }
 
-    /// Something about the light whose shadow ray is asked for. Where a walk inside a body came out, the ray of the surface where it went in comes first.
-    fn asked_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
-        if self.asks_second || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
-            return self.light_of(self.asks_second, f);
+    /// Edits the light of the next pending shadow ray. At the exit of a random walk, the shadow ray of the entry vertex
+    /// comes first.
+    fn pending_light(&mut self, f: impl FnOnce(&mut LightRecord)) {
+        if self.next_is_equiangular || self.vertices.last().is_none_or(|v| v.walk.is_none()) {
+            return self.at_light(self.next_is_equiangular, f);
         }
-        let waits = |l: &&mut LightRecord| l.visible.is_none() && !l.unshadowed.is_black();
+        let is_pending = |l: &&mut LightRecord| l.visible.is_none() && !l.unshadowed.is_black();
         let first = self.vertices.len().saturating_sub(2);
         let mut lights = self.vertices.iter_mut().skip(first).filter_map(|v| v.light.as_mut());
-        if let Some(light) = lights.find(waits) {
+        if let Some(light) = lights.find(is_pending) {
             f(light);
         }
     }
 
-    /// A direction was sampled and taken; the path carries `throughput` on.
-    pub(super) fn any_nonspecular(
+    /// A direction was sampled and taken; `throughput` is the new one.
+    pub(super) fn scattered(
         &mut self,
         direction: DVec3,
         s: &BsdfSample,
@@ -192,8 +198,8 @@ impl PathRecord {
         });
     }
 
-    /// It enters a translucent body in this direction.
-    pub(super) fn entered(&mut self, direction: DVec3, entry: &Entry, throughput: Spectrum) {
+    /// The path enters a translucent body in this direction.
+    pub(super) fn entered_body(&mut self, direction: DVec3, entry: &Entry, throughput: Spectrum) {
         let cosine = entry.wi.z.abs();
         let pdf = entry.probability * cosine * std::f64::consts::FRAC_1_PI;
         self.at(|v| {
@@ -212,13 +218,13 @@ impl PathRecord {
         });
     }
 
-    /// The vertex is where a walk inside a translucent body led.
-    pub(super) fn walked(&mut self, passage: Passage, walk: RandomWalkRecord) {
+    /// The vertex was reached by a random walk in a translucent body.
+    pub(super) fn random_walk(&mut self, passage: Passage, walk: RandomWalkRecord) {
         self.at(|v| (v.passage, v.walk) = (passage, Some(walk)));
     }
 
     /// Russian roulette was played.
-    pub(super) fn gambled(&mut self, roulette: Roulette) {
+    pub(super) fn roulette(&mut self, roulette: Roulette) {
         self.at(|v| {
             if let Some(scatter) = &mut v.scatter {
                 scatter.roulette = Some(roulette);
@@ -226,8 +232,8 @@ impl PathRecord {
         });
     }
 
-    /// What it carries on after that.
-    pub(super) fn carries(&mut self, throughput: Spectrum) {
+    /// The throughput after Russian roulette.
+    pub(super) fn set_throughput(&mut self, throughput: Spectrum) {
         self.at(|v| {
             if let Some(scatter) = &mut v.scatter {
                 scatter.throughput = throughput;
@@ -235,7 +241,7 @@ impl PathRecord {
         });
     }
 
-    /// It left the scene; `throughput` reaches the pixel of what it finds.
+    /// The ray left the scene; `throughput` is the fraction of what it finds that reaches the pixel.
     pub(super) fn escaped(
         &mut self,
         path: &Path,
@@ -250,7 +256,7 @@ impl PathRecord {
             direction: ray.direction,
             transmittance,
             throughput,
-            pdf: path.pdf_beside_lights(),
+            pdf: path.pdf_for_mis(),
             lights: Vec::new(),
             background: Spectrum::BLACK,
             ambient: Spectrum::BLACK,
@@ -259,7 +265,7 @@ impl PathRecord {
     }
 }
 
-/// A light that was sampled, before it is known what comes of it.
+/// The record of a sampled light before its shadow ray is traced.
 fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine: f64) -> LightRecord {
     LightRecord {
         direction,
@@ -282,16 +288,16 @@ fn sampled(lit: &LightSample, direction: DVec3, f: Spectrum, f_pdf: f64, cosine:
     }
 }
 
-/// Ways through media.
+/// Segments through media.
 impl PathRecord {
-    /// It goes through a medium.
-    pub(super) fn way(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
+    /// The path travels through a medium.
+    pub(super) fn medium_segment(&mut self, solid: Option<MaterialId>, length: f64, weight: Spectrum) {
         self.way =
             Some(MediumSegmentRecord { solid, length, weight, beside: 0.0, emission: None, second: None });
     }
 
-    /// The way that it is on, or was on last.
-    fn last_way(&mut self) -> Option<&mut MediumSegmentRecord> {
+    /// The current segment, or the last one.
+    fn last_segment(&mut self) -> Option<&mut MediumSegmentRecord> {
         if self.way.is_some() {
             return self.way.as_mut();
         }
@@ -301,22 +307,22 @@ impl PathRecord {
         }
     }
 
-    /// The medium shone.
-    pub(super) fn way_shone(&mut self, added: Spectrum) {
-        if let Some(way) = self.last_way() {
-            way.emission = Some(added);
+    /// The medium of the segment emits.
+    pub(super) fn segment_emitted(&mut self, added: Spectrum) {
+        if let Some(segment) = self.last_segment() {
+            segment.emission = Some(added);
         }
     }
 
-    /// The second place might have been where the path was scattered.
-    pub(super) fn might_be_second(&mut self, beside: f64) {
-        if let Some(way) = self.last_way() {
-            way.beside = beside;
+    /// Density of the equiangular point over that of distance sampling, where the path scattered.
+    pub(super) fn equiangular_ratio(&mut self, ratio: f64) {
+        if let Some(segment) = self.last_segment() {
+            segment.beside = ratio;
         }
     }
 
-    /// The medium scattered it.
-    pub(super) fn met_medium(&mut self, path: &Path, ray: &Ray, t: f64, p: DVec3) {
+    /// The path scattered in the medium.
+    pub(super) fn scattered_in_medium(&mut self, path: &Path, ray: &Ray, t: f64, p: DVec3) {
         let way = self.way.take();
         self.vertices.push(VertexRecord {
             way,
@@ -348,42 +354,43 @@ impl PathRecord {
         });
     }
 
-    /// A light was sampled in a medium: at the second place of the way, this far along it, or where the path was scattered.
-    pub(super) fn lit_in_medium(
+    /// A light was sampled in a medium: at the equiangular point, at distance `equiangular` along the segment, or at
+    /// the scattering event.
+    pub(super) fn sampled_light_in_medium(
         &mut self,
-        second: Option<f64>,
+        equiangular: Option<f64>,
         lit: &LightSample,
         direction: DVec3,
         phase: f64,
     ) {
         let light = sampled(lit, direction, Spectrum::grey(phase as f32), phase, 1.0);
-        match second {
+        match equiangular {
             Some(t) => {
-                if let Some(way) = self.last_way() {
-                    way.second = Some((t, light));
+                if let Some(segment) = self.last_segment() {
+                    segment.second = Some((t, light));
                 }
             }
             None => self.at(|v| v.light = Some(light)),
         }
     }
 
-    /// Something about the light that was sampled at the second place of the way, or at the vertex.
-    pub(super) fn light_of(&mut self, second: bool, f: impl FnOnce(&mut LightRecord)) {
-        let light = if second {
-            self.last_way().and_then(|w| w.second.as_mut()).map(|(_, light)| light)
+    /// Edits the light sampled at the equiangular point of the segment, or at the vertex.
+    pub(super) fn at_light(&mut self, equiangular: bool, f: impl FnOnce(&mut LightRecord)) {
+        let light = if equiangular {
+            self.last_segment().and_then(|w| w.second.as_mut()).map(|(_, light)| light)
         } else {
             self.vertices.last_mut().and_then(|v| v.light.as_mut())
         };
         light.map(f);
     }
 
-    /// Where the next shadow ray begins.
-    pub(super) fn asked(&mut self, second: bool) {
-        self.asks_second = second;
+    /// Whether the next shadow ray starts at the equiangular point.
+    pub(super) fn next_shadow_ray(&mut self, equiangular: bool) {
+        self.next_is_equiangular = equiangular;
     }
 
-    /// The phase function sent it on.
-    pub(super) fn scattered_by_medium(&mut self, direction: DVec3, pdf: f64, throughput: Spectrum) {
+    /// The phase function sampled a direction.
+    pub(super) fn scattered_by_phase(&mut self, direction: DVec3, pdf: f64, throughput: Spectrum) {
         self.at(|v| {
             v.scatter = Some(ScatterRecord {
                 direction,

@@ -1,8 +1,13 @@
-//! Thin clear panes, which shadow rays pass: light behind a window is found by sampling it.
+//! Thin clear panes. Shadow rays pass them, so light behind a window is found by sampling it.
 //!
-//! What goes straight through a pane keeps its direction, so that a path through it is as before: the density of its direction and the place it was chosen
-//! at stay those of the last real scattering, as where it passes a surface that is not wholly there. Both ways of finding a light then
-//! see the same light through the same panes.
+//! A path that goes straight through a pane keeps its direction, so its MIS state is unchanged: the density of the
+//! direction and the receiver it was sampled at stay those of the last scattering event, as at a surface with a hole.
+//! NEE and BSDF-sampled rays then see the same light through the same panes.
+//!
+//! ```text
+//!  x (vertex) ---> pane ---> pane ---> light      beta *= transmission of each pane
+//!     pdf, receiver of x stay valid
+//! ```
 
 use super::path_batch::PathBatch;
 use super::record::{End, Passage, Record};
@@ -11,14 +16,14 @@ use crate::math::DVec3;
 use crate::scene::SurfaceInteraction;
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Goes straight on through a pane; the sample says with what weight.
+    /// Continues straight through a pane with the weight of the sample `s`.
     pub(super) fn pass(&mut self, sample: u32, surface: &SurfaceInteraction, wo: DVec3, s: &BsdfSample) {
         let path = &mut self.paths[sample as usize];
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
         path.from_camera = false;
         path.transparent += 1;
         self.record.note(|r| {
-            r.any_nonspecular(-wo, s, 1.0, path.beta);
+            r.scattered(-wo, s, 1.0, path.beta);
             r.at(|v| v.passage = Passage::Pane);
         });
         if path.transparent > self.settings.max_transparent {

@@ -1,4 +1,25 @@
-//! Paths of many samples, a bounce at a time.
+//! Wavefront path tracing: the paths of many samples advance together, one bounce per round.
+//!
+//! One path after the other would trace one ray at a time, shade one vertex at a time and wait for every table in
+//! memory. Here each round works on a queue of rays, one for every path that is still alive, in passes that do one
+//! thing for all of them:
+//!
+//! ```text
+//!  RayQueue --> intersect_batch --> media        (sample_media: distance sampling; may scatter before the hit)
+//!     ^                               |
+//!     |                         random numbers   (Sobol, eight vertices at a time)
+//!     |                               |
+//!     |                     surfaces, light samples (LightBatch), escaped rays (EscapedRays)
+//!     |                               |
+//!     +--- next rays <-------- shading             (shade: one by one;  simd_shading: eight at a time)
+//!                                     |
+//!                               ShadowRays --> transmittance_batch --> Radiance of each sample
+//! ```
+//!
+//! Passes pay where eight rays fit a SIMD register and where reads of large tables overlap. A path's random numbers
+//! depend only on its sample and vertex, and all sums are taken per sample in a fixed order, so a result has the same
+//! bits in any batch. The queues follow Laine, Karras and Aila 2013, "Megakernels considered harmful: wavefront path
+//! tracing on GPUs".
 
 use std::sync::Arc;
 
@@ -24,46 +45,47 @@ use crate::scene::{
 };
 use crate::view::View;
 
-/// How far the path of one sample has come.
+/// The state of the path of one sample.
 #[derive(Default)]
 pub(super) struct Path {
     pub(super) sampler: OwenSobol,
-    /// The random numbers of the surface that is met.
+    /// The random numbers of the current vertex.
     pub(super) numbers: VertexNumbers,
-    /// Its moment, for things that move.
+    /// Time within the shutter interval, for motion blur.
     time: f32,
-    /// The share of what the next ray finds that reaches the pixel.
+    /// Throughput: the fraction of the radiance that arrives along the next ray that reaches the pixel.
     pub(super) beta: Spectrum,
-    /// What that is the share of, for the chance to go on: 1, or of a path that is lent the share of its second surface in its own pixel.
+    /// Factor from `beta` to the throughput for Russian roulette: 1, or for a donor path, whose `beta` restarts at its
+    /// second vertex, the throughput up to there in its own pixel.
     pub(super) importance: f32,
-    /// Whether what it finds counts for its neighbours, too.
+    /// Whether the path is a donor: its radiance from the second vertex on is shared with other samples.
     pub(super) donates: bool,
-    /// Surfaces met so far, each with its own sets of random numbers.
+    /// Number of surfaces hit so far. Each has its own sets of random numbers.
     pub(super) vertex: u32,
     pub(super) bounces: Bounces,
     pub(super) transparent: u32,
-    /// Whether the ray still comes straight from the camera.
+    /// Whether the ray is still the camera ray, unscattered.
     pub(super) from_camera: bool,
-    /// Whether light sampling could not have found what the ray finds.
+    /// Whether light sampling could not have found what the ray hits: camera rays and rays of delta lobes.
     pub(super) specular_bounce: bool,
-    /// Whether a lobe other than a mirror's has scattered it.
+    /// Whether any vertex so far scattered by a non-delta lobe.
     pub(super) any_nonspecular: bool,
-    /// Density of the ray's direction, and where it was chosen.
+    /// Density of the ray's direction per solid angle, and the receiver it was sampled at.
     pub(super) pdf: f64,
     pub(super) origin: Receiver,
-    /// How many more lights than one were looked at where the ray ends.
+    /// Number of light candidates beyond the first at the current vertex.
     pub(super) extra_candidates: u32,
-    /// The square of the index of refraction of the medium it is in: radiance is larger by it there.
+    /// Square of the index of refraction of the current medium: radiance is scaled by it there.
     pub(super) eta2: f32,
-    /// The one colour band that is left, once dispersion has parted them.
+    /// The colour band (0 red, 1 green, 2 blue) that is left after dispersion.
     pub(super) band: Option<u8>,
     pub(super) media: Media,
-    /// What the ray stands for, from where it begins or, once it has arrived, from its end on.
+    /// Ray cone: at the origin of the ray while it travels, at its end once it has hit.
     pub(super) cone: RayCone,
 }
 
 impl Path {
-    /// Makes it that of a sample which is about to leave the camera.
+    /// Resets the path for a sample that is about to leave the camera.
     #[inline]
     fn begin(&mut self, id: &SampleId, time: f32, cone: RayCone) {
         self.sampler = OwenSobol::new(id);
@@ -87,16 +109,16 @@ impl Path {
     }
 }
 
-/// A ray where it ends, with the light that was sampled there.
+/// A hit to shade, with the lights sampled there.
 pub(super) struct VertexInput<'a> {
     pub(super) sample: u32,
     pub(super) ray: Ray,
     pub(super) surface: &'a SurfaceInteraction,
-    /// One, or several to choose from.
+    /// One light sample, or several candidates of which one is chosen.
     pub(super) lit: &'a [Option<LightSample>],
 }
 
-/// The rays of one bounce, and whose they are.
+/// The rays of one round, and the sample of each.
 #[derive(Default)]
 pub(super) struct RayQueue {
     rays: RayBatch,
@@ -109,47 +131,47 @@ impl RayQueue {
         self.samples.clear();
     }
 
-    /// A ray that leaves a surface.
+    /// Adds a ray that leaves a surface.
     pub(super) fn push(&mut self, sample: u32, from: &SurfaceInteraction, direction: DVec3) {
         self.rays.push_from(&Ray::new(from.leave(direction), direction), from);
         self.samples.push(sample);
     }
 
-    /// A ray that is ready.
+    /// Adds a ray with its origin already offset.
     #[inline]
     pub(super) fn push_ray(&mut self, sample: u32, ray: &Ray, from: RayOrigin) {
         self.rays.push_leaving(ray, from);
         self.samples.push(sample);
     }
 
-    /// A ray that leaves a place in a medium.
-    pub(super) fn push_free(&mut self, sample: u32, from: DVec3, direction: DVec3) {
+    /// Adds a ray that leaves a point in a medium.
+    pub(super) fn push_from_medium(&mut self, sample: u32, from: DVec3, direction: DVec3) {
         self.rays.push(&Ray::new(from, direction));
         self.samples.push(sample);
     }
 
-    /// A ray, with its sample.
+    /// A ray and its sample.
     pub(super) fn get(&self, i: usize) -> Option<(Ray, u32)> {
         self.rays.get(i).zip(self.samples.get(i).copied())
     }
 
-    /// Takes a ray out.
+    /// Removes a ray.
     pub(super) fn remove(&mut self, i: usize) {
         self.rays.remove(i);
     }
 }
 
-/// Shadow rays of one bounce, and what light they bring to which sample.
+/// The shadow rays of one round, with the light that each carries to its sample if unoccluded.
 #[derive(Default)]
-pub(super) struct Shadows {
+pub(super) struct ShadowRays {
     rays: RayBatch,
     light: Vec<(u32, Spectrum)>,
     through: Vec<SpectrumBlock>,
-    /// In scenes with media, what each has with it.
-    carried: Vec<ShadowRayMedia>,
+    /// In scenes with media: the media state of each ray.
+    media: Vec<ShadowRayMedia>,
 }
 
-impl Shadows {
+impl ShadowRays {
     pub(super) fn push(&mut self, ray: &Ray, from: &SurfaceInteraction, sample: u32, light: Spectrum) {
         self.push_ray(ray, from.hit.origin(), sample, light);
     }
@@ -160,72 +182,79 @@ impl Shadows {
         self.light.push((sample, light));
     }
 
-    /// A ray from a place in a medium.
-    pub(super) fn push_free(&mut self, ray: &Ray, sample: u32, light: Spectrum, carried: ShadowRayMedia) {
+    /// Adds a ray from a point in a medium.
+    pub(super) fn push_from_medium(
+        &mut self,
+        ray: &Ray,
+        sample: u32,
+        light: Spectrum,
+        media: ShadowRayMedia,
+    ) {
         self.rays.push(ray);
         self.light.push((sample, light));
-        self.carried.push(carried);
+        self.media.push(media);
     }
 
-    /// What the next ray has with it.
-    pub(super) fn carry(&mut self, carried: ShadowRayMedia) {
-        self.carried.push(carried);
+    /// Sets the media state of the next ray.
+    pub(super) fn push_media(&mut self, media: ShadowRayMedia) {
+        self.media.push(media);
     }
 }
 
-/// All that is known of a batch of samples while it is traced; its memory serves one batch after the other.
+/// A batch of paths while it is traced. Its buffers are reused from batch to batch.
 pub(super) struct PathBatch<'a, R = Off> {
     pub(super) settings: Settings,
     pub(super) scene: &'a Scene,
     pub(super) view: &'a View,
     pub(super) paths: Vec<Path>,
-    front: RayQueue,
+    queue: RayQueue,
     pub(super) next: RayQueue,
-    pub(super) shadows: Shadows,
+    pub(super) shadows: ShadowRays,
     hits: Vec<Option<Hit>>,
     surfaces: Vec<(SurfaceInteraction, u32)>,
-    /// Vertices that are shaded eight at a time; they have no place among the surfaces.
+    /// Vertices that are shaded eight at a time; these have no entry in `surfaces`.
     pub(super) blocks: VertexBlocks,
     lights: LightBatch,
-    around: EscapedRays,
-    wanted: Vec<(OwenSobol, u32)>,
+    escaped: EscapedRays,
+    number_requests: Vec<(OwenSobol, u32)>,
     numbers: Vec<VertexNumbers>,
-    /// The light paths beside which these are weighed, and what each path knows of them; empty without.
+    /// The light paths that MIS weights take into account, and the reverse densities of each path; empty without light
+    /// paths.
     pub(super) strategy: Option<&'a CausticsStrategy>,
-    pub(super) back: Vec<ReversePdf>,
-    /// Which paths are used by neighbours.
+    pub(super) reverse_pdfs: Vec<ReversePdf>,
+    /// State of the paths that are shared between samples.
     pub(super) shared_paths: SharedPaths,
-    /// The photons of the samples' number, where samples find them.
+    /// The photons of the current sample index, where photons are used.
     pub(super) photons: Option<Arc<PhotonMap>>,
-    /// Luminance that they brought, of all samples together.
+    /// Luminance contributed by photons, summed over all samples.
     pub(super) by_photons: f64,
-    /// About the variance of that: the sum of the squares of what each point got over the number of its photons.
+    /// Approximate variance of that sum: the sum over vertices of the squared contribution over the number of photons.
     pub(super) photon_variance: f64,
-    /// What takes notes of the path, if there is but one.
+    /// Records the path of a single sample, or nothing.
     pub(super) record: R,
 }
 
 impl<'a, R> PathBatch<'a, R> {
     pub(super) fn new(context: Context<'a>, record: R) -> PathBatch<'a, R> {
-        let Context { scene, view, settings, strategy, shares } = context;
+        let Context { scene, view, settings, strategy, shares_paths } = context;
         PathBatch {
             settings,
             scene,
             view,
             paths: Vec::new(),
-            front: RayQueue::default(),
+            queue: RayQueue::default(),
             next: RayQueue::default(),
-            shadows: Shadows::default(),
+            shadows: ShadowRays::default(),
             hits: Vec::new(),
             surfaces: Vec::new(),
             blocks: VertexBlocks::default(),
             lights: LightBatch::default(),
-            around: EscapedRays::default(),
-            wanted: Vec::new(),
+            escaped: EscapedRays::default(),
+            number_requests: Vec::new(),
             numbers: Vec::new(),
             strategy,
-            back: Vec::new(),
-            shared_paths: SharedPaths::new(shares),
+            reverse_pdfs: Vec::new(),
+            shared_paths: SharedPaths::new(shares_paths),
             photons: None,
             by_photons: 0.0,
             photon_variance: 0.0,
@@ -244,98 +273,99 @@ impl<R: Record> Tracer for PathBatch<'_, R> {
         stats.camera += count as u64;
         out.clear();
         out.resize(count, Radiance { color: Spectrum::BLACK, alpha: 1.0 });
-        // Those there are keep their places: lists of media are large, and mostly not read.
+        // Existing entries are reused in place: the lists of media are large and mostly unread.
         self.paths.resize_with(count, Path::default);
         for (i, (path, id)) in self.paths.iter_mut().zip(&samples.ids).enumerate() {
             path.begin(id, samples.rays.time(i), footprint::of_camera(self.view, samples, i));
         }
-        self.back.clear();
+        self.reverse_pdfs.clear();
         if let Some(strategy) = self.strategy {
             let ray = |i: usize| samples.rays.get(i).unwrap_or(Ray::new(DVec3::ZERO, DVec3::Z));
-            self.back.extend((0..count).map(|i| ReversePdf::of_camera(self.view, strategy, &ray(i))));
+            self.reverse_pdfs.extend((0..count).map(|i| ReversePdf::of_camera(self.view, strategy, &ray(i))));
         }
         if let Some(volumes) = &self.scene.volumes {
-            self.begin_within(volumes, samples);
+            self.begin_in_media(volumes, samples);
         }
         self.begin_shared_paths(&samples.ids);
-        self.front.rays.copy(&samples.rays);
-        self.front.samples.clear();
-        self.front.samples.extend(0..count as u32);
-        while !self.front.samples.is_empty() {
+        self.queue.rays.copy(&samples.rays);
+        self.queue.samples.clear();
+        self.queue.samples.extend(0..count as u32);
+        while !self.queue.samples.is_empty() {
             self.round(out, stats);
         }
-        self.share(out);
+        self.distribute_shared(out);
     }
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Traces the front, shades what it hits, and collects the next one.
+    /// Traces the rays of the queue, shades their hits and fills the next queue.
     fn round(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let mut hits = std::mem::take(&mut self.hits);
-        let mut front = std::mem::take(&mut self.front);
+        let mut queue = std::mem::take(&mut self.queue);
         if self.scene.moves {
-            for (i, &sample) in front.samples.iter().enumerate() {
-                front.rays.set_time(i, self.paths[sample as usize].time);
+            for (i, &sample) in queue.samples.iter().enumerate() {
+                queue.rays.set_time(i, self.paths[sample as usize].time);
             }
         }
-        self.scene.intersect_batch(&mut front.rays, &mut hits);
+        self.scene.intersect_batch(&mut queue.rays, &mut hits);
         if let Some(volumes) = &self.scene.volumes {
-            self.travel(volumes, &mut front, &mut hits, out, stats);
+            self.sample_media(volumes, &mut queue, &mut hits, out, stats);
         }
-        self.draw(&front.samples, &hits);
+        self.draw_numbers(&queue.samples, &hits);
         let mut surfaces = std::mem::take(&mut self.surfaces);
         let mut lights = std::mem::take(&mut self.lights);
-        self.prepare(&front, &hits, &mut surfaces, &mut lights);
-        let mut around = std::mem::take(&mut self.around);
-        around.clear();
-        let missing = (0..front.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
-        for ray in missing.filter_map(|(i, _)| front.rays.get(i)) {
-            around.push(ray.direction);
+        self.prepare(&queue, &hits, &mut surfaces, &mut lights);
+        let mut escaped = std::mem::take(&mut self.escaped);
+        escaped.clear();
+        let missing = (0..queue.samples.len()).zip(&hits).filter(|(_, hit)| hit.is_none());
+        for ray in missing.filter_map(|(i, _)| queue.rays.get(i)) {
+            escaped.push(ray.direction);
         }
-        self.scene.emitters.escaped_batch(self.scene, &mut around);
+        self.scene.emitters.escaped_batch(self.scene, &mut escaped);
         let mut donated = std::mem::take(&mut self.shared_paths.donated);
-        let mut met = surfaces.iter();
+        let mut hit_surfaces = surfaces.iter();
         let mut missed = 0;
-        for (i, (&sample, hit)) in front.samples.iter().zip(&hits).enumerate() {
-            let Some(ray) = front.rays.get(i) else { continue };
+        for (i, (&sample, hit)) in queue.samples.iter().zip(&hits).enumerate() {
+            let Some(ray) = queue.rays.get(i) else { continue };
             let donates = self.paths[sample as usize].donates;
             let pixel = if donates { &mut donated[sample as usize] } else { &mut out[sample as usize] };
             if hit.is_none() {
-                self.miss(sample, &ray, around.get(missed), pixel);
+                self.miss(sample, &ray, escaped.get(missed), pixel);
                 missed += 1;
-            } else if self.blocks.holds(i) {
-                // Below, with seven others.
-            } else if let Some((surface, light)) = met.next() {
+            } else if self.blocks.contains(i) {
+                // Shaded below, eight at a time.
+            } else if let Some((surface, light)) = hit_surfaces.next() {
                 let lit = lights.get(*light as usize);
                 self.shade(&VertexInput { sample, ray, surface, lit }, pixel, stats);
             }
         }
         self.shade_blocks(&lights, stats);
-        (self.surfaces, self.lights, self.around) = (surfaces, lights, around);
+        (self.surfaces, self.lights, self.escaped) = (surfaces, lights, escaped);
         self.hits = hits;
         self.shared_paths.donated = donated;
-        self.weigh_offers(stats);
-        self.light(out, stats);
-        front.clear();
-        self.front = std::mem::replace(&mut self.next, front);
+        self.trace_reconnections(stats);
+        self.trace_shadow_rays(out, stats);
+        queue.clear();
+        self.queue = std::mem::replace(&mut self.next, queue);
     }
 
-    /// Draws the numbers of the vertices at the hits.
-    fn draw(&mut self, samples: &[u32], hits: &[Option<Hit>]) {
+    /// Draws the random numbers of the vertices at the hits.
+    fn draw_numbers(&mut self, samples: &[u32], hits: &[Option<Hit>]) {
         let hit =
             || samples.iter().zip(hits).filter(|(_, hit)| hit.is_some()).map(|(&sample, _)| sample as usize);
-        self.wanted.clear();
-        self.wanted.extend(hit().map(|i| (self.paths[i].sampler, FIRST_SET + 2 * self.paths[i].vertex)));
-        OwenSobol::vertex_numbers(self.scene.instruction_set, &self.wanted, &mut self.numbers);
+        self.number_requests.clear();
+        self.number_requests
+            .extend(hit().map(|i| (self.paths[i].sampler, FIRST_SET + 2 * self.paths[i].vertex)));
+        OwenSobol::vertex_numbers(self.scene.instruction_set, &self.number_requests, &mut self.numbers);
         for (i, numbers) in hit().zip(&self.numbers) {
             self.paths[i].numbers = *numbers;
         }
     }
 
-    /// The surfaces that were hit, with the number under which each asks for light; and that light.
+    /// Computes the surfaces that were hit, each with the index of its request for light, and samples those lights.
     fn prepare(
         &mut self,
-        front: &RayQueue,
+        queue: &RayQueue,
         hits: &[Option<Hit>],
         surfaces: &mut Vec<(SurfaceInteraction, u32)>,
         lights: &mut LightBatch,
@@ -343,8 +373,8 @@ impl<R: Record> PathBatch<'_, R> {
         surfaces.clear();
         lights.clear();
         self.blocks.clear(hits.len());
-        for (i, (&sample, hit)) in front.samples.iter().zip(hits).enumerate() {
-            let (Some(hit), Some(ray)) = (hit, front.rays.get(i)) else { continue };
+        for (i, (&sample, hit)) in queue.samples.iter().zip(hits).enumerate() {
+            let (Some(hit), Some(ray)) = (hit, queue.rays.get(i)) else { continue };
             if self.take_into_block(i, sample, &ray, hit) {
                 continue;
             }
@@ -357,18 +387,18 @@ impl<R: Record> PathBatch<'_, R> {
             let (mut number, mut extra_candidates) = (u32::MAX, 0);
             if self.may_connect(path, &ray, hit, &surface) {
                 let at = self.scene.receiver(&surface, ray.direction);
-                extra_candidates = self.more_lights(path, &at);
-                number = self.ask(path, at.with_more(extra_candidates), lights);
+                extra_candidates = self.extra_light_candidates(path, &at);
+                number = self.request_light(path, at.with_more(extra_candidates), lights);
             }
             self.paths[sample as usize].extra_candidates = extra_candidates;
             surfaces.push((surface, number));
         }
-        self.ask_in_blocks(lights);
+        self.request_lights_in_blocks(lights);
         self.scene.emitters.sample_batch(self.scene, lights);
     }
 
-    /// Adds the light of the shadow rays that arrive.
-    fn light(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
+    /// Traces the shadow rays and adds the light of those that arrive.
+    fn trace_shadow_rays(&mut self, out: &mut [Radiance], stats: &mut RayStats) {
         let shadows = &mut self.shadows;
         if shadows.light.is_empty() {
             return;
@@ -382,15 +412,15 @@ impl<R: Record> PathBatch<'_, R> {
         self.scene.transmittance_batch(&mut shadows.rays, &mut shadows.through);
         for (i, (sample, light)) in shadows.light.iter().enumerate() {
             let mut through = shadows.through[i / LANES].get(i % LANES);
-            self.record.note(|r| r.asked(shadows.carried.get(i).is_some_and(|c| c.second)));
-            self.record.note(|r| r.in_the_way(self.scene, shadows.rays.get(i), through));
-            if let (Some(volumes), Some(carried)) = (&self.scene.volumes, shadows.carried.get_mut(i))
+            self.record.note(|r| r.next_shadow_ray(shadows.media.get(i).is_some_and(|c| c.equiangular)));
+            self.record.note(|r| r.shadow_ray(self.scene, shadows.rays.get(i), through));
+            if let (Some(volumes), Some(media)) = (&self.scene.volumes, shadows.media.get_mut(i))
                 && !through.is_black()
                 && let Some(ray) = shadows.rays.get(i)
             {
-                through = through * carried.left(self.scene, volumes, &ray);
+                through = through * media.transmittance(self.scene, volumes, &ray);
             }
-            // Not even 0 · infinity of what does not arrive.
+            // Skips occluded rays also because 0 · infinity is NaN.
             if !through.is_black() {
                 let arrives = *light * through;
                 let to = if self.paths[*sample as usize].donates {
@@ -399,13 +429,13 @@ impl<R: Record> PathBatch<'_, R> {
                     &mut *out
                 };
                 to[*sample as usize].color += arrives;
-                self.record.note(|r| r.arrived(through, arrives));
+                self.record.note(|r| r.light_arrived(through, arrives));
             } else {
-                self.record.note(|r| r.arrived(through, Spectrum::BLACK));
+                self.record.note(|r| r.light_arrived(through, Spectrum::BLACK));
             }
         }
         shadows.rays.clear();
         shadows.light.clear();
-        shadows.carried.clear();
+        shadows.media.clear();
     }
 }

@@ -1,7 +1,8 @@
-//! Whether a scene can be probed in passing.
+//! Whether probe rays are cheap in a scene.
 //!
-//! How caustics are found and whether pixels share paths is decided by probes: some ten thousand rays, a blink of an eye in ordinary scenes. Where
-//! thousands of shapes stand in one place each ray is tested against all of them, and probes would take minutes. Such scenes are not probed.
+//! The strategies for caustics and shared paths are chosen by probes of some ten thousand rays, which take little time
+//! in ordinary scenes. Where thousands of shapes overlap, each ray is tested against all of them and probes would take
+//! minutes. Such scenes are not probed.
 
 use crate::bsdf::sample_cosine;
 use crate::math::{Frame, Ray};
@@ -9,22 +10,22 @@ use crate::sampler::SampleId;
 use crate::scene::Scene;
 use crate::view::{View, camera_ray, place_of};
 
-/// Camera rays that are looked at, along the picture's width and height. Each is followed to its hit and once more from there.
+/// Camera rays along the width and height of the image. Each is followed to its hit, and one diffuse bounce beyond.
 const SIDE: u32 = 8;
 
-/// The most tests that a ray may take on average: some microseconds. Ordinary scenes take fewer than ten.
-const MOST: f64 = 500.0;
+/// Maximum mean number of intersection tests per ray, some microseconds. Ordinary scenes take fewer than ten.
+const MAX_TESTS: f64 = 500.0;
 
-/// Numbers of their own.
+/// Seed of the probe rays.
 const SEED: u64 = 0x51de;
 
-/// Whether probes are short. The same for any number of threads and for meshes' trees of any quality.
+/// Whether probes are cheap. The answer is the same for any number of threads and any quality of BVH.
 pub(super) fn is_cheap(scene: &Scene, view: &View) -> bool {
-    let mut left = MOST * f64::from(2 * SIDE * SIDE);
+    let mut left = MAX_TESTS * f64::from(2 * SIDE * SIDE);
     for cell in 0..SIDE * SIDE {
-        let middle =
+        let centre =
             |n: u32, size: u32| (u64::from(size) * u64::from(2 * n + 1) / u64::from(2 * SIDE)) as u32;
-        let (x, y) = (middle(cell % SIDE, view.film.width), middle(cell / SIDE, view.film.height));
+        let (x, y) = (centre(cell % SIDE, view.film.width), centre(cell / SIDE, view.film.height));
         let id = SampleId { x, y, index: 0, seed: SEED };
         let mut next = camera_ray(view, id, place_of(view, &id));
         for _ in 0..2 {
@@ -64,21 +65,21 @@ mod tests {
         ObjectDesc::new(ShapeDesc::Sphere(SphereDesc { center, radius }))
     }
 
-    /// Seen from the front, so that they fill the middle of the picture; lit by a lamp at the side.
+    /// The objects seen from the front, filling the centre of the image, with a light at the side.
     fn described(objects: Vec<ObjectDesc>) -> SceneDesc {
         let mut desc = SceneDesc::default();
         (desc.film.width, desc.film.height) = (160, 120);
         desc.integrator = IntegratorDesc::Path(PathDesc::default());
-        let lamp = PrincipledMaterial { emission_luminance: 40.0, ..PrincipledMaterial::default() };
+        let light = PrincipledMaterial { emission_luminance: 40.0, ..PrincipledMaterial::default() };
         let glass = PrincipledMaterial {
             transmission_weight: ColorSource::Constant(Spectrum::WHITE),
             specular_roughness: ColorSource::Constant(Spectrum::BLACK),
             ..PrincipledMaterial::default()
         };
-        desc.materials = [lamp, glass].map(|m| MaterialDesc::Principled(m).into()).into();
+        desc.materials = [light, glass].map(|m| MaterialDesc::Principled(m).into()).into();
         desc.objects = objects;
-        let lamp = ball(DVec3::new(1.5, 1.5, 0.0), 0.2);
-        desc.objects.push(ObjectDesc { material: Some(MaterialId(0)), ..lamp });
+        let light = ball(DVec3::new(1.5, 1.5, 0.0), 0.2);
+        desc.objects.push(ObjectDesc { material: Some(MaterialId(0)), ..light });
         desc
     }
 
@@ -99,7 +100,7 @@ mod tests {
         ObjectDesc::new(ShapeDesc::Mesh(MeshDesc { mesh, smooth: None, materials: Vec::new() }))
     }
 
-    /// Triangles in one place.
+    /// Triangles at the same position.
     fn stack(count: usize) -> MeshData {
         MeshData {
             positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
@@ -108,12 +109,12 @@ mod tests {
         }
     }
 
-    /// With the probes this takes a minute or more for each.
+    /// Probing these scenes takes a minute or more each.
     #[test]
-    fn a_hundred_thousand_shapes_in_one_place() {
+    fn a_hundred_thousand_shapes_at_one_position() {
         let balls = vec![ball(DVec3::ZERO, 1.0); 100_000];
         assert!(!probed(&prepared(&described(balls))));
-        // One around the other.
+        // Concentric shells.
         let shells = (0..100_000).map(|i| ball(DVec3::ZERO, 1.0 + 1e-6 * f64::from(i))).collect();
         assert!(!probed(&prepared(&described(shells))));
         let mut desc = described(Vec::new());
@@ -123,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn two_hundred_thousand_nodes_under_one_another() {
+    fn two_hundred_thousand_nested_groups() {
         let mut desc = described(Vec::new());
         let count = 200_000;
         let instance = |group| {
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_and_points_in_one_place() {
+    fn triangles_and_points_at_one_position() {
         let mut desc = described(Vec::new());
         let heap = mesh(&mut desc, stack(50_000));
         desc.objects.push(showing(heap));
@@ -156,9 +157,9 @@ mod tests {
         assert!(!probed(&prepared(&desc)));
     }
 
-    /// As many shapes side by side are probed.
+    /// As many shapes next to one another are probed.
     #[test]
-    fn what_stands_side_by_side_is_cheap() {
+    fn separate_shapes_are_cheap() {
         let place = |i: u32| DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.0) * 0.03 - DVec3::ONE;
         let mut desc = described((0..10_000).map(|i| ball(place(i), 0.01)).collect());
         assert!(probed(&prepared(&desc)));
@@ -168,9 +169,9 @@ mod tests {
         assert!(probed(&prepared(&SceneDesc::default())));
     }
 
-    /// Light that only light paths find is not lost where no probe looks for it.
+    /// Light that only light paths find is kept without a probe.
     #[test]
-    fn heaps_of_glass_have_light_paths() {
+    fn overlapping_glass_keeps_light_paths() {
         let glass = ObjectDesc { material: Some(MaterialId(1)), ..ball(DVec3::ZERO, 1.0) };
         for (caustics, merges) in
             [(Caustics::Auto, Some(false)), (Caustics::Full, Some(true)), (Caustics::Off, None)]

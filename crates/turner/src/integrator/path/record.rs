@@ -1,7 +1,8 @@
-//! What happened to one sample: every vertex, density and weight of its path.
+//! The record of one sample: every vertex, density and weight of its path.
 //!
-//! The code that renders writes it down as it goes: a [`PathBatch`](super::path_batch::PathBatch) is generic over a [`Record`], and with
-//! [`Off`], which renders pictures, the notes are compiled away.
+//! The rendering code itself writes the record: a [`PathBatch`](super::path_batch::PathBatch) is generic over a
+//! [`Record`]. With [`Off`], which renders images, recording compiles to nothing, so there is no second tracer to keep
+//! in step.
 
 use crate::bsdf::Lobe;
 use crate::color::Spectrum;
@@ -11,28 +12,28 @@ use crate::sampler::SampleId;
 use crate::scene::Caster;
 use crate::schema::MaterialId;
 
-/// Takes notes of a path, or none.
+/// Records a path, or nothing.
 pub(super) trait Record {
-    /// Writes something down; where nothing is, `f` is not called.
+    /// Passes the record to `f`; with [`Off`], `f` is not called.
     fn note(&mut self, f: impl FnOnce(&mut PathRecord));
 
-    /// Whether notes are taken: then each ray is shaded by itself.
-    const NOTES: bool;
+    /// Whether a record is kept. If so, vertices are shaded one by one.
+    const RECORDS: bool;
 }
 
-/// Nothing is written down.
+/// Records nothing.
 pub(super) struct Off;
 
 impl Record for Off {
-    const NOTES: bool = false;
+    const RECORDS: bool = false;
 
     #[inline(always)]
     fn note(&mut self, _: impl FnOnce(&mut PathRecord)) {}
 }
 
-/// Notes of one path; the wave must hold no other.
+/// Records one path; the batch must hold no other.
 impl Record for PathRecord {
-    const NOTES: bool = true;
+    const RECORDS: bool = true;
 
     #[inline(always)]
     fn note(&mut self, f: impl FnOnce(&mut PathRecord)) {
@@ -40,38 +41,39 @@ impl Record for PathRecord {
     }
 }
 
-/// One sample of a picture by the integrators "path" and "direct". Lengths are in units of the scene, directions are unit vectors in
-/// world space, radiance and densities per solid angle (1/sr).
+/// One sample of an image by the integrators "path" and "direct". Lengths are in scene units, directions are unit
+/// vectors in world space, radiance and densities are per solid angle (1/sr).
 ///
-/// What each part contributes is what was added to the sample, in this order: [`PathRecord::contributions`] sums to
+/// Contributions are what was added to the sample, in this order: [`PathRecord::contributions`] sums to
 /// [`PathRecord::radiance`] to the last bit.
 #[derive(Clone, Debug)]
 pub struct PathRecord {
-    /// The pixel, the sample's number and the seed.
+    /// The pixel, the sample index and the seed.
     pub id: SampleId,
-    /// Where in the picture the sample lies: columns from its left edge, rows from its top one. With filters it may be another pixel.
+    /// Position of the sample in the image, in pixels: x from the left edge, y from the top edge. With a pixel filter
+    /// it may lie in another pixel.
     pub place: [f64; 2],
-    /// Where the camera ray begins.
+    /// Origin of the camera ray.
     pub origin: DVec3,
-    /// Its direction.
+    /// Direction of the camera ray.
     pub direction: DVec3,
-    /// Its moment: 0 is the begin of motions, 1 their end.
+    /// Time of the ray: 0 is the start of motions, 1 their end.
     pub time: f32,
-    /// What the path met, in order, also what let it through.
+    /// The vertices in order, including those that let the path pass.
     pub vertices: Vec<VertexRecord>,
-    /// What it found where it left the scene.
+    /// What the ray found that left the scene, if one did.
     pub escape: Option<EscapeRecord>,
-    /// Its last way through a medium, if nothing is at the end of it.
+    /// The last segment through a medium, if there is no vertex at its end.
     pub way: Option<MediumSegmentRecord>,
-    /// What its group shares with it, where pixels use the paths of their neighbours; of other samples `None`.
+    /// What the samples of its cluster share with it, where paths are shared; `None` for other samples.
     pub shared: Option<SharedRecord>,
-    /// The vertex from which on the path is lent, as a number in `vertices`.
-    pub(super) lent_from: Option<usize>,
-    /// Whether the shadow ray that is asked for begins at the second place of a way.
-    pub(super) asks_second: bool,
-    /// Why it ended.
+    /// Index in `vertices` of the first vertex whose light is shared.
+    pub(super) donated_from: Option<usize>,
+    /// Whether the next shadow ray starts at the equiangular point of a segment.
+    pub(super) next_is_equiangular: bool,
+    /// Why the path ended.
     pub end: End,
-    /// What the sample gives to its pixel.
+    /// The result of the sample.
     pub radiance: Radiance,
 }
 
@@ -80,24 +82,24 @@ pub struct PathRecord {
 pub enum End {
     /// It left the scene.
     Escaped,
-    /// Nothing is scattered in the direction that was sampled, or there was none.
+    /// No direction was sampled, or the BSDF is black in it.
     Absorbed,
-    /// A limit on the number of scatterings.
+    /// A limit on the number of bounces.
     Depth,
-    /// The limit on surfaces that it passes straight.
+    /// The limit on surfaces that a path passes straight through.
     Transparency,
     /// Russian roulette.
     Roulette,
-    /// The surface shows its colour without light.
+    /// The surface is unlit: it shows its base colour.
     Unlit,
-    /// The limit on surfaces of all kinds.
+    /// The limit on vertices of all kinds.
     Vertices,
-    /// The camera shows nothing there.
+    /// The camera has no ray there.
     OutsideField,
 }
 
 impl End {
-    /// In a word.
+    /// The reason as one word.
     pub fn word(self) -> &'static str {
         match self {
             End::Escaped => "escaped",
@@ -112,52 +114,54 @@ impl End {
     }
 }
 
-/// What a sample gets of the paths that its group shares.
+/// What a sample receives from the paths of its cluster.
 #[derive(Clone, Debug)]
 pub struct SharedRecord {
-    /// The vertex from which on the sample's own path is lent, as a number in [`PathRecord::vertices`]: from there on throughputs and contributions are
-    /// those of light that leaves this surface, and the sample gets its share of their sum. `None` if the path keeps to itself.
+    /// Index in [`PathRecord::vertices`] from which on the sample's own path is shared. From there on throughputs and
+    /// contributions are those of radiance that leaves this vertex, and the sample receives its weight times their sum.
+    /// `None` if the path is not shared.
     pub from: Option<usize>,
-    /// The paths that bring something to the sample, its own among them, in the order in which they were added.
+    /// The donor paths that contribute to the sample, its own among them, in the order in which they were added.
     pub parts: Vec<DonorRecord>,
 }
 
-/// A path that a sample shares.
+/// A path that is shared with a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct DonorRecord {
-    /// Whose path it is.
+    /// The sample that traced the path.
     pub id: SampleId,
-    /// The path's second surface, which the sample's first one sees.
+    /// The path's second vertex, which is visible from the sample's first one.
     pub p: DVec3,
-    /// Radiance that the path found to leave it.
+    /// Radiance that leaves the second vertex, as the path estimates it.
     pub radiance: Spectrum,
-    /// The share of that which the sample gets: BSDF and cosine over the density with which the group finds the place (balance heuristic).
+    /// Weight of that radiance in the sample: BSDF times cosine over the summed density with which the cluster finds
+    /// the point (balance heuristic).
     pub share: Spectrum,
     /// What was added to the sample.
     pub contribution: Spectrum,
 }
 
-/// What a surface is to the path.
+/// What a vertex is to the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passage {
-    /// It scatters or absorbs it.
+    /// A surface that scatters or absorbs it.
     Surface,
-    /// By chance it is not there: opacity, or a mix with a hole.
+    /// A surface that lets it pass: stochastic opacity, or a hole in a mix.
     Hole,
-    /// A boundary within a solid that stands above it.
+    /// A boundary inside a solid of higher priority (nested dielectrics).
     Hidden,
-    /// A thin clear pane that it went straight through.
+    /// A thin clear pane that it passes straight through.
     Pane,
-    /// The boundary of a medium and nothing else.
+    /// An interface: the boundary of a medium and nothing else.
     Boundary,
-    /// No surface: the medium scattered it.
+    /// No surface: a scattering event in a medium.
     Medium,
-    /// There it comes out of a translucent body in which it was scattered.
+    /// The point where it leaves a translucent body after a random walk.
     Exit,
 }
 
 impl Passage {
-    /// In a word.
+    /// The passage as one word.
     pub fn word(self) -> &'static str {
         match self {
             Passage::Surface => "surface",
@@ -171,212 +175,215 @@ impl Passage {
     }
 }
 
-/// A way through a medium.
+/// A segment through a medium.
 #[derive(Clone, Debug)]
 pub struct MediumSegmentRecord {
-    /// The material of the solid that the medium is in; `None` in the open.
+    /// Material of the solid that holds the medium; `None` for the medium of the scene.
     pub solid: Option<MaterialId>,
-    /// How long it was.
+    /// Its length.
     pub length: f64,
-    /// The factor of the throughput: what the medium left and, where it scattered the path, scattered, over the probability of that.
+    /// Factor of the throughput: transmittance, and the scattering coefficient where it scattered, over the
+    /// probability.
     pub weight: Spectrum,
-    /// Where the path was scattered, the density of the second place there over that of the first; 0 if there is no second place.
+    /// Where the path scattered: density of the equiangular point over that of distance sampling; 0 if there is no
+    /// equiangular point.
     pub beside: f64,
-    /// What was added to the sample of the medium's own light.
+    /// The medium's own emission, as added to the sample.
     pub emission: Option<Spectrum>,
-    /// The light sampled at a second place of the way, and how far that is.
+    /// The light sampled at the equiangular point, and the distance of that point.
     pub second: Option<(f64, LightRecord)>,
 }
 
-/// A walk inside a translucent body.
+/// A random walk in a translucent body.
 #[derive(Clone, Copy, Debug)]
 pub struct RandomWalkRecord {
-    /// How many distances were sampled: one more than it was scattered.
+    /// Number of sampled distances: one more than scattering events.
     pub steps: u32,
-    /// How long it was.
+    /// Its length.
     pub length: f64,
-    /// The factor of the throughput: what the medium scattered and left, over the probability of that; 0 in bands that were black before.
+    /// Factor of the throughput: scattering and transmittance over the probability; 0 in bands that were black before.
     pub weight: Spectrum,
 }
 
-/// A surface that the path met, or a place in a medium that scattered it: there normals are 0, `primitive` is `u32::MAX`, and `material` that of
-/// the solid that the medium is in, or beyond all materials.
+/// A surface that the path hit, or a scattering event in a medium. In a medium normals are 0, `primitive` is
+/// `u32::MAX`, and `material` is that of the solid that holds the medium, or `u32::MAX`.
 #[derive(Clone, Debug)]
 pub struct VertexRecord {
-    /// The way to it, if it was through a medium.
+    /// The segment to the vertex, if it went through a medium.
     pub way: Option<MediumSegmentRecord>,
-    /// Where the ray came from.
+    /// Origin of the ray.
     pub origin: DVec3,
-    /// Its direction.
+    /// Direction of the ray.
     pub direction: DVec3,
-    /// How far it came.
+    /// Distance along the ray.
     pub t: f64,
     /// The point.
     pub p: DVec3,
-    /// Geometric normal, as it points out of the shape.
+    /// Geometric normal, pointing out of the shape.
     pub ng: DVec3,
     /// Shading normal of the shape, on the same side, before normal maps.
     pub ns: DVec3,
-    /// The primitive's number in the description, instances in order.
+    /// Index of the primitive in the description, instances in order.
     pub primitive: u32,
-    /// Its shape, in a word.
+    /// Its shape, as one word.
     pub shape: &'static str,
-    /// Which part of it: a face of a box, a triangle of a mesh.
+    /// Part of the shape: a face of a box, a triangle of a mesh.
     pub part: u32,
-    /// The place within the part, as its shape tells it.
+    /// Surface parameters within the part, as the shape defines them.
     pub uv: [f64; 2],
     /// The material.
     pub material: MaterialId,
     /// The material that a mix chose.
     pub chosen: Option<MaterialId>,
-    /// Whether the ray met the outer side.
+    /// Whether the ray hit the front side.
     pub outside: bool,
-    /// Materials of the solids that the ray came through, nested ones in the order it entered them.
+    /// Materials of the solids that the ray travelled in, nested ones in the order of entry.
     pub inside: Vec<MaterialId>,
-    /// The share of light that these left on the way; `None` where they absorb nothing.
+    /// Transmittance of these solids along the ray; `None` where they absorb nothing.
     pub transmittance: Option<Spectrum>,
-    /// The share of what leaves the surface towards the ray that reaches the pixel.
+    /// Throughput: the fraction of radiance leaving the vertex towards the ray that reaches the pixel.
     pub throughput: Spectrum,
-    /// What the surface is to the path.
+    /// What the vertex is to the path.
     pub passage: Passage,
-    /// The walk inside a translucent body that led there; origin and direction are those of its last step.
+    /// The random walk in a translucent body that led here; origin and direction are those of its last step.
     pub walk: Option<RandomWalkRecord>,
-    /// What shone there.
+    /// Emission found at the vertex.
     pub emission: Option<EmissionRecord>,
-    /// Index of refraction around the solid, where it has an inside.
+    /// Index of refraction outside the solid, for solids.
     pub ior_around: Option<f64>,
-    /// The colour band (0 red, 1 green, 2 blue) that is left of the path, once dispersion has parted them: from here on, or before.
+    /// The colour band (0 red, 1 green, 2 blue) that is left after dispersion, chosen here or before.
     pub band: Option<u8>,
-    /// The throughput with that band alone, where it was chosen here: it stands for the others, too.
+    /// The throughput in that band, where it was chosen here; it is weighted up for the bands dropped.
     pub dispersed: Option<Spectrum>,
-    /// What photons brought.
+    /// The contribution of photons.
     pub photons: Option<PhotonsRecord>,
-    /// The light that was sampled.
+    /// The light sampled at the vertex.
     pub light: Option<LightRecord>,
-    /// The direction that was sampled and taken.
+    /// The direction sampled at the vertex and taken.
     pub scatter: Option<ScatterRecord>,
 }
 
-/// Light found by chance.
+/// Emission found by a BSDF-sampled ray.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionRecord {
     /// Radiance that the surface emits or shows.
     pub radiance: Spectrum,
-    /// Density with which the ray's direction was sampled at the last scattering; `None` where sampling a light could not have found it.
+    /// Density of the ray's direction at the last scattering event; `None` where light sampling could not have found
+    /// it.
     pub pdf: Option<f64>,
-    /// Density with which sampling a light there gives this direction; 0 if it does not.
+    /// Density of this direction by light sampling; 0 if it cannot be sampled.
     pub light_pdf: f64,
-    /// The weight of finding it by chance (multiple importance sampling).
+    /// MIS weight of finding it by a BSDF-sampled ray.
     pub weight: f64,
     /// What was added to the sample.
     pub contribution: Spectrum,
 }
 
-/// Light of the photons around a vertex.
+/// Radiance estimated from the photons around a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct PhotonsRecord {
-    /// How far they count.
+    /// Radius of the density estimate.
     pub radius: f64,
-    /// How many there were.
+    /// Number of photons within it.
     pub count: u32,
-    /// Radiance that they bring.
+    /// The radiance.
     pub radiance: Spectrum,
     /// What was added to the sample.
     pub contribution: Spectrum,
 }
 
-/// A light that was sampled.
+/// A sampled light (next-event estimation).
 #[derive(Clone, Debug)]
 pub struct LightRecord {
-    /// BsdfFromWo it.
+    /// Direction to the light.
     pub direction: DVec3,
-    /// How far it is; infinite where it has no place.
+    /// Distance to it; infinite for infinite lights.
     pub distance: f64,
-    /// Density of the direction, the choice of the light included; for a point or a direction the probability of its choice. Times the number of
-    /// candidates.
+    /// Density of the direction, including the choice of the light; for a delta light the probability of its choice.
+    /// Times the number of candidates.
     pub pdf: f64,
-    /// How many lights were looked at, of which this was taken: 1 or more.
+    /// Number of light candidates of which this one was chosen: 1 or more.
     pub candidates: u32,
-    /// How many times it counts for that: what all of them bring, over what it brings itself.
+    /// Resampling weight: the contribution of all candidates over that of this one.
     pub counts: f32,
-    /// Whether rays cannot hit the light by chance.
+    /// Whether it is a delta light, which no ray can hit.
     pub is_delta: bool,
-    /// Its radiance; of a point or a direction, what arrives at a surface that faces it.
+    /// Its radiance; for a delta light, the irradiance at a surface that faces it.
     pub radiance: Spectrum,
-    /// The BSDF, without the cosine, softened at the terminator.
+    /// The BSDF, without the cosine, softened at the shadow terminator.
     pub bsdf: Spectrum,
-    /// Density with which the BSDF gives this direction.
+    /// Density of this direction by BSDF sampling.
     pub bsdf_pdf: f64,
-    /// Cosine to the shading normal, not negative.
+    /// Absolute cosine to the shading normal.
     pub cosine: f64,
-    /// The weight of sampling the light (multiple importance sampling).
+    /// MIS weight of sampling the light.
     pub weight: f64,
-    /// The share of light that solids leave on the way; `None` where they absorb nothing.
+    /// Transmittance of solids along the shadow ray; `None` where they absorb nothing.
     pub transmittance: Option<Spectrum>,
-    /// What reaches the pixel if nothing is in the way.
+    /// Contribution if unoccluded.
     pub unshadowed: Spectrum,
-    /// The share that is not in shadow; `None` where no shadow ray was needed.
+    /// Fraction that arrives; `None` where no shadow ray was needed.
     pub visible: Option<Spectrum>,
-    /// Where the shadow ray begins, if there was one.
+    /// Origin of the shadow ray, if there was one.
     pub shadow_origin: Option<DVec3>,
-    /// What is in its way.
+    /// What occludes it.
     pub casters: Vec<Caster>,
     /// What was added to the sample.
     pub contribution: Spectrum,
 }
 
-/// The way on from a surface.
+/// The next direction of a path.
 #[derive(Clone, Copy, Debug)]
 pub struct ScatterRecord {
     /// The sampled direction.
     pub direction: DVec3,
-    /// What it went through.
+    /// The lobe it was sampled from.
     pub lobe: Lobe,
     /// The BSDF, without the cosine; for delta lobes only f·cos / pdf has a meaning.
     pub bsdf: Spectrum,
     /// Density of the direction; for delta lobes the probability of the lobe.
     pub pdf: f64,
-    /// Cosine to the shading normal, not negative.
+    /// Absolute cosine to the shading normal.
     pub cosine: f64,
-    /// Index of refraction on the side it goes to over that on the side it comes from.
+    /// Relative index of refraction: that of the side it goes to over that of the side it comes from.
     pub eta: f64,
-    /// The share that smooth normals over flat triangles leave at the terminator.
+    /// Softening of the shadow terminator that smooth normals over flat triangles cause.
     pub terminator: f64,
     /// f·cos·terminator / pdf.
     pub weight: Spectrum,
     /// Russian roulette, where it was played.
     pub roulette: Option<Roulette>,
-    /// What the path carries on: throughput before times weight, over the probability to survive.
+    /// New throughput: the throughput before times `weight`, over the survival probability.
     pub throughput: Spectrum,
 }
 
-/// A chance to end the path; those that go on make up for the others.
+/// Russian roulette; surviving paths are weighted up.
 #[derive(Clone, Copy, Debug)]
 pub struct Roulette {
-    /// Probability to go on.
+    /// Survival probability.
     pub survival: f64,
-    /// The random number: the path goes on below `survival`.
+    /// The random number: the path survives below `survival`.
     pub number: f64,
 }
 
-/// What a path found that left the scene.
+/// What a ray found that left the scene.
 #[derive(Clone, Debug)]
 pub struct EscapeRecord {
-    /// The way out, if it was through a medium.
+    /// The last segment, if it went through a medium.
     pub way: Option<MediumSegmentRecord>,
-    /// Where the ray came from.
+    /// Origin of the ray.
     pub origin: DVec3,
-    /// Its direction.
+    /// Direction of the ray.
     pub direction: DVec3,
-    /// The share of light that solids left on the way; `None` where they absorb nothing.
+    /// Transmittance of solids along the ray; `None` where they absorb nothing.
     pub transmittance: Option<Spectrum>,
-    /// The share of what it found that reaches the pixel.
+    /// Throughput: the fraction of what it found that reaches the pixel.
     pub throughput: Spectrum,
-    /// Density with which the ray's direction was sampled; `None` where sampling a light could not have found what is there.
+    /// Density of the ray's direction; `None` where light sampling could not have found what it hits.
     pub pdf: Option<f64>,
-    /// Environments and suns in this direction.
+    /// Infinite lights in this direction: environment maps and suns.
     pub lights: Vec<InfiniteLightRecord>,
-    /// The background, where it was seen.
+    /// The background, where it was visible.
     pub background: Spectrum,
     /// Ambient light.
     pub ambient: Spectrum,
@@ -384,26 +391,26 @@ pub struct EscapeRecord {
     pub contribution: Spectrum,
 }
 
-/// A light around the scene, found by chance.
+/// An infinite light found by a ray that left the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct InfiniteLightRecord {
     /// Its radiance in the direction.
     pub radiance: Spectrum,
-    /// Density with which sampling a light gives the direction.
+    /// Density of the direction by light sampling.
     pub light_pdf: f64,
-    /// The weight of finding it by chance (multiple importance sampling).
+    /// MIS weight of finding it by a BSDF-sampled ray.
     pub weight: f64,
 }
 
 impl PathRecord {
-    /// What was added to the sample, in the order in which it was: emission and sampled light of each vertex and of the way to it, and what was found
-    /// outside; then what the group's paths brought.
+    /// What was added to the sample, in order: emission and sampled light of each vertex and of the segment to it, then
+    /// of the ray that left the scene, then the paths shared by the cluster.
     pub fn contributions(&self) -> impl Iterator<Item = Spectrum> + '_ {
         fn sampled(light: Option<&LightRecord>) -> Option<Spectrum> {
             light.filter(|l| l.visible.is_some()).map(|l| l.contribution)
         }
-        // Light that is sampled arrives after all that is found in the same round.
-        let shone = |way: &Option<MediumSegmentRecord>| way.as_ref().and_then(|w| w.emission);
+        // Sampled light is added after everything else of its round.
+        let emitted = |way: &Option<MediumSegmentRecord>| way.as_ref().and_then(|w| w.emission);
         let second = |way: &Option<MediumSegmentRecord>| {
             way.as_ref().and_then(|w| sampled(w.second.as_ref().map(|(_, light)| light)))
         };
@@ -414,15 +421,15 @@ impl PathRecord {
         let vertices = self.vertices.iter().take(own).flat_map(move |v| {
             let emission = v.emission.map(|e| e.contribution);
             let photons = v.photons.map(|p| p.contribution);
-            [shone(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]
+            [emitted(&v.way), emission, photons, second(&v.way), sampled(v.light.as_ref())]
                 .into_iter()
                 .flatten()
         });
         let escape =
             self.escape.iter().filter(move |_| !donated).flat_map(move |e| {
-                [shone(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
+                [emitted(&e.way), Some(e.contribution), second(&e.way)].into_iter().flatten()
             });
-        let last = [shone(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !donated);
+        let last = [emitted(&self.way), second(&self.way)].into_iter().flatten().filter(move |_| !donated);
         let shared = self.shared.iter().flat_map(|s| s.parts.iter().map(|p| p.contribution));
         vertices.chain(escape).chain(last).chain(shared)
     }

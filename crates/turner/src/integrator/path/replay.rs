@@ -1,10 +1,10 @@
-//! One sample again, by pixel and number.
+//! Replay: one sample traced again with a record.
 
 use std::sync::Arc;
 
 use super::path_batch::PathBatch;
 use super::record::{DonorRecord, End, Off, PathRecord, SharedRecord};
-use super::shared_paths::group;
+use super::shared_paths::cluster;
 use super::{Context, PathIntegrator};
 use crate::color::Spectrum;
 use crate::integrator::{CameraSamples, Prepared, PreparedIntegrator, Radiance, RayStats, Tracer};
@@ -13,34 +13,35 @@ use crate::sampler::SampleId;
 use crate::schema::{ErrorCode, Remedy, SceneError};
 use crate::view::{camera_point, place_of, sample_id, take_points};
 
-/// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and writes down what happens.
+/// Traces sample `index` (from 0) of the pixel in column `x`, row `y` (from 0, top left) as rendering does, and records
+/// it.
 ///
-/// The path is traced by the code that renders, with the numbers it has there: the record's radiance is the sample's, to the last bit
-/// ([`crate::render::sample`]).
+/// The path is traced by the rendering code with the same random numbers: the record's radiance is the sample's, to the
+/// last bit ([`crate::render::sample`]).
 ///
-/// Errors: a pixel outside the picture, a sample beyond `film.samples`, adaptive anti-aliasing, whose samples have no numbers
-/// ([`ErrorCode::OutOfRange`]), and an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
+/// Errors: a pixel outside the image, a sample beyond `film.samples`, adaptive anti-aliasing, whose samples have no
+/// index ([`ErrorCode::OutOfRange`]), and an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
 pub fn replay(p: &Prepared, x: u32, y: u32, index: u32) -> Result<PathRecord, SceneError> {
     integrator(p)?;
     let id = sample_id(&p.view, x, y, index)?;
     replay_at(p, id, place_of(&p.view, &id))
 }
 
-/// The integrator, if it makes paths.
+/// The integrator, if it is a path tracer.
 fn integrator(p: &Prepared) -> Result<&PathIntegrator, SceneError> {
     p.path().ok_or_else(|| {
         let message = format!(
-            "the integrator is \"{}\", but only the paths of \"path\" and \"direct\" can be replayed for now",
+            "the integrator is \"{}\", but only \"path\" and \"direct\" can be replayed",
             p.integrator.name()
         );
         SceneError::new(ErrorCode::Conflict, message)
-            .help("choose one of them: `type = \"path\"` in [integrator]")
+            .help("set `type = \"path\"` in [integrator]")
             .remedy(Remedy::set("integrator.type", "path"))
     })
 }
 
-/// The same for a sample by what its numbers depend on and its place in the picture, in pixels from its top left corner: those of
-/// [`crate::render::pixel`] can be had whatever the anti-aliasing.
+/// As [`replay`], for a sample given by its ID and its position in the image, in pixels from the top left corner. The
+/// samples of [`crate::render::pixel`] can be replayed with any anti-aliasing.
 ///
 /// Errors: an integrator other than "path" and "direct" ([`ErrorCode::Conflict`]).
 pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathRecord, SceneError> {
@@ -61,8 +62,8 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
         escape: None,
         way: None,
         shared: None,
-        lent_from: None,
-        asks_second: false,
+        donated_from: None,
+        next_is_equiangular: false,
         end: End::Absorbed,
         radiance: Radiance { color: Spectrum::BLACK, alpha: 1.0 },
     };
@@ -71,7 +72,7 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
         record.radiance.alpha = if scene.background.transparent { 0.0 } else { 1.0 };
         return Ok(record);
     }
-    let shared = of_group(context, id);
+    let shared = in_cluster(context, id);
     let mut batch = PathBatch::new(context, record);
     if let Some(photons) = integrator.photons(scene, view, id.index) {
         batch.find_photons(Arc::new(photons));
@@ -84,24 +85,24 @@ pub fn replay_at(p: &Prepared, id: SampleId, place: [f64; 2]) -> Result<PathReco
     }
     if let Some((radiance, parts)) = shared {
         record.radiance = radiance;
-        record.shared = Some(SharedRecord { from: record.lent_from, parts });
+        record.shared = Some(SharedRecord { from: record.donated_from, parts });
     }
     Ok(record)
 }
 
-/// What a sample is among its group, if it has one.
-fn of_group(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<DonorRecord>)> {
+/// The result of a sample within its cluster and the donor paths that contribute to it, where paths are shared.
+fn in_cluster(context: Context<'_>, id: SampleId) -> Option<(Radiance, Vec<DonorRecord>)> {
     let view = context.view;
     let mut batch = PathBatch::new(context, Off);
     if !batch.shared_paths.is_on() {
         return None;
     }
     let mut samples = CameraSamples::default();
-    take_points(view, &mut samples, group(view, id).map(|id| (id, place_of(view, &id).into())));
+    take_points(view, &mut samples, cluster(view, id).map(|id| (id, place_of(view, &id).into())));
     let mut out = Vec::new();
     batch.radiance(&samples, &mut out, &mut RayStats::default());
     let own = samples.ids.iter().position(|other| *other == id)?;
-    let parts = batch.shares_of(own).filter_map(|(from, p, share, radiance)| {
+    let parts = batch.received_by(own).filter_map(|(from, p, share, radiance)| {
         let id = *samples.ids.get(from)?;
         Some(DonorRecord { id, p, radiance, share, contribution: share * radiance })
     });

@@ -1,4 +1,4 @@
-//! What the two integrators of this folder have in common, as numbers.
+//! Settings that the integrators "path" and "direct" have in common.
 
 use super::{DirectDesc, LightSampling, PathDesc, SharedPathsMode};
 use crate::bsdf::Lobe;
@@ -14,13 +14,13 @@ pub(super) struct Settings {
     pub(super) rr_start: u32,
     pub(super) clamp_indirect: Option<f32>,
     pub(super) light_sampling: LightSampling,
-    /// Whether neighbours may use one another's paths.
+    /// Whether paths may be shared between pixels.
     pub(super) shared_paths: bool,
-    /// Nothing is scattered after a lobe that is not a mirror's.
+    /// The "direct" integrator: a path ends after its first non-specular bounce.
     pub(super) direct: bool,
 }
 
-/// How often a path was scattered.
+/// Bounces of a path so far, in total and by kind of lobe.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bounces {
     pub(super) total: u32,
@@ -40,7 +40,8 @@ impl Settings {
             rr_start: d.rr_start,
             clamp_indirect: (d.clamp_indirect > 0.0).then_some(d.clamp_indirect as f32),
             light_sampling: d.light_sampling,
-            // What is clamped or left to chance before the second surface is not the same for all.
+            // Shared paths need the same treatment of all members up to the second vertex: no clamp and no Russian
+            // roulette.
             shared_paths: d.shared_paths != SharedPathsMode::Off
                 && d.clamp_indirect <= 0.0
                 && d.rr_start >= 2,
@@ -49,7 +50,7 @@ impl Settings {
     }
 
     pub(super) fn direct(d: &DirectDesc) -> Settings {
-        // The surface that is lit is one more.
+        // The surface that is lit is one more bounce.
         let path = PathDesc {
             max_depth: d.max_depth.saturating_add(1),
             max_transparent: d.max_transparent,
@@ -61,7 +62,7 @@ impl Settings {
         Settings { direct: true, ..Settings::path(&path) }
     }
 
-    /// Counts a scattering; `None` where it is one too many.
+    /// Counts a bounce; `None` beyond a limit.
     #[inline]
     pub(super) fn count(&self, bounces: &Bounces, lobe: &Lobe) -> Option<Bounces> {
         let mut b = *bounces;

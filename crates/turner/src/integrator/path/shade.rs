@@ -1,8 +1,8 @@
-//! What happens to a path where its ray ends.
+//! Shading of one vertex: emission, direct light and the next ray.
 
 use super::LightSampling;
-use super::dispersion::Prism;
-use super::light_resampling::{CANDIDATES, pick};
+use super::dispersion::DispersiveHit;
+use super::light_resampling::{CANDIDATES, resample};
 use super::media::Boundary;
 use super::path_batch::{Path, PathBatch, VertexInput};
 use super::record::{End, InfiniteLightRecord, Passage, Record, Roulette};
@@ -17,39 +17,47 @@ use crate::scene::caustic_targets::CausticTargets;
 use crate::scene::emitters::LightSample;
 use crate::scene::{Hit, SurfaceInteraction};
 
-/// Sets of random numbers: one for the place in the pixel, one for the lens, then two for each surface met.
+/// Sets of random numbers: one for the position in the pixel, one for the lens, then two for each vertex.
 pub(super) const FIRST_SET: u32 = 2;
 
-/// Surfaces of all kinds that one path may meet, those that are none to it included.
+/// Maximum number of surfaces along one path, those that let it pass included.
 pub(super) const MAX_VERTICES: u32 = 200_000;
 
 impl Settings {
-    /// The weight of a light found by chance, where sampling it has the density `light`, and light paths that of chance times the root of `back`.
+    /// MIS weight of an emitter hit by a BSDF-sampled ray. `light_pdf` is the density with which light sampling finds
+    /// it; `light_path_ratio` is the squared ratio of the light paths' density to that of this path.
     #[inline]
-    fn weight_found(&self, path: &Path, light: f64, back: f64) -> f64 {
+    fn weight_found(&self, path: &Path, light_pdf: f64, light_path_ratio: f64) -> f64 {
         let sampling = match self.light_sampling {
-            _ if path.specular_bounce || light <= 0.0 => 0.0,
-            LightSampling::Both => light / path.pdf,
+            _ if path.specular_bounce || light_pdf <= 0.0 => 0.0,
+            LightSampling::Both => light_pdf / path.pdf,
             LightSampling::Bsdf => 0.0,
             LightSampling::Light => return 0.0,
         };
-        1.0 / (1.0 + sampling * sampling + back)
+        1.0 / (1.0 + sampling * sampling + light_path_ratio)
     }
 
-    /// The weight of a light that was sampled, where light paths that of chance times the root of `back`, and what it brings if nothing is in its way.
+    /// MIS weight of a sampled light and its unshadowed contribution. `light_path_ratio` as above, relative to light
+    /// sampling.
     #[inline]
-    fn unshadowed(&self, path: &Path, lit: &LightSample, met: &Met, back: f64) -> (f64, Spectrum) {
-        // The power heuristic with exponent 2 (Veach & Guibas 1995). An infinite ratio is right as weight 0.
-        let chance = match (lit.is_delta, self.light_sampling) {
+    fn unshadowed(
+        &self,
+        path: &Path,
+        lit: &LightSample,
+        met: &Met,
+        light_path_ratio: f64,
+    ) -> (f64, Spectrum) {
+        // Power heuristic, exponent 2 (Veach & Guibas 1995). An infinite ratio correctly gives weight 0.
+        let bsdf_ratio = match (lit.is_delta, self.light_sampling) {
             (false, LightSampling::Both) => met.pdf / lit.pdf,
             _ => 0.0,
         };
-        let weight = 1.0 / (1.0 + chance * chance + back);
+        let weight = 1.0 / (1.0 + bsdf_ratio * bsdf_ratio + light_path_ratio);
         let k = weight * met.wi_local.z.abs() / lit.pdf;
         (weight, path.beta * met.f * lit.radiance * k as f32)
     }
 
-    /// Adds light to a pixel; gives what was added.
+    /// Adds light to a pixel; returns what was added.
     #[inline]
     pub(super) fn add(&self, path: &Path, light: Spectrum, pixel: &mut Radiance) -> Spectrum {
         let light = self.clamped(light, path.bounces.total > 1);
@@ -57,7 +65,7 @@ impl Settings {
         light
     }
 
-    /// The probability with which a path goes on after it was scattered, where that is left to chance.
+    /// Survival probability after a bounce, where Russian roulette is played.
     #[inline]
     pub(super) fn survival(&self, path: &Path) -> Option<f32> {
         (path.bounces.total >= self.rr_start).then(|| {
@@ -66,7 +74,7 @@ impl Settings {
         })
     }
 
-    /// Light as far as the clamp lets it be; `indirect` if it came by way of another surface.
+    /// Applies `clamp_indirect`; `indirect` for light that arrives by way of another surface.
     #[inline]
     pub(super) fn clamped(&self, light: Spectrum, indirect: bool) -> Spectrum {
         match self.clamp_indirect {
@@ -77,12 +85,12 @@ impl Settings {
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// A ray that hits nothing.
+    /// Shades a ray that leaves the scene: environment, background, ambient light.
     pub(super) fn miss(
         &mut self,
         sample: u32,
         ray: &Ray,
-        around: impl Iterator<Item = (usize, Spectrum, f64)>,
+        escaped: impl Iterator<Item = (usize, Spectrum, f64)>,
         pixel: &mut Radiance,
     ) {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
@@ -92,52 +100,53 @@ impl<R: Record> PathBatch<'_, R> {
             return;
         }
         let mut beta = path.beta;
-        let left = path.media.transmittance(f64::INFINITY);
-        if let Some(left) = left {
-            beta = beta * left;
+        let transmittance = path.media.transmittance(f64::INFINITY);
+        if let Some(transmittance) = transmittance {
+            beta = beta * transmittance;
         }
-        self.record.note(|r| r.escaped(path, ray, left, beta));
+        self.record.note(|r| r.escaped(path, ray, transmittance, beta));
         if path.from_camera && !scene.background.environment {
             let background = scene.background.color(ray.direction);
             let added = self.settings.add(path, beta * background, pixel);
-            self.record.note(|r| r.outside(|e| (e.background, e.contribution) = (background, added)));
+            self.record.note(|r| r.at_escape(|e| (e.background, e.contribution) = (background, added)));
             return;
         }
         let mut found = Spectrum::BLACK;
-        for (place, radiance, light_pdf) in around {
-            let back = match self.strategy {
+        for (index, radiance, light_pdf) in escaped {
+            let light_path_ratio = match self.strategy {
                 Some(_) => {
-                    let light = scene.emitters.around_ids()[place];
+                    let light = scene.emitters.around_ids()[index];
                     let density = |caustic_targets: &CausticTargets, group| {
                         caustic_targets.density_around(scene, group, light, ray.direction)
                     };
-                    if self.left_to_photons(sample, density) {
+                    if self.counted_by_photons(sample, density) {
                         continue;
                     }
-                    self.light_paths_around(sample, light, ray.direction)
+                    self.light_path_ratio_escaped(sample, light, ray.direction)
                 }
                 None => 0.0,
             };
             let light_pdf = light_pdf * path.origin.candidates();
-            let weight = self.settings.weight_found(path, light_pdf, back);
+            let weight = self.settings.weight_found(path, light_pdf, light_path_ratio);
             found += radiance * weight as f32;
-            self.record
-                .note(|r| r.outside(|e| e.lights.push(InfiniteLightRecord { radiance, light_pdf, weight })));
+            self.record.note(|r| {
+                r.at_escape(|e| e.lights.push(InfiniteLightRecord { radiance, light_pdf, weight }))
+            });
         }
         if !scene.emitters.surrounded() {
             let background = scene.background.color(ray.direction);
             found += background;
-            self.record.note(|r| r.outside(|e| e.background = background));
+            self.record.note(|r| r.at_escape(|e| e.background = background));
         }
         if !path.from_camera {
             found += scene.ambient;
-            self.record.note(|r| r.outside(|e| e.ambient = scene.ambient));
+            self.record.note(|r| r.at_escape(|e| e.ambient = scene.ambient));
         }
         let added = self.settings.add(path, beta * found, pixel);
-        self.record.note(|r| r.outside(|e| e.contribution = added));
+        self.record.note(|r| r.at_escape(|e| e.contribution = added));
     }
 
-    /// Whether light may be asked for where a ray ends; where that is known only later, it is.
+    /// Whether a light is to be sampled where a ray ends; true where that is known only later.
     #[inline]
     pub(super) fn may_connect(
         &self,
@@ -159,23 +168,23 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Whether the path ends at the next surface.
+    /// Whether the path ends at its next vertex.
     #[inline]
     pub(super) fn is_spent(&self, path: &Path) -> bool {
         path.bounces.total >= self.settings.max_depth || self.settings.direct && path.any_nonspecular
     }
 
-    /// A ray that hits a surface: emission, direct light, and the way on.
+    /// Shades a ray that hits a surface: emission, direct light and the next ray.
     pub(super) fn shade(&mut self, at: &VertexInput<'_>, pixel: &mut Radiance, stats: &mut RayStats) {
         let scene = self.scene;
         let &VertexInput { sample, ref ray, surface, .. } = at;
         let hit = &surface.hit;
         let path = &mut self.paths[sample as usize];
-        let left = path.media.transmittance(hit.shape.t);
-        if let Some(left) = left {
-            path.beta = path.beta * left;
+        let transmittance = path.media.transmittance(hit.shape.t);
+        if let Some(transmittance) = transmittance {
+            path.beta = path.beta * transmittance;
         }
-        self.record.note(|r| r.met(scene, path, ray, hit, surface, left));
+        self.record.note(|r| r.hit_surface(scene, path, ray, hit, surface, transmittance));
         path.vertex += 1;
         if path.vertex > MAX_VERTICES {
             self.record.note(|r| r.end = End::Vertices);
@@ -201,7 +210,7 @@ impl<R: Record> PathBatch<'_, R> {
             }
             return;
         };
-        self.record.note(|r| r.chose(scene, material));
+        self.record.note(|r| r.chose_material(scene, material));
         if material.boundary {
             path.media.cross(scene, surface, material, outside);
             self.record.note(|r| r.at(|v| v.passage = Passage::Boundary));
@@ -214,30 +223,30 @@ impl<R: Record> PathBatch<'_, R> {
                 * scene.textures.color(material.desc.base_weight, &at);
             let added = self.settings.add(path, path.beta * color, pixel);
             self.record.note(|r| {
-                r.shone(path, color, 0.0, 1.0, added);
+                r.hit_emitter(path, color, 0.0, 1.0, added);
                 r.end = End::Unlit;
             });
             return;
         }
         if material.is_emissive() && (outside || material.shines_backwards()) {
-            self.found_light(sample, material, surface, pixel);
+            self.add_emission(sample, material, surface, pixel);
         }
         let path = &self.paths[sample as usize];
-        // Through panes light goes on, as shadow rays do.
+        // A path that has spent its bounces still passes through thin panes, as shadow rays do.
         let spent = self.is_spent(path);
 
         if spent && !material.pane {
             self.record.note(|r| r.end = End::Depth);
             return;
         }
-        let mut around = 1.0;
+        let mut exterior_ior = 1.0;
         if material.has_inside() {
             let path = &mut self.paths[sample as usize];
             match path.media.boundary(surface.material, material.desc.specular_ior, outside) {
                 Boundary::Between(ior) => {
-                    around = ior;
-                    if let Some(back) = self.back.get_mut(sample as usize) {
-                        back.around = ior;
+                    exterior_ior = ior;
+                    if let Some(reverse) = self.reverse_pdfs.get_mut(sample as usize) {
+                        reverse.exterior_ior = ior;
                     }
                     self.record.note(|r| r.at(|v| v.ior_around = Some(ior)));
                 }
@@ -250,15 +259,15 @@ impl<R: Record> PathBatch<'_, R> {
             }
         }
         if let Some(indices) = material.dispersion {
-            let prism = Prism { material, indices, surface, around, outside };
+            let prism = DispersiveHit { material, indices, surface, exterior_ior, outside };
             self.disperse(at, &prism, pixel, stats);
             return;
         }
         let made;
         let bsdf = match material.constant_bsdf(outside) {
-            Some(bsdf) if around == 1.0 => bsdf,
+            Some(bsdf) if exterior_ior == 1.0 => bsdf,
             _ => {
-                made = material.bsdf(scene, surface, around, outside);
+                made = material.bsdf(scene, surface, exterior_ior, outside);
                 &made
             }
         };
@@ -268,7 +277,7 @@ impl<R: Record> PathBatch<'_, R> {
         self.scatter(at, &vertex, material, bsdf.has_smooth() && !spent, pixel, stats);
     }
 
-    /// Direct light, where lights can be connected to (`smooth`), and the way on.
+    /// Direct light (where the BSDF has a non-delta lobe: `smooth`) and the next ray.
     pub(super) fn scatter(
         &mut self,
         at: &VertexInput<'_>,
@@ -279,7 +288,7 @@ impl<R: Record> PathBatch<'_, R> {
         stats: &mut RayStats,
     ) {
         if self.shared_paths.is_on() {
-            self.take_part(at.sample, vertex, material);
+            self.note_shared_vertex(at.sample, vertex, material);
         }
         if smooth && self.photons.is_some() {
             self.merge(at.sample, vertex, material, pixel);
@@ -289,15 +298,15 @@ impl<R: Record> PathBatch<'_, R> {
         }
         let [u0, u1, u2, u3] = self.paths[at.sample as usize].numbers.second();
         if let Some(entry) = vertex.bsdf.enter([u2, u0, u1]) {
-            return self.walk(at, material, &entry, u3, pixel, stats);
+            return self.random_walk(at, material, &entry, u3, pixel, stats);
         }
         if let Some(s) = vertex.bsdf.sample([u2, u0, u1]) {
             self.follow(at.sample, vertex, material, s, u3, stats);
         }
     }
 
-    /// Adds the light of a shining surface that was hit.
-    pub(super) fn found_light(
+    /// Adds the emission of a surface that was hit.
+    pub(super) fn add_emission(
         &mut self,
         sample: u32,
         material: &OpenPbr,
@@ -307,32 +316,32 @@ impl<R: Record> PathBatch<'_, R> {
         let (scene, path) = (self.scene, &self.paths[sample as usize]);
         let radiance = match material.constant_emission() {
             Some(radiance) => radiance,
-            // Beside sampling of lights, which looks at points, as that does.
+            // Light sampling evaluates textures at points, without filtering, so a hit that competes with it does too.
             None if path.specular_bounce => material.desc.emitted_color(scene, &scene.texture_point(surface)),
             None => material.desc.emitted_color(scene, &scene.texture_point(&surface.sharp())),
         };
         let pdf =
             if path.specular_bounce { 0.0 } else { scene.emitters.pdf_hit(scene, path.origin, surface) };
-        let back = match self.strategy {
+        let light_path_ratio = match self.strategy {
             Some(_)
-                if self.left_to_photons(sample, |caustic_targets, group| {
+                if self.counted_by_photons(sample, |caustic_targets, group| {
                     caustic_targets.density_on_shape(scene, group, surface)
                 }) =>
             {
                 return;
             }
-            Some(_) => self.light_paths_to_hit(sample, surface),
+            Some(_) => self.light_path_ratio_hit(sample, surface),
             None => 0.0,
         };
-        let weight = self.settings.weight_found(path, pdf, back);
+        let weight = self.settings.weight_found(path, pdf, light_path_ratio);
         let added = self.settings.add(path, path.beta * radiance * weight as f32, pixel);
-        self.record.note(|r| r.shone(path, radiance, pdf, weight, added));
+        self.record.note(|r| r.hit_emitter(path, radiance, pdf, weight, added));
     }
 
-    /// Sends a shadow ray to the light that was sampled, or to one of several.
+    /// Traces a shadow ray to the sampled light, or to one of several candidates.
     fn connect(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr, lit: &[Option<LightSample>]) {
         let path = &self.paths[sample as usize];
-        let (taken, counts) = match lit.len() {
+        let (taken, resampling_weight) = match lit.len() {
             0 | 1 => (0, 1.0),
             _ => self.choose_light(path, v, lit),
         };
@@ -340,16 +349,18 @@ impl<R: Record> PathBatch<'_, R> {
         let Some(met) = v.met(lit.to_light) else { return };
         let (wi, wi_local, crosses) = (met.wi, met.wi_local, met.crosses);
         let candidates = path.extra_candidates + 1;
-        self.record.note(|r| r.lit(lit, wi, met.f, met.pdf, wi_local.z.abs(), (candidates, counts)));
+        self.record.note(|r| {
+            r.sampled_light(lit, wi, met.f, met.pdf, wi_local.z.abs(), (candidates, resampling_weight))
+        });
         if met.f.is_black() {
             return;
         }
-        let back = match self.strategy {
-            Some(_) if material.casts_caustics => self.light_paths_to_sample(sample, v, material, lit, wi),
+        let light_path_ratio = match self.strategy {
+            Some(_) if material.casts_caustics => self.light_path_ratio_sampled(sample, v, material, lit, wi),
             _ => 0.0,
         };
-        let (weight, mut light) = self.settings.unshadowed(path, lit, &met, back);
-        light *= counts;
+        let (weight, mut light) = self.settings.unshadowed(path, lit, &met, light_path_ratio);
+        light *= resampling_weight;
         let length = if lit.finite { met.distance } else { f64::INFINITY };
         let crossed = (crosses && material.has_inside()).then(|| {
             let mut media = path.media;
@@ -357,15 +368,15 @@ impl<R: Record> PathBatch<'_, R> {
             media
         });
         let media = crossed.as_ref().unwrap_or(&path.media);
-        let left = media.transmittance(length);
-        if let Some(left) = left {
-            light = light * left;
+        let transmittance = media.transmittance(length);
+        if let Some(transmittance) = transmittance {
+            light = light * transmittance;
         }
         if light.is_black() {
             return;
         }
         let light = self.settings.clamped(light, path.bounces.total > 0);
-        self.record.note(|r| r.weighed(weight, left, light));
+        self.record.note(|r| r.weighted_light(weight, transmittance, light));
         let origin = v.surface.leave(wi);
         let ray = if lit.finite {
             Ray { t_max: 1.0, ..Ray::new(origin, v.surface.p + lit.to_light - origin) }
@@ -374,27 +385,27 @@ impl<R: Record> PathBatch<'_, R> {
         };
         if self.scene.volumes.is_some() {
             let media = *media;
-            self.carry(sample, media);
+            self.push_media(sample, media);
         }
         self.shadows.push(&ray, v.surface, sample, light);
     }
 
-    /// One of several lights, by what they bring: its place among them, and how many times it counts.
+    /// Chooses one of several light candidates by resampling; returns its index and its resampling weight.
     fn choose_light(&self, path: &Path, v: &Vertex<'_>, lit: &[Option<LightSample>]) -> (usize, f32) {
-        let mut brought = [0.0; CANDIDATES];
-        for (brought, lit) in brought.iter_mut().zip(lit) {
+        let mut contributions = [0.0; CANDIDATES];
+        for (contributions, lit) in contributions.iter_mut().zip(lit) {
             if let Some(lit) = lit
                 && let Some(met) = v.met(lit.to_light)
                 && !met.f.is_black()
             {
-                *brought = self.settings.unshadowed(path, lit, &met, 0.0).1.luminance();
+                *contributions = self.settings.unshadowed(path, lit, &met, 0.0).1.luminance();
             }
         }
         let first = || (lit.iter().position(Option::is_some).unwrap_or(0), 1.0);
-        pick(&brought, path.numbers.first()[0]).unwrap_or_else(first)
+        resample(&contributions, path.numbers.first()[0]).unwrap_or_else(first)
     }
 
-    /// Goes on in a sampled direction, if the number `u` lets it.
+    /// Continues in the sampled direction; `u` decides Russian roulette.
     pub(super) fn follow(
         &mut self,
         sample: u32,
@@ -420,7 +431,7 @@ impl<R: Record> PathBatch<'_, R> {
         };
         if self.strategy.is_some() {
             let first = path.bounces.total == 0;
-            self.note_back(sample, v, material, &s, wi, first);
+            self.update_reverse_pdf(sample, v, material, &s, wi, first);
         }
         let path = &mut self.paths[sample as usize];
         path.beta = path.beta * s.f * (s.wi.z.abs() / s.pdf) as f32;
@@ -429,7 +440,7 @@ impl<R: Record> PathBatch<'_, R> {
             terminator = v.terminator(wi);
             path.beta *= terminator as f32;
         }
-        self.record.note(|r| r.any_nonspecular(wi, &s, terminator, path.beta));
+        self.record.note(|r| r.scattered(wi, &s, terminator, path.beta));
         path.bounces = bounces;
         path.from_camera = false;
         path.specular_bounce = s.lobe.is_delta;
@@ -448,15 +459,15 @@ impl<R: Record> PathBatch<'_, R> {
         } else {
             stats.reflected += 1;
         }
-        if let Some(survives) = self.settings.survival(path) {
-            let lives = u < f64::from(survives);
-            self.record.note(|r| r.gambled(Roulette { survival: f64::from(survives), number: u }));
-            if !lives {
+        if let Some(survival) = self.settings.survival(path) {
+            let survives = u < f64::from(survival);
+            self.record.note(|r| r.roulette(Roulette { survival: f64::from(survival), number: u }));
+            if !survives {
                 self.record.note(|r| r.end = End::Roulette);
                 return;
             }
-            path.beta *= 1.0 / survives;
-            self.record.note(|r| r.carries(path.beta));
+            path.beta *= 1.0 / survival;
+            self.record.note(|r| r.set_throughput(path.beta));
         }
         if path.beta.is_black() {
             return;

@@ -1,12 +1,28 @@
-//! Random walks in translucent bodies (Chiang, Kutz & Burley 2016, "Practical and controllable subsurface scattering for production path tracing").
+//! Random-walk subsurface scattering (Chiang, Kutz and Burley 2016, "Practical and controllable subsurface scattering
+//! for production path tracing").
 //!
-//! A path that enters a body goes from scattering to scattering in its medium until it comes out of it; there it is as if it had met a diffuse surface that lets all
-//! light out: a light is sampled and the path goes on. The walk counts as one scattering together with that. Its distances are sampled by the band of one colour, chosen
-//! anew for each by what the path carries, and weighed as if all bands had been tried (as [`Homogeneous`] does in other media), so that what a walk carries
-//! in all never grows.
+//! A path that enters a translucent body walks from one scattering event to the next in its medium until it
+//! leaves:
 //!
-//! Bodies that touch or overlap are one, and the medium is that where the path entered. Surfaces of glass and boundaries of media within are crossed straight, and all
-//! else within takes up the light that meets it.
+//! ```text
+//!         wo  x_i (entry)         x_o (exit)  light
+//!           \  |                   | /   ./
+//!  ----------\-+-------------------+/--./------- surface
+//!               \    s2 --- s3    /
+//!                \  /         \  /               distances: exponential, directions: phase function
+//!                 s1           s4
+//! ```
+//!
+//! At the exit the path continues as if it had hit a diffuse surface that transmits all light: a light is sampled and a
+//! direction is sampled, under the layers of the material there. The walk and this exit count as one bounce.
+//!
+//! Each distance is sampled with the extinction of one colour band, chosen with its fraction of the throughput, and
+//! weighted by the density over all three bands (the one-sample balance heuristic over bands, as [`Homogeneous`] does
+//! for other media). The sum over bands of the throughput therefore never grows. Walks that have lost most of their
+//! throughput end by Russian roulette.
+//!
+//! Bodies that touch or overlap are one body with the medium of the entry point. Glass surfaces and interfaces inside
+//! are crossed straight; any other surface inside absorbs the light that hits it.
 
 use super::LightSampling;
 use super::media::Media;
@@ -23,101 +39,103 @@ use crate::medium::Homogeneous;
 use crate::sampler::{Stream, VertexNumbers};
 use crate::scene::{Hit, Scene, SurfaceInteraction};
 
-/// A walk of more steps counts as coming out where it went in: of a white body without end one in 400 has so many, of others fewer.
+/// A walk of more steps exits where it entered. In an infinite white body one walk in 400 has so many steps, in others
+/// fewer.
 const MAX_STEPS: u32 = 1 << 16;
 
-/// Walks that carry less than this share of what they began with end at random; those that go on carry it again.
+/// A walk with less than this fraction of its initial throughput plays Russian roulette; survivors are set back to it.
 const ROULETTE_BELOW: f64 = 0.25;
 
-/// Mean ways are no shorter than so many times the rounding of the place on the surface: walks must come away from it.
-const SHORTEST: f64 = 256.0;
+/// The mean free path is at least this multiple of the rounding error of the surface point, so that walks can leave the
+/// surface.
+const MIN_MEAN_FREE_PATH: f64 = 256.0;
 
-/// Things crossed on one step; more than these take up the light.
+/// Maximum number of surfaces crossed on one step; a ray that crosses more is absorbed.
 const MAX_CROSSINGS: u32 = 256;
 
-/// A path inside a body.
+/// A random walk in a body.
 struct Walk<'a> {
     scene: &'a Scene,
     body: &'a Homogeneous,
-    /// How much it carries, by band, and the sum at the beginning.
-    carried: [f64; 3],
-    first: f64,
+    /// Throughput by band, and its sum at the start.
+    throughput: [f64; 3],
+    initial: f64,
     ray: Ray,
-    /// The primitive by which it came in.
+    /// The primitive it entered through.
     primitive: u32,
-    /// How many bodies it is in.
+    /// Number of nested bodies it is in.
     depth: u32,
-    /// What places are rounded by.
+    /// Rounding error of positions.
     margin: f64,
     steps: u32,
     length: f64,
     stream: Stream,
 }
 
-/// Where a walk ends.
+/// How a walk ends.
 enum End {
-    /// It comes out of the body.
-    Out(Hit),
-    /// It comes out where it went in.
-    ReversePdf,
-    /// It meets something else within.
-    Met(Hit),
-    /// Nothing is left of it.
-    Lost,
+    /// It leaves the body.
+    Exit(Hit),
+    /// It leaves where it entered.
+    Entry,
+    /// It hits another object inside.
+    Hit(Hit),
+    /// It is absorbed.
+    Absorbed,
 }
 
 impl Walk<'_> {
-    /// The share of each band in what it carries, and the sum; `None` where that is nothing.
-    fn shares(&self) -> Option<([f64; 3], f64)> {
-        let [r, g, b] = self.carried;
+    /// The fraction of each band in the throughput, and the sum; `None` if that is 0.
+    fn band_fractions(&self) -> Option<([f64; 3], f64)> {
+        let [r, g, b] = self.throughput;
         let sum = r + g + b;
         (sum > 0.0 && sum < f64::INFINITY).then(|| ([r / sum, g / sum, b / sum], sum))
     }
 
-    /// Multiplies what it carries by a weight for each band, all over a density.
-    fn weigh(&mut self, weight: [f64; 3], pdf: f64) {
+    /// Multiplies the throughput by a weight per band over a density.
+    fn multiply(&mut self, weight: [f64; 3], pdf: f64) {
         let scale = if pdf > 0.0 { 1.0 / pdf } else { 0.0 };
-        for (carried, w) in self.carried.iter_mut().zip(weight) {
-            let now = *carried * w * scale;
-            *carried = if now.is_finite() { now } else { 0.0 };
+        for (throughput, w) in self.throughput.iter_mut().zip(weight) {
+            let scaled = *throughput * w * scale;
+            *throughput = if scaled.is_finite() { scaled } else { 0.0 };
         }
     }
 
-    /// Walks, the first distance by `u`.
+    /// Walks; `u` chooses the first distance.
     fn run(&mut self, u: f64, media: &mut Media) -> End {
         let mut u = u;
         let phase = self.body.phase();
         while self.steps < MAX_STEPS {
-            let Some((shares, _)) = self.shares() else { return End::Lost };
-            let t = self.body.distance(shares, [self.stream.unit(), u]);
+            let Some((fractions, _)) = self.band_fractions() else { return End::Absorbed };
+            let t = self.body.distance(fractions, [self.stream.unit(), u]);
             self.steps += 1;
-            if let Some((hit, end)) = self.nearest(t, media) {
-                let (left, pdf) = self.body.left(shares, end);
-                self.weigh(left, pdf);
+            if let Some((hit, end)) = self.trace(t, media) {
+                let (transmittance, pdf) = self.body.left(fractions, end);
+                self.multiply(transmittance, pdf);
                 self.length += end;
                 return hit;
             }
-            // Not on the surface, if only by rounding.
-            let (any_nonspecular, pdf) = self.body.scattered(shares, t);
-            self.weigh(any_nonspecular, pdf);
+            // The sampled distance is not on the surface, except by rounding.
+            let (scattered, pdf) = self.body.scattered(fractions, t);
+            self.multiply(scattered, pdf);
             self.length += t;
-            let Some((_, sum)) = self.shares() else { return End::Lost };
-            let least = ROULETTE_BELOW * self.first;
+            let Some((_, sum)) = self.band_fractions() else { return End::Absorbed };
+            let least = ROULETTE_BELOW * self.initial;
             if sum < least {
                 if self.stream.unit() * least >= sum {
-                    return End::Lost;
+                    return End::Absorbed;
                 }
-                self.carried = self.carried.map(|v| v * (least / sum));
+                self.throughput = self.throughput.map(|v| v * (least / sum));
             }
             let (direction, _) = phase.sample(self.ray.direction, [self.stream.unit(), self.stream.unit()]);
             self.ray = Ray { origin: self.ray.at(t), direction, t_min: 0.0, ..self.ray };
             u = self.stream.unit();
         }
-        End::ReversePdf
+        End::Entry
     }
 
-    /// What ends the walk within a distance `t`, and how far that is. Whatever else is there is crossed.
-    fn nearest(&mut self, t: f64, media: &mut Media) -> Option<(End, f64)> {
+    /// What ends the walk within the distance `t`, and how far that is. Other surfaces are crossed.
+    fn trace(&mut self, t: f64, media: &mut Media) -> Option<(End, f64)> {
         let mut ray = Ray { t_max: t + self.margin, ..self.ray };
         for _ in 0..MAX_CROSSINGS {
             let hit = self.scene.intersect(&ray)?;
@@ -127,27 +145,28 @@ impl Walk<'_> {
             let id = self.scene.primitive_id(&hit);
             match material {
                 _ if material.has_walk(self.scene) => match (outside, self.depth) {
-                    // Rounding has left the body, or it folds into itself.
+                    // Rounding has left the body, or the body intersects itself.
                     (true, _) if id == self.primitive => {}
                     (true, _) => self.depth += 1,
-                    (false, 0..=1) => return Some((End::Out(hit), hit.shape.t)),
+                    (false, 0..=1) => return Some((End::Exit(hit), hit.shape.t)),
                     (false, _) => self.depth -= 1,
                 },
                 Material::OpenPbr(m) if m.boundary || m.has_inside() => {
                     media.cross(self.scene, &surface, m, outside);
                 }
-                _ => return Some((End::Met(hit), hit.shape.t)),
+                _ => return Some((End::Hit(hit), hit.shape.t)),
             }
             ray.t_min = self.scene.beyond(&ray, &hit, &surface);
         }
-        Some((End::Lost, t))
+        Some((End::Absorbed, t))
     }
 }
 
 impl<'a, R: Record> PathBatch<'a, R> {
-    /// A path that enters the body of `material` at a vertex, to where it comes out, and on from there. `u` is for the first distance.
+    /// Traces a path that enters the body of `material` to its exit, and shades the exit. `u` chooses the first
+    /// distance.
     #[inline(never)]
-    pub(super) fn walk(
+    pub(super) fn random_walk(
         &mut self,
         at: &VertexInput<'_>,
         material: &OpenPbr,
@@ -160,16 +179,16 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let surface = at.surface;
         let path = &mut self.paths[sample as usize];
         path.beta = path.beta * entry.weight;
-        // By the law of cosines around the true normal: all of it goes in.
+        // Cosine-distributed around the geometric normal: all of it enters.
         let direction = Frame::from_z(surface.ng).to_world(entry.wi);
-        self.record.note(|r| r.entered(direction, entry, path.beta));
-        let body = material.body(scene, surface, SHORTEST * surface.error);
-        let carried = path.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        self.record.note(|r| r.entered_body(direction, entry, path.beta));
+        let body = material.body(scene, surface, MIN_MEAN_FREE_PATH * surface.error);
+        let throughput = path.beta.to_array().map(|v| f64::from(v.max(0.0)));
         let mut walk = Walk {
             scene,
             body: &body,
-            carried,
-            first: carried.iter().sum(),
+            throughput,
+            initial: throughput.iter().sum(),
             ray: Ray { time: surface.time(), ..Ray::new(surface.leave(direction), direction) },
             primitive: scene.primitive_id(&surface.hit),
             depth: 1,
@@ -181,8 +200,8 @@ impl<'a, R: Record> PathBatch<'a, R> {
         let end = walk.run(u, &mut path.media);
         let (ray, steps, length) = (walk.ray, walk.steps, walk.length);
         stats.reflected += u64::from(steps);
-        let mut weight = walk.carried;
-        for (weight, before) in weight.iter_mut().zip(carried) {
+        let mut weight = walk.throughput;
+        for (weight, before) in weight.iter_mut().zip(throughput) {
             *weight = if before > 0.0 { *weight / before } else { 0.0 };
         }
         let weight = Spectrum::from(weight.map(|v| v as f32));
@@ -195,30 +214,31 @@ impl<'a, R: Record> PathBatch<'a, R> {
             return;
         }
         let (out, hit) = match end {
-            End::Lost => return,
-            End::Met(hit) => {
-                let met = scene.surface(&ray, &hit);
-                let outside = ray.direction.dot(met.ng) < 0.0;
+            End::Absorbed => return,
+            End::Hit(hit) => {
+                let surface_hit = scene.surface(&ray, &hit);
+                let outside = ray.direction.dot(surface_hit.ng) < 0.0;
                 if let Material::OpenPbr(m) = scene.material_at(&hit)
                     && m.is_emissive()
                     && (outside || m.shines_backwards())
                 {
-                    // No light is sampled from within.
+                    // Inside the body no light is sampled.
                     path.specular_bounce = true;
-                    self.record.note(|r| r.met(scene, path, &ray, &hit, &met, None));
-                    self.record
-                        .note(|r| r.walked(Passage::Surface, RandomWalkRecord { steps, length, weight }));
-                    self.found_light(sample, m, &met, pixel);
+                    self.record.note(|r| r.hit_surface(scene, path, &ray, &hit, &surface_hit, None));
+                    self.record.note(|r| {
+                        r.random_walk(Passage::Surface, RandomWalkRecord { steps, length, weight })
+                    });
+                    self.add_emission(sample, m, &surface_hit, pixel);
                 }
                 return;
             }
-            End::Out(hit) => (scene.surface(&ray, &hit), hit),
-            End::ReversePdf => (*surface, surface.hit),
+            End::Exit(hit) => (scene.surface(&ray, &hit), hit),
+            End::Entry => (*surface, surface.hit),
         };
         path.numbers = VertexNumbers::of(&path.sampler, FIRST_SET + 2 * (path.vertex - 1));
-        self.record.note(|r| r.met(scene, path, &ray, &hit, &out, None));
-        self.record.note(|r| r.walked(Passage::Exit, RandomWalkRecord { steps, length, weight }));
-        let (bsdf, material) = self.way_out(sample, material, &out);
+        self.record.note(|r| r.hit_surface(scene, path, &ray, &hit, &out, None));
+        self.record.note(|r| r.random_walk(Passage::Exit, RandomWalkRecord { steps, length, weight }));
+        let (bsdf, material) = self.exit_bsdf(sample, material, &out);
         let from_above = Ray { direction: -out.ng, ..Ray::new(out.p, -out.ng) };
         let vertex = prepare(scene, &from_above, material, &out, &bsdf, true);
         let lit = match self.settings.light_sampling {
@@ -233,8 +253,14 @@ impl<'a, R: Record> PathBatch<'a, R> {
         self.scatter(&arrival, &vertex, material, true, pixel, stats);
     }
 
-    /// What is above the body where the path comes out of it: of the material there, if light walks in that; else nothing.
-    fn way_out<'m>(&self, sample: u32, entered: &'m OpenPbr, out: &SurfaceInteraction) -> (Bsdf, &'m OpenPbr)
+    /// The BSDF at the exit: the layers of the material there if it is translucent, else a surface that transmits
+    /// everything.
+    fn exit_bsdf<'m>(
+        &self,
+        sample: u32,
+        entered: &'m OpenPbr,
+        out: &SurfaceInteraction,
+    ) -> (Bsdf, &'m OpenPbr)
     where
         'a: 'm,
     {

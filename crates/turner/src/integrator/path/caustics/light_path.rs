@@ -1,4 +1,20 @@
-//! One light path: how far it has come, and how else it might be found.
+//! The state of one light path, with its densities for MIS.
+//!
+//! ```text
+//!  light y0 -----> y1 (target) -----> y2 --- ... ---> y_n        camera o
+//!         emission density            BSDF densities      \______/ joined to the camera at each y_i, i >= 2
+//! ```
+//!
+//! MIS needs the density with which path tracing makes the same path from the other end. Between two vertices a and b a
+//! density per solid angle becomes one per area by the factor |cos at b| / |b − a|². The state holds the running
+//! product of the ratios
+//!
+//! ```text
+//!  p(y_j found from the camera side) / p(y_j found from the light side)
+//! ```
+//!
+//! over all vertices but the last, per area, once for a path that ends by hitting the light and once for one that
+//! samples it.
 
 use super::strategy::CausticsStrategy;
 use crate::color::Spectrum;
@@ -9,61 +25,63 @@ use crate::sampler::OwenSobol;
 use crate::scene::caustic_targets::{Source, Start};
 use crate::scene::{Scene, SurfaceInteraction};
 
-/// How far a light path has come.
+/// The state of a light path.
 #[derive(Clone)]
 pub(super) struct LightPath {
     pub(super) numbers: OwenSobol,
     pub(super) time: f32,
     pub(super) start: Start,
-    /// Power that it carries.
+    /// Power carried.
     pub(super) beta: Spectrum,
     pub(super) vertex: u32,
     pub(super) bounces: Bounces,
     pub(super) transparent: u32,
     pub(super) media: Media,
     pub(super) band: Option<u8>,
-    /// Whether the first surface has scattered it by a mirror's lobe, or by narrow ones alone: then it may be found from camera paths.
-    pub(super) mirrored: bool,
-    /// Whether that lobe was a mirror's.
+    /// Whether the first surface scattered it by a delta lobe, or is near-specular: it may then be found by photons.
+    pub(super) specular_first: bool,
+    /// Whether that lobe was a delta lobe.
     pub(super) by_delta: bool,
-    /// Whether it has been left where camera paths find it that come by mirrors and narrow lobes alone.
-    pub(super) left: bool,
-    /// How many surfaces have scattered it.
-    pub(super) any_nonspecular: u32,
-    /// Where its ray begins: the last vertex, or the light; and the cosine there.
+    /// Whether it has scattered at a rough surface after that, where photons count it.
+    pub(super) has_photon: bool,
+    /// Number of surfaces that have scattered it.
+    pub(super) scatterings: u32,
+    /// Origin of the current ray: the last vertex, or the point on the light; and the cosine there.
     pub(super) p: DVec3,
     pub(super) cos: f64,
-    /// Whether the light is far: rays are parallel.
-    pub(super) far: bool,
-    /// Density of the ray's direction per solid angle; of parallel rays per area at right angles.
-    pub(super) forward: f64,
+    /// Whether the light is infinite: its rays are parallel.
+    pub(super) parallel: bool,
+    /// Density of the ray's direction per solid angle; of parallel rays, per area perpendicular to them.
+    pub(super) direction_pdf: f64,
     /// Density per area with which the last vertex was found.
-    pub(super) area: f64,
-    /// How much more probable, per area, camera paths are to find all but the last vertex than this path is, so far: by chance, and by sampling the light.
-    pub(super) by_chance: f64,
-    pub(super) by_light: f64,
+    pub(super) vertex_pdf: f64,
+    /// Ratio of densities, camera path over light path, over all vertices but the last: by hitting the light, and by
+    /// sampling it. Before the first scattering `hit_ratio` holds the density of the start.
+    pub(super) hit_ratio: f64,
+    pub(super) nee_ratio: f64,
 }
 
 impl LightPath {
     /// Density per area with which the path finds a surface.
-    pub(super) fn finds(&self, surface: &SurfaceInteraction) -> f64 {
-        let way = surface.p - self.p;
-        let d2 = way.length_squared();
-        if self.far {
-            return self.forward * self.start.ray.direction.dot(surface.ng).abs();
+    pub(super) fn area_pdf(&self, surface: &SurfaceInteraction) -> f64 {
+        let offset = surface.p - self.p;
+        let d2 = offset.length_squared();
+        if self.parallel {
+            return self.direction_pdf * self.start.ray.direction.dot(surface.ng).abs();
         }
-        self.forward * way.dot(surface.ng).abs() / (d2 * d2.sqrt())
+        self.direction_pdf * offset.dot(surface.ng).abs() / (d2 * d2.sqrt())
     }
 
-    /// How much more probable a camera path is to find the last vertex than this path was; `back` is the density with which it is scattered there from `surface`.
-    pub(super) fn found_back(&self, surface: &SurfaceInteraction, back: f64) -> f64 {
+    /// Ratio of densities at the last vertex: from `surface`, with density `reverse_pdf` per solid angle, over that of
+    /// this path.
+    pub(super) fn reverse_ratio(&self, surface: &SurfaceInteraction, reverse_pdf: f64) -> f64 {
         let d2 = (surface.p - self.p).length_squared();
-        back * self.cos / (d2 * self.area)
+        reverse_pdf * self.cos / (d2 * self.vertex_pdf)
     }
 
-    /// The light that arrives at the first surface, `ray` the path's there. Says whether there is any.
+    /// Computes the power at the first surface, where `ray` arrives; returns whether it is positive.
     ///
-    /// Leaves the density of the start in `by_chance`.
+    /// Leaves the density of the start in `hit_ratio`.
     pub(super) fn emit(
         &mut self,
         scene: &Scene,
@@ -75,13 +93,13 @@ impl LightPath {
         let cos = ray.direction.dot(surface.ng).abs();
         let (power, start) = match self.start.from {
             Source::Shape => {
-                // The place on the light as a ray from the surface finds it, and its light.
+                // The point on the light as a ray from the surface finds it, and its radiance.
                 let back = Ray { time: self.time, ..Ray::new(surface.leave(-ray.direction), -ray.direction) };
-                let Some((light, radiance)) = scene.first_shining(&back) else { return false };
+                let Some((light, radiance)) = scene.first_emitter(&back) else { return false };
                 self.p = light.p;
                 self.cos = ray.direction.dot(light.ng).abs();
                 let (start, leave) = strategy.caustic_targets.density_on_shape(scene, group, &light);
-                self.forward = leave;
+                self.direction_pdf = leave;
                 (radiance * (self.cos / (start * leave)) as f32, start)
             }
             Source::Around(light) => {
@@ -90,7 +108,7 @@ impl LightPath {
                     return false;
                 };
                 let (start, pass) = strategy.caustic_targets.density_around(scene, group, light, to_light);
-                (self.far, self.forward) = (true, pass);
+                (self.parallel, self.direction_pdf) = (true, pass);
                 (radiance * (1.0 / (start * pass)) as f32, start)
             }
             Source::Delta(light, place) => {
@@ -99,32 +117,33 @@ impl LightPath {
                 };
                 let from = lit.finite.then_some(self.start.ray.origin);
                 let (start, leave) = strategy.caustic_targets.density_of_delta(group, light, from);
-                // What arrives at a surface that faces the light, over the density per area there.
+                // Irradiance at a surface that faces the light, over the density per area there.
                 let d2 = if lit.finite { lit.to_light.length_squared() } else { 1.0 };
-                (self.far, self.forward, self.cos) = (!lit.finite, leave, 0.0);
+                (self.parallel, self.direction_pdf, self.cos) = (!lit.finite, leave, 0.0);
                 (lit.radiance * (d2 / (start * leave)) as f32, start)
             }
         };
-        self.by_chance = start;
-        // Rays that only touch the surface weigh nothing.
+        self.hit_ratio = start;
+        // Grazing rays have zero weight.
         self.beta = self.beta * power;
         cos > 0.0 && start > 0.0 && self.beta.is_finite() && !self.beta.is_black()
     }
 
-    /// How much more probable sampling the light from the first surface is than the start was; the path leaves it in the direction `to`.
-    pub(super) fn by_light(&self, scene: &Scene, surface: &SurfaceInteraction, to: DVec3) -> f64 {
+    /// Ratio of densities: sampling the light from the first surface, over the start of this path. The path leaves that
+    /// surface in the direction `to`.
+    pub(super) fn nee_ratio_at(&self, scene: &Scene, surface: &SurfaceInteraction, to: DVec3) -> f64 {
         let receiver = scene.receiver(surface, -to);
-        let start = self.by_chance;
+        let start = self.hit_ratio;
         match self.start.from {
             Source::Shape => {
                 let back = Ray {
                     time: self.time,
                     ..Ray::new(surface.leave(self.p - surface.p), self.p - surface.p)
                 };
-                let Some((light, _)) = scene.first_shining(&back) else { return 0.0 };
-                let way = self.p - surface.p;
+                let Some((light, _)) = scene.first_emitter(&back) else { return 0.0 };
+                let offset = self.p - surface.p;
                 let pdf = scene.emitters.pdf_hit(scene, receiver, &light);
-                pdf * self.cos / (way.length_squared() * start)
+                pdf * self.cos / (offset.length_squared() * start)
             }
             Source::Around(light) => {
                 let to_light = -self.start.ray.direction;
@@ -134,27 +153,28 @@ impl LightPath {
         }
     }
 
-    /// Leaves one band of the path, chosen by `u` with its share of what it carries.
+    /// Keeps one band of the path, chosen by `u` with the band's fraction of the power.
     pub(super) fn choose_band(&mut self, u: f64) {
-        let shares = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
-        let sum: f64 = shares.iter().sum();
-        let place = u * sum;
-        let band: u8 = match place {
-            p if p < shares[0] => 0,
-            p if p < shares[0] + shares[1] || shares[2] == 0.0 => 1,
+        let fractions = self.beta.to_array().map(|v| f64::from(v.max(0.0)));
+        let sum: f64 = fractions.iter().sum();
+        let target = u * sum;
+        let band: u8 = match target {
+            p if p < fractions[0] => 0,
+            p if p < fractions[0] + fractions[1] || fractions[2] == 0.0 => 1,
             _ => 2,
         };
-        let mut left = [0.0; 3];
-        left[usize::from(band)] = sum as f32;
-        (self.beta, self.band) = (Spectrum::from(left), Some(band));
+        let mut beta = [0.0; 3];
+        beta[usize::from(band)] = sum as f32;
+        (self.beta, self.band) = (Spectrum::from(beta), Some(band));
     }
 }
 
 impl Scene {
-    /// The first surface that shines on a ray, through what lets it pass straight, with its radiance; `None` if something else is before it.
-    pub(in crate::integrator) fn first_shining(&self, ray: &Ray) -> Option<(SurfaceInteraction, Spectrum)> {
+    /// The first emissive surface along a ray, through surfaces that let it pass straight, and its radiance; `None` if
+    /// another surface is hit first.
+    pub(in crate::integrator) fn first_emitter(&self, ray: &Ray) -> Option<(SurfaceInteraction, Spectrum)> {
         let mut ray = *ray;
-        // Panes and holes.
+        // Maximum number of panes and holes.
         for _ in 0..64 {
             let hit = self.intersect(&ray)?;
             let surface = self.surface(&ray, &hit);

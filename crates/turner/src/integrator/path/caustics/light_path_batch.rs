@@ -1,6 +1,19 @@
-//! Light paths: from a light by way of what gathers its light, joined to the camera wherever they are scattered after that.
+//! Light tracing: light paths that start at a light, are aimed at a caustic target, and are joined to the camera at
+//! every vertex after it (Dutré, Lafortune and Willems 1993).
 //!
-//! Paths of a batch advance together, a bounce at a time; what a path brings depends on nothing but its number.
+//! ```text
+//!      * light                          begin:       sample a target, a light, a point and a direction
+//!       \                               shade_hit:   the first hit must lie on the chosen target
+//!        y1  target (mirror, glass)     connect:     to the camera, with weight 1 / (1 + a² + b²)
+//!       /                               scatter:     sample the next direction
+//!     y2 - - - - > o camera             join:        trace the rays to the camera, splat what arrives
+//! ```
+//!
+//! A connection adds beta · f · |cos| · W / density to the film, where W is the importance of the camera at that pixel.
+//! Any pixel may receive it, so it goes to the film's splats. `a` and `b` are the ratios of densities of path tracing
+//! (hitting and sampling the light) over light tracing with all its paths; see `light_path`.
+//!
+//! The paths of a batch advance together, one bounce per round. A path's contribution depends only on its index.
 
 use std::ops::Range;
 
@@ -25,21 +38,21 @@ use crate::scene::caustic_targets::{NO_GROUP, Source};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
 use crate::view::View;
 
-/// Light paths have numbers of their own, whatever the pixels' are.
+/// Seed of the light paths' random numbers, separate from those of pixels.
 const SEED: u64 = 0x9c6e_1d3a_75f1_20b4;
 
-/// Dimensions of a start: sets 0 and 1; then two for each surface.
+/// Sets of random numbers for the start; then two for each vertex.
 const START_SETS: [u32; 2] = [0, 1];
 
-/// What a path brings to the camera if nothing is in the way.
-struct Joined {
+/// The contribution of a connection to the camera if unoccluded.
+struct CameraConnection {
     splat: Splat,
-    /// Number of the light path.
+    /// MIS weight.
     weight: f64,
     group: u32,
 }
 
-/// Light paths at work in one thread.
+/// The light paths traced in one thread.
 pub(in crate::integrator::path) struct LightPathBatch<'a> {
     settings: Settings,
     scene: &'a Scene,
@@ -51,13 +64,13 @@ pub(in crate::integrator::path) struct LightPathBatch<'a> {
     hits: Vec<Option<Hit>>,
     next: RayBatch,
     of_next: Vec<u32>,
-    views: RayBatch,
-    joined: Vec<Joined>,
+    camera_rays: RayBatch,
+    connections: Vec<CameraConnection>,
     through: Vec<SpectrumBlock>,
-    /// Where paths arrive that camera paths may find; only filled where they do.
+    /// The photons of the paths; empty unless photons are used.
     pub(super) photons: Vec<Photon>,
-    /// How many surfaces have scattered paths so far.
-    pub(super) any_nonspecular: u64,
+    /// Number of scattering events so far.
+    pub(super) scatterings: u64,
 }
 
 impl<'a> LightPathBatch<'a> {
@@ -77,31 +90,32 @@ impl<'a> LightPathBatch<'a> {
             hits: Vec::new(),
             next: RayBatch::default(),
             of_next: Vec::new(),
-            views: RayBatch::default(),
-            joined: Vec::new(),
+            camera_rays: RayBatch::default(),
+            connections: Vec::new(),
             through: Vec::new(),
             photons: Vec::new(),
-            any_nonspecular: 0,
+            scatterings: 0,
         }
     }
 
-    /// Traces paths `first..first + count` of all and gives what each brings to the camera: the splat, its weight beside the other ways, and the group.
+    /// Traces the paths `first..first + count` and passes each contribution to `contribute`: the splat, its MIS weight,
+    /// and the caustic target.
     pub(super) fn advance(
         &mut self,
         first: u64,
         count: u32,
         stats: &mut RayStats,
-        mut bring: impl FnMut(Splat, f64, u32),
+        mut contribute: impl FnMut(Splat, f64, u32),
     ) {
         self.photons.clear();
         self.begin(first, count);
         while !self.rays.is_empty() {
-            self.round(stats, &mut bring);
+            self.round(stats, &mut contribute);
         }
     }
 
-    /// Takes all paths one bounce on.
-    fn round(&mut self, stats: &mut RayStats, bring: &mut impl FnMut(Splat, f64, u32)) {
+    /// Advances all paths by one bounce.
+    fn round(&mut self, stats: &mut RayStats, contribute: &mut impl FnMut(Splat, f64, u32)) {
         stats.light += self.rays.len() as u64;
         if self.scene.moves {
             for (i, &path) in self.of_ray.iter().enumerate() {
@@ -113,23 +127,23 @@ impl<'a> LightPathBatch<'a> {
         let of_ray = std::mem::take(&mut self.of_ray);
         for (i, (&path, hit)) in of_ray.iter().zip(&hits).enumerate() {
             if let (Some(ray), Some(hit)) = (self.rays.get(i), hit) {
-                self.meet(path, &ray, hit);
+                self.shade_hit(path, &ray, hit);
             }
         }
         (self.of_ray, self.hits) = (of_ray, hits);
-        self.join(stats, bring);
+        self.join(stats, contribute);
         std::mem::swap(&mut self.rays, &mut self.next);
         std::mem::swap(&mut self.of_ray, &mut self.of_next);
         self.next.clear();
         self.of_next.clear();
     }
 
-    /// The photons of the last paths.
+    /// Removes and returns the photons.
     pub(super) fn take_photons(&mut self) -> Vec<Photon> {
         std::mem::take(&mut self.photons)
     }
 
-    /// The starts of paths.
+    /// Samples the starts of paths.
     fn begin(&mut self, first: u64, count: u32) {
         self.paths.clear();
         self.rays.clear();
@@ -156,17 +170,17 @@ impl<'a> LightPathBatch<'a> {
                 transparent: 0,
                 media: Media::NONE,
                 band: None,
-                mirrored: false,
+                specular_first: false,
                 by_delta: false,
-                left: false,
-                any_nonspecular: 0,
+                has_photon: false,
+                scatterings: 0,
                 p: start.ray.origin,
                 cos: 0.0,
-                far: false,
-                forward: 0.0,
-                area: 0.0,
-                by_chance: 0.0,
-                by_light: 0.0,
+                parallel: false,
+                direction_pdf: 0.0,
+                vertex_pdf: 0.0,
+                hit_ratio: 0.0,
+                nee_ratio: 0.0,
             };
             self.rays.push(&start.ray);
             self.of_ray.push(self.paths.len() as u32);
@@ -174,16 +188,16 @@ impl<'a> LightPathBatch<'a> {
         }
     }
 
-    /// A path's ray hits a surface.
-    fn meet(&mut self, index: u32, ray: &Ray, hit: &Hit) {
+    /// Shades a ray that hits a surface.
+    fn shade_hit(&mut self, index: u32, ray: &Ray, hit: &Hit) {
         let scene = self.scene;
         let path = &mut self.paths[index as usize];
-        if path.any_nonspecular == 0
+        if path.scatterings == 0
             && let Material::OpenPbr(m) = scene.material_at(hit)
             && !m.casts_caustics
             && m.plain().is_some()
         {
-            // Camera paths find the light of what gathers none.
+            // Light that comes by way of a surface that is no caustic target is left to camera paths.
             return;
         }
         let surface = scene.surface(ray, hit);
@@ -197,41 +211,41 @@ impl<'a> LightPathBatch<'a> {
         let set = START_SETS[1] + FIRST_SET + 2 * path.vertex;
         let [l0, l1, _, chance] = path.numbers.four(set);
         let outside = ray.direction.dot(surface.ng) < 0.0;
-        let met = match scene.material_at(hit) {
+        let hit_material = match scene.material_at(hit) {
             Material::OpenPbr(m) if m.desc.alpha_mode != AlphaMode::Blend => Some(&**m),
             Material::OpenPbr(m) => (chance < f64::from(m.desc.coverage(scene, &surface))).then_some(&**m),
             Material::Mix(m) => m.choose(scene, &surface, outside, chance),
             Material::Classic(_) | Material::Principled(..) => return,
         };
-        let Some(material) = met else {
+        let Some(material) = hit_material else {
             return self.go_straight(index, &surface, ray.direction, Spectrum::WHITE);
         };
         if material.desc.unlit {
             return;
         }
         if material.pane {
-            let seen = SurfaceBsdf { scene, material, surface: &surface, around: 1.0, band: None };
-            let straight = seen.from(-ray.direction, |v| v.straight());
+            let seen = SurfaceBsdf { scene, material, surface: &surface, exterior_ior: 1.0, band: None };
+            let straight = seen.with_vertex(-ray.direction, |v| v.straight());
             return self.go_straight(index, &surface, ray.direction, straight);
         }
-        let mut around = 1.0;
+        let mut exterior_ior = 1.0;
         if material.has_inside() {
-            if path.any_nonspecular == 0 && !outside && path.media.is_empty() {
-                // The light is within.
+            if path.scatterings == 0 && !outside && path.media.is_empty() {
+                // The light is inside the solid.
                 path.media.cross(scene, &surface, material, true);
                 if let Some(left) = path.media.transmittance(hit.shape.t) {
                     path.beta = path.beta * left;
                 }
             }
             match path.media.boundary(surface.material, material.desc.specular_ior, outside) {
-                Boundary::Between(ior) => around = ior,
+                Boundary::Between(ior) => exterior_ior = ior,
                 Boundary::Hidden => {
                     path.media.cross(scene, &surface, material, outside);
                     return self.go_straight(index, &surface, ray.direction, Spectrum::WHITE);
                 }
             }
         }
-        if path.any_nonspecular == 0 {
+        if path.scatterings == 0 {
             let group = if material.casts_caustics {
                 self.strategy.caustic_targets.group(&surface)
             } else {
@@ -247,8 +261,8 @@ impl<'a> LightPathBatch<'a> {
         if material.dispersion.is_some() && path.band.is_none() {
             path.choose_band(chance);
         }
-        let seen = SurfaceBsdf { scene, material, surface: &surface, around, band: path.band };
-        let stays = self.strategy.merges && path.mirrored && !material.near_specular;
+        let seen = SurfaceBsdf { scene, material, surface: &surface, exterior_ior, band: path.band };
+        let stays = self.strategy.merges && path.specular_first && !material.near_specular;
         if stays && path.bounces.total < self.settings.max_depth {
             let photon = Photon {
                 p: surface.p,
@@ -263,14 +277,14 @@ impl<'a> LightPathBatch<'a> {
             }
         }
         let path = &self.paths[index as usize];
-        // What a narrow lobe shows of light left before is found there by camera paths.
-        if path.any_nonspecular > 0 && !(self.strategy.merges && path.left && material.near_specular) {
-            self.join_later(index, &seen, -ray.direction, DVec2::new(l0, l1));
+        // Near-specular reflections of photons are counted by camera paths.
+        if path.scatterings > 0 && !(self.strategy.merges && path.has_photon && material.near_specular) {
+            self.connect(index, &seen, -ray.direction, DVec2::new(l0, l1));
         }
         self.scatter(index, &seen, -ray.direction, set + 1);
     }
 
-    /// Goes on through what is not there, or lets light pass straight.
+    /// Continues straight through a hole or a pane.
     fn go_straight(&mut self, index: u32, surface: &SurfaceInteraction, direction: DVec3, weight: Spectrum) {
         let path = &mut self.paths[index as usize];
         path.beta = path.beta * weight;
@@ -285,8 +299,8 @@ impl<'a> LightPathBatch<'a> {
         self.of_next.push(index);
     }
 
-    /// Joins a path to the camera at a surface that light from `light` reaches.
-    fn join_later(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, lens: DVec2) {
+    /// Connects a path to the camera at a surface that light from `light` reaches.
+    fn connect(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, lens: DVec2) {
         let (scene, path) = (self.scene, &self.paths[index as usize]);
         let surface = seen.surface;
         if path.bounces.total >= self.settings.max_depth {
@@ -302,42 +316,46 @@ impl<'a> LightPathBatch<'a> {
         if place.x < -margin || place.y < -margin || place.x >= width + margin || place.y >= height + margin {
             return;
         }
-        let eye = to_camera.normalize();
-        let (f, back) = seen.light_to_eye(light, eye);
+        let wo = to_camera.normalize();
+        let (f, reverse_pdf) = seen.light_to_camera(light, wo);
         if f.is_black() {
             return;
         }
-        let (cos_light, cos_eye) = (light.dot(surface.ng).abs(), eye.dot(surface.ng).abs());
-        let mut color = path.beta * f * (cos_eye * density / cos_light) as f32;
+        let (cos_light, cos_wo) = (light.dot(surface.ng).abs(), wo.dot(surface.ng).abs());
+        let mut color = path.beta * f * (cos_wo * density / cos_light) as f32;
         let mut media = path.media;
-        let crosses = (eye.dot(surface.ng) > 0.0) != (light.dot(surface.ng) > 0.0);
+        let crosses = (wo.dot(surface.ng) > 0.0) != (light.dot(surface.ng) > 0.0);
         if crosses && seen.material.has_inside() {
-            media.cross(scene, surface, seen.material, eye.dot(surface.ng) < 0.0);
+            media.cross(scene, surface, seen.material, wo.dot(surface.ng) < 0.0);
         }
         if let Some(left) = media.transmittance(to_camera.length()) {
             color = color * left;
         }
-        let origin = surface.leave(eye);
-        let way = surface.p + to_camera - origin;
-        let view = Ray { t_max: free, ..Ray::new(origin, way) };
-        // The other ways to find this path.
-        let others = path.found_back(surface, back) * (density * cos_eye / path.finds(surface));
+        let origin = surface.leave(wo);
+        let direction_to_camera = surface.p + to_camera - origin;
+        let view = Ray { t_max: free, ..Ray::new(origin, direction_to_camera) };
+        // Ratio of densities of path tracing over this path.
+        let others = path.reverse_ratio(surface, reverse_pdf) * (density * cos_wo / path.area_pdf(surface));
         let paths = self.strategy.paths as f64;
-        let weight = power(path.by_chance * others / paths, path.by_light * others / paths);
-        self.views.push_from(&view, surface);
+        let weight = power(path.hit_ratio * others / paths, path.nee_ratio * others / paths);
+        self.camera_rays.push_from(&view, surface);
         if scene.moves {
-            self.views.set_time(self.joined.len(), path.time);
+            self.camera_rays.set_time(self.connections.len(), path.time);
         }
-        self.joined.push(Joined { splat: Splat { place, color }, weight, group: path.start.group });
+        self.connections.push(CameraConnection {
+            splat: Splat { place, color },
+            weight,
+            group: path.start.group,
+        });
     }
 
-    /// Scatters a path.
+    /// Samples the next direction of a path.
     fn scatter(&mut self, index: u32, seen: &SurfaceBsdf<'_>, light: DVec3, set: u32) {
-        self.any_nonspecular += 1;
+        self.scatterings += 1;
         let path = &mut self.paths[index as usize];
         let surface = seen.surface;
         let [u0, u1, u2, u3] = path.numbers.four(set);
-        let Some(Scattered { to, lobe, pdf, weight, back }) = seen.scatter(light, [u2, u0, u1]) else {
+        let Some(Scattered { to, lobe, pdf, weight, reverse_pdf }) = seen.scatter(light, [u2, u0, u1]) else {
             return;
         };
         let Some(bounces) = self.settings.count(&path.bounces, &lobe) else { return };
@@ -346,41 +364,41 @@ impl<'a> LightPathBatch<'a> {
         if path.beta.is_black() || !path.beta.is_finite() {
             return;
         }
-        // The first surface: how else the light may be found from there.
-        let area = path.finds(surface);
-        if path.any_nonspecular == 0 {
-            let by_light = if lobe.is_delta { 0.0 } else { path.by_light(self.scene, surface, to) };
+        // At the first surface: the ratio of densities at the light.
+        let vertex_pdf = path.area_pdf(surface);
+        if path.scatterings == 0 {
+            let nee_ratio = if lobe.is_delta { 0.0 } else { path.nee_ratio_at(self.scene, surface, to) };
             let d2 = (surface.p - path.p).length_squared();
             let found = match path.start.from {
                 Source::Delta(..) => 0.0,
-                Source::Around(_) => back,
-                Source::Shape => back * path.cos / d2,
+                Source::Around(_) => reverse_pdf,
+                Source::Shape => reverse_pdf * path.cos / d2,
             };
-            (path.by_chance, path.by_light) = (found / path.by_chance, by_light);
+            (path.hit_ratio, path.nee_ratio) = (found / path.hit_ratio, nee_ratio);
         } else {
-            let ratio = path.found_back(surface, back);
-            path.by_chance *= ratio;
-            path.by_light *= ratio;
+            let ratio = path.reverse_ratio(surface, reverse_pdf);
+            path.hit_ratio *= ratio;
+            path.nee_ratio *= ratio;
         }
-        if path.any_nonspecular > 1 {
-            let lives = (path.beta.max_component() / before).clamp(0.05, 1.0);
-            if u3 >= f64::from(lives) {
+        if path.scatterings > 1 {
+            let survival = (path.beta.max_component() / before).clamp(0.05, 1.0);
+            if u3 >= f64::from(survival) {
                 return;
             }
-            path.beta *= 1.0 / lives;
+            path.beta *= 1.0 / survival;
         }
         path.bounces = bounces;
-        let sharp = lobe.is_delta || seen.material.near_specular;
-        path.left |= path.mirrored && !sharp;
-        if path.any_nonspecular == 0 {
-            (path.mirrored, path.by_delta) = (sharp, lobe.is_delta);
+        let is_specular = lobe.is_delta || seen.material.near_specular;
+        path.has_photon |= path.specular_first && !is_specular;
+        if path.scatterings == 0 {
+            (path.specular_first, path.by_delta) = (is_specular, lobe.is_delta);
         }
-        path.any_nonspecular += 1;
+        path.scatterings += 1;
         path.p = surface.p;
         path.cos = to.dot(surface.ng).abs();
-        path.far = false;
-        path.forward = if lobe.is_delta { 1.0 } else { pdf };
-        path.area = area;
+        path.parallel = false;
+        path.direction_pdf = if lobe.is_delta { 1.0 } else { pdf };
+        path.vertex_pdf = vertex_pdf;
         let crosses = (to.dot(surface.ng) > 0.0) != (light.dot(surface.ng) > 0.0);
         if crosses && seen.material.has_inside() {
             path.media.cross(self.scene, surface, seen.material, to.dot(surface.ng) < 0.0);
@@ -388,20 +406,20 @@ impl<'a> LightPathBatch<'a> {
         self.send(index, surface, to);
     }
 
-    /// Brings what is not hidden from the camera.
-    fn join(&mut self, stats: &mut RayStats, bring: &mut impl FnMut(Splat, f64, u32)) {
-        if self.joined.is_empty() {
+    /// Traces the rays to the camera and passes on the contributions that arrive.
+    fn join(&mut self, stats: &mut RayStats, contribute: &mut impl FnMut(Splat, f64, u32)) {
+        if self.connections.is_empty() {
             return;
         }
-        stats.light += self.joined.len() as u64;
-        self.scene.transmittance_batch(&mut self.views, &mut self.through);
-        for (i, Joined { splat, weight, group }) in self.joined.drain(..).enumerate() {
+        stats.light += self.connections.len() as u64;
+        self.scene.transmittance_batch(&mut self.camera_rays, &mut self.through);
+        for (i, CameraConnection { splat, weight, group }) in self.connections.drain(..).enumerate() {
             let through = self.through[i / LANES].get(i % LANES);
             if !through.is_black() {
-                bring(Splat { color: splat.color * through, ..splat }, weight, group);
+                contribute(Splat { color: splat.color * through, ..splat }, weight, group);
             }
         }
-        self.views.clear();
+        self.camera_rays.clear();
     }
 }
 

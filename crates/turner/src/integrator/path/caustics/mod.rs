@@ -1,8 +1,36 @@
-//! Caustics: light that mirrors and glass gather, found by light paths.
+//! Caustics: light focused by mirrors and glass, found by light paths.
 //!
-//! A path from the camera finds such light by chance alone: it must leave a diffuse surface in the one direction in which a mirror or a lens shows the light. From the
-//! light it is easy: paths that begin there and are aimed at what gathers light ([`crate::scene::casters`]) are joined to the camera wherever they are scattered after that
-//! (Dutré, Lafortune and Willems 1993). Both ways have weights that add to 1 for every path, so that the picture stays what it is, and becomes less noisy.
+//! A camera path finds a caustic only if a BSDF-sampled ray leaves a diffuse surface in just the direction in which a
+//! mirror or lens shows the light. Where the light is small that is rare and noisy; for a point light it never happens.
+//! From the light it is easy, so up to three strategies are combined:
+//!
+//! ```text
+//!                                       * light
+//!    camera                            /
+//!      o                              x_k     caustic target: glass or metal
+//!       \                            /
+//!        \                          /
+//!         x1 ----------------------'          x1: diffuse surface with the caustic
+//! ```
+//!
+//! 1. Path tracing, from the camera: o, x1, … until a ray hits the light or the light is sampled (BSDF sampling and
+//!    NEE).
+//! 2. Light tracing, from the light: *, x_k, …, x1. Light paths are aimed at the caustic targets
+//!    ([`crate::scene::caustic_targets`]) and are joined to the camera at every later vertex (Dutré, Lafortune and
+//!    Willems 1993; `light_path_batch`).
+//! 3. Photons (vertex merging): a caustic that is seen in a mirror or through glass cannot be joined to the camera.
+//!    There the light paths that arrive within a small radius are gathered (Jensen 1996), with a radius that shrinks
+//!    from sample to sample (Knaus and Zwicker 2011; `photons`).
+//!
+//! Strategies 1 and 2 are weighted by the power heuristic over the densities with which each makes the same path, in
+//! the manner of VCM/UPS (Georgiev et al. 2012, "Light transport simulation with vertex connection and merging"),
+//! without connections between inner vertices. Both sides update the ratio of densities vertex by vertex
+//! (`reverse_pdf`, `light_path`). The weights sum to 1, so the two are unbiased together. Strategy 3 is not weighted
+//! against them: paths that photons count are left out of 1 and 2. It is biased (blurred) for a finite radius, and
+//! consistent: the mean over samples converges as the radius shrinks.
+//!
+//! `strategy` decides by a pilot run (`probe`) whether light paths pay, how many there are, and whether photons are
+//! needed.
 
 mod light_path;
 mod light_path_batch;
@@ -20,21 +48,22 @@ pub use strategy::CausticsStrategy;
 use crate::schema::choice;
 
 choice! {
-    /// How light is found that mirrors and glass gather.
+    /// How caustics are found: light focused by mirrors and glass.
     pub enum Caustics {
-        /// As "full" or "light-tracing" where a short test finds that they pay, else as "off".
+        /// As "full" or "light-tracing" where a short test finds a gain, else as "off".
         Auto = "auto",
-        /// By light paths as well as by camera paths, always.
+        /// By light paths in addition to camera paths, always.
         LightTracing = "light-tracing",
-        /// By light paths, and beyond that, where caustics are seen in mirrors or through glass, by photons that arrive nearby: such places are a little blurred, the less the
-        /// more samples there are.
+        /// By light paths, and where caustics are seen in mirrors or through glass also by photons. Such caustics are
+        /// slightly blurred; the blur shrinks as the number of samples grows.
         Full = "full",
-        /// By camera paths alone.
+        /// By camera paths only.
         Off = "off",
     }
 }
 
-/// The weight of a way of finding a path by the power heuristic with exponent 2, where two others have these densities over its own.
+/// Weight of a strategy by the power heuristic, exponent 2, where the densities of two others over its own are `a` and
+/// `b`.
 fn power(a: f64, b: f64) -> f64 {
     1.0 / (1.0 + a * a + b * b)
 }

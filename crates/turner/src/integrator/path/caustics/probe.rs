@@ -1,4 +1,5 @@
-//! What light paths would bring to a picture, and at what price: measured by a few of them and a few camera paths, the same on every run.
+//! The pilot run for caustics: how much light and noise light paths account for, and what they cost. A few light paths
+//! and camera paths with fixed seeds measure both, so the result is the same on every run.
 
 use std::sync::Arc;
 
@@ -13,62 +14,63 @@ use crate::math::DVec2;
 use crate::sampler::SampleId;
 use crate::view::{View, take_points};
 
-/// Cells of the picture along its sides, pixels looked at in each, and camera paths in each pixel.
+/// Cells along each side of the image, pixels per cell, and samples per pixel.
 const SIDE: u32 = 16;
 const PIXELS: u32 = 2;
 const SAMPLES: u32 = 2;
 
-/// Light paths: so many, and again so many if those leave any doubt.
+/// Number of light paths, and of additional ones if those leave any doubt.
 const PATHS: u32 = 2048;
 const MORE: u32 = 6 * PATHS;
 
-/// The share of the picture's light that caustics must have to count.
-const LEAST: f64 = 1e-3;
+/// Minimum fraction of the image's light for caustics to count.
+const MIN_FRACTION: f64 = 1e-3;
 
-/// Where it is dark, errors count by the mean luminance: by so much of its square.
+/// In dark cells errors are relative to the mean luminance: this fraction of its square is added.
 const DARK: f64 = 0.1;
 
-/// How many times fewer samples must be needed for the same noise and time.
-const GAIN: f64 = 0.9;
+/// Maximum cost for the same noise, relative to no light paths, at which light paths pay.
+const MAX_COST: f64 = 0.9;
 
-/// Light paths to each camera path that are considered.
+/// Numbers of light paths per camera path that are considered.
 const RATIOS: [f64; 6] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0];
 
-/// What a ray of a light path and a surface that scatters one take, in rays of camera paths with all that belongs to them: measured.
-const RAY: f64 = 0.4;
-const SCATTERING: f64 = 2.2;
+/// Cost of a light path's ray and of a scattering event on it, in rays of camera paths with their shading. Measured.
+const RAY_COST: f64 = 0.4;
+const SCATTERING_COST: f64 = 2.2;
 
-/// The samples of a picture are spread evenly, those of the probe are not: what is left of the variance of so many camera paths, and of light paths. Measured.
-const EVEN: f64 = 0.25;
-const EVEN_LIGHT: f64 = 0.1;
+/// The samples of a render are well distributed, those of the probe are not: the fraction of the variance that remains,
+/// for camera paths and for light paths. Measured.
+const STRATIFIED: f64 = 0.25;
+const STRATIFIED_LIGHT: f64 = 0.1;
 
-/// How many times fewer photons count for a sample than for the first one, after some dozens: the radius shrinks.
+/// Factor by which the photons within the radius become fewer after some dozens of samples, because the radius shrinks.
 const SHRUNK: f64 = 2.0;
 
-/// The picture as some camera paths see it.
+/// The image as a few camera paths see it.
 struct PilotRun {
-    /// Luminance of each cell.
+    /// Mean luminance of each cell.
     cells: Vec<f64>,
-    /// What is added to the square of a luminance before squares of errors are divided by it.
+    /// Added to the square of a luminance before squared errors are divided by it.
     dark: f64,
-    /// Square of the relative error of a sample.
+    /// Squared relative error of a sample.
     variance: f64,
-    /// Rays of a path.
+    /// Mean number of rays of a path.
     rays: f64,
 }
 
-/// What was found.
-pub(super) struct Found {
-    /// The best number of light paths to each camera path; without photons and with them.
+/// The result.
+pub(super) struct ProbeResult {
+    /// Best number of light paths per camera path, without photons and with them.
     pub(super) ratio: f64,
     pub(super) ratio_with_photons: f64,
-    /// Whether they pay.
+    /// Whether light paths pay.
     pub(super) pays: bool,
-    /// Work for the same noise, over that without light paths; `None` where they bring light that nothing else does.
+    /// Cost for the same noise relative to no light paths; `None` where only light paths find some of the light.
     pub(super) gain: Option<f64>,
-    /// The share of the picture's light that photons bring.
+    /// Fraction of the image's light that photons contribute.
     pub(super) by_photons: f64,
-    /// For each group, how often it should be chosen.
+    /// For each caustic target, the weight with which to choose it.
     pub(super) groups: Vec<f64>,
 }
 
@@ -78,11 +80,12 @@ struct LightPathSums {
     paths: f64,
     /// Light that arrives at the camera.
     light: f64,
-    /// Of that what camera paths never find.
-    specular_bounce: f64,
-    /// Squares of relative contributions: of light paths, weighed, and of camera paths that find the same.
+    /// The part of it that camera paths never find.
+    light_paths_only: f64,
+    /// Squared relative contributions: of light paths with their MIS weights, and of camera paths that find the same
+    /// light.
     squares: f64,
-    squares_by_chance: f64,
+    squares_camera: f64,
     of_group: Vec<f64>,
 }
 
@@ -93,19 +96,19 @@ impl PilotRun {
         let each = (PIXELS * SAMPLES) as usize;
         let cells: Vec<f64> =
             values.chunks(each).map(|cell| cell.iter().sum::<f64>() / cell.len() as f64).collect();
-        let mut look = PilotRun { cells, dark: 0.0, variance: 0.0, rays };
-        look.dark = DARK * look.mean() * look.mean();
+        let mut pilot = PilotRun { cells, dark: 0.0, variance: 0.0, rays };
+        pilot.dark = DARK * pilot.mean() * pilot.mean();
         let mut variance = 0.0;
-        for (cell, mean) in values.chunks(each).zip(&look.cells) {
-            // Of paths through one pixel: what the picture shows is no noise.
+        for (cell, mean) in values.chunks(each).zip(&pilot.cells) {
+            // Variance within one pixel: differences between pixels are not noise.
             let spread: f64 = cell.chunks(SAMPLES as usize).map(spread).sum();
-            variance += spread / f64::from(PIXELS) / (mean * mean + look.dark).max(f64::MIN_POSITIVE);
+            variance += spread / f64::from(PIXELS) / (mean * mean + pilot.dark).max(f64::MIN_POSITIVE);
         }
-        look.variance = variance / look.cells.len().max(1) as f64;
-        look
+        pilot.variance = variance / pilot.cells.len().max(1) as f64;
+        pilot
     }
 
-    /// The luminance of camera paths, and their rays on average.
+    /// Luminance of each camera path, and their mean number of rays.
     fn trace(view: &View, batch: &mut PathBatch<'_, Off>) -> (Vec<f64>, f64) {
         let film = &view.film;
         let (mut samples, mut out, mut stats) = (CameraSamples::default(), Vec::new(), RayStats::default());
@@ -116,8 +119,8 @@ impl PilotRun {
             let of_pixel = SampleId { x: cell % SIDE, y: cell / SIDE, index: pixel % PIXELS, seed: 0x51de };
             let id = SampleId { index: i % (PIXELS * SAMPLES), seed: 0x9e37_79b9, ..of_pixel };
             let corner = DVec2::new(f64::from(id.x), f64::from(id.y));
-            let place = ((corner + of_pixel.unit_square(0)) * size).floor();
-            (id, place + id.unit_square(0))
+            let position = ((corner + of_pixel.unit_square(0)) * size).floor();
+            (id, position + id.unit_square(0))
         });
         take_points(view, &mut samples, points);
         batch.radiance(&samples, &mut out, &mut stats);
@@ -127,7 +130,8 @@ impl PilotRun {
         (values, rays)
     }
 
-    /// The luminance that these photons of some light paths bring on average, over that of the picture, and about the square of their relative error if there are as many light paths as in the plan.
+    /// Mean luminance contributed by these photons of a few light paths, relative to the image, and the approximate
+    /// square of its relative error with the strategy's number of light paths.
     fn photons(
         &self,
         context: Context<'_>,
@@ -135,118 +139,121 @@ impl PilotRun {
         photons: Vec<Photon>,
         paths: f64,
     ) -> (f64, f64) {
-        /// How many times farther than in a picture photons count, for there are few.
+        /// Factor on the radius, because there are few photons.
         const WIDER: f64 = 8.0;
         if photons.is_empty() {
             return (0.0, 0.0);
         }
-        let few = CausticsStrategy {
+        let pilot_strategy = CausticsStrategy {
             paths: paths as u64,
             first_radius: WIDER * strategy.first_radius,
             ..strategy.clone()
         };
-        let mut batch = PathBatch::new(Context { strategy: Some(&few), ..context }, Off);
-        batch.find_photons(Arc::new(PhotonMap::new(&few, 0, photons)));
+        let mut batch = PathBatch::new(Context { strategy: Some(&pilot_strategy), ..context }, Off);
+        batch.find_photons(Arc::new(PhotonMap::new(&pilot_strategy, 0, photons)));
         let (values, _) = PilotRun::trace(context.view, &mut batch);
         let (n, mean) = (values.len().max(1) as f64, self.mean().max(1e-30));
-        let extra_candidates = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
-        (batch.by_photons / (n * mean), batch.photon_variance / (n * mean * mean * extra_candidates))
+        let photons_ratio = strategy.paths as f64 / (paths * WIDER * WIDER * SHRUNK);
+        (batch.by_photons / (n * mean), batch.photon_variance / (n * mean * mean * photons_ratio))
     }
 
     fn mean(&self) -> f64 {
         self.cells.iter().sum::<f64>() / self.cells.len().max(1) as f64
     }
 
-    /// What a square of luminance at a place of the picture counts.
-    fn weight(&self, place: DVec2) -> f64 {
-        let cell = place * f64::from(SIDE);
+    /// Weight of a squared luminance at a position of the image, given in 0..1.
+    fn weight(&self, position: DVec2) -> f64 {
+        let cell = position * f64::from(SIDE);
         let at = |v: f64| (v.max(0.0) as u32).min(SIDE - 1);
         let value = self.cells.get((at(cell.y) * SIDE + at(cell.x)) as usize).copied().unwrap_or(0.0);
         1.0 / (value * value + self.dark).max(f64::MIN_POSITIVE)
     }
 }
 
-/// The variance of a few values.
+/// Sample variance.
 fn spread(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n.max(1.0);
     values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (n - 1.0).max(1.0)
 }
 
-/// Measures for a plan with as many light paths as pixels.
-pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> Found {
+/// Measures a strategy that has as many light paths as pixels.
+pub(super) fn probe(context: Context<'_>, strategy: &CausticsStrategy) -> ProbeResult {
     let view = context.view;
     let pixels = f64::from(view.film.width) * f64::from(view.film.height);
     let size = DVec2::new(f64::from(view.film.width), f64::from(view.film.height));
     let mut batch = LightPathBatch::new(context, strategy);
-    let mut brought =
+    let mut sums =
         LightPathSums { of_group: vec![0.0; strategy.caustic_targets.len()], ..LightPathSums::default() };
     let mut stats = RayStats::default();
-    let mut look = None;
-    // Numbers that no picture gets to.
+    let mut pilot = None;
+    // Indices that no render reaches.
     let mut first = u64::MAX / 2;
     for count in [PATHS, MORE] {
-        brought.paths += f64::from(count);
-        let look = look.get_or_insert_with(|| PilotRun::new(context, strategy));
+        sums.paths += f64::from(count);
+        let pilot = pilot.get_or_insert_with(|| PilotRun::new(context, strategy));
         let mut photons = batch.take_photons();
         batch.advance(first, count, &mut stats, |splat, weight, group| {
             let value = f64::from(splat.color.luminance());
             if !(value > 0.0 && value.is_finite()) {
                 return;
             }
-            brought.light += value;
-            let square = value * value * look.weight(splat.place / size);
-            brought.squares += weight * weight * square;
-            // By the power heuristic w = 1/(1 + a² + b²): the other ways together have about √(a² + b²) of the density of all light paths.
+            sums.light += value;
+            let square = value * value * pilot.weight(splat.place / size);
+            sums.squares += weight * weight * square;
+            // From the power heuristic w = 1/(1 + a² + b²): the other strategies together have about √(a² + b²) times
+            // the density of all light paths.
             let others = (1.0 / weight - 1.0).max(0.0).sqrt();
             match others > 1e-12 {
-                true => brought.squares_by_chance += square / (others * strategy.paths as f64),
-                false => brought.specular_bounce += value,
+                true => sums.squares_camera += square / (others * strategy.paths as f64),
+                false => sums.light_paths_only += value,
             }
-            if let Some(sum) = brought.of_group.get_mut(group as usize) {
+            if let Some(sum) = sums.of_group.get_mut(group as usize) {
                 *sum += weight * weight * square;
             }
         });
         photons.append(&mut batch.photons);
         batch.photons = photons;
         first += u64::from(count);
-        // Little light, and little noise of it even if some rare bright path was missed.
-        let share = brought.light / (brought.paths * pixels) / look.mean().max(1e-30);
-        let noise = brought.squares_by_chance / (brought.paths * pixels);
-        if share < LEAST && noise < 0.01 * look.variance {
+        // Stop if there is little light, and little noise from it even if a rare bright path was missed.
+        let fraction = sums.light / (sums.paths * pixels) / pilot.mean().max(1e-30);
+        let noise = sums.squares_camera / (sums.paths * pixels);
+        if fraction < MIN_FRACTION && noise < 0.01 * pilot.variance {
             break;
         }
     }
-    let look = look.unwrap_or_else(|| PilotRun::new(context, strategy));
-    let n = brought.paths;
-    // Per pixel and sample; of light paths with as many as pixels.
-    let by_chance = brought.squares_by_chance / (n * pixels);
-    let by_light = EVEN_LIGHT * brought.squares / (n * pixels * strategy.paths as f64);
-    let price =
-        (RAY * stats.light as f64 + SCATTERING * batch.any_nonspecular as f64) / n / look.rays.max(1.0);
-    let specular_bounce = brought.specular_bounce / (n * pixels) / look.mean().max(1e-30);
+    let pilot = pilot.unwrap_or_else(|| PilotRun::new(context, strategy));
+    let n = sums.paths;
+    // Variance per pixel and sample; for light paths, with as many as pixels.
+    let variance_camera = sums.squares_camera / (n * pixels);
+    let variance_light = STRATIFIED_LIGHT * sums.squares / (n * pixels * strategy.paths as f64);
+    let cost_per_path = (RAY_COST * stats.light as f64 + SCATTERING_COST * batch.scatterings as f64)
+        / n
+        / pilot.rays.max(1.0);
+    let light_paths_only = sums.light_paths_only / (n * pixels) / pilot.mean().max(1e-30);
     let ratio_of = strategy.paths as f64 / pixels;
-    // Light of narrow lobes is found in other ways as well: by itself it is no reason for photons.
+    // Light of near-specular lobes is found by other strategies too, and is no reason for photons.
     let mut photons = batch.take_photons();
     photons.retain(|photon| photon.by_delta);
-    let (by_photons, of_photons) = look.photons(context, strategy, photons, n);
-    // The square of the error and the time of a sample, one times the other.
-    let cost = |ratio: f64, extra_candidates: f64| {
-        (EVEN * look.variance + (by_light + extra_candidates) * ratio_of / ratio) * (1.0 + price * ratio)
+    let (by_photons, of_photons) = pilot.photons(context, strategy, photons, n);
+    // Squared error times time per sample.
+    let cost = |ratio: f64, photon_variance: f64| {
+        (STRATIFIED * pilot.variance + (variance_light + photon_variance) * ratio_of / ratio)
+            * (1.0 + cost_per_path * ratio)
     };
-    let best = |extra_candidates: f64| {
+    let best = |photon_variance: f64| {
         RATIOS
             .into_iter()
-            .min_by(|a, b| cost(*a, extra_candidates).total_cmp(&cost(*b, extra_candidates)))
+            .min_by(|a, b| cost(*a, photon_variance).total_cmp(&cost(*b, photon_variance)))
             .unwrap_or(1.0)
     };
     let (ratio, ratio_with_photons) = (best(0.0), best(of_photons));
-    let gain = cost(ratio, 0.0) / (EVEN * (look.variance + by_chance));
-    let pays = specular_bounce > LEAST || gain < GAIN;
-    let gain = (specular_bounce <= LEAST).then_some(gain);
+    let gain = cost(ratio, 0.0) / (STRATIFIED * (pilot.variance + variance_camera));
+    let pays = light_paths_only > MIN_FRACTION || gain < MAX_COST;
+    let gain = (light_paths_only <= MIN_FRACTION).then_some(gain);
     let groups = (0u32..)
-        .zip(&brought.of_group)
+        .zip(&sums.of_group)
         .map(|(g, m)| (m * strategy.caustic_targets.probability(g)).sqrt())
         .collect();
-    Found { ratio, ratio_with_photons, pays, gain, by_photons, groups }
+    ProbeResult { ratio, ratio_with_photons, pays, gain, by_photons, groups }
 }

@@ -1,9 +1,18 @@
-//! What a camera path knows of the light paths that could have made it.
+//! Reverse densities: the MIS weights of camera paths against light tracing.
 //!
-//! A path from the camera over x1, x2, … to a light at xk can be found in three ways: by chance, by sampling the light from the last surface, and, if that surface gathers
-//! light, by a light path that begins at the light and is joined to the camera at x1. The power heuristic weighs them (Veach & Guibas 1995). What takes the third way's density
-//! over that of the first is a product over the vertices, gathered as the path goes on (after van Antwerpen 2011 and Georgiev et al. 2012, with these three ways alone).
-//! Scattering by a mirror's lobe has density 1 in both directions.
+//! ```text
+//!  camera        x1               x_i           light
+//!    o --------> * --- ... ---->  * ----------> *      path tracing:  p_pt = product of p(x_j -> x_j+1)
+//!    o <- - - -  * <-- ... -----  * <---------- *      light tracing: p_lt = N p(start) product of p(x_j+1 -> x_j)
+//!       joined at x1                last surface: a caustic target
+//! ```
+//!
+//! A path from the camera over x1, x2, … to a light can be made in three ways: by a BSDF-sampled ray that hits the
+//! light, by sampling the light from the last surface, and, if that surface is a caustic target, by one of N light
+//! paths that is joined to the camera at x1. The power heuristic weights them (Veach and Guibas 1995). It needs the
+//! ratio p_lt / p_pt, a product over the vertices that [`ReversePdf`] updates as the path grows (after van Antwerpen
+//! 2011 and Georgiev et al. 2012, with these three strategies only), so the cost per vertex is one more BSDF density.
+//! Delta lobes have density 1 in both directions: they cancel in the ratio.
 
 use super::CausticsStrategy;
 use super::surface_bsdf::SurfaceBsdf;
@@ -19,194 +28,204 @@ use crate::scene::caustic_targets::{CausticTargets, NO_GROUP};
 use crate::scene::emitters::{LightSample, NO_LIGHT};
 use crate::view::View;
 
-/// Of a path with a last vertex xi.
+/// The densities of a path whose last vertex is x_i.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::integrator::path) struct ReversePdf {
-    /// Product over j < i of the densities per area with which light paths and camera paths find xj, one over the other, times the number of light paths.
+    /// Product over j < i of the densities per area, light path over camera path, of x_j; times the number of light
+    /// paths.
     ratio: f64,
-    /// The density per area with which the camera path found xi.
-    area: f64,
-    /// Density of its ray's direction per solid angle, or per area at right angles to the parallel rays of a camera.
-    forward: f64,
+    /// Density per area with which the camera path found x_i.
+    vertex_pdf: f64,
+    /// Density of the current ray's direction per solid angle; for parallel camera rays, per area perpendicular to
+    /// them. `angular` tells which.
+    direction_pdf: f64,
     angular: bool,
-    /// Cosine at xi to the ray that leaves it.
+    /// Cosine at x_i to the ray that leaves it.
     cos: f64,
-    /// xi, or where the camera ray begins.
+    /// x_i, or the origin of the camera ray.
     p: DVec3,
-    /// The group that xi belongs to, if light that it gathers may be found by light paths.
+    /// The caustic target that x_i belongs to, if light paths may find the light that it focuses.
     group: u32,
-    /// The group that xi belongs to, if it scatters the path by a mirror's lobe, or by narrow ones alone.
-    mirror: u32,
-    /// How the path has come from the camera.
-    way: Subpath,
-    /// Index of refraction around the solid whose surface is met.
-    pub(in crate::integrator::path) around: f64,
+    /// The caustic target that x_i belongs to, if x_i scatters the path specularly.
+    specular_group: u32,
+    /// The lobes of the path so far.
+    subpath: Subpath,
+    /// Index of refraction outside the solid at the current hit.
+    pub(in crate::integrator::path) exterior_ior: f64,
 }
 
-/// How a path goes on from a vertex.
+/// A vertex and the direction sampled there.
 pub(in crate::integrator::path) struct NextVertex {
     pub(in crate::integrator::path) p: DVec3,
-    /// Its geometric normal.
+    /// Geometric normal.
     pub(in crate::integrator::path) ng: DVec3,
-    /// The direction, and its density.
+    /// The direction and its density.
     pub(in crate::integrator::path) wi: DVec3,
     pub(in crate::integrator::path) pdf: f64,
-    /// Whether by a mirror's lobe.
-    pub(in crate::integrator::path) mirror: bool,
-    /// Whether by such a lobe, or where all lobes are narrow: light that arrives there is seen farther on.
-    pub(in crate::integrator::path) sharp: bool,
-    /// Whether it comes straight from the camera.
-    pub(in crate::integrator::path) first: bool,
+    /// Whether a delta lobe was sampled.
+    pub(in crate::integrator::path) is_delta: bool,
+    /// Whether the scattering is specular: a delta lobe, or a near-specular surface.
+    pub(in crate::integrator::path) is_specular: bool,
+    /// Whether the path comes straight from the camera.
+    pub(in crate::integrator::path) from_camera: bool,
 }
 
-/// Density of a direction of Lambert's reflection.
-fn lambert_density(n: DVec3, w: DVec3) -> f64 {
+/// Density of a direction by Lambertian reflection, per solid angle.
+fn lambert_pdf(n: DVec3, w: DVec3) -> f64 {
     n.dot(w).abs() * std::f64::consts::FRAC_1_PI
 }
 
-/// How a path has come from the camera.
+/// The lobes of a camera path so far. "Specular" includes near-specular surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Subpath {
-    /// Straight.
-    Straight,
-    /// By mirrors' lobes and narrow ones alone.
-    Mirrors,
-    /// By these, then by another lobe: there photons were found.
-    StaticWorldMesh,
-    /// By another lobe first.
+    /// None: the camera ray.
+    Empty,
+    /// Specular lobes only.
+    Specular,
+    /// Specular lobes, then another lobe: at that vertex photons were gathered.
+    SpecularThenOther,
+    /// A non-specular lobe first.
     Other,
 }
 
 impl ReversePdf {
-    /// Of a camera ray.
+    /// The state of a camera ray.
     pub(in crate::integrator::path) fn of_camera(
         view: &View,
         strategy: &CausticsStrategy,
         ray: &Ray,
     ) -> ReversePdf {
-        let (forward, angular) = view.camera.ray_density(&view.film, ray.direction);
+        let (direction_pdf, angular) = view.camera.ray_density(&view.film, ray.direction);
         let ratio = strategy.paths as f64;
         ReversePdf {
             ratio,
-            area: 0.0,
-            forward,
+            vertex_pdf: 0.0,
+            direction_pdf,
             angular,
             cos: 0.0,
             p: ray.origin,
             group: NO_GROUP,
-            mirror: NO_GROUP,
-            way: Subpath::Straight,
-            around: 1.0,
+            specular_group: NO_GROUP,
+            subpath: Subpath::Empty,
+            exterior_ior: 1.0,
         }
     }
 
-    /// The density per area with which the path finds a point beyond xi, of a surface with this normal.
-    fn finds(&self, p: DVec3, n: DVec3) -> f64 {
-        let way = p - self.p;
-        let d2 = way.length_squared();
-        let cos = way.dot(n).abs() / d2.sqrt();
-        self.forward * cos / if self.angular { d2 } else { 1.0 }
+    /// Density per area with which the path finds a point `p` with normal `n` after x_i.
+    fn area_pdf(&self, p: DVec3, n: DVec3) -> f64 {
+        let offset = p - self.p;
+        let d2 = offset.length_squared();
+        let cos = offset.dot(n).abs() / d2.sqrt();
+        self.direction_pdf * cos / if self.angular { d2 } else { 1.0 }
     }
 
-    /// The ratio once it is known with which density light that comes the other way is scattered at `p` back along the last ray.
-    fn ratio_with(&self, p: DVec3, back: f64) -> f64 {
+    /// The ratio including x_i, given the density `reverse` with which a light path scatters at `p` back to x_i.
+    fn ratio_including(&self, p: DVec3, reverse: f64) -> f64 {
         let d2 = (p - self.p).length_squared();
-        self.ratio * back * self.cos / (d2 * self.area)
+        self.ratio * reverse * self.cos / (d2 * self.vertex_pdf)
     }
 
-    /// The path goes on; `density` is that with which light that comes the other way is scattered back along the last ray. It has gathered no light yet.
-    fn go_on(&mut self, to: &NextVertex, density: impl FnOnce() -> f64) {
-        let ratio = match (to.first, to.mirror) {
-            // Light paths cannot be joined to the camera here.
+    /// Appends a vertex. `density` is that with which a light path scatters there back along the last ray. The caustic
+    /// targets are set afterwards.
+    fn append(&mut self, to: &NextVertex, density: impl FnOnce() -> f64) {
+        let ratio = match (to.from_camera, to.is_delta) {
+            // Light paths cannot be joined to the camera at a delta lobe.
             (true, true) => 0.0,
             (true, false) => self.ratio,
             _ if self.ratio == 0.0 => 0.0,
-            (false, true) => self.ratio_with(to.p, 1.0),
-            (false, false) => self.ratio_with(to.p, density()),
+            (false, true) => self.ratio_including(to.p, 1.0),
+            (false, false) => self.ratio_including(to.p, density()),
         };
         *self = ReversePdf {
             ratio: if ratio > 0.0 && ratio.is_finite() { ratio } else { 0.0 },
-            area: self.finds(to.p, to.ng),
-            forward: if to.mirror { 1.0 } else { to.pdf },
+            vertex_pdf: self.area_pdf(to.p, to.ng),
+            direction_pdf: if to.is_delta { 1.0 } else { to.pdf },
             angular: true,
             cos: to.wi.dot(to.ng).abs(),
             p: to.p,
             group: NO_GROUP,
-            mirror: NO_GROUP,
-            way: match (self.way, to.sharp) {
-                (Subpath::Straight | Subpath::Mirrors, true) => Subpath::Mirrors,
-                (Subpath::Straight, false) => Subpath::Other,
-                (Subpath::Mirrors, false) => Subpath::StaticWorldMesh,
-                (way, _) => way,
+            specular_group: NO_GROUP,
+            subpath: match (self.subpath, to.is_specular) {
+                (Subpath::Empty | Subpath::Specular, true) => Subpath::Specular,
+                (Subpath::Empty, false) => Subpath::Other,
+                (Subpath::Specular, false) => Subpath::SpecularThenOther,
+                (subpath, _) => subpath,
             },
-            around: self.around,
+            exterior_ior: self.exterior_ior,
         };
     }
 }
 
-/// The density of the third way over that of another, squared, from the density of starts over that of the other at the light; 0 where it is no number.
+/// Square of the ratio of densities, light tracing over another strategy; 0 for NaN.
 fn squared(ratio: f64) -> f64 {
     if ratio > 0.0 { ratio * ratio } else { 0.0 }
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// The path goes on from a vertex: `first` if it comes straight from the camera.
-    pub(in crate::integrator::path) fn note_back(
+    /// Updates the reverse densities when the path continues from a vertex; `from_camera` if it comes straight from the
+    /// camera.
+    pub(in crate::integrator::path) fn update_reverse_pdf(
         &mut self,
         sample: u32,
         v: &Vertex<'_>,
         material: &OpenPbr,
         s: &BsdfSample,
         wi: DVec3,
-        first: bool,
+        from_camera: bool,
     ) {
         let Some(strategy) = self.strategy else { return };
         let band = self.paths[sample as usize].band;
-        let Some(back) = self.back.get_mut(sample as usize) else { return };
+        let Some(reverse) = self.reverse_pdfs.get_mut(sample as usize) else { return };
         let surface = v.surface();
-        let around = back.around;
-        let mirror = s.lobe.is_delta;
-        let sharp = mirror || material.near_specular;
-        let to = NextVertex { p: surface.p, ng: surface.ng, wi, pdf: s.pdf, mirror, sharp, first };
-        back.go_on(&to, || match material.plain() {
-            // As where vertices are shaded eight at a time.
-            Some(PlainBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_density(surface.ng, v.wo()),
-            _ => SurfaceBsdf { scene: self.scene, material, surface, around, band }.density(wi, v.wo()),
+        let exterior_ior = reverse.exterior_ior;
+        let is_delta = s.lobe.is_delta;
+        let is_specular = is_delta || material.near_specular;
+        let to =
+            NextVertex { p: surface.p, ng: surface.ng, wi, pdf: s.pdf, is_delta, is_specular, from_camera };
+        reverse.append(&to, || match material.plain() {
+            // The same density as in SIMD shading.
+            Some(PlainBsdf::Lambert(_)) if surface.ns == surface.ng => lambert_pdf(surface.ng, v.wo()),
+            _ => SurfaceBsdf { scene: self.scene, material, surface, exterior_ior, band }.density(wi, v.wo()),
         });
         if material.casts_caustics {
             let group = strategy.caustic_targets.group(surface);
-            back.group = if !first && back.ratio > 0.0 { group } else { NO_GROUP };
-            back.mirror = if sharp { group } else { NO_GROUP };
+            reverse.group = if !from_camera && reverse.ratio > 0.0 { group } else { NO_GROUP };
+            reverse.specular_group = if is_specular { group } else { NO_GROUP };
         }
     }
 
-    /// The path enters a translucent body: light paths do not come that way, so that all that it finds from here on counts in full.
+    /// The path enters a translucent body. Light paths do not, so that all light found from here on has full weight.
     pub(in crate::integrator::path) fn forget_light_paths(&mut self, sample: u32) {
-        if let Some(back) = self.back.get_mut(sample as usize) {
-            (back.ratio, back.group, back.mirror, back.way) = (0.0, NO_GROUP, NO_GROUP, Subpath::Other);
+        if let Some(reverse) = self.reverse_pdfs.get_mut(sample as usize) {
+            (reverse.ratio, reverse.group, reverse.specular_group, reverse.subpath) =
+                (0.0, NO_GROUP, NO_GROUP, Subpath::Other);
         }
     }
 
-    /// The same where light is reflected by Lambert's law, towards `wo` in the end.
+    /// As `update_reverse_pdf`, for Lambertian reflection; `wo` is the direction back along the last ray.
     #[inline]
-    pub(in crate::integrator::path) fn note_back_of_lambert(
+    pub(in crate::integrator::path) fn update_reverse_pdf_lambert(
         &mut self,
         sample: u32,
         to: &NextVertex,
         wo: DVec3,
     ) {
-        if let Some(back) = self.back.get_mut(sample as usize) {
-            back.go_on(to, || lambert_density(to.ng, wo));
+        if let Some(reverse) = self.reverse_pdfs.get_mut(sample as usize) {
+            reverse.append(to, || lambert_pdf(to.ng, wo));
         }
     }
 
-    /// Whether photons are to be found where the path goes on, if it does by other than a mirror's lobe.
+    /// Whether photons are gathered at the next vertex, if that is not specular.
     pub(in crate::integrator::path) fn finds_photons(&self, sample: u32) -> bool {
         self.photons.is_some()
-            && self.back.get(sample as usize).is_some_and(|back| back.way == Subpath::Mirrors)
+            && self
+                .reverse_pdfs
+                .get(sample as usize)
+                .is_some_and(|reverse| reverse.subpath == Subpath::Specular)
     }
 
-    /// Adds what photons bring to a surface that the path has reached by mirrors and narrow lobes alone; not where it is such a one itself.
+    /// Adds the radiance from photons at a vertex that the path has reached by specular lobes only and that is not
+    /// near-specular itself.
     pub(in crate::integrator::path) fn merge(
         &mut self,
         sample: u32,
@@ -214,8 +233,10 @@ impl<R: Record> PathBatch<'_, R> {
         material: &OpenPbr,
         pixel: &mut Radiance,
     ) {
-        let (Some(photons), Some(back)) = (&self.photons, self.back.get(sample as usize)) else { return };
-        if back.way != Subpath::Mirrors || material.near_specular {
+        let (Some(photons), Some(reverse)) = (&self.photons, self.reverse_pdfs.get(sample as usize)) else {
+            return;
+        };
+        if reverse.subpath != Subpath::Specular || material.near_specular {
             return;
         }
         let path = &self.paths[sample as usize];
@@ -229,61 +250,66 @@ impl<R: Record> PathBatch<'_, R> {
         self.record.note(|r| r.gathered(photons.radius, gathered, added));
     }
 
-    /// Whether light that a path finds by chance was brought by photons before; `density` is that of light paths' starts.
-    pub(in crate::integrator::path) fn left_to_photons(
+    /// Whether photons have already counted a light that a BSDF-sampled ray hits; `density` is that of the light paths'
+    /// starts.
+    pub(in crate::integrator::path) fn counted_by_photons(
         &self,
         sample: u32,
         density: impl FnOnce(&CausticTargets, u32) -> (f64, f64),
     ) -> bool {
-        let (Some(_), Some(strategy), Some(back)) =
-            (&self.photons, self.strategy, self.back.get(sample as usize))
+        let (Some(_), Some(strategy), Some(reverse)) =
+            (&self.photons, self.strategy, self.reverse_pdfs.get(sample as usize))
         else {
             return false;
         };
-        if back.way != Subpath::StaticWorldMesh || back.mirror == NO_GROUP {
+        if reverse.subpath != Subpath::SpecularThenOther || reverse.specular_group == NO_GROUP {
             return false;
         }
-        let (start, leave) = density(&strategy.caustic_targets, back.mirror);
+        let (start, leave) = density(&strategy.caustic_targets, reverse.specular_group);
         start > 0.0 && leave > 0.0
     }
 
-    /// The square of what light paths' density is to that of a path that hits a shape that shines by chance.
-    pub(in crate::integrator::path) fn light_paths_to_hit(
+    /// Squared ratio of densities, light tracing over path tracing, for a ray that hits an emitter.
+    pub(in crate::integrator::path) fn light_path_ratio_hit(
         &self,
         sample: u32,
         surface: &SurfaceInteraction,
     ) -> f64 {
-        let (Some(strategy), Some(back)) = (self.strategy, self.back.get(sample as usize)) else {
+        let (Some(strategy), Some(reverse)) = (self.strategy, self.reverse_pdfs.get(sample as usize)) else {
             return 0.0;
         };
-        if back.group == NO_GROUP {
+        if reverse.group == NO_GROUP {
             return 0.0;
         }
-        let (start, leave) = strategy.caustic_targets.density_on_shape(self.scene, back.group, surface);
-        let way = surface.p - back.p;
-        let cos = way.dot(surface.ng).abs() / way.length();
-        squared(back.ratio * start * leave * back.cos / (back.area * back.forward * cos))
+        let (start, leave) = strategy.caustic_targets.density_on_shape(self.scene, reverse.group, surface);
+        let offset = surface.p - reverse.p;
+        let cos = offset.dot(surface.ng).abs() / offset.length();
+        squared(
+            reverse.ratio * start * leave * reverse.cos / (reverse.vertex_pdf * reverse.direction_pdf * cos),
+        )
     }
 
-    /// The same for a path that leaves the scene in a direction and finds a light there, by the light's number.
-    pub(in crate::integrator::path) fn light_paths_around(
+    /// As above, for a ray that leaves the scene and hits the infinite light `light`.
+    pub(in crate::integrator::path) fn light_path_ratio_escaped(
         &self,
         sample: u32,
         light: u32,
         direction: DVec3,
     ) -> f64 {
-        let (Some(strategy), Some(back)) = (self.strategy, self.back.get(sample as usize)) else {
+        let (Some(strategy), Some(reverse)) = (self.strategy, self.reverse_pdfs.get(sample as usize)) else {
             return 0.0;
         };
-        if back.group == NO_GROUP {
+        if reverse.group == NO_GROUP {
             return 0.0;
         }
-        let (start, pass) = strategy.caustic_targets.density_around(self.scene, back.group, light, direction);
-        squared(back.ratio * start * pass * back.cos / (back.area * back.forward))
+        let (start, pass) =
+            strategy.caustic_targets.density_around(self.scene, reverse.group, light, direction);
+        squared(reverse.ratio * start * pass * reverse.cos / (reverse.vertex_pdf * reverse.direction_pdf))
     }
 
-    /// The same for a path that samples a light from a vertex, infinite if photons have brought its light; `wi` leads to it, `back` is the density with which light from there is scattered back along the last ray.
-    pub(in crate::integrator::path) fn light_paths_to_sample(
+    /// As above, for a light sampled from a vertex in the direction `wi`; infinite if photons have already counted its
+    /// light.
+    pub(in crate::integrator::path) fn light_path_ratio_sampled(
         &self,
         sample: u32,
         v: &Vertex<'_>,
@@ -292,24 +318,25 @@ impl<R: Record> PathBatch<'_, R> {
         wi: DVec3,
     ) -> f64 {
         let path = &self.paths[sample as usize];
-        let (Some(strategy), Some(back)) = (self.strategy, self.back.get(sample as usize)) else {
+        let (Some(strategy), Some(reverse)) = (self.strategy, self.reverse_pdfs.get(sample as usize)) else {
             return 0.0;
         };
         let (scene, surface) = (self.scene, v.surface());
         let group = strategy.caustic_targets.group(surface);
-        // What photons have brought before.
-        let world_mesh =
-            material.near_specular && self.photons.is_some() && back.way == Subpath::StaticWorldMesh;
-        if path.bounces.total == 0 || group == NO_GROUP || back.ratio == 0.0 && !world_mesh {
+        // Photons have already counted this light.
+        let merged =
+            material.near_specular && self.photons.is_some() && reverse.subpath == Subpath::SpecularThenOther;
+        if path.bounces.total == 0 || group == NO_GROUP || reverse.ratio == 0.0 && !merged {
             return 0.0;
         }
-        let seen = SurfaceBsdf { scene, material, surface, around: back.around, band: path.band };
-        let ratio = back.ratio_with(surface.p, seen.density(wi, v.wo()));
-        let area = back.finds(surface.p, surface.ng);
+        let seen =
+            SurfaceBsdf { scene, material, surface, exterior_ior: reverse.exterior_ior, band: path.band };
+        let ratio = reverse.ratio_including(surface.p, seen.density(wi, v.wo()));
+        let vertex_pdf = reverse.area_pdf(surface.p, surface.ng);
         let cos = wi.dot(surface.ng).abs();
-        let squared = |starts: f64| match world_mesh && starts > 0.0 {
+        let squared = |starts: f64| match merged && starts > 0.0 {
             true => f64::INFINITY,
-            false => squared(ratio * starts * cos / area),
+            false => squared(ratio * starts * cos / vertex_pdf),
         };
         match (lit.is_delta, lit.light) {
             (true, NO_LIGHT) => 0.0,
@@ -320,9 +347,9 @@ impl<R: Record> PathBatch<'_, R> {
                 squared(start * leave / (lit.pdf * d2))
             }
             (false, NO_LIGHT) => {
-                // The place on the light, as a ray finds it.
+                // The point on the light, as a ray hits it.
                 let ray = Ray { time: surface.time(), ..Ray::new(surface.leave(wi), wi) };
-                let Some((light, _)) = scene.first_shining(&ray) else { return 0.0 };
+                let Some((light, _)) = scene.first_emitter(&ray) else { return 0.0 };
                 let (start, leave) = strategy.caustic_targets.density_on_shape(scene, group, &light);
                 squared(start * leave / (lit.pdf * wi.dot(light.ng).abs()))
             }

@@ -1,4 +1,4 @@
-//! How many light paths there are, and what they are aimed at.
+//! The choice of strategy for caustics: the number of light paths, their targets, and whether photons are used.
 
 use super::Caustics;
 use super::light_path_batch::LightPathBatch;
@@ -13,41 +13,42 @@ use crate::scene::Scene;
 use crate::scene::caustic_targets::CausticTargets;
 use crate::view::View;
 
-/// The most light paths to a sample of all pixels: photons take some 75 MB per million of them.
+/// Maximum number of light paths per sample index; photons take some 75 MB per million of them.
 const MOST_PATHS: u64 = 1 << 20;
 
-/// Light paths to each camera path where no probe says how many pay.
+/// Light paths per camera path where the scene is not probed.
 const UNPROBED: f64 = 0.25;
 
-/// The share of the picture's light that photons must bring to be found.
+/// Minimum fraction of the image's light that must come from photons for them to be used.
 const LEAST_BY_PHOTONS: f64 = 1e-3;
 
-/// The light paths of a picture.
+/// The light paths of an image.
 #[derive(Clone, Debug)]
 pub struct CausticsStrategy {
-    /// What they are aimed at.
+    /// The caustic targets that light paths are aimed at.
     pub caustic_targets: CausticTargets,
-    /// How many there are to each sample of all pixels; greater than 0.
+    /// Number of light paths per sample index (one sample of every pixel); greater than 0.
     pub paths: u64,
-    /// Whether camera paths find photons.
+    /// Whether camera paths gather photons.
     pub merges: bool,
-    /// How far photons count for the first sample, in scene units.
+    /// Radius of the photons for the first sample, in scene units.
     pub first_radius: f64,
-    /// Work for the same noise, over that without light paths, where these are a matter of choice.
+    /// Cost for the same noise relative to no light paths, where these are optional.
     pub(crate) gain: Option<f64>,
-    /// How far beyond the picture's edge light still counts for it, in pixels.
+    /// Width of the margin around the image in which splats still count (pixel filter), in pixels.
     pub(super) margin: f64,
 }
 
 impl CausticsStrategy {
-    /// For a scene that is otherwise ready; `None` where there are none.
+    /// The strategy for a prepared scene; `None` for no light paths.
     pub(in crate::integrator::path) fn new(
         scene: &Scene,
         view: &View,
         desc: &PathDesc,
     ) -> Option<CausticsStrategy> {
-        let context = Context { scene, view, settings: Settings::path(desc), strategy: None, shares: false };
-        // Light paths do not know what media scatter.
+        let context =
+            Context { scene, view, settings: Settings::path(desc), strategy: None, shares_paths: false };
+        // Light paths ignore scattering in media.
         let possible = desc.light_sampling == LightSampling::Both && scene.volumes.is_none();
         if desc.caustics == Caustics::Off || !possible {
             return None;
@@ -59,35 +60,35 @@ impl CausticsStrategy {
         let mut strategy =
             CausticsStrategy { caustic_targets, paths, merges: true, first_radius: 0.0, gain: None, margin };
         if !is_cheap(scene, view) {
-            // What light paths alone find must not be lost: without photons they are never wrong.
+            // Light that only light paths find must be kept. Without photons light paths are always unbiased.
             strategy.merges = desc.caustics == Caustics::Full;
             strategy.paths = ((pixels as f64 * UNPROBED) as u64).clamp(1, MOST_PATHS);
             strategy.first_radius = desc.photon_radius.unwrap_or_else(|| radius_of(scene, None));
             return Some(strategy);
         }
         strategy.first_radius = desc.photon_radius.unwrap_or_else(|| strategy.guess_radius(context));
-        let found = probe(context, &strategy);
+        let result = probe(context, &strategy);
         strategy.merges = match desc.caustics {
             Caustics::Full => true,
-            Caustics::Auto => found.by_photons > LEAST_BY_PHOTONS,
+            Caustics::Auto => result.by_photons > LEAST_BY_PHOTONS,
             Caustics::LightTracing | Caustics::Off => false,
         };
-        if desc.caustics == Caustics::Auto && !found.pays && !strategy.merges {
+        if desc.caustics == Caustics::Auto && !result.pays && !strategy.merges {
             return None;
         }
-        strategy.gain = found.gain.filter(|_| desc.caustics == Caustics::Auto && !strategy.merges);
-        // Where nothing was found all groups are chosen as before.
-        let _ = strategy.caustic_targets.choose_by(&found.groups);
-        let ratio = if strategy.merges { found.ratio_with_photons } else { found.ratio };
+        strategy.gain = result.gain.filter(|_| desc.caustics == Caustics::Auto && !strategy.merges);
+        // If the probe found nothing, all targets keep their probabilities.
+        let _ = strategy.caustic_targets.choose_by(&result.groups);
+        let ratio = if strategy.merges { result.ratio_with_photons } else { result.ratio };
         strategy.paths = ((pixels as f64 * ratio) as u64).clamp(1, MOST_PATHS);
         Some(strategy)
     }
 }
 
 impl CausticsStrategy {
-    /// A few pixels, where photons arrive.
+    /// A radius of a few pixels at the places where photons arrive.
     fn guess_radius(&self, context: Context<'_>) -> f64 {
-        /// Photons looked at.
+        /// Number of light paths traced for the estimate.
         const PATHS: u32 = 2048;
         let Context { scene, view, .. } = context;
         let mut batch = LightPathBatch::new(context, self);
@@ -102,7 +103,7 @@ impl CausticsStrategy {
     }
 }
 
-/// How far photons count where pixels have this size, as far as that is known.
+/// Photon radius where a pixel has this size in scene units, if that is known.
 fn radius_of(scene: &Scene, size: Option<f64>) -> f64 {
     /// In pixels.
     const RADIUS: f64 = 2.5;
@@ -110,14 +111,14 @@ fn radius_of(scene: &Scene, size: Option<f64>) -> f64 {
     (RADIUS * size.unwrap_or(1e-3 * scale)).clamp(1e-7 * scale, 0.1 * scale).max(1e-30)
 }
 
-/// What a picture says of its making.
+/// The strategy as reported with a rendered image.
 impl std::fmt::Display for CausticsStrategy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} light paths to each sample of all pixels", self.paths)?;
+        write!(f, "{} light paths per sample of all pixels", self.paths)?;
         match self.merges {
             true => write!(
                 f,
-                "; photons behind mirrors and glass, radius {:.4e} at first: a little blurred",
+                "; photons for caustics seen in mirrors or through glass, initial radius {:.4e} (slightly blurred)",
                 self.first_radius
             ),
             false => Ok(()),

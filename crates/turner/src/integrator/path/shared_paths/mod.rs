@@ -1,14 +1,29 @@
-//! Paths that neighbouring pixels use together (Bekaert, Sbert and Halton 2002, "Accelerating path tracing by re-using paths").
+//! Shared paths: neighbouring pixels reuse one another's paths (Bekaert, Sbert and Halton 2002, "Accelerating path
+//! tracing by re-using paths").
 //!
-//! Where the camera rays of a group of pixels end on surfaces that reflect light alike in all directions, each of their paths goes on to a second
-//! surface. What leaves that surface, if it reflects alike in all directions too, counts for all pixels of the group that see it from their own
-//! surfaces, not for its own pixel alone: a path is joined to its neighbours' first surfaces by shadow rays. The directions in which the
-//! group's first surfaces send their paths are ways of finding the same second surface, and the balance heuristic (Veach and Guibas 1995) weighs
-//! them, over those that nothing is in the way of. So the mean is that of paths which keep to themselves, and the noise of indirect light nearly that of
-//! sixteen times as many.
+//! ```text
+//!  camera rays:  |       |       |
+//!               x_1     x_2     x_3        first vertices of a cluster of pixels, diffuse
+//!                 .      |      .
+//!                   .    |    .            |  BSDF-sampled ray of donor path 2
+//!                     .  |  .              .  shadow rays (reconnections)
+//!                        y                 second vertex of donor path 2, diffuse; L(y): radiance from there on
+//! ```
 //!
-//! A group is sixteen pixels of a cell of 8 x 8, the same sample of each. Cells are counted from the picture's corner, so a sample depends on its own
-//! number and those of its neighbours, never on tiles, crops or threads.
+//! L(y) is the expensive part of path 2. If y reflects diffusely, L(y) is the same in all directions, so each pixel of
+//! the cluster whose first vertex sees y can use it. Pixel i receives from each donor
+//!
+//! ```text
+//!  f_i · G(x_i, y) · L(y) / sum over k of p_k(y)       G = cos_i cos_y / d²,   p_k(y) = cos_k cos_y / (π d²)
+//! ```
+//!
+//! where k runs over all first vertices that see y: any of them could have sampled it. This is the balance heuristic
+//! (Veach and Guibas 1995) with one sample of each density, so the mean stays that of separate paths. The noise of
+//! indirect light falls nearly to that of sixteen times as many paths; the cost is up to fifteen shadow rays per path.
+//! Neighbouring pixels have correlated noise.
+//!
+//! A cluster is sixteen pixels of a cell of 8 x 8, the same sample index of each. Cells are counted from the corner of
+//! the image, so a sample depends on its own ID and those of its neighbours, never on tiles, crops or threads.
 
 mod probe;
 mod terms;
@@ -31,19 +46,21 @@ use crate::view::View;
 
 pub(super) use probe::decide;
 
-/// Samples that use one another's paths, at most.
-const GROUP: usize = 16;
-/// Edge of the cells that groups are part of, in pixels.
+/// Maximum number of samples that share paths: a cluster.
+const CLUSTER: usize = 16;
+/// Edge of the cells that hold clusters, in pixels.
 pub(crate) const CELL: u32 = 8;
-/// How far shadow rays go that join two surfaces: not so near to the second one that single precision could not tell whether it is in the way.
-const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
+/// End of the shadow rays that join two vertices: short of the second one, so that single precision does not report it
+/// as an occluder.
+const SHADOW_END: f64 = 1.0 - 1.0 / 1024.0;
 /// No sample.
 const NONE: u32 = u32::MAX;
 
-/// Which quarter of its cell a pixel belongs to: other quarters for each sixteen samples, so that noise does not look like blocks. Within sixteen the group
-/// stays, for these are spread evenly over what each of its pixels looks at: changing it from sample to sample left 12 % more noise in a Cornell
-/// box. Those of the first sixteen lie between one another.
-fn quarter(id: &SampleId) -> u32 {
+/// The cluster of its cell that a pixel belongs to. Clusters change every sixteen sample indices, so that noise does
+/// not look like blocks; the first arrangement interleaves pixels. They stay the same for sixteen indices, because
+/// these are well distributed over each pixel: changing clusters with every index left 12 % more noise in a Cornell
+/// box.
+fn cluster_in_cell(id: &SampleId) -> u32 {
     let (x, y) = (id.x % CELL, id.y % CELL);
     match id.index / 16 % 4 {
         0 => 2 * (y % 2) + x % 2,
@@ -53,22 +70,22 @@ fn quarter(id: &SampleId) -> u32 {
     }
 }
 
-/// The samples that a sample may use the paths of, its own among them, row by row.
-pub(crate) fn group(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
+/// The samples of a sample's cluster, itself among them, row by row.
+pub(crate) fn cluster(view: &View, id: SampleId) -> impl Iterator<Item = SampleId> {
     let (left, top) = (id.x - id.x % CELL, id.y - id.y % CELL);
     let (right, bottom) = ((left + CELL).min(view.film.width), (top + CELL).min(view.film.height));
     (top..bottom)
         .flat_map(move |y| (left..right).map(move |x| SampleId { x, y, ..id }))
-        .filter(move |other| quarter(other) == quarter(&id))
+        .filter(move |other| cluster_in_cell(other) == cluster_in_cell(&id))
 }
 
-/// Where a camera ray ends, if light is reflected there alike in all directions. Normals are on the side of the ray.
+/// A first vertex with a Lambertian BSDF. Normals are on the side of the ray.
 pub(super) struct FirstVertex {
     pub(super) p: DVec3,
-    /// Where rays leave.
+    /// Origin of rays that leave it.
     pub(super) origin: DVec3,
     pub(super) from: RayOrigin,
-    /// The normal of shading, and that of the surface before bending.
+    /// The shading normal, and the interpolated normal of the shape before normal maps.
     pub(super) z: DVec3,
     pub(super) ns: DVec3,
     pub(super) ng: DVec3,
@@ -76,67 +93,68 @@ pub(super) struct FirstVertex {
     pub(super) f: Spectrum,
 }
 
-/// Where the path of a sample goes on to, if light is reflected there alike in all directions. Normals are on the side of the ray.
+/// A second vertex with a Lambertian BSDF. Normals are on the side of the ray.
 pub(super) struct Reconnection {
     pub(super) p: DVec3,
-    /// Where rays end that are to see it.
+    /// End point of the shadow rays to it.
     pub(super) target: DVec3,
     pub(super) ng: DVec3,
-    /// The normal of shading before it is bent for who looks at it, and after; `None` where it is the surface's.
+    /// The shading normal before and after it is bent towards the viewer; `None` where it is the geometric normal.
     pub(super) bent: Option<[DVec3; 2]>,
 }
 
 impl FirstVertex {
-    /// Whether a path from here finds a second surface.
-    fn finds(&self, to: &Reconnection) -> bool {
-        let way = to.p - self.p;
-        let square = way.length_squared();
-        let wi = way / square.sqrt();
-        let (cos, leaves, arrives) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
+    /// Whether BSDF sampling at this vertex can find `to`.
+    fn can_sample(&self, to: &Reconnection) -> bool {
+        let offset = to.p - self.p;
+        let square = offset.length_squared();
+        let wi = offset / square.sqrt();
+        let (cos, cos_geometric, cos_to) = (self.z.dot(wi), self.ng.dot(wi), -to.ng.dot(wi));
         cos > MIN_COSINE
-            && leaves > 0.0
-            && arrives > MIN_COSINE
-            && cos * arrives / square < f64::INFINITY
-            && !to.is_bent_otherwise(wi)
+            && cos_geometric > 0.0
+            && cos_to > MIN_COSINE
+            && cos * cos_to / square < f64::INFINITY
+            && !to.is_bent_differently(wi)
     }
 }
 
-/// A path that its neighbours may use.
+/// A path that is shared.
 struct Donor {
     sample: u32,
-    group: u32,
-    /// Which of the group find its second surface, and which reach it.
-    sees: u16,
-    reached: u16,
-    /// For each of the group: with what density it finds the place, and what share of light from there it reflects, over the BRDF; both per area.
-    pdf: [Block; GROUP / LANES],
-    share: [Block; GROUP / LANES],
+    cluster: u32,
+    /// Bit masks over the cluster: which first vertices face the second vertex, and which see it unoccluded.
+    faces: u16,
+    visible: u16,
+    /// For each first vertex of the cluster: the density with which it samples the second vertex, p_k, and the factor
+    /// G; both per area.
+    pdf: [Block; CLUSTER / LANES],
+    geometry: [Block; CLUSTER / LANES],
 }
 
-/// What is known of the groups of a wave.
+/// The clusters of a path batch.
 #[derive(Default)]
 pub(super) struct SharedPaths {
     on: bool,
-    /// The samples of each group, in the order of its pixels, and the group of each sample.
-    groups: Vec<[u32; GROUP]>,
-    group_of: Vec<u32>,
-    /// The place of each sample in its group.
+    /// The samples of each cluster, in the order of its pixels, and the cluster of each sample.
+    clusters: Vec<[u32; CLUSTER]>,
+    cluster_of: Vec<u32>,
+    /// Index of each sample in its cluster.
     member_of: Vec<u8>,
-    /// Of each group, and of each sample.
-    by_group: Vec<FirstVertices>,
-    firsts: Vec<Option<FirstVertex>>,
+    /// The first vertices, by cluster and by sample.
+    by_cluster: Vec<FirstVertices>,
+    first_vertices: Vec<Option<FirstVertex>>,
     donors: Vec<Donor>,
     reconnections: Vec<Reconnection>,
-    /// What leaves the second surfaces of paths that are lent.
+    /// Radiance that leaves the second vertex of each donor path.
     pub(super) donated: Vec<Radiance>,
-    /// For each sample, the share of that which each of the group gets.
-    shares: Vec<[Spectrum; GROUP]>,
-    /// The second surfaces of paths that are lent.
-    met: Vec<DVec3>,
+    /// For each donor, the weight of that radiance in each sample of its cluster.
+    weights: Vec<[Spectrum; CLUSTER]>,
+    /// The second vertices of donor paths.
+    points: Vec<DVec3>,
     rays: RayBatch,
-    asked: Vec<(u32, u8)>,
+    reconnections_of_rays: Vec<(u32, u8)>,
     through: Vec<SpectrumBlock>,
-    /// While groups are formed: their numbers by place, and how many each has.
+    /// Used while clusters are formed: index of each cluster by its position, and its number of samples.
     table: Vec<u32>,
     counts: Vec<u8>,
 }
@@ -146,18 +164,18 @@ impl SharedPaths {
         SharedPaths { on, ..SharedPaths::default() }
     }
 
-    /// Whether it is done at all.
+    /// Whether paths are shared.
     #[inline]
     pub(super) fn is_on(&self) -> bool {
         self.on
     }
 
-    /// Whether paths of a scene can be used by neighbours: not beside light paths, which the caller knows.
-    pub(super) fn suits(scene: &Scene, view: &View) -> bool {
+    /// Whether paths of a scene can be shared. Light paths exclude it too; the caller checks that.
+    pub(super) fn is_possible(scene: &Scene, view: &View) -> bool {
         scene.volumes.is_none() && !scene.moves && view.film.antialias != Antialias::Adaptive
     }
 
-    /// Finds the groups among samples.
+    /// Forms the clusters of the samples.
     fn begin(&mut self, ids: &[SampleId]) {
         let cells = |edge: fn(&SampleId) -> u32| {
             let edges = ids.iter().map(edge);
@@ -165,44 +183,45 @@ impl SharedPaths {
         };
         let ((left, right), (top, _)) = (cells(|id| id.x), cells(|id| id.y));
         let across = right - left + 1;
-        self.groups.clear();
-        self.group_of.clear();
+        self.clusters.clear();
+        self.cluster_of.clear();
         self.member_of.clear();
         self.table.clear();
         self.counts.clear();
         for (i, id) in ids.iter().enumerate() {
-            let place = (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + quarter(id)) as usize;
+            let place =
+                (((id.y / CELL - top) * across + id.x / CELL - left) * 4 + cluster_in_cell(id)) as usize;
             if self.table.len() <= place {
                 self.table.resize(place + 1, NONE);
             }
             if self.table[place] == NONE {
-                self.table[place] = self.groups.len() as u32;
-                self.groups.push([NONE; GROUP]);
+                self.table[place] = self.clusters.len() as u32;
+                self.clusters.push([NONE; CLUSTER]);
                 self.counts.push(0);
             }
-            let group = self.table[place];
-            let (members, count) = (&mut self.groups[group as usize], &mut self.counts[group as usize]);
+            let cluster = self.table[place];
+            let (members, count) = (&mut self.clusters[cluster as usize], &mut self.counts[cluster as usize]);
             self.member_of.push(*count);
             if let Some(member) = members.get_mut(usize::from(*count)) {
                 *member = i as u32;
                 *count += 1;
             }
-            self.group_of.push(group);
+            self.cluster_of.push(cluster);
         }
-        self.by_group.resize_with(self.groups.len(), FirstVertices::default);
-        self.by_group.iter_mut().for_each(FirstVertices::clear);
-        self.firsts.clear();
-        self.firsts.resize_with(ids.len(), || None);
+        self.by_cluster.resize_with(self.clusters.len(), FirstVertices::default);
+        self.by_cluster.iter_mut().for_each(FirstVertices::clear);
+        self.first_vertices.clear();
+        self.first_vertices.resize_with(ids.len(), || None);
         self.donated.clear();
         self.donated.resize(ids.len(), Radiance { color: Spectrum::BLACK, alpha: 1.0 });
-        self.shares.resize(ids.len(), [Spectrum::BLACK; GROUP]);
-        self.met.resize(ids.len(), DVec3::ZERO);
+        self.weights.resize(ids.len(), [Spectrum::BLACK; CLUSTER]);
+        self.points.resize(ids.len(), DVec3::ZERO);
         self.donors.clear();
         self.reconnections.clear();
     }
 
     fn first(&self, sample: u32) -> Option<&FirstVertex> {
-        self.firsts.get(sample as usize)?.as_ref()
+        self.first_vertices.get(sample as usize)?.as_ref()
     }
 }
 
@@ -213,16 +232,16 @@ impl<R: Record> PathBatch<'_, R> {
         }
     }
 
-    /// Whether a path has just come to its first surface from the camera, or to the one behind it, and might share it.
+    /// Whether a path is at its first vertex and may share its path.
     #[inline]
     pub(super) fn may_be_first(&self, sample: u32) -> bool {
         let path = &self.paths[sample as usize];
         self.shared_paths.on && path.vertex == 1 && path.media.is_empty()
     }
 
-    /// The same for the surface behind it.
+    /// Whether a path is at its second vertex and may become a donor.
     #[inline]
-    pub(super) fn may_lend(&self, sample: u32) -> bool {
+    pub(super) fn may_donate(&self, sample: u32) -> bool {
         let path = &self.paths[sample as usize];
         self.shared_paths.on
             && path.vertex == 2
@@ -230,9 +249,9 @@ impl<R: Record> PathBatch<'_, R> {
             && self.shared_paths.first(sample).is_some()
     }
 
-    /// Takes note of a vertex that is the first or the second of its path, if light is reflected there alike in all directions.
-    pub(super) fn take_part(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
-        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+    /// Notes a first or second vertex with a Lambertian BSDF.
+    pub(super) fn note_shared_vertex(&mut self, sample: u32, v: &Vertex<'_>, material: &OpenPbr) {
+        let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
         if !first && !second {
             return;
         }
@@ -245,88 +264,95 @@ impl<R: Record> PathBatch<'_, R> {
         } else if material.desc.alpha_mode != AlphaMode::Blend && !material.is_emissive() {
             let unbent = || side * material.frame(self.scene, v.surface).z;
             let bent = (v.frame.z != ng).then(|| [unbent(), v.frame.z]);
-            self.lend(sample, Reconnection { p: v.surface.p, target: origin, ng, bent });
+            self.donate(sample, Reconnection { p: v.surface.p, target: origin, ng, bent });
         }
     }
 
-    /// Notes where a camera ray ends.
+    /// Notes the first vertex of a sample.
     #[inline]
     pub(super) fn set_first(&mut self, sample: u32, first: FirstVertex) {
         let shared_paths = &mut self.shared_paths;
         let member = usize::from(shared_paths.member_of[sample as usize]);
-        if member < GROUP {
-            shared_paths.by_group[shared_paths.group_of[sample as usize] as usize].set(member, &first);
-            shared_paths.firsts[sample as usize] = Some(first);
+        if member < CLUSTER {
+            shared_paths.by_cluster[shared_paths.cluster_of[sample as usize] as usize].set(member, &first);
+            shared_paths.first_vertices[sample as usize] = Some(first);
         }
     }
 
-    /// Lends a path from its second surface on, if it can be found from its first.
-    pub(super) fn lend(&mut self, sample: u32, second: Reconnection) {
+    /// Makes a path a donor from its second vertex on, if BSDF sampling at its first vertex can find that.
+    pub(super) fn donate(&mut self, sample: u32, second: Reconnection) {
         let path = &mut self.paths[sample as usize];
         let importance = path.beta.max_component();
-        let finds = self.shared_paths.first(sample).is_some_and(|first| first.finds(&second));
-        if !(finds && importance > 0.0 && importance < f32::INFINITY) {
+        let can_sample = self.shared_paths.first(sample).is_some_and(|first| first.can_sample(&second));
+        if !(can_sample && importance > 0.0 && importance < f32::INFINITY) {
             return;
         }
         path.beta = Spectrum::WHITE;
         path.importance = importance;
         path.donates = true;
-        self.record.note(|r| r.lent_from = r.vertices.len().checked_sub(1));
-        self.shared_paths.met[sample as usize] = second.p;
-        let group = self.shared_paths.group_of[sample as usize];
-        let reached = 1 << self.shared_paths.member_of[sample as usize];
-        let none = [Block([0.0; LANES]); GROUP / LANES];
-        self.shared_paths.donors.push(Donor { sample, group, sees: 0, reached, pdf: none, share: none });
+        self.record.note(|r| r.donated_from = r.vertices.len().checked_sub(1));
+        self.shared_paths.points[sample as usize] = second.p;
+        let cluster = self.shared_paths.cluster_of[sample as usize];
+        let visible = 1 << self.shared_paths.member_of[sample as usize];
+        let none = [Block([0.0; LANES]); CLUSTER / LANES];
+        self.shared_paths.donors.push(Donor {
+            sample,
+            cluster,
+            faces: 0,
+            visible,
+            pdf: none,
+            geometry: none,
+        });
         self.shared_paths.reconnections.push(second);
     }
 
-    /// Finds out who sees the second surfaces of this round, and weighs them.
-    pub(super) fn weigh_offers(&mut self, stats: &mut RayStats) {
+    /// Traces the reconnections to the second vertices of this round, and computes their weights.
+    pub(super) fn trace_reconnections(&mut self, stats: &mut RayStats) {
         let shared_paths = &mut self.shared_paths;
         if shared_paths.donors.is_empty() {
             return;
         }
         shared_paths.rays.clear();
-        shared_paths.asked.clear();
+        shared_paths.reconnections_of_rays.clear();
         dispatch(
             self.scene.instruction_set,
             ReconnectionTerms {
                 donors: &mut shared_paths.donors,
                 reconnections: &shared_paths.reconnections,
-                groups: &shared_paths.by_group,
+                clusters: &shared_paths.by_cluster,
             },
         );
         for (number, (donor, second)) in
             shared_paths.donors.iter_mut().zip(&shared_paths.reconnections).enumerate()
         {
-            let members = &shared_paths.groups[donor.group as usize];
-            let first = |m: usize| shared_paths.firsts.get(members[m] as usize)?.as_ref();
-            let group = &shared_paths.by_group[donor.group as usize];
-            donor.finish(group, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
-            for member in (0..GROUP).filter(|m| (donor.sees & !donor.reached) >> m & 1 == 1) {
+            let members = &shared_paths.clusters[donor.cluster as usize];
+            let first = |m: usize| shared_paths.first_vertices.get(members[m] as usize)?.as_ref();
+            let cluster = &shared_paths.by_cluster[donor.cluster as usize];
+            donor.finish(cluster, second, |m| first(m).map(|first| (first.p, first.ns, first.ng)));
+            for member in (0..CLUSTER).filter(|m| (donor.faces & !donor.visible) >> m & 1 == 1) {
                 let Some(first) = first(member) else { continue };
-                let ray = Ray { t_max: NEARLY, ..Ray::new(first.origin, second.target - first.origin) };
+                let ray = Ray { t_max: SHADOW_END, ..Ray::new(first.origin, second.target - first.origin) };
                 shared_paths.rays.push_leaving(&ray, first.from);
-                shared_paths.asked.push((number as u32, member as u8));
+                shared_paths.reconnections_of_rays.push((number as u32, member as u8));
             }
         }
-        stats.shadow += shared_paths.asked.len() as u64;
+        stats.shadow += shared_paths.reconnections_of_rays.len() as u64;
         self.scene.transmittance_batch(&mut shared_paths.rays, &mut shared_paths.through);
-        for (i, &(donor, member)) in shared_paths.asked.iter().enumerate() {
+        for (i, &(donor, member)) in shared_paths.reconnections_of_rays.iter().enumerate() {
             if shared_paths.through[i / LANES].get(i % LANES) == Spectrum::WHITE {
-                shared_paths.donors[donor as usize].reached |= 1 << member;
+                shared_paths.donors[donor as usize].visible |= 1 << member;
             }
         }
         for donor in &shared_paths.donors {
-            let reaches = |member: usize| donor.reached >> member & 1 == 1;
+            let reaches = |member: usize| donor.visible >> member & 1 == 1;
             let of = |blocks: &[Block], member: usize| blocks[member / LANES].0[member % LANES];
-            let sum: f64 = (0..GROUP).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
-            let members = &shared_paths.groups[donor.group as usize];
-            let shares = &mut shared_paths.shares[donor.sample as usize];
+            let sum: f64 = (0..CLUSTER).filter(|m| reaches(*m)).map(|m| of(&donor.pdf, m)).sum();
+            let members = &shared_paths.clusters[donor.cluster as usize];
+            let weights = &mut shared_paths.weights[donor.sample as usize];
             for (member, &other) in members.iter().enumerate() {
-                let first = shared_paths.firsts.get(other as usize).and_then(Option::as_ref);
-                shares[member] = match first.filter(|_| reaches(member)) {
-                    Some(first) => first.f * (of(&donor.share, member) / sum) as f32,
+                let first = shared_paths.first_vertices.get(other as usize).and_then(Option::as_ref);
+                weights[member] = match first.filter(|_| reaches(member)) {
+                    Some(first) => first.f * (of(&donor.geometry, member) / sum) as f32,
                     None => Spectrum::BLACK,
                 };
             }
@@ -335,37 +361,41 @@ impl<R: Record> PathBatch<'_, R> {
         shared_paths.reconnections.clear();
     }
 
-    /// What the sample in this place of a wave got of its group: whose path it is, its second surface, the share, and what leaves that surface.
-    pub(super) fn shares_of(&self, place: usize) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
+    /// What the sample at this index of the batch received: index of the donor, its second vertex, the weight, and the
+    /// radiance that leaves that vertex.
+    pub(super) fn received_by(
+        &self,
+        place: usize,
+    ) -> impl Iterator<Item = (usize, DVec3, Spectrum, Spectrum)> {
         let PathBatch { shared_paths, paths, .. } = self;
-        let members = &shared_paths.groups[shared_paths.group_of[place] as usize];
+        let members = &shared_paths.clusters[shared_paths.cluster_of[place] as usize];
         let lane = members.iter().position(|&m| m as usize == place);
         members.iter().map(|&m| m as usize).filter(|&m| paths.get(m).is_some_and(|p| p.donates)).filter_map(
             move |from| {
-                let share = shared_paths.shares[from][lane?];
-                (!share.is_black()).then_some((
+                let geometry = shared_paths.weights[from][lane?];
+                (!geometry.is_black()).then_some((
                     from,
-                    shared_paths.met[from],
-                    share,
+                    shared_paths.points[from],
+                    geometry,
                     shared_paths.donated[from].color,
                 ))
             },
         )
     }
 
-    /// Gives all samples their shares of what was lent.
-    pub(super) fn share(&mut self, out: &mut [Radiance]) {
+    /// Adds the radiance of all donors to the samples of their clusters.
+    pub(super) fn distribute_shared(&mut self, out: &mut [Radiance]) {
         let PathBatch { shared_paths, paths, .. } = self;
         if !shared_paths.on {
             return;
         }
-        for members in &shared_paths.groups {
+        for members in &shared_paths.clusters {
             for &from in members.iter().filter(|&&m| m != NONE && paths[m as usize].donates) {
-                let (donated, shares) =
-                    (shared_paths.donated[from as usize].color, &shared_paths.shares[from as usize]);
-                for (&to, share) in members.iter().zip(shares) {
-                    if !share.is_black() {
-                        out[to as usize].color += *share * donated;
+                let (donated, weights) =
+                    (shared_paths.donated[from as usize].color, &shared_paths.weights[from as usize]);
+                for (&to, geometry) in members.iter().zip(weights) {
+                    if !geometry.is_black() {
+                        out[to as usize].color += *geometry * donated;
                     }
                 }
             }

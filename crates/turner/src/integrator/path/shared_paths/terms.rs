@@ -1,25 +1,25 @@
-//! How well the first surfaces of a group find second surfaces, eight at a time.
+//! The geometry terms between the first vertices of a cluster and a second vertex, eight at a time.
 
 use std::f64::consts::PI;
 
 use turner_bvh::lanes::{Block, F64x8, LANES, Simd, Vec3x8, Work};
 
-use super::{Donor, FirstVertex, GROUP, Reconnection};
+use super::{CLUSTER, Donor, FirstVertex, Reconnection};
 use crate::bsdf::MIN_COSINE;
 use crate::material::bent_normal::bent_normal;
 use crate::material::vertex::softened;
 use crate::math::DVec3;
 
-/// Blocks of a group.
-const BLOCKS: usize = GROUP / LANES;
+/// SIMD blocks per cluster.
+const BLOCKS: usize = CLUSTER / LANES;
 
-/// The first surfaces of a group, by coordinates.
+/// The first vertices of a cluster as a structure of arrays.
 #[derive(Default)]
 pub(super) struct FirstVertices {
     p: [[Block; 3]; BLOCKS],
     z: [[Block; 3]; BLOCKS],
     ng: [[Block; 3]; BLOCKS],
-    /// Those that there are, and those of which light is softened.
+    /// Bit masks: which entries are set, and which soften the shadow terminator.
     used: u16,
     soft: u16,
 }
@@ -43,72 +43,73 @@ impl FirstVertices {
     }
 }
 
-/// Fills in the terms of offers.
+/// Computes the terms of donors.
 pub(super) struct ReconnectionTerms<'a> {
     pub(super) donors: &'a mut [Donor],
     pub(super) reconnections: &'a [Reconnection],
-    pub(super) groups: &'a [FirstVertices],
+    pub(super) clusters: &'a [FirstVertices],
 }
 
 impl Work for ReconnectionTerms<'_> {
     type Output = ();
 
-    /// As [`First::term`], operation by operation.
+    /// Per vertex: G = cos·cos/d², and whether it faces the second vertex.
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (zero, least, endless) = (splat(0.0), splat(MIN_COSINE), splat(f64::INFINITY));
         for (donor, to) in self.donors.iter_mut().zip(self.reconnections) {
-            let firsts = &self.groups[donor.group as usize];
+            let first_vertices = &self.clusters[donor.cluster as usize];
             let (p, n) = (Vec3x8::splat(simd, to.p.to_array()), Vec3x8::splat(simd, to.ng.to_array()));
             for block in 0..BLOCKS {
-                let way = p - Vec3x8::load(simd, &firsts.p[block]);
-                let square = way.dot(way);
+                let offset = p - Vec3x8::load(simd, &first_vertices.p[block]);
+                let square = offset.dot(offset);
                 let length = square.sqrt();
-                let wi = Vec3x8 { x: way.x / length, y: way.y / length, z: way.z / length };
-                let cos = Vec3x8::load(simd, &firsts.z[block]).dot(wi);
-                let leaves = Vec3x8::load(simd, &firsts.ng[block]).dot(wi);
-                let arrives = -n.dot(wi);
-                let density = cos * arrives / square;
-                let sees = cos.gt(least) & leaves.gt(zero) & arrives.gt(least) & density.lt(endless);
+                let wi = Vec3x8 { x: offset.x / length, y: offset.y / length, z: offset.z / length };
+                let cos = Vec3x8::load(simd, &first_vertices.z[block]).dot(wi);
+                let cos_geometric = Vec3x8::load(simd, &first_vertices.ng[block]).dot(wi);
+                let cos_to = -n.dot(wi);
+                let density = cos * cos_to / square;
+                let faces = cos.gt(least) & cos_geometric.gt(zero) & cos_to.gt(least) & density.lt(endless);
                 density.store(&mut donor.pdf[block]);
-                let used = (firsts.used >> (block * LANES)) as u8;
-                donor.sees |= u16::from(sees.bits() & used) << (block * LANES);
+                let used = (first_vertices.used >> (block * LANES)) as u8;
+                donor.faces |= u16::from(faces.bits() & used) << (block * LANES);
             }
         }
     }
 }
 
 impl Donor {
-    /// What is done one by one, where anything is: normals that are bent for who looks, and light that is softened. Densities become pdfs.
+    /// The rare parts, one vertex at a time: shading normals that are bent for the viewer, and softened terminators.
+    /// Densities get their factor 1/π.
     pub(super) fn finish(
         &mut self,
-        group: &FirstVertices,
+        cluster: &FirstVertices,
         to: &Reconnection,
         first: impl Fn(usize) -> Option<(DVec3, DVec3, DVec3)>,
     ) {
-        for (pdf, share) in self.pdf.iter_mut().zip(&mut self.share) {
-            *share = *pdf;
+        for (pdf, geometry) in self.pdf.iter_mut().zip(&mut self.geometry) {
+            *geometry = *pdf;
             for v in &mut pdf.0 {
                 *v /= PI;
             }
         }
-        let doubtful = if to.bent.is_some() { self.sees } else { self.sees & group.soft };
-        for member in (0..GROUP).filter(|m| doubtful >> m & 1 == 1) {
+        let rare = if to.bent.is_some() { self.faces } else { self.faces & cluster.soft };
+        for member in (0..CLUSTER).filter(|m| rare >> m & 1 == 1) {
             let Some((p, ns, ng)) = first(member) else { continue };
-            let way = to.p - p;
-            let wi = way / way.length_squared().sqrt();
-            if to.is_bent_otherwise(wi) {
-                self.sees &= !(1 << member);
+            let offset = to.p - p;
+            let wi = offset / offset.length_squared().sqrt();
+            if to.is_bent_differently(wi) {
+                self.faces &= !(1 << member);
             }
-            self.share[member / LANES].0[member % LANES] *= softened(ns, ng, wi);
+            self.geometry[member / LANES].0[member % LANES] *= softened(ns, ng, wi);
         }
     }
 }
 
 impl Reconnection {
-    /// Whether its normal is bent otherwise for who looks along `wi`.
-    pub(super) fn is_bent_otherwise(&self, wi: DVec3) -> bool {
+    /// Whether the shading normal would be bent differently for a viewer in direction `-wi`.
+    pub(super) fn is_bent_differently(&self, wi: DVec3) -> bool {
         self.bent.is_some_and(|[z, bent]| bent_normal(-wi, z, self.ng) != bent || bent.dot(-wi) <= MIN_COSINE)
     }
 }

@@ -1,9 +1,17 @@
-//! Vertices of paths that are shaded eight at a time: flat triangles of meshes whose material is Lambert's reflection or a rough mirror, and
-//! nothing else.
+//! SIMD shading: the simplest vertices, eight at a time. These are flat triangles of meshes with a constant material
+//! whose BSDF is Lambertian or one rough mirror lobe, and nothing else (see `OpenPbr::plain`).
 //!
-//! What becomes of them is that of [`PathBatch::shade`], vertex by vertex, to the last bit. They are told apart at their hits, so that no
-//! [`SurfaceInteraction`](crate::scene::SurfaceInteraction) is made for them; all others are shaded one by one, and so is everything where
-//! notes are taken.
+//! ```text
+//!  hits:   L  g  L  R  L  g  L ...          L, R: Lambertian, rough mirror;  g: anything else
+//!          |  |  |  |  |
+//!  blocks: [L L L L L L L L] [R R R . . . . .]     one lane per vertex
+//!  rest:   g g                                     scalar code, `shade`
+//! ```
+//!
+//! A vertex is sorted into a block at its hit, so no [`SurfaceInteraction`](crate::scene::SurfaceInteraction) is built
+//! for it. The lanes perform the operations of [`PathBatch::shade`] in the same order and precision, so each vertex has
+//! the same bits as in scalar code, on every instruction set and in any batch. All other vertices, and all vertices of
+//! recorded paths, are shaded by scalar code.
 
 mod shade;
 
@@ -11,7 +19,7 @@ use turner_bvh::lanes::{Block, Block32, LANES, Simd, Work, dispatch};
 
 use super::LightSampling;
 use super::caustics::NextVertex;
-use super::light_resampling::{CANDIDATES, pick};
+use super::light_resampling::{CANDIDATES, resample};
 use super::path_batch::PathBatch;
 use super::record::Record;
 use super::shade::MAX_VERTICES;
@@ -25,51 +33,51 @@ use crate::math::{DVec3, Ray};
 use crate::scene::emitters::LightSample;
 use crate::scene::{FlatTriangleBlock, Hit, LightBatch, RayOrigin, Scene};
 
-/// No light is asked for.
+/// No light is requested.
 const NONE: u32 = u32::MAX;
 
-/// The vertices of one bounce; memory is kept from bounce to bounce.
+/// The vertices of one round; memory is reused.
 #[derive(Default)]
 pub(super) struct VertexBlocks {
     lambert: List<Lambert>,
     mirrors: List<RoughMirrorBlock>,
-    /// The hits that are here.
-    held: Vec<bool>,
-    room: Shading,
+    /// Which hits are in blocks.
+    in_block: Vec<bool>,
+    shading: Shading,
 }
 
-/// Vertices of one kind.
+/// The vertices of one BSDF.
 #[derive(Default)]
 struct List<K> {
     blocks: Vec<VertexBlock<K>>,
-    /// How many there are; only the last block may have room.
+    /// Number of vertices; only the last block may have free lanes.
     len: usize,
 }
 
-/// The BRDFs of eight vertices.
+/// The Lambertian BRDFs of eight vertices.
 #[derive(Default)]
 struct Lambert {
     f: [Block32; 3],
 }
 
 impl VertexBlocks {
-    /// Takes all out; there are so many hits to choose from.
+    /// Removes all vertices; `hits` is the number of hits of the round.
     pub(super) fn clear(&mut self, hits: usize) {
         self.lambert.len = 0;
         self.mirrors.len = 0;
-        self.held.clear();
-        self.held.resize(hits, false);
+        self.in_block.clear();
+        self.in_block.resize(hits, false);
     }
 
-    /// Whether the hit with this number is here.
+    /// Whether the hit with this index is in a block.
     #[inline]
-    pub(super) fn holds(&self, hit: usize) -> bool {
-        self.held[hit]
+    pub(super) fn contains(&self, hit: usize) -> bool {
+        self.in_block[hit]
     }
 }
 
 impl<K: Default> List<K> {
-    /// Takes a hit, if it is one for blocks; gives the kind's part of its block and the lane.
+    /// Adds a hit if it is a flat triangle; returns the BSDFs of its block, and the lane.
     #[inline]
     fn take(
         &mut self,
@@ -95,7 +103,7 @@ impl<K: Default> List<K> {
         Some((&mut block.kind, lane))
     }
 
-    /// The blocks with how many vertices each has.
+    /// The blocks in use, with the number of vertices in each.
     fn used(&mut self) -> impl Iterator<Item = (&mut VertexBlock<K>, usize)> {
         let len = self.len;
         let blocks = self.blocks.iter_mut().take(len.div_ceil(LANES)).enumerate();
@@ -107,43 +115,43 @@ impl<K: Default> List<K> {
 #[derive(Default)]
 struct VertexBlock<K> {
     flat_triangles: FlatTriangleBlock,
-    /// Of the rays that met them.
+    /// Directions of the rays that hit them.
     direction: [Block; 3],
     kind: K,
     samples: [u32; LANES],
     from: [RayOrigin; LANES],
-    /// Of their materials.
+    /// Glossiness of their materials, for light sampling.
     sides: [Option<Gloss>; LANES],
-    /// For the choice of lights, also where rays that leave here arrive.
+    /// Receivers for light sampling; also the receivers of emitters that their next rays hit.
     receivers: [Option<Receiver>; LANES],
-    /// The number under which each asks for light.
+    /// Index of each request for light.
     lights: [u32; LANES],
 }
 
-/// What shading needs beside the vertices, and what comes of it.
+/// Inputs and outputs of shading a block.
 #[derive(Default)]
 struct Shading {
-    /// The share of what is found that reaches the pixels.
+    /// Throughputs.
     beta: [Block32; 3],
-    /// Two numbers each for the way on.
+    /// Two random numbers each for the next direction.
     u: [Block; 2],
-    /// The light that was sampled, where there is any.
+    /// Bit mask of lanes with a sampled light, and those lights.
     lit: u8,
     to_light: [Block; 3],
     radiance: [Block32; 3],
     light_pdf: Block,
-    /// How many times it counts.
-    counts: Block32,
-    /// Whether it has a place, and whether rays might have found it as well.
+    /// Resampling weights.
+    resampling_weight: Block32,
+    /// Bit masks: lights at a finite distance, and lights that BSDF-sampled rays can hit too (MIS).
     finite: u8,
     weighed: u8,
-    /// Where rays leave.
+    /// Origins of the next rays.
     origin: [Block; 3],
-    /// Shadow rays, and what they bring.
+    /// Bit mask of lanes with a shadow ray, those rays, and their contributions.
     connects: u8,
     shadow: [Block; 3],
     light: [Block32; 3],
-    /// The way on.
+    /// Bit mask of lanes with a next ray, and those rays.
     follows: u8,
     next: [Block; 3],
     pdf: Block,
@@ -151,25 +159,25 @@ struct Shading {
 }
 
 impl<R: Record> PathBatch<'_, R> {
-    /// Takes a vertex into a block, if it is one for blocks.
+    /// Adds a vertex to a block, if it can be shaded there.
     #[inline]
     pub(super) fn take_into_block(&mut self, number: usize, sample: u32, ray: &Ray, hit: &Hit) -> bool {
-        // What media and photons bring is not known here.
-        if R::NOTES || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
+        // SIMD shading knows neither media nor photons.
+        if R::RECORDS || self.settings.direct || self.scene.volumes.is_some() || self.finds_photons(sample) {
             return false;
         }
         let Material::OpenPbr(material) = self.scene.material_at(hit) else { return false };
         let Some(plain) = material.plain() else { return false };
-        // Beside light paths what gathers light is weighed with them.
+        // With light paths, caustic targets need MIS weights that only scalar code computes.
         if self.strategy.is_some() && (material.casts_caustics || !matches!(plain, PlainBsdf::Lambert(_))) {
             return false;
         }
         if !self.paths[sample as usize].media.is_empty() {
             return false;
         }
-        let (scene, VertexBlocks { lambert, mirrors, held, .. }) = (self.scene, &mut self.blocks);
+        let (scene, VertexBlocks { lambert, mirrors, in_block, .. }) = (self.scene, &mut self.blocks);
         let side = material.side();
-        let taken = match plain {
+        let chosen = match plain {
             PlainBsdf::Lambert(f) => {
                 lambert.take(scene, sample, ray, hit, side).map(|(kind, lane)| set32(&mut kind.f, lane, *f))
             }
@@ -177,23 +185,23 @@ impl<R: Record> PathBatch<'_, R> {
                 mirrors.take(scene, sample, ray, hit, side).map(|(kind, lane)| kind.set(lane, m))
             }
         };
-        held[number] = taken.is_some();
-        if taken.is_some() && self.view.pixel_cone.is_some() {
+        in_block[number] = chosen.is_some();
+        if chosen.is_some() && self.view.pixel_cone.is_some() {
             let cone = &mut self.paths[sample as usize].cone;
             *cone = cone.advanced(hit.shape.t);
         }
-        held[number]
+        in_block[number]
     }
 
-    /// Computes the surfaces of the blocks and asks for light there.
-    pub(super) fn ask_in_blocks(&mut self, lights: &mut LightBatch) {
+    /// Computes the surfaces of the blocks and requests light samples for them.
+    pub(super) fn request_lights_in_blocks(&mut self, lights: &mut LightBatch) {
         let mut vertices = std::mem::take(&mut self.blocks);
-        self.ask_in(&mut vertices.lambert, lights);
-        self.ask_in(&mut vertices.mirrors, lights);
+        self.request_lights(&mut vertices.lambert, lights);
+        self.request_lights(&mut vertices.mirrors, lights);
         self.blocks = vertices;
     }
 
-    fn ask_in<K: Default>(&self, vertices: &mut List<K>, lights: &mut LightBatch) {
+    fn request_lights<K: Default>(&self, vertices: &mut List<K>, lights: &mut LightBatch) {
         if vertices.len == 0 {
             return;
         }
@@ -205,11 +213,11 @@ impl<R: Record> PathBatch<'_, R> {
                 let path = &self.paths[block.samples[lane] as usize];
                 let receiver =
                     self.scene.receiver_of(block.sides[lane], p, ng, ng, get(&block.direction, lane));
-                let receiver = receiver.with_more(self.more_lights(path, &receiver));
+                let receiver = receiver.with_more(self.extra_light_candidates(path, &receiver));
                 block.receivers[lane] = Some(receiver);
                 block.lights[lane] = NONE;
                 if asks && !self.is_spent(path) {
-                    block.lights[lane] = self.ask(path, receiver, lights);
+                    block.lights[lane] = self.request_light(path, receiver, lights);
                 }
             }
         }
@@ -218,23 +226,23 @@ impl<R: Record> PathBatch<'_, R> {
     /// Shades all blocks.
     pub(super) fn shade_blocks(&mut self, lights: &LightBatch, stats: &mut RayStats) {
         let mut vertices = std::mem::take(&mut self.blocks);
-        let VertexBlocks { lambert, mirrors, room, .. } = &mut vertices;
-        self.shade_list(lambert, room, lights, stats);
-        self.shade_list(mirrors, room, lights, stats);
+        let VertexBlocks { lambert, mirrors, shading, .. } = &mut vertices;
+        self.shade_list(lambert, shading, lights, stats);
+        self.shade_list(mirrors, shading, lights, stats);
         self.blocks = vertices;
     }
 
     fn shade_list<K: shade::Kind>(
         &mut self,
         vertices: &mut List<K>,
-        room: &mut Shading,
+        shading: &mut Shading,
         lights: &LightBatch,
         stats: &mut RayStats,
     ) {
         for (block, len) in vertices.used() {
-            let (mut lanes, mut several) = (0, 0);
-            room.lit = 0;
-            room.counts = Block32([1.0; LANES]);
+            let (mut lanes, mut resampled) = (0, 0);
+            shading.lit = 0;
+            shading.resampling_weight = Block32([1.0; LANES]);
             for lane in 0..len {
                 let path = &mut self.paths[block.samples[lane] as usize];
                 path.vertex += 1;
@@ -244,38 +252,38 @@ impl<R: Record> PathBatch<'_, R> {
                 }
                 lanes |= 1 << lane;
                 if self.shared_paths.is_on() {
-                    self.take_part_in_block(block, lane);
+                    self.note_shared_vertex_in_block(block, lane);
                 }
                 let path = &self.paths[block.samples[lane] as usize];
-                set32(&mut room.beta, lane, path.beta);
+                set32(&mut shading.beta, lane, path.beta);
                 let [u0, u1, ..] = path.numbers.second();
-                (room.u[0].0[lane], room.u[1].0[lane]) = (u0, u1);
+                (shading.u[0].0[lane], shading.u[1].0[lane]) = (u0, u1);
                 match lights.get(block.lights[lane] as usize) {
                     [] => {}
-                    [one] => self.set_light(room, lane, one.as_ref()),
-                    _ => several |= 1 << lane,
+                    [one] => self.set_light(shading, lane, one.as_ref()),
+                    _ => resampled |= 1 << lane,
                 }
             }
             if lanes == 0 {
                 continue;
             }
-            if several != 0 {
-                self.choose_lights(block, room, lights, several);
+            if resampled != 0 {
+                self.choose_lights(block, shading, lights, resampled);
             }
-            dispatch(self.scene.instruction_set, shade::Shade { block, room });
-            for lane in bits(room.connects & lanes) {
-                self.connect_lane(block, room, lane);
+            dispatch(self.scene.instruction_set, shade::Shade { block, shading });
+            for lane in bits(shading.connects & lanes) {
+                self.connect_lane(block, shading, lane);
             }
-            for lane in bits(room.follows & lanes) {
-                self.follow_lane(block, room, lane, stats);
+            for lane in bits(shading.follows & lanes) {
+                self.follow_lane(block, shading, lane, stats);
             }
         }
     }
 
-    /// As `take_part`, for a lane.
-    fn take_part_in_block<K: shade::Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
+    /// As `note_shared_vertex`, for a lane.
+    fn note_shared_vertex_in_block<K: shade::Kind>(&mut self, block: &VertexBlock<K>, lane: usize) {
         let sample = block.samples[lane];
-        let (first, second) = (self.may_be_first(sample), self.may_lend(sample));
+        let (first, second) = (self.may_be_first(sample), self.may_donate(sample));
         let Some(f) = block.kind.lambert(lane).filter(|_| first || second) else { return };
         let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
         let side = if get(&block.direction, lane).dot(ng) < 0.0 { 1.0 } else { -1.0 };
@@ -283,76 +291,76 @@ impl<R: Record> PathBatch<'_, R> {
         if first {
             self.set_first(sample, FirstVertex { p, origin, from: block.from[lane], z: ng, ns: ng, ng, f });
         } else {
-            self.lend(sample, Reconnection { p, target: origin, ng, bent: None });
+            self.donate(sample, Reconnection { p, target: origin, ng, bent: None });
         }
     }
 
-    /// One of several lights for lanes, as `choose_light` takes it.
+    /// Chooses one of several light candidates for lanes, as `choose_light` does.
     fn choose_lights<K: shade::Kind>(
         &self,
         block: &VertexBlock<K>,
-        room: &mut Shading,
+        shading: &mut Shading,
         lights: &LightBatch,
         lanes: u8,
     ) {
         let candidate = |lane: usize, number: usize| {
             lights.get(block.lights[lane] as usize).get(number).and_then(Option::as_ref)
         };
-        let mut brought = [[0.0; LANES]; CANDIDATES];
-        for (number, brought) in brought.iter_mut().enumerate() {
+        let mut contributions = [[0.0; LANES]; CANDIDATES];
+        for (number, contributions) in contributions.iter_mut().enumerate() {
             for lane in bits(lanes) {
-                self.set_light(room, lane, candidate(lane, number));
+                self.set_light(shading, lane, candidate(lane, number));
             }
-            dispatch(self.scene.instruction_set, shade::Light { block, room });
-            for lane in bits(lanes & room.connects) {
-                brought[lane] = get32(&room.light, lane).luminance();
+            dispatch(self.scene.instruction_set, shade::Light { block, shading });
+            for lane in bits(lanes & shading.connects) {
+                contributions[lane] = get32(&shading.light, lane).luminance();
             }
         }
         for lane in bits(lanes) {
             let [u, ..] = self.paths[block.samples[lane] as usize].numbers.first();
-            match pick(&brought.map(|b| b[lane]), u) {
-                Some((taken, counts)) => {
-                    self.set_light(room, lane, candidate(lane, taken));
-                    room.counts.0[lane] = counts;
+            match resample(&contributions.map(|b| b[lane]), u) {
+                Some((chosen, resampling_weight)) => {
+                    self.set_light(shading, lane, candidate(lane, chosen));
+                    shading.resampling_weight.0[lane] = resampling_weight;
                 }
-                None => room.lit &= !(1 << lane),
+                None => shading.lit &= !(1 << lane),
             }
         }
     }
 
     #[inline]
-    fn set_light(&self, room: &mut Shading, lane: usize, lit: Option<&LightSample>) {
+    fn set_light(&self, shading: &mut Shading, lane: usize, lit: Option<&LightSample>) {
         let bit = 1 << lane;
         let Some(lit) = lit else {
-            room.lit &= !bit;
+            shading.lit &= !bit;
             return;
         };
-        room.lit |= bit;
+        shading.lit |= bit;
         let weighed = !lit.is_delta && self.settings.light_sampling == LightSampling::Both;
-        room.weighed = room.weighed & !bit | u8::from(weighed) << lane;
-        room.finite = room.finite & !bit | u8::from(lit.finite) << lane;
-        set(&mut room.to_light, lane, lit.to_light);
-        set32(&mut room.radiance, lane, lit.radiance);
-        room.light_pdf.0[lane] = lit.pdf;
+        shading.weighed = shading.weighed & !bit | u8::from(weighed) << lane;
+        shading.finite = shading.finite & !bit | u8::from(lit.finite) << lane;
+        set(&mut shading.to_light, lane, lit.to_light);
+        set32(&mut shading.radiance, lane, lit.radiance);
+        shading.light_pdf.0[lane] = lit.pdf;
     }
 
-    /// Sends the shadow ray of a lane.
+    /// Traces the shadow ray of a lane.
     #[inline]
-    fn connect_lane<K>(&mut self, block: &VertexBlock<K>, room: &Shading, lane: usize) {
+    fn connect_lane<K>(&mut self, block: &VertexBlock<K>, shading: &Shading, lane: usize) {
         let sample = block.samples[lane];
         let indirect = self.paths[sample as usize].bounces.total > 0;
-        let light = self.settings.clamped(get32(&room.light, lane), indirect);
-        let t_max = if room.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
-        let ray = Ray { t_max, ..Ray::new(get(&room.origin, lane), get(&room.shadow, lane)) };
+        let light = self.settings.clamped(get32(&shading.light, lane), indirect);
+        let t_max = if shading.finite >> lane & 1 == 1 { 1.0 } else { f64::INFINITY };
+        let ray = Ray { t_max, ..Ray::new(get(&shading.origin, lane), get(&shading.shadow, lane)) };
         self.shadows.push_ray(&ray, block.from[lane], sample, light);
     }
 
-    /// Goes on from a lane, if chance lets it.
+    /// Continues the path of a lane, unless Russian roulette ends it.
     #[inline]
     fn follow_lane<K: shade::Kind>(
         &mut self,
         block: &VertexBlock<K>,
-        room: &Shading,
+        shading: &Shading,
         lane: usize,
         stats: &mut RayStats,
     ) {
@@ -362,17 +370,17 @@ impl<R: Record> PathBatch<'_, R> {
         if self.strategy.is_some() {
             let (p, ng) = (block.flat_triangles.point(lane), block.flat_triangles.normal(lane));
             let first = path.bounces.total == 0;
-            let (wi, pdf) = (get(&room.next, lane), room.pdf.0[lane]);
-            let to = NextVertex { p, ng, wi, pdf, mirror: false, sharp: false, first };
-            self.note_back_of_lambert(sample, &to, -get(&block.direction, lane));
+            let (wi, pdf) = (get(&shading.next, lane), shading.pdf.0[lane]);
+            let to = NextVertex { p, ng, wi, pdf, is_delta: false, is_specular: false, from_camera: first };
+            self.update_reverse_pdf_lambert(sample, &to, -get(&block.direction, lane));
         }
         let path = &mut self.paths[sample as usize];
-        path.beta = get32(&room.beta_next, lane);
+        path.beta = get32(&shading.beta_next, lane);
         path.bounces = bounces;
         path.from_camera = false;
         path.specular_bounce = false;
         path.any_nonspecular = true;
-        path.pdf = room.pdf.0[lane];
+        path.pdf = shading.pdf.0[lane];
         if let Some(receiver) = block.receivers[lane] {
             path.origin = receiver;
         }
@@ -380,18 +388,18 @@ impl<R: Record> PathBatch<'_, R> {
             path.cone = footprint::leave_flat(pixel, path.cone, path.pdf);
         }
         stats.reflected += 1;
-        if let Some(survives) = self.settings.survival(path) {
+        if let Some(survival) = self.settings.survival(path) {
             let [.., u] = path.numbers.second();
-            let lives = u < f64::from(survives);
-            if !lives {
+            let survived = u < f64::from(survival);
+            if !survived {
                 return;
             }
-            path.beta *= 1.0 / survives;
+            path.beta *= 1.0 / survival;
         }
         if path.beta.is_black() {
             return;
         }
-        let ray = Ray::new(get(&room.origin, lane), get(&room.next, lane));
+        let ray = Ray::new(get(&shading.origin, lane), get(&shading.next, lane));
         self.next.push_ray(sample, &ray, block.from[lane]);
     }
 }
@@ -410,7 +418,7 @@ impl<K> Work for Surfaces<'_, K> {
     }
 }
 
-/// The numbers of the set bits.
+/// Indices of the set bits.
 #[inline]
 fn bits(mut mask: u8) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! Direct light and the way on at eight vertices.
+//! Direct light and next directions at eight vertices.
 
 use std::f64::consts::PI;
 
@@ -10,15 +10,15 @@ use crate::color::Spectrum;
 use crate::math::elementary_x8::sin_cos_turns;
 use crate::math::frame_x8::FrameX8;
 
-/// Colours, band by band.
+/// Colours, one register per band.
 type Bands<S> = [F32x8<S>; 3];
 
-/// The BSDFs of eight vertices, all of one kind: reflection by one lobe that is not a mirror's.
+/// The BSDFs of eight vertices with one non-delta reflection lobe each.
 pub(super) trait Kind: Default {
-    /// What samples go through.
+    /// The lobe that is sampled.
     const LOBE: Lobe;
 
-    /// The BRDF in a lane, if it is the same for all directions.
+    /// The BRDF of a lane, if it is Lambertian.
     fn lambert(&self, _: usize) -> Option<Spectrum> {
         None
     }
@@ -26,7 +26,7 @@ pub(super) trait Kind: Default {
     /// The BRDF and the density of directions above the surface.
     fn eval_pdf<S: Simd>(&self, simd: S, wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Bands<S>, F64x8<S>);
 
-    /// Directions to go on in, for two numbers each; some may lie below the surface.
+    /// Samples a direction per lane from two random numbers; some may lie below the surface.
     fn sample<S: Simd>(&self, simd: S, wo: Vec3x8<S>, u: [F64x8<S>; 2]) -> Vec3x8<S>;
 }
 
@@ -67,61 +67,62 @@ impl Kind for RoughMirrorBlock {
     }
 }
 
-/// Surfaces as they are seen.
-struct SurfaceBsdf<S: Simd> {
+/// Eight surfaces as the rays see them.
+struct SurfaceBlock<S: Simd> {
     p: Vec3x8<S>,
-    /// Where rays leave.
+    /// Origins of next rays.
     origin: Vec3x8<S>,
     frame: FrameX8<S>,
-    /// In the frame.
+    /// In the local frame.
     wo: Vec3x8<S>,
-    /// Which of them are seen at all.
+    /// Lanes that are not hit at grazing angles.
     front: Mask8<S>,
 }
 
-impl<S: Simd> SurfaceBsdf<S> {
+impl<S: Simd> SurfaceBlock<S> {
     #[inline(always)]
-    fn new<K>(simd: S, block: &VertexBlock<K>) -> SurfaceBsdf<S> {
+    fn new<K>(simd: S, block: &VertexBlock<K>) -> SurfaceBlock<S> {
         let splat = |v: f64| F64x8::splat(simd, v);
         let (p, error, ng) = block.flat_triangles.lanes(simd);
         let direction = Vec3x8::load(simd, &block.direction);
         let outside = direction.dot(ng).lt(splat(0.0));
         let frame = FrameX8::from_z(simd, ng).turned_unless(outside);
         let wo = frame.to_local(-direction);
-        // All rays leave on the side of the frame's z.
+        // All rays leave on the side of the frame's z axis.
         let side = outside.select(splat(4.0), splat(-4.0));
-        SurfaceBsdf { p, origin: p + ng * (side * error), frame, wo, front: wo.z.gt(splat(MIN_COSINE)) }
+        SurfaceBlock { p, origin: p + ng * (side * error), frame, wo, front: wo.z.gt(splat(MIN_COSINE)) }
     }
 
-    /// What lights that were sampled bring if nothing is in their way.
+    /// Unshadowed contributions of the sampled lights.
     #[inline(always)]
-    fn light<K: Kind>(&self, simd: S, kind: &K, room: &mut Shading) {
+    fn light<K: Kind>(&self, simd: S, kind: &K, shading: &mut Shading) {
         let splat = |v: f64| F64x8::splat(simd, v);
-        let (one, least) = (splat(1.0), splat(MIN_COSINE));
-        let to_light = Vec3x8::load(simd, &room.to_light);
+        let (one, min_cos) = (splat(1.0), splat(MIN_COSINE));
+        let to_light = Vec3x8::load(simd, &shading.to_light);
         let distance = to_light.dot(to_light).sqrt();
         let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
         let local = self.frame.to_local(wi);
         let (f, pdf) = kind.eval_pdf(simd, self.wo, local);
-        let light_pdf = F64x8::load(simd, &room.light_pdf);
+        let light_pdf = F64x8::load(simd, &shading.light_pdf);
         let r = pdf / light_pdf;
-        let weight = Mask8::new(simd, room.weighed).select(one / (one + r * r), one);
+        let weight = Mask8::new(simd, shading.weighed).select(one / (one + r * r), one);
         let k = (weight * local.z / light_pdf).narrow();
-        let light = times(times(times(load(simd, &room.beta), f), load(simd, &room.radiance)), [k, k, k]);
-        let counts = F32x8::load(simd, &room.counts);
-        let light = times(light, [counts, counts, counts]);
-        let lit = (self.front & local.z.gt(least)).and_not(dark(simd, f)).and_not(dark(simd, light));
-        room.connects = lit.bits() & room.lit;
-        store(light, &mut room.light);
-        let finite = Mask8::new(simd, room.finite);
-        Vec3x8::select(finite, self.p + to_light - self.origin, wi).store(&mut room.shadow);
+        let light = mul(mul(mul(load(simd, &shading.beta), f), load(simd, &shading.radiance)), [k, k, k]);
+        let resampling_weight = F32x8::load(simd, &shading.resampling_weight);
+        let light = mul(light, [resampling_weight, resampling_weight, resampling_weight]);
+        let lit =
+            (self.front & local.z.gt(min_cos)).and_not(is_black(simd, f)).and_not(is_black(simd, light));
+        shading.connects = lit.bits() & shading.lit;
+        store(light, &mut shading.light);
+        let finite = Mask8::new(simd, shading.finite);
+        Vec3x8::select(finite, self.p + to_light - self.origin, wi).store(&mut shading.shadow);
     }
 }
 
-/// Computes what the lights that were sampled bring to a block, and nothing else.
+/// Computes only the contributions of the sampled lights.
 pub(super) struct Light<'a, K> {
     pub(super) block: &'a VertexBlock<K>,
-    pub(super) room: &'a mut Shading,
+    pub(super) shading: &'a mut Shading,
 }
 
 impl<K: Kind> Work for Light<'_, K> {
@@ -129,15 +130,15 @@ impl<K: Kind> Work for Light<'_, K> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Light { block, room } = self;
-        SurfaceBsdf::new(simd, block).light(simd, &block.kind, room);
+        let Light { block, shading } = self;
+        SurfaceBlock::new(simd, block).light(simd, &block.kind, shading);
     }
 }
 
-/// Shades a block: as `PathBatch::scatter` and what that calls, operation by operation, for a frame around the geometric normal.
+/// Shades a block with the operations of `PathBatch::scatter` and its callees, for a frame around the geometric normal.
 pub(super) struct Shade<'a, K> {
     pub(super) block: &'a VertexBlock<K>,
-    pub(super) room: &'a mut Shading,
+    pub(super) shading: &'a mut Shading,
 }
 
 impl<K: Kind> Work for Shade<'_, K> {
@@ -145,24 +146,24 @@ impl<K: Kind> Work for Shade<'_, K> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Shade { block, room } = self;
+        let Shade { block, shading } = self;
         let splat = |v: f64| F64x8::splat(simd, v);
-        let (zero, least) = (splat(0.0), splat(MIN_COSINE));
-        let seen = SurfaceBsdf::new(simd, block);
-        seen.origin.store(&mut room.origin);
-        seen.light(simd, &block.kind, room);
-        let SurfaceBsdf { frame, wo, front, .. } = seen;
-        let beta = load(simd, &room.beta);
-        let u = [F64x8::load(simd, &room.u[0]), F64x8::load(simd, &room.u[1])];
+        let (zero, min_cos) = (splat(0.0), splat(MIN_COSINE));
+        let seen = SurfaceBlock::new(simd, block);
+        seen.origin.store(&mut shading.origin);
+        seen.light(simd, &block.kind, shading);
+        let SurfaceBlock { frame, wo, front, .. } = seen;
+        let beta = load(simd, &shading.beta);
+        let u = [F64x8::load(simd, &shading.u[0]), F64x8::load(simd, &shading.u[1])];
         let local = block.kind.sample(simd, wo, u);
         let (f, pdf) = block.kind.eval_pdf(simd, wo, local);
         let next = frame.to_world(local);
-        next.store(&mut room.next);
-        pdf.store(&mut room.pdf);
+        next.store(&mut shading.next);
+        pdf.store(&mut shading.pdf);
         let k = (local.z / pdf).narrow();
-        store(times(times(beta, f), [k, k, k]), &mut room.beta_next);
-        let dense = pdf.gt(zero) & pdf.lt(splat(f64::INFINITY));
-        room.follows = (front & local.z.gt(least) & dense & next.dot(frame.z).gt(zero)).bits();
+        store(mul(mul(beta, f), [k, k, k]), &mut shading.beta_next);
+        let valid_pdf = pdf.gt(zero) & pdf.lt(splat(f64::INFINITY));
+        shading.follows = (front & local.z.gt(min_cos) & valid_pdf & next.dot(frame.z).gt(zero)).bits();
     }
 }
 
@@ -172,12 +173,12 @@ fn load<S: Simd>(simd: S, [r, g, b]: &[Block32; 3]) -> Bands<S> {
 }
 
 #[inline(always)]
-fn times<S: Simd>([a, b, c]: Bands<S>, [x, y, z]: Bands<S>) -> Bands<S> {
+fn mul<S: Simd>([a, b, c]: Bands<S>, [x, y, z]: Bands<S>) -> Bands<S> {
     [a * x, b * y, c * z]
 }
 
 #[inline(always)]
-fn dark<S: Simd>(simd: S, [r, g, b]: Bands<S>) -> Mask8<S> {
+fn is_black<S: Simd>(simd: S, [r, g, b]: Bands<S>) -> Mask8<S> {
     let none = F32x8::splat(simd, 0.0);
     r.eq(none) & g.eq(none) & b.eq(none)
 }

@@ -1,4 +1,5 @@
-//! Numbers that mean nothing, and scenes without light: each gives an error that says so, or a defined picture and a warning.
+//! Parameters that are out of range or non-finite, and scenes without light: each gives a clear error, or a defined
+//! image and a warning.
 
 use std::sync::Arc;
 
@@ -17,12 +18,12 @@ use crate::schema::{Asset, ColorSource, ImageId, MaterialId, MeshData, WarningKi
 use crate::shape::{CylinderDesc, ShapeDesc};
 use crate::testing::scenes::{grey, path, rectangle, render_with, rgb, sphere, v};
 
-/// Nothing, seen from the front by 8 × 8 pixels.
+/// An empty scene, seen from the front, 8 × 8 pixels.
 fn small() -> SceneDesc {
     path(PathDesc { rr_start: 1000, ..PathDesc::default() }).filmed([8, 8], 16).seen_from_front(4.0, 10.0)
 }
 
-/// With a sphere of such a material.
+/// Adds a sphere with the material.
 fn ball(mut desc: SceneDesc, material: MaterialDesc) -> SceneDesc {
     let material = desc.material(material);
     desc.with_shared(sphere(DVec3::ZERO, 1.0), material)
@@ -40,15 +41,15 @@ fn emissive(strength: f64) -> MaterialDesc {
     MaterialDesc::Emissive(EmissiveMaterial { strength, ..EmissiveMaterial::default() })
 }
 
-/// What preparing and judging say about it, notes left out.
-fn said(desc: &SceneDesc) -> Vec<String> {
+/// The warnings of preparation and lint, without notes.
+fn warnings(desc: &SceneDesc) -> Vec<String> {
     let prepared = desc.prepare(&Default::default()).unwrap();
     let judged = lint(desc, &prepared);
     let loud = prepared.warnings.iter().chain(&judged).filter(|w| w.kind != WarningKind::Note);
     loud.map(|w| w.message.clone()).collect()
 }
 
-/// The mean of the first band; rendering itself counts what is no finite number, and fails.
+/// Mean of the red channel. Rendering itself counts non-finite samples and fails.
 fn brightness(desc: &SceneDesc) -> f64 {
     let picture = render_with(desc, 2, u32::MAX).0;
     assert!(picture.linear.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
@@ -56,12 +57,12 @@ fn brightness(desc: &SceneDesc) -> f64 {
 }
 
 #[track_caller]
-fn has(messages: &[String], words: &str) {
-    assert!(messages.iter().any(|m| m.contains(words)), "{words}: {messages:?}");
+fn has(messages: &[String], text: &str) {
+    assert!(messages.iter().any(|m| m.contains(text)), "{text}: {messages:?}");
 }
 
 #[test]
-fn colours_above_one_count_as_one_and_are_counted() {
+fn colours_above_one_are_clamped_and_counted() {
     let lit = || small().before(1.0);
     for material in [
         matte(rgb([5.0, 3.0, 2.0])),
@@ -81,47 +82,47 @@ fn colours_above_one_count_as_one_and_are_counted() {
         MaterialDesc::Dielectric(DielectricMaterial { color: grey(20.0), ..DielectricMaterial::default() }),
     ] {
         let desc = ball(lit(), material.clone());
-        has(&said(&desc), "colours of materials are above 1");
+        has(&warnings(&desc), "colours of materials are above 1");
         let seen = brightness(&desc);
         assert!(seen > 0.5 && seen <= 1.002, "{material:?}: {seen}");
     }
     let two = ball(ball(lit(), matte(grey(2.0))), matte(grey(3.0)));
-    has(&said(&two), "2 colours of materials are above 1");
-    // White by rounding is white.
-    assert!(said(&ball(lit(), matte(grey(1.00001)))).is_empty());
+    has(&warnings(&two), "2 colours of materials are above 1");
+    // A value above 1 by rounding is no error.
+    assert!(warnings(&ball(lit(), matte(grey(1.00001)))).is_empty());
 }
 
 #[test]
-fn emission_that_is_no_light_is_none() {
+fn invalid_emission_counts_as_none() {
     let with = |luminance: f64, color: [f32; 3]| {
-        let shines = PrincipledMaterial {
+        let emitter = PrincipledMaterial {
             emission_luminance: luminance,
             emission_color: ColorSource::Constant(Spectrum::from(color)),
             ..EmissiveMaterial::default().principled()
         };
-        ball(small().before(0.25), principled(shines))
+        ball(small().before(0.25), principled(emitter))
     };
     for (luminance, color) in
         [(-1.0, [1.0; 3]), (f64::NAN, [1.0; 3]), (1.0, [f32::NAN, -1.0, f32::NEG_INFINITY])]
     {
         let desc = with(luminance, color);
-        has(&said(&desc), "emission of 1 materials");
+        has(&warnings(&desc), "emission of 1 materials");
         assert!(brightness(&desc) == 0.0, "{luminance} {color:?}");
     }
-    // As bright as can be counted, but a number.
+    // Clamped to the largest representable emission, but finite.
     for desc in [with(1e300, [1e38; 3]), with(f64::INFINITY, [f32::INFINITY; 3])] {
-        has(&said(&desc), "emission of 1 materials");
+        has(&warnings(&desc), "emission of 1 materials");
         let picture = render_with(&desc, 2, u32::MAX).0;
         assert!(picture.linear.iter().all(|p| p[0].is_finite() && p[0] > 1e9));
     }
 }
 
-/// A principled material of such an index of refraction and roughness.
+/// A principled material with this index of refraction and roughness.
 fn of_index(specular_ior: f64, roughness: f64) -> PrincipledMaterial {
     PrincipledMaterial { specular_ior, specular_roughness: grey(roughness), ..PrincipledMaterial::default() }
 }
 
-/// Materials at the ends of what they may be, with the least that such a sphere shows of a white background.
+/// Materials at the limits of their parameters, with the minimum that a sphere of each shows of a white background.
 fn extremes() -> Vec<(MaterialDesc, f64)> {
     let white = || PrincipledMaterial { base_color: grey(1.0), ..PrincipledMaterial::default() };
     let glass = |material| PrincipledMaterial { transmission_weight: grey(1.0), ..material };
@@ -143,7 +144,7 @@ fn extremes() -> Vec<(MaterialDesc, f64)> {
         thin_film_thickness: grey(0.0),
         ..PrincipledMaterial::default()
     };
-    // An index of 0 is a perfect mirror, as glTF has it.
+    // An index of 0 is a perfect mirror, as in glTF.
     vec![
         (principled(of_index(0.0, 0.0)), 0.999),
         (principled(of_index(0.0, 1.0)), 0.6),
@@ -169,8 +170,8 @@ fn indices_and_roughnesses_at_the_ends_of_their_ranges() {
     }
 }
 
-/// A matte sphere in an environment of 4 × 2 pixels.
-fn surrounded(pixels: [f32; 24]) -> SceneDesc {
+/// A matte sphere in an environment map of 4 × 2 pixels.
+fn in_environment(pixels: [f32; 24]) -> SceneDesc {
     let mut desc = ball(small(), matte(grey(0.5)));
     let image = Image { width: 4, height: 2, channels: 3, pixels: Pixels::F32(pixels.to_vec()) };
     desc.images.push(Asset { uri: "sky.hdr".into(), data: Arc::new(image) });
@@ -178,24 +179,24 @@ fn surrounded(pixels: [f32; 24]) -> SceneDesc {
 }
 
 #[test]
-fn environments_without_light_and_with_numbers_that_are_none() {
-    let black = surrounded([0.0; 24]);
-    let words = said(&black);
-    has(&words, "environment is black");
-    has(&words, "nothing in the scene shines");
+fn black_and_non_finite_environments() {
+    let black = in_environment([0.0; 24]);
+    let text = warnings(&black);
+    has(&text, "environment is black");
+    has(&text, "nothing in the scene shines");
     assert!(brightness(&black) == 0.0);
 
     let mut some = [1.0; 24];
     (some[0], some[4], some[11]) = (f32::NAN, f32::INFINITY, -3.0);
-    let some = surrounded(some);
-    has(&said(&some), "3 pixels of the environment");
+    let some = in_environment(some);
+    has(&warnings(&some), "3 pixels of the environment");
     let seen = brightness(&some);
     assert!(seen > 0.3 && seen < 0.5, "{seen}");
 
-    let none = surrounded([f32::NAN; 24]);
-    let words = said(&none);
-    has(&words, "8 pixels of the environment");
-    has(&words, "environment is black");
+    let none = in_environment([f32::NAN; 24]);
+    let text = warnings(&none);
+    has(&text, "8 pixels of the environment");
+    has(&text, "environment is black");
     assert!(brightness(&none) == 0.0);
 }
 
@@ -207,34 +208,34 @@ fn lights_without_area() {
     let flat = |(edge_u, edge_v)| {
         LightDesc::Rectangle(RectangleLightDesc { center, edge_u, edge_v, ..RectangleLightDesc::default() })
     };
-    let faceless = DiskLightDesc { center, normal: DVec3::ZERO, ..DiskLightDesc::default() };
-    for (light, words) in [
+    let degenerate = DiskLightDesc { center, normal: DVec3::ZERO, ..DiskLightDesc::default() };
+    for (light, text) in [
         (flat(parallel), "no area"),
         (flat((DVec3::ZERO, DVec3::Z)), "no area"),
-        (LightDesc::Disk(faceless), "must not be zero"),
+        (LightDesc::Disk(degenerate), "must not be zero"),
     ] {
         let error = refused(ball(small(), matte(grey(0.8))).lit(light.clone()));
-        assert!(error.contains(words), "{light:?}: {error}");
+        assert!(error.contains(text), "{light:?}: {error}");
     }
     let end = v(1.0, 0.0, 0.0);
     let tube = CylinderDesc { from: end, to: end, ..CylinderDesc::default() };
-    for (shape, words) in [
+    for (shape, text) in [
         (rectangle(DVec3::ZERO, parallel.0, parallel.1), "rectangle"),
         (ShapeDesc::Cylinder(tube), "two points"),
     ] {
         let mut desc = small();
-        let lamp = desc.material(emissive(1.0));
-        let error = refused(desc.with_shared(shape.clone(), lamp));
-        assert!(error.contains(words), "{shape:?}: {error}");
+        let emitter = desc.material(emissive(1.0));
+        let error = refused(desc.with_shared(shape.clone(), emitter));
+        assert!(error.contains(text), "{shape:?}: {error}");
     }
-    // Triangles without area among others, and alone: there is nothing to hit and nothing to sample.
+    // Degenerate triangles among others, and alone: there is nothing to hit or to sample.
     let mesh = |triangles: &[[u32; 3]]| {
         let mut desc = small().before(0.5);
         let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let mesh =
             desc.mesh(MeshData { positions: corners, triangles: triangles.into(), ..MeshData::default() });
-        let (lamp, white) = (desc.material(emissive(1.0)), desc.material(matte(grey(0.8))));
-        desc.with_shared(mesh, lamp).with_shared(sphere(v(0.0, -1.2, 0.0), 1.0), white)
+        let (emitter, white) = (desc.material(emissive(1.0)), desc.material(matte(grey(0.8))));
+        desc.with_shared(mesh, emitter).with_shared(sphere(v(0.0, -1.2, 0.0), 1.0), white)
     };
     let both = mesh(&[[0, 1, 2], [0, 1, 3], [1, 1, 1]]);
     assert!(brightness(&both) > 0.4);
@@ -243,12 +244,12 @@ fn lights_without_area() {
     assert!(seen > 0.3 && seen < 0.51, "{seen}");
 }
 
-/// A light above.
+/// A point light above the scene.
 fn point(intensity: f64) -> LightDesc {
     LightDesc::Point(PointDesc { position: v(0.0, 5.0, 0.0), intensity, ..PointDesc::default() })
 }
 
-/// Scenes with some light, of every kind.
+/// Lit scenes, one for each kind of light.
 fn with_light() -> Vec<SceneDesc> {
     let white = || ball(small(), matte(grey(0.8)));
     let unlit = PrincipledMaterial { unlit: true, ..PrincipledMaterial::default() };
@@ -275,27 +276,27 @@ fn with_light() -> Vec<SceneDesc> {
 }
 
 #[test]
-fn scenes_without_light_say_so_and_others_do_not() {
+fn only_scenes_without_light_give_a_warning() {
     let dark = "nothing in the scene shines";
     let white = || ball(small(), matte(grey(0.8)));
-    has(&said(&white()), dark);
-    has(&said(&white().lit(point(0.0))), dark);
+    has(&warnings(&white()), dark);
+    has(&warnings(&white().lit(point(0.0))), dark);
     let ambient = AmbientDesc { intensity: 0.0, ..AmbientDesc::default() };
-    has(&said(&white().lit(LightDesc::Ambient(ambient))), dark);
-    has(&said(&ball(small(), emissive(0.0))), dark);
-    // Defined, and added to no matter: not even the number of lights is 0 by accident.
+    has(&warnings(&white().lit(LightDesc::Ambient(ambient))), dark);
+    has(&warnings(&ball(small(), emissive(0.0))), dark);
+    // The result is defined: the number of lights does not become 0 in a division.
     assert_eq!(brightness(&white()), 0.0);
 
     for lit in with_light() {
-        assert!(said(&lit).is_empty(), "{lit:?}: {:?}", said(&lit));
+        assert!(warnings(&lit).is_empty(), "{lit:?}: {:?}", warnings(&lit));
     }
-    // The classic integrator's surfaces do not see the background as light.
+    // Surfaces are not lit by the background in the classic integrator.
     let classic = || {
         let mut desc = SceneDesc::default().before(1.0);
         desc.objects.push(ObjectDesc::new(sphere(DVec3::ZERO, 1.0)));
         desc
     };
-    has(&said(&classic()), "the scene has no [[light]]");
-    has(&said(&classic().lit(point(0.0))), "all lights of the scene are black");
-    assert!(said(&ball(SceneDesc::default(), emissive(1.0))).is_empty());
+    has(&warnings(&classic()), "the scene has no [[light]]");
+    has(&warnings(&classic().lit(point(0.0))), "all lights of the scene are black");
+    assert!(warnings(&ball(SceneDesc::default(), emissive(1.0))).is_empty());
 }

@@ -1,4 +1,4 @@
-//! Light that mirrors and glass gather, found in every way: all give the same picture.
+//! Caustics, found by every strategy: all give the same image.
 
 use std::f64::consts::PI;
 
@@ -17,16 +17,16 @@ fn metal(roughness: f64) -> PrincipledMaterial {
     MetalMaterial { roughness: grey(roughness), ..MetalMaterial::default() }.principled()
 }
 
-fn lamp() -> PrincipledMaterial {
+fn emitter() -> PrincipledMaterial {
     emissive(4.0, grey(1.0))
 }
 
-/// A level square.
+/// A horizontal square.
 fn level(center: DVec3, edge: f64) -> ShapeDesc {
     rectangle(center, v(edge, 0.0, 0.0), v(0.0, 0.0, edge))
 }
 
-/// A ball of glass, one of polished and one of brushed metal in the corner of a room.
+/// A glass ball, polished metal and brushed metal in the corner of a room.
 fn table(desc: PathDesc) -> SceneDesc {
     let wall = || matte(rgb([0.7, 0.6, 0.5]));
     let back = PlaneDesc { point: v(0.0, 0.0, -2.0), normal: DVec3::Z };
@@ -46,30 +46,30 @@ fn table(desc: PathDesc) -> SceneDesc {
         .with(ShapeDesc::Cylinder(drum), metal(0.25))
 }
 
-/// The table in some light, its light found in such a way.
-fn found(samples: u32, desc: PathDesc, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
+/// Mean of the table under the given light.
+fn mean_lit(samples: u32, desc: PathDesc, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
     mean_of(24, samples, lit(table(PathDesc { max_depth: 6, ..desc })))
 }
 
 fn estimate(samples: u32, caustics: Caustics, lit: impl Fn(SceneDesc) -> SceneDesc) -> Mean {
-    found(samples, PathDesc { caustics, ..PathDesc::default() }, lit)
+    mean_lit(samples, PathDesc { caustics, ..PathDesc::default() }, lit)
 }
 
-/// Metal polished, but no mirror: it gathers light by a narrow lobe, and shows what others gather.
+/// Polished metal that is no perfect mirror: its narrow lobe forms caustics and reflects those of other objects.
 #[test]
 fn of_polished_metal() {
     let lit = |desc: SceneDesc| {
         let tube =
             CylinderDesc { from: v(-0.2, 0.0, 0.4), to: v(-0.2, 0.4, 0.4), radius: 0.35, capped: false };
-        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), lamp())
+        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), emitter())
             .with(sphere(v(0.1, 0.35, 0.9), 0.35), metal(0.12))
             .with(ShapeDesc::Cylinder(tube), metal(0.12))
     };
     let specular_bounce = estimate(256, Caustics::Off, lit);
     specular_bounce.agrees(&estimate(64, Caustics::LightTracing, lit), 0.02);
-    // In so small a picture photons would be blurred over the whole of it.
+    // At this resolution the default radius would blur photons over the entire image.
     let photons = PathDesc { caustics: Caustics::Full, photon_radius: Some(0.03), ..PathDesc::default() };
-    specular_bounce.agrees(&found(64, photons, lit), 0.02);
+    specular_bounce.agrees(&mean_lit(64, photons, lit), 0.02);
 }
 
 /// Camera paths alone, with light paths, and with photons.
@@ -80,15 +80,15 @@ fn all_agree(lit: impl Fn(SceneDesc) -> SceneDesc, off: u32, tolerance: f64) {
 }
 
 #[test]
-fn of_shapes_that_shine() {
+fn of_area_lights() {
     let lit = |desc: SceneDesc| {
-        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), lamp()).with(sphere(v(1.8, 1.6, 0.5), 0.5), lamp())
+        desc.with(level(v(-0.5, 2.6, 0.5), 1.4), emitter()).with(sphere(v(1.8, 1.6, 0.5), 0.5), emitter())
     };
     all_agree(lit, 256, 0.02);
 }
 
 #[test]
-fn of_light_from_around() {
+fn of_infinite_lights() {
     let lit = |desc: SceneDesc| {
         let around =
             EnvironmentDesc { rotation: 40.0, tint: [1.0, 0.8, 0.6].into(), ..EnvironmentDesc::studio() };
@@ -103,9 +103,9 @@ fn of_light_from_around() {
     all_agree(lit, 256, 0.02);
 }
 
-/// A small ball that shines is a point to the rest; camera paths never find points behind glass, light paths do.
+/// A small emissive ball is nearly a point light. Camera paths never find point lights behind glass, light paths do.
 #[test]
-fn of_points() {
+fn of_point_lights() {
     let at = v(0.5, 2.4, 1.0);
     let ball = |desc: SceneDesc| desc.with(sphere(at, 0.05), emissive(400.0, grey(1.0)));
     // Radiant intensity π r² L.
@@ -116,7 +116,7 @@ fn of_points() {
     };
     let ball = estimate(128, Caustics::LightTracing, ball);
     let point_light = estimate(128, Caustics::LightTracing, point);
-    // The ball blocks a little light of its own, and is seen in mirrors.
+    // The ball itself blocks a little light and is visible in mirrors.
     ball.agrees(&point_light, 0.03);
     let without = estimate(128, Caustics::Off, point);
     let (without, with) = (without.value()[1], point_light.value()[1]);
@@ -124,7 +124,7 @@ fn of_points() {
 }
 
 #[test]
-fn through_panes_and_with_many_lamps() {
+fn through_panes_and_with_many_lights() {
     let lit = |desc: SceneDesc| {
         let pane = PrincipledMaterial {
             transmission_weight: grey(1.0),
@@ -132,10 +132,10 @@ fn through_panes_and_with_many_lamps() {
             specular_roughness: grey(0.0),
             ..PrincipledMaterial::default()
         };
-        // More than a table holds: a tree chooses.
+        // More lights than a table holds: the light tree chooses.
         (0..70).fold(desc.with(level(v(0.0, 2.2, 0.5), 4.0), pane), |desc, i| {
             let (x, z) = (f64::from(i % 10) * 0.3 - 1.5, f64::from(i / 10) * 0.3 - 0.5);
-            desc.with(sphere(v(x, 2.8, z), 0.12), lamp())
+            desc.with(sphere(v(x, 2.8, z), 0.12), emitter())
         })
     };
     all_agree(lit, 256, 0.02);
@@ -146,7 +146,7 @@ fn any_number_of_threads_and_any_split_into_passes() {
     for caustics in [Caustics::LightTracing, Caustics::Full] {
         let mut desc = table(PathDesc { caustics, ..PathDesc::default() })
             .filmed([80, 50], 5)
-            .with(level(v(-0.5, 2.6, 0.5), 0.6), lamp());
+            .with(level(v(-0.5, 2.6, 0.5), 0.6), emitter());
         desc.film.filter = FilterKind::Gaussian;
         let bits = |threads, pass| {
             let picture = render_with(&desc, threads, pass).0;

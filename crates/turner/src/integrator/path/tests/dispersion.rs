@@ -1,4 +1,4 @@
-//! Glass that bends colours differently.
+//! Dispersion.
 
 use crate::description::ObjectDesc;
 use crate::integrator::{LightSampling, PathDesc};
@@ -10,7 +10,7 @@ use crate::shape::ShapeDesc;
 use crate::testing::scenes::{cuboid, emissive, grey, mean, path, rectangle, sphere, v};
 use crate::texture::{GradientDesc, TextureDesc};
 
-/// Indices of the three bands for n_d = 1.5 and an Abbe number of 10: Cauchy's formula at 611.4, 549.1 and 464.3 nm.
+/// Indices of the three bands for n_d = 1.5 and an Abbe number of 10: Cauchy's equation at 611.4, 549.1 and 464.3 nm.
 fn indices() -> [f64; 3] {
     let inverse2 = |l: f64| 1.0 / (l * l);
     let b = 0.5 / (10.0 * (inverse2(0.48613) - inverse2(0.65627)));
@@ -36,7 +36,8 @@ fn wall() -> ShapeDesc {
 
 #[test]
 fn each_band_is_shifted_by_its_own_index() {
-    // A slab turned by 50 degrees shifts what is behind it; behind it is a slope of light. All ways in and out by refraction alone count.
+    // A slab rotated by 50 degrees shifts what is behind it, here a linear gradient. Only paths that refract in and out
+    // count.
     let (angle, thickness): (f64, f64) = (50f64.to_radians(), 2.0);
     let mut desc = path(PathDesc { max_depth: 2, ..PathDesc::default() }).seen_from_front(10.0, 0.001);
     let slope = desc.texture(TextureDesc::Gradient(GradientDesc::default()));
@@ -57,7 +58,7 @@ fn each_band_is_shifted_by_its_own_index() {
     let seen = mean(1024, desc);
     let side = usize::from(seen.value()[1] < 0.5 * expected[1][0] + 0.5 * expected[1][1]);
     seen.is(expected.map(|e| e[side]), 0.01);
-    // The bands differ by far more than that.
+    // The bands differ by far more than the tolerance.
     assert!((seen.value()[2] - seen.value()[0]).abs() > 0.01 * seen.value()[0], "{seen:?}");
 }
 
@@ -75,7 +76,7 @@ fn a_slab_seen_head_on_passes_each_band_by_its_index() {
 }
 
 #[test]
-fn clear_glass_takes_nothing_from_light_all_around() {
+fn clear_glass_passes_a_furnace() {
     for (roughness, most, least) in [(0.0, 1.0002, 0.9998), (0.4, 1.003, 0.95)] {
         let desc = path(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() })
             .before(1.0)
@@ -93,7 +94,7 @@ fn clear_glass_takes_nothing_from_light_all_around() {
 }
 
 #[test]
-fn rough_dispersive_glass_is_lit_alike_by_both_ways_of_finding_light() {
+fn rough_dispersive_glass_is_the_same_by_both_strategies() {
     let lit = |light_sampling| {
         path(PathDesc { max_depth: 4, light_sampling, ..PathDesc::default() })
             .seen_from_front(4.0, 0.001)

@@ -1,4 +1,4 @@
-//! The same light found in different ways.
+//! The same light by different estimators.
 
 use crate::description::SceneDesc;
 use crate::integrator::{Caustics, LightSampling, PathDesc};
@@ -20,7 +20,7 @@ fn metal(base_color: ColorSource, roughness: f64) -> PrincipledMaterial {
     }
 }
 
-/// A floor, a wall, a ball of metal and three lamps.
+/// A floor, a wall, a metal ball and three lights.
 fn room(desc: PathDesc) -> SceneDesc {
     let wall = || PrincipledMaterial { base_color: rgb([0.7, 0.6, 0.5]), ..PrincipledMaterial::default() };
     let lamp = || emissive(5.0, grey(1.0));
@@ -49,9 +49,9 @@ fn with_and_without_light_sampling() {
     both.agrees(&light, 0.03);
 }
 
-/// Where mirrors look at several lights before one is followed: flat ones that are shaded in blocks, and round ones.
+/// Light resampling on rough mirrors: flat ones that are shaded in SIMD blocks, and round ones.
 #[test]
-fn one_of_several_lights_stands_for_all() {
+fn resampled_lights_keep_the_mean() {
     let with = |samples, light_sampling| {
         let caustics = Caustics::Off;
         let mut desc = path(PathDesc { max_depth: 3, caustics, light_sampling, ..PathDesc::default() })
@@ -65,7 +65,7 @@ fn one_of_several_lights_stands_for_all() {
             });
             desc = desc.with(plate, metal(rgb([0.9, 0.8, 0.5]), roughness));
         }
-        // Something in the way of some light, too.
+        // With an occluder for some of the light.
         let desc = desc
             .with(sphere(v(-1.0, 0.8, -1.0), 0.1), emissive(40.0, grey(1.0)))
             .with(sphere(v(0.0, 0.9, -1.0), 0.3), emissive(10.0, grey(1.0)))
@@ -99,7 +99,7 @@ fn russian_roulette_changes_no_mean() {
 }
 
 #[test]
-fn a_clamp_takes_light_away_and_only_indirect_light() {
+fn a_clamp_removes_indirect_light_only() {
     let clamped = |max_depth, clamp_indirect| {
         estimate(4, room(PathDesc { max_depth, clamp_indirect, ..PathDesc::default() }))
     };

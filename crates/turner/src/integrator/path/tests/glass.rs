@@ -1,4 +1,4 @@
-//! Smooth glass: what passes, what is absorbed, solids in one another.
+//! Smooth glass: transmission, absorption, nested solids.
 
 use crate::description::SceneDesc;
 use crate::integrator::PathDesc;
@@ -8,16 +8,16 @@ use crate::shape::ShapeDesc;
 use crate::testing::scenes::{Mean, cuboid, emissive, grey, mean, path, rectangle, rgb, v};
 use crate::texture::{CheckerboardDesc, TextureDesc};
 
-/// Looks along the z axis, from 10.
-fn looking(desc: PathDesc) -> SceneDesc {
+/// A camera that looks along the z axis, from distance 10.
+fn along_z(desc: PathDesc) -> SceneDesc {
     path(desc).seen_from_front(10.0, 0.001)
 }
 
 fn empty() -> SceneDesc {
-    looking(PathDesc { max_depth: 200, ..PathDesc::default() })
+    along_z(PathDesc { max_depth: 200, ..PathDesc::default() })
 }
 
-/// Looks at a wall that shines with 1, through what is between; all else is black.
+/// A wall with emission 1, seen through `between`; everything else is black.
 fn through(between: SceneDesc) -> Mean {
     let wall = rectangle(v(0.0, 0.0, -10.0), v(9.0, 0.0, 0.0), v(0.0, 9.0, 0.0));
     mean(256, between.with(wall, emissive(1.0, grey(1.0))))
@@ -32,7 +32,7 @@ fn glass(ior: f64) -> PrincipledMaterial {
     }
 }
 
-/// Glass of the index 1.5 that leaves such a colour of light after 4.
+/// Glass of index 1.5 that transmits this colour over a distance of 4.
 fn tinted(color: ColorSource) -> PrincipledMaterial {
     PrincipledMaterial { transmission_color: color, transmission_depth: 4.0, ..glass(1.5) }
 }
@@ -47,12 +47,13 @@ fn reflectance(a: f64, b: f64) -> f64 {
     ((a - b) / (a + b)).powi(2)
 }
 
-/// Of a slab with reflecting faces r and s and the share a left after one way through it, all ways between them counted.
+/// Transmission of a slab with face reflectances r and s and internal transmittance a, all internal reflections
+/// included.
 fn passes(r: f64, s: f64, a: f64) -> f64 {
     (1.0 - r) * (1.0 - s) * a / (1.0 - r * s * a * a)
 }
 
-/// Of a slab of the index 1.5, two thick, that is tinted.
+/// Transmission of a tinted slab of index 1.5 and thickness 2.
 fn passes_tinted() -> [f64; 3] {
     let r = reflectance(1.0, 1.5);
     TINT.map(|c| passes(r, r, c.powf(2.0 / 4.0)))
@@ -67,11 +68,11 @@ fn a_slab_passes_what_its_faces_do_not_reflect() {
 }
 
 #[test]
-fn glass_absorbs_with_the_way_inside() {
+fn glass_absorbs_along_the_path() {
     through(empty().with(slab([-1.0, 1.0]), tinted(rgb(TINT)))).is(passes_tinted(), 0.01);
 }
 
-/// A texture counts as it is where light enters.
+/// A texture is evaluated where light enters.
 #[test]
 fn glass_absorbs_by_its_texture() {
     let mut desc = empty();
@@ -88,11 +89,11 @@ fn solids_of_one_material_are_one_where_they_overlap() {
     through(both).is(passes_tinted(), 0.01);
 }
 
-/// A drink that reaches into its glass: the boundary between them is the glass's.
+/// A liquid that overlaps its glass: the boundary between them is that of the glass.
 #[test]
-fn where_solids_overlap_the_denser_one_is_there() {
+fn the_denser_of_overlapping_solids_has_priority() {
     let (air, between) = (reflectance(1.0, 1.5), reflectance(1.5, 1.33));
-    // Glass from 1 to 2, water from −2 to 1.3 or exactly to 1: the rays see glass, then water.
+    // Glass from 1 to 2, water from −2 to 1.3 or exactly to 1: rays see glass, then water.
     let overlapping =
         through(empty().with(slab([1.0, 2.0]), glass(1.5)).with(slab([-2.0, 1.3]), glass(1.33)));
     let wet = reflectance(1.33, 1.0);
@@ -105,8 +106,8 @@ fn where_solids_overlap_the_denser_one_is_there() {
 
 #[test]
 fn rays_pass_thin_walls_and_hundreds_of_shells() {
-    // A shell is glass outside and air inside: 64 of them in one another, with a clear material that reflects nothing.
-    let mut desc = looking(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }).before(1.0);
+    // 64 nested shells of glass with air inside, of a clear material that reflects nothing.
+    let mut desc = along_z(PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }).before(1.0);
     let clear = PrincipledMaterial { specular_weight: grey(0.0), ..glass(1.5) };
     let clear = desc.material(MaterialDesc::Principled(clear));
     for i in 0..64 {

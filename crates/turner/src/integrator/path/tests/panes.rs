@@ -1,4 +1,4 @@
-//! Thin clear panes: lights are found through them by sampling.
+//! Thin clear panes: light sampling finds lights through them.
 
 use std::f64::consts::PI;
 
@@ -20,24 +20,24 @@ fn pane() -> PrincipledMaterial {
         .principled()
 }
 
-/// A level square at that height.
+/// A horizontal square at this height.
 fn level(height: f64, edge: f64) -> ShapeDesc {
     rectangle(v(0.0, height, 0.0), v(edge, 0.0, 0.0), v(0.0, 0.0, edge))
 }
 
-/// All reflections between the two faces of a pane that lets the share c through: what comes out behind.
+/// Transmission of a pane, all reflections between its two faces included. The pane itself transmits the fraction c.
 fn passes(r: f64, c: f64) -> f64 {
     (1.0 - r) * (1.0 - r) * c / (1.0 - r * r * c * c)
 }
 
-/// A white floor, directly lit.
+/// A white floor with direct light.
 fn white_floor() -> SceneDesc {
     path(PathDesc { max_depth: 1, ..PathDesc::default() }).seen_down().with(plane(), matte(grey(1.0)))
 }
 
 #[test]
-fn a_point_light_shines_through_panes() {
-    // Two panes straight on.
+fn a_point_light_through_panes() {
+    // Two panes at normal incidence.
     let light = PointDesc {
         position: v(0.0, 3.0, 0.0),
         intensity: 9.0,
@@ -51,10 +51,10 @@ fn a_point_light_shines_through_panes() {
     mean(16, desc).is(TINT.map(|c| passes(0.04, c).powi(2) / PI), 0.0);
 }
 
-/// A floor under a slanted pane and a lamp.
-fn room(way: LightSampling, depth: u32, pane: MaterialDesc) -> SceneDesc {
+/// A floor under a tilted pane and a light.
+fn room(strategy: LightSampling, depth: u32, pane: MaterialDesc) -> SceneDesc {
     let mut desc =
-        path(PathDesc { max_depth: depth, light_sampling: way, ..PathDesc::default() }).seen_down();
+        path(PathDesc { max_depth: depth, light_sampling: strategy, ..PathDesc::default() }).seen_down();
     for part in parts() {
         desc.material(part);
     }
@@ -64,7 +64,7 @@ fn room(way: LightSampling, depth: u32, pane: MaterialDesc) -> SceneDesc {
         .with(cuboid(v(-0.5, 3.0, -0.8), v(1.0, 4.0, 0.8)), emissive(5.0, grey(1.0)))
 }
 
-/// What the mixed pane is made of: the first materials of a room.
+/// The parts of the mixed pane: the first materials of a room.
 fn parts() -> [MaterialDesc; 2] {
     let thin = DielectricMaterial { thin: true, ..DielectricMaterial::default() };
     [MaterialDesc::Dielectric(thin), MaterialDesc::Matte(Default::default())]
@@ -93,7 +93,8 @@ fn panes() -> [MaterialDesc; 4] {
     ]
 }
 
-/// A light behind a slanted pane, with and without sampling it, where paths may end at the pane or go on.
+/// A light behind a tilted pane, with and without light sampling, with depth limits at which paths end or continue at
+/// the pane.
 #[test]
 fn light_sampling_changes_no_mean_behind_panes() {
     for pane in panes() {
@@ -107,17 +108,17 @@ fn light_sampling_changes_no_mean_behind_panes() {
 #[test]
 fn an_environment_is_found_through_panes() {
     for pane in &panes()[..2] {
-        let lit = |way, samples| -> Mean {
+        let lit = |strategy, samples| -> Mean {
             let studio = LightDesc::Environment(EnvironmentDesc::studio());
-            mean(samples, room(way, 2, pane.clone()).lit(studio))
+            mean(samples, room(strategy, 2, pane.clone()).lit(studio))
         };
         lit(LightSampling::Both, 128).agrees(&lit(LightSampling::Bsdf, 512), 0.03);
     }
 }
 
-/// Without sampling through the pane, this would be found by chance alone.
+/// Without light sampling through the pane, only BSDF-sampled rays would find the emitter.
 #[test]
-fn a_small_lamp_behind_a_pane_is_no_noise() {
+fn a_small_light_behind_a_pane_has_no_noise() {
     let desc = white_floor()
         .with(level(1.0, 4.0), pane())
         .with(sphere(v(0.0, 5.0, 0.0), 0.01), emissive(1e5, grey(1.0)));
@@ -138,9 +139,10 @@ fn the_direct_integrator_sees_light_through_panes() {
     mean(64, lit(LightSampling::Both)).agrees(&mean(512, lit(LightSampling::Bsdf)), 0.02);
 }
 
-/// Smooth normals over flat triangles: both ways of finding light see the same, and less than without normals beyond the terminator.
+/// Smooth normals over flat triangles: light sampling and BSDF sampling agree, and the result is darker than without
+/// normals beyond the terminator.
 #[test]
-fn the_terminator_of_smooth_meshes_is_the_same_for_both_ways() {
+fn the_terminator_of_smooth_meshes_is_the_same_for_both_strategies() {
     let lit = |light_sampling| {
         let mut desc = path(PathDesc { max_depth: 1, light_sampling, ..PathDesc::default() }).seen_at(
             v(0.2, 0.15, 4.0),

@@ -1,4 +1,4 @@
-//! A sample replayed is the sample rendered, and its parts are its sum.
+//! A replayed sample equals the rendered sample, and its contributions sum to it.
 
 use super::replay_scenes::{HEIGHT, WIDTH, scenes, seen};
 use crate::color::Spectrum;
@@ -18,7 +18,7 @@ fn prepared(desc: &SceneDesc) -> Prepared {
     desc.prepare(&PrepareOptions { threads: 1, ..Default::default() }).unwrap()
 }
 
-/// Pixels all over the picture, others for each scene.
+/// Pixels all over the image, different ones for each scene.
 fn places(salt: u32) -> impl Iterator<Item = (u32, u32)> {
     let mut state = salt.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     std::iter::repeat_with(move || {
@@ -27,7 +27,7 @@ fn places(salt: u32) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// The scene with another way to find caustics; light paths bring to the picture what is in no sample.
+/// The scene with this `caustics` setting. Splats of light paths belong to no sample.
 fn with_caustics(mut desc: SceneDesc, caustics: Caustics) -> SceneDesc {
     if let IntegratorDesc::Path(path) = &mut desc.integrator {
         path.caustics = caustics;
@@ -69,9 +69,9 @@ fn sample_and_record(scene: &Prepared, (x, y, index): (u32, u32, u32), name: &st
     (path, rendered)
 }
 
-/// Weighed with light paths, and with what photons bring.
+/// With MIS weights against light paths, and with photons.
 #[test]
-fn samples_beside_light_paths_are_sums_of_their_records() {
+fn samples_with_light_paths_are_sums_of_their_records() {
     let mut gathered = 0;
     for (i, (name, desc, _)) in scenes().into_iter().enumerate() {
         for caustics in [Caustics::LightTracing, Caustics::Full] {
@@ -85,21 +85,21 @@ fn samples_beside_light_paths_are_sums_of_their_records() {
     assert!(gathered > 4, "{gathered}");
 }
 
-/// Whether `found` is `expected` but for a few roundings.
+/// Whether `found` equals `expected` up to a few roundings.
 fn near(found: Spectrum, expected: Spectrum) -> bool {
     let pairs = found.to_array().into_iter().zip(expected.to_array());
     pairs.into_iter().all(|(f, e)| (f - e).abs() <= 2e-6 * f.abs().max(e.abs()) + 1e-30)
 }
 
-/// The power heuristic; a density that is infinitely small beside the other has no weight.
+/// Power heuristic; an infinitely small density has no weight.
 fn heuristic(pdf: f64, other: f64) -> f64 {
     let (a, b) = (pdf / pdf.max(other), other / pdf.max(other));
     a * a / (a * a + b * b)
 }
 
-/// The numbers of a record belong together: each is what the others say.
+/// The values of a record are consistent with one another.
 fn check(path: &PathRecord, at: &str) {
-    // Only scenes that are called so have a clamp.
+    // Only scenes with "clamp" in their name have a clamp.
     let clamped = at.contains("clamp");
     let by_chance = at.starts_with("lights by chance");
     let mut carried = Spectrum::WHITE;
@@ -116,7 +116,7 @@ fn check(path: &PathRecord, at: &str) {
         let beside = way.map_or(0.0, |w| w.beside);
         assert!(near(v.throughput, reaches), "throughput {i} {at}");
         let way = v.p - v.origin;
-        // A walk that is too long comes out where it went in.
+        // A walk that is too long exits where it entered.
         assert!(v.walk.is_some() || (way.length() - v.t).abs() < 1e-5 * (1.0 + v.t), "t {i} {at}");
         if let Some(e) = &v.emission {
             let expected = v.throughput * e.radiance * e.weight as f32;
@@ -174,7 +174,7 @@ fn check(path: &PathRecord, at: &str) {
 }
 
 #[test]
-fn what_cannot_be_replayed_is_said() {
+fn what_cannot_be_replayed_is_an_error() {
     let mut desc = seen(path(PathDesc::default()));
     let path = prepared(&desc);
     let message = |scene: &Prepared, x, y, i| {
@@ -193,7 +193,7 @@ fn what_cannot_be_replayed_is_said() {
         let scene = prepared(&seen(scene(other)));
         let said = message(&scene, 0, 0, 0);
         assert!(said.starts_with("E0107") && said.contains(&format!("\"{name}\"")), "{said}");
-        // Its samples can be had alone nevertheless.
+        // Its samples can be traced separately nevertheless.
         assert!(sample(&scene, 3, 2, 1).unwrap().alpha == 1.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Scenes with all that paths may meet, for the tests of replays.
+//! Scenes with everything that a path may encounter, for the tests of replay.
 
 use crate::camera::{FisheyeDesc, ThinLensDesc};
 use crate::color::Spectrum;
@@ -56,11 +56,11 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
         ("flat triangles of plain materials", flat_triangles(), |p| {
             p.vertices.len() > 3 && any(p, |v| v.transmittance.is_some())
         }),
-        ("the same under many lamps, with a clamp and limits", many_lamps(), |p| {
+        ("the same under many lamps, with a clamp and limits", many_lights(), |p| {
             p.end == End::Depth && p.vertices.len() > 3
         }),
         ("direct", direct(), |p| p.end == End::Unlit && p.vertices.len() > 1),
-        ("lights by chance alone", by_chance(), |p| {
+        ("lights by chance alone", bsdf_sampling_only(), |p| {
             p.vertices.len() > 1 && any(p, |v| v.emission.is_some_and(|e| e.weight == 1.0))
         }),
         ("media", media(), |p| {
@@ -76,38 +76,38 @@ pub(super) fn scenes() -> Vec<(&'static str, SceneDesc, Occurs)> {
     ]
 }
 
-/// Whether a vertex of the path is so.
+/// Whether any vertex of the path satisfies the condition.
 fn any(path: &PathRecord, is: impl Fn(&VertexRecord) -> bool) -> bool {
     path.vertices.iter().any(is)
 }
 
-/// A scene of nothing, seen from a little above.
+/// An empty scene, seen from slightly above.
 pub(super) fn seen(desc: SceneDesc) -> SceneDesc {
     desc.seen_at(v(0.0, 1.5, 5.0), v(0.0, 0.7, 0.0), 45.0).filmed([WIDTH, HEIGHT], 4)
 }
 
-/// The same for paths with roulette from the first scattering on.
+/// The same with Russian roulette from the first bounce on.
 fn base() -> SceneDesc {
     seen(path(PathDesc { rr_start: 1, ..PathDesc::default() }))
 }
 
-/// With a chessboard as ground.
+/// Adds a checkerboard floor.
 fn floored(mut desc: SceneDesc) -> SceneDesc {
     let board = desc.texture(TextureDesc::Checkerboard(CheckerboardDesc::default()));
     desc.with(plane(), matte(board))
 }
 
-/// With a lamp above.
-fn lamped(desc: SceneDesc) -> SceneDesc {
+/// Adds a light above.
+fn with_light(desc: SceneDesc) -> SceneDesc {
     desc.with(cuboid(v(-1.0, 3.0, -1.0), v(1.0, 3.2, 1.0)), emissive(5.0, grey(1.0)))
 }
 
-/// With both.
+/// Adds both.
 fn furnished(desc: SceneDesc) -> SceneDesc {
-    lamped(floored(desc))
+    with_light(floored(desc))
 }
 
-/// A ball of the radius 1 that stands on the ground.
+/// A ball of radius 1 on the floor.
 fn ball(x: f64) -> ShapeDesc {
     sphere(v(x, 1.0, 0.0), 1.0)
 }
@@ -169,13 +169,13 @@ fn rough_mirrors() -> SceneDesc {
         triangles: vec![[0, 2, 1], [0, 3, 2]],
         ..MeshData::default()
     });
-    lamped(desc)
+    with_light(desc)
         .with(sphere(v(1.5, 1.0, 1.0), 0.3), emissive(9.0, grey(1.0)))
         .with_shared(sphere(v(-0.6, 0.7, 0.0), 0.7), mirror)
         .with_shared(floor, mirror)
 }
 
-/// A sheet of two triangles, a little bent.
+/// A sheet of two triangles, slightly bent.
 fn sheet() -> MeshData {
     MeshData {
         positions: vec![[-2.0, 0.0, -2.0], [2.0, 0.0, -2.0], [2.0, 0.5, 2.0], [-2.0, 0.0, 2.0]],
@@ -185,7 +185,7 @@ fn sheet() -> MeshData {
 }
 
 fn textured_mesh() -> SceneDesc {
-    let mut desc = lamped(base());
+    let mut desc = with_light(base());
     let sheet = desc.mesh(MeshData {
         normals: vec![[0.0, 1.0, 0.0], [0.3, 1.0, 0.0], [0.0, 1.0, 0.3], [0.0, 1.0, 0.0]],
         uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
@@ -235,7 +235,7 @@ fn clamp_and_motion() -> SceneDesc {
         ..ThinLensDesc::default()
     };
     let settings = PathDesc { clamp_indirect: 0.05, max_depth: 4, ..PathDesc::default() };
-    let mut desc = lamped(seen(path(settings)).seen(camera));
+    let mut desc = with_light(seen(path(settings)).seen(camera));
     (desc.film.shutter, desc.film.filter) = ([0.2, 0.9], FilterKind::Gaussian);
     desc.background.transparent = true;
     let motion = Some(Transform(DAffine3::from_translation(DVec3::X)));
@@ -244,10 +244,10 @@ fn clamp_and_motion() -> SceneDesc {
 }
 
 fn flat_triangles() -> SceneDesc {
-    plain_meshes(floored(lamped(base().lit(studio()))))
+    plain_meshes(floored(with_light(base().lit(studio()))))
 }
 
-fn many_lamps() -> SceneDesc {
+fn many_lights() -> SceneDesc {
     let settings = PathDesc {
         rr_start: 2,
         max_depth: 5,
@@ -262,8 +262,8 @@ fn many_lamps() -> SceneDesc {
     })
 }
 
-/// Meshes with the normals of their triangles, most of them in one tree: moved, turned and mirrored; Lambert's reflection, thin and not, rough mirrors.
-/// One is within coloured glass, one has smooth normals.
+/// Meshes with geometric normals, most of them in one BVH: translated, rotated and mirrored; Lambertian, thin or not,
+/// and rough mirrors. One is inside coloured glass, one has smooth normals.
 fn plain_meshes(desc: SceneDesc) -> SceneDesc {
     let mirror = PrincipledMaterial {
         base_weight: grey(0.0),
@@ -301,7 +301,7 @@ fn direct() -> SceneDesc {
         .with(sphere(v(1.5, 1.0, 1.0), 0.5), unlit)
 }
 
-fn by_chance() -> SceneDesc {
+fn bsdf_sampling_only() -> SceneDesc {
     furnished(seen(path(PathDesc { light_sampling: LightSampling::Bsdf, ..PathDesc::default() })))
 }
 

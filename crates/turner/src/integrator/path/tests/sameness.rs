@@ -1,4 +1,4 @@
-//! The same picture, to the last bit, for any number of threads, passes and brightness.
+//! The same image, to the last bit, for any number of threads and passes, and scaled exactly with brightness.
 
 use crate::camera::ThinLensDesc;
 use crate::description::SceneDesc;
@@ -8,7 +8,8 @@ use crate::math::DVec3;
 use crate::testing::scenes::{grey, lamp, path, pixel, plane, rectangle, render, render_with, sphere, v};
 use crate::texture::{CheckerboardDesc, TextureDesc};
 
-/// A ball of rough glass, a sheet that is half there and two lamps of such a brightness over a chessboard, through a lens.
+/// A ball of rough glass, a half-transparent sheet and two lights of this brightness over a checkerboard, seen through
+/// a lens.
 fn scene(bright: f64) -> SceneDesc {
     let camera = ThinLensDesc {
         position: v(0.0, 1.0, 4.0),
@@ -50,13 +51,13 @@ fn any_number_of_threads_and_any_split_into_passes() {
         assert!(first.linear == again.linear, "{threads} threads, passes of {pass}");
         assert_eq!(stats, counted);
     }
-    // Something is seen.
+    // The image is not black.
     assert!(first.linear.iter().any(|p| p[0] > 0.1));
 }
 
-/// A part of the picture is the same as in the whole: no sample looks at its neighbours.
+/// A crop has the same pixels as the full image: no sample depends on its neighbours.
 #[test]
-fn a_crop_is_a_part_of_the_whole() {
+fn a_crop_equals_its_part_of_the_image() {
     let mut desc = scene(4.0);
     let whole = render(&desc).0;
     desc.film.crop = Some([13, 9, 11, 7]);
@@ -70,12 +71,12 @@ fn a_crop_is_a_part_of_the_whole() {
 
 #[test]
 fn twice_the_light_is_twice_the_picture() {
-    // A path's end does not depend on light, and powers of two are exact.
+    // The end of a path does not depend on the brightness of lights, and scaling by a power of two is exact.
     let one = render(&scene(4.0)).0;
     let two = render(&scene(8.0)).0;
     for (a, b) in one.linear.iter().zip(&two.linear) {
         for i in 0..3 {
-            // The film's sums have a smallest step.
+            // The film's fixed-point sums have a smallest step.
             assert!((2.0 * a[i] - b[i]).abs() <= 1e-6 * b[i].abs() + 1e-13, "{a:?} {b:?}");
         }
     }

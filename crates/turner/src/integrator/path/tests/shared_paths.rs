@@ -1,4 +1,4 @@
-//! Paths that neighbouring pixels use together: the same light with less noise, the same bytes whatever is rendered beside it.
+//! Shared paths: the same light with less noise, and the same bytes for any tiles, crops, threads and passes.
 
 use crate::color::Spectrum;
 use crate::description::{ObjectDesc, SceneDesc};
@@ -19,7 +19,7 @@ use crate::texture::{CheckerboardDesc, TextureDesc};
 const WIDTH: u32 = 44;
 const HEIGHT: u32 = 27;
 
-/// Diffuse walls and a lamp.
+/// Diffuse walls and a light.
 fn empty_room() -> SceneDesc {
     path(PathDesc { caustics: Caustics::Off, ..PathDesc::default() })
         .seen_at(v(0.0, 1.0, 3.6), v(0.0, 0.9, 0.0), 48.0)
@@ -28,7 +28,8 @@ fn empty_room() -> SceneDesc {
         .with(rectangle(v(0.3, 1.98, 0.5), v(0.4, 0.0, 0.0), v(0.0, 0.0, 0.4)), emissive(12.0, grey(1.0)))
 }
 
-/// A room of diffuse walls, a smooth mesh, a textured ball, glass, a rough mirror, a hole by chance and a pane of glass.
+/// A room with diffuse walls, a smooth mesh, a textured ball, glass, a rough mirror, stochastic opacity and a glass
+/// pane.
 fn room(shared_paths: SharedPathsMode) -> SceneDesc {
     let mut desc = empty_room();
     set(&mut desc, shared_paths);
@@ -72,7 +73,7 @@ fn picture(desc: &SceneDesc) -> Picture {
 }
 
 #[test]
-fn samples_are_sums_of_their_own_path_and_of_what_neighbours_lend() {
+fn samples_are_sums_of_their_own_path_and_of_donors() {
     let desc = room(SharedPathsMode::Always);
     let (scene, picture) = (prepared(&desc), picture(&desc));
     let (mut donated, mut kept, mut neighbours) = (0, 0, 0);
@@ -90,7 +91,7 @@ fn samples_are_sums_of_their_own_path_and_of_what_neighbours_lend() {
             match shared.from {
                 Some(from) => {
                     donated += 1;
-                    // What the path found from there on is what its group gets shares of.
+                    // The radiance found from there on is what the cluster shares.
                     assert_eq!(own.map(|p| p.radiance), Some(found_from(&path, from)));
                 }
                 None => kept += usize::from(own.is_none()),
@@ -103,7 +104,7 @@ fn samples_are_sums_of_their_own_path_and_of_what_neighbours_lend() {
     assert!(donated > 200 && kept > 100 && neighbours > 5 * donated, "{donated} {kept} {neighbours}");
 }
 
-/// What a path adds up from a vertex on.
+/// The sum of a path's contributions from a vertex on.
 fn found_from(path: &PathRecord, from: usize) -> Spectrum {
     let mut rest = path.clone();
     rest.shared = None;
@@ -112,9 +113,9 @@ fn found_from(path: &PathRecord, from: usize) -> Spectrum {
 }
 
 #[test]
-fn the_mean_is_that_of_paths_by_themselves() {
+fn the_mean_is_that_of_separate_paths() {
     const SEEDS: u32 = 48;
-    // Sums over cells of 4 x 3, for their pixels' noise has much in common.
+    // Sums over cells of 4 x 3 pixels, because the noise of pixels in a cell is correlated.
     let cells = |shared_paths: SharedPathsMode, first: u32| -> Vec<Vec<f64>> {
         (first..first + SEEDS)
             .map(|seed| {
@@ -146,7 +147,7 @@ fn the_mean_is_that_of_paths_by_themselves() {
         variances[0] += va / (a * a);
         variances[1] += vb / (a * a);
     }
-    // 99 numbers of mean square 1 and a variance of a little more than 2 (Student's t).
+    // 99 values with mean square 1 and a variance of a little more than 2 (Student's t).
     let rms = (squares / 99.0f64).sqrt();
     assert!((0.75..1.3).contains(&rms) && largest < 4.8, "rms {rms}, largest {largest}");
     assert!(variances[1] < 0.8 * variances[0], "{variances:?}");
@@ -154,7 +155,7 @@ fn the_mean_is_that_of_paths_by_themselves() {
 
 #[test]
 fn pixels_have_less_noise() {
-    // The room and its lamp alone, seen finely: most of the noise is light by way of another wall.
+    // The empty room at higher resolution: most of its noise is indirect light.
     let noise = |shared_paths: SharedPathsMode| -> f64 {
         let of = |seed: u32| {
             let mut desc = empty_room().filmed([120, 90], 5);
@@ -195,7 +196,7 @@ fn the_same_bytes_for_threads_passes_and_crops() {
 }
 
 #[test]
-fn where_it_is_not_right_it_is_not_done() {
+fn paths_are_not_shared_where_it_would_be_wrong() {
     type Change = fn(&mut SceneDesc);
     let cases: [(&str, Change); 6] = [
         ("motion", |desc| {
@@ -224,9 +225,9 @@ fn where_it_is_not_right_it_is_not_done() {
     assert!(prepared(&room(SharedPathsMode::Always)).integrator.shares_paths());
 }
 
-/// The test that decides looks at noise: a room profits, a ball in the open does not.
+/// The pilot run measures noise: an indoor room gains, a ball in the open does not.
 #[test]
-fn a_test_decides() {
+fn the_pilot_run_decides() {
     assert!(prepared(&room(SharedPathsMode::Auto)).integrator.shares_paths());
     let metal = MetalMaterial { roughness: grey(0.3), ..MetalMaterial::default() };
     let open = path(PathDesc::default())

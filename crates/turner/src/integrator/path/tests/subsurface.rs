@@ -1,4 +1,5 @@
-//! Translucent bodies: albedos known by formula, bodies beside the media that they are made of, and one estimator against another.
+//! Subsurface scattering: albedos with closed forms, bodies against the media they are made of, and one estimator
+//! against another.
 
 use crate::camera::{OrthographicDesc, Viewport};
 use crate::color::Spectrum;
@@ -19,8 +20,8 @@ fn deep() -> PathDesc {
     PathDesc { max_depth: 1000, rr_start: 1000, ..PathDesc::default() }
 }
 
-/// Looks at the origin from the front.
-fn aside(desc: PathDesc) -> SceneDesc {
+/// A camera that looks at the origin from the front.
+fn from_front(desc: PathDesc) -> SceneDesc {
     path(desc).seen_from_front(4.0, 20.0)
 }
 
@@ -28,7 +29,7 @@ fn wax() -> PrincipledMaterial {
     PrincipledMaterial { subsurface_weight: grey(1.0), specular_weight: grey(0.0), ..Default::default() }
 }
 
-/// Wax in which light goes about so far.
+/// Wax with this subsurface radius.
 fn wax_of(subsurface_radius: f64) -> PrincipledMaterial {
     PrincipledMaterial { subsurface_radius, ..wax() }
 }
@@ -37,10 +38,10 @@ fn ball() -> ShapeDesc {
     sphere(DVec3::ZERO, 1.0)
 }
 
-/// Where everything shines with 1 and nothing absorbs, everything is 1.
+/// White furnace: with emission 1 all around and no absorption, everything is 1.
 #[test]
 fn a_white_body_returns_all_light() {
-    let mut start = aside(deep()).before(1.0);
+    let mut start = from_front(deep()).before(1.0);
     let mesh = start.mesh(MeshData {
         positions: vec![[-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [0.0, -1.0, 1.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]],
@@ -61,7 +62,7 @@ fn a_white_body_returns_all_light() {
         (ObjectDesc::new(ball()), white(0.2), 1e-3),
         (placed(cube, turned(10.0, 20.0, 30.0)), forwards, 1e-3),
         (placed(mesh, twice), white(0.1), 1e-3),
-        // Under layers as much as any diffuse body: what these lose of their own is 1e-3 at most.
+        // Under layers, as much as any diffuse body; the layers themselves lose at most 1e-3.
         (ObjectDesc::new(ball()), layers, 2e-3),
         (ObjectDesc::new(ball()), coated, 2e-3),
     ]
@@ -76,7 +77,7 @@ fn a_white_body_returns_all_light() {
     }
 }
 
-/// Half of space, under light from all around, has the colour that was asked for.
+/// A half-space under uniform light has the specified colour.
 #[test]
 fn a_thick_body_has_its_colour() {
     for (g, tolerance) in [(0.0, 0.003), (0.5, 0.003), (0.9, 0.003), (-0.5, 0.012)] {
@@ -86,7 +87,7 @@ fn a_thick_body_has_its_colour() {
                 subsurface_scatter_anisotropy: g,
                 ..wax_of(radius)
             };
-            // From 10 above, a little aside.
+            // From 10 above, slightly off axis.
             let desc = path(deep()).seen_at(v(1.0, 10.0, 0.5), DVec3::ZERO, 5.0).before(1.0);
             let m = mean(256, desc.with(plane(), body));
             for (band, (v, e)) in m.value().into_iter().zip(m.error()).enumerate() {
@@ -98,11 +99,11 @@ fn a_thick_body_has_its_colour() {
     }
 }
 
-/// What is not scattered: the mean over chords 2Rµ of a sphere, which light enters by the law of cosines.
+/// Unscattered light: the mean over chords 2Rµ of a sphere that light enters with a cosine distribution.
 #[test]
-fn what_goes_straight_through_is_that_of_the_mean_ways() {
+fn unscattered_light_follows_the_mean_free_path() {
     let body = PrincipledMaterial { subsurface_color: grey(1e-5), ..wax_of(0.8) };
-    let m = mean(1024, aside(deep()).before(1.0).with(ball(), body));
+    let m = mean(1024, from_front(deep()).before(1.0).with(ball(), body));
     let expected = [0.8, 0.4, 0.2].map(|way: f64| {
         let a = 2.0 / way;
         2.0 * (1.0 - (1.0 + a) * (-a).exp()) / (a * a)
@@ -114,7 +115,8 @@ fn what_goes_straight_through_is_that_of_the_mean_ways() {
     }
 }
 
-/// Seen by parallel rays, a sphere of the medium is entered by the law of cosines, as the body is: on average over the disc they are the same.
+/// Under parallel rays a sphere of the medium is entered with a cosine distribution, as the body is: averaged over the
+/// disc they agree.
 #[test]
 fn a_body_is_as_bright_as_a_sphere_of_its_medium() {
     let (color, g) = ([0.9, 0.6, 0.3], 0.4);
@@ -143,9 +145,9 @@ fn a_body_is_as_bright_as_a_sphere_of_its_medium() {
     }
 }
 
-/// The same, ten times as large, with light from a lamp and an environment.
+/// The same scene ten times as large, lit by a light and an environment.
 #[test]
-fn lengths_are_those_of_the_scene() {
+fn lengths_scale_with_the_scene() {
     let scene = |k: f64, radius: f64| {
         path(deep())
             .seen_from_front(4.0 * k, 30.0)
@@ -155,19 +157,19 @@ fn lengths_are_those_of_the_scene() {
     };
     let one = mean_of(8, 256, scene(1.0, 0.2));
     one.agrees(&mean_of(8, 256, scene(10.0, 2.0)), 0.03);
-    // With another mean way less comes out on this side.
+    // With another mean free path less light leaves on this side.
     let (a, b) = (one.value()[0], mean_of(8, 64, scene(1.0, 1.0)).value()[0]);
     assert!(b < 0.97 * a, "{a} {b}");
 }
 
-/// Lights are sampled where walks come out, found by chance after that, or both.
+/// Lights are sampled at the exits of walks, hit from there, or both.
 #[test]
-fn ways_to_find_lights_agree() {
+fn light_sampling_strategies_agree() {
     let coated = PrincipledMaterial { coat_weight: grey(0.5), coat_roughness: grey(0.3), ..wax_of(0.2) };
     let ground = PlaneDesc { point: v(0.0, -1.0, 0.0), ..PlaneDesc::default() };
     let [both, bsdf, light] =
         [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light].map(|light_sampling| {
-            let desc = aside(PathDesc { max_depth: 4, light_sampling, ..deep() })
+            let desc = from_front(PathDesc { max_depth: 4, light_sampling, ..deep() })
                 .with(ball(), coated.clone())
                 .with(ShapeDesc::Plane(ground.clone()), matte(grey(0.8)))
                 .with(sphere(v(2.0, 2.0, 1.0), 0.7), emissive(5.0, grey(1.0)));
@@ -177,7 +179,7 @@ fn ways_to_find_lights_agree() {
     both.agrees(&light, 0.03);
 }
 
-/// A box within another one is one body with it; boundaries of media and glass within change nothing.
+/// A box inside another one is one body with it; interfaces and glass inside change nothing.
 #[test]
 fn bodies_that_overlap_are_one() {
     let mut start = path(deep())
@@ -197,12 +199,13 @@ fn bodies_that_overlap_are_one() {
     one.agrees(&mean_of(8, 256, filled), 0.03);
 }
 
-/// Without a mean way it is the diffuse surface of its colour; in a thin wall light goes through.
+/// With a mean free path of 0 it is the diffuse surface of the same colour; in a thin wall light passes.
 #[test]
 fn limits_are_diffuse() {
     let color = rgb([0.9, 0.5, 0.2]);
-    let scene =
-        |material: PrincipledMaterial| aside(deep()).lit(lamp(v(2.0, 3.0, 2.0), 20.0)).with(ball(), material);
+    let scene = |material: PrincipledMaterial| {
+        from_front(deep()).lit(lamp(v(2.0, 3.0, 2.0), 20.0)).with(ball(), material)
+    };
     let picture = |material| render_with(&scene(material).filmed([16; 2], 4), 1, u32::MAX).0.linear;
     let plain = PrincipledMaterial { base_color: color, ..PrincipledMaterial::default() };
     let body = |radius: f64| PrincipledMaterial {
@@ -211,7 +214,7 @@ fn limits_are_diffuse() {
         ..wax_of(radius)
     };
     assert!(picture(plain.clone()) == picture(body(0.0)));
-    // A short way is nearly that.
+    // A short mean free path is close to that limit.
     let near = mean_of(8, 256, scene(body(0.002)));
     let flat = mean_of(8, 64, scene(plain));
     for band in 0..3 {
@@ -220,7 +223,7 @@ fn limits_are_diffuse() {
     }
 }
 
-/// A translucent ball that moves, one of marble and one of glass, in fog.
+/// A moving translucent ball, one of marble and one of glass, in fog.
 fn moving(integrator: IntegratorDesc) -> SceneDesc {
     let motion = Some(Transform(DAffine3::from_translation(v(0.3, 0.0, 0.0))));
     let mut desc = SceneDesc { integrator, ..SceneDesc::default() }
@@ -260,7 +263,7 @@ fn threads_and_passes_change_nothing() {
     }
 }
 
-/// Light paths bring what they can to the surface of a body; what goes through it camera paths find by themselves.
+/// Light paths contribute on the surface of a body; light through the body is left to camera paths.
 #[test]
 fn light_paths_leave_bodies_to_camera_paths() {
     let found = |caustics| {
@@ -276,7 +279,7 @@ fn light_paths_leave_bodies_to_camera_paths() {
 }
 
 #[test]
-fn white_and_black_are_what_they_are() {
+fn white_and_black_are_exact() {
     assert_eq!(Spectrum::WHITE.to_array().map(|c| scattering_albedo(f64::from(c), 0.5)), [1.0; 3]);
     assert!(scattering_albedo(0.0, 0.5).abs() < 1e-4);
 }

@@ -1,4 +1,4 @@
-//! Participating media: radiance known by formula or by quadrature, and one estimator against another.
+//! Participating media: radiance by closed form or quadrature, and one estimator against another.
 
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ fn deep() -> PathDesc {
     PathDesc { max_depth: 1000, ..PathDesc::default() }
 }
 
-/// Looks along −z, from 10 above the origin.
+/// A camera that looks along −z, from 10 above the origin.
 fn along(desc: PathDesc) -> SceneDesc {
     path(desc).seen_from_front(10.0, 0.001)
 }
@@ -29,7 +29,7 @@ fn glow() -> PrincipledMaterial {
     emissive(1.0, grey(1.0))
 }
 
-/// With a wall that shines with 1 at z = −10.
+/// Adds a wall with emission 1 at z = −10.
 fn walled(desc: SceneDesc) -> SceneDesc {
     desc.with(rectangle(v(0.0, 0.0, -10.0), v(9.0, 0.0, 0.0), v(0.0, 9.0, 0.0)), glow())
 }
@@ -51,7 +51,7 @@ fn foggy(extinction: Option<Spectrum>, albedo: Option<Spectrum>, anisotropy: f64
     HomogeneousMedium { extinction, albedo, anisotropy, ..HomogeneousMedium::default() }
 }
 
-const WAYS: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
+const STRATEGIES: [LightSampling; 3] = [LightSampling::Both, LightSampling::Bsdf, LightSampling::Light];
 
 #[test]
 fn absorption_follows_beer_and_lambert() {
@@ -60,13 +60,13 @@ fn absorption_follows_beer_and_lambert() {
     seen(deep(), absorbing(bands([0.5, 0.0, 2.0]))).is([e(1.0), 1.0, e(4.0)], 1e-6);
     let dense = HomogeneousMedium { density: 2.0, ..foggy(bands([0.25, 0.0, 1.0]), even(0.0), 0.0) };
     seen(deep(), dense).is([e(1.0), 1.0, e(4.0)], 1e-6);
-    // What scatters takes as much of what goes straight: the wall alone, seen with no more than zero scatterings.
+    // Scattering attenuates direct light as absorption does: with depth 0 only the wall is visible.
     let straight = PathDesc { max_depth: 0, ..PathDesc::default() };
     seen(straight, scattering(bands([0.5, 0.0, 2.0]), 0.0)).is([e(1.0), 1.0, e(4.0)], 1e-6);
-    // Fog all around, 20 to the wall.
+    // A scene filled with fog, 20 to the wall.
     let fog = absorbing(even(0.1));
     mean(2, walled(along(deep())).in_fog(fog.clone())).is_grey(e(2.0), 1e-6);
-    // A hollow in it, 4 long; and the camera within another one.
+    // A hollow in the fog, 4 long, and the camera inside another one.
     let hollow = walled(along(deep()))
         .with(sphere(DVec3::ZERO, 2.0), InterfaceMaterial::default())
         .filled(cuboid(v(-1.0, -1.0, 8.0), v(1.0, 1.0, 11.0)), absorbing(even(0.5)))
@@ -76,7 +76,8 @@ fn absorption_follows_beer_and_lambert() {
 
 #[test]
 fn shadow_rays_cross_boundaries_in_order() {
-    // From 4 above, straight down: 2 through one medium, of which the inner 1 through another that stands first in the scene.
+    // From 4 above, straight down: 2 through one medium, the inner 1 of it through another one that comes first in the
+    // scene.
     let mut desc = path(deep()).seen_down().lit(lamp(v(0.0, 4.0, 0.0), 32.0));
     let [inner, outer] =
         [[0.3, 1.0, 0.0], [0.7, 0.2, 0.0]].map(|absorption| desc.boundary(absorbing(bands(absorption))));
@@ -88,12 +89,12 @@ fn shadow_rays_cross_boundaries_in_order() {
     mean(2, desc).is([e(0.7 + 0.3), e(0.2 + 1.0), e(0.0)], 1e-5);
 }
 
-/// ∫ over the ray of what a point light sends there, is scattered once and comes back, by Simpson's rule.
+/// Single scattering of a point light along the ray, by Simpson's rule.
 fn single_scattering(end: f64, sigma: f64, albedo: f64, g: f64, light: [f64; 2], intensity: f64) -> f64 {
     let phase = HenyeyGreenstein { g };
     let n = 400_000;
     let f = |t: f64| {
-        // The light stands `light[0]` along the ray and `light[1]` beside it.
+        // The light is at distance `light[0]` along the ray and `light[1]` from it.
         let (along, beside) = (light[0] - t, light[1]);
         let d = (along * along + beside * beside).sqrt();
         albedo * sigma * (-sigma * (t + d)).exp() * phase.value(along / d) * intensity / (d * d)
@@ -104,18 +105,18 @@ fn single_scattering(end: f64, sigma: f64, albedo: f64, g: f64, light: [f64; 2],
 }
 
 #[test]
-fn light_scattered_once_is_that_of_quadrature() {
+fn single_scattering_matches_quadrature() {
     let once = PathDesc { max_depth: 1, ..PathDesc::default() };
     for (g, samples) in [(0.0, 400), (0.7, 400), (-0.5, 400)] {
         for light_sampling in [LightSampling::Both, LightSampling::Light] {
-            // Fog without end, by colour.
+            // Unbounded fog, coloured.
             let desc = along(PathDesc { light_sampling, ..once.clone() })
                 .lit(lamp(v(1.0, 0.0, 4.0), 10.0))
                 .in_fog(foggy(bands([0.1, 0.3, 0.05]), bands([0.9, 0.5, 1.0]), g));
             let at = |sigma, albedo| single_scattering(150.0, sigma, albedo, g, [6.0, 1.0], 10.0);
             mean(samples, desc).is([at(0.1, 0.9), at(0.3, 0.5), at(0.05, 1.0)], 0.02);
         }
-        // In a box from z = 1 to z = 9, with the light in it; and with the integrator for direct light.
+        // In a box from z = 1 to z = 9 with the light inside, also with the direct integrator.
         for integrator in [IntegratorDesc::Path(once.clone()), IntegratorDesc::Direct(DirectDesc::default())]
         {
             let desc = scene(integrator)
@@ -127,25 +128,25 @@ fn light_scattered_once_is_that_of_quadrature() {
     }
 }
 
-/// A ball of such a material before the camera.
+/// A ball of such a material in front of the camera.
 fn ball(solid: fn(&mut SceneDesc) -> MaterialId) -> SceneDesc {
     let mut desc = path(PathDesc { rr_start: 100, ..deep() }).seen_from_front(4.0, 20.0);
     let material = solid(&mut desc);
     desc.with_shared(sphere(DVec3::ZERO, 1.0), material)
 }
 
-/// In a sphere that shines with 1.
+/// Adds a surrounding sphere with emission 1.
 fn in_a_furnace(desc: SceneDesc) -> SceneDesc {
     desc.with(sphere(DVec3::ZERO, 20.0), glow())
 }
 
-/// Glass that is full of a medium.
+/// Glass with an interior medium.
 fn glass(desc: &mut SceneDesc, medium: HomogeneousMedium) -> MaterialId {
     let interior = desc.medium(medium);
     desc.material(DielectricMaterial { interior, ..DielectricMaterial::default() }.into())
 }
 
-/// Where everything shines with 1 and nothing absorbs, everything is 1.
+/// White furnace: with emission 1 all around and no absorption, everything is 1.
 #[test]
 fn a_furnace_with_media_stays_even() {
     let solids: [fn(&mut SceneDesc) -> MaterialId; 6] = [
@@ -170,10 +171,10 @@ fn a_furnace_with_media_stays_even() {
         },
     ];
     for (i, solid) in solids.into_iter().enumerate() {
-        // A background is found by chance alone, a shining sphere around everything by sampling it as well.
+        // The background is found by escaped rays only, an emissive sphere also by light sampling.
         for around in [|desc: SceneDesc| desc.before(1.0), in_a_furnace] {
             let m = mean(256, around(ball(solid)));
-            // Rough glass loses a little of its own (single scattering in microfacets).
+            // Rough glass loses a little energy itself (single scattering between microfacets).
             let slack = if i == 5 { 0.01 } else { 1e-3 };
             for (v, e) in m.value().into_iter().zip(m.error()) {
                 assert!(e < 6e-3, "{i}: {m:?}");
@@ -184,14 +185,15 @@ fn a_furnace_with_media_stays_even() {
 }
 
 #[test]
-fn a_medium_shines_through_itself() {
+fn an_emissive_medium_absorbs_its_own_emission() {
     let emission = Spectrum::new(1.0, 2.0, 3.0);
     let emissive = HomogeneousMedium { emission, ..absorbing(bands([0.5, 0.0, 2.0])) };
     let of = |sigma: f64, emission: f64| emission * (1.0 - (-2.0 * sigma).exp()) / sigma;
     mean(2, along(deep()).filled(slab(), emissive)).is([of(0.5, 1.0), 4.0, of(2.0, 3.0)], 1e-6);
 }
 
-/// What absorbs and shines in balance is a furnace as well: in each place as much is emitted as is absorbed. In glass radiance is larger by the square of its index.
+/// A medium whose emission balances its absorption is a furnace too: each point emits as much as it absorbs. In glass
+/// radiance is larger by the square of the index.
 #[test]
 fn emission_balances_absorption() {
     fn balanced() -> HomogeneousMedium {
@@ -220,14 +222,14 @@ fn emission_balances_absorption() {
     for (i, solid) in solids.into_iter().enumerate() {
         let m = mean(512, in_a_furnace(ball(solid)));
         for (v, e) in m.value().into_iter().zip(m.error()) {
-            // Without scattering nothing is left to chance.
+            // Without scattering the result has no noise.
             assert!(if i == 0 { e < 1e-6 } else { e < 3e-3 }, "{i}: {m:?}");
             assert!((v - 1.0).abs() < 1e-3 + 4.0 * e, "{i}: {:?} ± {:?}", m.value(), m.error());
         }
     }
 }
 
-/// The light that goes from one square to another through a plate of rough glass full of something that scatters: as much as the other way.
+/// Light between two squares through a plate of rough glass with a scattering interior is the same in both directions.
 #[test]
 fn scattering_glass_is_reciprocal() {
     let power = |from: (f64, [f64; 2]), to: (f64, [f64; 2]), front: f64| {
@@ -260,9 +262,9 @@ fn scattering_glass_is_reciprocal() {
     }
 }
 
-/// Lights with an extent are found by sampling them at two places and by chance: each way alone gives the same.
+/// Area lights in media are found by three strategies; each setting gives the same result.
 #[test]
-fn ways_to_find_lights_agree_in_media() {
+fn light_sampling_strategies_agree_in_media() {
     let found = |light_sampling| -> Mean {
         let desc = path(PathDesc { max_depth: 6, light_sampling, ..PathDesc::default() })
             .seen_at(v(0.0, 1.0, 5.0), v(0.0, 1.0, 0.0), 50.0)
@@ -272,12 +274,12 @@ fn ways_to_find_lights_agree_in_media() {
             .in_fog(HomogeneousMedium { absorption: even(0.02), ..scattering(bands([0.1, 0.2, 0.3]), 0.4) });
         mean_of(8, 256, desc)
     };
-    let [both, bsdf, light] = WAYS.map(found);
+    let [both, bsdf, light] = STRATEGIES.map(found);
     both.agrees(&bsdf, 0.02);
     both.agrees(&light, 0.02);
 }
 
-/// What is inside one boundary may be divided by others.
+/// A medium may be divided by further boundaries without a change.
 #[test]
 fn a_medium_in_two_parts_is_one() {
     let seen = |parts: &[[DVec3; 2]]| {
@@ -297,11 +299,11 @@ fn a_medium_in_two_parts_is_one() {
     seen(&[whole]).agrees(&seen(&[part, whole]), 0.02);
 }
 
-/// Light goes as well from here to there as from there to here: a small lamp and the eye change places, and what comes from a matte place
-/// that both look at through a cloud is, per irradiance, the same.
+/// Reciprocity: exchange a small light and the camera. The radiance of a matte disk that both see through a cloud is
+/// the same per irradiance.
 #[test]
 fn a_scattering_slab_is_reciprocal() {
-    // Both are 5 from the origin; the lamp's cosine at the floor belongs to the irradiance.
+    // Both are at distance 5 from the origin; the irradiance contains the light's cosine at the floor.
     let seen = |eye: DVec3, at: DVec3| {
         let place = DiskDesc { radius: 0.01, ..DiskDesc::default() };
         let desc = path(deep())
@@ -319,7 +321,7 @@ fn a_scattering_slab_is_reciprocal() {
     }
 }
 
-/// A ball of something that scatters and shines, one of smoke and one of glass that is full, in fog.
+/// An emissive scattering ball, one of smoke, and one of glass with an interior medium, in fog.
 fn cloudy() -> SceneDesc {
     let at = v(-1.5, 0.6, 0.5);
     let smoke = SmokeMedium {
@@ -330,14 +332,14 @@ fn cloudy() -> SceneDesc {
         resolution: 20,
         ..SmokeMedium::default()
     };
-    let shines =
+    let emissive_medium =
         HomogeneousMedium { emission: Spectrum::grey(0.1), ..scattering(bands([2.0, 3.0, 1.0]), 0.0) };
     let mut desc = path(PathDesc { max_depth: 12, ..PathDesc::default() })
         .seen_at(v(0.0, 1.0, 5.0), v(0.0, 1.0, 0.0), 40.0)
         .filmed([37, 29], 6)
         .lit(lamp(v(2.0, 3.0, 1.0), 20.0))
         .with(plane(), matte(grey(0.8)))
-        .filled(sphere(v(0.0, 1.0, 0.0), 1.0), shines)
+        .filled(sphere(v(0.0, 1.0, 0.0), 1.0), emissive_medium)
         .filled(sphere(at, 0.6), smoke);
     let full = glass(&mut desc, scattering(even(3.0), 0.0));
     desc.with_shared(sphere(v(1.5, 0.5, 1.0), 0.5), full).in_fog(foggy(even(0.1), even(0.8), 0.3))
@@ -355,7 +357,7 @@ fn threads_and_passes_change_nothing() {
     }
 }
 
-/// Integrators that know no media see neither them nor their boundaries.
+/// Integrators without media see neither media nor their interfaces.
 #[test]
 fn other_integrators_see_no_boundaries() {
     for integrator in [
