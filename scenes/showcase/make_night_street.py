@@ -5,7 +5,7 @@
 
 import random
 
-HEAD = """# A wet street at night under 2,000 lamps: bulbs on strings, street lamps, windows. Made by make_night_street.py.
+HEAD = """# A wet street at night with 2,000 lights: bulbs on strings, street lights, windows. Made by make_night_street.py.
 
 [camera]
 position = [1.2, 1.7, 14]

@@ -37,7 +37,37 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("temple.jpg", Turner("scenes/temple.toml --width 720 --height 405")),
     picture("sphereflake.jpg", Turner("scenes/sphereflake.toml --width 720 --height 480")),
     picture("doctor.png", Turner("doctor scenes/showcase/glass-still-life.toml --width 320 --height 214")),
-    // Tutorial
+    // Tutorial: the first scene, with more samples than in its files and a little smaller, so that the JPEGs stay small.
+    picture("tutorial-first-1.jpg", Turner("scenes/tutorial/first/step-1.toml --samples 128")),
+    picture(
+        "tutorial-first-2.jpg",
+        Turner("scenes/tutorial/first/step-2.toml --samples 128 --width 448 --height 280"),
+    ),
+    picture(
+        "tutorial-first-3.jpg",
+        Turner("scenes/tutorial/first/step-3.toml --samples 128 --width 448 --height 280"),
+    ),
+    picture(
+        "tutorial-first-4.jpg",
+        Turner("scenes/tutorial/first/step-4.toml --samples 128 --width 448 --height 280"),
+    ),
+    picture(
+        "tutorial-first-5.jpg",
+        Turner("scenes/tutorial/first/step-5.toml --samples 128 --width 448 --height 280"),
+    ),
+    picture(
+        "tutorial-first-6.jpg",
+        Turner("scenes/tutorial/first/step-6.toml --samples 128 --width 448 --height 280"),
+    ),
+    picture(
+        "tutorial-first-7.jpg",
+        Turner("scenes/tutorial/first/step-7.toml --samples 128 --width 448 --height 280"),
+    ),
+    picture(
+        "tutorial-first-8.jpg",
+        Turner("scenes/tutorial/first/step-8.toml --samples 192 --width 480 --height 300"),
+    ),
+    // Guide: Whitted's method in eight steps
     picture("tutorial-1.jpg", Turner("scenes/tutorial/step-1.toml")),
     picture("tutorial-2.jpg", Turner("scenes/tutorial/step-2.toml")),
     picture("tutorial-3.jpg", Turner("scenes/tutorial/step-3.toml")),
