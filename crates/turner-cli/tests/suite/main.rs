@@ -19,5 +19,6 @@ mod render;
 mod scene_options;
 mod sh_blocks;
 mod start;
+mod tutorial;
 mod unsafe_code;
 mod verify;
