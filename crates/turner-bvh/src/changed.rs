@@ -1,9 +1,19 @@
-//! A BVH for a mesh some of whose triangles changed: the others keep their nodes and blocks.
+//! A BVH for a mesh in which some triangles changed: the others keep their nodes and blocks.
 //!
-//! Leaves with a changed triangle are removed from a copy of the nodes; the blocks are shared. The unchanged triangles of those leaves and the new
-//! triangles go into a small second BVH. Each ray traverses the first BVH, then the second one up to its nearest hit so far. So the time of a change is that of copying the nodes
-//! (an eighth of the tree) and of building the small tree. Hits are those of a tree built over all, bit for bit: the nearest, of equally near ones that of
-//! the lowest number, found by the same arithmetic on the same corners.
+//! Leaves with a changed triangle are removed from a copy of the nodes; the blocks are shared. The unchanged triangles
+//! of those leaves and the new triangles go into a small second BVH:
+//!
+//! ```text
+//!          copy of the nodes               second BVH over
+//!            /    |    \                   what the removed leaves still need
+//!        leaf   (cut)   leaf      +        and the new triangles
+//!         |               |
+//!       blocks, shared with the old BVH
+//! ```
+//!
+//! Each ray traverses the first BVH, then the second one up to its nearest hit so far. The hits are those of a BVH
+//! built over the complete new mesh, bit for bit: the nearest t, then the lowest index, computed by the same arithmetic
+//! on the same vertices. A change costs the time to copy the nodes (an eighth of the BVH) and to build the small one.
 
 use std::sync::Arc;
 
@@ -15,57 +25,60 @@ use crate::traverse::{Blocks, Space, Tree};
 use crate::triangle::{Block, fill_blocks};
 use crate::{Aabb, BuildError, BuildOptions, Bvh, Hit, Ray, Triangles};
 
-/// Triangles that are the same in a new mesh, one after the other.
+/// A run of triangles that a new mesh shares with the old one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kept {
-    /// The number of the first in the mesh that the tree was built over.
+    /// Index of the first triangle in the mesh that the BVH was built over.
     pub from: u32,
-    /// Its number in the new mesh.
+    /// Index of the first triangle in the new mesh.
     pub to: u32,
-    /// How many there are.
+    /// Number of triangles.
     pub count: u32,
 }
 
-/// A mesh of which some triangles are those of a tree that there is.
+/// A mesh that shares triangles with the mesh of an existing BVH.
 #[derive(Clone, Copy)]
 pub struct ChangedMesh<'a> {
-    /// Triangles of the new mesh.
+    /// Number of triangles in the new mesh.
     pub count: u32,
-    /// The runs that it has in common with the old mesh, ascending in both.
+    /// The runs that both meshes share, ascending in both.
     pub kept: &'a [Kept],
-    /// A box around the old mesh's other triangles.
+    /// Bounds of the old triangles that are not kept.
     pub gone: Aabb,
     /// The largest absolute value of a finite coordinate in the new mesh.
     pub farthest: f32,
-    /// The corners of a triangle; `None` for one that rays pass through.
+    /// Vertices of a triangle of the new mesh; `None` for a triangle that rays ignore.
     pub corners: &'a dyn Fn(u32) -> Option<[[f32; 3]; 3]>,
 }
 
-/// What a tree has that was changed.
+/// The second part of a changed BVH.
 #[derive(Clone, Debug)]
 pub(crate) struct Changed {
-    /// The tree over what is new.
+    /// The BVH over moved and new triangles.
     nodes: Vec<WideNode>,
     blocks: Vec<Block>,
-    /// Maps a triangle index of the old mesh to its index in the new mesh; `None` if no index changed.
+    /// Maps an old triangle index to its new index; `None` if no index changed.
     numbers: Option<Vec<u32>>,
 }
 
-/// Trees of so few blocks are built anew at once: searches test all their blocks without looking at nodes (half a packet of sixteen at the most).
+/// BVHs of at most this many blocks are rebuilt instead. Traversal tests all their blocks without visiting nodes: at
+/// most half a packet of sixteen.
 const FEW: usize = 16;
 
-/// Rays that are searched for again at a time, on the stack.
+/// Rays traced at a time in the second BVH; their copies are on the stack.
 const AT_ONCE: usize = 256;
 
-/// What filters are here: one copy of the searches serves all of them.
+/// A dynamic filter, so that all callers share one copy of the traversal code.
 type Filter<'a> = &'a dyn Fn(u32, &Hit) -> bool;
 type Leaves<'a> = Blocks<'a, Filter<'a>>;
 
 impl Bvh {
-    /// The tree of a mesh that differs in some triangles from the one this was built over. `None` where it has to be built anew: if this tree was
-    /// changed already or is small, or if the new mesh is so much larger or smaller that its tree has another scale.
+    /// Returns the BVH of a mesh that differs in some triangles from the one this BVH was built over. Returns `None` if
+    /// the BVH must be rebuilt: it is small, it was changed before, or the new mesh needs another scale because its
+    /// size differs too much.
     ///
-    /// Searches take a little longer than in a tree that is built over all: use it while something is edited, and for small parts of a mesh.
+    /// Queries take a little longer than in a freshly built BVH. Use it during editing and for changes to small parts
+    /// of a mesh.
     pub fn changed(
         &self,
         mesh: &ChangedMesh<'_>,
@@ -117,7 +130,7 @@ impl Bvh {
     }
 }
 
-/// A tree over some triangles of a mesh, which keep their numbers.
+/// Builds a BVH over some triangles of a mesh; they keep their indices.
 fn small_tree(
     ids: &[u32],
     corners: &dyn Fn(u32) -> Option<[[f32; 3]; 3]>,
@@ -142,27 +155,27 @@ fn small_tree(
     Ok((nodes, blocks))
 }
 
-/// From the numbers of the old mesh to those of the new one.
+/// Maps triangle indices of the old mesh to those of the new mesh.
 struct Numbers<'a> {
     kept: &'a [Kept],
 }
 
 impl Numbers<'_> {
-    /// The new number of a triangle, if there is one.
+    /// The new index of a triangle that is kept.
     fn of(&self, id: u32) -> Option<u32> {
         let after = self.kept.partition_point(|k| k.from <= id);
         let kept = self.kept.get(after.checked_sub(1)?)?;
         (id - kept.from < kept.count).then(|| kept.to + (id - kept.from))
     }
 
-    /// The numbers that only the new mesh has.
+    /// The indices that exist only in the new mesh.
     fn added(&self, count: u32) -> impl Iterator<Item = std::ops::Range<u32>> {
         let ends = self.kept.iter().map(|k| k.to + k.count);
         let starts = self.kept.iter().map(|k| k.to).chain([count]);
         std::iter::once(0).chain(ends).zip(starts).map(|(start, end)| start..end)
     }
 
-    /// For each of the old triangles its new number, where any has another one.
+    /// The new index of each old triangle; `None` if no index changed.
     fn table(&self, count: u32) -> Option<Vec<u32>> {
         let moved = self.kept.iter().any(|k| k.from != k.to);
         moved.then(|| {
@@ -178,18 +191,18 @@ impl Numbers<'_> {
     }
 }
 
-/// Cuts leaves off.
+/// Removes leaves that contain changed triangles.
 struct Cut<'a> {
     blocks: &'a [Block],
-    /// In units of the tree.
+    /// Bounds of the removed triangles, in scaled units.
     gone: Aabb,
     numbers: &'a Numbers<'a>,
-    /// New numbers of triangles that were in leaves with others that are gone.
+    /// New indices of kept triangles in removed leaves.
     orphans: Vec<u32>,
 }
 
 impl Cut<'_> {
-    /// Cuts off what is below a node; returns its box if that became another one.
+    /// Removes leaves below a node. Returns the node's new bounds if they changed.
     fn node(&mut self, nodes: &mut [WideNode], index: usize) -> Option<Aabb> {
         let mut cut = false;
         for i in 0..8 {
@@ -216,7 +229,7 @@ impl Cut<'_> {
         Some(there.fold(Aabb::EMPTY, |all, i| all.union(node.bounds(i))))
     }
 
-    /// Whether a leaf holds anything that is gone; what else it holds are orphans.
+    /// Whether a leaf contains a removed triangle. If so, its kept triangles become orphans.
     fn leaf(&mut self, leaf: ChildRef) -> bool {
         let blocks = &self.blocks[leaf.first_block()..leaf.first_block() + leaf.blocks()];
         let ids = || blocks.iter().flat_map(|block| block.ids).filter(|id| *id != wide::NO_PRIMITIVE);
@@ -240,7 +253,7 @@ impl Changed {
     }
 }
 
-/// A tree to search, of the old nodes and blocks or of the new ones.
+/// The traversal view of the first or the second BVH.
 fn tree<'a, 'f>(bvh: &'a Bvh, nodes: &'a [WideNode], leaves: &'a Leaves<'f>) -> Tree<'a, Leaves<'f>> {
     Tree { nodes, leaves, space: bvh.space, instruction_set: bvh.instruction_set }
 }
@@ -250,7 +263,7 @@ fn leaves<'f>(blocks: &'f [Block], filter: Filter<'f>) -> Leaves<'f> {
 }
 
 impl Bvh {
-    /// The nearest hits of many rays in a changed tree.
+    /// The nearest hits of many rays in a changed BVH.
     pub(crate) fn closest_changed(
         &self,
         changed: &Changed,
@@ -282,7 +295,7 @@ impl Bvh {
         }
     }
 
-    /// Whether each of many rays hits anything in a changed tree.
+    /// Whether each of many rays hits anything in a changed BVH.
     pub(crate) fn any_changed(&self, changed: &Changed, rays: &[Ray], hits: &mut [bool], filter: Filter<'_>) {
         let old = |ray: u32, hit: &Hit| filter(ray, &changed.renumbered(hit));
         let old = leaves(&self.blocks, &old);
@@ -292,7 +305,7 @@ impl Bvh {
         for (part, (rays, hits)) in rays.chunks(AT_ONCE).zip(hits.chunks_mut(AT_ONCE)).enumerate() {
             let (left, found) = (&mut left[..rays.len()], &mut found[..rays.len()]);
             for ((left, ray), hit) in left.iter_mut().zip(rays).zip(&*hits) {
-                // Those that hit something already are no rays here.
+                // Rays that already hit something get an empty interval.
                 *left = if *hit { Ray { t_max: f32::NEG_INFINITY, ..*ray } } else { *ray };
             }
             let first = (part * AT_ONCE) as u32;
@@ -305,7 +318,7 @@ impl Bvh {
         }
     }
 
-    /// The nearest hit of one ray in a changed tree.
+    /// The nearest hit of one ray in a changed BVH.
     pub(crate) fn one_closest_changed(
         &self,
         changed: &Changed,
@@ -323,7 +336,7 @@ impl Bvh {
         if is_nearer { nearer } else { hit }
     }
 
-    /// Whether one ray hits anything in a changed tree.
+    /// Whether one ray hits anything in a changed BVH.
     pub(crate) fn one_any_changed(
         &self,
         changed: &Changed,
@@ -339,7 +352,7 @@ impl Bvh {
 }
 
 impl Changed {
-    /// Its nodes, to be walked through.
+    /// The nodes of the second BVH.
     pub(crate) fn nodes(&self) -> &[WideNode] {
         &self.nodes
     }

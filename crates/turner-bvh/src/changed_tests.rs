@@ -14,7 +14,7 @@ fn build((positions, triangles): &Mesh, quality: Quality) -> Bvh {
     Bvh::build(&Triangles { positions, triangles }, &options(quality)).unwrap()
 }
 
-/// A mesh of runs of an old one, `Err(count)` in between for so many new triangles of it, moved.
+/// A mesh assembled from runs of an old one (`Ok`), with `Err(count)` new triangles in between, moved by `by`.
 fn assembled(old: &Mesh, parts: &[Result<(u32, u32), u32>], by: [f32; 3]) -> (Mesh, Vec<Kept>) {
     let corners = |i: u32| old.1[i as usize].map(|v| old.0[v as usize]);
     let (mut mesh, mut kept) = (Mesh::default(), Vec::new());
@@ -41,7 +41,7 @@ fn assembled(old: &Mesh, parts: &[Result<(u32, u32), u32>], by: [f32; 3]) -> (Me
     (mesh, kept)
 }
 
-/// The changed tree, whatever it takes.
+/// The changed BVH.
 fn changed(bvh: &Bvh, old: &Mesh, new: &Mesh, kept: &[Kept], quality: Quality) -> Option<Bvh> {
     let numbers = Numbers { kept };
     let gone = (0..old.1.len() as u32)
@@ -54,13 +54,13 @@ fn changed(bvh: &Bvh, old: &Mesh, new: &Mesh, kept: &[Kept], quality: Quality) -
     bvh.changed(&mesh, &options(quality)).unwrap()
 }
 
-/// All ways to ask, with each instruction set: the bits of a tree that was built over the new mesh.
+/// Every query with every instruction set gives the bits of a BVH built over the new mesh.
 fn same(changed: &Bvh, fresh: &Bvh, rays: &[Ray]) {
     let bits = |hit: Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive);
     assert_eq!(changed.space, fresh.space);
     for instruction_set in InstructionSet::available() {
         let [a, b] = [changed, fresh].map(|bvh| Bvh { instruction_set, ..bvh.clone() });
-        // Some hits do not count, by the number of the ray as well.
+        // A filter that depends on the ray and on the hit.
         let odd = |ray: u32, hit: &Hit| !(ray + hit.primitive).is_multiple_of(3);
         let found = |bvh: &Bvh| {
             let (mut all, mut some) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
@@ -111,7 +111,7 @@ fn parts_that_moved_came_or_went_are_found_as_in_a_new_tree() {
         let (old, rays) = scene(kind, 3000);
         let count = old.1.len() as u32;
         let third = count / 3;
-        // Coincident triangles, too: which of them is hit depends on their numbers.
+        // Includes coincident triangles: which of them is hit depends on their indices.
         let cases: [(&[_], [f32; 3]); 5] = [
             (&[Ok((0, third)), Err(100), Ok((third + 100, count - third - 100))], [0.1, 0.2, -0.1]),
             (&[Err(50), Ok((0, count))], [0.0; 3]),

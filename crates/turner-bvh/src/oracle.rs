@@ -1,11 +1,11 @@
-//! The search without a tree: what every tree must find.
+//! Brute force without a BVH: the reference for all traversals.
 
 use crate::simd::Portable;
 use crate::traverse::{SearchRay, Space};
 use crate::triangle::{SMALLEST, corners_meet, distance, precise, weights};
 use crate::{Hit, Ray};
 
-/// The nearest hit among triangles whose corners are already in the units of the tree, one after the other.
+/// The nearest hit among triangles whose vertices are already in the units of the BVH.
 pub(crate) fn closest(triangles: &[(u32, [[f32; 3]; 3])], ray: &Ray, space: &Space) -> Hit {
     let Some(search) = SearchRay::new(Portable, ray, space) else { return Hit::MISS };
     let mut best = Hit { t: search.t_max, ..Hit::MISS };
@@ -18,7 +18,7 @@ pub(crate) fn closest(triangles: &[(u32, [[f32; 3]; 3])], ray: &Ray, space: &Spa
     search.finish(best)
 }
 
-/// One triangle, in plain numbers.
+/// The scalar test of one triangle.
 fn one(ray: &SearchRay, corners: [[f32; 3]; 3]) -> Option<[f32; 3]> {
     let seen = corners.map(|p| ray.shear.corner(p));
     let lanes = seen.map(|p| p.map(|x| [x; 1]));

@@ -1,14 +1,14 @@
-//! A check of the whole structure, for tests and for trees under suspicion.
+//! Validates the structure of a [`Bvh2`].
 
 use crate::bvh2::Node;
 use crate::{Aabb, Bvh2, MAX_DEPTH};
 
 impl Bvh2 {
-    /// Checks the tree against the boxes it was built from, and says what is wrong with it:
+    /// Checks the BVH against the boxes it was built from and reports the first defect:
     ///
     /// * each primitive is in exactly one leaf, or dropped if its box is not valid;
-    /// * the box of each child holds those of all primitives below it;
-    /// * nodes stand in depth-first order, each with one parent, at most [`MAX_DEPTH`] deep.
+    /// * the box of each child contains the boxes of all primitives below it;
+    /// * nodes are in depth-first order, each has one parent, and none is deeper than [`MAX_DEPTH`].
     pub fn validate(&self, bounds: &[Aabb]) -> Result<(), String> {
         self.check_order(bounds)?;
         let leaf_boxes: Vec<Aabb> = self.order().iter().map(|&i| bounds[i as usize]).collect();
@@ -37,10 +37,10 @@ impl Bvh2 {
     }
 }
 
-/// Walks depth first and expects nodes and positions to come up in order, so each of them once.
+/// Walks depth first and expects nodes and positions to appear in order, each once.
 fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
     let (mut next_node, mut next_position) = (0, 0);
-    // Children still to visit, the next one last: the way there as node, side, and the boxes it must keep to.
+    // Children still to visit, the next one last: node, side, and the boxes of its ancestors.
     let mut pending: Vec<(usize, usize, Vec<Aabb>)> = Vec::new();
     if !nodes.is_empty() {
         next_node = 1;
@@ -65,9 +65,7 @@ fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
             };
             for b in boxes {
                 if let Some(outer) = around.iter().position(|outer| !outer.contains(*b)) {
-                    return Err(format!(
-                        "{b:?} in leaf {positions:?} sticks out of the box at depth {outer}"
-                    ));
+                    return Err(format!("{b:?} in leaf {positions:?} exceeds the box at depth {outer}"));
                 }
             }
         } else {
@@ -113,7 +111,7 @@ mod tests {
         bvh.validate(&boxes).unwrap();
         assert!(bvh.validate(&boxes[..99]).unwrap_err().contains("primitive"));
         boxes[50] = boxes[50].grow([50.0, 2.0, 0.0]);
-        assert!(bvh.validate(&boxes).unwrap_err().contains("sticks out"));
+        assert!(bvh.validate(&boxes).unwrap_err().contains("exceeds the box"));
         boxes[50] = Aabb::EMPTY;
         assert!(bvh.validate(&boxes).unwrap_err().contains("wrong list"));
         boxes[50] = unit(50.0);

@@ -1,4 +1,4 @@
-//! Many copies of one noisy sphere, turned, stretched and sheared, in a cube.
+//! Many instances of one noisy sphere, rotated, scaled and sheared, in a cube.
 
 use super::math::{cross, normalize, scale};
 use super::{Camera, Instance, Random, Scene, noisy_icosphere};
@@ -35,7 +35,7 @@ pub(super) fn scene(count: usize, levels: u32) -> Scene {
     }
 }
 
-/// Three unit vectors at right angles.
+/// Three orthonormal vectors.
 fn rotation(random: &mut Random) -> [[f32; 3]; 3] {
     let x = random.direction();
     loop {
@@ -47,7 +47,7 @@ fn rotation(random: &mut Random) -> [[f32; 3]; 3] {
     }
 }
 
-/// By Newton's method: the platform's own differs from machine to machine.
+/// Newton's method: the platform's function differs between machines.
 fn cube_root(x: f32) -> f64 {
     let x = f64::from(x);
     let mut root = x.max(1.0);

@@ -1,10 +1,21 @@
-//! Rays that have nothing in common: many under way, one step each in turn.
+//! Incoherent rays: traverse many at once, one step each in turn.
 //!
-//! A step of one ray waits for memory and for its own last step; meanwhile the processor works on those of other rays.
-//! What it cannot hide are wrong guesses of branches, and whether a ray comes to a node, to a leaf or to its end is
-//! anybody's guess. So rays are not asked: each step ends by putting its ray into one of three queues, by arithmetic, and
-//! queues are worked off one after the other. For the same reason nothing is compared when it is taken off a stack:
-//! whenever a hit is found, which is rare, what lies behind it is swept from the stack.
+//! A step of one ray depends on its previous step and on memory, so a ray alone leaves the processor waiting. With
+//! 16 rays in flight, their independent steps overlap. Mispredicted branches cannot be hidden this way, and whether
+//! a ray reaches a node, a leaf or its end is unpredictable. So no branch tests for it: each step ends by setting
+//! the ray's bit in one of three queues, by arithmetic, and the loop processes one queue after the other:
+//!
+//! ```text
+//!             +---------------------+-------------------+
+//!             v                     |                   |
+//!   ends:  write the hit,   nodes:  test 8 boxes,  leaves:  test the blocks,
+//!          start a new ray          push the hit ones,      drop stack entries behind a new hit,
+//!             |                     pop the next            pop the next
+//!             +---> nodes           +---> nodes | leaves | ends, prefetch its memory
+//! ```
+//!
+//! For the same reason a popped entry is not compared with the nearest hit. Whenever a hit is found, which is rare,
+//! all stack entries behind it are removed.
 
 use super::stack::Stack;
 use super::{GROUP, Leaves, SearchRay, Tree, prepare};
@@ -12,27 +23,27 @@ use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
 
-/// Rays under way at once.
+/// Rays in flight.
 const WAYS: usize = 16;
 
-/// In place of a ray's number.
+/// Marks a slot without a ray.
 const NOBODY: usize = usize::MAX;
 
-/// At the bottom of each stack: the search is over. No node has such a child.
+/// Sentinel at the bottom of each stack: the traversal is complete. No node has such a child.
 const END: u32 = ChildRef::EMPTY.0;
 
-/// One ray under way.
+/// A ray in flight.
 struct Way {
     ray: SearchRay,
     hit: Hit,
     index: usize,
-    /// What comes next.
+    /// The next child to visit.
     child: u32,
     stack: Stack,
 }
 
-/// Which rays wait for which kind of step, one bit each. Every ray under way is in exactly one of these sets, or in the hands
-/// of the loop that took it out.
+/// The queues as bit sets. Every ray in flight is in exactly one of them, or in the local copy of the loop that
+/// processes it.
 #[derive(Clone, Copy, Default)]
 struct Waiting {
     nodes: u32,
@@ -41,7 +52,7 @@ struct Waiting {
 }
 
 impl Waiting {
-    /// Puts a ray where its next child belongs, by arithmetic.
+    /// Adds a ray to the queue of its next child, without branches.
     #[inline(always)]
     fn put(&mut self, way: usize, child: u32) {
         let leaf = child >> 31;
@@ -52,7 +63,7 @@ impl Waiting {
     }
 }
 
-/// Finds the nearest hit of each ray; the first has number `first`.
+/// Finds the nearest hit of each ray; the first ray has index `first`.
 #[inline(always)]
 pub(crate) fn closest<S: Simd, L: Leaves>(
     simd: S,
@@ -64,7 +75,7 @@ pub(crate) fn closest<S: Simd, L: Leaves>(
     run::<S, L, false>(simd, tree, rays, first, |index, hit| hits[index] = hit);
 }
 
-/// Finds whether each ray hits anything; the first has number `first`.
+/// Finds whether each ray hits anything; the first ray has index `first`.
 #[inline(always)]
 pub(crate) fn any<S: Simd, L: Leaves>(
     simd: S,
@@ -97,9 +108,9 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
         child: END,
         stack: Stack::new(),
     });
-    // At first all are at their end, on behalf of nobody.
+    // All slots start at their end, without a ray.
     let mut waiting = Waiting { ends: u32::MAX >> (32 - WAYS), ..Waiting::default() };
-    // Rays are made ready in groups; of the last one made, `ready_set` tells which have not set out.
+    // Rays are prepared in groups; `ready_set` holds those of the last group that have not started.
     let mut ready = [SearchRay::NONE; GROUP];
     let (mut group, mut next, mut ready_set) = (0, 0, 0_u32);
     loop {
@@ -156,7 +167,7 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
     }
 }
 
-/// Searches a node: its children that the ray meets go onto the stack, and the top comes next.
+/// Visits a node: pushes the children that the ray hits, then pops the next child.
 #[inline(always)]
 fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
     let node = tree.node(ChildRef(way.child));
@@ -172,17 +183,17 @@ fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &
     advance(simd, tree, way);
 }
 
-/// Takes the next child off the stack and asks for its memory.
+/// Pops the next child and prefetches its memory.
 #[inline(always)]
 fn advance<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
     way.child = way.stack.take();
     let child = ChildRef(way.child);
     let node: *const u8 = tree.nodes.as_ptr().wrapping_add(child.index()).cast();
-    // Not by a branch: it would be guessed, and the guess is proved only when this step's work is done.
+    // A select instead of a branch: the branch would be mispredicted.
     simd.prefetch(std::hint::select_unpredictable(child.is_leaf(), tree.leaves.address(child), node));
 }
 
-/// Tests what a leaf holds.
+/// Tests the primitives of a leaf.
 #[inline(always)]
 fn leaf<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way, first: usize) {
     let (child, index) = (ChildRef(way.child), (first + way.index) as u32);

@@ -1,11 +1,19 @@
-//! Rays that run together: camera rays of neighbouring pixels, shadow rays of neighbouring points to one light.
+//! Packets of coherent rays: camera rays of neighbouring pixels, shadow rays of neighbouring points to one light.
 //!
-//! A packet goes through the tree as one: a node is entered by an interval that holds the t of all its rays (interval
-//! arithmetic over origins and reciprocal directions: Boulos et al. 2006, "Interactive distribution ray tracing"), triangles
-//! of a leaf are left out by the same test, and what is left meets all rays at once, one ray per lane. Rays that do not run
-//! together (signs or longest axes of directions differ), or whose packet has been to too many places, go on alone.
+//! A packet visits a node once for all its rays. Interval arithmetic over origins and reciprocal directions bounds
+//! their entry and exit distances (Boulos et al. 2006, "Interactive distribution ray tracing"):
 //!
-//! Hits are those of single rays, bit for bit: triangles are tested by the same arithmetic.
+//! ```text
+//!   entry  = max over axes of  min over the packet of  (near plane - o) / d
+//!   exit   = min over axes of  max over the packet of  (far plane - o) / d
+//!   the packet skips a box if entry > exit: then no ray hits it
+//! ```
+//!
+//! In a leaf the same test culls triangles by their bounds; each remaining triangle is tested against all rays at
+//! once, one ray per lane. Rays are traced singly instead if they are incoherent (signs or longest axes of their
+//! directions differ), or after their packet has taken too many steps.
+//!
+//! Hits equal those of single rays bit for bit, because triangles are tested by the same arithmetic.
 
 use super::stack::Stack;
 use super::{PacketLeaves, SearchRay, Tree, single};
@@ -17,25 +25,25 @@ use crate::{Hit, Ray};
 use super::ray::{FARTHEST, FLATTEST, PADDING, SIZE};
 use super::rows::{MOST, Rows};
 
-/// Nodes, leaves and triangles that a packet visits before its rays go on alone.
+/// Steps (nodes, leaves and tested triangles) of a packet before its rays continue singly.
 const PATIENCE: u32 = 100;
 
-/// Rays under way together.
+/// A packet in traversal.
 struct Packet {
     rows: Rows,
-    /// Intervals, by axis: reciprocal directions, and what is subtracted from near and far planes.
+    /// Per axis: the interval of reciprocal directions, and what is subtracted from near and far planes.
     inv: [[f32; 2]; 3],
     near_offset: [f32; 3],
     far_offset: [f32; 3],
     near_side: [u32; 3],
     octant: u32,
-    /// The least `t_min`, the largest `t`.
+    /// The least `t_min` and the largest `t` of all rays.
     start: f32,
     end: f32,
 }
 
-/// Finds the nearest hits of as many rays as there are lanes, numbered from `first`. `None`, and nothing done, if they do
-/// not run together; otherwise whether they ran together all the way.
+/// Finds the nearest hits of one ray per lane, with indices from `first`. Returns `None` without doing anything if the
+/// rays are incoherent; otherwise whether they stayed in the packet to the end.
 #[inline(always)]
 pub(super) fn closest<S: Simd, L: PacketLeaves>(
     simd: S,
@@ -48,7 +56,7 @@ pub(super) fn closest<S: Simd, L: PacketLeaves>(
     Some(packet.run::<S, L, false>(simd, tree, rays, first, |i, hit| hits[i] = hit))
 }
 
-/// Finds whether each of as many rays as there are lanes hits anything. Answers like [`closest`].
+/// Finds whether each ray of a packet hits anything. Returns as [`closest`] does.
 #[inline(always)]
 pub(super) fn any<S: Simd, L: PacketLeaves>(
     simd: S,
@@ -61,7 +69,7 @@ pub(super) fn any<S: Simd, L: PacketLeaves>(
     Some(packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit()))
 }
 
-/// Numbers from `first` on.
+/// Consecutive indices from `first`.
 #[inline(always)]
 fn numbered(first: usize) -> [u32; MOST] {
     let mut index = [0; MOST];
@@ -74,7 +82,7 @@ fn numbered(first: usize) -> [u32; MOST] {
 }
 
 impl Packet {
-    /// `None` if the rays do not run together, or are not ordinary (see [`SearchRay`]).
+    /// `None` if the rays are incoherent or need the rescaling of [`SearchRay`].
     #[inline(always)]
     fn new<S: Simd, L>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], first: usize) -> Option<Packet> {
         let all: u32 = (1 << S::PACKET) - 1;
@@ -95,7 +103,7 @@ impl Packet {
             }
             t_min[i] = if ray.t_min > 0.0 { ray.t_min } else { 0.0 };
             t_max[i] = ray.t_max;
-            // What a comparison of the above does not see: NaN at the start.
+            // A NaN in the interval, which the comparisons above do not detect.
             if !(ray.t_min <= ray.t_max && ray.t_max >= 0.0) {
                 return None;
             }
@@ -177,7 +185,8 @@ impl Packet {
         })
     }
 
-    /// The axes with the longest one last, by the same comparisons as for single rays; `None` if not all rays have the same longest one.
+    /// The axis order with the longest axis last, by the same comparisons as for single rays; `None` if it differs
+    /// among the rays.
     #[inline(always)]
     fn axes<S: Simd>([x, y, z]: [S::Packet; 3]) -> Option<(Axes, [usize; 3])> {
         let all: u32 = (1 << S::PACKET) - 1;
@@ -196,7 +205,7 @@ impl Packet {
         }
     }
 
-    /// Lower bounds of where eight boxes are entered by any ray, and upper ones of where they are left by all.
+    /// For eight boxes, lower bounds of the entry t and upper bounds of the exit t over all rays.
     #[inline(always)]
     fn meets<S: Simd>(&self, simd: S, near: [S::F8; 3], far: [S::F8; 3]) -> (S::F8, S::F8) {
         let entry = self.entry(simd, near[0], 0).max(self.entry(simd, near[1], 1));
@@ -226,7 +235,7 @@ impl Packet {
         self.meets(simd, near, far)
     }
 
-    /// Searches the tree and gives each ray's hit to `found`. Returns whether patience sufficed.
+    /// Traverses the BVH and passes each ray's hit to `found`. Returns whether the rays stayed together.
     #[inline(always)]
     fn run<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,
@@ -289,7 +298,7 @@ impl Packet {
         patience > 0
     }
 
-    /// Tests all rays against those triangles of a block that any may meet; returns how many.
+    /// Tests all rays against the triangles of a block that the packet may hit; returns their count.
     #[inline(always)]
     fn block<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,

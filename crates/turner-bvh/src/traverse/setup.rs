@@ -1,7 +1,7 @@
-//! Eight rays made ready at once.
+//! Prepares eight rays at once, one ray per lane.
 //!
-//! What [`SearchRay::new`] does for one, by the same operations, one ray per lane: a tenth of the time for each, and none of
-//! it on the way from one ray to the next.
+//! Uses the same operations as [`SearchRay::new`] does for one ray, in a tenth of the time per ray, and off the
+//! critical path of traversal.
 
 use super::ray::{FARTHEST, FLATTEST, PADDING, ROWS, SIZE};
 use super::{SearchRay, Space};
@@ -9,10 +9,10 @@ use crate::Ray;
 use crate::node::WideNode;
 use crate::simd::{Lanes, Simd};
 
-/// Rays made ready at once.
+/// Rays prepared at once.
 pub(crate) const GROUP: usize = 8;
 
-/// Makes up to [`GROUP`] rays ready. Returns which of them may meet something, one bit each; the others are not written.
+/// Prepares up to [`GROUP`] rays. Returns a bit set of those that may hit something; the others are not written.
 #[inline(always)]
 pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut [SearchRay; GROUP]) -> u32 {
     let mut usable = 0;
@@ -23,7 +23,7 @@ pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut
         usable = together(simd, eight, space, ready);
         rest &= !usable;
     }
-    // Too few, or out of the ordinary.
+    // Incomplete groups and rays that need rescaling.
     while rest != 0 {
         let i = rest.trailing_zeros() as usize % GROUP;
         rest &= rest - 1;
@@ -35,10 +35,10 @@ pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut
     usable
 }
 
-/// Writes all eight, and returns which of them are ordinary: only these are of use.
+/// Writes all eight rays and returns a bit set of those that need no rescaling. Only these are usable.
 #[inline(always)]
 fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [SearchRay; GROUP]) -> u32 {
-    // No closures here: what they call need not be inlined, and would then lack the instructions.
+    // No closures: they might not be inlined and would then lack the target features.
     let asked = [
         row(simd, &rays[0]),
         row(simd, &rays[1]),
@@ -78,7 +78,7 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
     let down = w7.choose(x.down & y.down, w6.choose(y.down, w5.choose(x.down, w4)));
     let octant = down.choose(z.down, up);
 
-    // The longest axis, by the comparisons that decide for one ray.
+    // The longest axis, by the same comparisons as for one ray.
     let y_over_x = ax.lt(ay);
     let other = ay.choose(y_over_x, ax);
     let by_z = other.le(az);
@@ -100,7 +100,7 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
     ];
     let mut i = 0;
     while i < GROUP {
-        // SAFETY: a `SearchRay` is that many rows of eight numbers of four bytes each.
+        // SAFETY: a `SearchRay` is `ROWS` rows of eight four-byte numbers.
         let to = unsafe { &mut *(&raw mut ready[i]).cast::<[[f32; 8]; ROWS]>() };
         rows[0][i].store(&mut to[0]);
         rows[1][i].store(&mut to[1]);
@@ -111,20 +111,20 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
     ordinary
 }
 
-/// All of a ray.
+/// All eight floats of a ray.
 #[inline(always)]
 fn row<S: Simd>(simd: S, ray: &Ray) -> S::F8 {
-    // SAFETY: a ray is eight numbers.
+    // SAFETY: a ray is eight floats.
     simd.load8(unsafe { &*(&raw const *ray).cast::<[f32; 8]>() })
 }
 
-/// A whole number as bits, for moving about only.
+/// An integer as the bits of a float, only to be moved.
 #[inline(always)]
 fn word<S: Simd>(simd: S, bits: u32) -> S::F8 {
     simd.splat8(f32::from_bits(bits))
 }
 
-/// What slab tests need on one axis.
+/// The data of the slab test on one axis.
 struct Slab<V> {
     inv: V,
     near: V,
@@ -143,7 +143,7 @@ fn slab<S: Simd>(simd: S, origin: S::F8, direction: S::F8, flattest: S::F8, padd
     Slab { inv, near: simd.splat8(0.0).sub(middle).sub(pad), far: pad.sub(middle), side, down }
 }
 
-/// In the order of [`Axes`](crate::triangle::Axes): x, y, z in lanes `by_z`; z, x, y in lanes `by_y`; y, z, x elsewhere.
+/// Permutes as [`Axes`](crate::triangle::Axes): x, y, z in lanes `by_z`; z, x, y in lanes `by_y`; y, z, x elsewhere.
 #[inline(always)]
 fn reorder<V: Lanes>([x, y, z]: [V; 3], by_z: u32, by_y: u32) -> [V; 3] {
     [x.choose(by_z, z.choose(by_y, y)), y.choose(by_z, x.choose(by_y, z)), z.choose(by_z, y.choose(by_y, x))]

@@ -1,4 +1,4 @@
-//! One ray at a time.
+//! Traversal with one ray: depth first, nearest child first, with a stack.
 
 use super::stack::Stack;
 use super::{GROUP, Leaves, SearchRay, Tree, prepare};
@@ -6,7 +6,7 @@ use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
 
-/// The nearest hit; its t is still that of the tree.
+/// The nearest hit, with t in the units of the BVH.
 #[inline(always)]
 pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchRay, index: u32) -> Hit {
     let mut hit = Hit { t: ray.t_max, ..Hit::MISS };
@@ -18,7 +18,7 @@ pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &Sea
     hit
 }
 
-/// Searches what is left on a stack for a hit nearer than `hit`.
+/// Continues a traversal: searches the stack for a hit nearer than `hit`.
 #[inline(always)]
 pub(crate) fn go_on<S: Simd, L: Leaves>(
     simd: S,
@@ -34,7 +34,7 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
             continue;
         }
         let mut child = ChildRef(word);
-        // Down to a leaf, always to the nearest child, which needs no comparison.
+        // Down to a leaf, always to the nearest child, whose entry needs no comparison.
         while !child.is_leaf() {
             let node = tree.node(child);
             let slabs = ray.slabs(simd);
@@ -45,7 +45,7 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
                     child = ChildRef::EMPTY;
                     break;
                 }
-                // One child: straight on.
+                // A single child needs no stack.
                 child = node.children[met.trailing_zeros() as usize & 7];
                 continue;
             }
@@ -69,7 +69,7 @@ pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchR
     any_of(simd, tree, ray, index, &mut stack)
 }
 
-/// Whether there is any hit in what is left on a stack.
+/// Continues an any-hit traversal with the entries of the stack.
 #[inline(always)]
 pub(crate) fn any_of<S: Simd, L: Leaves>(
     simd: S,
@@ -95,7 +95,7 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
     }
 }
 
-/// The nearest hits of many rays, one after the other; the first has number `first`.
+/// The nearest hits of many rays, one ray after the other; the first has index `first`.
 #[inline(always)]
 pub(crate) fn closest_each<S: Simd, L: Leaves>(
     simd: S,
@@ -118,7 +118,7 @@ pub(crate) fn closest_each<S: Simd, L: Leaves>(
     }
 }
 
-/// Whether each of many rays hits anything, one after the other; the first has number `first`.
+/// Whether each of many rays hits anything, one ray after the other; the first has index `first`.
 #[inline(always)]
 pub(crate) fn any_each<S: Simd, L: Leaves>(
     simd: S,

@@ -1,4 +1,4 @@
-//! Triangles: how a ray meets one, and how leaves hold them.
+//! Triangles: the watertight intersection test, and the blocks that leaves store.
 
 mod block;
 mod fill;

@@ -1,4 +1,4 @@
-//! Trees over boxes of anything, against looking at everything.
+//! `BoxBvh` against brute force.
 
 use proptest::prelude::*;
 use turner_bvh::{Aabb, BoxBvh, BuildOptions, Quality, Ray, RefitError};
@@ -9,7 +9,7 @@ fn build(boxes: &[Aabb]) -> BoxBvh {
     BoxBvh::build(boxes, &BuildOptions::default()).unwrap()
 }
 
-/// Every box that the ray meets in exact arithmetic is offered, in all four ways.
+/// All four queries visit every box that the ray intersects in exact arithmetic.
 fn check(bvh: &BoxBvh, boxes: &[Aabb], rays: &[Ray]) {
     let order = bvh.order();
     let mut of_batch = vec![Vec::new(); rays.len()];
@@ -90,7 +90,7 @@ proptest! {
     }
 }
 
-/// The nearest box that each ray enters and where, of equally near ones the lowest number.
+/// The nearest box that each ray enters, and its t; among equally near ones, the lowest index.
 fn nearest(bvh: &BoxBvh, boxes: &[Aabb], rays: &[Ray]) -> Vec<Option<(f32, u32)>> {
     let mut found = vec![None; rays.len()];
     bvh.closest_batch(rays, |i, range, t_max| {
@@ -123,7 +123,7 @@ proptest! {
         let mut refitted = build(&first);
         let mut hits = 0;
         for round in 0..5 {
-            // Refits in turn: a few boxes move slightly, all move at random, all coincide, one becomes invalid, all return.
+            // Refits: a few boxes move, all move randomly, all coincide, one becomes invalid, all return.
             let (anywhere, _) = boxes_and_rays();
             let boxes: Vec<Aabb> = match round {
                 0 => (0..count).map(|i| if i % 17 == 0 { anywhere[i] } else { first[i] }).collect(),
@@ -196,9 +196,9 @@ fn every_valid_ray_is_answered() {
     }
     for bad in [Ray { t_min: f32::NAN, ..still }, Ray { origin: [f32::NAN; 3], ..still }] {
         assert!(!bvh.any(&bad, |_| true));
-        bvh.closest_batch(&[bad], |_, _, _| panic!("nothing to see"));
+        bvh.closest_batch(&[bad], |_, _, _| panic!("an invalid ray visited a leaf"));
     }
-    // NaN ends the search; what is larger is ignored.
+    // NaN ends the traversal; larger values are ignored.
     assert!(bvh.closest(&Ray::new([0.0; 3], [1.0; 3]), |_, _| f32::NAN).is_nan());
     assert_eq!(bvh.closest(&Ray { t_max: 3.0, ..Ray::new([0.0; 3], [1.0; 3]) }, |_, _| 4.0), 3.0);
     let empty = build(&[]);

@@ -1,4 +1,4 @@
-//! What searches promise besides exactness: order, pruning, stopping, and an end for any input.
+//! Traversal of `Bvh2`: order, pruning, early exit, and termination for any input.
 
 use proptest::prelude::*;
 use turner_bvh::{Aabb, Bvh2, Bvh2Options, Ray};
@@ -92,7 +92,11 @@ fn from_inside_and_from_a_negative_start() {
         seen.extend(range.map(|i| bvh.order()[i as usize]));
         t_max
     });
-    assert_eq!(seen, [1, 2], "the search starts at 0: not what lies behind, but what is around");
+    assert_eq!(
+        seen,
+        [1, 2],
+        "the traversal starts at 0: it visits the box around the origin, but nothing behind it"
+    );
 }
 
 #[test]
@@ -127,7 +131,7 @@ fn any_triple() -> impl Strategy<Value = [f32; 3]> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
 
-    /// Whatever the bits of boxes, rays and answers: an end, and no primitive offered twice.
+    /// For any bits in boxes, rays and answers, traversal ends and visits no primitive twice.
     #[test]
     fn every_search_ends(
         corners in prop::collection::vec((any_triple(), any_triple()), 0..60),
@@ -148,7 +152,7 @@ proptest! {
         prop_assert!(offered.iter().all(|&n| n <= 1));
     }
 
-    /// A ray through a point of a box meets that box, up to the rounding of the aim, which the box is grown by.
+    /// A ray through a point of a box hits that box. The box is enlarged by the rounding error of the direction.
     #[test]
     fn a_ray_aimed_at_a_box_meets_it(seed in any::<u64>(), scale in -60..60_i32) {
         let mut random = Random(seed);

@@ -1,4 +1,4 @@
-//! Trees of all sorts of primitives, each checked from top to bottom.
+//! Builds BVHs over many kinds of primitives and validates each one completely.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,7 +40,7 @@ impl Soup {
         Soup { positions, triangles }
     }
 
-    /// Triangles of size `size` all over the unit cube.
+    /// Triangles of size `size` scattered over the unit cube.
     fn scattered(count: usize, size: f32) -> Soup {
         let mut random = Random(count as u64);
         Soup::new((0..count).map(|_| {
@@ -52,7 +52,7 @@ impl Soup {
         }))
     }
 
-    /// Large and small, long and thin.
+    /// A mix of large, small, long and thin triangles.
     fn uneven(count: usize) -> Soup {
         let mut random = Random(7);
         Soup::new((0..count).map(|i| {
@@ -73,7 +73,7 @@ fn options(quality: Quality, threads: usize) -> BuildOptions<'static> {
     BuildOptions { quality, threads, ..BuildOptions::default() }
 }
 
-/// Builds with all qualities, validates, and returns the trees.
+/// Builds with all qualities, validates, and returns the BVHs.
 fn build_all(source: &Source<'_>) -> [WideTree; 3] {
     QUALITIES.map(|quality| {
         let tree = build(source, &options(quality, 1)).unwrap();
@@ -107,7 +107,7 @@ fn trees_of_all_sizes_are_sound() {
 
 #[test]
 fn any_number_of_threads_builds_the_same_tree() {
-    // Enough for several threads to split the root together.
+    // Enough primitives that several threads split the root together.
     for soup in [Soup::scattered(300_000, 0.01), Soup::uneven(30_000)] {
         for quality in QUALITIES {
             let tree = build(&soup.source(), &options(quality, 1)).unwrap();
@@ -121,7 +121,7 @@ fn any_number_of_threads_builds_the_same_tree() {
 
 #[test]
 fn the_order_of_primitives_does_not_shape_the_tree() {
-    // Splits see sets only; what differs is which of two equal centres comes first.
+    // Splits depend on sets. Only the order of equal centres may differ.
     let soup = Soup::scattered(20_000, 0.01);
     let mut reversed = Soup { positions: soup.positions.clone(), triangles: soup.triangles.clone() };
     reversed.triangles.reverse();
@@ -150,7 +150,7 @@ fn grids_lines_and_points_are_no_exception() {
     build_boxes(&points((0..20_000).map(|i| [i as f32, 0.0, 0.0])));
     build_boxes(&points((0..20_000).map(|i| [0.0, (i % 100) as f32, 3.0])));
     build_boxes(&points((0..30_000).map(|i| [(i % 31) as f32, (i / 31 % 31) as f32, (i / 961) as f32])));
-    // Each twice as far as the one before: every split takes off a few.
+    // Each is twice as far as the one before: every split separates only a few.
     let far: Vec<[f32; 3]> =
         (0..2000).map(|i| [(2.0_f32).powf_by_halves(i % 160 - 80), 0.0, i as f32]).collect();
     build_boxes(&points(far));
@@ -280,9 +280,11 @@ fn a_limit_of_memory_is_kept() {
     let with = |limit: usize| {
         build(&soup.source(), &BuildOptions { memory_limit: Some(limit), ..options(Quality::High, 1) })
     };
-    let Err(BuildError::OutOfMemory { needed }) = with(1 << 20) else { panic!("too much for a megabyte") };
+    let Err(BuildError::OutOfMemory { needed }) = with(1 << 20) else {
+        panic!("20,000 triangles need more than a megabyte")
+    };
     assert!(needed > 1 << 20 && needed < 4 << 20, "{needed}");
-    // The less there is, the simpler the tree.
+    // The smaller the limit, the simpler the build.
     let least = with(needed).unwrap();
     let split = with(1 << 30).unwrap();
     assert_eq!(least, build(&soup.source(), &options(Quality::Balanced, 1)).unwrap());

@@ -1,4 +1,4 @@
-//! A check of the whole structure of a wide tree.
+//! Validates the complete structure of a wide BVH.
 
 use super::{NO_PRIMITIVE, Source, WideTree};
 use crate::Aabb;
@@ -21,7 +21,7 @@ pub(super) fn primitive_box(source: &Source<'_>, id: usize) -> Option<Aabb> {
     }
 }
 
-/// Checks everything that traversal relies on; `whole` says that no primitive may be split.
+/// Checks everything that traversal relies on. With `whole`, every primitive must be in exactly one leaf.
 pub(super) fn validate(tree: &WideTree, source: &Source<'_>, whole: bool) -> Result<(), String> {
     let mut check = Check {
         tree,
@@ -46,7 +46,7 @@ struct Check<'a> {
     whole: bool,
     next_node: usize,
     next_block: usize,
-    /// Of each primitive, the boxes of the leaves it is in.
+    /// For each primitive, the boxes of the leaves it is in.
     leaf_boxes: Vec<Vec<Aabb>>,
     max_depth: usize,
     leaves: usize,
@@ -81,7 +81,7 @@ impl Check<'_> {
                 return Err(format!("child {child} of node {index} has the box {bounds:?}"));
             }
             if let Some(outer) = around.last().filter(|outer| !outer.contains(bounds)) {
-                return Err(format!("{bounds:?} of node {index} sticks out of {outer:?}"));
+                return Err(format!("{bounds:?} of node {index} exceeds {outer:?}"));
             }
             around.push(bounds);
             if reference.is_leaf() {
@@ -118,7 +118,7 @@ impl Check<'_> {
         }
         for &id in &slots[..used] {
             let Some(of_primitive) = self.leaf_boxes.get_mut(id as usize) else {
-                return Err(format!("primitive {id} is not there"));
+                return Err(format!("primitive {id} does not exist"));
             };
             of_primitive.push(bounds);
         }
@@ -133,11 +133,11 @@ impl Check<'_> {
             primitives += usize::from(expected.is_some());
             match (expected, leaf_boxes.len()) {
                 (None, 0) => {}
-                (None, _) => return Err(format!("primitive {id} is of no use")),
+                (None, _) => return Err(format!("primitive {id} should have been omitted")),
                 (Some(_), 0) => return Err(format!("primitive {id} is missing")),
                 (Some(b), 1) if leaf_boxes[0].contains(b) => {}
                 (Some(b), 1) => {
-                    return Err(format!("primitive {id} {b:?} sticks out of {:?}", leaf_boxes[0]));
+                    return Err(format!("primitive {id} {b:?} exceeds {:?}", leaf_boxes[0]));
                 }
                 (Some(_), n) if self.whole => return Err(format!("primitive {id} is in {n} leaves")),
                 (Some(_), _) => check_cover(self.source, id, leaf_boxes)?,
@@ -158,7 +158,7 @@ impl Check<'_> {
     }
 }
 
-/// Whether leaf boxes cover a triangle: looks at points all over it.
+/// Checks that leaf boxes cover a triangle, at sample points on it.
 fn check_cover(source: &Source<'_>, id: usize, leaf_boxes: &[Aabb]) -> Result<(), String> {
     let Source::Triangles { positions, triangles, scale } = *source else {
         return Err(format!("box {id} is in {} leaves", leaf_boxes.len()));
@@ -192,12 +192,12 @@ fn check_order(node: &WideNode) -> Result<(), String> {
         let mut sorted = places.clone();
         sorted.sort_unstable();
         if sorted != (0..8).collect::<Vec<_>>() || word >> 24 != 0 {
-            return Err(format!("{word:o} is no order"));
+            return Err(format!("{word:o} is not a permutation"));
         }
         if places[..used].iter().any(|&child| node.children[child] == ChildRef::EMPTY) {
-            return Err(format!("{word:o} has empty places before others"));
+            return Err(format!("{word:o} has empty slots before others"));
         }
-        // A box that lies wholly behind another one on the diagonal does not come first.
+        // A child that the diagonal enters later must not come first.
         let entry = |child: usize| -> f64 {
             let b = node.bounds(child);
             (0..3).map(|i| f64::from(if octant >> i & 1 == 0 { b.min[i] } else { -b.max[i] })).sum()
