@@ -1,6 +1,6 @@
-//! How fast trees of triangles are built, how large they are and how good by the surface area heuristic.
+//! Build speed, size and SAH cost of BVHs over triangles.
 //!
-//! `cargo run --release -p turner-bvh --example build_speed [SHARE OF TRIANGLES] [RUNS] [SCENE]...`
+//! `cargo run --release -p turner-bvh --example build_speed [FRACTION OF TRIANGLES] [RUNS] [SCENE]...`
 
 use std::time::Instant;
 
@@ -57,7 +57,7 @@ fn main() {
     }
 }
 
-/// Builds with one thread and with two in turn.
+/// Alternates builds with one and with two threads.
 fn measure(name: &str, mesh: &Mesh, boxes: Option<&[Aabb]>, quality: Quality, runs: usize) {
     let mut seconds = [const { Vec::new() }; 2];
     let mut stats = None;
@@ -69,13 +69,13 @@ fn measure(name: &str, mesh: &Mesh, boxes: Option<&[Aabb]>, quality: Quality, ru
                 Some(boxes) => build_stats_of_boxes(boxes, &options),
                 None => build_stats(&mesh.positions, &mesh.triangles, &options),
             };
-            // On a machine with other work to do, the time that one thread ran says more than the clock.
+            // On a busy machine, the CPU time of the thread is more precise than the clock.
             let cpu = cpu_seconds().zip(start.1).filter(|_| threads == 1);
             seconds.push(cpu.map_or(start.0.elapsed().as_secs_f64(), |(end, start)| end - start));
-            stats = Some(found.expect("the meshes are sound"));
+            stats = Some(found.expect("the meshes are valid"));
         }
     }
-    let stats = stats.expect("one run at least");
+    let stats = stats.expect("at least one run");
     let count = mesh.triangles.len();
     let [one, two] = seconds.map(|mut seconds| {
         seconds.sort_by(f64::total_cmp);
@@ -91,13 +91,13 @@ fn measure(name: &str, mesh: &Mesh, boxes: Option<&[Aabb]>, quality: Quality, ru
     );
 }
 
-/// How long this thread has run, where the system says so.
+/// CPU time of this thread, where the system reports it.
 fn cpu_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
 }
 
-/// A million small things all over a cube.
+/// A million small triangles scattered over a cube.
 fn spread(share: f32) -> Mesh {
     let mut random = Random(4);
     let count = (1e6 * share) as u32;
@@ -145,7 +145,7 @@ fn grid(size: u32, point: impl Fn(f32, f32) -> [f32; 3]) -> Mesh {
     Mesh { positions, triangles }
 }
 
-/// A sphere with noise on it, as scanned: six grids.
+/// A sphere with noise, like a scan: six grids.
 fn sphere(share: f32) -> Mesh {
     let size = (330.0 * share.sqrt()) as u32;
     let mut random = Random(1);
@@ -182,7 +182,7 @@ fn sticks(share: f32) -> Mesh {
     Mesh { positions, triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect() }
 }
 
-/// Floors and walls of two triangles each, columns, and fine things that stand about.
+/// Floors and walls of two triangles each, columns, and small objects.
 fn architecture(share: f32) -> Mesh {
     let mut random = Random(3);
     let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };

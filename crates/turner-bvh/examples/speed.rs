@@ -1,4 +1,4 @@
-//! Million rays per second on one thread, and build times, for random spheres.
+//! Million rays per second on one thread and build times of `Bvh2` for random spheres.
 //!
 //! `cargo run --release -p turner-bvh --example speed [NUMBER OF SPHERES]...`
 
@@ -15,12 +15,12 @@ struct Sphere {
 
 impl Sphere {
     fn bounds(&self) -> Aabb {
-        // A little larger than the sphere, for the rounding in `hit`.
+        // Slightly larger than the sphere, for the rounding in `hit`.
         let r = self.radius * 1.00001;
         Aabb::new(self.center.map(|c| c - r), self.center.map(|c| c + r))
     }
 
-    /// The nearest intersection within `t_min..=t_max`, for a normalised direction.
+    /// The nearest intersection with `t_min <= t <= t_max`, for a normalised direction.
     #[inline(always)]
     fn hit(&self, ray: &Ray, t_max: f32) -> Option<f32> {
         let [x, y, z] = std::array::from_fn(|i| self.center[i] - ray.origin[i]);
@@ -99,12 +99,12 @@ fn main() {
     }
 }
 
-/// By Newton's method.
+/// Newton's method.
 fn cube_root(x: f32) -> f32 {
     (0..60).fold(x, |y, _| (2.0 * y + x / (y * y)) / 3.0)
 }
 
-/// From a pinhole in front of the cube, in 8 x 8 tiles.
+/// Camera rays from in front of the cube, in 8 x 8 tiles.
 fn primary_rays() -> Vec<Ray> {
     let size = 512;
     (0..size * size)

@@ -113,7 +113,7 @@ proptest! {
     #[test]
     fn a_refitted_tree_hits_what_a_fresh_one_hits(seed in any::<u64>(), count in 1_usize..400) {
         let mut random = Random(seed);
-        // Large enough for rays to meet some.
+        // Large enough that some rays hit.
         let large = |b: &Aabb| Aabb::new(b.min, b.max.map(|x| x + 300.0));
         let mut boxes_and_rays = || {
             let (boxes, rays) = scene(&mut random, count);
