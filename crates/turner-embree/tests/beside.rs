@@ -1,4 +1,4 @@
-//! Embree itself, where it is: TURNER_EMBREE names the shared library. Without it these tests have nothing to test.
+//! Tests with Embree itself: TURNER_EMBREE names the shared library. Without it, tests that need it do nothing.
 
 use std::path::Path;
 use std::sync::Arc;

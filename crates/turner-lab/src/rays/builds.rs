@@ -1,4 +1,4 @@
-//! Building: how long it takes, and how large the trees are.
+//! Builds BVHs and measures time and size.
 
 use std::time::Instant;
 
@@ -11,28 +11,28 @@ use super::table::Column;
 use super::tracer::{Quality, Turner};
 use super::{RaysArgs, Rival};
 
-/// A tree is built again only until this many seconds have gone into it.
+/// Builds are repeated until this many seconds have passed.
 const ENOUGH: f64 = 2.0;
 
-/// The trees that are traced.
+/// The BVHs that are traced.
 pub(super) struct Trees {
     pub(super) turner: Vec<(Quality, Turner)>,
     pub(super) embree: Vec<(Rival, Built)>,
 }
 
-/// What one way of building took.
+/// The result of one builder.
 pub(super) struct BuildRow {
     pub(super) column: Column,
     /// Each build, in order.
     pub(super) seconds: Vec<f64>,
-    /// The middle one.
+    /// The median of `seconds`.
     pub(super) median: f64,
     pub(super) bytes: usize,
-    /// Triangles of the meshes, each once, and instances.
+    /// Triangles of the meshes, counted once, plus instances.
     pub(super) items: usize,
 }
 
-/// One way to build, and what it has built last.
+/// A builder and its latest result.
 struct Site<'a, T> {
     column: Column,
     build: Box<dyn Fn() -> Result<T, String> + 'a>,
@@ -49,7 +49,7 @@ impl<'a, T> Site<'a, T> {
         if self.last.is_some() && self.seconds.iter().sum::<f64>() > ENOUGH {
             return Ok(());
         }
-        // The one before makes room first.
+        // Free the memory of the previous build first.
         self.last = None;
         let start = Instant::now();
         self.last = Some((self.build)()?);
@@ -69,7 +69,7 @@ impl<'a, T> Site<'a, T> {
 }
 
 impl Trees {
-    /// Builds all, in turn.
+    /// Runs all builders in turn.
     pub(super) fn build(
         args: &RaysArgs,
         embree: Option<&Embree>,
@@ -85,7 +85,7 @@ impl Trees {
         }
         let mut rivals: Vec<(Rival, Site<'_, Built>)> = Vec::new();
         if let Some(workshop) = &workshop {
-            // That of low quality is built for its time, also where it is not traced.
+            // Low quality is always built for its build time, even if it is not traced.
             let low = (!args.embree_quality.contains(&Rival::Low)).then_some(Rival::Low);
             for rival in low.into_iter().chain(args.embree_quality.iter().copied()) {
                 rivals.push((rival, Site::new(Column::Embree(rival), move || workshop.build(rival))));
@@ -107,17 +107,17 @@ impl Trees {
             embree: traced.filter_map(|(r, site)| Some((r, site.last?))).collect(),
         };
         if trees.turner.is_empty() {
-            return Err("no quality was asked for".into());
+            return Err("--quality is empty".into());
         }
         Ok((trees, rows))
     }
 
-    /// Turner's tree of the quality named last.
+    /// Turner's BVH of the last quality named.
     pub(super) fn best(&self) -> &dyn Tracer {
         &self.turner[self.turner.len() - 1].1
     }
 
-    /// The tree of Embree that answers are compared with: the watertight one if it is there.
+    /// Embree's BVH that hits are compared with: the watertight one if it was built.
     pub(super) fn judge(&self) -> Option<&dyn Tracer> {
         let robust = self.embree.iter().find(|(rival, _)| *rival == Rival::Robust);
         robust.or(self.embree.last()).map(|(_, tree)| tree as &dyn Tracer)

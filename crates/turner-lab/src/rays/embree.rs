@@ -1,4 +1,4 @@
-//! Embree over a generated scene, on the same terms as Turner's tree.
+//! Embree over a generated scene, under the same conditions as Turner's BVH.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,7 +12,7 @@ use super::Rival;
 use super::measure::{CHUNK, Query, RaySet, Tracer};
 use super::tracer::Hit;
 
-/// Rays as Embree's packets take them.
+/// Rays in the layout of Embree's packets.
 pub(super) type Packets = embree::Packets;
 
 pub(super) fn packets(rays: &[Ray]) -> Packets {
@@ -22,7 +22,7 @@ pub(super) fn packets(rays: &[Ray]) -> Packets {
 /// The loaded library.
 pub(super) struct Embree(embree::Embree);
 
-/// A device, and the meshes of a scene as it reads them.
+/// A device, and the meshes of a scene as Embree reads them.
 pub(super) struct Workshop {
     device: embree::Device,
     geometries: Vec<embree::Geometry>,
@@ -39,7 +39,7 @@ impl Embree {
         Ok(Embree(embree))
     }
 
-    /// Its version, for the head of the table.
+    /// The version, for the table head.
     pub(super) fn version(&self) -> String {
         let version = self.0.device(1).map_or(0, |device| device.version());
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
@@ -62,7 +62,7 @@ impl Embree {
 }
 
 impl Workshop {
-    /// Builds all trees of the scene.
+    /// Builds all BVHs of the scene.
     pub(super) fn build(&self, rival: Rival) -> Result<Built, String> {
         let (quality, robust) = match rival {
             Rival::Low => (embree::Quality::Low, false),
@@ -84,7 +84,7 @@ impl Workshop {
 }
 
 impl Built {
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.0.bytes() + self.1.iter().map(|part| part.bytes()).sum::<usize>()
     }
@@ -124,7 +124,7 @@ impl Tracer for Built {
     }
 }
 
-/// The packets of a range of rays, which begins at a chunk.
+/// The packets of a range of rays that begins at a chunk.
 fn packets_of(range: &Range<usize>) -> Range<usize> {
     range.start / Packets::WIDTH..range.end.div_ceil(Packets::WIDTH)
 }

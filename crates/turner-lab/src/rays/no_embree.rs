@@ -1,4 +1,4 @@
-//! What stands in for Embree in a program built without it.
+//! Replaces Embree in a program built without the feature `embree`.
 
 use std::ops::Range;
 use std::path::Path;
@@ -14,7 +14,7 @@ pub(super) type Packets = ();
 
 pub(super) fn packets(_: &[Ray]) -> Packets {}
 
-/// There is none.
+/// Has no values.
 pub(super) enum Embree {}
 pub(super) enum Workshop {}
 pub(super) enum Built {}

@@ -1,4 +1,4 @@
-//! BSDFs of the suite's materials against their densities and the laws of energy and reciprocity.
+//! Tests BSDFs of the suite's materials: sampling density, energy conservation and reciprocity.
 
 use turner::bsdf::{Bsdf, PrincipledPoint};
 use turner::schema::SceneError;
@@ -31,9 +31,9 @@ fn density(cx: &Context, seed: &str, bsdf: &Bsdf) -> Finding {
     finding(&tests)
 }
 
-/// The most that may be made.
+/// The most energy that a surface may gain in a white furnace.
 const FURNACE: f64 = 1e-3;
-/// What white surfaces may lose.
+/// The most energy that a white surface may lose.
 const LOSS: f64 = 2e-3;
 
 fn surface(cx: &Context, name: &str, point: &PrincipledPoint) -> Result<Finding, SceneError> {
@@ -66,8 +66,8 @@ fn surface(cx: &Context, name: &str, point: &PrincipledPoint) -> Result<Finding,
     let mut found = format!("most seen in a furnace {:+.5}", made);
     let mut used = (made / FURNACE).max(oneway / 2e-5);
     if white && name.starts_with("white") {
-        found += &format!(", least {:+.5}", -lost);
+        found += &format!(", largest loss {:+.5}", -lost);
         used = used.max(lost / LOSS);
     }
-    Ok(Finding::limit(used, 1.0, format!("{found}, one way and back {oneway:.0e}")))
+    Ok(Finding::limit(used, 1.0, format!("{found}, reciprocity error {oneway:.0e}")))
 }

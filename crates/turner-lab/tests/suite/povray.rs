@@ -1,4 +1,4 @@
-//! `turner-lab povray` and `antialias`: another renderer takes turns.
+//! `turner-lab povray` and `antialias`: another renderer alternates with Turner.
 #![cfg(unix)]
 
 use serde_json::Value;
@@ -8,7 +8,7 @@ use crate::folder::Folder;
 const SCENE: &str = "[camera]\nposition = [0, 0, 4]\nlook_at = [0, 0, 0]\n[film]\nwidth = 12\nheight = 8\n\
     [background]\ncolor = [0.2, 0.3, 0.5]\n[[object]]\ntype = \"sphere\"\n[[light]]\ntype = \"point\"\nposition = [3, 4, 5]\n";
 
-/// A program that says what POV-Ray says, and writes a picture that it has.
+/// A script that prints POV-Ray's report and writes an image.
 fn povray(f: &Folder, says: &str) -> String {
     let black = turner_io::image::OutputImage {
         width: 12,
@@ -73,11 +73,11 @@ fn modes_of_anti_aliasing_stand_beside_each_other() {
     assert_eq!(lines.len(), 5 + 3, "{}", run.stdout);
     assert_eq!(lines[7]["mode"], "POV-Ray 16 samples");
     assert_eq!(lines[7]["median_seconds"], 2.5);
-    // A black picture is far from any.
+    // A black image has a large error.
     assert!(
         lines[7]["rmse"].as_f64().unwrap() > 0.1 && lines[4]["rmse"].as_f64().unwrap() < 0.1,
         "{}",
         run.stdout
     );
-    f.lab(&["antialias", "bench/alone.toml"]).fails(1, &["no .pov file beside it"]);
+    f.lab(&["antialias", "bench/alone.toml"]).fails(1, &["no .pov file next to it"]);
 }
