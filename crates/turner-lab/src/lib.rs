@@ -29,7 +29,7 @@ use turner_cli::color;
     styles = color::STYLES,
     disable_help_subcommand = true,
     arg_required_else_help = true,
-    after_help = "Run it in the root of Turner's sources. `turner bench` measures scenes on this machine alone."
+    after_help = "Run it in the root of Turner's sources. `turner bench` measures scenes without other renderers."
 )]
 struct Cli {
     #[command(subcommand)]

@@ -7,7 +7,7 @@ use turner::math::elementary::{exp, ln};
 pub(super) struct Point {
     /// Seconds.
     pub(super) seconds: f64,
-    /// Relative mean square error without the reference's own.
+    /// Relative mean square error, minus the reference's own.
     pub(super) error: f64,
 }
 

@@ -63,7 +63,7 @@ impl PeerKind {
 pub(super) struct PeerPicture {
     /// Seconds of rendering.
     pub(super) seconds: f64,
-    /// Samples per pixel: some samplers round them up.
+    /// Samples per pixel: some samplers round up.
     pub(super) samples: u32,
     /// Linear colours, row by row from the top.
     pub(super) pixels: Vec<[f64; 3]>,

@@ -68,7 +68,7 @@ pub(super) fn summary(series: &[Series]) -> String {
 /// Times to the target errors as a Markdown table.
 pub(super) fn markdown(series: &[Series]) -> String {
     let mut out = String::from(
-        "| scene | threads | renderer | start | seconds to relMSE 0.01 | Turner's share | to 0.001 | Turner's share | million paths/s |\n\
+        "| scene | threads | renderer | start | seconds to relMSE 0.01 | Turner's ratio | to 0.001 | Turner's ratio | million paths/s |\n\
          |---|--:|---|--:|--:|--:|--:|--:|--:|\n",
     );
     for s in series {

@@ -63,10 +63,10 @@ fn surface(cx: &Context, name: &str, point: &PrincipledPoint) -> Result<Finding,
         lost = lost.max(1.0 - a[0].min(a[1]).min(a[2]));
     }
     let white = name.starts_with("white") || name.contains(" white");
-    let mut found = format!("most seen in a furnace {:+.5}", made);
+    let mut found = format!("furnace: gain at most {:+.5}", made);
     let mut used = (made / FURNACE).max(oneway / 2e-5);
     if white && name.starts_with("white") {
-        found += &format!(", largest loss {:+.5}", -lost);
+        found += &format!(", at least {:+.5}", -lost);
         used = used.max(lost / LOSS);
     }
     Ok(Finding::limit(used, 1.0, format!("{found}, reciprocity error {oneway:.0e}")))
