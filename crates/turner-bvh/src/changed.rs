@@ -61,8 +61,8 @@ pub(crate) struct Changed {
     numbers: Option<Vec<u32>>,
 }
 
-/// BVHs of at most this many blocks are rebuilt instead. Traversal tests all their blocks without visiting nodes: at
-/// most half a packet of sixteen.
+/// BVHs of at most this many blocks are rebuilt instead. Up to half a packet (eight blocks), traversal tests all blocks
+/// without visiting nodes and would still hit the triangles of removed leaves.
 const FEW: usize = 16;
 
 /// Rays traced at a time in the second BVH; their copies are on the stack.
