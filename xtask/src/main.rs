@@ -86,7 +86,7 @@ mod tests {
     }
 
     /// Images that this program does not make: they need other renderers, or models that are not in the repository.
-    const BY_OTHERS: [&str; 3] = ["error-over-time.svg", "gltf-test-models.jpg", "bunny.jpg"];
+    const MADE_ELSEWHERE: [&str; 3] = ["error-over-time.svg", "gltf-test-models.jpg", "bunny.jpg"];
 
     fn markdown_below(folder: &Path) -> Vec<PathBuf> {
         let mut files = Vec::new();
@@ -112,7 +112,7 @@ mod tests {
         let images = images();
         for (name, _) in &images {
             let made = PICTURES.iter().any(|p| p.file == name);
-            assert!(made != BY_OTHERS.contains(&name.as_str()), "{name}");
+            assert!(made != MADE_ELSEWHERE.contains(&name.as_str()), "{name}");
         }
         for picture in PICTURES {
             assert!(
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn the_documents_show_pictures_that_are_there() {
+    fn documents_link_to_existing_files() {
         let mut shown = String::new();
         let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
         let others = others.map(|name| root().join(name));

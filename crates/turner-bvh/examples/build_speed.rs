@@ -30,7 +30,7 @@ impl Random {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let share: f32 = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(1.0);
+    let fraction: f32 = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(1.0);
     let runs: usize = arguments.get(1).and_then(|a| a.parse().ok()).unwrap_or(3);
     let wanted = |name: &str| arguments.len() < 3 || arguments[2..].iter().any(|a| a == name);
     println!(
@@ -49,7 +49,7 @@ fn main() {
         if !wanted(name) {
             continue;
         }
-        let mesh = generate(share);
+        let mesh = generate(fraction);
         let boxes = (name == "boxes").then(|| mesh_boxes(&mesh));
         for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
             measure(name, &mesh, boxes.as_deref(), quality, runs);
@@ -98,9 +98,9 @@ fn cpu_seconds() -> Option<f64> {
 }
 
 /// A million small triangles scattered over a cube.
-fn spread(share: f32) -> Mesh {
+fn spread(fraction: f32) -> Mesh {
     let mut random = Random(4);
-    let count = (1e6 * share) as u32;
+    let count = (1e6 * fraction) as u32;
     let positions = (0..count)
         .flat_map(|_| {
             let p = random.point();
@@ -111,18 +111,18 @@ fn spread(share: f32) -> Mesh {
 }
 
 fn mesh_boxes(mesh: &Mesh) -> Vec<Aabb> {
-    let around = |t: &[u32; 3]| t.iter().fold(Aabb::EMPTY, |b, &v| b.grow(mesh.positions[v as usize]));
-    mesh.triangles.iter().map(around).collect()
+    let bounds = |t: &[u32; 3]| t.iter().fold(Aabb::EMPTY, |b, &v| b.grow(mesh.positions[v as usize]));
+    mesh.triangles.iter().map(bounds).collect()
 }
 
 /// A height field.
-fn terrain(share: f32) -> Mesh {
-    let size = (2236.0 * share.sqrt()) as u32;
-    let wave = |x: f32, f: f32| triangle_wave(x * f);
+fn terrain(fraction: f32) -> Mesh {
+    let size = (2236.0 * fraction.sqrt()) as u32;
+    let octave_height = |x: f32, f: f32| triangle_wave(x * f);
     let height = |x: f32, y: f32| {
         (0..9).fold(0.0, |h, octave| {
             let f = (1 << octave) as f32;
-            h + (wave(x + 0.37 * y, f) * wave(y - 0.21 * x + 0.3, f)) * 0.15 / f
+            h + (octave_height(x + 0.37 * y, f) * octave_height(y - 0.21 * x + 0.3, f)) * 0.15 / f
         })
     };
     grid(size, |u, v| [u, v, height(u, v)])
@@ -146,8 +146,8 @@ fn grid(size: u32, point: impl Fn(f32, f32) -> [f32; 3]) -> Mesh {
 }
 
 /// A sphere with noise, like a scan: six grids.
-fn sphere(share: f32) -> Mesh {
-    let size = (330.0 * share.sqrt()) as u32;
+fn sphere(fraction: f32) -> Mesh {
+    let size = (330.0 * fraction.sqrt()) as u32;
     let mut random = Random(1);
     let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };
     for side in 0..6 {
@@ -169,9 +169,9 @@ fn sphere(share: f32) -> Mesh {
 }
 
 /// Long thin triangles in all directions.
-fn sticks(share: f32) -> Mesh {
+fn sticks(fraction: f32) -> Mesh {
     let mut random = Random(2);
-    let count = (500_000.0 * share) as u32;
+    let count = (500_000.0 * fraction) as u32;
     let positions = (0..count)
         .flat_map(|_| {
             let (p, d) = (random.point(), random.point().map(|x| 0.2 * (x - 0.5)));
@@ -183,7 +183,7 @@ fn sticks(share: f32) -> Mesh {
 }
 
 /// Floors and walls of two triangles each, columns, and small objects.
-fn architecture(share: f32) -> Mesh {
+fn architecture(fraction: f32) -> Mesh {
     let mut random = Random(3);
     let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };
     let cuboid = |mesh: &mut Mesh, min: [f32; 3], max: [f32; 3], turn: f32| {
@@ -212,8 +212,8 @@ fn architecture(share: f32) -> Mesh {
             cuboid(&mut mesh, [0.0, y, z], [40.0, y + 0.15, z + 2.8], 0.1);
         }
     }
-    let things = (5200.0 * share) as u32;
-    for _ in 0..things {
+    let objects = (5200.0 * fraction) as u32;
+    for _ in 0..objects {
         let p = random.point();
         let floor = (p[2] * floors as f32).floor() * 3.0;
         let size = random.point().map(|x| 0.02 + 1.2 * x * x * x);

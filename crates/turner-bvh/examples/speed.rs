@@ -66,8 +66,8 @@ impl Random {
 }
 
 fn main() {
-    let asked: Vec<u32> = std::env::args().skip(1).filter_map(|count| count.parse().ok()).collect();
-    for count in if asked.is_empty() { vec![4, 30, 10_000, 1_000_000] } else { asked } {
+    let requested: Vec<u32> = std::env::args().skip(1).filter_map(|count| count.parse().ok()).collect();
+    for count in if requested.is_empty() { vec![4, 30, 10_000, 1_000_000] } else { requested } {
         let mut random = Random(1);
         let size = 0.6 / cube_root(count as f32);
         let spheres: Vec<Sphere> = (0..count)
@@ -131,9 +131,9 @@ fn measure(name: &str, bvh: &Bvh2, spheres: &[Sphere], rays: &[Ray]) {
         black_box(rays.iter().filter(|ray| any(bvh, spheres, ray)).count());
     });
     let millions = rays.len() as f64 / 1e6;
-    let share = 100.0 * hits as f64 / rays.len() as f64;
+    let percent = 100.0 * hits as f64 / rays.len() as f64;
     println!(
-        "  {name}: closest {:6.2} M/s, any {:6.2} M/s, {share:.0} % hit",
+        "  {name}: closest {:6.2} M/s, any {:6.2} M/s, {percent:.0} % hit",
         millions / closest,
         millions / any
     );

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::build::wide::{self, Source, WideTree};
 use crate::changed::Changed;
 use crate::node::WideNode;
-use crate::traverse::{Blocks, FARTHEST, Space, Tree};
+use crate::traverse::{Blocks, MAX_COORDINATE, Space, Tree};
 use crate::triangle::{Block, fill_blocks};
 use crate::{BuildError, BuildOptions, BuildStats, Hit, InstructionSet, Ray, search};
 
@@ -191,7 +191,7 @@ pub(crate) fn scaled(
     let scale = scale(positions);
     let tree = build(scale)?;
     let space = Space::of(scale, &tree.nodes);
-    if scale >= 1.0 || space.reach >= NEAREST {
+    if scale >= 1.0 || space.reach >= MIN_REACH {
         return Ok((tree, space));
     }
     // The farthest vertices are unused or belong to omitted triangles: scale by what the BVH contains.
@@ -202,7 +202,7 @@ pub(crate) fn scaled(
 }
 
 /// The least extent of a BVH from the origin, after scaling.
-pub(crate) const NEAREST: f32 = 1.0 / 1024.0;
+pub(crate) const MIN_REACH: f32 = 1.0 / 1024.0;
 
 /// The scale for a mesh, from its finite vertices.
 pub(crate) fn scale(positions: &[[f32; 3]]) -> f32 {
@@ -212,7 +212,7 @@ pub(crate) fn scale(positions: &[[f32; 3]]) -> f32 {
 
 /// The power of two that brings coordinates up to `reach` into the range of traversal; 1 for ordinary sizes.
 pub(crate) fn scale_of(reach: f32) -> f32 {
-    if (NEAREST..=FARTHEST).contains(&reach) || reach < f32::MIN_POSITIVE {
+    if (MIN_REACH..=MAX_COORDINATE).contains(&reach) || reach < f32::MIN_POSITIVE {
         return 1.0;
     }
     // Small meshes are scaled up to about 1. Large ones are scaled down to 2^30, which leaves room for distant ray

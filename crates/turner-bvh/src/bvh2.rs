@@ -162,9 +162,9 @@ impl Bvh2 {
     ) -> f32 {
         loop {
             let node = &self.nodes[index];
-            let (entry, met) = slabs.test(&node.planes, t_max);
-            let mut side = (met >> 1) as usize;
-            if met == 3 {
+            let (entry, hit_mask) = slabs.test(&node.planes, t_max);
+            let mut side = (hit_mask >> 1) as usize;
+            if hit_mask == 3 {
                 let near = usize::from(entry[1] < entry[0]);
                 match node.leaf(near) {
                     None => t_max = self.walk(slabs, node.child(near), t_max, leaf),
@@ -172,11 +172,11 @@ impl Bvh2 {
                 }
                 side = near ^ 1;
                 // Not `>`: NaN ends the traversal.
-                let put_off_still_counts = entry[side] <= t_max;
-                if !put_off_still_counts {
+                let farther_still_counts = entry[side] <= t_max;
+                if !farther_still_counts {
                     return t_max;
                 }
-            } else if met == 0 {
+            } else if hit_mask == 0 {
                 return t_max;
             }
             match node.leaf(side) {

@@ -154,17 +154,20 @@ fn rays_along_axes_planes_edges_and_from_vertices() {
     // From vertex to vertex, along edges and past them.
     for (i, a) in positions.iter().enumerate() {
         let b = positions[(i * 37 + 11) % positions.len()];
-        let way = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
-        rays.push(Ray::new(*a, way));
-        rays.push(Ray { t_min: 1.0, t_max: 1.0, ..Ray::new(*a, way) });
-        rays.push(Ray { t_max: 0.5, ..Ray::new(*a, way) });
-        rays.push(Ray::new([a[0] - 1e4 * way[0], a[1] - 1e4 * way[1], a[2] - 1e4 * way[2]], way));
+        let direction = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+        rays.push(Ray::new(*a, direction));
+        rays.push(Ray { t_min: 1.0, t_max: 1.0, ..Ray::new(*a, direction) });
+        rays.push(Ray { t_max: 0.5, ..Ray::new(*a, direction) });
+        rays.push(Ray::new(
+            [a[0] - 1e4 * direction[0], a[1] - 1e4 * direction[1], a[2] - 1e4 * direction[2]],
+            direction,
+        ));
     }
     check(&mesh, &rays);
 }
 
 #[test]
-fn sizes_from_tiny_to_huge_and_rays_from_afar() {
+fn tiny_and_huge_sizes_and_distant_rays() {
     let (positions, triangles) = field(6);
     let mut random = Random::new(5);
     for scale in [1e-30_f32, 1e-15, 1e-6, 1.0, 1e9, 1e18, 1e30] {
@@ -173,11 +176,11 @@ fn sizes_from_tiny_to_huge_and_rays_from_afar() {
         let mut rays = Vec::new();
         for i in 0..200 {
             let distance = [1.0, 1e3, 1e6, 1e9][i % 4];
-            let way = random.direction();
+            let direction = random.direction();
             let at = [6.0 * random.unit(), 6.0 * random.unit(), random.unit()];
-            let origin = [0, 1, 2].map(|k| (at[k] - distance * way[k]) * scale);
+            let origin = [0, 1, 2].map(|k| (at[k] - distance * direction[k]) * scale);
             let length = [1.0, scale, 1e-20, 1e20][i / 4 % 4];
-            rays.push(Ray::new(origin, way.map(|x| x * length)));
+            rays.push(Ray::new(origin, direction.map(|x| x * length)));
         }
         check(&mesh, &rays);
         let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
@@ -222,7 +225,7 @@ fn no_ray_slips_through_edges_and_vertices() {
 }
 
 #[test]
-fn rays_that_are_none_hit_nothing_and_do_not_hang() {
+fn invalid_rays_hit_nothing_and_terminate() {
     let (positions, triangles) = field(12);
     let mesh = Triangles { positions: &positions, triangles: &triangles };
     let good = Ray::new([6.1, 6.2, 10.0], [0.0, 0.0, -1.0]);
@@ -283,7 +286,7 @@ fn filters_see_hits_in_the_callers_units() {
 }
 
 #[test]
-fn the_binary_tree_agrees() {
+fn the_binary_bvh_agrees() {
     let scene = SceneKind::Architecture.generate(30_000);
     let mesh = &scene.meshes[0];
     let triangles = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
@@ -361,18 +364,18 @@ proptest! {
         grid in prop::collection::vec(prop::array::uniform3(-4_i8..=4), 3..40),
         wild in prop::collection::vec(prop::array::uniform3(any::<f32>()), 0..4),
         corners in prop::collection::vec(prop::array::uniform3(any::<prop::sample::Index>()), 1..60),
-        ways in prop::collection::vec((prop::array::uniform3(-5_i8..=5), prop::array::uniform3(-3_i8..=3)), 1..40),
-        strange in prop::collection::vec((prop::array::uniform3(any::<f32>()), prop::array::uniform3(any::<f32>())), 0..4),
+        directions in prop::collection::vec((prop::array::uniform3(-5_i8..=5), prop::array::uniform3(-3_i8..=3)), 1..40),
+        arbitrary in prop::collection::vec((prop::array::uniform3(any::<f32>()), prop::array::uniform3(any::<f32>())), 0..4),
     ) {
         let mut positions: Vec<[f32; 3]> = grid.iter().map(|p| p.map(|x| f32::from(x) * 0.37)).collect();
         positions.extend(&wild);
         let triangles: Vec<[u32; 3]> =
             corners.iter().map(|t| [0, 1, 2].map(|i| t[i].index(positions.len()) as u32)).collect();
-        let mut rays: Vec<Ray> = ways
+        let mut rays: Vec<Ray> = directions
             .iter()
             .map(|(o, d)| Ray::new(o.map(|x| f32::from(x) * 0.37), d.map(f32::from)))
             .collect();
-        rays.extend(strange.iter().map(|(o, d)| Ray::new(*o, *d)));
+        rays.extend(arbitrary.iter().map(|(o, d)| Ray::new(*o, *d)));
         check(&Triangles { positions: &positions, triangles: &triangles }, &rays);
     }
 }

@@ -18,7 +18,7 @@
 use std::sync::Arc;
 
 use crate::build::wide::{self, Source, WideTree, set_order};
-use crate::bvh::{NEAREST, scale_of};
+use crate::bvh::{MIN_REACH, scale_of};
 use crate::node::{ChildRef, WideNode};
 use crate::search;
 use crate::traverse::{Blocks, Space, Tree};
@@ -58,15 +58,15 @@ pub(crate) struct Changed {
     nodes: Vec<WideNode>,
     blocks: Vec<Block>,
     /// Maps an old triangle index to its new index; `None` if no index changed.
-    numbers: Option<Vec<u32>>,
+    index_map: Option<Vec<u32>>,
 }
 
 /// BVHs of at most this many blocks are rebuilt instead. Up to half a packet (eight blocks), traversal tests all blocks
 /// without visiting nodes and would still hit the triangles of removed leaves.
-const FEW: usize = 16;
+const MIN_BLOCKS: usize = 16;
 
 /// Rays traced at a time in the second BVH; their copies are on the stack.
-const AT_ONCE: usize = 256;
+const CHUNK: usize = 256;
 
 /// A dynamic filter, so that all callers share one copy of the traversal code.
 type Filter<'a> = &'a dyn Fn(u32, &Hit) -> bool;
@@ -84,21 +84,21 @@ impl Bvh {
         mesh: &ChangedMesh<'_>,
         options: &BuildOptions<'_>,
     ) -> Result<Option<Bvh>, BuildError> {
-        if self.changed.is_some() || self.blocks.len() <= FEW {
+        if self.changed.is_some() || self.blocks.len() <= MIN_BLOCKS {
             return Ok(None);
         }
         let scale = self.space.scale;
-        let numbers = Numbers { kept: mesh.kept };
+        let index_map = IndexMap { kept: mesh.kept };
         let mut cut = Cut {
             blocks: &self.blocks,
             gone: Aabb { min: mesh.gone.min.map(|x| x * scale), max: mesh.gone.max.map(|x| x * scale) },
-            numbers: &numbers,
+            index_map: &index_map,
             orphans: Vec::new(),
         };
         let mut nodes = self.nodes.clone();
         cut.node(&mut nodes, 0);
         let mut ids = cut.orphans;
-        ids.extend(numbers.added(mesh.count).flatten());
+        ids.extend(index_map.added(mesh.count).flatten());
         ids.sort_unstable();
         ids.dedup();
         let added = small_tree(&ids, mesh.corners, scale, options)?;
@@ -106,7 +106,7 @@ impl Bvh {
         let space = Space { reach: base.reach.max(small.reach), ..base };
         let first = scale_of(mesh.farthest);
         let reach = space.reach * space.unscale;
-        let wanted = if first >= 1.0 || reach * first >= NEAREST { first } else { scale_of(reach) };
+        let wanted = if first >= 1.0 || reach * first >= MIN_REACH { first } else { scale_of(reach) };
         if wanted != scale {
             return Ok(None);
         }
@@ -114,8 +114,8 @@ impl Bvh {
         stats.blocks += added.1.len();
         stats.nodes += added.0.len();
         stats.bytes += size_of_val(&added.0[..]) + size_of_val(&added.1[..]);
-        let numbers = numbers.table(self.triangles);
-        let changed = Some(Box::new(Changed { nodes: added.0, blocks: added.1, numbers }));
+        let index_map = index_map.table(self.triangles);
+        let changed = Some(Box::new(Changed { nodes: added.0, blocks: added.1, index_map }));
         let blocks = Arc::clone(&self.blocks);
         let triangles = mesh.count;
         Ok(Some(Bvh {
@@ -137,30 +137,31 @@ fn small_tree(
     scale: f32,
     options: &BuildOptions<'_>,
 ) -> Result<(Vec<WideNode>, Vec<Block>), BuildError> {
-    let (mut positions, mut numbers) = (Vec::with_capacity(3 * ids.len()), Vec::with_capacity(ids.len()));
+    let (mut positions, mut index_map) = (Vec::with_capacity(3 * ids.len()), Vec::with_capacity(ids.len()));
     for &id in ids {
         if let Some(corners) = corners(id) {
             positions.extend(corners);
-            numbers.push(id);
+            index_map.push(id);
         }
     }
-    let triangles: Vec<[u32; 3]> = (0..numbers.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let triangles: Vec<[u32; 3]> =
+        (0..index_map.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let mesh = Triangles { positions: &positions, triangles: &triangles };
     let source = Source::Triangles { positions: &positions, triangles: &triangles, scale };
     let WideTree { nodes, slots, .. } = wide::build_best(&source, options)?;
     let mut blocks = fill_blocks(&mesh, scale, &slots, options.threads)?;
     for id in blocks.iter_mut().flat_map(|block| &mut block.ids) {
-        *id = numbers.get(*id as usize).copied().unwrap_or(wide::NO_PRIMITIVE);
+        *id = index_map.get(*id as usize).copied().unwrap_or(wide::NO_PRIMITIVE);
     }
     Ok((nodes, blocks))
 }
 
 /// Maps triangle indices of the old mesh to those of the new mesh.
-struct Numbers<'a> {
+struct IndexMap<'a> {
     kept: &'a [Kept],
 }
 
-impl Numbers<'_> {
+impl IndexMap<'_> {
     /// The new index of a triangle that is kept.
     fn of(&self, id: u32) -> Option<u32> {
         let after = self.kept.partition_point(|k| k.from <= id);
@@ -196,7 +197,7 @@ struct Cut<'a> {
     blocks: &'a [Block],
     /// Bounds of the removed triangles, in scaled units.
     gone: Aabb,
-    numbers: &'a Numbers<'a>,
+    index_map: &'a IndexMap<'a>,
     /// New indices of kept triangles in removed leaves.
     orphans: Vec<u32>,
 }
@@ -225,17 +226,17 @@ impl Cut<'_> {
         }
         let node = &mut nodes[index];
         set_order(node);
-        let there = (0..8).filter(|i| node.children[*i] != ChildRef::EMPTY);
-        Some(there.fold(Aabb::EMPTY, |all, i| all.union(node.bounds(i))))
+        let occupied = (0..8).filter(|i| node.children[*i] != ChildRef::EMPTY);
+        Some(occupied.fold(Aabb::EMPTY, |all, i| all.union(node.bounds(i))))
     }
 
     /// Whether a leaf contains a removed triangle. If so, its kept triangles become orphans.
     fn leaf(&mut self, leaf: ChildRef) -> bool {
         let blocks = &self.blocks[leaf.first_block()..leaf.first_block() + leaf.blocks()];
         let ids = || blocks.iter().flat_map(|block| block.ids).filter(|id| *id != wide::NO_PRIMITIVE);
-        let gone = ids().any(|id| self.numbers.of(id).is_none());
+        let gone = ids().any(|id| self.index_map.of(id).is_none());
         if gone {
-            self.orphans.extend(ids().filter_map(|id| self.numbers.of(id)));
+            self.orphans.extend(ids().filter_map(|id| self.index_map.of(id)));
         }
         gone
     }
@@ -247,8 +248,8 @@ fn overlap(a: Aabb, b: Aabb) -> bool {
 
 impl Changed {
     fn renumbered(&self, hit: &Hit) -> Hit {
-        let number = |numbers: &Vec<u32>| numbers.get(hit.primitive as usize).copied();
-        let primitive = self.numbers.as_ref().and_then(number).unwrap_or(hit.primitive);
+        let number = |index_map: &Vec<u32>| index_map.get(hit.primitive as usize).copied();
+        let primitive = self.index_map.as_ref().and_then(number).unwrap_or(hit.primitive);
         Hit { primitive, ..*hit }
     }
 }
@@ -274,16 +275,16 @@ impl Bvh {
         let old = |ray: u32, hit: &Hit| filter(ray, &changed.renumbered(hit));
         let old = leaves(&self.blocks, &old);
         search::closest_triangles(tree(self, &self.nodes, &old), rays, hits);
-        let mut near = [Ray::new([0.0; 3], [0.0; 3]); AT_ONCE];
-        let mut nearer = [Hit::MISS; AT_ONCE];
-        for (part, (rays, hits)) in rays.chunks(AT_ONCE).zip(hits.chunks_mut(AT_ONCE)).enumerate() {
+        let mut near = [Ray::new([0.0; 3], [0.0; 3]); CHUNK];
+        let mut nearer = [Hit::MISS; CHUNK];
+        for (part, (rays, hits)) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)).enumerate() {
             let (near, nearer) = (&mut near[..rays.len()], &mut nearer[..rays.len()]);
             for ((near, ray), hit) in near.iter_mut().zip(rays).zip(&mut *hits) {
                 *hit = changed.renumbered(hit);
                 let t_max = if hit.t < ray.t_max { hit.t } else { ray.t_max };
                 *near = Ray { t_max, ..*ray };
             }
-            let first = (part * AT_ONCE) as u32;
+            let first = (part * CHUNK) as u32;
             let new = |ray: u32, hit: &Hit| filter(first + ray, hit);
             let new = leaves(&changed.blocks, &new);
             search::closest_triangles(tree(self, &changed.nodes, &new), near, nearer);
@@ -300,15 +301,15 @@ impl Bvh {
         let old = |ray: u32, hit: &Hit| filter(ray, &changed.renumbered(hit));
         let old = leaves(&self.blocks, &old);
         search::any_triangles(tree(self, &self.nodes, &old), rays, hits);
-        let mut left = [Ray::new([0.0; 3], [0.0; 3]); AT_ONCE];
-        let mut found = [false; AT_ONCE];
-        for (part, (rays, hits)) in rays.chunks(AT_ONCE).zip(hits.chunks_mut(AT_ONCE)).enumerate() {
+        let mut left = [Ray::new([0.0; 3], [0.0; 3]); CHUNK];
+        let mut found = [false; CHUNK];
+        for (part, (rays, hits)) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)).enumerate() {
             let (left, found) = (&mut left[..rays.len()], &mut found[..rays.len()]);
             for ((left, ray), hit) in left.iter_mut().zip(rays).zip(&*hits) {
                 // Rays that already hit something get an empty interval.
                 *left = if *hit { Ray { t_max: f32::NEG_INFINITY, ..*ray } } else { *ray };
             }
-            let first = (part * AT_ONCE) as u32;
+            let first = (part * CHUNK) as u32;
             let new = |ray: u32, hit: &Hit| filter(first + ray, hit);
             let new = leaves(&changed.blocks, &new);
             search::any_triangles(tree(self, &changed.nodes, &new), left, found);

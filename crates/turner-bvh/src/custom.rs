@@ -7,7 +7,7 @@ use crate::build::wide::{self, Source};
 use crate::bvh::scale_of;
 use crate::node::{ChildRef, WideNode};
 use crate::simd::Simd;
-use crate::traverse::{FARTHEST, Leaves, SearchRay, Space, Tree};
+use crate::traverse::{Leaves, MAX_COORDINATE, SearchRay, Space, Tree};
 use crate::{Aabb, BuildError, BuildOptions, BuildStats, Hit, InstructionSet, Ray, search};
 
 /// A BVH over boxes of any primitives: traversal yields ranges of primitives, and the caller intersects them.
@@ -54,8 +54,7 @@ impl BoxBvh {
     pub fn build(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BoxBvh, BuildError> {
         let scale = BoxBvh::scale(boxes);
         let tree = wide::build(&Source::Boxes { boxes, scale, width: 1 }, options)?;
-        let dropped =
-            if tree.stats.non_finite == 0 { Vec::new() } else { left_out(&tree.slots, boxes.len()) };
+        let dropped = if tree.stats.non_finite == 0 { Vec::new() } else { omitted(&tree.slots, boxes.len()) };
         let space = Space::of(scale, &tree.nodes);
         let mut bvh = BoxBvh {
             nodes: tree.nodes,
@@ -209,7 +208,7 @@ impl BoxBvh {
         let scale = self.space.scale;
         // The scale is 1 unless the BVH is very large or small.
         let t_scale = longest * scale;
-        far * scale <= FARTHEST
+        far * scale <= MAX_COORDINATE
             && (1e-36..1e36).contains(&longest)
             && (1e-36..1e36).contains(&t_scale)
             && ray.is_valid()
@@ -217,12 +216,12 @@ impl BoxBvh {
 }
 
 /// The primitives that are in no leaf.
-fn left_out(slots: &[u32], count: usize) -> Vec<u32> {
-    let mut there = vec![false; count];
+fn omitted(slots: &[u32], count: usize) -> Vec<u32> {
+    let mut present = vec![false; count];
     for &id in slots {
-        there[id as usize] = true;
+        present[id as usize] = true;
     }
-    (0..count as u32).filter(|&id| !there[id as usize]).collect()
+    (0..count as u32).filter(|&id| !present[id as usize]).collect()
 }
 
 /// Positions in a leaf.

@@ -2,7 +2,7 @@
 
 use crate::simd::Portable;
 use crate::traverse::{SearchRay, Space};
-use crate::triangle::{SMALLEST, corners_meet, distance, precise, weights};
+use crate::triangle::{MIN_EDGE_SUM, distance, edge_test, precise, weights};
 use crate::{Hit, Ray};
 
 /// The nearest hit among triangles whose vertices are already in the units of the BVH.
@@ -20,17 +20,17 @@ pub(crate) fn closest(triangles: &[(u32, [[f32; 3]; 3])], ray: &Ray, space: &Spa
 
 /// The scalar test of one triangle.
 fn one(ray: &SearchRay, corners: [[f32; 3]; 3]) -> Option<[f32; 3]> {
-    let seen = corners.map(|p| ray.shear.corner(p));
-    let lanes = seen.map(|p| p.map(|x| [x; 1]));
-    let (inside, edges) = corners_meet(&lanes, [0.0]);
+    let sheared = corners.map(|p| ray.shear.corner(p));
+    let lanes = sheared.map(|p| p.map(|x| [x; 1]));
+    let (inside, edges) = edge_test(&lanes, [0.0]);
     if inside == 0 {
         return None;
     }
     let z = ray.shear.shear[2];
     let ([t], sum) = distance(&lanes, &edges, [z]);
-    if !(ray.t_min <= t && t < f32::INFINITY && SMALLEST <= sum[0].abs()) {
+    if !(ray.t_min <= t && t < f32::INFINITY && MIN_EDGE_SUM <= sum[0].abs()) {
         return None;
     }
     let [[u], [v], [off]] = weights(&lanes, &edges, [1.0], sum);
-    if off <= ray.shear.tolerance { Some([t, u, v]) } else { precise(&seen, z, ray.shear.tolerance, t) }
+    if off <= ray.shear.tolerance { Some([t, u, v]) } else { precise(&sheared, z, ray.shear.tolerance, t) }
 }

@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ray_with_any_part_not_a_number_is_not_valid() {
+    fn rays_with_non_finite_parts_are_invalid() {
         let good = Ray::new([f32::MAX, f32::MIN, -0.0], [1e-45, f32::MAX, 0.0]);
         assert!(good.is_valid());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {

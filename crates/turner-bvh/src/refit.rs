@@ -91,8 +91,8 @@ fn set_boxes(nodes: &mut [WideNode], leaf: impl Fn(ChildRef) -> Aabb) {
                     boxes[node.index()]
                 }
             };
-            let there = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis]);
-            let bounds = if there { bounds } else { Aabb::EMPTY };
+            let is_valid_box = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis]);
+            let bounds = if is_valid_box { bounds } else { Aabb::EMPTY };
             node.set(i, bounds, child);
             all = all.union(bounds);
         }

@@ -28,7 +28,7 @@
 //!
 //! | case | near | far |
 //! |---|---|---|
-//! | `1 / direction` overflows, or direction 0 | `inv` clamped to `MAX`: smaller, and never NaN | infinite; `0 * inf` is NaN and constrains nothing: the ray lies in the plane |
+//! | `1 / d` overflows, or `d` is 0 | `inv` clamped to `MAX`: lower, never NaN | infinite; NaN in the plane: ignored |
 //! | `1 / direction` is subnormal (imprecise) | 0: constrains nothing | raised to a normal number |
 //! | `plane - origin` overflows | 0 for origins that far away | infinite: correct |
 //! | the product overflows | infinite: the true `t` exceeds `f32::MAX` too | the same |
@@ -118,13 +118,13 @@ mod tests {
     /// Whether the ray hits the box, and its entry. Asserts that it misses the empty box in the second slot.
     fn test(ray: &Ray, b: Aabb) -> (bool, f32) {
         let reach = b.min.iter().chain(&b.max).fold(0.0_f32, |r, x| r.max(x.abs()));
-        let (entry, met) = Slabs::new(ray, reach).test(&pair(b), ray.t_max);
-        assert!(met < 2, "hit the empty box: {ray:?}");
-        (met == 1, entry[0])
+        let (entry, hit_mask) = Slabs::new(ray, reach).test(&pair(b), ray.t_max);
+        assert!(hit_mask < 2, "hit the empty box: {ray:?}");
+        (hit_mask == 1, entry[0])
     }
 
     #[test]
-    fn the_empty_box_is_missed_by_every_kind_of_direction() {
+    fn every_direction_misses_the_empty_box() {
         let values = [0.0, -0.0, 1.0, -1.0, 1e-45, -1e-45, f32::MAX, f32::MIN];
         for origin in [[0.0; 3], [f32::MAX; 3], [f32::MIN; 3]] {
             for direction in values.into_iter().flat_map(|x| values.map(|y| [x, y, 1.0])) {
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_beside_the_box_are_missed() {
+    fn rays_next_to_the_box_miss() {
         let b = Aabb::new([-1.0; 3], [1.0; 3]);
         assert!(!test(&Ray::new([1.001, 0.0, -5.0], [0.0, 0.0, 1.0]), b).0);
         assert!(!test(&Ray::new([-1.001, 0.0, -5.0], [-0.0, 0.0, 1.0]), b).0);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn within_a_face_is_met_for_both_zeros() {
+    fn rays_within_a_face_hit_for_both_zeros() {
         let b = Aabb::new([-1.0; 3], [1.0; 3]);
         for zero in [0.0, -0.0] {
             for x in [-1.0, 1.0] {

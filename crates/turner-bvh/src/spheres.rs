@@ -112,15 +112,15 @@ impl<S: Simd> Rays<S> {
         let d = self.direction;
         let across = f.cross(d);
         let discriminant = self.a * r2 - across.dot(across);
-        let met = discriminant.ge(zero) & self.moving;
-        if !met.any() {
+        let hits = discriminant.ge(zero) & self.moving;
+        if !hits.any() {
             return None;
         }
         let b = -f.dot(d);
         let c = f.dot(f) - r2;
         let away = b.lt(zero) & c.gt(zero) & self.forward;
-        let met = met.and_not(away);
-        if !met.any() {
+        let hits = hits.and_not(away);
+        if !hits.any() {
             return None;
         }
         let q = b + discriminant.sqrt().copysign(b);
@@ -129,7 +129,7 @@ impl<S: Simd> Rays<S> {
         let near = b.gt(zero) & self.contains(t0, t_max);
         let far = b.le(zero) & self.contains(t1, t_max);
         let t = near.select(t0, far.select(t1, t0.or_larger(t1)));
-        Some((met & self.contains(t, t_max), t))
+        Some((hits & self.contains(t, t_max), t))
     }
 
     #[inline(always)]
@@ -188,8 +188,8 @@ impl Work for Any<'_> {
             let idle = t_max.is_nan().bits();
             let mut hit = idle;
             for sphere in self.spheres {
-                if let Some((met, _)) = rays.hit(sphere, t_max) {
-                    hit |= met.bits();
+                if let Some((hits, _)) = rays.hit(sphere, t_max) {
+                    hit |= hits.bits();
                     if hit == u8::MAX {
                         break;
                     }

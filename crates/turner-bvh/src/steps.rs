@@ -57,7 +57,10 @@ fn walk(nodes: &[WideNode], unscale: f32, ray: &Ray, mut leaf: impl FnMut(ChildR
         let Some(node) = nodes.get(child.index()) else { continue };
         count += 1;
         for (i, child) in node.children.iter().enumerate() {
-            if *child != ChildRef::EMPTY && height < stack.len() && meets(node, i, f64::from(unscale), ray) {
+            if *child != ChildRef::EMPTY
+                && height < stack.len()
+                && intersects(node, i, f64::from(unscale), ray)
+            {
                 stack[height] = *child;
                 height += 1;
             }
@@ -67,7 +70,7 @@ fn walk(nodes: &[WideNode], unscale: f32, ray: &Ray, mut leaf: impl FnMut(ChildR
 }
 
 /// Whether a ray intersects the box of a child.
-fn meets(node: &WideNode, child: usize, unscale: f64, ray: &Ray) -> bool {
+fn intersects(node: &WideNode, child: usize, unscale: f64, ray: &Ray) -> bool {
     let (mut first, mut last) = (f64::from(ray.t_min), f64::from(ray.t_max));
     for axis in 0..3 {
         let (o, d) = (f64::from(ray.origin[axis]), f64::from(ray.direction[axis]));
@@ -100,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_behind_the_end_or_beside_costs_nothing() {
+    fn nodes_behind_t_max_or_off_the_ray_are_not_counted() {
         let (positions, triangles) = row(1000);
         let mesh = Triangles { positions: &positions, triangles: &triangles };
         let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
@@ -112,13 +115,13 @@ mod tests {
         assert!(near.blocks == 1 && near.nodes < 6, "{near:?}");
         let half = bvh.steps(&Ray { t_max: 50_000.0, ..along });
         assert!(half.blocks.abs_diff(all.blocks / 2) <= 2, "{half:?} of {all:?}");
-        let beside = bvh.steps(&Ray::new([5.0, 0.0, -1.0], [0.0, 0.0, 1.0]));
-        assert_eq!((beside.nodes, beside.blocks), (1, 0));
+        let off_ray = bvh.steps(&Ray::new([5.0, 0.0, -1.0], [0.0, 0.0, 1.0]));
+        assert_eq!((off_ray.nodes, off_ray.blocks), (1, 0));
         assert_eq!(bvh.steps(&Ray::new([f32::NAN; 3], [0.0, 0.0, 1.0])), Steps::default());
     }
 
     #[test]
-    fn leaves_of_boxes_are_those_of_the_search() {
+    fn leaves_of_boxes_are_those_of_traversal() {
         let boxes: Vec<Aabb> = (0..200)
             .map(|i| {
                 let p = [i * 7 % 31, i * 13 % 29, i * 17 % 23].map(|v| v as f32);
@@ -126,11 +129,11 @@ mod tests {
             })
             .collect();
         let bvh = BoxBvh::build(&boxes, &BuildOptions::default()).unwrap();
-        let (mut nodes, mut met, mut more) = (0, 0, 0);
+        let (mut nodes, mut visited, mut more) = (0, 0, 0);
         for i in 0..100u32 {
             // From one side, each a little higher and further to the side.
-            let place = [i % 10, i / 10].map(|v| 3.0 * v as f32 + 0.4);
-            let ray = Ray::new([-1.0, place[0], place[1]], [1.0, 0.1 - 0.02 * (i % 7) as f32, 0.05]);
+            let position = [i % 10, i / 10].map(|v| 3.0 * v as f32 + 0.4);
+            let ray = Ray::new([-1.0, position[0], position[1]], [1.0, 0.1 - 0.02 * (i % 7) as f32, 0.05]);
             let (mut walked, mut searched) = (Vec::new(), Vec::new());
             nodes += bvh.steps(&ray, |leaf| walked.extend(leaf));
             bvh.closest(&ray, |leaf, t_max| {
@@ -139,9 +142,12 @@ mod tests {
             });
             // Traversal pads the boxes a little.
             assert!(walked.iter().all(|leaf| searched.contains(leaf)), "ray {i}: {walked:?} {searched:?}");
-            met += walked.len();
+            visited += walked.len();
             more += searched.len() - walked.len();
         }
-        assert!(nodes > 200 && met > 40 && 10 * more < met, "{nodes} nodes, {met} boxes, {more} more");
+        assert!(
+            nodes > 200 && visited > 40 && 10 * more < visited,
+            "{nodes} nodes, {visited} boxes, {more} more"
+        );
     }
 }

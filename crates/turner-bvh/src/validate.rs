@@ -46,10 +46,10 @@ fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
         next_node = 1;
         pending.extend([(0, 1, Vec::new()), (0, 0, Vec::new())]);
     }
-    while let Some((index, side, mut around)) = pending.pop() {
+    while let Some((index, side, mut ancestors)) = pending.pop() {
         let node = &nodes[index];
-        around.push(node.bounds(side));
-        if around.len() > MAX_DEPTH {
+        ancestors.push(node.bounds(side));
+        if ancestors.len() > MAX_DEPTH {
             return Err(format!("node {index} is deeper than {MAX_DEPTH}"));
         }
         if let Some(positions) = node.leaf(side) {
@@ -64,7 +64,7 @@ fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
                 return Err(format!("the leaf {positions:?} is beyond {}", leaf_boxes.len()));
             };
             for b in boxes {
-                if let Some(outer) = around.iter().position(|outer| !outer.contains(*b)) {
+                if let Some(outer) = ancestors.iter().position(|outer| !outer.contains(*b)) {
                     return Err(format!("{b:?} in leaf {positions:?} exceeds the box at depth {outer}"));
                 }
             }
@@ -77,7 +77,7 @@ fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
                 ));
             }
             next_node += 1;
-            pending.extend([(child, 1, around.clone()), (child, 0, around)]);
+            pending.extend([(child, 1, ancestors.clone()), (child, 0, ancestors)]);
         }
     }
     if (next_node, next_position) != (nodes.len(), leaf_boxes.len()) {
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_good_tree_passes_and_other_boxes_do_not() {
+    fn a_valid_bvh_passes_and_other_boxes_fail() {
         let mut boxes: Vec<Aabb> = (0..100).map(|i| unit(i as f32)).collect();
         let bvh = Bvh2::build(&boxes, &Bvh2Options::default()).unwrap();
         bvh.validate(&boxes).unwrap();
@@ -135,7 +135,7 @@ mod tests {
                 vec![node((boxes[0], Child::leaf(0, 3)), (Aabb::EMPTY, Child::leaf(0, 0))), lower],
             ),
             ("a primitive twice", vec![node((all, a), (all, Child::leaf(0, 2)))]),
-            ("a primitive left out", vec![node((boxes[0], a), (boxes[1], b))]),
+            ("a primitive omitted", vec![node((boxes[0], a), (boxes[1], b))]),
             ("positions beyond the end", vec![node((boxes[0], a), (all, Child::leaf(1, 9)))]),
             ("a box too small", vec![node((boxes[0], a), (boxes[1], Child::leaf(1, 2)))]),
             ("a box above too small", vec![node((boxes[0], a), (boxes[1], Child::node(1))), lower]),

@@ -58,7 +58,7 @@ fn mean(renderer: &Renderer) -> f64 {
 }
 
 #[test]
-fn a_convex_body_sees_all_of_the_sky_above_it() {
+fn a_convex_surface_receives_the_complete_sky() {
     let ball = vec![ShapeDesc::Sphere(SphereDesc::default())];
     let desc = scene(ball, DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 4.0);
     let renderer = rendered(&desc, &SkyLight::default(), 1);
@@ -72,13 +72,13 @@ fn a_convex_body_sees_all_of_the_sky_above_it() {
     assert_eq!(pixel(0, 0), [SKY, SKY, SKY, 1.0]);
     // Each sample is a camera ray; those on the sphere have a sky ray.
     assert_eq!(renderer.stats.camera, 16 * 16 * 64);
-    let share = renderer.stats.shadow as f64 / renderer.stats.camera as f64;
+    let fraction = renderer.stats.shadow as f64 / renderer.stats.camera as f64;
     let disk = std::f64::consts::PI / 16.0;
-    assert!((share - disk).abs() < 0.005, "{share} of the image, not {disk}");
+    assert!((fraction - disk).abs() < 0.005, "{fraction} of the image, not {disk}");
 }
 
 #[test]
-fn a_ball_hides_its_form_factor_of_the_sky() {
+fn a_sphere_occludes_its_form_factor_of_the_sky() {
     // Nusselt: a sphere of radius r at height h directly above occludes (r/h)² = 1/4 of the cosine-weighted hemisphere.
     let open = f64::from(ALBEDO * SKY) * 0.75;
     let found = mean(&rendered(&ball_over_floor(0.01), &SkyLight::default(), 2));

@@ -139,12 +139,12 @@ impl Builder {
         let right_first = first + left_items.len() as u32;
         let index = nodes.len();
         nodes.push(Node::PLACEHOLDER);
-        let left_share = (threads * left_items.len() / count).clamp(1, threads.max(2) - 1);
+        let left_threads = (threads * left_items.len() / count).clamp(1, threads.max(2) - 1);
         let left_set = Set { items: left_items, first, bounds: left.bounds, depth: depth + 1 };
         let right_set =
             Set { items: right_items, first: right_first, bounds: right.bounds, depth: depth + 1 };
         let children = if threads > 1 && count >= MIN_PARALLEL {
-            self.both_at_once(left_set, right_set, [left_share, threads - left_share], nodes)
+            self.both_at_once(left_set, right_set, [left_threads, threads - left_threads], nodes)
         } else {
             [self.subtree(left_set, 1, nodes), self.subtree(right_set, 1, nodes)]
         };

@@ -134,27 +134,27 @@ fn railing(mesh: &mut Mesh, z: f32) {
     }
 }
 
-/// Small stones around the columns and along the walls, up to `size` triangles in total.
+/// Small stones circle_points the columns and along the walls, up to `size` triangles in total.
 fn ornament(mesh: &mut Mesh, size: usize) {
     let stone = noisy_icosphere(1, 0.1, 4);
     let room = size.saturating_sub(mesh.triangles.len()) / stone.triangles.len();
     let mut random = Random::new(3);
-    let around = circle(4);
+    let circle_points = circle(4);
     let feet: Vec<[f32; 2]> = columns().flat_map(|x| [[x, -ROW], [x, ROW]]).collect();
     for i in 0..room {
         let radius = random.between(0.02, 0.06);
-        let place = if i % 4 == 3 {
+        let position = if i % 4 == 3 {
             // Along the walls, below the windows.
             let side = if random.unit() < 0.5 { -1.0 } else { 1.0 };
             [random.between(-LENGTH, LENGTH), random.between(1.5, 1.9), side * (WIDTH - 0.32)]
         } else {
             let [x, z] = feet[i % feet.len()];
-            let [c, s] = around[(random.bits() % around.len() as u64) as usize];
+            let [c, s] = circle_points[(random.bits() % circle_points.len() as u64) as usize];
             let height = if i % 4 == 0 { 1.2 } else { HEIGHT - 2.2 };
             [x + 0.58 * c, height + random.between(-0.25, 0.25), z + 0.58 * s]
         };
         let first = mesh.positions.len() as u32;
-        mesh.positions.extend(stone.positions.iter().map(|&p| add(place, scale(radius, p))));
+        mesh.positions.extend(stone.positions.iter().map(|&p| add(position, scale(radius, p))));
         mesh.triangles.extend(stone.triangles.iter().map(|t| t.map(|i| first + i)));
     }
 }

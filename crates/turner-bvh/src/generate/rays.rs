@@ -27,11 +27,11 @@ pub fn primary(camera: &Camera, resolution: u32) -> Vec<Ray> {
     let pixels = (0..side * side).map(|i| (every_second_bit(i), every_second_bit(i >> 1)));
     let inside = pixels.filter(|&(x, y)| x < resolution && y < resolution);
     let rays = inside.map(|(x, y)| {
-        let mut place = |pixel: u32| {
+        let mut film_position = |pixel: u32| {
             let at = (pixel as f32 + random.unit()) / resolution as f32;
             camera.half_width * (2.0 * at - 1.0)
         };
-        let (x, y) = (place(x), place(y));
+        let (x, y) = (film_position(x), film_position(y));
         let direction = add(forward, add(scale(x, right), scale(-y, up)));
         Ray::new(camera.eye, normalize(direction))
     });
@@ -59,23 +59,23 @@ pub fn point(scene: &Scene, extent: f32, ray: &Ray, t: f32, instance: u32, primi
 /// Shadow rays from each point to a point light: a hit at `0 <= t <= t_max` is an occluder.
 pub fn shadow(points: &[Point], light: [f32; 3]) -> Vec<Ray> {
     let towards = points.iter().map(|point| {
-        let way = sub(light, point.position);
-        Ray { t_max: 0.9999 * length(way), ..Ray::new(point.position, normalize(way)) }
+        let to_light = sub(light, point.position);
+        Ray { t_max: 0.9999 * length(to_light), ..Ray::new(point.position, normalize(to_light)) }
     });
     towards.collect()
 }
 
 /// Rays from each point in a cosine-distributed direction: diffuse interreflection.
 pub fn diffuse(points: &[Point]) -> Vec<Ray> {
-    about(points, f32::INFINITY, 13)
+    from_points(points, f32::INFINITY, 13)
 }
 
 /// As [`diffuse`], up to the distance `reach`: ambient occlusion.
 pub fn ambient(points: &[Point], reach: f32) -> Vec<Ray> {
-    about(points, reach, 17)
+    from_points(points, reach, 17)
 }
 
-fn about(points: &[Point], t_max: f32, seed: u64) -> Vec<Ray> {
+fn from_points(points: &[Point], t_max: f32, seed: u64) -> Vec<Ray> {
     let mut random = Random::new(seed);
     let away = points.iter().map(|point| {
         let direction = random.cosine(point.normal);

@@ -58,14 +58,14 @@ pub(crate) fn closest_triangles<S: Simd, L: PacketLeaves>(
 ) {
     let mut groups = Groups::new::<S>();
     while let Some(group) = groups.next::<S>(rays) {
-        let found = if groups.may_run_together {
+        let found = if groups.may_be_packet {
             packet::closest(simd, tree, &rays[group..group + S::PACKET], group, &mut hits[group..])
         } else {
             None
         };
-        let (from, to) = groups.went::<S>(found, rays.len());
+        let (from, to) = groups.record::<S>(found, rays.len());
         if from < to {
-            if few::are_few::<S, L>(tree) {
+            if few::applies::<S, L>(tree) {
                 few::closest(simd, tree, &rays[from..to], from, &mut hits[from..to]);
             } else {
                 closest_batch(simd, tree, &rays[from..to], from, &mut hits[from..to]);
@@ -84,12 +84,12 @@ pub(crate) fn any_triangles<S: Simd, L: PacketLeaves>(
 ) {
     let mut groups = Groups::new::<S>();
     while let Some(group) = groups.next::<S>(rays) {
-        let found = if groups.may_run_together {
+        let found = if groups.may_be_packet {
             packet::any(simd, tree, &rays[group..group + S::PACKET], group, &mut hits[group..])
         } else {
             None
         };
-        let (from, to) = groups.went::<S>(found, rays.len());
+        let (from, to) = groups.record::<S>(found, rays.len());
         if from < to {
             any_batch(simd, tree, &rays[from..to], from, &mut hits[from..to]);
         }
@@ -101,9 +101,9 @@ struct Groups {
     /// First ray of the next group.
     next: usize,
     /// First ray that is not yet traced and not in a packet.
-    alone: usize,
+    first_single: usize,
     /// Whether the current group may be a packet.
-    may_run_together: bool,
+    may_be_packet: bool,
     /// Groups left that do not try to form a packet.
     pause: u32,
     last_pause: u32,
@@ -113,7 +113,7 @@ impl Groups {
     fn new<S: Simd>() -> Groups {
         // Packets need vectors of eight lanes.
         let pause = if S::PACKET >= 8 { 0 } else { u32::MAX };
-        Groups { next: 0, alone: 0, may_run_together: false, pause, last_pause: 0 }
+        Groups { next: 0, first_single: 0, may_be_packet: false, pause, last_pause: 0 }
     }
 
     /// The first ray of the next group; the last group may be smaller.
@@ -122,8 +122,7 @@ impl Groups {
         let group = self.next;
         let left = rays.get(group..).filter(|left| !left.is_empty())?;
         self.next = group + S::PACKET.min(left.len());
-        self.may_run_together =
-            self.pause == 0 && left.len() >= S::PACKET && run_together(&left[..S::PACKET]);
+        self.may_be_packet = self.pause == 0 && left.len() >= S::PACKET && are_coherent(&left[..S::PACKET]);
         self.pause = self.pause.saturating_sub(1);
         Some(group)
     }
@@ -131,8 +130,8 @@ impl Groups {
     /// Records the result of the group: `None` if it was not a packet, otherwise whether the packet stayed together.
     /// Returns the rays that are now to be traced without packets.
     #[inline(always)]
-    fn went<S: Simd>(&mut self, found: Option<bool>, len: usize) -> (usize, usize) {
-        let from = self.alone;
+    fn record<S: Simd>(&mut self, found: Option<bool>, len: usize) -> (usize, usize) {
+        let from = self.first_single;
         let Some(held) = found else {
             let to = if self.next == len { len } else { from };
             return (from, to);
@@ -143,14 +142,14 @@ impl Groups {
             self.last_pause = (2 * self.last_pause + 1).clamp(PAUSES[0], PAUSES[1]);
             self.pause = self.last_pause;
         }
-        self.alone = self.next;
+        self.first_single = self.next;
         (from, self.next - S::PACKET)
     }
 }
 
 /// Whether a packet is worth a try: compares the signs of three directions.
 #[inline(always)]
-fn run_together(rays: &[Ray]) -> bool {
+fn are_coherent(rays: &[Ray]) -> bool {
     let [a, b, c] = [&rays[0], &rays[rays.len() / 2], &rays[rays.len() - 1]].map(|ray| ray.direction);
     let differ = |i: usize| (a[i].to_bits() ^ b[i].to_bits()) | (a[i].to_bits() ^ c[i].to_bits());
     (differ(0) | differ(1) | differ(2)) >> 31 == 0

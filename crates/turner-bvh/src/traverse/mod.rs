@@ -37,7 +37,7 @@ pub(crate) use batch::{any_batch, any_triangles, closest_batch, closest_triangle
 #[cfg(test)]
 pub(crate) use interleaved::{any as any_interleaved, closest as closest_interleaved};
 pub(crate) use leaves::{Blocks, Leaves, PacketLeaves};
-pub(crate) use ray::{FARTHEST, SearchRay, Space};
+pub(crate) use ray::{MAX_COORDINATE, SearchRay, Space};
 use setup::{GROUP, prepare};
 pub(crate) use single::{any, closest};
 

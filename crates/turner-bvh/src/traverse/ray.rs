@@ -31,13 +31,13 @@ use crate::{Hit, Ray};
 pub(super) const PADDING: f32 = 24.0;
 
 /// The largest supported coordinate: products of three such numbers are finite.
-pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
+pub(crate) const MAX_COORDINATE: f32 = (1_u64 << 40) as f32;
 
-/// Directions are not rescaled if their longest component is between `1 / SIZE` and `SIZE`.
-pub(super) const SIZE: f32 = (1 << 20) as f32;
+/// Directions are not rescaled if their longest component is between `1 / MAX_DIRECTION` and `MAX_DIRECTION`.
+pub(super) const MAX_DIRECTION: f32 = (1 << 20) as f32;
 
 /// Each component of a direction is raised to at least this fraction of the longest one.
-pub(super) const FLATTEST: f32 = 1.0 / (1_u64 << 40) as f32;
+pub(super) const MIN_COMPONENT: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// The coordinate system of a BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,14 +115,14 @@ impl SearchRay {
         let mut direction = simd.load4(&[dx, dy, dz, ray.t_min]);
         let mut longest = larger(larger(dx.abs(), dy.abs()), dz.abs());
         let (mut t_scale, mut to_tree) = (1.0, 1.0);
-        let ordinary = space.scale == 1.0 && (1.0 / SIZE..=SIZE).contains(&longest);
+        let ordinary = space.scale == 1.0 && (1.0 / MAX_DIRECTION..=MAX_DIRECTION).contains(&longest);
         if !ordinary {
             [t_scale, to_tree, longest] = rescale(space, longest);
             // A direction of length 1 has length `scale` in the BVH, so t does not change.
             origin = origin.mul(simd.splat4(space.scale));
             direction = direction.mul(simd.splat4(t_scale * space.scale));
         }
-        let within = origin.abs().le(simd.splat4(FARTHEST)) & direction.abs().le(simd.splat4(f32::MAX));
+        let within = origin.abs().le(simd.splat4(MAX_COORDINATE)) & direction.abs().le(simd.splat4(f32::MAX));
         let usable =
             within & 7 == 7 && longest >= f32::MIN_POSITIVE && ray.t_min <= ray.t_max && ray.t_max >= 0.0;
         if !usable {
@@ -133,16 +133,16 @@ impl SearchRay {
         let far = larger(larger(ox.abs(), oy.abs()), oz.abs());
         let size = far + space.reach;
         let padding = PADDING * size * f32::EPSILON;
-        let d = direction.abs().max(simd.splat4(FLATTEST * longest)).with_sign(direction);
+        let d = direction.abs().max(simd.splat4(MIN_COMPONENT * longest)).with_sign(direction);
         let inv = simd.splat4(1.0).div(d);
-        let middle = origin.mul(inv);
+        let scaled_origin = origin.mul(inv);
         let pad = simd.splat4(padding).mul(inv.abs());
         let down = d.lt(simd.splat4(0.0)) & 7;
         let [x, y, z] = [down & 1, down >> 1 & 1, down >> 2];
         Some(SearchRay {
             inv: array(inv),
-            near_offset: array(simd.splat4(0.0).sub(middle).sub(pad)),
-            far_offset: array(pad.sub(middle)),
+            near_offset: array(simd.splat4(0.0).sub(scaled_origin).sub(pad)),
+            far_offset: array(pad.sub(scaled_origin)),
             spare: [0.0; 6],
             near_side: [x * WideNode::UPPER, y * WideNode::UPPER, z * WideNode::UPPER],
             octant: down,
@@ -186,7 +186,7 @@ impl<V: Lanes> Slabs<V> {
     /// For each box, a lower bound of the t at which the ray enters it and an upper bound of the t at which it leaves
     /// it (at most `t_max`). The ray hits the box if entry <= exit.
     #[inline(always)]
-    pub(crate) fn meets<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, t_max: f32) -> (V, V) {
+    pub(crate) fn intersect<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, t_max: f32) -> (V, V) {
         let near = [self.near(simd, node, 0), self.near(simd, node, 1), self.near(simd, node, 2)];
         let far = [self.far(simd, node, 0), self.far(simd, node, 1), self.far(simd, node, 2)];
         let entry = near[0].max(near[1]).max(near[2].max(self.t_min));

@@ -5,17 +5,17 @@
 use super::PacketLeaves;
 use crate::Hit;
 use crate::simd::{Lanes, Simd};
-use crate::triangle::{Axes, BLOCK, Block, Corners, SMALLEST, Shear, corners_meet, depth, weights};
+use crate::triangle::{Axes, BLOCK, Block, Corners, MIN_EDGE_SUM, Shear, depth, edge_test, weights};
 
 /// The most rays in a row.
-pub(super) const MOST: usize = 16;
+pub(super) const MAX_RAYS: usize = 16;
 
 /// One float per ray.
-pub(super) type Row = [f32; MOST];
+pub(super) type Row = [f32; MAX_RAYS];
 
 /// Error bounds of the approximate t: relative, and absolute for numbers below the normal range.
 const MARGIN: f32 = 1.0 / 512.0;
-const LITTLE: f32 = 1e-30;
+const TINY: f32 = 1e-30;
 
 /// Up to [`Simd::PACKET`] rays with the same longest axis, and their nearest hits so far.
 pub(super) struct Rows {
@@ -34,7 +34,7 @@ pub(super) struct Rows {
     /// Factor from t in the BVH to the caller's t.
     pub(super) t_scale: Row,
     /// Indices of the rays.
-    pub(super) index: [u32; MOST],
+    pub(super) index: [u32; MAX_RAYS],
 }
 
 impl Rows {
@@ -47,7 +47,7 @@ impl Rows {
 
     /// A vertex in the sheared space of each ray: [`Shear::corner`], one ray per lane.
     #[inline(always)]
-    fn seen<S: Simd>(&self, simd: S, corner: &[[f32; BLOCK]; 3], lane: usize) -> [S::Packet; 3] {
+    fn sheared_corner<S: Simd>(&self, simd: S, corner: &[[f32; BLOCK]; 3], lane: usize) -> [S::Packet; 3] {
         let [x, y, z] = self.axes.refs(corner);
         let [x, y, z] = [simd.splat_packet(x[lane]), simd.splat_packet(y[lane]), simd.splat_packet(z[lane])];
         let [sx, sy] = [simd.load_packet(&self.shear[0]), simd.load_packet(&self.shear[1])];
@@ -68,11 +68,11 @@ impl Rows {
         lane: usize,
     ) {
         let corners: Corners<S::Packet> = [
-            self.seen(simd, &block.corners[0], lane),
-            self.seen(simd, &block.corners[1], lane),
-            self.seen(simd, &block.corners[2], lane),
+            self.sheared_corner(simd, &block.corners[0], lane),
+            self.sheared_corner(simd, &block.corners[1], lane),
+            self.sheared_corner(simd, &block.corners[2], lane),
         ];
-        let (inside, edges) = corners_meet(&corners, simd.splat_packet(0.0));
+        let (inside, edges) = edge_test(&corners, simd.splat_packet(0.0));
         if inside == 0 {
             return;
         }
@@ -80,11 +80,11 @@ impl Rows {
         let (ends, t_min) = (simd.load_packet(&self.t), simd.load_packet(&self.t_min));
         let shear_z = simd.load_packet(&self.shear[2]);
         // Most triangles are clearly too near or too far, which an approximate t without a division shows. (t
-        // underflows, or sums do, far below `LITTLE`; NaN is kept.)
-        let guess = depth.mul(sum.near_inverse()).mul(shear_z);
-        let latest = ends.mul_add(simd.splat_packet(1.0 + MARGIN), simd.splat_packet(LITTLE));
-        let earliest = t_min.mul_add(simd.splat_packet(1.0 - MARGIN), simd.splat_packet(-LITTLE));
-        let possible = inside & !(latest.lt(guess) | guess.lt(earliest));
+        // underflows, or sums do, far below `TINY`; NaN is kept.)
+        let approximate = depth.mul(sum.near_inverse()).mul(shear_z);
+        let latest = ends.mul_add(simd.splat_packet(1.0 + MARGIN), simd.splat_packet(TINY));
+        let earliest = t_min.mul_add(simd.splat_packet(1.0 - MARGIN), simd.splat_packet(-TINY));
+        let possible = inside & !(latest.lt(approximate) | approximate.lt(earliest));
         if possible == 0 {
             return;
         }
@@ -93,7 +93,7 @@ impl Rows {
         if candidates == 0 {
             return;
         }
-        candidates &= simd.splat_packet(SMALLEST).le(sum.abs());
+        candidates &= simd.splat_packet(MIN_EDGE_SUM).le(sum.abs());
         let [u, v, off] = weights(&corners, &edges, simd.splat_packet(1.0), sum);
         let close = off.le(simd.load_packet(&self.tolerance));
         let primitive = block.ids[lane];
@@ -107,12 +107,12 @@ impl Rows {
             number.choose(candidates, simd.load_packet(&self.primitive)).store(&mut self.primitive);
             return;
         }
-        let [mut ts, mut us, mut vs] = [[0.0; MOST]; 3];
+        let [mut ts, mut us, mut vs] = [[0.0; MAX_RAYS]; 3];
         t.store(&mut ts);
         u.store(&mut us);
         v.store(&mut vs);
         while candidates != 0 {
-            let i = candidates.trailing_zeros() as usize % MOST;
+            let i = candidates.trailing_zeros() as usize % MAX_RAYS;
             candidates &= candidates - 1;
             let (mut t, mut u, mut v) = (ts[i], us[i], vs[i]);
             if close >> i & 1 == 0 {

@@ -3,7 +3,7 @@
 //! Uses the same operations as [`SearchRay::new`] does for one ray, in a tenth of the time per ray, and off the
 //! critical path of traversal.
 
-use super::ray::{FARTHEST, FLATTEST, PADDING, ROWS, SIZE};
+use super::ray::{MAX_COORDINATE, MAX_DIRECTION, MIN_COMPONENT, PADDING, ROWS};
 use super::{SearchRay, Space};
 use crate::Ray;
 use crate::node::WideNode;
@@ -20,7 +20,7 @@ pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut
     if let Ok(eight) = <&[Ray; GROUP]>::try_from(rays)
         && space.scale == 1.0
     {
-        usable = together(simd, eight, space, ready);
+        usable = prepare_eight(simd, eight, space, ready);
         rest &= !usable;
     }
     // Incomplete groups and rays that need rescaling.
@@ -37,9 +37,14 @@ pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut
 
 /// Writes all eight rays and returns a bit set of those that need no rescaling. Only these are usable.
 #[inline(always)]
-fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [SearchRay; GROUP]) -> u32 {
+fn prepare_eight<S: Simd>(
+    simd: S,
+    rays: &[Ray; GROUP],
+    space: &Space,
+    ready: &mut [SearchRay; GROUP],
+) -> u32 {
     // No closures: they might not be inlined and would then lack the target features.
-    let asked = [
+    let loaded = [
         row(simd, &rays[0]),
         row(simd, &rays[1]),
         row(simd, &rays[2]),
@@ -49,27 +54,27 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
         row(simd, &rays[6]),
         row(simd, &rays[7]),
     ];
-    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = simd.transpose8(asked);
+    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = simd.transpose8(loaded);
     let (zero, one) = (simd.splat8(0.0), simd.splat8(1.0));
     let [w0, w1, w2, w3] = [word(simd, 0), word(simd, 1), word(simd, 2), word(simd, 3)];
 
     let [ax, ay, az] = [dx.abs(), dy.abs(), dz.abs()];
     let longest = ax.max(ay).max(az);
     let far = ox.abs().max(oy.abs()).max(oz.abs());
-    let (reachable, most) = (simd.splat8(FARTHEST), simd.splat8(SIZE));
+    let (reachable, most) = (simd.splat8(MAX_COORDINATE), simd.splat8(MAX_DIRECTION));
     let ordinary = ox.abs().le(reachable)
         & oy.abs().le(reachable)
         & oz.abs().le(reachable)
         & ax.le(most)
         & ay.le(most)
         & az.le(most)
-        & simd.splat8(1.0 / SIZE).le(longest)
+        & simd.splat8(1.0 / MAX_DIRECTION).le(longest)
         & t_min.le(t_max)
         & zero.le(t_max);
 
     let size = far.add(simd.splat8(space.reach));
     let padding = simd.splat8(PADDING).mul(size).mul(simd.splat8(f32::EPSILON));
-    let flattest = simd.splat8(FLATTEST).mul(longest);
+    let flattest = simd.splat8(MIN_COMPONENT).mul(longest);
     let x = slab(simd, ox, dx, flattest, padding);
     let y = slab(simd, oy, dy, flattest, padding);
     let z = slab(simd, oz, dz, flattest, padding);
@@ -135,12 +140,12 @@ struct Slab<V> {
 
 #[inline(always)]
 fn slab<S: Simd>(simd: S, origin: S::F8, direction: S::F8, flattest: S::F8, padding: S::F8) -> Slab<S::F8> {
-    let way = direction.abs().max(flattest).with_sign(direction);
-    let inv = simd.splat8(1.0).div(way);
-    let (middle, pad) = (origin.mul(inv), padding.mul(inv.abs()));
-    let down = way.lt(simd.splat8(0.0));
+    let clamped = direction.abs().max(flattest).with_sign(direction);
+    let inv = simd.splat8(1.0).div(clamped);
+    let (scaled_origin, pad) = (origin.mul(inv), padding.mul(inv.abs()));
+    let down = clamped.lt(simd.splat8(0.0));
     let side = word(simd, WideNode::UPPER).choose(down, word(simd, 0));
-    Slab { inv, near: simd.splat8(0.0).sub(middle).sub(pad), far: pad.sub(middle), side, down }
+    Slab { inv, near: simd.splat8(0.0).sub(scaled_origin).sub(pad), far: pad.sub(scaled_origin), side, down }
 }
 
 /// Permutes as [`Axes`](crate::triangle::Axes): x, y, z in lanes `by_z`; z, x, y in lanes `by_y`; y, z, x elsewhere.

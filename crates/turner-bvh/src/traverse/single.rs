@@ -13,14 +13,14 @@ pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &Sea
     if !tree.nodes.is_empty() {
         let mut stack = Stack::new();
         stack.push(ChildRef::node(0).0, 0.0);
-        go_on(simd, tree, ray, index, &mut stack, &mut hit);
+        continue_closest(simd, tree, ray, index, &mut stack, &mut hit);
     }
     hit
 }
 
 /// Continues a traversal: searches the stack for a hit nearer than `hit`.
 #[inline(always)]
-pub(crate) fn go_on<S: Simd, L: Leaves>(
+pub(crate) fn continue_closest<S: Simd, L: Leaves>(
     simd: S,
     tree: &Tree<'_, L>,
     ray: &SearchRay,
@@ -38,15 +38,15 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
         while !child.is_leaf() {
             let node = tree.node(child);
             let slabs = ray.slabs(simd);
-            let (near, far) = slabs.meets(simd, node, hit.t);
-            let met = near.le(far);
-            if met & met.wrapping_sub(1) == 0 {
-                if met == 0 {
+            let (near, far) = slabs.intersect(simd, node, hit.t);
+            let hits = near.le(far);
+            if hits & hits.wrapping_sub(1) == 0 {
+                if hits == 0 {
                     child = ChildRef::EMPTY;
                     break;
                 }
                 // A single child needs no stack.
-                child = node.children[met.trailing_zeros() as usize & 7];
+                child = node.children[hits.trailing_zeros() as usize & 7];
                 continue;
             }
             let order = node.order[slabs.octant];
@@ -66,12 +66,12 @@ pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchR
     }
     let mut stack = Stack::new();
     stack.push(ChildRef::node(0).0, 0.0);
-    any_of(simd, tree, ray, index, &mut stack)
+    continue_any(simd, tree, ray, index, &mut stack)
 }
 
 /// Continues an any-hit traversal with the entries of the stack.
 #[inline(always)]
-pub(crate) fn any_of<S: Simd, L: Leaves>(
+pub(crate) fn continue_any<S: Simd, L: Leaves>(
     simd: S,
     tree: &Tree<'_, L>,
     ray: &SearchRay,
@@ -88,7 +88,7 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
         } else {
             let node = tree.node(child);
             let slabs = ray.slabs(simd);
-            let (near, far) = slabs.meets(simd, node, ray.t_max);
+            let (near, far) = slabs.intersect(simd, node, ray.t_max);
             let count = simd.push_any(near.le(far), node.child_words(), stack.room().0);
             stack.grow(count);
         }

@@ -1,6 +1,6 @@
 //! Blocks of eight triangles, one per SIMD lane.
 
-use super::{Corners, SMALLEST, Shear, corners_meet, distance, precise, weights};
+use super::{Corners, MIN_EDGE_SUM, Shear, distance, edge_test, precise, weights};
 use crate::Hit;
 use crate::build::wide::NO_PRIMITIVE;
 use crate::simd::{Lanes, Simd};
@@ -41,12 +41,16 @@ impl Block {
     #[inline(always)]
     fn sheared<S: Simd>(&self, simd: S, ray: &Shear) -> Corners<S::F8> {
         let [a, b, c] = &self.corners;
-        [Self::seen(simd, ray, a), Self::seen(simd, ray, b), Self::seen(simd, ray, c)]
+        [
+            Self::sheared_corner(simd, ray, a),
+            Self::sheared_corner(simd, ray, b),
+            Self::sheared_corner(simd, ray, c),
+        ]
     }
 
     /// One vertex of each triangle: [`Shear::corner`] in all lanes.
     #[inline(always)]
-    fn seen<S: Simd>(simd: S, ray: &Shear, corner: &[[f32; BLOCK]; 3]) -> [S::F8; 3] {
+    fn sheared_corner<S: Simd>(simd: S, ray: &Shear, corner: &[[f32; BLOCK]; 3]) -> [S::F8; 3] {
         let [x, y, z] = ray.axes.refs(corner);
         let [x, y, z] = [simd.load8(x), simd.load8(y), simd.load8(z)];
         let [sx, sy, _] = ray.shear;
@@ -69,14 +73,14 @@ impl Block {
         mut accept: impl FnMut(f32, f32, f32, u32) -> bool,
     ) -> bool {
         let corners = self.sheared(simd, ray);
-        let (inside, edges) = corners_meet(&corners, simd.splat8(0.0));
+        let (inside, edges) = edge_test(&corners, simd.splat8(0.0));
         // No early exit if no triangle passes: among the eight of a leaf, one usually does.
         let (t, sum) = distance(&corners, &edges, simd.splat8(ray.shear[2]));
         let mut candidates = inside & simd.splat8(t_min).le(t) & t.le(simd.splat8(t_max));
         if candidates == 0 {
             return false;
         }
-        candidates &= simd.splat8(SMALLEST).le(sum.abs());
+        candidates &= simd.splat8(MIN_EDGE_SUM).le(sum.abs());
         let [u, v, off] = weights(&corners, &edges, simd.splat8(1.0), sum);
         let close = off.le(simd.splat8(ray.tolerance));
         let [mut ts, mut us, mut vs] = [[0.0; BLOCK]; 3];

@@ -25,10 +25,10 @@ pub(crate) fn fill_blocks(
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         n => n,
     };
-    let share = count.div_ceil(threads).max(MIN_PARALLEL);
+    let blocks_per_thread = count.div_ceil(threads).max(MIN_PARALLEL);
     let spare = &mut blocks.spare_capacity_mut()[..count];
     std::thread::scope(|scope| {
-        let mut parts = spare.chunks_mut(share).zip(slots.chunks(share * BLOCK));
+        let mut parts = spare.chunks_mut(blocks_per_thread).zip(slots.chunks(blocks_per_thread * BLOCK));
         let first = parts.next();
         for (to, slots) in parts {
             let waiting = std::sync::Mutex::new(Some((to, slots)));

@@ -109,14 +109,14 @@ impl Shear {
 
 /// The least sum of edge functions that counts: products with smaller ones lose precision. The vertices of such
 /// triangles are about 2^-50 apart, which is nothing in the coordinates of a BVH.
-pub(crate) const SMALLEST: f32 = 1.0 / (1_u128 << 100) as f32;
+pub(crate) const MIN_EDGE_SUM: f32 = 1.0 / (1_u128 << 100) as f32;
 
 /// Sheared x, y, z of three vertices, one triangle per lane.
 pub(crate) type Corners<V> = [[V; 3]; 3];
 
 /// The lanes in which the ray's line passes through the triangle, and the edge functions.
 #[inline(always)]
-pub(crate) fn corners_meet<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [V; 3]) {
+pub(crate) fn edge_test<V: Lanes>([a, b, c]: &Corners<V>, zero: V) -> (u32, [V; 3]) {
     let u = c[0].mul(b[1]).sub(c[1].mul(b[0]));
     let v = a[0].mul(c[1]).sub(a[1].mul(c[0]));
     let w = b[0].mul(a[1]).sub(b[1].mul(a[0]));

@@ -19,7 +19,7 @@ fn small_boxes(count: usize, size: f32) -> Vec<Aabb> {
 }
 
 #[test]
-fn the_same_tree_for_any_number_of_threads() {
+fn the_same_bvh_for_any_number_of_threads() {
     let mut boxes = small_boxes(60_000, 0.02);
     // Identical boxes need halving, in a subtree that another thread builds.
     boxes.extend(vec![Aabb::new([0.5; 3], [0.6; 3]); 10_000]);
@@ -31,7 +31,7 @@ fn the_same_tree_for_any_number_of_threads() {
 }
 
 #[test]
-fn the_tree_is_far_better_than_none() {
+fn the_sah_cost_is_low() {
     let boxes = small_boxes(10_000, 0.02);
     let stats = *Bvh2::build(&boxes, &options(1)).unwrap().stats();
     // The cost is 50.1; a list costs 10,000.
@@ -58,7 +58,7 @@ fn invalid_boxes_are_dropped_and_counted() {
 }
 
 #[test]
-fn nothing_and_one() {
+fn no_primitive_and_one_primitive() {
     let none = Bvh2::build(&[], &options(0)).unwrap();
     none.validate(&[]).unwrap();
     assert_eq!((none.stats().nodes, none.stats().leaves, none.stats().bytes), (0, 0, 0));

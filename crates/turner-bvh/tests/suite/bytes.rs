@@ -68,13 +68,13 @@ fn random_bytes(seed: u64, cases: u64) {
 }
 
 #[test]
-fn bytes_of_any_kind() {
+fn arbitrary_bytes() {
     random_bytes(0, 300);
 }
 
 /// Takes minutes: `cargo test --release -p turner-bvh --test suite -- --ignored bytes`.
 #[test]
 #[ignore = "takes minutes"]
-fn many_bytes_of_any_kind() {
+fn many_arbitrary_bytes() {
     random_bytes(1 << 32, 2_000_000);
 }

@@ -111,7 +111,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
-    fn a_refitted_tree_hits_what_a_fresh_one_hits(seed in any::<u64>(), count in 1_usize..400) {
+    fn a_refitted_bvh_has_the_hits_of_a_fresh_one(seed in any::<u64>(), count in 1_usize..400) {
         let mut random = Random(seed);
         // Large enough that some rays hit.
         let large = |b: &Aabb| Aabb::new(b.min, b.max.map(|x| x + 300.0));
@@ -147,7 +147,7 @@ proptest! {
 }
 
 #[test]
-fn t_is_that_of_the_caller() {
+fn t_is_in_the_units_of_the_caller() {
     let mut random = Random(5);
     for size in [1.0_f32, 1e-25, 1e25] {
         let boxes: Vec<Aabb> = (0..200)
@@ -181,7 +181,7 @@ fn t_is_that_of_the_caller() {
 }
 
 #[test]
-fn every_valid_ray_is_answered() {
+fn every_valid_ray_is_traced() {
     let boxes = [Aabb::new([-1.0; 3], [1.0; 3])];
     let bvh = build(&boxes);
     let far = Ray::new([1e30, 0.0, 0.0], [-1e30, 0.0, 0.0]);

@@ -72,7 +72,7 @@ fn visited_by_any(bvh: &Bvh2, ray: &Ray) -> Vec<u32> {
 #[test]
 fn no_box_is_missed_at_any_scale() {
     let mut random = Random(1);
-    let (mut met, mut cases, mut plain_misses, mut spare) = (0, 0, 0, 0);
+    let (mut hit_count, mut cases, mut plain_misses, mut extra_visits) = (0, 0, 0, 0);
     for round in 0..30_000 {
         let n = [2, 5, 1000, (1 << 24) - 1][round % 4];
         let boxes = integer_boxes(&mut random, 3, n);
@@ -92,21 +92,24 @@ fn no_box_is_missed_at_any_scale() {
         let seen_by_any = visited_by_any(&bvh, &scaled_ray);
         cases += 1;
         for (i, b) in boxes.iter().enumerate() {
-            let is_met = enter(&ray, b).is_some();
-            met += usize::from(is_met);
-            if !is_met && (position, direction) == (0, 0) {
+            let is_hit = enter(&ray, b).is_some();
+            hit_count += usize::from(is_hit);
+            if !is_hit && (position, direction) == (0, 0) {
                 plain_misses += 1;
-                spare += usize::from(seen.contains(&(i as u32)));
+                extra_visits += usize::from(seen.contains(&(i as u32)));
             }
             assert!(
-                !is_met || seen.contains(&(i as u32)) && seen_by_any.contains(&(i as u32)),
+                !is_hit || seen.contains(&(i as u32)) && seen_by_any.contains(&(i as u32)),
                 "missed {b:?} with {ray:?}, scaled by 2^{position}, 2^{direction}"
             );
         }
     }
     // The test has enough cases, and visiting everything does not pass.
-    assert!(cases > 10_000 && met > 5_000 && plain_misses > 5_000, "{cases} {met} {plain_misses}");
-    assert!(spare * 20 < plain_misses, "{spare} of {plain_misses} misses were visited");
+    assert!(
+        cases > 10_000 && hit_count > 5_000 && plain_misses > 5_000,
+        "{cases} {hit_count} {plain_misses}"
+    );
+    assert!(extra_visits * 20 < plain_misses, "{extra_visits} of {plain_misses} misses were visited");
 }
 
 /// Boxes that a ray touches in one point of an edge, where any rounding in the wrong direction is a miss.

@@ -51,16 +51,16 @@ const MODES: [(&str, &[&str]); 3] = [
 
 /// Runs `povray`.
 pub(crate) fn run(args: &PovrayArgs) -> u8 {
-    let beside = Beside { program: args.program.clone() };
-    reported(args.scenes.json(), measure_scenes(&args.scenes, Some(&beside)))
+    let rival = PovRayRival { program: args.program.clone() };
+    reported(args.scenes.json(), measure_scenes(&args.scenes, Some(&rival)))
 }
 
 /// POV-Ray on the .pov files next to scenes.
-struct Beside {
+struct PovRayRival {
     program: PathBuf,
 }
 
-impl Rival for Beside {
+impl Rival for PovRayRival {
     fn name(&self) -> &'static str {
         "POV-Ray"
     }
@@ -70,7 +70,7 @@ impl Rival for Beside {
     }
 
     fn trace(&self, path: &Path, film: &FilmDesc, threads: usize) -> Result<Option<f64>, Failure> {
-        let Some(povray) = PovRay::beside(&self.program, path) else { return Ok(None) };
+        let Some(povray) = PovRay::for_scene(&self.program, path) else { return Ok(None) };
         povray.trace(film.width, film.height, threads).map(Some)
     }
 }
@@ -82,7 +82,7 @@ pub(crate) fn run_antialias(args: &AntialiasArgs) -> u8 {
 
 fn antialias(args: &AntialiasArgs) -> Result<(), Failure> {
     let scene = args.modes.scene();
-    let Some(povray) = PovRay::beside(&args.program, scene) else {
+    let Some(povray) = PovRay::for_scene(&args.program, scene) else {
         let message = format!("{}: there is no .pov file next to it", scene.display());
         let help = "scenes/bench has two scenes with a .pov file: thirty-spheres.toml, from-scratch.toml";
         return Err(Failure::new(SceneError::new(ErrorCode::File, message).help(help)));

@@ -14,7 +14,7 @@ pub(super) struct PovRay {
 
 impl PovRay {
     /// For the .pov file next to `scene`, if there is one.
-    pub(super) fn beside(program: &Path, scene: &Path) -> Option<PovRay> {
+    pub(super) fn for_scene(program: &Path, scene: &Path) -> Option<PovRay> {
         // POV-Ray runs in another folder, so the path must be absolute.
         let scene = std::fs::canonicalize(scene.with_extension("pov")).ok()?;
         Some(PovRay { program: program.to_owned(), scene })

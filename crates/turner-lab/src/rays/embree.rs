@@ -23,7 +23,7 @@ pub(super) fn packets(rays: &[Ray]) -> Packets {
 pub(super) struct Embree(embree::Embree);
 
 /// A device, and the meshes of a scene as Embree reads them.
-pub(super) struct Workshop {
+pub(super) struct EmbreeScene {
     device: embree::Device,
     geometries: Vec<embree::Geometry>,
     instances: Vec<embree::Instance>,
@@ -45,7 +45,7 @@ impl Embree {
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
     }
 
-    pub(super) fn workshop(&self, scene: &Scene, threads: usize) -> Result<Workshop, String> {
+    pub(super) fn scene_for(&self, scene: &Scene, threads: usize) -> Result<EmbreeScene, String> {
         let device = self.0.device(threads).map_err(|e| e.to_string())?;
         let geometries = scene.meshes.iter().map(|mesh| {
             let mesh = embree::Mesh { positions: &mesh.positions, triangles: &mesh.triangles };
@@ -53,7 +53,7 @@ impl Embree {
         });
         let instances =
             scene.instances.iter().map(|i| embree::Instance { mesh: i.mesh, transform: i.transform });
-        Ok(Workshop {
+        Ok(EmbreeScene {
             geometries: geometries.collect::<Result<_, _>>()?,
             instances: instances.collect(),
             device,
@@ -61,7 +61,7 @@ impl Embree {
     }
 }
 
-impl Workshop {
+impl EmbreeScene {
     /// Builds all BVHs of the scene.
     pub(super) fn build(&self, rival: Rival) -> Result<Built, String> {
         let (quality, robust) = match rival {

@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn placed_meshes_are_hit_where_their_triangles_stand() {
+    fn instances_are_hit_where_their_triangles_are() {
         let scene = SceneKind::Instances1m.generate(60);
         let options = BuildOptions::default();
         // All triangles in world space, in one BVH.
@@ -163,7 +163,7 @@ mod tests {
         let all = Bvh::build(&Triangles { positions: &corners, triangles: &triangles }, &options).unwrap();
         let mesh = Triangles { positions: &scene.meshes[0].positions, triangles: &scene.meshes[0].triangles };
         let two = Instances::build(&scene, vec![Bvh::build(&mesh, &options).unwrap()], &options).unwrap();
-        let mut met = 0;
+        let mut hit_count = 0;
         for rays in rays::primary(&scene.camera, 48).chunks(CHUNK) {
             for query in [Query::One, Query::Batch] {
                 let mut hits = [Hit::MISS; CHUNK];
@@ -180,11 +180,11 @@ mod tests {
                             [hits[i].instance, hits[i].primitive],
                             [hit.primitive / count, hit.primitive % count]
                         );
-                        met += 1;
+                        hit_count += 1;
                     }
                 }
             }
         }
-        assert!(met > 500, "{met} hits");
+        assert!(hit_count > 500, "{hit_count} hits");
     }
 }

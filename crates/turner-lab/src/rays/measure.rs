@@ -15,9 +15,9 @@ use super::tracer::Hit;
 pub(super) const CHUNK: usize = 256;
 
 /// Target minimum of one run in seconds: small sets of rays are traced several times.
-const LEAST: f64 = 0.1;
+const MIN_SECONDS: f64 = 0.1;
 /// Target maximum of one run in seconds: of large sets, evenly spaced chunks are omitted.
-const MOST: f64 = 0.5;
+const MAX_SECONDS: f64 = 0.5;
 
 /// How rays are passed to a tracer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,8 +108,8 @@ impl Plan {
             run(set, trial, &plan, 1).as_secs_f64() / plan.chunks.len().max(1) as f64
         });
         let seconds = (trial[1] * all as f64 / threads as f64).max(1e-6);
-        let step = (seconds / MOST).ceil() as usize;
-        every(step, if step > 1 { 1 } else { (LEAST / seconds).ceil() as usize })
+        let step = (seconds / MAX_SECONDS).ceil() as usize;
+        every(step, if step > 1 { 1 } else { (MIN_SECONDS / seconds).ceil() as usize })
     }
 }
 

@@ -177,7 +177,7 @@ fn measure_row(args: &RaysArgs, trees: &Trees, picture: &Picture, kind: Kind, th
     }
     let plan = Plan::new(set, turner, threads);
     row.rays = plan.rays;
-    if let Some(embree) = trees.judge() {
+    if let Some(embree) = trees.reference() {
         let query = if kind.query() == Query::Coherent { Query::Coherent } else { Query::One };
         let ours = measure::answers(set, turner, &plan);
         let theirs = measure::answers(set, Contender { tracer: embree, query }, &plan);

@@ -16,7 +16,7 @@ pub(super) fn packets(_: &[Ray]) -> Packets {}
 
 /// Has no values.
 pub(super) enum Embree {}
-pub(super) enum Workshop {}
+pub(super) enum EmbreeScene {}
 pub(super) enum Built {}
 
 impl Embree {
@@ -28,12 +28,12 @@ impl Embree {
         match *self {}
     }
 
-    pub(super) fn workshop(&self, _: &Scene, _: usize) -> Result<Workshop, String> {
+    pub(super) fn scene_for(&self, _: &Scene, _: usize) -> Result<EmbreeScene, String> {
         match *self {}
     }
 }
 
-impl Workshop {
+impl EmbreeScene {
     pub(super) fn build(&self, _: Rival) -> Result<Built, String> {
         match *self {}
     }

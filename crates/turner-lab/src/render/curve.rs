@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn what_says_nothing_of_errors_gives_nothing() {
+    fn curves_that_do_not_fall_give_none() {
         assert_eq!(seconds_to(&[], 0.01), None);
         assert_eq!(seconds_to(&curve(1), 0.01), None);
         // Errors below the reference's own noise can be negative.

@@ -245,13 +245,13 @@ fn measure(
             for i in 0..series.len() {
                 let i = (i + run as usize) % series.len();
                 let (seconds, taken, picture) = match i.checked_sub(1).and_then(|i| others.get_mut(i)) {
-                    Some(place) => {
-                        let Some(peer) = place else { continue };
+                    Some(slot) => {
+                        let Some(peer) = slot else { continue };
                         match peer.render(samples, run + 2, size) {
                             Ok(picture) => (picture.seconds, picture.samples, picture.pixels),
                             Err(failure) => {
                                 reporter.failure(&failure);
-                                (*place, complete) = (None, false);
+                                (*slot, complete) = (None, false);
                                 series.get_mut(i).map(|s| s.measured.pop());
                                 continue;
                             }

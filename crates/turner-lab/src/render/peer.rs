@@ -34,10 +34,10 @@ pub(super) enum PeerKind {
 
 impl PeerKind {
     /// The renderers requested, without duplicates.
-    pub(super) fn expand(asked: &[PeerKind]) -> Vec<PeerKind> {
+    pub(super) fn expand(requested: &[PeerKind]) -> Vec<PeerKind> {
         const ALL: [PeerKind; 3] = [PeerKind::MitsubaLlvm, PeerKind::MitsubaScalar, PeerKind::Cycles];
         let mut out = Vec::new();
-        for &kind in asked {
+        for &kind in requested {
             for kind in if kind == PeerKind::All { ALL.to_vec() } else { vec![kind] } {
                 if !out.contains(&kind) {
                     out.push(kind);
@@ -131,7 +131,7 @@ impl Peer {
         (width, height): (u32, u32),
     ) -> Result<PeerPicture, Failure> {
         let path = self.folder.path().join("picture");
-        let asked = match &mut self.input {
+        let requested = match &mut self.input {
             Some(input) => {
                 writeln!(input, "{samples} {seed} {}", path.display()).and_then(|()| input.flush())
             }
@@ -139,7 +139,7 @@ impl Peer {
         };
         // If the process has ended, its answer says why.
         let answer = self.answer()?;
-        asked.map_err(|e| self.failed(&e.to_string(), None))?;
+        requested.map_err(|e| self.failed(&e.to_string(), None))?;
         let number = |key: &str| answer.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
         let (seconds, samples) = (number("seconds"), number("samples"));
         if (number("width"), number("height")) != (f64::from(width), f64::from(height)) {
@@ -178,13 +178,13 @@ impl Peer {
             _ => {
                 let log = std::fs::read(self.folder.path().join("log")).unwrap_or_default();
                 let log = String::from_utf8_lossy(&log).into_owned();
-                let said =
+                let message =
                     log.lines().find(|l| l.contains("ERROR") || l.contains("Error")).or(log.lines().last());
-                let llvm = said.is_some_and(|l| l.contains("LLVM"));
+                let llvm = message.is_some_and(|l| l.contains("LLVM"));
                 let help = llvm.then_some(
                     "Mitsuba needs libLLVM 16 or newer, best 19: name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles",
                 );
-                Err(self.failed(&format!("the process ended: {}", said.unwrap_or("no message")), help))
+                Err(self.failed(&format!("the process ended: {}", message.unwrap_or("no message")), help))
             }
         }
     }
@@ -212,9 +212,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_are_three_and_each_is_once() {
-        let names =
-            |asked: &[PeerKind]| -> Vec<_> { PeerKind::expand(asked).iter().map(|k| k.name()).collect() };
+    fn all_expands_to_three_without_duplicates() {
+        let names = |requested: &[PeerKind]| -> Vec<_> {
+            PeerKind::expand(requested).iter().map(|k| k.name()).collect()
+        };
         assert_eq!(names(&[PeerKind::Cycles, PeerKind::All]), ["cycles", "mitsuba-llvm", "mitsuba-scalar"]);
         for kind in PeerKind::value_variants() {
             assert_eq!(kind.to_possible_value().unwrap().get_name(), kind.name());

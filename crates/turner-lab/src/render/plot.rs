@@ -123,7 +123,7 @@ fn panel(out: &mut String, title: &str, series: &[&Series], renderers: &[&str]) 
     let points = || series.iter().flat_map(|s| s.points());
     let x = Axis::around(points().map(|p| p.seconds).collect::<Vec<_>>().into_iter(), left, right);
     let y = Axis::around(points().map(|p| p.error).collect::<Vec<_>>().into_iter(), bottom, top);
-    let middle = 0.5 * (left + right);
+    let center = 0.5 * (left + right);
     let _ = writeln!(out, "<text class=\"t\" x=\"{left}\" y=\"22\">{}</text>", escaped(title));
     for (value, labelled) in x.ticks() {
         let at = x.at(value);
@@ -151,7 +151,7 @@ fn panel(out: &mut String, title: &str, series: &[&Series], renderers: &[&str]) 
     let _ = writeln!(
         out,
         "\n<rect class=\"f\" x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/>\
-         <text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">seconds of rendering</text>\
+         <text x=\"{center}\" y=\"{}\" text-anchor=\"middle\">seconds of rendering</text>\
          <text transform=\"translate(14 {}) rotate(-90)\" text-anchor=\"middle\">relMSE</text>",
         right - left,
         bottom - top,
@@ -161,15 +161,16 @@ fn panel(out: &mut String, title: &str, series: &[&Series], renderers: &[&str]) 
     if points().next().is_none() {
         let _ = writeln!(
             out,
-            "<text x=\"{middle}\" y=\"150\" text-anchor=\"middle\">no errors: no reference</text>"
+            "<text x=\"{center}\" y=\"150\" text-anchor=\"middle\">no errors: no reference</text>"
         );
     }
     for s in series {
         let class = renderers.iter().position(|r| *r == s.renderer).unwrap_or(0) % COLORS.len();
-        let places: Vec<(f64, f64)> = s.points().iter().map(|p| (x.at(p.seconds), y.at(p.error))).collect();
-        let line: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let positions: Vec<(f64, f64)> =
+            s.points().iter().map(|p| (x.at(p.seconds), y.at(p.error))).collect();
+        let line: Vec<String> = positions.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let _ = write!(out, "<polyline class=\"c{class}\" points=\"{}\"/>", line.join(" "));
-        for (x, y) in places {
+        for (x, y) in positions {
             let _ = write!(out, "<circle class=\"c{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\"/>");
         }
         out.push('\n');
@@ -228,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_measured_is_drawn_as_nothing() {
+    fn empty_plots_are_valid() {
         assert!(svg(&[]).contains("</svg>"));
         let mut s = series("turner", 1.0);
         s.measured.clear();

@@ -66,8 +66,8 @@ pub(super) fn find(
         }
         return Err(Failure::new(SceneError::new(ErrorCode::Image, message)));
     }
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let pixels = places.map(|(x, y)| image.rgb(x, y).map(f64::from)).collect();
+    let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let pixels = positions.map(|(x, y)| image.rgb(x, y).map(f64::from)).collect();
     Ok(Ok(Reference { width, height, pixels, noise: noise(&path, &stem)? }))
 }
 
@@ -77,15 +77,15 @@ fn in_folder(folder: &Path, stem: &str) -> Option<PathBuf> {
     found.sort();
     found
         .into_iter()
-        .find(|p| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) && is_called(p, stem))
+        .find(|p| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) && has_stem(p, stem))
 }
 
 /// A file given by name. If it is the only one, it belongs to any scene.
 fn named(path: &Path, stem: &str, count: usize) -> Option<PathBuf> {
-    (count == 1 || is_called(path, stem)).then(|| path.to_owned())
+    (count == 1 || has_stem(path, stem)).then(|| path.to_owned())
 }
 
-fn is_called(path: &Path, stem: &str) -> bool {
+fn has_stem(path: &Path, stem: &str) -> bool {
     path.file_stem().is_some_and(|s| s.to_string_lossy().eq_ignore_ascii_case(stem))
 }
 

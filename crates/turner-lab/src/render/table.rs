@@ -172,7 +172,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn shares_are_of_times_to_the_same_error() {
+    fn ratios_compare_times_to_the_same_error() {
         let all = [series("turner", 0.02), series("cycles", 0.08)];
         let text = markdown(&all);
         let row = text.lines().last().unwrap();

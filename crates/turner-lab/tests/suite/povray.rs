@@ -32,7 +32,7 @@ fn povray(f: &Folder, says: &str) -> String {
 
 const TIME: &str = "  Trace Time:       0 hours  0 minutes  2 seconds (2.500 seconds)";
 
-fn desk() -> Folder {
+fn bench_folder() -> Folder {
     let f = Folder::new();
     std::fs::create_dir(f.path().join("bench")).unwrap();
     f.write("bench/ball.toml", SCENE);
@@ -42,8 +42,8 @@ fn desk() -> Folder {
 }
 
 #[test]
-fn times_stand_beside_each_other() {
-    let f = desk();
+fn povray_times_are_reported() {
+    let f = bench_folder();
     let program = povray(&f, TIME);
     let args = ["povray", "--dir", "bench", "--repeat", "2", "--threads", "1", "--program", &program];
     let run = f.lab(&[&args[..], &["--json"]].concat()).ok();
@@ -59,13 +59,13 @@ fn times_stand_beside_each_other() {
     assert!(text.contains("POV-Ray   ratio") && text.contains("2.50 s"), "{text}");
     f.lab(&["povray", "--dir", "bench", "ball", "--program", "no-such-program"])
         .fails(1, &["no-such-program cannot be run", "--program"]);
-    let mute = povray(&f, "nothing to say");
-    f.lab(&["povray", "--dir", "bench", "ball", "--program", &mute]).fails(1, &["Trace Time"]);
+    let silent = povray(&f, "nothing to say");
+    f.lab(&["povray", "--dir", "bench", "ball", "--program", &silent]).fails(1, &["Trace Time"]);
 }
 
 #[test]
-fn modes_of_anti_aliasing_stand_beside_each_other() {
-    let f = desk();
+fn anti_aliasing_modes_are_compared() {
+    let f = bench_folder();
     let program = povray(&f, TIME);
     let args = ["--samples", "4", "--reference", "4", "--repeat", "1", "--program", &program, "--json"];
     let run = f.lab(&[&["antialias", "bench/ball.toml"], &args[..]].concat()).ok();

@@ -107,7 +107,7 @@ fn errors_fall_with_samples() {
 }
 
 #[test]
-fn tables_say_what_is_not_known() {
+fn tables_show_unknown_errors() {
     let f = tiny();
     let short = ["render", "tiny.toml", "--samples", "1,2", "--runs", "1"];
     let run = f.lab(&short).ok();
@@ -127,7 +127,7 @@ fn tables_say_what_is_not_known() {
 
 #[cfg(unix)]
 #[test]
-fn others_take_turns() {
+fn other_renderers_alternate() {
     let f = with_reference();
     f.write("tiny.json", "{}");
     let answers = r#"echo '{"start_seconds": 2.5, "version": "1.2"}'
@@ -162,8 +162,9 @@ done"#;
         run(&f.script(&format!("case{i}"), body), &[]).fails(1, &[message]);
     }
     // Turner and the other renderers continue without it.
-    let lame = f.script("lame", &answers.replace("done", "[ $samples = 1 ] || exit\ndone"));
-    let both = run(&lame, &["--json", "--peers", "mitsuba-scalar"]).fails(1, &["cycles: the process ended"]);
+    let failing = f.script("failing", &answers.replace("done", "[ $samples = 1 ] || exit\ndone"));
+    let both =
+        run(&failing, &["--json", "--peers", "mitsuba-scalar"]).fails(1, &["cycles: the process ended"]);
     let lines =
         json(&both.stdout.lines().filter(|l| l.contains("\"renderer\"")).collect::<Vec<_>>().join("\n"));
     let pictures =

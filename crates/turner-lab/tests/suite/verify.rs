@@ -4,7 +4,7 @@ use crate::folder::Folder;
 
 /// A fixed seed makes the statistical test deterministic.
 #[test]
-fn a_peer_and_a_material_hold() {
+fn a_peer_and_a_material_pass() {
     let args = ["verify", "--seed", "1", "--threads", "2", "--only", "peers/s1", "--only", "velvet"];
     let run = Folder::new().lab(&args).ok();
     assert!(run.stdout.contains("checks passed in") && !run.stdout.contains("FAILED"), "{}", run.stdout);
@@ -14,7 +14,7 @@ fn a_peer_and_a_material_hold() {
 }
 
 #[test]
-fn the_whole_suite_has_that_of_turner() {
+fn the_complete_suite_includes_that_of_turner() {
     let list = Folder::new().lab(&["verify", "--list", "--references", "."]).ok().stdout;
     let names: Vec<&str> = list.lines().collect();
     assert!(names.len() > 100, "{list}");

@@ -72,14 +72,14 @@ pub(super) fn assemble(
     };
     let root = if top.is_empty() { TopChild::Subtree(0) } else { TopChild::Node(0) };
     if node_count > 0 {
-        layout.place(root);
+        layout.assign(root);
     }
     let (moves, mut top_nodes) = (layout.moves, layout.top_nodes);
     let work: f64 = each(threads, moves, relocate).into_iter().sum();
     top_nodes.iter_mut().for_each(|(node, _)| set_order(node));
     let top_work: f64 = top_nodes.iter().map(|(node, _)| work_below(node)).sum();
-    for (node, place) in top_nodes {
-        place.write(node);
+    for (node, target) in top_nodes {
+        target.write(node);
     }
     // SAFETY: the layout assigned every element exactly once, to a top node or to a subtree, and all were written.
     unsafe {
@@ -109,7 +109,7 @@ struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    fn place(&mut self, child: TopChild) -> ChildRef {
+    fn assign(&mut self, child: TopChild) -> ChildRef {
         match child {
             TopChild::Subtree(index) => {
                 let subtree = self.subtrees[index].take().expect("each subtree has exactly one parent");
@@ -123,13 +123,13 @@ impl Layout<'_> {
                 moved(root, first_node, first_block)
             }
             TopChild::Node(index) => {
-                let place = self.nodes.split_off_first_mut().expect("room for all nodes");
+                let target = self.nodes.split_off_first_mut().expect("room for all nodes");
                 let at = self.next_node;
                 self.next_node += 1;
                 let number = self.top_nodes.len();
-                self.top_nodes.push((WideNode::EMPTY, place));
+                self.top_nodes.push((WideNode::EMPTY, target));
                 for (i, &(bounds, child)) in self.top[index].children.iter().enumerate() {
-                    let reference = self.place(child);
+                    let reference = self.assign(child);
                     self.top_nodes[number].0.set(i, bounds, reference);
                 }
                 ChildRef::node(at)
@@ -152,12 +152,12 @@ fn moved(child: ChildRef, first_node: usize, first_block: usize) -> ChildRef {
 fn relocate(task: Move<'_>) -> f64 {
     let Move { mut subtree, first_node, first_block, nodes, slots } = task;
     let mut work = 0.0;
-    for (node, place) in subtree.nodes.iter_mut().zip(nodes) {
+    for (node, target) in subtree.nodes.iter_mut().zip(nodes) {
         work += work_below(node);
         for child in &mut node.children {
             *child = moved(*child, first_node, first_block);
         }
-        place.write(*node);
+        target.write(*node);
     }
     slots.write_copy_of_slice(&subtree.slots);
     work

@@ -48,13 +48,13 @@ impl Grid {
 
     /// The bin as a real number, not yet clamped.
     #[inline(always)]
-    fn place(&self, center: F4) -> F4 {
+    fn scaled(&self, center: F4) -> F4 {
         center.sub(self.min).mul(self.scale)
     }
 
     #[inline(always)]
     fn bins_of(&self, bounds: Bounds) -> [usize; 3] {
-        let [x, y, z, _] = self.place(bounds.center()).max(F4::splat(0.0)).min(self.last).truncated();
+        let [x, y, z, _] = self.scaled(bounds.center()).max(F4::splat(0.0)).min(self.last).truncated();
         [x as usize, y as usize, z as usize]
     }
 }
@@ -148,11 +148,11 @@ impl Scratch {
         use std::arch::x86_64::{_mm256_load_ps, _mm256_min_ps, _mm256_store_ps};
         const { assert!(align_of::<Bounds>() == 32 && size_of::<Bounds>() == 32) };
         self.fill_here::<FIRST, END>(prims, grid, |bounds, other| {
-            let place = (&raw mut *bounds).cast::<f32>();
+            let target = (&raw mut *bounds).cast::<f32>();
             // SAFETY: both pointers are to eight floats, aligned to 32 bytes.
             unsafe {
                 let other = _mm256_load_ps((&raw const other).cast());
-                _mm256_store_ps(place, _mm256_min_ps(other, _mm256_load_ps(place)));
+                _mm256_store_ps(target, _mm256_min_ps(other, _mm256_load_ps(target)));
             }
         });
     }
@@ -225,9 +225,9 @@ pub(super) fn best_split(bins: &Bins, grid: &Grid, count: usize, costs: &Costs) 
         }
     }
     let (cost, axis, last_left) = best?;
-    let around = |boxes: &[Bounds]| boxes.iter().fold(Bounds::empty(), |a, b| a.union(*b));
+    let union_of = |boxes: &[Bounds]| boxes.iter().fold(Bounds::empty(), |a, b| a.union(*b));
     let (left, right) = bins.boxes[axis][..grid.bins].split_at(last_left + 1);
-    Some(Split { axis, last_left, cost, bounds: [around(left), around(right)] })
+    Some(Split { axis, last_left, cost, bounds: [union_of(left), union_of(right)] })
 }
 
 /// Moves the left primitives to the front. Returns their count and the bounds of the centres on both sides.
@@ -275,7 +275,7 @@ fn partition_here<const AXIS: usize>(
         // SAFETY: `front <= i < prims.len()`, because `front` grows by at most one per step.
         let (here, there) = unsafe { (*prims.get_unchecked(i), *prims.get_unchecked(front)) };
         let center = here.bounds.center();
-        let goes_right = grid.place(center).at_least(border).array()[AXIS];
+        let goes_right = grid.scaled(center).at_least(border).array()[AXIS];
         // All bits set, a NaN, where the primitive is on the other side: the minimum ignores it.
         let mask = F4::splat(goes_right);
         let other = F4::splat(f32::from_bits(!goes_right.to_bits()));

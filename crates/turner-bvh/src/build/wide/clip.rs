@@ -38,10 +38,10 @@ pub(super) fn clipped(triangle: [[f32; 3]; 3], within: Aabb) -> Option<Aabb> {
     }
     let min = std::array::from_fn(|i| corners.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min) - slack);
     let max = std::array::from_fn(|i| corners.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max) + slack);
-    let around = Aabb::outward(min, max);
+    let outer = Aabb::outward(min, max);
     let b = Aabb {
-        min: std::array::from_fn(|i| around.min[i].max(within.min[i])),
-        max: std::array::from_fn(|i| around.max[i].min(within.max[i])),
+        min: std::array::from_fn(|i| outer.min[i].max(within.min[i])),
+        max: std::array::from_fn(|i| outer.max[i].min(within.max[i])),
     };
     b.is_valid().then_some(b)
 }

@@ -16,8 +16,9 @@
 //!
 //! Each binary node already knows `costs[i]`, the least SAH cost of its subtree with at most `i + 1` slots
 //! ([`binary`](super::binary)). So the cheapest cut is found top-down: give the eight slots of N to its two children in
-//! the cheapest way (`share_out`), and repeat for each child until it has one slot (`gather`). A subtree becomes a leaf
-//! if that costs no more than a node. The result is optimal for the given binary tree, in time linear in its nodes.
+//! the cheapest way (`distribute`), and repeat for each child until it has one slot (`gather`). A subtree becomes a
+//! leaf if that costs no more than a node. The result is optimal for the given binary tree, in time linear in its
+//! nodes.
 
 use super::NO_PRIMITIVE;
 use super::binary::{BinaryNode, BinaryTree};
@@ -73,48 +74,48 @@ impl Collapse<'_> {
         }
         let mut children = [0; 8];
         let mut count = 0;
-        self.share_out(index, 8, &mut children, &mut count);
+        self.distribute(index, 8, &mut children, &mut count);
         self.wide_node(&children[..count], depth)
     }
 
-    /// Collects the children that the subtree becomes in at most `places` slots.
-    fn gather(&self, index: usize, mut places: usize, children: &mut [usize; 8], count: &mut usize) {
+    /// Collects the children that the subtree becomes in at most `slots` slots.
+    fn gather(&self, index: usize, mut slots: usize, children: &mut [usize; 8], count: &mut usize) {
         let node = &self.tree.nodes[index];
-        while places > 1 && node.costs[places - 2] <= node.costs[places - 1] {
-            places -= 1;
+        while slots > 1 && node.costs[slots - 2] <= node.costs[slots - 1] {
+            slots -= 1;
         }
-        if places == 1 || node.is_leaf() {
+        if slots == 1 || node.is_leaf() {
             children[*count] = index;
             *count += 1;
         } else {
-            self.share_out(index, places, children, count);
+            self.distribute(index, slots, children, count);
         }
     }
 
     /// Divides the slots between both children at the least cost.
-    fn share_out(&self, index: usize, places: usize, children: &mut [usize; 8], count: &mut usize) {
+    fn distribute(&self, index: usize, slots: usize, children: &mut [usize; 8], count: &mut usize) {
         let (left, right) = (index + 1, self.tree.nodes[index].right as usize);
         let (l, r) = (&self.tree.nodes[left].costs, &self.tree.nodes[right].costs);
         let mut best = (f32::INFINITY, 1);
-        for for_left in 1..places {
-            let cost = l[for_left - 1] + r[places - for_left - 1];
+        for for_left in 1..slots {
+            let cost = l[for_left - 1] + r[slots - for_left - 1];
             if cost < best.0 {
                 best = (cost, for_left);
             }
         }
         self.gather(left, best.1, children, count);
-        self.gather(right, places - best.1, children, count);
+        self.gather(right, slots - best.1, children, count);
     }
 
     fn wide_node(&mut self, children: &[usize], depth: usize) -> ChildRef {
         let index = self.start_node(depth);
         let mut node = WideNode::EMPTY;
-        for (place, &child) in children.iter().enumerate() {
+        for (slot, &child) in children.iter().enumerate() {
             let tree = self.tree;
             let binary = &tree.nodes[child];
             let reference =
                 if self.is_leaf(binary) { self.leaf(binary) } else { self.node(child, depth + 1) };
-            node.set(place, binary.bounds().aabb(), reference);
+            node.set(slot, binary.bounds().aabb(), reference);
         }
         self.end_node(index, node)
     }
@@ -174,8 +175,8 @@ impl Collapse<'_> {
         }
         let index = self.start_node(depth);
         let mut node = WideNode::EMPTY;
-        for place in 0..8 {
-            let part = &leaves[leaves.len() * place / 8..leaves.len() * (place + 1) / 8];
+        for slot in 0..8 {
+            let part = &leaves[leaves.len() * slot / 8..leaves.len() * (slot + 1) / 8];
             let tree = self.tree;
             let bounds = part.iter().map(|&i| tree.nodes[i].bounds()).reduce(|a, b| a.union(b));
             let reference = if let [leaf] = part {
@@ -183,7 +184,7 @@ impl Collapse<'_> {
             } else {
                 self.even_node(part, depth + 1)
             };
-            node.set(place, bounds.expect("eight parts of more than eight").aabb(), reference);
+            node.set(slot, bounds.expect("eight parts of more than eight").aabb(), reference);
         }
         self.end_node(index, node)
     }

@@ -12,13 +12,13 @@ pub(super) struct Plan {
 }
 
 /// Spatial splits may add one reference per this many primitives.
-const MAX_ADDED: usize = 2;
+const PRIMITIVES_PER_DUPLICATE: usize = 2;
 
 /// The plan of the highest quality that fits.
 pub(super) fn plan(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<Plan, BuildError> {
     let count = source.len();
     let budget = match source {
-        Source::Triangles { .. } => count / MAX_ADDED,
+        Source::Triangles { .. } => count / PRIMITIVES_PER_DUPLICATE,
         Source::Boxes { .. } => 0,
     };
     let wanted = options.quality;

@@ -99,7 +99,7 @@ pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 /// `High` must reach at most this fraction of the balanced BVH's SAH cost, otherwise the balanced BVH is used: it is
 /// smaller and has no duplicate references. Architecture: cost ratio 0.94, rays take 1.07 times as long. Thin sticks:
 /// cost ratio 0.80, rays take 0.83 times as long.
-const WORTH_IT: f64 = 0.9;
+const MAX_COST_RATIO: f64 = 0.9;
 
 /// Like [`build`], but returns the balanced BVH if high quality does not pay.
 pub(crate) fn build_best(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<WideTree, BuildError> {
@@ -113,7 +113,7 @@ pub(crate) fn build_best(source: &Source<'_>, options: &BuildOptions<'_>) -> Res
         Err(BuildError::OutOfMemory { .. }) => return Ok(tree),
         balanced => balanced?,
     };
-    let pays = tree.stats.sah_cost <= WORTH_IT * balanced.stats.sah_cost;
+    let pays = tree.stats.sah_cost <= MAX_COST_RATIO * balanced.stats.sah_cost;
     Ok(if pays { tree } else { balanced })
 }
 

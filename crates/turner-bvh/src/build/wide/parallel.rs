@@ -91,12 +91,12 @@ impl<'a> Progress<'a> {
     }
 
     /// Reports the fraction if it is larger than the last one reported.
-    pub(super) fn tell(&self, share: f32) {
+    pub(super) fn tell(&self, fraction: f32) {
         let Some(report) = self.report else { return };
         let mut reported = self.reported.lock().unwrap_or_else(PoisonError::into_inner);
-        if share > *reported {
-            *reported = share;
-            report(share);
+        if fraction > *reported {
+            *reported = fraction;
+            report(fraction);
         }
     }
 }

@@ -32,8 +32,8 @@ const ROUNDS: usize = 8;
 /// A round that reduces the sum of areas by less than this fraction is the last.
 const MIN_GAIN: f64 = 0.002;
 
-/// Round `r` (from 0) searches `(r + 1) / SHARE` of the nodes, those with the largest boxes.
-const SHARE: usize = 4;
+/// Round `r` (from 0) searches `(r + 1) / SEARCH_DIVISOR` of the nodes, those with the largest boxes.
+const SEARCH_DIVISOR: usize = 4;
 
 /// Nodes per task.
 const BATCH: usize = 1024;
@@ -67,7 +67,7 @@ pub(super) fn improve(
     for round in 0..ROUNDS {
         // Later rounds include smaller nodes.
         let mut nodes: Vec<u32> = (1..count as u32).collect();
-        let wanted = (count / SHARE * (round + 1)).clamp(count.min(64), count).min(nodes.len());
+        let wanted = (count / SEARCH_DIVISOR * (round + 1)).clamp(count.min(64), count).min(nodes.len());
         if wanted == 0 {
             break;
         }
@@ -144,7 +144,7 @@ impl Linked {
         let mut best = Reinsertion { node, to: 0, gain: 0.0 };
         // Without the node its parent is not needed, and its ancestors shrink to the bounds of their other nodes.
         let mut saved = self.areas[parent as usize];
-        let mut around = self.bounds[sibling as usize];
+        let mut remaining = self.bounds[sibling as usize];
         let (mut pivot, mut side) = (parent, sibling);
         loop {
             stack.push((saved, side));
@@ -167,8 +167,8 @@ impl Linked {
                 }
             }
             if pivot != parent {
-                around = around.union(self.bounds[side as usize]);
-                saved += self.areas[pivot as usize] - around.area(costs.pad);
+                remaining = remaining.union(self.bounds[side as usize]);
+                saved += self.areas[pivot as usize] - remaining.area(costs.pad);
             }
             if pivot == 0 {
                 break;

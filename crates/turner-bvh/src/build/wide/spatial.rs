@@ -72,19 +72,19 @@ impl SpatialBins {
         costs: &Costs,
     ) -> Option<Plane> {
         *self = SpatialBins::new();
-        let around = bounds.aabb();
-        let extents: [f32; 3] = std::array::from_fn(|i| around.max[i] - around.min[i]);
+        let set_box = bounds.aabb();
+        let extents: [f32; 3] = std::array::from_fn(|i| set_box.max[i] - set_box.min[i]);
         let widths = extents.map(|e| e / BINS as f32);
         let largest = extents.iter().fold(0.0_f32, |a, &b| a.max(b));
         // Do not split an axis on which the box is almost flat.
         let axes = [0, 1, 2]
             .map(|i| extents[i] > 1e-4 * largest && widths[i] > f32::MIN_POSITIVE && widths[i].is_finite());
         let inverse: [f32; 3] = std::array::from_fn(|i| if axes[i] { 1.0 / widths[i] } else { 0.0 });
-        let [scale, start] = [inverse, around.min].map(|[x, y, z]| F4::new([x, y, z, 0.0]));
+        let [scale, start] = [inverse, set_box.min].map(|[x, y, z]| F4::new([x, y, z, 0.0]));
         let (zero, top) = (F4::splat(0.0), F4::splat((BINS - 1) as f32));
-        let place = |p: F4| p.sub(start).mul(scale).max(zero).min(top).truncated();
+        let slab_of = |p: F4| p.sub(start).mul(scale).max(zero).min(top).truncated();
         for prim in prims {
-            let (low, high) = (place(prim.bounds.lo), place(zero.sub(prim.bounds.hi)));
+            let (low, high) = (slab_of(prim.bounds.lo), slab_of(zero.sub(prim.bounds.hi)));
             let mut corners = None;
             for axis in 0..3 {
                 let (from, to) = (low[axis] as usize % BINS, high[axis] as usize % BINS);
@@ -95,7 +95,7 @@ impl SpatialBins {
                     *b = b.union(prim.bounds);
                 } else {
                     let corners = *corners.get_or_insert_with(|| triangles.corners(prim.id()));
-                    self.spread(axis, [from, to], prim.bounds, corners, around.min[axis], inverse[axis]);
+                    self.spread(axis, [from, to], prim.bounds, corners, set_box.min[axis], inverse[axis]);
                 }
             }
         }
@@ -116,7 +116,7 @@ impl SpatialBins {
                 }
                 let cost = costs.leaf(left, left_count) + costs.leaf(right, right_count);
                 if best.is_none_or(|best| cost < best.cost) {
-                    let at = around.min[axis] + widths[axis] * (bin + 1) as f32;
+                    let at = set_box.min[axis] + widths[axis] * (bin + 1) as f32;
                     let (counts, bounds) = ([left_count, right_count], [left, right]);
                     best = Some(Plane { axis, at, cost, counts, bounds });
                 }
@@ -195,13 +195,13 @@ pub(super) fn cut(
         // Unsplit: keep the primitive on one side if that is cheaper than two references.
         let [with_left, with_right] = plane.bounds.map(|side| side.union(prim.bounds).area(costs.pad));
         let split = areas[0] * counts[0] + areas[1] * counts[1];
-        let whole_left = with_left * counts[0] + areas[1] * (counts[1] - 1.0);
-        let whole_right = areas[0] * (counts[0] - 1.0) + with_right * counts[1];
-        if whole_left < split && whole_left <= whole_right {
+        let unsplit_left = with_left * counts[0] + areas[1] * (counts[1] - 1.0);
+        let unsplit_right = areas[0] * (counts[0] - 1.0) + with_right * counts[1];
+        if unsplit_left < split && unsplit_left <= unsplit_right {
             left.push(*prim);
             continue;
         }
-        if whole_right < split {
+        if unsplit_right < split {
             right.push(*prim);
             continue;
         }

@@ -81,11 +81,11 @@ impl Sweep {
                 partition(&mut self.orders[other][begin..end], left_members);
             }
         }
-        let around = |range: &[u8]| {
+        let bounds_of = |range: &[u8]| {
             range.iter().fold(Bounds::empty(), |a, &i| a.union(self.prims[usize::from(i) % MAX_SWEEP]))
         };
-        let left = around(&self.orders[axis][begin..middle]);
-        let right = around(&self.orders[axis][middle..end]);
+        let left = bounds_of(&self.orders[axis][begin..middle]);
+        let right = bounds_of(&self.orders[axis][middle..end]);
         let index = tree.push_inner(bounds);
         self.part(begin, middle, left, costs, tree);
         let right_index = tree.nodes.len();
@@ -102,19 +102,19 @@ impl Sweep {
         let blocks = costs.blocks(count);
         for axis in axes {
             let order = &self.orders[axis][begin..end];
-            let mut around = Bounds::empty();
+            let mut swept = Bounds::empty();
             for (area, &i) in left_areas.iter_mut().zip(order) {
-                around = around.union(self.prims[usize::from(i) % MAX_SWEEP]);
-                *area = around.area(costs.pad);
+                swept = swept.union(self.prims[usize::from(i) % MAX_SWEEP]);
+                *area = swept.area(costs.pad);
             }
-            let mut around = Bounds::empty();
+            let mut swept = Bounds::empty();
             for middle in (1..count).rev() {
-                around = around.union(self.prims[usize::from(order[middle]) % MAX_SWEEP]);
+                swept = swept.union(self.prims[usize::from(order[middle]) % MAX_SWEEP]);
                 if costs.blocks(middle) + costs.blocks(count - middle) > blocks {
                     continue;
                 }
                 let cost = left_areas[middle - 1] * costs.blocks(middle) as f32
-                    + around.area(costs.pad) * costs.blocks(count - middle) as f32;
+                    + swept.area(costs.pad) * costs.blocks(count - middle) as f32;
                 let balance = (2 * middle).abs_diff(count);
                 if cost < best.0 || cost == best.0 && balance < best.1 {
                     best = (cost, balance, axis, begin + middle);

@@ -216,8 +216,8 @@ impl Top<'_> {
     }
 
     fn link(&self, state: &mut State<'_>, parent: Option<(usize, usize)>, child: TopChild) {
-        if let Some((parent, place)) = parent {
-            state.top[parent].children[place].1 = child;
+        if let Some((parent, slot)) = parent {
+            state.top[parent].children[slot].1 = child;
         }
     }
 
@@ -225,11 +225,11 @@ impl Top<'_> {
     fn split_together<'a>(&self, set: Set<'a>) -> [Set<'a>; 2] {
         let threads = self.threads.min(set.len() / (MIN_PARALLEL / 4)).max(1);
         let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins), self.one_axis);
-        let shares: Vec<Mutex<&mut [Prim]>> = parts(set.prims, threads).into_iter().map(Mutex::new).collect();
+        let chunks: Vec<Mutex<&mut [Prim]>> = parts(set.prims, threads).into_iter().map(Mutex::new).collect();
         let mut all = at_once(threads, |i| {
-            let share = shares[i].lock().unwrap_or_else(PoisonError::into_inner);
+            let chunk = chunks[i].lock().unwrap_or_else(PoisonError::into_inner);
             let mut scratch = Scratch::new();
-            scratch.fill(&share, &grid);
+            scratch.fill(&chunk, &grid);
             scratch
         });
         let (first, others) = all.split_first_mut().expect("at least one thread");
@@ -237,16 +237,16 @@ impl Top<'_> {
             first.first().merge(other.first(), &grid);
         }
         let Some(split) =
-            best_split(first.first(), &grid, shares.iter().map(|s| lock(s).len()).sum(), &self.costs)
+            best_split(first.first(), &grid, chunks.iter().map(|s| lock(s).len()).sum(), &self.costs)
         else {
-            drop(shares);
+            drop(chunks);
             return halve(set);
         };
         let parted = at_once(threads, |i| {
-            let mut share = shares[i].lock().unwrap_or_else(PoisonError::into_inner);
-            partition(&mut share, &grid, &split)
+            let mut chunk = chunks[i].lock().unwrap_or_else(PoisonError::into_inner);
+            partition(&mut chunk, &grid, &split)
         });
-        drop(shares);
+        drop(chunks);
         let centers =
             parted.iter().fold([Bounds::empty(); 2], |[a, b], (_, [c, d])| [a.union(*c), b.union(*d)]);
         let lefts: Vec<usize> = parted.iter().map(|(left, _)| *left).collect();
@@ -269,9 +269,9 @@ fn exchange(prims: &mut [Prim], lefts: &[usize]) {
     let before = (0..count).map(|i| starts[i] + lefts[i]..starts[i + 1].min(middle));
     let behind = (0..count).map(|i| starts[i].max(middle)..starts[i] + lefts[i]);
     let (low, high) = prims.split_at_mut(middle);
-    let mut high_places = behind.flatten();
-    for place in before.flatten() {
-        let other = high_places.next().expect("as many misplaced on one side as on the other");
-        std::mem::swap(&mut low[place], &mut high[other - middle]);
+    let mut high_positions = behind.flatten();
+    for slot in before.flatten() {
+        let other = high_positions.next().expect("as many misplaced on one side as on the other");
+        std::mem::swap(&mut low[slot], &mut high[other - middle]);
     }
 }

@@ -21,12 +21,12 @@ pub(super) fn primitive_box(source: &Source<'_>, id: usize) -> Option<Aabb> {
     }
 }
 
-/// Checks everything that traversal relies on. With `whole`, every primitive must be in exactly one leaf.
-pub(super) fn validate(tree: &WideTree, source: &Source<'_>, whole: bool) -> Result<(), String> {
+/// Checks everything that traversal relies on. With `unsplit`, every primitive must be in exactly one leaf.
+pub(super) fn validate(tree: &WideTree, source: &Source<'_>, unsplit: bool) -> Result<(), String> {
     let mut check = Check {
         tree,
         source,
-        whole,
+        unsplit,
         next_node: 0,
         next_block: 0,
         leaf_boxes: vec![Vec::new(); source.len()],
@@ -43,7 +43,7 @@ pub(super) fn validate(tree: &WideTree, source: &Source<'_>, whole: bool) -> Res
 struct Check<'a> {
     tree: &'a WideTree,
     source: &'a Source<'a>,
-    whole: bool,
+    unsplit: bool,
     next_node: usize,
     next_block: usize,
     /// For each primitive, the boxes of the leaves it is in.
@@ -54,13 +54,13 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn node(&mut self, reference: ChildRef, around: &mut Vec<Aabb>) -> Result<(), String> {
+    fn node(&mut self, reference: ChildRef, ancestors: &mut Vec<Aabb>) -> Result<(), String> {
         let index = reference.index();
         if index != self.next_node || index >= self.tree.nodes.len() {
             return Err(format!("node {index} should be {}", self.next_node));
         }
         self.next_node += 1;
-        let depth = around.len() + 1;
+        let depth = ancestors.len() + 1;
         self.max_depth = self.max_depth.max(depth);
         if depth > MAX_WIDE_DEPTH {
             return Err(format!("node {index} is at depth {depth}"));
@@ -80,16 +80,16 @@ impl Check<'_> {
             if !bounds.is_valid() {
                 return Err(format!("child {child} of node {index} has the box {bounds:?}"));
             }
-            if let Some(outer) = around.last().filter(|outer| !outer.contains(bounds)) {
+            if let Some(outer) = ancestors.last().filter(|outer| !outer.contains(bounds)) {
                 return Err(format!("{bounds:?} of node {index} exceeds {outer:?}"));
             }
-            around.push(bounds);
+            ancestors.push(bounds);
             if reference.is_leaf() {
                 self.leaf(reference, bounds)?;
             } else {
-                self.node(reference, around)?;
+                self.node(reference, ancestors)?;
             }
-            around.pop();
+            ancestors.pop();
         }
         if used == 0 || used == 1 && index != 0 {
             return Err(format!("node {index} has {used} children"));
@@ -139,7 +139,7 @@ impl Check<'_> {
                 (Some(b), 1) => {
                     return Err(format!("primitive {id} {b:?} exceeds {:?}", leaf_boxes[0]));
                 }
-                (Some(_), n) if self.whole => return Err(format!("primitive {id} is in {n} leaves")),
+                (Some(_), n) if self.unsplit => return Err(format!("primitive {id} is in {n} leaves")),
                 (Some(_), _) => check_cover(self.source, id, leaf_boxes)?,
             }
         }
@@ -188,13 +188,13 @@ fn check_cover(source: &Source<'_>, id: usize, leaf_boxes: &[Aabb]) -> Result<()
 fn check_order(node: &WideNode) -> Result<(), String> {
     let used = node.children.iter().filter(|&&child| child != ChildRef::EMPTY).count();
     for (octant, &word) in node.order.iter().enumerate() {
-        let places: Vec<usize> = (0..8).rev().map(|place| (word >> (3 * place) & 7) as usize).collect();
-        let mut sorted = places.clone();
+        let slots: Vec<usize> = (0..8).rev().map(|place| (word >> (3 * place) & 7) as usize).collect();
+        let mut sorted = slots.clone();
         sorted.sort_unstable();
         if sorted != (0..8).collect::<Vec<_>>() || word >> 24 != 0 {
             return Err(format!("{word:o} is not a permutation"));
         }
-        if places[..used].iter().any(|&child| node.children[child] == ChildRef::EMPTY) {
+        if slots[..used].iter().any(|&child| node.children[child] == ChildRef::EMPTY) {
             return Err(format!("{word:o} has empty slots before others"));
         }
         // A child that the diagonal enters later must not come first.
@@ -202,9 +202,9 @@ fn check_order(node: &WideNode) -> Result<(), String> {
             let b = node.bounds(child);
             (0..3).map(|i| f64::from(if octant >> i & 1 == 0 { b.min[i] } else { -b.max[i] })).sum()
         };
-        for pair in places[..used].windows(2) {
+        for pair in slots[..used].windows(2) {
             let (a, b) = (entry(pair[0]), entry(pair[1]));
-            let largest = (0..used).map(|i| entry(places[i]).abs()).fold(0.0, f64::max);
+            let largest = (0..used).map(|i| entry(slots[i]).abs()).fold(0.0, f64::max);
             let slack: f64 = (0..8)
                 .filter(|&i| node.children[i] != ChildRef::EMPTY)
                 .flat_map(|i| {
