@@ -29,7 +29,7 @@
 //! | case | near | far |
 //! |---|---|---|
 //! | `1 / d` overflows, or `d` is 0 | `inv` clamped to `MAX`: lower, never NaN | infinite; NaN in the plane: ignored |
-//! | `1 / direction` is subnormal (imprecise) | 0: constrains nothing | raised to a normal number |
+//! | `1 / d` is subnormal (imprecise) | 0: constrains nothing | raised to a normal number |
 //! | `plane - origin` overflows | 0 for origins that far away | infinite: correct |
 //! | the product overflows | infinite: the true `t` exceeds `f32::MAX` too | the same |
 //! | the product underflows | off by at most 2^-150: `TINY` is subtracted from the entry | the same `TINY` covers it |

@@ -1,6 +1,6 @@
 //! Incoherent rays: traverse many at once, one step each in turn.
 //!
-//! A step of one ray depends on its previous step and on memory, so a ray alone leaves the processor queues. With
+//! A step of one ray depends on its previous step and on memory, so a ray alone leaves the processor waiting. With
 //! 16 rays in flight, their independent steps overlap. Mispredicted branches cannot be hidden this way, and whether
 //! a ray reaches a node, a leaf or its end is unpredictable. So no branch tests for it: each step ends by setting
 //! the ray's bit in one of three queues, by arithmetic, and the loop processes one queue after the other:

@@ -6,11 +6,12 @@
 //!
 //! ```text
 //!            C                 edge functions (signed areas, times 2):
-//!           / \                  U = C.x B.y - C.y B.x      opposite A
-//!          / o \               V = A.x C.y - A.y C.x      opposite B
-//!         / ray \                W = B.x A.y - B.y A.x      opposite C
-//!        A-------B             hit if U, V, W all >= 0 or all <= 0
-//!                              t = (U A.z + V B.z + W C.z) / (U + V + W) * (1 / direction.z)
+//!           / \                    U = C.x B.y - C.y B.x      opposite A
+//!          /   \                   V = A.x C.y - A.y C.x      opposite B
+//!         /  o  \                  W = B.x A.y - B.y A.x      opposite C
+//!        A-------B             hit if U, V, W are all >= 0 or all <= 0
+//!      o: the ray, seen        t = (U A.z + V B.z + W C.z) / (U + V + W) * (1 / direction.z)
+//!         along z              weights of A, B, C: U, V, W divided by U + V + W
 //! ```
 //!
 //! **Watertight.** A vertex has the same sheared coordinates in every triangle that shares it. The rounded edge

@@ -77,7 +77,7 @@ impl Trees {
         threads: usize,
     ) -> Result<(Trees, Vec<BuildRow>), String> {
         let items = scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>() + scene.instances.len();
-        let embree_scene = embree.map(|e| e.embree_scene(scene, threads)).transpose()?;
+        let embree_scene = embree.map(|e| e.scene_for(scene, threads)).transpose()?;
         let mut turner: Vec<(Quality, Builder<'_, Turner>)> = Vec::new();
         for &quality in &args.quality {
             let build = move || Turner::build(scene, quality, threads);

@@ -15,13 +15,13 @@
 //! Binary splits come first because good criteria for them are known; collapse then removes binary levels:
 //!
 //! ```text
-//!          o                                         o
-//!        /   \                                 / / / | | \ \ \
-//!       o     o        three binary levels    a b c d  e f g h
-//!      / \   / \       become one node of
-//!     o   o o   o      eight children
-//!    /|  /| |\  |\
-//!    ab  cd ef  gh
+//!              o                                        o
+//!          /       \          three binary levels      / / | | | | \ \
+//!        o           o        become one node of       a b c d e f g h
+//!      /   \       /   \      eight children
+//!     o     o     o     o
+//!    / \   / \   / \   / \
+//!    a b   c d   e f   g h
 //! ```
 //!
 //! The BVH depends on the primitives and the quality only, never on threads or machine: every split follows from

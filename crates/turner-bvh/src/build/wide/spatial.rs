@@ -15,8 +15,8 @@
 //! touches, and slabs count the triangles that begin and end there. A sweep then evaluates the SAH cost
 //! `area_l * n_l + area_r * n_r` at each plane, as for bins; `n_l + n_r` exceeds `n` by the straddling triangles.
 //!
-//! A straddling triangle goes to one side only if enlarging that box is cheaper than a second reference ("unsplitting",
-//! section 4.4).
+//! A straddling triangle goes to one side only if enlarging that box is cheaper than a second reference
+//! (reference unsplitting).
 
 use super::clip::clipped_bounds;
 use super::lanes::F4;
