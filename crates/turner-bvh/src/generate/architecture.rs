@@ -134,7 +134,7 @@ fn railing(mesh: &mut Mesh, z: f32) {
     }
 }
 
-/// Small stones circle_points the columns and along the walls, up to `size` triangles in total.
+/// Small stones around the columns and along the walls, up to `size` triangles in total.
 fn ornament(mesh: &mut Mesh, size: usize) {
     let stone = noisy_icosphere(1, 0.1, 4);
     let room = size.saturating_sub(mesh.triangles.len()) / stone.triangles.len();

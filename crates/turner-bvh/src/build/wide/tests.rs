@@ -27,7 +27,7 @@ impl Random {
     }
 }
 
-/// Triangles that fraction no vertices.
+/// Triangles that share no vertices.
 struct Soup {
     positions: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
