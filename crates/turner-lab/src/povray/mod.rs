@@ -84,7 +84,7 @@ fn antialias(args: &AntialiasArgs) -> Result<(), Failure> {
     let scene = args.modes.scene();
     let Some(povray) = PovRay::for_scene(&args.program, scene) else {
         let message = format!("{}: there is no .pov file next to it", scene.display());
-        let help = "scenes/bench has two scenes with a .pov file: thirty-spheres.toml, from-scratch.toml";
+        let help = "scenes/bench has scenes with a .pov file, such as thirty-spheres.toml, from-scratch.toml";
         return Err(Failure::new(SceneError::new(ErrorCode::File, message).help(help)));
     };
     let mut measured = measure(&args.modes)?;

@@ -68,7 +68,7 @@ impl PovRay {
                 "run POV-Ray manually to see more",
             ));
         }
-        let works = "POV-Ray 3.7 is supported";
+        let works = "this works with POV-Ray 3.7";
         let seconds =
             trace_time(&report).ok_or_else(|| failed(format!("{program} printed no `Trace Time`"), works))?;
         let picture = std::fs::read(folder.path().join("picture.png"))
