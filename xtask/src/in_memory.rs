@@ -1,4 +1,4 @@
-//! Scenes that are loaded from memory, rendered and saved to memory: no file, clock, environment variable or second thread.
+//! Loads scenes from memory, renders them and saves to memory: no file, clock, environment variable or second thread.
 
 use std::sync::atomic::AtomicBool;
 
@@ -9,7 +9,7 @@ use turner_io::image::ImageFormat;
 use turner_io::scene::{LoadOptions, load_text};
 use turner_io::{Override, SaveOptions, to_bytes};
 
-/// The README's first scene, and one with a path tracer, a file beside it, a tree, and lights to choose among.
+/// The README's first scene, and one with a path tracer, an external file, a BVH, and several lights.
 const SCENES: [&str; 2] = [include_str!("../../scenes/hello.toml"), PATHS];
 
 const PATHS: &str = r#"
@@ -25,10 +25,10 @@ object = [
 ]
 "#;
 
-/// The file beside the second scene.
+/// The external file of the second scene.
 const ROOF: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1.5 0\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
 
-/// The checksum of all scenes' PNG and EXR files.
+/// The checksum of the PNG and EXR files of all scenes.
 pub(crate) fn checksum(threads: usize) -> Result<u64, String> {
     // FNV-1a.
     let add = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
@@ -41,7 +41,7 @@ pub(crate) fn checksum(threads: usize) -> Result<u64, String> {
     Ok(hash)
 }
 
-/// A small picture of a scene, as PNG and as EXR.
+/// A small image of a scene, as PNG and as EXR.
 fn files(scene: &str, threads: usize) -> Result<[Vec<u8>; 2], String> {
     let set = |path: &str, value: &str| Override { path: path.to_owned(), value: value.to_owned() };
     let overrides = vec![set("film.width", "96"), set("film.height", "72")];

@@ -1,11 +1,11 @@
-//! Chores: `cargo xtask docs` makes the pictures of the documentation from scenes in the repository.
+//! Maintenance tasks: `cargo xtask docs` makes the images of the documentation from scenes in the repository.
 //!
 //! ```text
-//! cargo xtask docs              all of them
-//! cargo xtask docs tutorial     those whose name begins like that
+//! cargo xtask docs              all images
+//! cargo xtask docs tutorial     the images whose name begins with "tutorial"
 //! cargo xtask list              their names and commands
 //! cargo xtask words             finds phrases that documents, comments and messages do not use
-//! cargo xtask wasm              compiles for WebAssembly and renders there; what follows goes to cargo
+//! cargo xtask wasm              compiles for WebAssembly and renders there; further arguments go to cargo
 //! ```
 #![forbid(unsafe_code)]
 
@@ -54,7 +54,7 @@ fn docs(names: &[&str]) -> Result<(), String> {
     let chosen: Vec<&Picture> =
         PICTURES.iter().filter(|p| names.is_empty() || names.iter().any(|n| p.file.starts_with(n))).collect();
     if chosen.is_empty() {
-        return Err(format!("no picture's name begins with {}: see cargo xtask list", names.join(" or ")));
+        return Err(format!("no image's name begins with {}: see cargo xtask list", names.join(" or ")));
     }
     run(Command::new(env!("CARGO")).current_dir(root()).args([
         "build",
@@ -88,8 +88,8 @@ mod tests {
         assert_eq!(in_memory::checksum(1).unwrap(), in_memory::checksum(3).unwrap());
     }
 
-    /// What is not made by this program: it takes other renderers, or models that are not stored here.
-    const BY_OTHERS: [&str; 3] = ["error-over-time.svg", "gltf-test-models.jpg", "bunny.jpg"];
+    /// Images that this program does not make: they need other renderers, or models that are not in the repository.
+    const MADE_ELSEWHERE: [&str; 3] = ["error-over-time.svg", "gltf-test-models.jpg", "bunny.jpg"];
 
     fn markdown_below(folder: &Path) -> Vec<PathBuf> {
         let mut files = Vec::new();
@@ -115,7 +115,7 @@ mod tests {
         let images = images();
         for (name, _) in &images {
             let made = PICTURES.iter().any(|p| p.file == name);
-            assert!(made != BY_OTHERS.contains(&name.as_str()), "{name}");
+            assert!(made != MADE_ELSEWHERE.contains(&name.as_str()), "{name}");
         }
         for picture in PICTURES {
             assert!(
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn the_documents_show_pictures_that_are_there() {
+    fn documents_link_to_existing_files() {
         let mut shown = String::new();
         let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"];
         let others = others.map(|name| root().join(name));
@@ -144,7 +144,7 @@ mod tests {
             shown += &text;
         }
         for (name, _) in images() {
-            assert!(shown.contains(&format!("images/{name}")), "{name} is shown nowhere");
+            assert!(shown.contains(&format!("images/{name}")), "no document shows {name}");
         }
     }
 
@@ -152,6 +152,6 @@ mod tests {
     fn pictures_are_small() {
         let images = images();
         let total: u64 = images.iter().map(|(_, size)| size).sum();
-        assert!(total < 6_000_000, "{total} bytes in all");
+        assert!(total < 6_000_000, "{total} bytes in total");
     }
 }

@@ -1,25 +1,25 @@
-//! The pictures of the documentation, and how each is made. A newcomer adds a line.
+//! The images of the documentation and the commands that make them. To add one, add a line.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::{root, run, sheet};
 
-/// A picture in `docs/images`.
+/// An image in `docs/images`.
 pub(crate) struct Picture {
-    /// Its file.
+    /// File name.
     pub(crate) file: &'static str,
     how: How,
 }
 
 enum How {
-    /// `turner` with these arguments, to which `-o FILE` is added.
+    /// `turner` with these arguments and `-o FILE`.
     Turner(&'static str),
-    /// The same for each part of a sheet: the columns, arguments of all, and those of each.
+    /// A sheet of several images: the number of columns, common arguments, and the arguments of each image.
     Sheet(u32, &'static str, &'static [&'static str]),
-    /// The same with each pixel as five by five.
+    /// A sheet with each pixel enlarged to five by five.
     Enlarged(u32, &'static str, &'static [&'static str]),
-    /// Several commands of `turner`, `{tmp}` a folder between them and `{file}` the picture.
+    /// Several `turner` commands. `{tmp}` is a temporary folder and `{file}` the image.
     Steps(&'static [&'static str]),
 }
 
@@ -29,7 +29,7 @@ const fn picture(file: &'static str, how: How) -> Picture {
     Picture { file, how }
 }
 
-/// All of them.
+/// All images.
 pub(crate) const PICTURES: &[Picture] = &[
     // README
     picture("hello.jpg", Turner("scenes/hello.toml")),
@@ -83,7 +83,7 @@ pub(crate) const PICTURES: &[Picture] = &[
             &["--max-depth 1", "--max-depth 2", "--max-depth 4", "--max-depth 12"],
         ),
     ),
-    // The classic documents
+    // Classic scenes
     picture(
         "classic.jpg",
         Sheet(
@@ -102,7 +102,7 @@ pub(crate) const PICTURES: &[Picture] = &[
     picture("002-09.jpg", Turner("scenes/classic/002-09-reflection-texture.toml --width 240 --height 240")),
     picture("002-11.jpg", Turner("scenes/classic/002-11-plane.toml --width 240 --height 240")),
     picture("002-12.jpg", Turner("scenes/classic/002-12-cube.toml --width 240 --height 240")),
-    // Anti-aliasing: a part of the picture, each pixel as 5 x 5.
+    // Anti-aliasing: a crop, each pixel enlarged to 5 x 5
     picture(
         "antialiasing.png",
         Enlarged(
@@ -142,7 +142,7 @@ pub(crate) const PICTURES: &[Picture] = &[
             "compare docs/images/compare-reference.png docs/images/compare-noisy.png --metric ssim --diff {file}",
         ]),
     ),
-    // Looking at things
+    // Debug views
     picture(
         "looking.jpg",
         Sheet(
@@ -161,7 +161,7 @@ pub(crate) const PICTURES: &[Picture] = &[
             ],
         ),
     ),
-    // Textures
+    // Shared paths, textures
     picture(
         "shared-off.png",
         Turner("scenes/peers/s1.toml --samples 4 --crop 120,120,240,240 --shared-paths off"),
@@ -298,7 +298,7 @@ pub(crate) const PICTURES: &[Picture] = &[
 ];
 
 impl Picture {
-    /// What is run.
+    /// The commands that make the image.
     pub(crate) fn about(&self) -> String {
         match &self.how {
             Turner(args) => format!("turner {args}"),
@@ -309,9 +309,9 @@ impl Picture {
         }
     }
 
-    /// Makes it.
+    /// Makes the image.
     pub(crate) fn make(&self, turner: &Path, to: &Path) -> Result<(), String> {
-        let tmp = tempfile::tempdir().map_err(|e| format!("no temporary folder can be made: {e}"))?;
+        let tmp = tempfile::tempdir().map_err(|e| format!("cannot create a temporary folder: {e}"))?;
         let call = |line: &str, output: Option<&Path>| {
             let words = line.split_whitespace().map(|word| {
                 let word = word.replace("{file}", &to.display().to_string());

@@ -1,4 +1,4 @@
-//! Several pictures side by side.
+//! Places several images side by side.
 
 use std::path::Path;
 
@@ -7,11 +7,12 @@ use turner_io::image::{
     DecodeLimits, Display, ImageFormat, OutputFile, OutputImage, Transfer, decode, encode,
 };
 
-/// Pixels between pictures.
+/// Pixels between images.
 const GAP: u32 = 6;
 const PAPER: [u8; 4] = [255, 255, 255, 255];
 
-/// Puts pictures of the same size into rows of `columns`, each pixel as `zoom` by `zoom`, and writes them to one file.
+/// Places images of the same size in rows of `columns`, with each pixel enlarged to `zoom` by `zoom`, and writes one
+/// file.
 pub(crate) fn write(parts: &[impl AsRef<Path>], columns: u32, zoom: u32, to: &Path) -> Result<(), String> {
     let images = parts.iter().map(|path| read(path.as_ref())).collect::<Result<Vec<_>, String>>()?;
     let (w, h) = images.first().map(|i| (i.width, i.height)).ok_or("no parts")?;
@@ -52,7 +53,7 @@ fn read(path: &Path) -> Result<Image, String> {
     decode(&bytes, &name, &DecodeLimits::default()).map_err(|e| e.to_string())
 }
 
-/// A pixel on paper.
+/// A pixel over a white background.
 fn pixel(image: &Image, x: u32, y: u32) -> [u8; 4] {
     let n = usize::from(image.channels);
     let at = (y as usize * image.width as usize + x as usize) * n;

@@ -1,4 +1,4 @@
-//! `cargo xtask wasm`: turner and turner-io compiled for WebAssembly, and run there.
+//! `cargo xtask wasm`: compiles turner and turner-io for WebAssembly and runs them there.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,12 +7,12 @@ use crate::{in_memory, root, run};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// Runs the program of the module and leaves with its exit code; a panic is an uncaught error.
+/// Runs the program in the module and exits with its exit code; a panic is an uncaught error.
 const SCRIPT: &str = "const bytes = require('fs').readFileSync(process.argv[1]); \
     WebAssembly.instantiate(bytes, {}).then(({ instance }) => process.exit(instance.exports.main(0, 0)));";
 
-/// Compiles the program `in_memory` and runs it by Node.js, where there is one: its pictures must have the bytes that they have here. `more` goes
-/// to cargo.
+/// Compiles the program `in_memory` and runs it with Node.js if available: its images must be byte-identical to those
+/// of the host. `more` goes to cargo.
 pub(crate) fn check(more: &[&str]) -> Result<(), String> {
     if more.is_empty() && !is_installed() {
         return Err(format!("the target {TARGET} is not installed: run `rustup target add {TARGET}`"));
@@ -26,17 +26,17 @@ pub(crate) fn check(more: &[&str]) -> Result<(), String> {
     println!("turner and turner-io compile for {TARGET}");
     let node = Command::new("node").arg("--version").output();
     if !node.is_ok_and(|node| node.status.success()) {
-        println!("there is no Node.js to run them with");
+        println!("Node.js was not found, so they were not run");
         return Ok(());
     }
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
     let module = target.join(TARGET).join("debug").join("in_memory.wasm");
     run(Command::new("node").args(["-e", SCRIPT]).arg(&module))?;
-    println!("pictures rendered there have the bytes that they have here: {checksum:016x}");
+    println!("images rendered in WebAssembly are byte-identical: {checksum:016x}");
     Ok(())
 }
 
-/// Whether the compiler has the target's library.
+/// Whether the compiler has the target's standard library.
 fn is_installed() -> bool {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc).args(["--print", "target-libdir", "--target", TARGET]).output();

@@ -1,8 +1,8 @@
-//! Millions of rays per second on one thread, in generated scenes: the nearest hit, and any hit.
+//! Million rays per second on one thread in generated scenes, for nearest hits and any hits.
 //!
 //! `cargo bench -p turner-bvh --bench rays -- [--full] [SCENE]...`
 //!
-//! Scenes are small unless `--full` is given. `turner-lab rays` measures more, beside Embree and with threads.
+//! Scenes are small unless `--full` is given. `turner-lab rays` also compares with Embree and uses several threads.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -21,7 +21,7 @@ fn main() {
     let names: Vec<&str> = arguments.iter().map(String::as_str).filter(|a| *a != "--full").collect();
     let valid: Vec<&str> = SCENES.iter().map(|s| s.name()).collect();
     if let Some(unknown) = names.iter().find(|n| !valid.contains(n)) {
-        eprintln!("there is no scene \"{unknown}\"; valid: {}", valid.join(", "));
+        eprintln!("unknown scene \"{unknown}\"; valid: {}", valid.join(", "));
         std::process::exit(2);
     }
     println!(
@@ -40,7 +40,7 @@ fn measure(kind: SceneKind, scene: &Scene, resolution: u32) {
     let mesh = &scene.meshes[0];
     let triangles = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
     let options = BuildOptions { threads: 1, ..BuildOptions::default() };
-    let tree = Bvh::build(&triangles, &options).expect("fewer triangles than a tree holds");
+    let tree = Bvh::build(&triangles, &options).expect("generated scenes fit into a BVH");
     let seconds = start.elapsed().as_secs_f64();
     let count = scene.triangles();
     let extent = scene.extent();
@@ -71,7 +71,7 @@ fn measure(kind: SceneKind, scene: &Scene, resolution: u32) {
     println!("{}", rates.map(|rate| format!(" {rate:>8.3}")).concat());
 }
 
-/// Millions per second: the median of five runs.
+/// Million rays per second: the median of five runs.
 fn rate(count: usize, mut work: impl FnMut()) -> f64 {
     let mut seconds = [0.0; 5].map(|_: f64| {
         let start = Instant::now();

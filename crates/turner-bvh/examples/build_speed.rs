@@ -1,6 +1,6 @@
-//! How fast trees of triangles are built, how large they are and how good by the surface area heuristic.
+//! Build speed, size and SAH cost of BVHs over triangles.
 //!
-//! `cargo run --release -p turner-bvh --example build_speed [SHARE OF TRIANGLES] [RUNS] [SCENE]...`
+//! `cargo run --release -p turner-bvh --example build_speed [FRACTION OF TRIANGLES] [RUNS] [SCENE]...`
 
 use std::time::Instant;
 
@@ -30,7 +30,7 @@ impl Random {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let share: f32 = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(1.0);
+    let fraction: f32 = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(1.0);
     let runs: usize = arguments.get(1).and_then(|a| a.parse().ok()).unwrap_or(3);
     let wanted = |name: &str| arguments.len() < 3 || arguments[2..].iter().any(|a| a == name);
     println!(
@@ -49,7 +49,7 @@ fn main() {
         if !wanted(name) {
             continue;
         }
-        let mesh = generate(share);
+        let mesh = generate(fraction);
         let boxes = (name == "boxes").then(|| mesh_boxes(&mesh));
         for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
             measure(name, &mesh, boxes.as_deref(), quality, runs);
@@ -57,7 +57,7 @@ fn main() {
     }
 }
 
-/// Builds with one thread and with two in turn.
+/// Alternates builds with one and with two threads.
 fn measure(name: &str, mesh: &Mesh, boxes: Option<&[Aabb]>, quality: Quality, runs: usize) {
     let mut seconds = [const { Vec::new() }; 2];
     let mut stats = None;
@@ -69,13 +69,13 @@ fn measure(name: &str, mesh: &Mesh, boxes: Option<&[Aabb]>, quality: Quality, ru
                 Some(boxes) => build_stats_of_boxes(boxes, &options),
                 None => build_stats(&mesh.positions, &mesh.triangles, &options),
             };
-            // On a machine with other work to do, the time that one thread ran says more than the clock.
+            // On a busy machine, the CPU time of the thread is more precise than the clock.
             let cpu = cpu_seconds().zip(start.1).filter(|_| threads == 1);
             seconds.push(cpu.map_or(start.0.elapsed().as_secs_f64(), |(end, start)| end - start));
-            stats = Some(found.expect("the meshes are sound"));
+            stats = Some(found.expect("the meshes are valid"));
         }
     }
-    let stats = stats.expect("one run at least");
+    let stats = stats.expect("at least one run");
     let count = mesh.triangles.len();
     let [one, two] = seconds.map(|mut seconds| {
         seconds.sort_by(f64::total_cmp);
@@ -91,16 +91,16 @@ fn measure(name: &str, mesh: &Mesh, boxes: Option<&[Aabb]>, quality: Quality, ru
     );
 }
 
-/// How long this thread has run, where the system says so.
+/// CPU time of this thread, where the system reports it.
 fn cpu_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split(' ').next()?.parse::<f64>().ok()? * 1e-9)
 }
 
-/// A million small things all over a cube.
-fn spread(share: f32) -> Mesh {
+/// A million small triangles scattered over a cube.
+fn spread(fraction: f32) -> Mesh {
     let mut random = Random(4);
-    let count = (1e6 * share) as u32;
+    let count = (1e6 * fraction) as u32;
     let positions = (0..count)
         .flat_map(|_| {
             let p = random.point();
@@ -111,18 +111,18 @@ fn spread(share: f32) -> Mesh {
 }
 
 fn mesh_boxes(mesh: &Mesh) -> Vec<Aabb> {
-    let around = |t: &[u32; 3]| t.iter().fold(Aabb::EMPTY, |b, &v| b.grow(mesh.positions[v as usize]));
-    mesh.triangles.iter().map(around).collect()
+    let bounds = |t: &[u32; 3]| t.iter().fold(Aabb::EMPTY, |b, &v| b.grow(mesh.positions[v as usize]));
+    mesh.triangles.iter().map(bounds).collect()
 }
 
 /// A height field.
-fn terrain(share: f32) -> Mesh {
-    let size = (2236.0 * share.sqrt()) as u32;
-    let wave = |x: f32, f: f32| triangle_wave(x * f);
+fn terrain(fraction: f32) -> Mesh {
+    let size = (2236.0 * fraction.sqrt()) as u32;
+    let octave_height = |x: f32, f: f32| triangle_wave(x * f);
     let height = |x: f32, y: f32| {
         (0..9).fold(0.0, |h, octave| {
             let f = (1 << octave) as f32;
-            h + (wave(x + 0.37 * y, f) * wave(y - 0.21 * x + 0.3, f)) * 0.15 / f
+            h + (octave_height(x + 0.37 * y, f) * octave_height(y - 0.21 * x + 0.3, f)) * 0.15 / f
         })
     };
     grid(size, |u, v| [u, v, height(u, v)])
@@ -145,9 +145,9 @@ fn grid(size: u32, point: impl Fn(f32, f32) -> [f32; 3]) -> Mesh {
     Mesh { positions, triangles }
 }
 
-/// A sphere with noise on it, as scanned: six grids.
-fn sphere(share: f32) -> Mesh {
-    let size = (330.0 * share.sqrt()) as u32;
+/// A sphere with noise, like a scan: six grids.
+fn sphere(fraction: f32) -> Mesh {
+    let size = (330.0 * fraction.sqrt()) as u32;
     let mut random = Random(1);
     let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };
     for side in 0..6 {
@@ -169,9 +169,9 @@ fn sphere(share: f32) -> Mesh {
 }
 
 /// Long thin triangles in all directions.
-fn sticks(share: f32) -> Mesh {
+fn sticks(fraction: f32) -> Mesh {
     let mut random = Random(2);
-    let count = (500_000.0 * share) as u32;
+    let count = (500_000.0 * fraction) as u32;
     let positions = (0..count)
         .flat_map(|_| {
             let (p, d) = (random.point(), random.point().map(|x| 0.2 * (x - 0.5)));
@@ -182,8 +182,8 @@ fn sticks(share: f32) -> Mesh {
     Mesh { positions, triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect() }
 }
 
-/// Floors and walls of two triangles each, columns, and fine things that stand about.
-fn architecture(share: f32) -> Mesh {
+/// Floors and walls of two triangles each, columns, and small objects.
+fn architecture(fraction: f32) -> Mesh {
     let mut random = Random(3);
     let mut mesh = Mesh { positions: Vec::new(), triangles: Vec::new() };
     let cuboid = |mesh: &mut Mesh, min: [f32; 3], max: [f32; 3], turn: f32| {
@@ -212,8 +212,8 @@ fn architecture(share: f32) -> Mesh {
             cuboid(&mut mesh, [0.0, y, z], [40.0, y + 0.15, z + 2.8], 0.1);
         }
     }
-    let things = (5200.0 * share) as u32;
-    for _ in 0..things {
+    let objects = (5200.0 * fraction) as u32;
+    for _ in 0..objects {
         let p = random.point();
         let floor = (p[2] * floors as f32).floor() * 3.0;
         let size = random.point().map(|x| 0.02 + 1.2 * x * x * x);

@@ -1,4 +1,4 @@
-//! Draws a few hundred spheres in characters: the nearer, the darker.
+//! Renders 400 spheres as characters: nearer spheres are darker.
 //!
 //! `cargo run -p turner-bvh --example nearest_sphere`
 
@@ -10,7 +10,7 @@ struct Sphere {
 }
 
 impl Sphere {
-    /// Nearest intersection, if there is one at `t_min <= t <= t_max`.
+    /// The nearest intersection with `t_min <= t <= t_max`.
     fn hit(&self, ray: &Ray, t_max: f32) -> Option<f32> {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let to_center: [f32; 3] = std::array::from_fn(|i| self.center[i] - ray.origin[i]);
@@ -24,12 +24,12 @@ impl Sphere {
 }
 
 fn main() -> Result<(), BuildError> {
-    // A wave of 20 x 20 spheres.
+    // A curved sheet of 20 x 20 spheres.
     let spheres: Vec<Sphere> = (0..400)
         .map(|i| ((i % 20) as f32 - 9.5, (i / 20) as f32))
         .map(|(x, z)| Sphere { center: [x, 0.05 * x * x - 0.02 * z * z, z], radius: 0.45 })
         .collect();
-    // Boxes a little larger than the spheres, for the rounding in `hit`.
+    // Boxes slightly larger than the spheres, for the rounding in `hit`.
     let boxes: Vec<Aabb> = spheres
         .iter()
         .map(|s| Aabb::new(s.center.map(|c| c - 1.001 * s.radius), s.center.map(|c| c + 1.001 * s.radius)))

@@ -1,4 +1,4 @@
-//! Million rays per second on one thread, and build times, for random spheres.
+//! Million rays per second on one thread and build times of `Bvh2` for random spheres.
 //!
 //! `cargo run --release -p turner-bvh --example speed [NUMBER OF SPHERES]...`
 
@@ -15,12 +15,12 @@ struct Sphere {
 
 impl Sphere {
     fn bounds(&self) -> Aabb {
-        // A little larger than the sphere, for the rounding in `hit`.
+        // Slightly larger than the sphere, for the rounding in `hit`.
         let r = self.radius * 1.00001;
         Aabb::new(self.center.map(|c| c - r), self.center.map(|c| c + r))
     }
 
-    /// The nearest intersection within `t_min..=t_max`, for a normalised direction.
+    /// The nearest intersection with `t_min <= t <= t_max`, for a normalised direction.
     #[inline(always)]
     fn hit(&self, ray: &Ray, t_max: f32) -> Option<f32> {
         let [x, y, z] = std::array::from_fn(|i| self.center[i] - ray.origin[i]);
@@ -66,8 +66,8 @@ impl Random {
 }
 
 fn main() {
-    let asked: Vec<u32> = std::env::args().skip(1).filter_map(|count| count.parse().ok()).collect();
-    for count in if asked.is_empty() { vec![4, 30, 10_000, 1_000_000] } else { asked } {
+    let requested: Vec<u32> = std::env::args().skip(1).filter_map(|count| count.parse().ok()).collect();
+    for count in if requested.is_empty() { vec![4, 30, 10_000, 1_000_000] } else { requested } {
         let mut random = Random(1);
         let size = 0.6 / cube_root(count as f32);
         let spheres: Vec<Sphere> = (0..count)
@@ -99,12 +99,12 @@ fn main() {
     }
 }
 
-/// By Newton's method.
+/// Newton's method.
 fn cube_root(x: f32) -> f32 {
     (0..60).fold(x, |y, _| (2.0 * y + x / (y * y)) / 3.0)
 }
 
-/// From a pinhole in front of the cube, in 8 x 8 tiles.
+/// Camera rays from in front of the cube, in 8 x 8 tiles.
 fn primary_rays() -> Vec<Ray> {
     let size = 512;
     (0..size * size)
@@ -131,9 +131,9 @@ fn measure(name: &str, bvh: &Bvh2, spheres: &[Sphere], rays: &[Ray]) {
         black_box(rays.iter().filter(|ray| any(bvh, spheres, ray)).count());
     });
     let millions = rays.len() as f64 / 1e6;
-    let share = 100.0 * hits as f64 / rays.len() as f64;
+    let percent = 100.0 * hits as f64 / rays.len() as f64;
     println!(
-        "  {name}: closest {:6.2} M/s, any {:6.2} M/s, {share:.0} % hit",
+        "  {name}: closest {:6.2} M/s, any {:6.2} M/s, {percent:.0} % hit",
         millions / closest,
         millions / any
     );

@@ -1,5 +1,5 @@
-//! Trees over boxes of anything, here of spheres: million rays per second on one thread, and build and refit times, each beside
-//! what it stands for, in turn.
+//! `BoxBvh` and `Bvh2` over spheres: million rays per second on one thread, and build and refit times. Methods take
+//! turns.
 //!
 //! `cargo run --release -p turner-bvh --example spheres`
 
@@ -22,12 +22,12 @@ struct Sphere {
 
 impl Sphere {
     fn bounds(&self) -> Aabb {
-        // A little larger than the sphere, for the rounding in `hit`.
+        // Slightly larger than the sphere, for the rounding in `hit`.
         let r = self.radius * 1.00001;
         Aabb::new(self.center.map(|c| c - r), self.center.map(|c| c + r))
     }
 
-    /// The nearest intersection within `t_min..=t_max`, for a normalised direction.
+    /// The nearest intersection with `t_min <= t <= t_max`, for a normalised direction.
     #[inline(always)]
     fn hit(&self, ray: &Ray, t_max: f32) -> Option<f32> {
         let [x, y, z] = std::array::from_fn(|i| self.center[i] - ray.origin[i]);
@@ -138,7 +138,7 @@ fn spheres(count: usize) {
     }
 }
 
-/// Millions per second of each, the medians of several turns.
+/// Million rays per second of each method, as medians; the methods take turns.
 fn in_turn(count: usize, all: &mut [(&str, &mut dyn FnMut())]) -> String {
     let mut seconds = vec![Vec::new(); all.len()];
     for _ in 0..7 {

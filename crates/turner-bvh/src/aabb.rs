@@ -12,20 +12,20 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box without points: the neutral element of [`union`](Self::union).
+    /// The empty box: the neutral element of [`union`](Self::union).
     pub const EMPTY: Aabb = Aabb { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
-    /// The box between two corners, taken as given.
+    /// The box between two corners, without checks.
     #[inline]
     pub const fn new(min: [f32; 3], max: [f32; 3]) -> Aabb {
         Aabb { min, max }
     }
 
-    /// The smallest single-precision box around double-precision bounds.
+    /// The smallest single-precision box that contains double-precision bounds.
     ///
-    /// Each bound is rounded away from the inside. What lies beyond the range of `f32` becomes infinite — no
-    /// finite box would hold it — and so the box is no longer [valid](Self::is_valid) and a tree drops it by
-    /// name instead of missing it in silence. NaN stays NaN.
+    /// Each bound is rounded outwards. Bounds beyond the range of `f32` become infinite, because no finite box contains
+    /// them. Then the box is not [valid](Self::is_valid), and a BVH lists it as dropped instead of silently missing it.
+    /// NaN stays NaN.
     ///
     /// ```
     /// use turner_bvh::Aabb;
@@ -37,14 +37,14 @@ impl Aabb {
         Aabb { min: min.map(round_down), max: max.map(|x| -round_down(-x)) }
     }
 
-    /// The smallest box around this one and the point `p`.
+    /// The smallest box that contains this one and the point `p`.
     #[inline]
     #[must_use]
     pub fn grow(self, p: [f32; 3]) -> Aabb {
         self.union(Aabb { min: p, max: p })
     }
 
-    /// The smallest box around both. A NaN bound of `self` or `other` gives way to the other's number.
+    /// The smallest box that contains both. If a bound is NaN, the other box's bound is used.
     #[inline]
     #[must_use]
     pub fn union(self, other: Aabb) -> Aabb {
@@ -54,13 +54,13 @@ impl Aabb {
         }
     }
 
-    /// The midpoint; it does not overflow.
+    /// The centre; it does not overflow.
     #[inline]
     pub fn center(self) -> [f32; 3] {
         std::array::from_fn(|i| 0.5 * self.min[i] + 0.5 * self.max[i])
     }
 
-    /// Half the surface area: 0 for the empty box. In double precision, so that the largest box does not overflow.
+    /// Half the surface area; 0 for the empty box. In double precision, so that the largest box does not overflow.
     #[inline]
     pub fn half_area(self) -> f64 {
         let [x, y, z]: [f64; 3] =
@@ -68,25 +68,25 @@ impl Aabb {
         x * y + y * z + z * x
     }
 
-    /// Whether all six bounds are finite numbers.
+    /// Whether all six bounds are finite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.min.iter().chain(&self.max).all(|x| x.is_finite())
     }
 
-    /// Whether a tree takes this box: finite, and `min <= max` on every axis.
+    /// Whether a BVH accepts this box: finite, and `min <= max` on every axis.
     #[inline]
     pub fn is_valid(self) -> bool {
         self.is_finite() && (0..3).all(|i| self.min[i] <= self.max[i])
     }
 
-    /// Whether `other` lies within this box, faces included. The empty box lies within every box.
+    /// Whether this box contains `other`, including the faces. Every box contains the empty box.
     #[inline]
     pub fn contains(self, other: Aabb) -> bool {
         other == Aabb::EMPTY || (0..3).all(|i| self.min[i] <= other.min[i] && other.max[i] <= self.max[i])
     }
 
-    /// Whether the point lies within this box, faces included.
+    /// Whether this box contains the point, including the faces.
     #[inline]
     pub fn contains_point(self, p: [f32; 3]) -> bool {
         (0..3).all(|i| self.min[i] <= p[i] && p[i] <= self.max[i])

@@ -1,24 +1,24 @@
-//! The tree over triangles.
+//! BVH over triangles.
 
 use std::sync::Arc;
 
 use crate::build::wide::{self, Source, WideTree};
 use crate::changed::Changed;
 use crate::node::WideNode;
-use crate::traverse::{Blocks, FARTHEST, Space, Tree};
+use crate::traverse::{Blocks, MAX_COORDINATE, Space, Tree};
 use crate::triangle::{Block, fill_blocks};
 use crate::{BuildError, BuildOptions, BuildStats, Hit, InstructionSet, Ray, search};
 
-/// Triangles as a mesh has them: corners by number.
+/// An indexed triangle mesh.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Triangles<'a> {
     /// Positions of the vertices.
     pub positions: &'a [[f32; 3]],
-    /// For each triangle the numbers of its corners.
+    /// Vertex indices of each triangle.
     pub triangles: &'a [[u32; 3]],
 }
 
-/// A tree over triangles, with copies of them in its leaves: 46 to 54 bytes per triangle, all in all.
+/// A BVH over triangles, with copies of them in its leaves: 46 to 54 bytes per triangle in total.
 ///
 /// ```
 /// use turner_bvh::{BuildOptions, Bvh, Hit, Ray, Triangles};
@@ -35,29 +35,29 @@ pub struct Triangles<'a> {
 /// # Ok::<(), turner_bvh::BuildError>(())
 /// ```
 ///
-/// All searches find the nearest hit with `t_min <= t <= t_max`, of equally near ones that of the lowest number, bit for
-/// bit the same one by one, in batches, coherent or not, with any [`InstructionSet`](crate::InstructionSet) and any quality of the tree. Both sides of
-/// a triangle count. Meshes are watertight: no ray passes through an edge or a vertex that triangles share.
+/// All queries find the nearest hit with `t_min <= t <= t_max`; among equally near hits, the one with the lowest
+/// triangle index. The result is the same bit for bit for single rays, batches and packets, for any
+/// [`InstructionSet`](crate::InstructionSet) and any build quality. Triangles are two-sided. Meshes are watertight: no
+/// ray passes between triangles that share an edge or a vertex.
 ///
-/// Rays that are not [valid](Ray::is_valid), that have no direction, or that start beyond 2^40 units (for trees larger
-/// than that or smaller than 2^-40: as many units of their size) hit nothing.
+/// Rays that are not [valid](Ray::is_valid) hit nothing, nor do rays without a direction and rays that start beyond
+/// 2^40 units. For a BVH larger than 2^40 or smaller than 2^-40, that limit scales with its size.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(crate) nodes: Vec<WideNode>,
-    /// Shared with trees that were changed.
+    /// Shared with changed copies of the BVH.
     pub(crate) blocks: Arc<Vec<Block>>,
     pub(crate) space: Space,
     pub(crate) stats: BuildStats,
     pub(crate) instruction_set: InstructionSet,
-    /// Triangles of the mesh.
+    /// Number of triangles in the mesh.
     pub(crate) triangles: u32,
-    /// What else there is to search.
+    /// Triangles that changed since the build.
     pub(crate) changed: Option<Box<Changed>>,
 }
 
 impl Bvh {
-    /// Builds the tree. Triangles with a number that is NaN or infinite, and those with two equal corners, are left out and
-    /// counted.
+    /// Builds the BVH. Omits and counts triangles with a NaN or infinite coordinate and those with two equal vertices.
     pub fn build(mesh: &Triangles<'_>, options: &BuildOptions<'_>) -> Result<Bvh, BuildError> {
         Bvh::of(mesh, options, wide::build_best)
     }
@@ -71,12 +71,12 @@ impl Bvh {
         Ok(Bvh { nodes, blocks, space, stats, instruction_set, triangles, changed: None })
     }
 
-    /// The size and the quality of the tree.
+    /// Size and quality of the BVH.
     pub fn stats(&self) -> &BuildStats {
         &self.stats
     }
 
-    /// The instruction set that searches use.
+    /// The instruction set that traversal uses.
     pub fn instruction_set(&self) -> InstructionSet {
         self.instruction_set
     }
@@ -101,8 +101,8 @@ impl Bvh {
         }
     }
 
-    /// The nearest hit that `filter` takes. It is asked about hits in any order, farther ones included, and may be
-    /// asked about the same one twice: its answer must depend on the hit alone.
+    /// The nearest hit that `filter` accepts (alpha test). The filter sees hits in any order, including farther ones,
+    /// and may see one twice: its answer must depend only on the hit.
     pub fn intersect_filtered(&self, ray: &Ray, filter: impl Fn(&Hit) -> bool) -> Option<Hit> {
         match &self.changed {
             None => search::closest(self.tree(&self.some(|_, hit| filter(hit))), ray).some(),
@@ -110,7 +110,7 @@ impl Bvh {
         }
     }
 
-    /// Whether anything is hit.
+    /// Whether the ray hits anything.
     pub fn occluded(&self, ray: &Ray) -> bool {
         match &self.changed {
             None => search::any(self.tree(&self.all()), ray),
@@ -118,7 +118,7 @@ impl Bvh {
         }
     }
 
-    /// Whether there is a hit that `filter` takes.
+    /// Whether the ray has a hit that `filter` accepts.
     pub fn occluded_filtered(&self, ray: &Ray, filter: impl Fn(&Hit) -> bool) -> bool {
         match &self.changed {
             None => search::any(self.tree(&self.some(|_, hit| filter(hit))), ray),
@@ -126,13 +126,13 @@ impl Bvh {
         }
     }
 
-    /// The nearest hits of many rays, [`Hit::MISS`] where there is none. Rays need have nothing in common. Neighbours that
-    /// do, as from a camera in squares of 4 by 4 pixels or towards a light, go through the tree together, several times as
-    /// fast; in large trees others are searched for in turns, so that one's wait for memory is another's work.
+    /// The nearest hits of many rays; [`Hit::MISS`] for rays that hit nothing. The rays may be arbitrary. Coherent
+    /// neighbours, such as camera rays of blocks of 4 x 4 pixels or rays towards one light, are traced as packets,
+    /// several times as fast. In large BVHs incoherent rays are traced interleaved, which hides memory latency.
     ///
     /// # Panics
     ///
-    /// If there are not as many `hits` as `rays`; so do all batches.
+    /// All batch queries panic if `hits` and `rays` differ in length.
     pub fn intersect_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
         match &self.changed {
             None => search::closest_triangles(self.tree(&self.all()), rays, hits),
@@ -140,7 +140,8 @@ impl Bvh {
         }
     }
 
-    /// The same for the hits that `filter` takes; it is told the number of the ray.
+    /// As [`intersect_batch`](Self::intersect_batch), for hits that `filter` accepts. The filter also gets the ray's
+    /// index.
     pub fn intersect_batch_filtered(
         &self,
         rays: &[Ray],
@@ -161,7 +162,8 @@ impl Bvh {
         }
     }
 
-    /// The same for the hits that `filter` takes; it is told the number of the ray.
+    /// As [`occluded_batch`](Self::occluded_batch), for hits that `filter` accepts. The filter also gets the ray's
+    /// index.
     pub fn occluded_batch_filtered(
         &self,
         rays: &[Ray],
@@ -175,10 +177,10 @@ impl Bvh {
     }
 }
 
-/// What makes trees.
+/// A builder function.
 pub(crate) type Builder = fn(&Source<'_>, &BuildOptions<'_>) -> Result<WideTree, BuildError>;
 
-/// Builds a tree over triangles, in coordinates that are neither too large nor too small; returns their scale, too.
+/// Builds a BVH over triangles with coordinates scaled to a safe range, and returns it with its scale.
 pub(crate) fn scaled(
     mesh: &Triangles<'_>,
     options: &BuildOptions<'_>,
@@ -189,31 +191,32 @@ pub(crate) fn scaled(
     let scale = scale(positions);
     let tree = build(scale)?;
     let space = Space::of(scale, &tree.nodes);
-    if scale >= 1.0 || space.reach >= NEAREST {
+    if scale >= 1.0 || space.reach >= MIN_REACH {
         return Ok((tree, space));
     }
-    // The farthest vertices belong to no triangle, or to none that counts.
+    // The farthest vertices are unused or belong to omitted triangles: scale by what the BVH contains.
     let scale = scale_of(space.reach * space.unscale);
     let tree = build(scale)?;
     let space = Space::of(scale, &tree.nodes);
     Ok((tree, space))
 }
 
-/// Trees reach at least this far, after scaling.
-pub(crate) const NEAREST: f32 = 1.0 / 1024.0;
+/// The least extent of a BVH from the origin, after scaling.
+pub(crate) const MIN_REACH: f32 = 1.0 / 1024.0;
 
-/// The scale for vertices, those left aside that are not finite.
+/// The scale for a mesh, from its finite vertices.
 pub(crate) fn scale(positions: &[[f32; 3]]) -> f32 {
     let finite = positions.iter().filter(|p| p.iter().all(|x| x.is_finite()));
     scale_of(finite.flatten().fold(0.0_f32, |reach, x| reach.max(x.abs())))
 }
 
-/// The power of two that brings what lies at `reach` into the range of trees: 1 for ordinary sizes.
+/// The power of two that brings coordinates up to `reach` into the range of traversal; 1 for ordinary sizes.
 pub(crate) fn scale_of(reach: f32) -> f32 {
-    if (NEAREST..=FARTHEST).contains(&reach) || reach < f32::MIN_POSITIVE {
+    if (MIN_REACH..=MAX_COORDINATE).contains(&reach) || reach < f32::MIN_POSITIVE {
         return 1.0;
     }
-    // Up to 1 from below; down to what leaves room for rays that start far away from above.
+    // Small meshes are scaled up to about 1. Large ones are scaled down to 2^30, which leaves room for distant ray
+    // origins.
     let exponent = (reach.to_bits() >> 23) as i32 - 127;
     let target = if exponent > 0 { 30 } else { 0 };
     f32::from_bits(((target - exponent).clamp(-126, 127) + 127) as u32 * (1 << 23))

@@ -1,29 +1,29 @@
-//! The binary tree: 64-byte nodes with the boxes of both children, and scalar traversal.
+//! Binary BVH with 64-byte nodes and scalar traversal.
 
 use std::ops::Range;
 
 use crate::slabs::{BoxPair, Slabs};
 use crate::{Aabb, Bvh2Stats, Ray};
 
-/// The most nodes on a way from the root to a leaf. The builder keeps to it, and no search recurses deeper.
+/// The most nodes on a path from the root to a leaf. The builder keeps this limit, and traversal recurses no deeper.
 pub const MAX_DEPTH: usize = 60;
 
-/// A binary tree over boxes. Built by [`build`](Self::build), then immutable.
+/// A binary BVH over boxes. [`build`](Self::build) makes it; it is immutable.
 ///
-/// A node holds the boxes of its two children, in depth-first order, and takes 64 bytes, one cache line. A tree with
-/// `l` leaves has `l - 1` nodes; with the 4 bytes of [`order`](Self::order) that is at most 68 bytes for each
-/// primitive: 64 measured for scattered spheres, which mostly get a leaf each; less where boxes overlap.
+/// Nodes are in depth-first order. Each holds the boxes of its two children in 64 bytes, one cache line. A BVH with `l`
+/// leaves has `l - 1` nodes; with the 4 bytes of [`order`](Self::order) that is at most 68 bytes per primitive: 64
+/// measured for scattered spheres, which mostly get one leaf each, less where boxes overlap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bvh2 {
     nodes: Vec<Node>,
     order: Vec<u32>,
     dropped: Vec<u32>,
     stats: Bvh2Stats,
-    /// The largest distance of any box plane from 0.
+    /// The largest absolute coordinate of any box.
     reach: f32,
 }
 
-/// Two children: boxes as six pairs of planes, then references.
+/// Two children: their boxes as six pairs of planes, then references.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
@@ -54,14 +54,14 @@ impl Child {
         Child { word: index as u32, count: 0 }
     }
 
-    /// The same subtree after its nodes have moved up.
+    /// The same subtree after its nodes moved by `offset`.
     pub(crate) fn shifted(self, offset: usize) -> Child {
         if self.word & LEAF == 0 { Child::node(self.word as usize + offset) } else { self }
     }
 }
 
 impl Node {
-    /// To be overwritten once the children are known.
+    /// Overwritten once the children are known.
     pub(crate) const PLACEHOLDER: Node =
         Node { planes: [[[0.0; 2]; 2]; 3], children: [LEAF; 2], counts: [0; 2] };
 
@@ -105,23 +105,23 @@ impl Bvh2 {
         Bvh2 { nodes, order, dropped, stats, reach }
     }
 
-    /// For each position in leaf order, the index of its primitive in the input. A caller that stores primitives in
-    /// this order reads each leaf from consecutive memory.
+    /// For each position in leaf order, the index of its primitive. A caller that stores primitives in this order reads
+    /// each leaf from consecutive memory.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Indices of the primitives that are not in the tree, because their boxes were not [valid](Aabb::is_valid).
+    /// Indices of primitives that are not in the BVH because their boxes are not [valid](Aabb::is_valid).
     pub fn dropped(&self) -> &[u32] {
         &self.dropped
     }
 
-    /// The box around everything in the tree.
+    /// The bounds of all primitives in the BVH.
     pub fn bounds(&self) -> Aabb {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds(0).union(root.bounds(1)))
     }
 
-    /// The size and the quality of the tree.
+    /// Size and quality of the BVH.
     pub fn stats(&self) -> &Bvh2Stats {
         &self.stats
     }
@@ -130,14 +130,14 @@ impl Bvh2 {
         &self.nodes
     }
 
-    /// Visits the leaves that the ray may meet at `t_min <= t <= t_max`, nearer ones first as far as boxes can tell,
-    /// and returns the last `t_max`.
+    /// Visits the leaves that the ray may hit at `t_min <= t <= t_max`, nearer boxes first, and returns the final
+    /// `t_max`.
     ///
-    /// `leaf` gets a range of positions in [`order`](Self::order) and the present `t_max`; it returns the new `t_max`:
-    /// the smaller of the old one and its nearest hit. A larger one is ignored, and NaN ends the search.
+    /// `leaf` gets a range of positions in [`order`](Self::order) and the current `t_max`. It returns the new `t_max`:
+    /// the minimum of the current one and its nearest hit. Larger values are ignored; NaN ends the traversal.
     ///
-    /// No primitive is missed whose box the ray meets, in exact arithmetic, at `t_min <= t <= t_max`: a primitive as
-    /// near as the nearest so far is still offered, so that a caller can break ties by its own rule.
+    /// No primitive is missed if the ray intersects its box, in exact arithmetic, at `t_min <= t <= t_max`. Primitives
+    /// as near as the nearest so far are still visited, so that the caller can break ties.
     #[inline]
     pub fn closest(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>, f32) -> f32) -> f32 {
         let t_max = ray.t_max;
@@ -148,10 +148,11 @@ impl Bvh2 {
         self.walk(&mut slabs, 0, t_max, &mut leaf)
     }
 
-    /// Searches the subtree at `index` and returns the new `t_max`. Recurses into the nearer of two children only.
+    /// Traverses the subtree at `index` and returns the new `t_max`. Recurses into the nearer child only; the farther
+    /// one is the next iteration.
     ///
-    /// Tried, with M rays/s relative to this for 30 random spheres: a stack of 64 entries instead of recursion 0.8,
-    /// because safe code has to clear it for each ray.
+    /// A stack of 64 entries instead of recursion was tried: 0.8 times the rays per second for 30 random spheres,
+    /// because safe code must clear it for each ray.
     fn walk(
         &self,
         slabs: &mut Slabs,
@@ -161,21 +162,21 @@ impl Bvh2 {
     ) -> f32 {
         loop {
             let node = &self.nodes[index];
-            let (entry, met) = slabs.test(&node.planes, t_max);
-            let mut side = (met >> 1) as usize;
-            if met == 3 {
+            let (entry, hit_mask) = slabs.test(&node.planes, t_max);
+            let mut side = (hit_mask >> 1) as usize;
+            if hit_mask == 3 {
                 let near = usize::from(entry[1] < entry[0]);
                 match node.leaf(near) {
                     None => t_max = self.walk(slabs, node.child(near), t_max, leaf),
                     Some(positions) => t_max = smaller(leaf(positions, t_max), t_max),
                 }
                 side = near ^ 1;
-                // Not `>`: NaN ends the search.
-                let put_off_still_counts = entry[side] <= t_max;
-                if !put_off_still_counts {
+                // Not `>`: NaN ends the traversal.
+                let farther_still_counts = entry[side] <= t_max;
+                if !farther_still_counts {
                     return t_max;
                 }
-            } else if met == 0 {
+            } else if hit_mask == 0 {
                 return t_max;
             }
             match node.leaf(side) {
@@ -185,9 +186,9 @@ impl Bvh2 {
         }
     }
 
-    /// Whether `leaf` says so for any of the leaves that the ray may meet at `t_min <= t <= t_max`; stops at the first.
+    /// Whether `leaf` returns true for any leaf that the ray may hit at `t_min <= t <= t_max`. Stops at the first.
     ///
-    /// As with [`closest`](Self::closest), no primitive is missed whose box the ray meets.
+    /// As with [`closest`](Self::closest), no primitive is missed if the ray intersects its box.
     #[inline]
     pub fn any(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>) -> bool) -> bool {
         let mut found = false;
@@ -199,7 +200,7 @@ impl Bvh2 {
     }
 }
 
-/// Keeps NaN in `t`.
+/// The minimum; keeps NaN in `t`.
 #[inline(always)]
 fn smaller(t: f32, t_max: f32) -> f32 {
     if t > t_max { t_max } else { t }

@@ -4,14 +4,14 @@ use super::*;
 use crate::generate::{Random, SceneKind, rays};
 use crate::{Aabb, Bvh2, Bvh2Options, InstructionSet, Quality, oracle};
 
-/// Runs a check on the tree with each instruction set this machine has.
+/// Runs a check on the BVH with each instruction set that this machine has.
 fn each_set(bvh: &Bvh, mut check: impl FnMut(&Bvh, InstructionSet)) {
     for instruction_set in InstructionSet::available() {
         check(&Bvh { instruction_set, ..bvh.clone() }, instruction_set);
     }
 }
 
-/// What brute force finds, in the units of the tree.
+/// The hits of brute force, in the units of the BVH.
 fn expected(mesh: &Triangles<'_>, space: &Space, rays: &[Ray]) -> Vec<Hit> {
     let finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
     let all: Vec<(u32, [[f32; 3]; 3])> = (0..)
@@ -22,12 +22,12 @@ fn expected(mesh: &Triangles<'_>, space: &Space, rays: &[Ray]) -> Vec<Hit> {
     rays.iter().map(|ray| oracle::closest(&all, ray, space)).collect()
 }
 
-/// Every quality, instruction set and way to ask gives the hits of brute force, bit for bit.
+/// Every quality, instruction set and query gives the hits of brute force, bit for bit.
 fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
     let bits = |hit: &Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive);
     for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
         let options = BuildOptions { quality, threads: 2, ..BuildOptions::default() };
-        // High quality whether it pays or not.
+        // High quality even where it does not pay.
         let bvh = Bvh::of(mesh, &options, wide::build).unwrap();
         let wanted = expected(mesh, &bvh.space, rays);
         each_set(&bvh, |bvh, set| {
@@ -46,10 +46,10 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
             for (ray, hit) in rays.iter().zip(&mut hits) {
                 *hit = bvh.intersect(ray).unwrap_or(Hit::MISS);
             }
-            same("one by one", &hits);
-            // Both kinds of batches, whatever the size of the tree.
+            same("single", &hits);
+            // Interleaved traversal, even for small BVHs.
             crate::search::interleaved(bvh.tree(&bvh.all()), rays, &mut hits);
-            same("in turns", &hits);
+            same("interleaved", &hits);
             bvh.intersect_batch(rays, &mut hits);
             same("batch", &hits);
             bvh.intersect_batch_filtered(rays, &mut hits, |_, _| true);
@@ -57,13 +57,13 @@ fn check(mesh: &Triangles<'_>, rays: &[Ray]) {
             for (ray, any) in rays.iter().zip(&mut any) {
                 *any = bvh.occluded(ray);
             }
-            any_same("any, one by one", &any);
+            any_same("any, single", &any);
             crate::search::any_interleaved(bvh.tree(&bvh.all()), rays, &mut any);
-            any_same("any, in turns", &any);
+            any_same("any, interleaved", &any);
             bvh.occluded_batch(rays, &mut any);
             any_same("any, batch", &any);
             bvh.occluded_batch_filtered(rays, &mut any, |ray, hit| {
-                // The filter learns which ray it is, and the hit in the caller's units.
+                // The filter gets the ray's index and the hit in the caller's units.
                 assert!(rays[ray as usize].t_min <= hit.t && hit.t <= rays[ray as usize].t_max);
                 true
             });
@@ -121,7 +121,7 @@ fn scenes_equal_brute_force() {
     }
 }
 
-/// A grid of heights on whole numbers: rays find edges and vertices exactly.
+/// A height field on integer coordinates: rays hit edges and vertices exactly.
 fn field(side: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let height = |x: u32, y: u32| ((x * 7 + y * 13) % 5) as f32 - 2.0;
     let positions =
@@ -151,20 +151,23 @@ fn rays_along_axes_planes_edges_and_from_vertices() {
             rays.push(Ray::new([x, y, 1.0], [-1.0, 0.5, 1e-30]));
         }
     }
-    // Vertex to vertex, along edges and past them.
+    // From vertex to vertex, along edges and past them.
     for (i, a) in positions.iter().enumerate() {
         let b = positions[(i * 37 + 11) % positions.len()];
-        let way = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
-        rays.push(Ray::new(*a, way));
-        rays.push(Ray { t_min: 1.0, t_max: 1.0, ..Ray::new(*a, way) });
-        rays.push(Ray { t_max: 0.5, ..Ray::new(*a, way) });
-        rays.push(Ray::new([a[0] - 1e4 * way[0], a[1] - 1e4 * way[1], a[2] - 1e4 * way[2]], way));
+        let direction = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+        rays.push(Ray::new(*a, direction));
+        rays.push(Ray { t_min: 1.0, t_max: 1.0, ..Ray::new(*a, direction) });
+        rays.push(Ray { t_max: 0.5, ..Ray::new(*a, direction) });
+        rays.push(Ray::new(
+            [a[0] - 1e4 * direction[0], a[1] - 1e4 * direction[1], a[2] - 1e4 * direction[2]],
+            direction,
+        ));
     }
     check(&mesh, &rays);
 }
 
 #[test]
-fn sizes_from_tiny_to_huge_and_rays_from_afar() {
+fn tiny_and_huge_sizes_and_distant_rays() {
     let (positions, triangles) = field(6);
     let mut random = Random::new(5);
     for scale in [1e-30_f32, 1e-15, 1e-6, 1.0, 1e9, 1e18, 1e30] {
@@ -173,11 +176,11 @@ fn sizes_from_tiny_to_huge_and_rays_from_afar() {
         let mut rays = Vec::new();
         for i in 0..200 {
             let distance = [1.0, 1e3, 1e6, 1e9][i % 4];
-            let way = random.direction();
+            let direction = random.direction();
             let at = [6.0 * random.unit(), 6.0 * random.unit(), random.unit()];
-            let origin = [0, 1, 2].map(|k| (at[k] - distance * way[k]) * scale);
+            let origin = [0, 1, 2].map(|k| (at[k] - distance * direction[k]) * scale);
             let length = [1.0, scale, 1e-20, 1e20][i / 4 % 4];
-            rays.push(Ray::new(origin, way.map(|x| x * length)));
+            rays.push(Ray::new(origin, direction.map(|x| x * length)));
         }
         check(&mesh, &rays);
         let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
@@ -189,7 +192,7 @@ fn sizes_from_tiny_to_huge_and_rays_from_afar() {
 
 #[test]
 fn no_ray_slips_through_edges_and_vertices() {
-    // A closed surface around the origin: whatever direction, there is a hit.
+    // A closed surface around the origin: every ray hits it.
     let scene = SceneKind::Scan.generate(25_000);
     let mesh = &scene.meshes[0];
     let bvh = Bvh::build(
@@ -200,7 +203,7 @@ fn no_ray_slips_through_edges_and_vertices() {
     let mut random = Random::new(3);
     let mut rays = Vec::new();
     for round in 0..8 {
-        // From near the middle, exactly at vertices, and at points of edges as near as numbers come to them.
+        // From near the centre, exactly to vertices and to points on edges as close as floats can represent.
         let from = [random.unit() * 0.1, random.unit() * 0.1, random.unit() * 0.1];
         for triangle in &mesh.triangles {
             let [a, b] = [triangle[round % 3], triangle[(round + 1) % 3]].map(|i| mesh.positions[i as usize]);
@@ -222,7 +225,7 @@ fn no_ray_slips_through_edges_and_vertices() {
 }
 
 #[test]
-fn rays_that_are_none_hit_nothing_and_do_not_hang() {
+fn invalid_rays_hit_nothing_and_terminate() {
     let (positions, triangles) = field(12);
     let mesh = Triangles { positions: &positions, triangles: &triangles };
     let good = Ray::new([6.1, 6.2, 10.0], [0.0, 0.0, -1.0]);
@@ -246,14 +249,14 @@ fn rays_that_are_none_hit_nothing_and_do_not_hang() {
     let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
     assert!(bvh.occluded(&good));
     assert!(rays.iter().all(|ray| !bvh.occluded(ray)), "{:?}", rays.iter().find(|r| bvh.occluded(r)));
-    // Also among rays that are good, in packets and batches.
+    // Also mixed with valid rays, in packets and batches.
     let mixed: Vec<Ray> = rays.iter().flat_map(|bad| [good, *bad]).collect();
     check(&mesh, &mixed);
 }
 
 #[test]
 fn filters_see_hits_in_the_callers_units() {
-    // Squares one behind the other, at a scale that the tree changes.
+    // Squares one behind the other, at sizes that the BVH rescales.
     for scale in [1.0_f32, 1e-25, 1e25] {
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let positions: Vec<[f32; 3]> =
@@ -264,7 +267,7 @@ fn filters_see_hits_in_the_callers_units() {
         let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
         let ray = Ray::new([0.5 * scale, 0.25 * scale, -scale], [0.0, 0.0, scale]);
         each_set(&bvh, |bvh, _| {
-            // Every square but those from 8 on lets the ray through.
+            // The filter ignores squares 0 to 7.
             let solid = |hit: &Hit| hit.primitive >= 16;
             let hit = bvh.intersect_filtered(&ray, solid).unwrap();
             assert!((hit.t - 9.0).abs() < 1e-5 && hit.primitive == 16);
@@ -283,12 +286,12 @@ fn filters_see_hits_in_the_callers_units() {
 }
 
 #[test]
-fn the_binary_tree_agrees() {
+fn the_binary_bvh_agrees() {
     let scene = SceneKind::Architecture.generate(30_000);
     let mesh = &scene.meshes[0];
     let triangles = Triangles { positions: &mesh.positions, triangles: &mesh.triangles };
     let bvh = Bvh::build(&triangles, &BuildOptions::default()).unwrap();
-    // Boxes padded as those of the wide tree are by its rays.
+    // Boxes padded as the rays of the wide BVH pad them.
     let pad = 1e-5 * scene.extent();
     let boxes: Vec<Aabb> = (0..mesh.triangles.len())
         .map(|i| {
@@ -355,24 +358,24 @@ fn empty_and_degenerate_meshes() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
-    /// Anything at all: coordinates on a coarse grid meet each other often, others are any float.
+    /// Arbitrary input: coordinates on a coarse grid coincide often, others are any float.
     #[test]
     fn any_triangles_and_any_rays(
         grid in prop::collection::vec(prop::array::uniform3(-4_i8..=4), 3..40),
         wild in prop::collection::vec(prop::array::uniform3(any::<f32>()), 0..4),
         corners in prop::collection::vec(prop::array::uniform3(any::<prop::sample::Index>()), 1..60),
-        ways in prop::collection::vec((prop::array::uniform3(-5_i8..=5), prop::array::uniform3(-3_i8..=3)), 1..40),
-        strange in prop::collection::vec((prop::array::uniform3(any::<f32>()), prop::array::uniform3(any::<f32>())), 0..4),
+        directions in prop::collection::vec((prop::array::uniform3(-5_i8..=5), prop::array::uniform3(-3_i8..=3)), 1..40),
+        arbitrary in prop::collection::vec((prop::array::uniform3(any::<f32>()), prop::array::uniform3(any::<f32>())), 0..4),
     ) {
         let mut positions: Vec<[f32; 3]> = grid.iter().map(|p| p.map(|x| f32::from(x) * 0.37)).collect();
         positions.extend(&wild);
         let triangles: Vec<[u32; 3]> =
             corners.iter().map(|t| [0, 1, 2].map(|i| t[i].index(positions.len()) as u32)).collect();
-        let mut rays: Vec<Ray> = ways
+        let mut rays: Vec<Ray> = directions
             .iter()
             .map(|(o, d)| Ray::new(o.map(|x| f32::from(x) * 0.37), d.map(f32::from)))
             .collect();
-        rays.extend(strange.iter().map(|(o, d)| Ray::new(*o, *d)));
+        rays.extend(arbitrary.iter().map(|(o, d)| Ray::new(*o, *d)));
         check(&Triangles { positions: &positions, triangles: &triangles }, &rays);
     }
 }

@@ -14,7 +14,7 @@ fn build((positions, triangles): &Mesh, quality: Quality) -> Bvh {
     Bvh::build(&Triangles { positions, triangles }, &options(quality)).unwrap()
 }
 
-/// A mesh of runs of an old one, `Err(count)` in between for so many new triangles of it, moved.
+/// A mesh assembled from runs of an old one (`Ok`), with `Err(count)` new triangles in between, moved by `by`.
 fn assembled(old: &Mesh, parts: &[Result<(u32, u32), u32>], by: [f32; 3]) -> (Mesh, Vec<Kept>) {
     let corners = |i: u32| old.1[i as usize].map(|v| old.0[v as usize]);
     let (mut mesh, mut kept) = (Mesh::default(), Vec::new());
@@ -41,11 +41,11 @@ fn assembled(old: &Mesh, parts: &[Result<(u32, u32), u32>], by: [f32; 3]) -> (Me
     (mesh, kept)
 }
 
-/// The changed tree, whatever it takes.
+/// The changed BVH.
 fn changed(bvh: &Bvh, old: &Mesh, new: &Mesh, kept: &[Kept], quality: Quality) -> Option<Bvh> {
-    let numbers = Numbers { kept };
+    let index_map = IndexMap { kept };
     let gone = (0..old.1.len() as u32)
-        .filter(|i| numbers.of(*i).is_none())
+        .filter(|i| index_map.of(*i).is_none())
         .flat_map(|i| old.1[i as usize])
         .fold(Aabb::EMPTY, |all, v| all.grow(old.0[v as usize]));
     let corners = |i: u32| Some(new.1[i as usize].map(|v| new.0[v as usize]));
@@ -54,13 +54,13 @@ fn changed(bvh: &Bvh, old: &Mesh, new: &Mesh, kept: &[Kept], quality: Quality) -
     bvh.changed(&mesh, &options(quality)).unwrap()
 }
 
-/// All ways to ask, with each instruction set: the bits of a tree that was built over the new mesh.
+/// Every query with every instruction set gives the bits of a BVH built over the new mesh.
 fn same(changed: &Bvh, fresh: &Bvh, rays: &[Ray]) {
     let bits = |hit: Hit| (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive);
     assert_eq!(changed.space, fresh.space);
     for instruction_set in InstructionSet::available() {
         let [a, b] = [changed, fresh].map(|bvh| Bvh { instruction_set, ..bvh.clone() });
-        // Some hits do not count, by the number of the ray as well.
+        // A filter that depends on the ray and on the hit.
         let odd = |ray: u32, hit: &Hit| !(ray + hit.primitive).is_multiple_of(3);
         let found = |bvh: &Bvh| {
             let (mut all, mut some) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
@@ -77,7 +77,7 @@ fn same(changed: &Bvh, fresh: &Bvh, rays: &[Ray]) {
                 .collect::<Vec<_>>()
         };
         assert_eq!(found(&a), found(&b), "{instruction_set}");
-        let dark = |bvh: &Bvh| {
+        let occluded = |bvh: &Bvh| {
             let (mut all, mut some) = (vec![false; rays.len()], vec![false; rays.len()]);
             bvh.occluded_batch(rays, &mut all);
             bvh.occluded_batch_filtered(rays, &mut some, odd);
@@ -85,7 +85,7 @@ fn same(changed: &Bvh, fresh: &Bvh, rays: &[Ray]) {
             let odd = rays.iter().map(|r| bvh.occluded_filtered(r, |h| odd(2, h)));
             all.iter().copied().chain(some.iter().copied()).chain(single).chain(odd).collect::<Vec<_>>()
         };
-        assert_eq!(dark(&a), dark(&b), "{instruction_set}");
+        assert_eq!(occluded(&a), occluded(&b), "{instruction_set}");
     }
 }
 
@@ -106,12 +106,12 @@ fn scene(kind: SceneKind, count: usize) -> (Mesh, Vec<Ray>) {
 }
 
 #[test]
-fn parts_that_moved_came_or_went_are_found_as_in_a_new_tree() {
+fn changed_parts_have_the_hits_of_a_new_bvh() {
     for kind in [SceneKind::Architecture, SceneKind::Scan] {
         let (old, rays) = scene(kind, 3000);
         let count = old.1.len() as u32;
         let third = count / 3;
-        // Coincident triangles, too: which of them is hit depends on their numbers.
+        // Includes coincident triangles: which of them is hit depends on their indices.
         let cases: [(&[_], [f32; 3]); 5] = [
             (&[Ok((0, third)), Err(100), Ok((third + 100, count - third - 100))], [0.1, 0.2, -0.1]),
             (&[Err(50), Ok((0, count))], [0.0; 3]),
@@ -136,7 +136,7 @@ fn no_change(kept: &[Kept]) -> ChangedMesh<'_> {
 }
 
 #[test]
-fn another_scale_is_another_tree() {
+fn another_scale_needs_a_new_bvh() {
     let (old, _) = scene(SceneKind::Scan, 500);
     let bvh = build(&old, Quality::Balanced);
     let (new, kept) = assembled(&old, &[Ok((0, 100)), Err(10)], [1e20, 0.0, 0.0]);
@@ -147,7 +147,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 32, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_change_has_the_hits_of_a_new_tree(
+    fn any_change_has_the_hits_of_a_new_bvh(
         cuts in prop::collection::vec((any::<bool>(), 0u32..400, 0u32..60), 0..8),
         by in prop::array::uniform3(-1.0f32..1.0),
         seed in 0usize..3,

@@ -1,4 +1,4 @@
-//! The tree over boxes of anything.
+//! BVH over the boxes of arbitrary primitives.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -7,10 +7,10 @@ use crate::build::wide::{self, Source};
 use crate::bvh::scale_of;
 use crate::node::{ChildRef, WideNode};
 use crate::simd::Simd;
-use crate::traverse::{FARTHEST, Leaves, SearchRay, Space, Tree};
+use crate::traverse::{Leaves, MAX_COORDINATE, SearchRay, Space, Tree};
 use crate::{Aabb, BuildError, BuildOptions, BuildStats, Hit, InstructionSet, Ray, search};
 
-/// A tree over boxes of anything: it hands out ranges of primitives, and the caller meets them.
+/// A BVH over boxes of any primitives: traversal yields ranges of primitives, and the caller intersects them.
 ///
 /// ```
 /// use turner_bvh::{Aabb, BoxBvh, BuildOptions, Ray};
@@ -42,20 +42,19 @@ pub struct BoxBvh {
     pub(crate) space: Space,
     stats: BuildStats,
     instruction_set: InstructionSet,
-    /// Boxes given, in the tree or not.
+    /// Number of boxes given, including omitted ones.
     pub(crate) count: usize,
 }
 
-/// Rays of a batch that are searched at a time.
+/// Rays of a batch traced at a time.
 const CHUNK: usize = 256;
 
 impl BoxBvh {
-    /// Builds the tree. Boxes that are not [valid](Aabb::is_valid) are left out.
+    /// Builds the BVH. Boxes that are not [valid](Aabb::is_valid) are omitted.
     pub fn build(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BoxBvh, BuildError> {
         let scale = BoxBvh::scale(boxes);
         let tree = wide::build(&Source::Boxes { boxes, scale, width: 1 }, options)?;
-        let dropped =
-            if tree.stats.non_finite == 0 { Vec::new() } else { left_out(&tree.slots, boxes.len()) };
+        let dropped = if tree.stats.non_finite == 0 { Vec::new() } else { omitted(&tree.slots, boxes.len()) };
         let space = Space::of(scale, &tree.nodes);
         let mut bvh = BoxBvh {
             nodes: tree.nodes,
@@ -71,13 +70,13 @@ impl BoxBvh {
         Ok(bvh)
     }
 
-    /// The scale of a tree over these boxes.
+    /// The scale of a BVH over these boxes.
     pub(crate) fn scale(boxes: &[Aabb]) -> f32 {
         let valid = boxes.iter().filter(|b| b.is_valid());
         scale_of(valid.flat_map(|b| b.min.into_iter().chain(b.max)).fold(0.0, |reach, x| reach.max(x.abs())))
     }
 
-    /// Takes the extent of the whole from the root.
+    /// Updates the bounds and the coordinate system from the root.
     pub(crate) fn measure(&mut self, scale: f32) {
         self.space = Space::of(scale, &self.nodes);
         let boxes = self.nodes.first().into_iter().flat_map(|root| (0..8).map(|i| root.bounds(i)));
@@ -86,28 +85,28 @@ impl BoxBvh {
         self.bounds = Aabb::new(all.min.map(|x| x * unscale), all.max.map(|x| x * unscale));
     }
 
-    /// For each position in leaf order, the index of its primitive in the input. A caller that stores primitives in
-    /// this order reads each leaf from consecutive memory.
+    /// For each position in leaf order, the index of its primitive. A caller that stores primitives in this order reads
+    /// each leaf from consecutive memory.
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Indices of the primitives that are not in the tree, because their boxes were not [valid](Aabb::is_valid).
+    /// Indices of primitives that are not in the BVH because their boxes are not [valid](Aabb::is_valid).
     pub fn dropped(&self) -> &[u32] {
         &self.dropped
     }
 
-    /// The box around everything in the tree.
+    /// The bounds of all primitives in the BVH.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// The size and the quality of the tree.
+    /// Size and quality of the BVH.
     pub fn stats(&self) -> &BuildStats {
         &self.stats
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.order[..]) + size_of_val(&self.dropped[..])
     }
@@ -120,16 +119,16 @@ impl BoxBvh {
         0..self.order.len() as u32
     }
 
-    /// Visits the leaves that the ray may meet at `t_min <= t <= t_max`, nearer ones first as far as boxes can tell,
-    /// and returns the last `t_max`.
+    /// Visits the leaves that the ray may hit at `t_min <= t <= t_max`, nearer boxes first, and returns the final
+    /// `t_max`.
     ///
-    /// `leaf` gets a range of positions in [`order`](Self::order) and the present `t_max`; it returns the new `t_max`:
-    /// the smaller of the old one and its nearest hit. A larger one is ignored, and NaN ends the search.
+    /// `leaf` gets a range of positions in [`order`](Self::order) and the current `t_max`. It returns the new `t_max`:
+    /// the minimum of the current one and its nearest hit. Larger values are ignored; NaN ends the traversal.
     ///
-    /// No primitive is missed whose box the ray meets, in exact arithmetic, at `t_min <= t <= t_max`: a primitive as
-    /// near as the nearest so far is still offered, so that a caller can break ties by its own rule. Rays to which boxes
-    /// mean nothing in single precision (without direction, or from 2^40 times the tree's coordinates) are offered
-    /// all primitives at once.
+    /// No primitive is missed if the ray intersects its box, in exact arithmetic, at `t_min <= t <= t_max`. Primitives
+    /// as near as the nearest so far are still visited, so that the caller can break ties. Rays for which box tests in
+    /// single precision are meaningless (no direction, or an origin beyond 2^40 times the coordinates of the BVH) get
+    /// all primitives in one range.
     #[inline]
     pub fn closest(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>, f32) -> f32) -> f32 {
         if !self.reaches(ray) {
@@ -149,9 +148,9 @@ impl BoxBvh {
         if hit.is_hit() { hit.u } else { ray.t_max }
     }
 
-    /// Whether `leaf` says so for any of the leaves that the ray may meet at `t_min <= t <= t_max`; stops at the first.
+    /// Whether `leaf` returns true for any leaf that the ray may hit at `t_min <= t <= t_max`. Stops at the first.
     ///
-    /// As with [`closest`](Self::closest), no primitive is missed whose box the ray meets.
+    /// As with [`closest`](Self::closest), no primitive is missed if the ray intersects its box.
     #[inline]
     pub fn any(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>) -> bool) -> bool {
         if !self.reaches(ray) {
@@ -161,8 +160,8 @@ impl BoxBvh {
         search::any(self.tree(&leaves), ray)
     }
 
-    /// As [`closest`](Self::closest) for many rays, several at a time: `leaf` gets the number of the ray, too, in no
-    /// particular order. What it finds it has to keep.
+    /// [`closest`](Self::closest) for many rays. `leaf` also gets the index of the ray, in no particular order, and
+    /// must store what it finds.
     #[inline]
     pub fn closest_batch(&self, rays: &[Ray], mut leaf: impl FnMut(usize, Range<u32>, f32) -> f32) {
         let mut hits = [Hit::MISS; CHUNK];
@@ -182,7 +181,7 @@ impl BoxBvh {
         }
     }
 
-    /// As [`any`](Self::any) for many rays, several at a time: `leaf` gets the number of the ray, too.
+    /// [`any`](Self::any) for many rays. `leaf` also gets the index of the ray.
     #[inline]
     pub fn any_batch(
         &self,
@@ -200,16 +199,16 @@ impl BoxBvh {
         }
     }
 
-    /// Whether the search takes this ray, and t is exact within it.
+    /// Whether traversal supports this ray and scales its t exactly.
     #[inline(always)]
     fn reaches(&self, ray: &Ray) -> bool {
         let [x, y, z] = ray.origin.map(f32::abs);
         let [u, v, w] = ray.direction.map(f32::abs);
         let (far, longest) = (x.max(y).max(z), u.max(v).max(w));
         let scale = self.space.scale;
-        // In any ordinary tree the scale is 1.
+        // The scale is 1 unless the BVH is very large or small.
         let t_scale = longest * scale;
-        far * scale <= FARTHEST
+        far * scale <= MAX_COORDINATE
             && (1e-36..1e36).contains(&longest)
             && (1e-36..1e36).contains(&t_scale)
             && ray.is_valid()
@@ -217,12 +216,12 @@ impl BoxBvh {
 }
 
 /// The primitives that are in no leaf.
-fn left_out(slots: &[u32], count: usize) -> Vec<u32> {
-    let mut there = vec![false; count];
+fn omitted(slots: &[u32], count: usize) -> Vec<u32> {
+    let mut present = vec![false; count];
     for &id in slots {
-        there[id as usize] = true;
+        present[id as usize] = true;
     }
-    (0..count as u32).filter(|&id| !there[id as usize]).collect()
+    (0..count as u32).filter(|&id| !present[id as usize]).collect()
 }
 
 /// Positions in a leaf.
@@ -232,7 +231,7 @@ fn positions(leaf: ChildRef) -> Range<u32> {
     first..first + leaf.blocks() as u32
 }
 
-/// Leaves that are visited with the ray's number, positions and t; they give the new t, which stands in `hit.u`.
+/// Leaves for nearest hits. `visit` gets the ray index, the positions and t, and returns the new t, kept in `hit.u`.
 struct Nearest<'a, F> {
     rays: &'a [Ray],
     visit: RefCell<F>,
@@ -246,7 +245,7 @@ impl<F: FnMut(usize, Range<u32>, f32) -> f32> Leaves for Nearest<'_, F> {
         let before = if hit.is_hit() { hit.u } else { self.rays[index].t_max };
         let t = (self.visit.borrow_mut())(index, positions(leaf), before);
         if t < before {
-            // Powers of two: exact.
+            // Exact: t_scale is a power of two.
             *hit = Hit { t: (t / ray.t_scale).min(hit.t), u: t, primitive: 0, ..*hit };
         } else if t.is_nan() {
             *hit = Hit { t: f32::NEG_INFINITY, u: t, primitive: 0, ..*hit };
@@ -264,7 +263,7 @@ impl<F: FnMut(usize, Range<u32>, f32) -> f32> Leaves for Nearest<'_, F> {
     }
 }
 
-/// Leaves that are visited with the ray's number and positions, until one says yes.
+/// Leaves for any hit. `visit` gets the ray index and the positions, and returns true to stop.
 struct Any<'a, F> {
     visit: RefCell<F>,
     order: &'a [u32],

@@ -1,7 +1,8 @@
-//! Bounding volume hierarchies: which of a million things does a ray meet?
+//! Bounding volume hierarchies (BVHs): which of a million primitives does a ray hit?
 //!
-//! [`Bvh`] is the tree over triangles. [`BoxBvh`] takes boxes of anything and knows nothing else about them: with trees of
-//! triangles in its leaves it is the upper of two levels, and it follows what moves by [refitting](BoxBvh::refit).
+//! [`Bvh`] is a BVH over triangles. [`BoxBvh`] is a BVH over boxes of any primitives, which the caller intersects. With
+//! the BVHs of meshes in its leaves it is the top level of a two-level BVH, and it follows moving objects by
+//! [refitting](BoxBvh::refit).
 //!
 //! ```
 //! use turner_bvh::{BuildOptions, Bvh, Ray, Triangles};
@@ -20,16 +21,16 @@
 //!
 //! # Exactness
 //!
-//! Box tests never miss: whatever a ray hits, the boxes around it are searched, and boxes as near as the nearest hit so
-//! far are searched too. So the hit is a property of the primitives alone — the nearest t, then the lowest number — and not
-//! of the tree, of the [`InstructionSet`], of the number of threads or of the rays beside it. For triangles the rounding that this takes
-//! care of is bounded in `traverse/ray.rs`; for [`Bvh2`] and [`BoxBvh`] it holds as long as a
-//! primitive's box holds every point at which its own arithmetic may report a hit.
+//! Box tests are conservative: traversal visits every box around a hit, including boxes that are as near as the nearest
+//! hit so far. So the hit is a property of the primitives alone (nearest t, then lowest index). It does not depend on
+//! the BVH, the [`InstructionSet`], the number of threads or the other rays of a batch. For triangles,
+//! `traverse/ray.rs` bounds the rounding error that box tests must cover. For [`Bvh2`] and [`BoxBvh`] the guarantee
+//! holds if a primitive's box contains every point at which the caller's arithmetic may report a hit.
 //!
 //! # Memory
 //!
-//! A node has eight children and takes 256 bytes, a block of eight triangles 320: 46 to 54 bytes per triangle, measured on
-//! scans, terrain, architecture and thin sticks. A search needs no heap.
+//! A node has eight children and takes 256 bytes, a block of eight triangles 320. In total that is 46 to 54 bytes per
+//! triangle, measured on scans, terrain, architecture and thin sticks. Traversal does not allocate.
 
 mod aabb;
 mod build;

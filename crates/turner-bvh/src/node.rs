@@ -2,16 +2,16 @@
 
 use crate::Aabb;
 
-/// Eight boxes, references to what they hold, and the order in which a ray meets them: four cache lines.
+/// Eight child boxes, child references, and front-to-back orders, in four cache lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct WideNode {
-    /// By axis: the eight lower planes, then the eight upper ones. An empty place has lower planes at +infinity and
-    /// upper ones at -infinity, which every ray misses.
+    /// By axis: the eight lower planes, then the eight upper ones. An empty slot has lower planes at +infinity and
+    /// upper planes at -infinity, so that every ray misses it.
     pub(crate) planes: [[[f32; 8]; 2]; 3],
     pub(crate) children: [ChildRef; 8],
-    /// For each octant of directions (bit `i` set: direction `i` is negative) the numbers of the children from far
-    /// to near, three bits each, the farthest lowest.
+    /// For each octant of directions (bit `i` set: component `i` is negative), the child slots from far to near, three
+    /// bits each, the farthest in the lowest bits.
     pub(crate) order: [u32; 8],
 }
 
@@ -22,16 +22,16 @@ const _: () = assert!(size_of::<WideNode>() == 256);
 #[repr(transparent)]
 pub(crate) struct ChildRef(pub(crate) u32);
 
-/// Blocks a leaf may have: four bits count them.
+/// The most blocks in a leaf: the count has four bits.
 pub(crate) const MAX_LEAF_BLOCKS: usize = 15;
-/// Blocks a tree may have: 27 bits number them.
+/// The most blocks in a BVH: the index has 27 bits.
 pub(crate) const MAX_BLOCKS: usize = 1 << 27;
-/// The most nodes on a way from the root to a leaf. Builders keep to it.
+/// The most nodes on a path from the root to a leaf. Builders keep this limit.
 pub(crate) const MAX_WIDE_DEPTH: usize = 40;
 
 impl ChildRef {
     pub(crate) const LEAF: u32 = 1 << 31;
-    /// A leaf without blocks.
+    /// An empty slot: a leaf without blocks.
     pub(crate) const EMPTY: ChildRef = ChildRef(ChildRef::LEAF);
 
     pub(crate) fn node(index: usize) -> ChildRef {
@@ -73,20 +73,20 @@ impl WideNode {
         order: [0o76543210; 8],
     };
 
-    /// Bytes from an axis' lower planes to its upper ones.
+    /// Byte offset from an axis' lower planes to its upper planes.
     pub(crate) const UPPER: u32 = 32;
 
-    /// The planes `offset` bytes (0 or [`UPPER`](Self::UPPER)) behind the lower ones of an axis.
+    /// The lower (`offset` 0) or upper (`offset` [`UPPER`](Self::UPPER)) planes of an axis.
     #[inline(always)]
     pub(crate) fn side(&self, axis: usize, offset: u32) -> &[f32; 8] {
         debug_assert!(offset == 0 || offset == WideNode::UPPER);
-        // SAFETY: both kinds of planes lie there; searches have no other offsets.
+        // SAFETY: both offsets are within `planes[axis]`, and traversal uses no others.
         unsafe { &*(&raw const self.planes[axis]).byte_add(offset as usize).cast::<[f32; 8]>() }
     }
 
     #[inline(always)]
     pub(crate) fn child_words(&self) -> &[u32; 8] {
-        // SAFETY: a reference is a transparent u32.
+        // SAFETY: `ChildRef` is a transparent u32.
         unsafe { &*(&raw const self.children).cast::<[u32; 8]>() }
     }
 

@@ -1,23 +1,23 @@
 //! Rays in single precision.
 
-/// The part `t_min <= t <= t_max` of the line `origin + t * direction`.
+/// The segment `t_min <= t <= t_max` of the line `origin + t * direction`.
 ///
 /// The direction need not be normalised: `t` is in units of its length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Ray {
-    /// Where `t = 0`.
+    /// The point at `t = 0`.
     pub origin: [f32; 3],
-    /// The way from `t = 0` to `t = 1`.
+    /// The vector from `t = 0` to `t = 1`.
     pub direction: [f32; 3],
-    /// Start of the search. A tree searches from 0 when this is negative.
+    /// Start of the interval. Traversal starts at 0 if this is negative.
     pub t_min: f32,
-    /// End of the search; may be infinite.
+    /// End of the interval; may be infinite.
     pub t_max: f32,
 }
 
 impl Ray {
-    /// The whole half-line from `origin`.
+    /// The ray from `origin` with `t` from 0 to infinity.
     #[inline]
     pub const fn new(origin: [f32; 3], direction: [f32; 3]) -> Ray {
         Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
@@ -29,11 +29,11 @@ impl Ray {
         std::array::from_fn(|i| self.origin[i] + t * self.direction[i])
     }
 
-    /// Whether there is anything to search: finite origin and direction and a non-empty interval at `t >= 0`.
-    /// False for every NaN. A tree visits nothing for other rays.
+    /// Whether origin and direction are finite and the interval at `t >= 0` is not empty. False if any value is NaN.
+    /// Traversal visits nothing for invalid rays.
     #[inline]
     pub fn is_valid(&self) -> bool {
-        // One product per number instead of six classifications: x * 0 is 0 for finite x and NaN otherwise.
+        // One product per number instead of six classifications: x * 0 is 0 for finite x, NaN otherwise.
         let ([x, y, z], [u, v, w]) = (self.origin, self.direction);
         let zero = (x * 0.0 + y * 0.0) + (z * 0.0 + u * 0.0) + (v * 0.0 + w * 0.0);
         zero == 0.0 && self.t_min <= self.t_max && self.t_max >= 0.0
@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ray_with_any_part_not_a_number_is_not_valid() {
+    fn rays_with_non_finite_parts_are_invalid() {
         let good = Ray::new([f32::MAX, f32::MIN, -0.0], [1e-45, f32::MAX, 0.0]);
         assert!(good.is_valid());
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {

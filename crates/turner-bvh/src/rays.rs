@@ -1,17 +1,17 @@
-//! Many rays in double precision, eight to a block.
+//! Rays in double precision, in blocks of eight.
 
 use crate::lanes::{Block, LANES};
 
-/// Eight rays: the parts `t_min <= t <= t_max` of the lines `origin + t * direction`.
+/// Eight rays: the segments `t_min <= t <= t_max` of the lines `origin + t * direction`.
 #[derive(Clone, Copy, Debug)]
 pub struct RayBlock {
-    /// Where t = 0, coordinate by coordinate.
+    /// The points at t = 0, one block per coordinate.
     pub origin: [Block; 3],
-    /// The way from t = 0 to t = 1.
+    /// The vectors from t = 0 to t = 1.
     pub direction: [Block; 3],
-    /// Smallest t that counts.
+    /// Start of the interval.
     pub t_min: Block,
-    /// Largest t that counts.
+    /// End of the interval.
     pub t_max: Block,
 }
 

@@ -1,4 +1,15 @@
-//! New boxes for a tree whose primitives have moved: the same nodes, in time proportional to their number.
+//! Refits a BVH to moved primitives: updates the boxes bottom-up and keeps the tree.
+//!
+//! ```text
+//!        N              box(N) = box(L) + box(R)          3. then parents
+//!       / \
+//!      L   R            box(L) = union of its leaves      2. then their nodes
+//!     /|   |\
+//!    a b   c d          new boxes of the primitives       1. leaves first
+//! ```
+//!
+//! The time is linear in the number of nodes, and hits stay exact. Rays become slower as primitives that share a leaf
+//! move apart, because boxes then overlap; rebuild when that matters.
 
 use std::fmt;
 
@@ -6,21 +17,21 @@ use crate::build::wide::set_order;
 use crate::node::{ChildRef, WideNode};
 use crate::{Aabb, BoxBvh};
 
-/// Why a tree was not refitted; it is as it was.
+/// Why a refit failed; the BVH is unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RefitError {
-    /// There are more or fewer primitives than the tree was built over.
+    /// The number of primitives differs from the build.
     Count {
-        /// How many there were.
+        /// Number of primitives in the build.
         built: usize,
-        /// How many there are.
+        /// Number of boxes given.
         given: usize,
     },
-    /// A primitive that was left out when the tree was built, because its box was not [valid](Aabb::is_valid), has a
-    /// valid one now: the tree has no place for it.
+    /// A primitive that the build omitted, because its box was not [valid](Aabb::is_valid), has a valid box now. The
+    /// BVH has no leaf for it.
     LeftOut {
-        /// Its number.
+        /// Index of the primitive.
         primitive: usize,
     },
 }
@@ -29,10 +40,10 @@ impl fmt::Display for RefitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             RefitError::Count { built, given } => {
-                write!(f, "the tree was built over {built} primitives, not {given}")
+                write!(f, "the BVH was built over {built} primitives, not {given}")
             }
             RefitError::LeftOut { primitive } => {
-                write!(f, "primitive {primitive} was left out when the tree was built")
+                write!(f, "primitive {primitive} was omitted when the BVH was built")
             }
         }
     }
@@ -41,9 +52,9 @@ impl fmt::Display for RefitError {
 impl std::error::Error for RefitError {}
 
 impl BoxBvh {
-    /// Takes on other boxes for the same primitives: much faster than to build anew. As in a fresh tree, no primitive is
-    /// missed whose box a ray meets; rays become slower as far as primitives that were neighbours no longer are. A
-    /// primitive whose box is no longer valid widens no box until it is valid again; its leaf still names it.
+    /// Replaces the boxes of all primitives, much faster than a rebuild. As in a fresh BVH, no primitive is missed
+    /// whose box a ray intersects; rays become slower as former neighbours move apart. A primitive whose box becomes
+    /// invalid stays in its leaf but does not enlarge any box until it is valid again.
     pub fn refit(&mut self, boxes: &[Aabb]) -> Result<(), RefitError> {
         if boxes.len() != self.count {
             return Err(RefitError::Count { built: self.count, given: boxes.len() });
@@ -63,11 +74,11 @@ impl BoxBvh {
     }
 }
 
-/// Sets all boxes from those of the leaves, bottom-up, and the order of children after them. Empty places, and leaves
-/// whose box is not valid, get the empty box.
+/// Computes all boxes bottom-up from those of the leaves, then the order of the children. Empty slots and leaves
+/// without a valid box get the empty box.
 fn set_boxes(nodes: &mut [WideNode], leaf: impl Fn(ChildRef) -> Aabb) {
     let mut boxes = vec![Aabb::EMPTY; nodes.len()];
-    // Depth first: children come after their parents.
+    // Nodes are depth first: children come after their parents.
     for (index, node) in nodes.iter_mut().enumerate().rev() {
         let mut all = Aabb::EMPTY;
         for i in 0..8 {
@@ -80,8 +91,8 @@ fn set_boxes(nodes: &mut [WideNode], leaf: impl Fn(ChildRef) -> Aabb) {
                     boxes[node.index()]
                 }
             };
-            let there = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis]);
-            let bounds = if there { bounds } else { Aabb::EMPTY };
+            let is_valid_box = (0..3).all(|axis| bounds.min[axis] <= bounds.max[axis]);
+            let bounds = if is_valid_box { bounds } else { Aabb::EMPTY };
             node.set(i, bounds, child);
             all = all.union(bounds);
         }

@@ -1,4 +1,4 @@
-//! The searches, in any tree, with the instruction set of the tree.
+//! Entry points of traversal: dispatch to the instruction set of the BVH.
 
 use crate::simd::{Simd, WithSimd, dispatch};
 use crate::traverse::{self, Leaves, PacketLeaves, SearchRay, Tree};
@@ -49,7 +49,7 @@ pub(crate) fn closest_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &m
     dispatch(tree.instruction_set, Work(tree, rays, hits));
 }
 
-/// Whether there is any hit, for each ray.
+/// Whether each ray hits anything.
 #[inline(always)]
 pub(crate) fn any_batch<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [bool]);
@@ -79,7 +79,7 @@ pub(crate) fn closest_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray]
     dispatch(tree.instruction_set, Work(tree, rays, hits));
 }
 
-/// Whether there is any hit, for each ray, among triangles.
+/// Whether each ray hits any triangle.
 #[inline(always)]
 pub(crate) fn any_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [bool]);
@@ -95,7 +95,7 @@ pub(crate) fn any_triangles<L: PacketLeaves>(tree: Tree<'_, L>, rays: &[Ray], hi
 }
 
 #[cfg(test)]
-/// Rays in turns, however small the tree.
+/// Interleaved traversal, even for small BVHs.
 #[inline(always)]
 pub(crate) fn interleaved<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [Hit]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [Hit]);
@@ -111,7 +111,7 @@ pub(crate) fn interleaved<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut
 }
 
 #[cfg(test)]
-/// The same for any hit.
+/// Interleaved any-hit traversal, even for small BVHs.
 #[inline(always)]
 pub(crate) fn any_interleaved<L: Leaves>(tree: Tree<'_, L>, rays: &[Ray], hits: &mut [bool]) {
     struct Work<'a, L>(Tree<'a, L>, &'a [Ray], &'a mut [bool]);

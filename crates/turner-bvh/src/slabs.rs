@@ -1,34 +1,44 @@
-//! The test of one ray against two boxes at once, without false misses.
+//! A conservative slab test of one ray against two boxes, for the binary BVH.
 //!
-//! Between the planes of a box on one axis the ray runs from `t_near` to `t_far`; it meets the box when the largest
-//! of `t_min` and the near values is not above the smallest of `t_max` and the far values. In floating point
+//! On each axis the ray is between the planes of a box from `t_near` to `t_far`. It hits the box if
+//! `max(t_min, t_near) <= min(t_max, t_far)` over the three axes (Kay and Kajiya 1986):
 //!
 //! ```text
-//! t = fl(fl(plane - origin) * inv),   |rounding of each step| <= u = 2^-24 relative
+//!   x:      |---------------|
+//!   y:   |--------------|                  overlap of all intervals: hit
+//!   z:          |---------------|
+//!               ^       ^
+//!            max near  min far
 //! ```
 //!
-//! so with `inv = fl(1 / direction)` the value is off by at most three roundings. Padding `inv` once per ray makes
-//! that one-sided at no cost per node (Ize 2013, "Robust BVH ray traversal", padded the far side only, which may
-//! still prune a hit at exactly `t_max`):
+//! In floating point
 //!
-//! * near: `inv * (1 - 6u)`, four roundings with that product: `(1 + u)^4 (1 - 6u) < 1`, never above the true value;
-//! * far: `inv * (1 + 6u)`, `(1 - u)^4 (1 + 6u) > 1`, never below it.
+//! ```text
+//! t = fl(fl(plane - origin) * inv),   |relative rounding of each step| <= u = 2^-24
+//! ```
 //!
-//! This holds for `t >= 0`; a negative `t` keeps its sign, and the search starts at 0. Beyond relative errors:
+//! so with `inv = fl(1 / direction)` the value has at most three roundings. Padding `inv` once per ray makes the error
+//! one-sided at no cost per node. (Ize 2013, "Robust BVH ray traversal", pads only the far side, which may
+//! still lose a hit at exactly `t_max`.)
+//!
+//! * near: `inv * (1 - 6u)`. Four roundings with that product, `(1 + u)^4 (1 - 6u) < 1`: never above the true value.
+//! * far: `inv * (1 + 6u)`. `(1 - u)^4 (1 + 6u) > 1`: never below the true value.
+//!
+//! This holds for `t >= 0`. A negative `t` keeps its sign, and the interval starts at 0. Special cases:
 //!
 //! | case | near | far |
 //! |---|---|---|
-//! | `1 / direction` overflows, or direction 0 | `inv` clamped to `MAX`: lower, and never NaN | infinite; `0 * inf` is NaN, which constrains nothing: the ray runs within the plane |
-//! | `1 / direction` is subnormal (imprecise) | 0: constrains nothing | raised to a normal number |
-//! | `plane - origin` overflows | 0 for origins that far away | infinite: right |
-//! | the product overflows | infinite: true `t` is above `f32::MAX` too | the same |
+//! | `1 / d` overflows, or `d` is 0 | `inv` clamped to `MAX`: lower, never NaN | infinite; NaN in the plane: ignored |
+//! | `1 / d` is subnormal (imprecise) | 0: constrains nothing | raised to a normal number |
+//! | `plane - origin` overflows | 0 for origins that far away | infinite: correct |
+//! | the product overflows | infinite: the true `t` exceeds `f32::MAX` too | the same |
 //! | the product underflows | off by at most 2^-150: `TINY` is subtracted from the entry | the same `TINY` covers it |
 //!
-//! The empty box has `far = -inf` on every axis and is missed by every ray.
+//! The empty box has `far = -inf` on every axis; every ray misses it.
 
 use crate::Ray;
 
-/// Six planes of two boxes: per axis the two lower planes, then the two upper ones.
+/// The planes of two boxes: per axis the lower planes of both, then the upper planes of both.
 pub(crate) type BoxPair = [[[f32; 2]; 2]; 3];
 
 const PAD: f32 = 3.0 * f32::EPSILON;
@@ -36,26 +46,26 @@ const TINY: f32 = f32::MIN_POSITIVE;
 /// From here on, products with the paddings are normal numbers.
 const PRECISE: f32 = 2.0 * f32::MIN_POSITIVE;
 
-/// What a ray needs for box tests, computed once per ray. Lanes: near of both boxes, far of both boxes.
+/// The data of a ray for box tests, computed once per ray. Lanes: near of both boxes, then far of both boxes.
 ///
-/// Tried, with M rays/s relative to this for 4, 30 and 10,000 random spheres on baseline x86-64:
-/// without storing `latest` (the compiler finds no store to vectorise from, and stays scalar) 0.87, 0.96, 0.98;
-/// setting up without branches, four axes at a time: 0.85, 0.9, not measured.
+/// Two variants were tried; rays per second relative to this one for 4, 30 and 10,000 random spheres on baseline
+/// x86-64. Without storing `latest` (the compiler then stays scalar): 0.87, 0.96, 0.98. Setup without branches,
+/// four axes at a time: 0.85, 0.9, not measured.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(16))]
 pub(crate) struct Slabs {
     origin: [[f32; 4]; 3],
-    /// Padded reciprocals. Those for far planes are negated, so that one maximum serves near and far.
+    /// Padded reciprocals, negated for the far planes so that one maximum serves near and far.
     inv: [[f32; 4]; 3],
-    /// Scratch. Stored by each test only to make the compiler compute it in four lanes.
+    /// Scratch. Each test stores it only to make the compiler use four lanes.
     latest: [f32; 4],
-    /// Which of the two planes the ray meets first: 0 the lower, 1 the upper.
+    /// The near plane on each axis: 0 the lower, 1 the upper.
     near_side: [usize; 3],
     t_min: f32,
 }
 
 impl Slabs {
-    /// `reach` is the largest distance of any box plane from 0.
+    /// `reach` is the largest absolute coordinate of any plane.
     #[inline(always)]
     pub(crate) fn new(ray: &Ray, reach: f32) -> Slabs {
         let inv = |axis: usize| {
@@ -76,8 +86,8 @@ impl Slabs {
         }
     }
 
-    /// For each box, a lower bound of the `t` where the ray enters it, and a bit that is set if it meets it at or
-    /// before `t_max`.
+    /// For each box, a lower bound of the `t` at which the ray enters it, and a bit that is set if the ray hits it at
+    /// or before `t_max`.
     #[inline(always)]
     pub(crate) fn test(&mut self, boxes: &BoxPair, t_max: f32) -> ([f32; 2], u32) {
         let mut latest = [self.t_min, self.t_min, -t_max, -t_max];
@@ -105,16 +115,16 @@ mod tests {
         std::array::from_fn(|axis| [[b.min[axis], f32::INFINITY], [b.max[axis], f32::NEG_INFINITY]])
     }
 
-    /// Whether the ray meets the box, the entry, and that it never meets the empty one beside it.
+    /// Whether the ray hits the box, and its entry. Asserts that it misses the empty box in the second slot.
     fn test(ray: &Ray, b: Aabb) -> (bool, f32) {
         let reach = b.min.iter().chain(&b.max).fold(0.0_f32, |r, x| r.max(x.abs()));
-        let (entry, met) = Slabs::new(ray, reach).test(&pair(b), ray.t_max);
-        assert!(met < 2, "met the empty box: {ray:?}");
-        (met == 1, entry[0])
+        let (entry, hit_mask) = Slabs::new(ray, reach).test(&pair(b), ray.t_max);
+        assert!(hit_mask < 2, "hit the empty box: {ray:?}");
+        (hit_mask == 1, entry[0])
     }
 
     #[test]
-    fn the_empty_box_is_missed_by_every_kind_of_direction() {
+    fn every_direction_misses_the_empty_box() {
         let values = [0.0, -0.0, 1.0, -1.0, 1e-45, -1e-45, f32::MAX, f32::MIN];
         for origin in [[0.0; 3], [f32::MAX; 3], [f32::MIN; 3]] {
             for direction in values.into_iter().flat_map(|x| values.map(|y| [x, y, 1.0])) {
@@ -124,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_beside_the_box_are_missed() {
+    fn rays_next_to_the_box_miss() {
         let b = Aabb::new([-1.0; 3], [1.0; 3]);
         assert!(!test(&Ray::new([1.001, 0.0, -5.0], [0.0, 0.0, 1.0]), b).0);
         assert!(!test(&Ray::new([-1.001, 0.0, -5.0], [-0.0, 0.0, 1.0]), b).0);
@@ -137,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn within_a_face_is_met_for_both_zeros() {
+    fn rays_within_a_face_hit_for_both_zeros() {
         let b = Aabb::new([-1.0; 3], [1.0; 3]);
         for zero in [0.0, -0.0] {
             for x in [-1.0, 1.0] {
@@ -149,7 +159,7 @@ mod tests {
 
     #[test]
     fn overflow_of_the_distance_is_no_miss() {
-        // Meets the box at about t = 2^129 / 2^100, though the distance is beyond f32.
+        // Hits the box at about t = 2^129 / 2^100, although the distance exceeds f32.
         let big = f32::MAX;
         let ray = Ray { t_max: 6e8, ..Ray::new([big; 3], [-1.2676506e30; 3]) };
         assert!(test(&ray, Aabb::new([-big; 3], [-big; 3])).0);

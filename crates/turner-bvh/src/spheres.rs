@@ -1,8 +1,8 @@
-//! Rays against a few spheres: eight rays at a time, sphere after sphere, exactly.
+//! Brute-force intersection of rays with a few spheres: eight rays at a time, sphere after sphere, exact.
 //!
-//! The arithmetic is that of one ray and one sphere, operation by operation in double precision, so the hit found is
-//! the same to the last bit whichever instruction set finds it. Eight rays against one sphere rather than one ray
-//! against eight spheres: no lane is idle however few spheres there are, and there is nothing to reduce.
+//! The arithmetic is that of one ray and one sphere in double precision, operation by operation, so hits are equal to
+//! the last bit for every instruction set. Eight rays against one sphere, rather than one ray against eight spheres,
+//! keeps all lanes busy for any number of spheres and needs no reduction.
 
 use crate::InstructionSet;
 use crate::lanes::{Block, F64x8, Mask8, Simd, Vec3x8, Work, dispatch};
@@ -21,45 +21,45 @@ struct Sphere {
     radius2: f64,
 }
 
-/// What a block of rays hits first.
+/// The nearest hits of a block of rays.
 #[derive(Clone, Copy, Debug)]
 pub struct NearestBlock {
-    /// Where, in the ray's t; its `t_max` where it hits nothing.
+    /// The ray's t at the hit; its `t_max` if it hits nothing.
     pub t: Block,
-    /// The number of the sphere, −1 for none.
+    /// Index of the sphere; -1 for none.
     pub sphere: Block,
 }
 
 impl Spheres {
-    /// Adds a sphere; its number is how many there were.
+    /// Adds a sphere. Its index is the number of spheres before it.
     pub fn push(&mut self, center: [f64; 3], radius: f64) {
         self.spheres.push(Sphere { center, radius2: radius * radius });
     }
 
-    /// How many there are.
+    /// Number of spheres.
     pub fn len(&self) -> usize {
         self.spheres.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no spheres.
     pub fn is_empty(&self) -> bool {
         self.spheres.is_empty()
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         self.spheres.len() * size_of::<Sphere>()
     }
 
-    /// For each ray the nearest hit with `t_min <= t <= t_max`; among equally near ones that of the sphere with the
-    /// lowest number. Replaces what was in `nearest`.
+    /// The nearest hit of each ray with `t_min <= t <= t_max`; among equally near ones, the sphere with the lowest
+    /// index. Replaces the contents of `nearest`.
     pub fn closest(&self, set: InstructionSet, rays: &[RayBlock], nearest: &mut Vec<NearestBlock>) {
         nearest.clear();
         nearest.reserve(rays.len());
         dispatch(set, Closest { spheres: &self.spheres, rays, nearest });
     }
 
-    /// For each block the set of rays that hit anything with `t_min <= t <= t_max`. Replaces what was in `hit`.
+    /// For each block, the set of rays that hit anything with `t_min <= t <= t_max`. Replaces the contents of `hit`.
     pub fn any(&self, set: InstructionSet, rays: &[RayBlock], hit: &mut Vec<u8>) {
         hit.clear();
         hit.reserve(rays.len());
@@ -77,7 +77,7 @@ struct Rays<S: Simd> {
     t_min: F64x8<S>,
     /// Rays that begin at or after t = 0.
     forward: Mask8<S>,
-    /// Rays that have a direction; not the empty lanes.
+    /// Rays with a direction; excludes empty lanes.
     moving: Mask8<S>,
 }
 
@@ -101,9 +101,9 @@ impl<S: Simd> Rays<S> {
 
     /// Which rays hit the sphere at or before `t_max`, and where.
     ///
-    /// The discriminant is r² |d|² − |f × d|² with f from the centre to the origin: the distance of the line from the
-    /// centre without the cancellation of b² − a c. The roots are those of the stable form of the quadratic formula
-    /// (Haines et al. 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems ch. 7).
+    /// With f from the centre to the origin, the discriminant is r² |d|² − |f × d|²: the distance of the line from the
+    /// centre, without the cancellation of b² − a c. The roots use the numerically stable quadratic formula (Haines et
+    /// al. 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems ch. 7).
     #[inline(always)]
     fn hit(&self, sphere: &Sphere, t_max: F64x8<S>) -> Option<(Mask8<S>, F64x8<S>)> {
         let zero = F64x8::splat(self.simd, 0.0);
@@ -112,15 +112,15 @@ impl<S: Simd> Rays<S> {
         let d = self.direction;
         let across = f.cross(d);
         let discriminant = self.a * r2 - across.dot(across);
-        let met = discriminant.ge(zero) & self.moving;
-        if !met.any() {
+        let hits = discriminant.ge(zero) & self.moving;
+        if !hits.any() {
             return None;
         }
         let b = -f.dot(d);
         let c = f.dot(f) - r2;
         let away = b.lt(zero) & c.gt(zero) & self.forward;
-        let met = met.and_not(away);
-        if !met.any() {
+        let hits = hits.and_not(away);
+        if !hits.any() {
             return None;
         }
         let q = b + discriminant.sqrt().copysign(b);
@@ -129,7 +129,7 @@ impl<S: Simd> Rays<S> {
         let near = b.gt(zero) & self.contains(t0, t_max);
         let far = b.le(zero) & self.contains(t1, t_max);
         let t = near.select(t0, far.select(t1, t0.or_larger(t1)));
-        Some((met & self.contains(t, t_max), t))
+        Some((hits & self.contains(t, t_max), t))
     }
 
     #[inline(always)]
@@ -156,7 +156,7 @@ impl Work for Closest<'_> {
             let mut nearest = F64x8::splat(simd, -1.0);
             for (i, sphere) in self.spheres.iter().enumerate() {
                 let Some((hit, t)) = rays.hit(sphere, t_max) else { continue };
-                // At the end of the range a hit counts only if it is the first.
+                // At exactly `t_max`, only the first hit counts.
                 let nearer = hit.and_not(t.eq(t_max) & found);
                 t_max = nearer.select(t, t_max);
                 nearest = nearer.select(F64x8::splat(simd, i as f64), nearest);
@@ -184,12 +184,12 @@ impl Work for Any<'_> {
         for block in self.rays {
             let rays = Rays::load(simd, block);
             let t_max = F64x8::load(simd, &block.t_max);
-            // Lanes without a ray count as hit until the end: nothing is searched for them.
+            // Empty lanes count as hit until the end, so that they do not delay the early exit.
             let idle = t_max.is_nan().bits();
             let mut hit = idle;
             for sphere in self.spheres {
-                if let Some((met, _)) = rays.hit(sphere, t_max) {
-                    hit |= met.bits();
+                if let Some((hits, _)) = rays.hit(sphere, t_max) {
+                    hit |= hits.bits();
                     if hit == u8::MAX {
                         break;
                     }

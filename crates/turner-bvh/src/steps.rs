@@ -1,25 +1,25 @@
-//! What lies on a ray's way through a tree, counted.
+//! Counts the nodes and blocks that a ray visits, for debug views and statistics.
 //!
-//! These walks are for looking at trees, not for finding anything: in double precision, without SIMD and without an order, so that counts are
-//! the same with every [`InstructionSet`](crate::InstructionSet).
+//! Works in double precision, without SIMD and without an order, so that counts are the same with every
+//! [`InstructionSet`](crate::InstructionSet).
 
 use std::ops::Range;
 
 use crate::node::{ChildRef, MAX_WIDE_DEPTH, WideNode};
 use crate::{BoxBvh, Bvh, Ray};
 
-/// What a ray meets in a tree over triangles.
+/// What a ray visits in a BVH over triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Steps {
     /// Nodes.
     pub nodes: u64,
-    /// Blocks of eight triangles, in the leaves.
+    /// Blocks of eight triangles in leaves.
     pub blocks: u64,
 }
 
 impl Bvh {
-    /// What the ray meets with `t_min <= t <= t_max`: with `t_max` at its nearest hit, what a search has to look at that takes nearer
-    /// things first.
+    /// Counts what the ray intersects with `t_min <= t <= t_max`. With `t_max` at the nearest hit, that is what
+    /// traversal in front-to-back order must visit.
     pub fn steps(&self, ray: &Ray) -> Steps {
         let mut blocks = 0;
         let mut walk = |nodes| walk(nodes, self.space.unscale, ray, |leaf| blocks += leaf.blocks() as u64);
@@ -29,8 +29,8 @@ impl Bvh {
 }
 
 impl BoxBvh {
-    /// The number of nodes that the ray meets with `t_min <= t <= t_max`. `leaf` is given the primitives of each leaf that it meets, as a range
-    /// of positions in [`order`](Self::order).
+    /// Counts the nodes that the ray intersects with `t_min <= t <= t_max`. `leaf` gets the primitives of each leaf
+    /// that it intersects, as a range of positions in [`order`](Self::order).
     pub fn steps(&self, ray: &Ray, mut leaf: impl FnMut(Range<u32>)) -> u64 {
         walk(&self.nodes, self.space.unscale, ray, |child| {
             let first = child.first_block() as u32;
@@ -39,9 +39,9 @@ impl BoxBvh {
     }
 }
 
-/// Goes through all nodes and leaves whose boxes the ray meets; returns the number of nodes.
+/// Visits all nodes and leaves whose boxes the ray intersects; returns the number of nodes.
 fn walk(nodes: &[WideNode], unscale: f32, ray: &Ray, mut leaf: impl FnMut(ChildRef)) -> u64 {
-    // Each node on the way down leaves at most seven behind.
+    // Each level leaves at most seven children on the stack.
     let mut stack = [ChildRef::EMPTY; 8 * MAX_WIDE_DEPTH];
     let (mut count, mut height) = (0, 0);
     if !nodes.is_empty() && ray.is_valid() {
@@ -57,7 +57,10 @@ fn walk(nodes: &[WideNode], unscale: f32, ray: &Ray, mut leaf: impl FnMut(ChildR
         let Some(node) = nodes.get(child.index()) else { continue };
         count += 1;
         for (i, child) in node.children.iter().enumerate() {
-            if *child != ChildRef::EMPTY && height < stack.len() && meets(node, i, f64::from(unscale), ray) {
+            if *child != ChildRef::EMPTY
+                && height < stack.len()
+                && intersects(node, i, f64::from(unscale), ray)
+            {
                 stack[height] = *child;
                 height += 1;
             }
@@ -66,8 +69,8 @@ fn walk(nodes: &[WideNode], unscale: f32, ray: &Ray, mut leaf: impl FnMut(ChildR
     count
 }
 
-/// Whether a ray meets the box of a child.
-fn meets(node: &WideNode, child: usize, unscale: f64, ray: &Ray) -> bool {
+/// Whether a ray intersects the box of a child.
+fn intersects(node: &WideNode, child: usize, unscale: f64, ray: &Ray) -> bool {
     let (mut first, mut last) = (f64::from(ray.t_min), f64::from(ray.t_max));
     for axis in 0..3 {
         let (o, d) = (f64::from(ray.origin[axis]), f64::from(ray.direction[axis]));
@@ -89,7 +92,7 @@ mod tests {
     use super::*;
     use crate::{Aabb, BuildOptions, Triangles};
 
-    /// Small triangles across the z axis, one behind the other, so far apart that each has a box of its own.
+    /// Small triangles across the z axis, one behind the other, so far apart that each has its own box.
     fn row(count: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let corners = |i: usize| {
             let z = 100.0 * i as f32;
@@ -100,25 +103,25 @@ mod tests {
     }
 
     #[test]
-    fn what_is_behind_the_end_or_beside_costs_nothing() {
+    fn nodes_behind_t_max_or_off_the_ray_are_not_counted() {
         let (positions, triangles) = row(1000);
         let mesh = Triangles { positions: &positions, triangles: &triangles };
         let bvh = Bvh::build(&mesh, &BuildOptions::default()).unwrap();
         let along = Ray::new([0.0, 0.0, -1.0], [0.0, 0.0, 1.0]);
         let all = bvh.steps(&along);
-        // All that there is.
+        // Everything.
         assert_eq!((all.nodes, all.blocks), (bvh.nodes.len() as u64, bvh.blocks.len() as u64));
         let near = bvh.steps(&Ray { t_max: 1.0, ..along });
         assert!(near.blocks == 1 && near.nodes < 6, "{near:?}");
         let half = bvh.steps(&Ray { t_max: 50_000.0, ..along });
         assert!(half.blocks.abs_diff(all.blocks / 2) <= 2, "{half:?} of {all:?}");
-        let beside = bvh.steps(&Ray::new([5.0, 0.0, -1.0], [0.0, 0.0, 1.0]));
-        assert_eq!((beside.nodes, beside.blocks), (1, 0));
+        let off_ray = bvh.steps(&Ray::new([5.0, 0.0, -1.0], [0.0, 0.0, 1.0]));
+        assert_eq!((off_ray.nodes, off_ray.blocks), (1, 0));
         assert_eq!(bvh.steps(&Ray::new([f32::NAN; 3], [0.0, 0.0, 1.0])), Steps::default());
     }
 
     #[test]
-    fn leaves_of_boxes_are_those_of_the_search() {
+    fn leaves_of_boxes_are_those_of_traversal() {
         let boxes: Vec<Aabb> = (0..200)
             .map(|i| {
                 let p = [i * 7 % 31, i * 13 % 29, i * 17 % 23].map(|v| v as f32);
@@ -126,22 +129,25 @@ mod tests {
             })
             .collect();
         let bvh = BoxBvh::build(&boxes, &BuildOptions::default()).unwrap();
-        let (mut nodes, mut met, mut more) = (0, 0, 0);
+        let (mut nodes, mut visited, mut more) = (0, 0, 0);
         for i in 0..100u32 {
-            // From one side, each a little higher and more to the side than the one before.
-            let place = [i % 10, i / 10].map(|v| 3.0 * v as f32 + 0.4);
-            let ray = Ray::new([-1.0, place[0], place[1]], [1.0, 0.1 - 0.02 * (i % 7) as f32, 0.05]);
+            // From one side, each a little higher and further to the side.
+            let position = [i % 10, i / 10].map(|v| 3.0 * v as f32 + 0.4);
+            let ray = Ray::new([-1.0, position[0], position[1]], [1.0, 0.1 - 0.02 * (i % 7) as f32, 0.05]);
             let (mut walked, mut searched) = (Vec::new(), Vec::new());
             nodes += bvh.steps(&ray, |leaf| walked.extend(leaf));
             bvh.closest(&ray, |leaf, t_max| {
                 searched.extend(leaf);
                 t_max
             });
-            // The search takes boxes for a little larger than they are.
+            // Traversal pads the boxes a little.
             assert!(walked.iter().all(|leaf| searched.contains(leaf)), "ray {i}: {walked:?} {searched:?}");
-            met += walked.len();
+            visited += walked.len();
             more += searched.len() - walked.len();
         }
-        assert!(nodes > 200 && met > 40 && 10 * more < met, "{nodes} nodes, {met} boxes, {more} more");
+        assert!(
+            nodes > 200 && visited > 40 && 10 * more < visited,
+            "{nodes} nodes, {visited} boxes, {more} more"
+        );
     }
 }

@@ -1,14 +1,14 @@
-//! A check of the whole structure, for tests and for trees under suspicion.
+//! Validates the structure of a [`Bvh2`].
 
 use crate::bvh2::Node;
 use crate::{Aabb, Bvh2, MAX_DEPTH};
 
 impl Bvh2 {
-    /// Checks the tree against the boxes it was built from, and says what is wrong with it:
+    /// Checks the BVH against the boxes it was built from and reports the first defect:
     ///
     /// * each primitive is in exactly one leaf, or dropped if its box is not valid;
-    /// * the box of each child holds those of all primitives below it;
-    /// * nodes stand in depth-first order, each with one parent, at most [`MAX_DEPTH`] deep.
+    /// * the box of each child contains the boxes of all primitives below it;
+    /// * nodes are in depth-first order, each has one parent, and none is deeper than [`MAX_DEPTH`].
     pub fn validate(&self, bounds: &[Aabb]) -> Result<(), String> {
         self.check_order(bounds)?;
         let leaf_boxes: Vec<Aabb> = self.order().iter().map(|&i| bounds[i as usize]).collect();
@@ -37,19 +37,19 @@ impl Bvh2 {
     }
 }
 
-/// Walks depth first and expects nodes and positions to come up in order, so each of them once.
+/// Walks depth first and expects nodes and positions to appear in order, each once.
 fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
     let (mut next_node, mut next_position) = (0, 0);
-    // Children still to visit, the next one last: the way there as node, side, and the boxes it must keep to.
+    // Children still to visit, the next one last: node, side, and the boxes of its ancestors.
     let mut pending: Vec<(usize, usize, Vec<Aabb>)> = Vec::new();
     if !nodes.is_empty() {
         next_node = 1;
         pending.extend([(0, 1, Vec::new()), (0, 0, Vec::new())]);
     }
-    while let Some((index, side, mut around)) = pending.pop() {
+    while let Some((index, side, mut ancestors)) = pending.pop() {
         let node = &nodes[index];
-        around.push(node.bounds(side));
-        if around.len() > MAX_DEPTH {
+        ancestors.push(node.bounds(side));
+        if ancestors.len() > MAX_DEPTH {
             return Err(format!("node {index} is deeper than {MAX_DEPTH}"));
         }
         if let Some(positions) = node.leaf(side) {
@@ -64,10 +64,8 @@ fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
                 return Err(format!("the leaf {positions:?} is beyond {}", leaf_boxes.len()));
             };
             for b in boxes {
-                if let Some(outer) = around.iter().position(|outer| !outer.contains(*b)) {
-                    return Err(format!(
-                        "{b:?} in leaf {positions:?} sticks out of the box at depth {outer}"
-                    ));
+                if let Some(outer) = ancestors.iter().position(|outer| !outer.contains(*b)) {
+                    return Err(format!("{b:?} in leaf {positions:?} exceeds the box at depth {outer}"));
                 }
             }
         } else {
@@ -79,7 +77,7 @@ fn check_nodes(nodes: &[Node], leaf_boxes: &[Aabb]) -> Result<(), String> {
                 ));
             }
             next_node += 1;
-            pending.extend([(child, 1, around.clone()), (child, 0, around)]);
+            pending.extend([(child, 1, ancestors.clone()), (child, 0, ancestors)]);
         }
     }
     if (next_node, next_position) != (nodes.len(), leaf_boxes.len()) {
@@ -107,13 +105,13 @@ mod tests {
     }
 
     #[test]
-    fn a_good_tree_passes_and_other_boxes_do_not() {
+    fn a_valid_bvh_passes_and_other_boxes_fail() {
         let mut boxes: Vec<Aabb> = (0..100).map(|i| unit(i as f32)).collect();
         let bvh = Bvh2::build(&boxes, &Bvh2Options::default()).unwrap();
         bvh.validate(&boxes).unwrap();
         assert!(bvh.validate(&boxes[..99]).unwrap_err().contains("primitive"));
         boxes[50] = boxes[50].grow([50.0, 2.0, 0.0]);
-        assert!(bvh.validate(&boxes).unwrap_err().contains("sticks out"));
+        assert!(bvh.validate(&boxes).unwrap_err().contains("exceeds the box"));
         boxes[50] = Aabb::EMPTY;
         assert!(bvh.validate(&boxes).unwrap_err().contains("wrong list"));
         boxes[50] = unit(50.0);
@@ -137,7 +135,7 @@ mod tests {
                 vec![node((boxes[0], Child::leaf(0, 3)), (Aabb::EMPTY, Child::leaf(0, 0))), lower],
             ),
             ("a primitive twice", vec![node((all, a), (all, Child::leaf(0, 2)))]),
-            ("a primitive left out", vec![node((boxes[0], a), (boxes[1], b))]),
+            ("a primitive omitted", vec![node((boxes[0], a), (boxes[1], b))]),
             ("positions beyond the end", vec![node((boxes[0], a), (all, Child::leaf(1, 9)))]),
             ("a box too small", vec![node((boxes[0], a), (boxes[1], Child::leaf(1, 2)))]),
             ("a box above too small", vec![node((boxes[0], a), (boxes[1], Child::node(1))), lower]),

@@ -1,4 +1,4 @@
-//! Devices: Embree's threads and memory.
+//! Embree devices: threads and memory.
 
 use std::ffi::{CString, c_int, c_void};
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicIsize, Ordering};
 use crate::ffi::{self, Functions, Object};
 use crate::{Embree, EmbreeError};
 
-/// A device: builds scenes with a fixed number of threads. Scenes keep their device alive.
+/// A device builds scenes with a fixed number of threads. Scenes keep their device alive.
 #[derive(Clone, Debug)]
 pub struct Device {
     pub(crate) inner: Arc<DeviceInner>,
@@ -17,7 +17,7 @@ pub struct Device {
 pub(crate) struct DeviceInner {
     pub(crate) functions: Arc<Functions>,
     pub(crate) object: Object,
-    /// Bytes that the device holds now, as it reports them.
+    /// Bytes that the device currently holds, as it reports them.
     bytes: Box<AtomicIsize>,
 }
 
@@ -27,12 +27,12 @@ unsafe impl Send for DeviceInner {}
 unsafe impl Sync for DeviceInner {}
 
 impl Embree {
-    /// A device that builds with so many threads; their affinities are left to the system.
+    /// Creates a device that builds with this many threads. The system chooses their affinities.
     pub fn device(&self, threads: usize) -> Result<Device, EmbreeError> {
         let threads = threads.max(1);
         let config = CString::new(format!("threads={threads},set_affinity=0")).unwrap_or_default();
         let functions = Arc::clone(&self.functions);
-        // SAFETY: `config` is a string that ends in 0.
+        // SAFETY: `config` is a null-terminated string.
         let object = unsafe { (functions.new_device)(config.as_ptr()) };
         if object.is_null() {
             // SAFETY: a null device is allowed and means the error of the calling thread.
@@ -46,19 +46,19 @@ impl Embree {
             return Err(EmbreeError::Version(version));
         }
         let counter: *const AtomicIsize = &*inner.bytes;
-        // SAFETY: the counter lies in a box that is dropped after the device is released.
+        // SAFETY: the counter is in a box that is dropped after the device is released.
         unsafe { (inner.functions.device_memory_monitor)(object, Some(count), counter.cast_mut().cast()) };
         Ok(Device { inner: Arc::new(inner) })
     }
 }
 
 impl Device {
-    /// Bytes that the device holds at this moment, trees and what it keeps beside them.
+    /// Bytes that the device currently holds: BVHs and everything else.
     pub fn bytes(&self) -> usize {
         usize::try_from(self.inner.bytes.load(Ordering::Relaxed)).unwrap_or(0)
     }
 
-    /// The version: 10000 times the major one plus 100 times the minor one plus the patch level.
+    /// The version: 10000 * major + 100 * minor + patch.
     pub fn version(&self) -> i64 {
         // SAFETY: the device is alive.
         (unsafe { (self.inner.functions.device_property)(self.inner.object, ffi::PROPERTY_VERSION) }) as i64
@@ -78,14 +78,14 @@ impl DeviceInner {
 
 impl Drop for DeviceInner {
     fn drop(&mut self) {
-        // SAFETY: this is the one reference that `rtcNewDevice` gave; scenes hold an `Arc` of this struct.
+        // SAFETY: this is the only reference from `rtcNewDevice`; scenes hold an `Arc` of this struct.
         unsafe { (self.functions.release_device)(self.object) };
     }
 }
 
-/// Keeps count of the bytes that Embree says it takes and gives back.
+/// Embree's memory monitor: counts the bytes that it allocates and frees.
 unsafe extern "C" fn count(counter: *mut c_void, bytes: isize, _after: bool) -> bool {
-    // SAFETY: Embree passes on the pointer it was given: to a counter that outlives the device.
+    // SAFETY: Embree passes the pointer it was given, to a counter that outlives the device.
     let counter = unsafe { &*counter.cast_const().cast::<AtomicIsize>() };
     counter.fetch_add(bytes, Ordering::Relaxed);
     true

@@ -1,8 +1,8 @@
-//! The part of Embree's C interface that is used here, after the headers of version 4.4.
+//! The part of Embree's C interface that Turner uses, from the headers of version 4.4.
 //!
-//! Structures are laid out for `RTC_MAX_INSTANCE_LEVEL_COUNT` = 1, as Embree is released. The optional fields
-//! (`instPrimID`, `minWidthDistanceFactor`) come last in each, so that a library built without them reads and writes
-//! less of the same structure.
+//! Structures are laid out for `RTC_MAX_INSTANCE_LEVEL_COUNT` = 1, as in Embree's releases. The optional fields
+//! (`instPrimID`, `minWidthDistanceFactor`) come last, so a library built without them uses a prefix of the same
+//! structure.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::mem::ManuallyDrop;
@@ -93,7 +93,7 @@ pub(crate) struct RtcRayHit16 {
     pub(crate) hit: RtcHit16,
 }
 
-// The sizes in the header's comments and in its C.
+// The sizes in the header's comments.
 const _: () = assert!(size_of::<RtcRay>() == 48 && size_of::<RtcHit>() == 48 && size_of::<RtcRayHit>() == 96);
 const _: () = assert!(size_of::<RtcRay16>() == 12 * 64 && size_of::<RtcHit16>() == 9 * 64);
 
@@ -122,11 +122,11 @@ impl RtcArguments {
 
 pub(crate) type MemoryMonitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
 
-/// Declares the table of functions, and how it is filled.
+/// Declares the function table and its loader.
 macro_rules! functions {
     ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The functions of the library. It is never unloaded: its thread pool keeps threads that run its code, and
-        /// threads that have traced call it once more as they end.
+        /// The functions of the library. The library is never unloaded: its thread pool runs its code, and threads that
+        /// have traced rays call it again when they end.
         #[derive(Debug)]
         pub(crate) struct Functions {
             $(pub(crate) $field: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
@@ -141,7 +141,7 @@ macro_rules! functions {
             /// Functions of these names must have the C types that Embree 4 declares.
             pub(crate) unsafe fn find(library: libloading::Library) -> Result<Functions, libloading::Error> {
                 Ok(Functions {
-                    // SAFETY: the caller vouches for the type, and the library is kept beside the pointer.
+                    // SAFETY: the caller guarantees the types, and the library is stored with the pointers.
                     $($field: unsafe { *library.get($symbol)? },)*
                     _library: ManuallyDrop::new(library),
                 })

@@ -1,11 +1,11 @@
-//! Embree 4, loaded at run time: a measure for Turner's own trees, and not needed for anything else.
+//! Embree 4, loaded at run time: a reference to compare Turner's BVHs with. Nothing else needs it.
 //!
-//! Nothing is linked. [`Embree::load`] opens a shared library that the user names (`libembree4.so.4`, `embree4.dll`),
-//! a [`Device`] builds [`Scene`]s with a number of threads, and these answer the rays of `turner_bvh`, one at a time or
-//! in [packets](Packets) of 16.
+//! Nothing is linked. [`Embree::load`] opens a shared library that the user names (`libembree4.so.4`, `embree4.dll`).
+//! A [`Device`] builds [`Scene`]s with a number of threads, and scenes trace the rays of `turner_bvh`, singly or in
+//! [packets](Packets) of 16.
 //!
-//! Loading a library runs its code, as running a program does: whoever names the file vouches for it. That it is
-//! Embree 4 is checked as far as its symbols and its version tell.
+//! Loading a library runs its code, so only load a file that you trust. The crate checks that it is Embree 4 by its
+//! symbols and its version.
 
 mod device;
 mod ffi;
@@ -34,13 +34,13 @@ impl Embree {
         let failed = |e: libloading::Error| EmbreeError::Load(reason(&e));
         // SAFETY: the user vouches for the library they name; its initialisers run as a program's would.
         let library = unsafe { libloading::Library::new(path) }.map_err(failed)?;
-        // SAFETY: as above; names beginning with `rtc` are Embree's, and the version is checked by every device.
+        // SAFETY: as above; names that begin with `rtc` are Embree's, and every device checks the version.
         let functions = unsafe { Functions::find(library) }.map_err(failed)?;
         Ok(Embree { functions: Arc::new(functions) })
     }
 }
 
-/// What the system says about a library, with the cause that `Display` of the error leaves out.
+/// The error with its cause, which its `Display` omits.
 fn reason(error: &libloading::Error) -> String {
     let mut text = error.to_string();
     if let Some(cause) = std::error::Error::source(error) {
@@ -49,21 +49,21 @@ fn reason(error: &libloading::Error) -> String {
     text
 }
 
-/// Why Embree does not answer.
+/// Why Embree cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EmbreeError {
-    /// The library or one of its functions cannot be loaded; the system's words.
+    /// The library or one of its functions cannot be loaded: the system's message.
     Load(String),
-    /// Not version 4: 10000 times the major version plus 100 times the minor one plus the patch level.
+    /// The library is not version 4: 10000 * major + 100 * minor + patch.
     Version(i64),
-    /// A triangle names a vertex that its mesh does not have, or an instance such a mesh.
+    /// A triangle refers to a vertex, or an instance to a mesh, that does not exist.
     Index {
         /// The index.
         index: u32,
-        /// How many there are.
+        /// Number of vertices or meshes.
         count: usize,
     },
-    /// Embree's own error, by the name in its documentation.
+    /// An error of Embree, by its documented name.
     Device(&'static str),
 }
 
@@ -75,8 +75,10 @@ impl fmt::Display for EmbreeError {
                 let (major, minor, patch) = (version / 10_000, version / 100 % 100, version % 100);
                 write!(f, "this is Embree {major}.{minor}.{patch}; version 4 is needed")
             }
-            EmbreeError::Index { index, count } => write!(f, "index {index} of only {count}"),
-            EmbreeError::Device(name) => write!(f, "Embree answers {name}"),
+            EmbreeError::Index { index, count } => {
+                write!(f, "index {index} is out of range: there are {count}")
+            }
+            EmbreeError::Device(name) => write!(f, "Embree failed: {name}"),
         }
     }
 }

@@ -7,18 +7,17 @@ use turner_bvh::Ray;
 use crate::ffi::{self, RtcArguments, RtcHit16, RtcRay16, RtcRayHit16};
 use crate::{Hit, Scene};
 
-/// Rays laid out 16 at a time, as `rtcIntersect16` takes them. The layout is made beforehand, so that it does not count
-/// as tracing.
+/// Rays in the layout of `rtcIntersect16`, prepared in advance so that the conversion does not count as tracing.
 #[derive(Clone, Debug)]
 pub struct Packets {
     packets: Vec<RtcRay16>,
 }
 
 impl Packets {
-    /// Rays to a packet.
+    /// Rays per packet.
     pub const WIDTH: usize = 16;
 
-    /// Lays out rays; places left over in the last packet hold rays without extent.
+    /// Lays out rays. Unused lanes of the last packet hold rays with an empty interval.
     pub fn new(rays: &[Ray]) -> Packets {
         let packets = rays.chunks(Packets::WIDTH).map(|rays| {
             let mut packet = EMPTY;
@@ -34,21 +33,21 @@ impl Packets {
         Packets { packets: packets.collect() }
     }
 
-    /// How many there are.
+    /// Number of packets.
     pub fn len(&self) -> usize {
         self.packets.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no packets.
     pub fn is_empty(&self) -> bool {
         self.packets.is_empty()
     }
 }
 
-/// All lanes are active: rays without extent are left out by Embree itself.
+/// All lanes are active: Embree ignores rays with an empty interval.
 static ACTIVE: Active = Active([-1; 16]);
 
-/// Read by aligned loads of 64 bytes.
+/// Embree reads it by aligned loads of 64 bytes.
 #[repr(C, align(64))]
 struct Active([i32; 16]);
 
@@ -80,7 +79,7 @@ impl Scene {
         let mut arguments = RtcArguments::COHERENT;
         for (packet, out) in packets.packets[range].iter().zip(hits.chunks_mut(Packets::WIDTH)) {
             let mut query = RtcRayHit16 { ray: *packet, hit: NO_HITS };
-            // SAFETY: the scene is committed; sizes and alignments are the header's; the 16 flags are aligned, too.
+            // SAFETY: the scene is committed; sizes and alignments are those of the header; the 16 flags are aligned.
             unsafe {
                 (self.device.functions.intersect_16)(
                     ACTIVE.0.as_ptr(),
@@ -103,7 +102,7 @@ impl Scene {
         }
     }
 
-    /// Whether anything is hit, for a range of packets: `rtcOccluded16` with the coherent flag.
+    /// Whether each ray of a range of packets hits anything: `rtcOccluded16` with the coherent flag.
     pub fn occluded_packets(&self, packets: &Packets, range: Range<usize>, occluded: &mut [bool]) {
         let mut arguments = RtcArguments::COHERENT;
         for (packet, out) in packets.packets[range].iter().zip(occluded.chunks_mut(Packets::WIDTH)) {

@@ -1,4 +1,4 @@
-//! Scenes: a mesh, or many placed copies of meshes.
+//! Embree scenes: one mesh, or instances of meshes.
 
 use std::ffi::c_int;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::{Device, EmbreeError};
 /// `RTCBuildQuality`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
-    /// A tree by Morton codes.
+    /// A BVH by Morton codes.
     Low,
     /// Binned SAH, Embree's default.
     Medium,
@@ -20,10 +20,10 @@ pub enum Quality {
     High,
 }
 
-/// How a scene is built.
+/// How to build a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SceneOptions {
-    /// The kind of tree.
+    /// Build quality.
     pub quality: Quality,
     /// `RTC_SCENE_FLAG_ROBUST`: watertight.
     pub robust: bool,
@@ -32,45 +32,45 @@ pub struct SceneOptions {
 /// The nearest hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// In units of the direction; infinite on a miss.
+    /// The ray parameter; infinite on a miss.
     pub t: f32,
     /// Barycentric coordinate of the second vertex.
     pub u: f32,
     /// Barycentric coordinate of the third vertex.
     pub v: f32,
-    /// The triangle; `u32::MAX` on a miss.
+    /// Index of the triangle; `u32::MAX` on a miss.
     pub primitive: u32,
-    /// The instance; `u32::MAX` on a miss and in a scene without instances.
+    /// Index of the instance; `u32::MAX` on a miss and in a scene without instances.
     pub instance: u32,
 }
 
 impl Hit {
-    /// No hit.
+    /// A miss.
     pub const MISS: Hit = Hit { t: f32::INFINITY, u: 0.0, v: 0.0, primitive: u32::MAX, instance: u32::MAX };
 }
 
-/// Triangles by the indices of their vertices.
+/// An indexed triangle mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Mesh<'a> {
     /// Vertices.
     pub positions: &'a [[f32; 3]],
-    /// Three vertices each.
+    /// Three vertex indices each.
     pub triangles: &'a [[u32; 3]],
 }
 
-/// A placed copy of a mesh.
+/// An instance of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Instance {
-    /// Which of the meshes.
+    /// Index of the mesh.
     pub mesh: u32,
-    /// From the mesh to the world: rows of a 3x4 matrix.
+    /// Object-to-world transform: the rows of a 3x4 matrix.
     pub transform: [[f32; 4]; 3],
 }
 
-/// A mesh in the form Embree reads, kept in memory by the scenes that were built over it.
+/// A mesh as Embree reads it. Scenes built over it keep it in memory.
 #[derive(Clone, Debug)]
 pub struct Geometry {
-    /// One vertex more than there are, since Embree reads 16 bytes at the last one.
+    /// Has one extra vertex, because Embree reads 16 bytes at the last one.
     positions: Arc<Vec<[f32; 3]>>,
     triangles: Arc<Vec<[u32; 3]>>,
 }
@@ -93,7 +93,7 @@ pub struct Scene {
     pub(crate) device: Arc<DeviceInner>,
     pub(crate) object: Object,
     bytes: usize,
-    /// What the scene reads: it is released before these.
+    /// Data that the scene reads; dropped after the scene is released.
     _geometry: Option<Geometry>,
     _parts: Vec<Arc<Scene>>,
 }
@@ -104,13 +104,14 @@ unsafe impl Send for Scene {}
 unsafe impl Sync for Scene {}
 
 impl Scene {
-    /// Builds the tree of a mesh. Buffers are shared with `geometry`, not copied: what this takes is the build.
+    /// Builds the BVH of a mesh. The buffers of `geometry` are shared, not copied, so the call measures the build
+    /// alone.
     pub fn build(device: &Device, geometry: &Geometry, options: SceneOptions) -> Result<Scene, EmbreeError> {
         let before = device.bytes();
         let mut scene = Scene::new(device, options);
         let functions = &scene.device.functions;
-        // SAFETY: device, scene and geometry are alive; both buffers are as long as is said, the vertices with 16
-        // readable bytes at the last, all indices are in range, and `_geometry` keeps both until the scene is released.
+        // SAFETY: device, scene and geometry are alive; both buffers have the given lengths, with 16 readable bytes at
+        // the last vertex; all indices are in range; and `_geometry` keeps both until the scene is released.
         unsafe {
             let object = (functions.new_geometry)(scene.device.object, ffi::GEOMETRY_TRIANGLE);
             (functions.geometry_quality)(object, quality(options.quality));
@@ -142,7 +143,7 @@ impl Scene {
         scene.commit(device, before)
     }
 
-    /// Builds the tree over instances of scenes that are built already.
+    /// Builds the BVH over instances of scenes that are already built.
     pub fn instances(
         device: &Device,
         parts: &[Arc<Scene>],
@@ -158,8 +159,8 @@ impl Scene {
             let part = parts
                 .get(instance.mesh as usize)
                 .ok_or(EmbreeError::Index { index: instance.mesh, count })?;
-            // SAFETY: all objects are alive, `_parts` keeps the instanced ones; a transform of this format is read at
-            // once: twelve numbers.
+            // SAFETY: all objects are alive, and `_parts` keeps the instanced ones; a transform of this format is read
+            // immediately: twelve numbers.
             unsafe {
                 let object = (functions.new_geometry)(scene.device.object, ffi::GEOMETRY_INSTANCE);
                 (functions.geometry_scene)(object, part.object);
@@ -176,7 +177,7 @@ impl Scene {
     /// An empty scene.
     fn new(device: &Device, options: SceneOptions) -> Scene {
         let device = Arc::clone(&device.inner);
-        // SAFETY: the device is alive, and so is the scene it gives.
+        // SAFETY: the device is alive, and so is the scene it returns.
         let object = unsafe {
             let object = (device.functions.new_scene)(device.object);
             (device.functions.scene_quality)(object, quality(options.quality));
@@ -194,7 +195,7 @@ impl Scene {
         Ok(self)
     }
 
-    /// Bytes that the device took for this scene and still holds; the instanced scenes are not counted.
+    /// Bytes that the device allocated for this scene and still holds, without the instanced scenes.
     pub fn bytes(&self) -> usize {
         self.bytes
     }
@@ -203,7 +204,7 @@ impl Scene {
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Hit {
         let mut query = RtcRayHit { ray: single(ray), hit: NO_HIT };
-        // SAFETY: the scene is committed; the structure is of the right size and alignment; no arguments is allowed.
+        // SAFETY: the scene is committed; the structure has the right size and alignment; null arguments are allowed.
         unsafe { (self.device.functions.intersect_1)(self.object, &mut query, std::ptr::null_mut()) };
         let RtcRayHit { ray, hit } = query;
         if hit.geometry == ffi::INVALID {
@@ -218,14 +219,14 @@ impl Scene {
         let mut query = single(ray);
         // SAFETY: as in `intersect`.
         unsafe { (self.device.functions.occluded_1)(self.object, &mut query, std::ptr::null_mut()) };
-        // Embree's sign for it is -inf.
+        // Embree reports a hit as t_far = -inf.
         query.t_far == f32::NEG_INFINITY
     }
 }
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SAFETY: this is the one reference that `rtcNewScene` gave.
+        // SAFETY: this is the only reference from `rtcNewScene`.
         unsafe { (self.device.functions.release_scene)(self.object) };
     }
 }

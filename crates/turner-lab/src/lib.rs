@@ -1,12 +1,12 @@
-//! The laboratory: Turner measured beside other renderers and trees, and the whole statistical suite. For those who work on
-//! Turner; what users need of it is in `turner bench` and `turner verify`, whose parts this uses.
+//! `turner-lab`, for developers of Turner: benchmarks against other renderers and BVHs, and the complete statistical
+//! suite. `turner bench` and `turner verify` have the parts that users need; this program builds on them.
 //!
 //! ```text
-//! start ─┬─ rays       rays per second of the trees, beside Embree
-//!        ├─ render     error over time of path tracing, beside Mitsuba and Cycles
-//!        ├─ povray     the classic scenes, beside POV-Ray ─┬─ program  runs it
-//!        ├─ antialias  modes of anti-aliasing, beside its  ┘
-//!        └─ verify     statistics
+//! start ─┬─ rays       rays per second of Turner's BVHs, compared with Embree
+//!        ├─ render     error over time of path tracing, compared with Mitsuba and Cycles
+//!        ├─ povray     the classic scenes, compared with POV-Ray ─┬─ program  runs it
+//!        ├─ antialias  anti-aliasing modes, compared with POV-Ray ┘
+//!        └─ verify     statistical tests
 //! ```
 #![forbid(unsafe_code)]
 
@@ -21,7 +21,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use turner_cli::color;
 
-/// Measures Turner beside other renderers, and checks by statistics that what it renders is true.
+/// Compare Turner with other renderers, and verify its results statistically.
 #[derive(Debug, Parser)]
 #[command(
     name = "turner-lab",
@@ -29,7 +29,7 @@ use turner_cli::color;
     styles = color::STYLES,
     disable_help_subcommand = true,
     arg_required_else_help = true,
-    after_help = "Run it in the root of Turner's sources. `turner bench` measures scenes on this machine alone."
+    after_help = "Run it in the root of Turner's sources. `turner bench` measures scenes without other renderers."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -45,7 +45,7 @@ enum Command {
     Verify(verify::VerifyArgs),
 }
 
-/// Runs the command of the process' arguments and returns its exit code: 0, 1 for bad input, failures and checks that fail, 2 for
+/// Runs the command line and returns the exit code: 0 for success, 1 for bad input, failures and failed checks, 2 for
 /// bad usage.
 pub fn start() -> ExitCode {
     turner_cli::start_with(|args, _| run(args))
@@ -59,7 +59,7 @@ fn run(args: Vec<OsString>) -> u8 {
         Ok(Command::Antialias(args)) => povray::run_antialias(&args),
         Ok(Command::Verify(args)) => verify::run(&args),
         Err(error) => {
-            // A closed pipe is no reason to complain.
+            // Ignore a closed pipe.
             let _ = error.print();
             u8::try_from(error.exit_code()).unwrap_or(turner_cli::failure::USAGE)
         }

@@ -1,4 +1,4 @@
-//! The program `turner-lab`: see the library for what it does.
+//! The program `turner-lab`: see the library.
 
 use std::process::ExitCode;
 

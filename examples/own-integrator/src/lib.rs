@@ -1,9 +1,11 @@
-//! An integrator of one's own, by the public interface of `turner` alone: every surface is diffuse, and lit by the sky it sees.
+//! A custom integrator that uses only the public interface of `turner`: every surface is diffuse and lit by the sky.
 //!
-//! A surface of albedo ρ under a sky of radiance L(ω) reflects ρ/π ∫ L(ω) V(ω) cos θ dω, where V is 1 for the directions ω in which nothing hides the sky.
-//! Each camera sample takes one direction of density cos θ / π, so that its estimate is ρ L(ω) V(ω): the cosine and π cancel.
+//! A surface of albedo ρ under a sky of radiance L(ω) reflects ρ/π ∫ L(ω) V(ω) cos θ dω, where the visibility V is 1
+//! for directions ω that are not occluded. Each camera sample takes one direction with density cos θ / π, so its
+//! estimate is ρ L(ω) V(ω): the cosine and π cancel.
 //!
-//! [`SkyLight`] is the settings, [`PreparedSkyLight`] what is made of them for a scene, `SkyTracer` what a thread works with.
+//! [`SkyLight`] holds the settings, [`PreparedSkyLight`] is prepared for a scene, and `SkyTracer` is the state of a
+//! thread.
 
 use std::sync::Arc;
 
@@ -17,18 +19,18 @@ use turner::sampler::{OwenSobol, SampleId, concentric_disk};
 use turner::scene::{Hit, RayBatch, Scene};
 use turner::view::View;
 
-/// Which of a sample's random numbers choose the direction: a number of our own, apart from those of the place in the pixel and on the lens.
+/// Identifies the random numbers that choose the direction; distinct from those of the pixel and lens positions.
 const DIRECTION_SET: u32 = 0x5c1;
 
 /// Diffuse surfaces under the light of the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyLight {
-    /// What is farther away than this hides no sky, in units of the scene; greater than 0.
+    /// Occluders farther away than this are ignored, in scene units; greater than 0.
     pub distance: f64,
 }
 
 impl Default for SkyLight {
-    /// Everything hides the sky, however far away.
+    /// No limit on the distance of occluders.
     fn default() -> SkyLight {
         SkyLight { distance: f64::INFINITY }
     }
@@ -40,17 +42,17 @@ impl Integrator for SkyLight {
     }
 
     fn capabilities(&self) -> Capabilities {
-        // It asks materials for their base colour alone, and lights for nothing.
+        // Only uses the base colour of materials, and no lights.
         Capabilities::default()
     }
 
     fn prepare(&self, _: &Scene, _: &View) -> Result<Arc<dyn PreparedIntegrator>, SceneError> {
-        // An integrator with tables (a photon map, a guide) makes them here, once for all threads.
+        // An integrator with tables (a photon map, a guide) would build them here, once for all threads.
         Ok(Arc::new(PreparedSkyLight(*self)))
     }
 }
 
-/// The integrator, ready. There is nothing to get ready: it is the settings.
+/// The prepared integrator: just the settings.
 #[derive(Debug)]
 pub struct PreparedSkyLight(SkyLight);
 
@@ -75,27 +77,27 @@ impl PreparedIntegrator for PreparedSkyLight {
     }
 }
 
-/// One thread's work. Its lists keep their memory from batch to batch, so that nothing is allocated per ray.
+/// The state of one thread. Its lists keep their memory between batches, so that nothing is allocated per ray.
 struct SkyTracer<'a> {
     settings: SkyLight,
     scene: &'a Scene,
     rays: RayBatch,
     sky_rays: RayBatch,
     hits: Vec<Option<Hit>>,
-    /// For each sky ray its sample, its direction, and the albedo of the surface that it leaves.
+    /// For each sky ray: the sample, the direction, and the albedo of the surface that it leaves.
     lit: Vec<(usize, DVec3, Spectrum)>,
 }
 
 impl SkyTracer<'_> {
-    /// The direction in which a sample looks for the sky from a surface of unit normal `n`: density cos θ / π.
+    /// A direction around the unit normal `n` with density cos θ / π.
     fn direction(id: &SampleId, n: DVec3) -> DVec3 {
-        // A point of the disk, moved up to the hemisphere (Malley's method).
+        // A point on the disk, projected up to the hemisphere (Malley's method).
         let disk = concentric_disk(DVec2::from(OwenSobol::new(id).two(DIRECTION_SET)));
         let up = (1.0 - disk.length_squared()).max(0.0).sqrt();
         Frame::from_z(n).to_world(disk.extend(up))
     }
 
-    /// What a camera ray shows that met a surface, but for the light of the sky: black. The sky ray joins the batch.
+    /// The radiance of a camera ray that hits a surface, before the sky ray: black. Adds the sky ray to the batch.
     fn shade(&mut self, sample: usize, id: &SampleId, ray: &Ray, hit: &Hit) -> Radiance {
         let scene = self.scene;
         let surface = scene.surface(ray, hit);
@@ -103,7 +105,7 @@ impl SkyTracer<'_> {
         let outside = surface.ng.dot(ray.direction) <= 0.0;
         let side = if outside { 1.0 } else { -1.0 };
         let direction = SkyTracer::direction(id, side * surface.ns);
-        // A shading normal may lead a ray into the surface: there is no sky.
+        // A shading normal may lead into the surface: no sky is visible there.
         if side * direction.dot(surface.ng) > 0.0 {
             let albedo = scene.material_at(hit).base_color(scene, &surface, outside);
             let t_max = self.settings.distance;
@@ -123,7 +125,7 @@ impl Tracer for SkyTracer<'_> {
         self.sky_rays.clear();
         self.lit.clear();
 
-        // All camera rays together, then all sky rays: eight at a time are faster than one by one, and the same hits.
+        // All camera rays together, then all sky rays: batches are faster than single rays, with the same hits.
         self.rays.copy(&samples.rays);
         scene.intersect_batch(&mut self.rays, &mut self.hits);
         stats.camera += samples.ids.len() as u64;

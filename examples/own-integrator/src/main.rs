@@ -1,4 +1,4 @@
-//! Renders a scene under the light of its sky: `cargo run --release -p own-integrator -- [scene.toml [picture.png]]`
+//! Renders a scene under the light of its sky: `cargo run --release -p own-integrator -- [scene.toml [image.png]]`
 
 use std::sync::atomic::AtomicBool;
 
@@ -9,7 +9,7 @@ use turner::math::DVec3;
 use turner::shape::{PlaneDesc, ShapeDesc, SphereDesc, TorusDesc};
 use turner::{ObjectDesc, PassOptions, PrepareOptions, Renderer, SceneDesc};
 
-/// A ball and a ring on a floor, before a blue sky.
+/// A sphere and a torus on a plane under a blue sky.
 fn still_life() -> SceneDesc {
     let ball = SphereDesc { center: DVec3::new(-0.8, 1.0, 0.0), ..Default::default() };
     let ring = TorusDesc { center: DVec3::new(1.2, 0.25, 0.8), ..Default::default() };

@@ -1,6 +1,7 @@
-//! What `cargo xtask wasm` runs: succeeds where the pictures of `in_memory` have the bytes that they have on the machine that compiled it.
+//! The program that `cargo xtask wasm` runs: succeeds if the images of `in_memory` are byte-identical to those of the
+//! host.
 //!
-//! `TURNER_CHECKSUM` is read while this is compiled: where it runs there are no arguments and no output.
+//! `TURNER_CHECKSUM` is read at compile time, because there are no arguments and no output where it runs.
 #![forbid(unsafe_code)]
 
 #[path = "../in_memory.rs"]
@@ -10,7 +11,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let expected = option_env!("TURNER_CHECKSUM").and_then(|text| text.parse().ok());
-    // By the calling thread, and by all there are: one, on some platforms.
+    // With the calling thread, and with all threads: some platforms have only one.
     let same = [1, 0].into_iter().all(|threads| {
         let found = in_memory::checksum(threads);
         println!("{found:?}");

@@ -1,10 +1,19 @@
-//! The surface area heuristic over bins (Wald 2007, "On fast construction of SAH-based bounding volume hierarchies").
+//! Binned SAH builder for the binary BVH (Wald 2007, "On fast construction of SAH-based bounding volume hierarchies").
 //!
-//! A random line that meets a convex body meets a convex part of it with the probability `area(part) / area(body)`.
-//! So a set of `n` boxes costs `area * n` as a leaf, and `area + area_left * n_left + area_right * n_right` when it
-//! is split once. Each set is split at the cheapest of the planes between bins of equal width on the three axes.
+//! A random line that hits a convex box hits a convex box inside it with probability `area(inner) / area(outer)`.
+//! So a set of `n` primitives costs `area * n` as a leaf and `area + area_l * n_l + area_r * n_r` when it is split
+//! once. To find a cheap split, the builder sorts the centres into bins of equal width on each axis and evaluates
+//! only the planes between bins:
 //!
-//! A split depends on its set alone, and sets are the same whoever splits them: hence one tree for any thread count.
+//! ```text
+//!   centres  |  .  . | ..    |   .   |       |  .  : |
+//!   bins         0       1       2       3       4
+//!                   candidate planes: the inner |
+//! ```
+//!
+//! One pass fills the bins, one sweep from the right accumulates `area_r * n_r`, and one from the left finds the
+//! minimum: O(n) per level, O(n log n) in total. A split depends on its set only, so the BVH is the same for any
+//! number of threads.
 
 use std::sync::Mutex;
 use std::thread;
@@ -15,10 +24,10 @@ use crate::{Aabb, MAX_DEPTH};
 
 const MAX_BINS: usize = 32;
 
-/// Sets below this size are not worth a thread.
+/// Smaller sets are built on one thread: starting another costs more than it saves.
 const MIN_PARALLEL: usize = 8192;
 
-/// A primitive on its way to its leaf.
+/// A primitive during the build.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     pub(super) bounds: Aabb,
@@ -26,21 +35,21 @@ pub(super) struct Item {
 }
 
 impl Item {
-    /// Half the centre, so that differences between two of them stay finite too.
+    /// Half the centre: differences between two of them cannot overflow.
     #[inline]
     fn half_center(&self) -> [f32; 3] {
         std::array::from_fn(|i| 0.25 * self.bounds.min[i] + 0.25 * self.bounds.max[i])
     }
 }
 
-/// A set of primitives to build a subtree of.
+/// A set of primitives that becomes one subtree.
 struct Set<'a> {
     items: &'a mut [Item],
-    /// Position of the first item in the order of the whole tree.
+    /// Position of the first item in the final primitive order.
     first: u32,
-    /// Around the items' boxes.
+    /// Union of the items' boxes.
     bounds: Aabb,
-    /// Nodes above.
+    /// Number of ancestors.
     depth: usize,
 }
 
@@ -63,14 +72,14 @@ impl Bin {
     }
 }
 
-/// Items of bins `0..=last_left` on `axis` go left.
+/// Items in bins `0..=last_left` of `axis` go to the left child.
 struct Split {
     axis: usize,
     last_left: usize,
     cost: f64,
 }
 
-/// Which bin each item belongs to.
+/// Maps centres to bins.
 struct Binning {
     bins: usize,
     min: [f32; 3],
@@ -83,7 +92,8 @@ impl Binning {
         Binning { bins, min: centers.min, scale }
     }
 
-    /// The conversion saturates, so an infinite scale makes two bins: those at the minimum (NaN, hence 0) and the rest.
+    /// If all centres are so close that the scale is infinite, centres at the minimum give NaN and go to bin 0, the
+    /// rest saturate to the last bin.
     #[inline]
     fn bin(&self, center: f32, axis: usize) -> usize {
         (((center - self.min[axis]) * self.scale[axis]) as usize).min(self.bins - 1)
@@ -103,7 +113,7 @@ impl Builder {
         }
     }
 
-    /// Sorts the items into leaf order and returns the nodes, depth first, root at 0.
+    /// Sorts the items into leaf order and returns the nodes in depth-first order, with the root at 0.
     pub(super) fn build(&self, items: &mut [Item], threads: usize) -> Vec<Node> {
         if items.is_empty() {
             return Vec::new();
@@ -112,13 +122,13 @@ impl Builder {
         let mut nodes = Vec::new();
         let root = self.subtree(Set { items, first: 0, bounds, depth: 0 }, threads, &mut nodes);
         if nodes.is_empty() {
-            // All in one leaf, which still needs a node to hang on.
+            // A single leaf still needs a root node.
             nodes.push(Node::new([(bounds, root), (Aabb::EMPTY, Child::leaf(0, 0))]));
         }
         nodes
     }
 
-    /// Appends the subtree's nodes and returns the reference to it. Recursion ends at `MAX_DEPTH`.
+    /// Appends the subtree's nodes and returns a reference to it. The recursion depth is at most `MAX_DEPTH`.
     fn subtree(&self, set: Set<'_>, threads: usize, nodes: &mut Vec<Node>) -> Child {
         let (first, bounds, depth) = (set.first, set.bounds, set.depth);
         let Some([left, right]) = self.split(set.items, &bounds, depth) else {
@@ -129,12 +139,12 @@ impl Builder {
         let right_first = first + left_items.len() as u32;
         let index = nodes.len();
         nodes.push(Node::PLACEHOLDER);
-        let left_share = (threads * left_items.len() / count).clamp(1, threads.max(2) - 1);
+        let left_threads = (threads * left_items.len() / count).clamp(1, threads.max(2) - 1);
         let left_set = Set { items: left_items, first, bounds: left.bounds, depth: depth + 1 };
         let right_set =
             Set { items: right_items, first: right_first, bounds: right.bounds, depth: depth + 1 };
         let children = if threads > 1 && count >= MIN_PARALLEL {
-            self.both_at_once(left_set, right_set, [left_share, threads - left_share], nodes)
+            self.both_at_once(left_set, right_set, [left_threads, threads - left_threads], nodes)
         } else {
             [self.subtree(left_set, 1, nodes), self.subtree(right_set, 1, nodes)]
         };
@@ -142,7 +152,7 @@ impl Builder {
         Child::node(index)
     }
 
-    /// Builds the right subtree on another thread and appends it to the left one.
+    /// Builds the right subtree on another thread and appends it after the left one.
     fn both_at_once(
         &self,
         left: Set<'_>,
@@ -150,7 +160,7 @@ impl Builder {
         threads: [usize; 2],
         nodes: &mut Vec<Node>,
     ) -> [Child; 2] {
-        // Whoever comes first builds it: the new thread, or this one where no thread could be started.
+        // The new thread takes the right set, or this thread does if no thread could be started.
         let waiting = Mutex::new(Some(right));
         let build_right = || {
             let right = waiting.lock().ok()?.take()?;
@@ -173,12 +183,12 @@ impl Builder {
         [left_root, right_root.shifted(offset)]
     }
 
-    /// Reorders the items into a left and a right part and returns what each holds; `None` to make a leaf.
+    /// Partitions the items in place and returns the bounds and size of both sides; `None` makes a leaf.
     fn split(&self, items: &mut [Item], bounds: &Aabb, depth: usize) -> Option<[Bin; 2]> {
         if items.len() == 1 {
             return None;
         }
-        // Halving needs log2(n) more nodes; when no more are left than that, only halving will do.
+        // Halving needs log2(n) more levels. When only that many are left, halve.
         let halvings = (items.len() - 1).ilog2() as usize + 1;
         if depth + halvings < MAX_DEPTH {
             let centers = items.iter().fold(Aabb::EMPTY, |b, item| b.grow(item.half_center()));
@@ -200,7 +210,7 @@ impl Builder {
     }
 }
 
-/// The cheapest split with something on both sides; `None` when all centres fall together.
+/// The cheapest split with items on both sides; `None` if all centres fall into one bin.
 fn best_split(items: &[Item], binning: &Binning) -> Option<Split> {
     let mut bins = [[Bin::EMPTY; MAX_BINS]; 3];
     for item in items {
@@ -234,7 +244,7 @@ fn best_split(items: &[Item], binning: &Binning) -> Option<Split> {
     best
 }
 
-/// Moves the items of the split's left bins to the front.
+/// Moves the items of the left bins to the front.
 fn partition(items: &mut [Item], binning: &Binning, split: &Split) -> [Bin; 2] {
     let mut parts = [Bin::EMPTY; 2];
     let (mut front, mut back) = (0, items.len());
@@ -254,7 +264,7 @@ fn partition(items: &mut [Item], binning: &Binning, split: &Split) -> [Bin; 2] {
     parts
 }
 
-/// Splits in the middle: by centre on the axis where centres spread most, by size when they coincide.
+/// Splits at the median: by centre on the axis of largest extent, or by area if all centres coincide.
 fn halve(items: &mut [Item]) -> [Bin; 2] {
     let centers = items.iter().fold(Aabb::EMPTY, |b, item| b.grow(item.half_center()));
     let extent: [f32; 3] = std::array::from_fn(|i| centers.max[i] - centers.min[i]);

@@ -1,4 +1,4 @@
-//! From boxes to trees.
+//! Building the scalar binary BVH ([`Bvh2`]): options, statistics and errors.
 
 use std::fmt;
 
@@ -6,18 +6,18 @@ use super::binned_sah::{Builder, Item};
 use crate::bvh2::{Bvh2, Node};
 use crate::{Aabb, MAX_DEPTH};
 
-/// The most primitives one tree holds: positions need a spare bit.
+/// The most primitives in one BVH. A position in the leaf order needs 31 bits; the spare bit marks a leaf.
 pub(crate) const MAX_PRIMITIVES: usize = (u32::MAX / 2) as usize;
 
-/// How to build a tree. None of it changes which primitives a ray meets; only the time it takes.
+/// How to build a [`Bvh2`]. The options change speed and memory, never which primitives a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bvh2Options {
-    /// Threads to use: 0 for as many as the machine offers, 1 for the calling thread only. The tree is the same,
-    /// bit for bit, for every number. Where threads cannot be started the calling thread does their work.
+    /// Number of threads: 0 for all that the machine offers, 1 for the calling thread only. The BVH is the same bit
+    /// for bit for any value. If a thread cannot be started, the calling thread does its work.
     pub threads: usize,
-    /// Candidate planes per axis, plus one. Taken as 2..=32 when outside; 16 by default.
+    /// Bins per axis: one more than the candidate split planes. Clamped to 2..=32; 16 by default.
     pub bins: u8,
-    /// The most primitives in a leaf; 0 is taken as 1; 4 by default.
+    /// The most primitives in a leaf. 0 is read as 1; 4 by default.
     pub max_leaf: u8,
 }
 
@@ -27,46 +27,46 @@ impl Default for Bvh2Options {
     }
 }
 
-/// The size and the quality of a tree.
+/// Size and quality of a [`Bvh2`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bvh2Stats {
-    /// Nodes; each has two children and takes 64 bytes.
+    /// Nodes. A node has two children and takes 64 bytes.
     pub nodes: usize,
     /// Leaves.
     pub leaves: usize,
-    /// Nodes on the longest way from the root to a leaf; at most [`MAX_DEPTH`].
+    /// Nodes on the longest path from the root to a leaf; at most [`MAX_DEPTH`].
     pub max_depth: usize,
-    /// Primitives left out because their box was not [valid](Aabb::is_valid): see [`Bvh2::dropped`].
+    /// Primitives omitted because their box is not [valid](Aabb::is_valid); see [`Bvh2::dropped`].
     pub dropped: usize,
-    /// Memory of nodes and primitive order.
+    /// Bytes of the nodes and of the primitive order.
     pub bytes: usize,
-    /// Expected work of a random line that meets the root's box: 1 for each pair of boxes, 1 for each primitive.
+    /// SAH cost: the expected work for a random line through the root's box, 1 per pair of boxes and 1 per primitive.
     pub sah_cost: f64,
 }
 
-/// Why a tree was not built.
+/// Why a BVH could not be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// More boxes than the 2^31 - 1 that positions can number.
+    /// More primitives than one BVH can index.
     TooManyPrimitives {
-        /// How many there were.
+        /// Number of primitives given.
         count: usize,
-        /// How many there may be.
+        /// The most that are allowed.
         limit: usize,
     },
-    /// A triangle names a vertex that is not there.
+    /// A triangle refers to a vertex that does not exist.
     VertexOutOfRange {
-        /// Number of the triangle.
+        /// Index of the triangle.
         triangle: usize,
-        /// The vertex it names.
+        /// Index of the vertex.
         vertex: u32,
-        /// How many vertices there are.
+        /// Number of vertices.
         vertices: usize,
     },
-    /// The tree does not fit into [`BuildOptions::memory_limit`](super::BuildOptions::memory_limit), or memory ran out.
+    /// The BVH does not fit into [`BuildOptions::memory_limit`](super::BuildOptions::memory_limit), or memory ran out.
     OutOfMemory {
-        /// Bytes it would take.
+        /// Bytes needed.
         needed: usize,
     },
     /// [`BuildOptions::cancel`](super::BuildOptions::cancel) was set.
@@ -77,18 +77,18 @@ impl fmt::Display for BuildError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             BuildError::TooManyPrimitives { count, limit } => {
-                write!(f, "{count} primitives in one tree, of at most {limit}")
+                write!(f, "{count} primitives exceed the limit of {limit} for one BVH")
             }
             BuildError::VertexOutOfRange { triangle, vertex, vertices } => {
                 write!(
                     f,
-                    "triangle {triangle} names vertex {vertex}, but there are {vertices}, counted from 0"
+                    "triangle {triangle} refers to vertex {vertex}, but the mesh has {vertices} vertices, counted from 0"
                 )
             }
             BuildError::OutOfMemory { needed } => {
-                write!(f, "a tree of {needed} bytes exceeds the memory there is")
+                write!(f, "a BVH of {needed} bytes does not fit into memory")
             }
-            BuildError::Cancelled => write!(f, "the build was cancelled"),
+            BuildError::Cancelled => write!(f, "the BVH build was cancelled"),
         }
     }
 }
@@ -96,10 +96,10 @@ impl fmt::Display for BuildError {
 impl std::error::Error for BuildError {}
 
 impl Bvh2 {
-    /// Builds the tree over the boxes of primitives `0..bounds.len()`.
+    /// Builds a BVH over the boxes of primitives `0..bounds.len()`.
     ///
-    /// Boxes that are not [valid](Aabb::is_valid) are left out and listed by [`dropped`](Self::dropped). The one
-    /// possible error is [`BuildError::TooManyPrimitives`].
+    /// Boxes that are not [valid](Aabb::is_valid) are omitted and listed by [`dropped`](Self::dropped). The only error
+    /// is [`BuildError::TooManyPrimitives`].
     pub fn build(bounds: &[Aabb], options: &Bvh2Options) -> Result<Bvh2, BuildError> {
         check_count(bounds.len())?;
         let mut items = Vec::with_capacity(bounds.len());
@@ -155,7 +155,7 @@ fn stats(nodes: &[Node], primitives: usize, dropped: usize) -> Bvh2Stats {
         }
     }
     debug_assert!(stats.max_depth <= MAX_DEPTH);
-    // Everything in one point: whoever meets it meets everything.
+    // All boxes are one point: a line that hits the root visits every node and every primitive.
     stats.sah_cost = if root_area > 0.0 { cost / root_area } else { (nodes.len() + primitives) as f64 };
     stats
 }
@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(check_count(MAX_PRIMITIVES), Ok(()));
         let error = check_count(MAX_PRIMITIVES + 1).unwrap_err();
         assert_eq!(error, BuildError::TooManyPrimitives { count: 1 << 31, limit: MAX_PRIMITIVES });
-        assert_eq!(error.to_string(), "2147483648 primitives in one tree, of at most 2147483647");
+        assert_eq!(error.to_string(), "2147483648 primitives exceed the limit of 2147483647 for one BVH");
     }
 
     #[test]

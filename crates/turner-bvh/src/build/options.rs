@@ -1,39 +1,39 @@
-//! What a builder may be asked for, and what it answers.
+//! Options and statistics of the wide builders.
 
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 
 use crate::InstructionSet;
 
-/// How much work goes into a tree before the first ray.
+/// How much time the builder spends to make rays faster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Quality {
-    /// For geometry that changes with every picture.
+    /// Binned SAH on one axis: for geometry that changes with every image.
     Fast,
-    /// Binned SAH on all axes.
+    /// Binned SAH on all three axes.
     #[default]
     Balanced,
-    /// Spatial splits and reinsertion; over triangles only if that pays, otherwise the balanced tree.
+    /// Adds spatial splits and reinsertion. Over triangles, if that does not pay, the result is the balanced BVH.
     High,
 }
 
-/// How to build a tree. None of it changes which primitives a ray meets; only the time and memory it takes.
+/// How to build a BVH. The options change speed and memory, never which primitives a ray hits.
 #[derive(Clone, Copy, Default)]
 pub struct BuildOptions<'a> {
-    /// How much work goes into the tree.
+    /// Time spent on the build against speed of the rays.
     pub quality: Quality,
-    /// Threads to use: 0 for as many as the machine offers, 1 for the calling thread only. The tree is the same,
-    /// bit for bit, for every number.
+    /// Number of threads: 0 for all that the machine offers, 1 for the calling thread only. The BVH is the same bit
+    /// for bit for any value.
     pub threads: usize,
-    /// Bytes the build may take at its peak, the finished tree included; `None` for no limit. What high quality
-    /// would spend beyond it is saved: first references by spatial splits, then all that `Balanced` does without.
-    /// A tree that does not fit at all is an error.
+    /// Peak memory of the build in bytes, including the finished BVH; `None` for no limit. To stay within the limit,
+    /// `High` first reduces spatial splits and then builds as `Balanced` does. If even that does not fit, the build
+    /// returns an error.
     pub memory_limit: Option<usize>,
-    /// What searches of the tree will use; by default the best that this machine has.
+    /// Instruction set for traversal; by default the best that this machine supports.
     pub instruction_set: InstructionSet,
-    /// Called now and then, from any thread, with the share of the work that is done: 0 to 1.
+    /// Called from any thread with the fraction of the work that is done, from 0 to 1.
     pub progress: Option<&'a (dyn Fn(f32) + Sync)>,
-    /// Set it to end the build early, with [`BuildError::Cancelled`](super::BuildError::Cancelled).
+    /// Set it to true to stop the build with [`BuildError::Cancelled`](super::BuildError::Cancelled).
     pub cancel: Option<&'a AtomicBool>,
 }
 
@@ -48,27 +48,27 @@ impl fmt::Debug for BuildOptions<'_> {
     }
 }
 
-/// The size and the quality of a tree.
+/// Size and quality of a BVH.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BuildStats {
-    /// Primitives in the tree.
+    /// Primitives in the BVH.
     pub primitives: usize,
-    /// Primitives left out because a number of theirs was NaN or infinite.
+    /// Primitives omitted because a coordinate is NaN or infinite.
     pub non_finite: usize,
-    /// Triangles left out because two of their corners coincide: no ray meets them.
+    /// Triangles omitted because two of their vertices coincide: no ray hits them.
     pub degenerate: usize,
-    /// References to primitives in leaves: more than `primitives` where spatial splits cut some.
+    /// References to primitives in leaves. More than `primitives` if spatial splits duplicated some.
     pub references: usize,
-    /// Nodes of eight children; each takes 256 bytes.
+    /// Nodes. A node has eight children and takes 256 bytes.
     pub nodes: usize,
     /// Leaves.
     pub leaves: usize,
-    /// Blocks of eight triangles (of one primitive in a tree over boxes).
+    /// Blocks: of eight triangles, or of one primitive in a BVH over boxes.
     pub blocks: usize,
-    /// Nodes on the longest way from the root to a leaf.
+    /// Nodes on the longest path from the root to a leaf.
     pub max_depth: usize,
-    /// Bytes of the finished tree: nodes, blocks, and whatever else a ray may touch.
+    /// Bytes of the finished BVH: nodes, blocks and everything else that traversal reads.
     pub bytes: usize,
-    /// Expected work of a random line that meets the root's box: 1 for each node and each block.
+    /// SAH cost: the expected work for a random line through the root's box, 1 per node and 1 per block.
     pub sah_cost: f64,
 }

@@ -1,17 +1,17 @@
-//! A hall: floor, walls with windows, columns, stairs, railings, and as much tiny ornament as there is room for.
+//! A hall with floor, windowed walls, columns, stairs and railings; tiny ornaments fill the triangle budget.
 
 use super::math::{add, circle, scale};
 use super::{Camera, Mesh, Random, Scene, noisy_icosphere};
 
 /// Half the length of the hall, in metres.
 const LENGTH: f32 = 40.0;
-/// Half its width.
+/// Half the width.
 const WIDTH: f32 = 12.0;
-/// Its height.
+/// The height.
 const HEIGHT: f32 = 14.0;
 /// Half the distance between the two rows of columns.
 const ROW: f32 = 7.0;
-/// From one column to the next.
+/// Distance between columns.
 const STEP: f32 = 6.0;
 
 const X: [f32; 3] = [1.0, 0.0, 0.0];
@@ -40,13 +40,13 @@ fn columns() -> impl Iterator<Item = f32> {
     (0..13).map(|i| STEP * (i as f32 - 6.0))
 }
 
-/// An upright box from one corner to the other.
+/// An axis-aligned box between two corners.
 fn upright(mesh: &mut Mesh, min: [f32; 3], max: [f32; 3]) {
     let [x, y, z]: [f32; 3] = std::array::from_fn(|i| max[i] - min[i]);
     mesh.block(min, [scale(x, X), scale(y, Y), scale(z, Z)]);
 }
 
-/// Floor and ceiling of two triangles each, ends, walls with windows, beams across.
+/// Floor and ceiling of two triangles each, end walls, side walls with windows, and beams.
 fn shell(mesh: &mut Mesh) {
     for y in [0.0, HEIGHT] {
         mesh.quad([[-LENGTH, y, -WIDTH], [LENGTH, y, -WIDTH], [LENGTH, y, WIDTH], [-LENGTH, y, WIDTH]]);
@@ -55,7 +55,7 @@ fn shell(mesh: &mut Mesh) {
         mesh.quad([[x, 0.0, -WIDTH], [x, 0.0, WIDTH], [x, HEIGHT, WIDTH], [x, HEIGHT, -WIDTH]]);
     }
     for z in [-WIDTH, WIDTH] {
-        // Below and above the windows the wall is one piece.
+        // Below and above the windows the wall is one box.
         for (low, high) in [(0.0, 2.0), (10.0, HEIGHT)] {
             upright(mesh, [-LENGTH, low, z - 0.3], [LENGTH, high, z + 0.3]);
         }
@@ -77,7 +77,7 @@ fn shell(mesh: &mut Mesh) {
     }
 }
 
-/// Rings of radius and height, joined by a band of long triangles from each to the next.
+/// A surface of revolution: rings of (radius, height), joined by bands of long triangles.
 fn lathe(mesh: &mut Mesh, foot: [f32; 3], doublings: u32, profile: &[[f32; 2]]) {
     let circle = circle(doublings);
     let count = circle.len() as u32;
@@ -94,7 +94,7 @@ fn lathe(mesh: &mut Mesh, foot: [f32; 3], doublings: u32, profile: &[[f32; 2]]) 
     }
 }
 
-/// A shaft as high as the hall on a moulded foot, between two slabs.
+/// A shaft as high as the hall on a moulded base, between two slabs.
 fn column(mesh: &mut Mesh, [x, y, z]: [f32; 3]) {
     upright(mesh, [x - 0.8, y, z - 0.8], [x + 0.8, y + 0.3, z + 0.8]);
     upright(mesh, [x - 0.8, HEIGHT - 1.2, z - 0.8], [x + 0.8, HEIGHT - 0.9, z + 0.8]);
@@ -116,12 +116,12 @@ fn stairs(mesh: &mut Mesh) {
     for i in 0..STEPS {
         let (x, y) = (22.0 + 0.5 * i as f32, 0.17 * i as f32);
         upright(mesh, [x, 0.0, -ROW + 1.2], [LENGTH, y + 0.17, ROW - 1.2]);
-        // The edge of each step stands out a little.
+        // The nosing of each step.
         upright(mesh, [x - 0.03, y + 0.14, -ROW + 1.2], [x, y + 0.17, ROW - 1.2]);
     }
 }
 
-/// A railing of turned balusters along a row of columns, on a gallery.
+/// A gallery with a railing of turned balusters along a row of columns.
 fn railing(mesh: &mut Mesh, z: f32) {
     let (floor, inner) = (5.0, z - 0.2 * z.signum());
     let outer = WIDTH * z.signum();
@@ -134,27 +134,27 @@ fn railing(mesh: &mut Mesh, z: f32) {
     }
 }
 
-/// Small stones in wreaths about the columns and along the walls, until there are `size` triangles.
+/// Small stones around the columns and along the walls, up to `size` triangles in total.
 fn ornament(mesh: &mut Mesh, size: usize) {
     let stone = noisy_icosphere(1, 0.1, 4);
     let room = size.saturating_sub(mesh.triangles.len()) / stone.triangles.len();
     let mut random = Random::new(3);
-    let around = circle(4);
+    let circle_points = circle(4);
     let feet: Vec<[f32; 2]> = columns().flat_map(|x| [[x, -ROW], [x, ROW]]).collect();
     for i in 0..room {
         let radius = random.between(0.02, 0.06);
-        let place = if i % 4 == 3 {
+        let position = if i % 4 == 3 {
             // Along the walls, below the windows.
             let side = if random.unit() < 0.5 { -1.0 } else { 1.0 };
             [random.between(-LENGTH, LENGTH), random.between(1.5, 1.9), side * (WIDTH - 0.32)]
         } else {
             let [x, z] = feet[i % feet.len()];
-            let [c, s] = around[(random.bits() % around.len() as u64) as usize];
+            let [c, s] = circle_points[(random.bits() % circle_points.len() as u64) as usize];
             let height = if i % 4 == 0 { 1.2 } else { HEIGHT - 2.2 };
             [x + 0.58 * c, height + random.between(-0.25, 0.25), z + 0.58 * s]
         };
         let first = mesh.positions.len() as u32;
-        mesh.positions.extend(stone.positions.iter().map(|&p| add(place, scale(radius, p))));
+        mesh.positions.extend(stone.positions.iter().map(|&p| add(position, scale(radius, p))));
         mesh.triangles.extend(stone.triangles.iter().map(|t| t.map(|i| first + i)));
     }
 }

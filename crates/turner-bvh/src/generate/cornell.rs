@@ -1,4 +1,4 @@
-//! The Cornell box, after the measurements of its makers (in millimetres).
+//! The Cornell box with the published measurements, in millimetres.
 
 use super::{Camera, Mesh, Scene};
 
@@ -17,7 +17,7 @@ pub(super) fn scene() -> Scene {
     mesh.quad(at([0.0; 3], y, z));
     mesh.quad(at(x, y, z));
     mesh.quad(at([213.0, 554.0, 227.0], [130.0, 0.0, 0.0], [0.0, 0.0, 105.0]));
-    // The short block and the tall one: twelve each.
+    // The short and the tall block: twelve triangles each.
     mesh.block([130.0, 0.0, 65.0], [[-48.0, 0.0, 160.0], [158.0, 0.0, 47.0], [0.0, 165.0, 0.0]]);
     mesh.block([423.0, 0.0, 247.0], [[-158.0, 0.0, 49.0], [49.0, 0.0, 159.0], [0.0, 330.0, 0.0]]);
     let camera = Camera {

@@ -1,4 +1,4 @@
-//! A sphere with noise upon it, as a scanned stone: fine triangles of one size.
+//! A sphere displaced by noise, like a scanned stone: fine triangles of similar size.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ pub(super) fn scene(size: usize) -> Scene {
     Scene::of(noisy_icosphere(levels, 0.12, 1), camera, [3.0, 4.0, 2.0])
 }
 
-/// A unit sphere of `20 * 4^levels` triangles, each vertex moved along its radius by fractal noise of this strength.
+/// A unit sphere of `20 * 4^levels` triangles. Each vertex is moved along its radius by fractal noise of this strength.
 ///
 /// # Panics
 ///
@@ -24,7 +24,7 @@ pub fn noisy_icosphere(levels: u32, strength: f32, seed: u32) -> Mesh {
     for _ in 0..levels {
         subdivide(&mut mesh);
     }
-    // Down to the size of the triangles.
+    // Octaves down to the size of the triangles.
     let octaves = levels + 1;
     for p in &mut mesh.positions {
         let height = fractal3(p.map(|x| 2.0 * x), octaves, seed);
@@ -41,7 +41,7 @@ fn icosahedron() -> Mesh {
         mesh.positions.extend([[a, b, 0.0], [0.0, a, b], [b, 0.0, a]]);
     }
     mesh.positions.iter_mut().for_each(|p| *p = normalize(*p));
-    // The faces are the triples of neighbours, found by distance and turned outwards.
+    // The faces are the triples of adjacent vertices, found by distance and oriented outwards.
     let near = |a: usize, b: usize| {
         let (p, q) = (mesh.positions[a], mesh.positions[b]);
         (0..3).map(|i| (p[i] - q[i]) * (p[i] - q[i])).sum::<f32>() < 1.2
@@ -72,7 +72,7 @@ fn icosahedron() -> Mesh {
     mesh
 }
 
-/// Each triangle becomes four.
+/// Splits each triangle into four.
 fn subdivide(mesh: &mut Mesh) {
     let old = std::mem::take(&mut mesh.triangles);
     mesh.triangles.reserve_exact(4 * old.len());

@@ -1,4 +1,4 @@
-//! Vectors of three numbers.
+//! Three-component vectors.
 
 pub(super) type Vec3 = [f32; 3];
 
@@ -26,18 +26,18 @@ pub(super) fn length(a: Vec3) -> f32 {
     dot(a, a).sqrt()
 }
 
-/// The unit vector along `a`; the z axis for a vector without length.
+/// The unit vector along `a`; the z axis for a zero vector.
 pub(super) fn normalize(a: Vec3) -> Vec3 {
     let length = length(a);
     if length > 0.0 { scale(1.0 / length, a) } else { [0.0, 0.0, 1.0] }
 }
 
-/// A point by a 3x4 matrix.
+/// Transforms a point by a 3x4 matrix.
 pub(super) fn transform(matrix: &[[f32; 4]; 3], p: Vec3) -> Vec3 {
     matrix.map(|[x, y, z, w]| x * p[0] + y * p[1] + z * p[2] + w)
 }
 
-/// `4 * 2^doublings` points evenly around the unit circle, by halving its arcs.
+/// `4 * 2^doublings` points evenly on the unit circle, by bisecting arcs.
 pub(super) fn circle(doublings: u32) -> Vec<[f32; 2]> {
     let mut points = vec![[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
     for _ in 0..doublings {

@@ -1,8 +1,8 @@
-//! Scenes and rays to measure and test trees with: generated, the same on every machine.
+//! Generated scenes and rays for benchmarks and tests, the same on every machine.
 //!
-//! A [`SceneKind`] names a scene and [generates](SceneKind::generate) it with as many triangles as asked for. The
-//! functions of [`rays`] make the rays of a picture of it: those of the camera, and shadow, diffuse and ambient-occlusion
-//! rays from what these hit.
+//! A [`SceneKind`] names a scene and [generates](SceneKind::generate) it with about the requested number of triangles.
+//! The functions of [`rays`] make the rays of a rendering of it: camera rays, and shadow, diffuse and ambient-occlusion
+//! rays from the points that these hit.
 //!
 //! ```
 //! use turner_bvh::generate::{SceneKind, rays};
@@ -31,66 +31,66 @@ use crate::Aabb;
 pub use icosphere::noisy_icosphere;
 pub use random::Random;
 
-/// Triangles by the indices of their vertices.
+/// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertices.
     pub positions: Vec<[f32; 3]>,
-    /// Three vertices each.
+    /// Three vertex indices each.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A placed copy of a mesh.
+/// An instance of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
-    /// Which of the scene's meshes.
+    /// Index of the mesh in the scene.
     pub mesh: u32,
-    /// From the mesh to the world: the rows of a 3x4 matrix.
+    /// Object-to-world transform: the rows of a 3x4 matrix.
     pub transform: [[f32; 4]; 3],
 }
 
-/// Where a picture is taken from.
+/// A pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The eye.
+    /// Position of the camera.
     pub eye: [f32; 3],
-    /// What lies in the middle of the picture.
+    /// The point at the centre of the image.
     pub target: [f32; 3],
-    /// What points upwards in the picture.
+    /// The up direction in the image.
     pub up: [f32; 3],
-    /// Half the width of the picture at distance 1.
+    /// Half the width of the image plane at distance 1.
     pub half_width: f32,
 }
 
 /// A scene with a camera and a light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// Meshes. Without instances there is one, and it stands for itself.
+    /// Meshes. A scene without instances has one mesh, in world space.
     pub meshes: Vec<Mesh>,
-    /// Copies of the meshes; none if the scene is its one mesh.
+    /// Instances of the meshes; empty if the scene is its one mesh.
     pub instances: Vec<Instance>,
-    /// The sensible place to look from.
+    /// A suitable view of the scene.
     pub camera: Camera,
     /// A point light.
     pub light: [f32; 3],
 }
 
-/// The scenes there are.
+/// The available scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SceneKind {
-    /// The Cornell box: 36 triangles. Everything fits the fastest cache.
+    /// The Cornell box: 36 triangles. Fits into the level-1 cache.
     Cornell,
     /// A hall of columns, stairs, railings and ornament: triangles from the length of the hall to a thousandth of it.
     Architecture,
-    /// A sphere with noise upon it, as a scanner sees a stone: many triangles of one size.
+    /// A sphere displaced by noise, like a scanned stone: many triangles of similar size.
     Scan,
-    /// Long thin sticks criss-cross in a cube: boxes that hold next to nothing.
+    /// Long thin sticks in a cube: boxes that are mostly empty.
     Sticks,
-    /// A landscape: more triangles than any cache holds.
+    /// A height field with more triangles than any cache holds.
     Terrain,
-    /// A thousand copies of a noisy sphere of 81,920 triangles.
+    /// A thousand instances of a noisy sphere of 81,920 triangles.
     Instances1k,
-    /// A million copies of a noisy sphere of 1,280 triangles.
+    /// A million instances of a noisy sphere of 1,280 triangles.
     Instances1m,
 }
 
@@ -106,7 +106,7 @@ impl SceneKind {
         SceneKind::Instances1m,
     ];
 
-    /// The name of the scene, in small letters.
+    /// The name of the scene, in lower case.
     pub const fn name(self) -> &'static str {
         match self {
             SceneKind::Cornell => "cornell",
@@ -119,7 +119,7 @@ impl SceneKind {
         }
     }
 
-    /// The usual size: triangles, or instances.
+    /// The default size: triangles, or instances.
     pub const fn default_size(self) -> usize {
         match self {
             SceneKind::Cornell => 36,
@@ -134,9 +134,9 @@ impl SceneKind {
 
     /// The scene with at most `size` triangles, or exactly `size` instances.
     ///
-    /// Each scene has as many triangles as its structure lets it come near to `size`: the Cornell box always 36, the
-    /// scan the largest 20 * 4^n, the terrain the largest 2 * n^2, the sticks the largest 6 * n. The hall needs about
-    /// 26,000 triangles without ornament and has them even if fewer are asked for.
+    /// Each scene comes as close to `size` as its structure allows: the Cornell box always has 36 triangles, the scan
+    /// the largest 20 * 4^n, the terrain the largest 2 * n^2, the sticks the largest 6 * n. The hall has at least about
+    /// 26,000 triangles, which it needs without ornament.
     pub fn generate(self, size: usize) -> Scene {
         match self {
             SceneKind::Cornell => cornell::scene(),
@@ -151,7 +151,7 @@ impl SceneKind {
 }
 
 impl Mesh {
-    /// The box around all vertices.
+    /// The bounds of all vertices.
     pub fn bounds(&self) -> Aabb {
         self.positions.iter().fold(Aabb::EMPTY, |bounds, &p| bounds.grow(p))
     }
@@ -167,13 +167,13 @@ impl Mesh {
         (self.positions.len() - 1) as u32
     }
 
-    /// Adds a flat quadrilateral with vertices of its own, in order around it.
+    /// Adds a planar quadrilateral with its own vertices, in order around it.
     fn quad(&mut self, corners: [[f32; 3]; 4]) {
         let [a, b, c, d] = corners.map(|p| self.vertex(p));
         self.triangles.extend([[a, b, c], [a, c, d]]);
     }
 
-    /// Adds a box that may be turned: a corner and the three edges from it. Twelve triangles.
+    /// Adds a parallelepiped: a corner and the three edges from it. Twelve triangles.
     fn block(&mut self, corner: [f32; 3], edges: [[f32; 3]; 3]) {
         let [x, y, z] = edges;
         let at = |i: f32, j: f32, k: f32| -> [f32; 3] {
@@ -193,7 +193,7 @@ impl Scene {
         Scene { meshes: vec![mesh], instances: Vec::new(), camera, light }
     }
 
-    /// The box around everything.
+    /// The bounds of the scene in world space.
     pub fn bounds(&self) -> Aabb {
         let boxes: Vec<Aabb> = self.meshes.iter().map(Mesh::bounds).collect();
         if self.instances.is_empty() {
@@ -203,13 +203,13 @@ impl Scene {
         placed.fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// The length of the diagonal of the box around everything.
+    /// The length of the diagonal of [`bounds`](Self::bounds).
     pub fn extent(&self) -> f32 {
         let bounds = self.bounds();
         math::length(math::sub(bounds.max, bounds.min))
     }
 
-    /// Triangles, each as often as it is placed.
+    /// Number of triangles, counted once per instance.
     pub fn triangles(&self) -> usize {
         match self.instances.as_slice() {
             [] => self.meshes.iter().map(|m| m.triangles.len()).sum(),
@@ -217,7 +217,7 @@ impl Scene {
         }
     }
 
-    /// The vertices of a triangle in the world. `instance` is not looked at in a scene without instances.
+    /// The vertices of a triangle in world space. `instance` is ignored in a scene without instances.
     pub fn triangle(&self, instance: u32, primitive: u32) -> [[f32; 3]; 3] {
         match self.instances.get(instance as usize) {
             Some(placed) => {
@@ -230,7 +230,7 @@ impl Scene {
 }
 
 impl Instance {
-    /// The box around a placed box.
+    /// The bounds of a box after the instance's transform.
     pub fn bounds(&self, bounds: Aabb) -> Aabb {
         let sides = [bounds.min, bounds.max];
         let corner = |i: usize| [sides[i & 1][0], sides[i >> 1 & 1][1], sides[i >> 2][2]];

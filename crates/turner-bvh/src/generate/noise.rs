@@ -1,8 +1,8 @@
-//! Smooth noise in two and three dimensions.
+//! Value noise in two and three dimensions.
 
 use super::random::hash;
 
-/// The value at a point of the lattice, in -1..1.
+/// The value at a lattice point, in -1..1.
 fn lattice(x: i32, y: i32, z: i32, seed: u32) -> f32 {
     let low = u64::from(x as u32) | u64::from(y as u32) << 32;
     let high = u64::from(z as u32) | u64::from(seed) << 32;
@@ -10,7 +10,7 @@ fn lattice(x: i32, y: i32, z: i32, seed: u32) -> f32 {
     (bits >> 40) as f32 / (1 << 23) as f32 - 1.0
 }
 
-/// The cell a coordinate lies in, and how far into it, eased at both ends.
+/// The cell of a coordinate, and the smoothed position in it (quintic fade, Perlin 2002).
 fn cell(x: f32) -> (i32, f32) {
     let floor = x.floor();
     let t = x - floor;
@@ -29,25 +29,25 @@ pub(super) fn noise3([x, y, z]: [f32; 3], seed: u32) -> f32 {
     mix(face(z), face(z.wrapping_add(1)), w)
 }
 
-/// Value noise in the plane.
+/// Value noise in two dimensions.
 pub(super) fn noise2([x, y]: [f32; 2], seed: u32) -> f32 {
     let ((x, u), (y, v)) = (cell(x), cell(y));
     let edge = |y| mix(lattice(x, y, 0, seed), lattice(x.wrapping_add(1), y, 0, seed), u);
     mix(edge(y), edge(y.wrapping_add(1)), v)
 }
 
-/// Noise of ever finer grain: each octave twice as fine and half as strong.
+/// Fractal noise: each octave has twice the frequency and half the amplitude.
 pub(super) fn fractal3(p: [f32; 3], octaves: u32, seed: u32) -> f32 {
     octaves_of(octaves, |octave, scale| noise3(p.map(|x| x * scale), seed.wrapping_add(octave)))
 }
 
-/// As [`fractal3`], in the plane.
+/// [`fractal3`] in two dimensions.
 pub(super) fn fractal2(p: [f32; 2], octaves: u32, seed: u32) -> f32 {
     octaves_of(octaves, |octave, scale| noise2(p.map(|x| x * scale), seed.wrapping_add(octave)))
 }
 
 fn octaves_of(octaves: u32, noise: impl Fn(u32, f32) -> f32) -> f32 {
-    // Not quite 2, so that the lattices do not lie upon one another.
+    // Not exactly 2, so that the lattices do not coincide.
     const FINER: f32 = 2.03;
     let (mut sum, mut scale, mut strength) = (0.0, 1.0, 1.0);
     for octave in 0..octaves {

@@ -1,6 +1,6 @@
 //! Random numbers.
 
-/// Random numbers by splitmix64: the same for the same seed, everywhere.
+/// A splitmix64 generator: the same numbers for the same seed on every machine.
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 
@@ -38,7 +38,7 @@ impl Random {
         std::array::from_fn(|_| self.between(-1.0, 1.0))
     }
 
-    /// Uniform upon the unit sphere, by rejection.
+    /// Uniform on the unit sphere, by rejection.
     pub fn direction(&mut self) -> [f32; 3] {
         loop {
             let [x, y, z] = self.in_cube();
@@ -50,10 +50,10 @@ impl Random {
         }
     }
 
-    /// Around a unit vector, as often as the cosine of the angle between both says.
+    /// A direction around a unit normal, with a density proportional to the cosine.
     pub fn cosine(&mut self, normal: [f32; 3]) -> [f32; 3] {
         loop {
-            // A point of the sphere that touches the surface from outside.
+            // The normal plus a point on the unit sphere is cosine-distributed.
             let direction = self.direction();
             let [x, y, z] = std::array::from_fn(|i| normal[i] + direction[i]);
             let square: f32 = x * x + y * y + z * z;

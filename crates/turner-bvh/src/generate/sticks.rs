@@ -1,9 +1,9 @@
-//! Long thin sticks in a cube: the boxes of most hold next to nothing, and all overlap.
+//! Long thin sticks in a cube: their boxes are mostly empty and overlap.
 
 use super::math::{add, cross, normalize, scale};
 use super::{Camera, Mesh, Random, Scene};
 
-/// Triangles of a stick: three sides.
+/// Triangles of a stick: three quadrilaterals.
 const TRIANGLES: usize = 6;
 
 pub(super) fn scene(size: usize) -> Scene {
@@ -22,13 +22,13 @@ pub(super) fn scene(size: usize) -> Scene {
     Scene::of(mesh, camera, [2.0, 3.0, 2.5])
 }
 
-/// A prism of three sides about `middle`, `half` long to both ends.
+/// A triangular prism around `middle`, extending by `half` in both directions.
 fn stick(mesh: &mut Mesh, middle: [f32; 3], half: [f32; 3], radius: f32) {
     let along = normalize(half);
     let least = if along[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
     let x = normalize(cross(along, least));
     let y = cross(along, x);
-    // The corners of an equal-sided triangle.
+    // The corners of an equilateral triangle.
     const CORNERS: [[f32; 2]; 3] = [[1.0, 0.0], [-0.5, 0.866_025_4], [-0.5, -0.866_025_4]];
     let first = mesh.positions.len() as u32;
     for end in [-1.0, 1.0] {

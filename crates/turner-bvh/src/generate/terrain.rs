@@ -1,4 +1,4 @@
-//! A landscape of fractal noise over a square.
+//! A height field of fractal noise over a square.
 
 use super::noise::{fractal2, noise2};
 use super::{Camera, Mesh, Scene};
@@ -11,7 +11,7 @@ pub(super) fn scene(size: usize) -> Scene {
     let side = cells + 1;
     let mut mesh =
         Mesh { positions: Vec::with_capacity(side * side), triangles: Vec::with_capacity(2 * cells * cells) };
-    // Down to the size of the cells.
+    // Octaves down to the size of the cells.
     let octaves = cells.ilog2() + 1;
     for j in 0..side {
         for i in 0..side {
@@ -31,7 +31,7 @@ pub(super) fn scene(size: usize) -> Scene {
     Scene::of(mesh, camera, [4.0, 9.0, -6.0])
 }
 
-/// Plains and mountains.
+/// Height of plains and mountains.
 fn height([x, z]: [f32; 2], octaves: u32) -> f32 {
     let mountains = 0.5 + 0.5 * noise2([0.17 * x, 0.17 * z], 77);
     let height = fractal2([0.35 * x, 0.35 * z], octaves, 3);

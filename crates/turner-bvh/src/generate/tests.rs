@@ -1,9 +1,9 @@
-//! Each scene is what it is said to be.
+//! Checks that the generated scenes are as documented.
 
 use super::*;
 use crate::Ray;
 
-/// A size that is quick to make.
+/// A size that is quick to generate.
 fn small(kind: SceneKind) -> usize {
     match kind {
         SceneKind::Cornell => 36,
@@ -88,7 +88,7 @@ fn camera_rays_come_in_squares_and_each_once() {
         assert_eq!(rays, rays::primary(&camera, resolution));
         assert!(rays.iter().all(Ray::is_valid));
     }
-    // The camera looks along z, and x and y of the first four pixels of a picture of 8 are in one corner.
+    // The camera looks along z, and the first four pixels of an 8 x 8 image are in one corner.
     let rays = rays::primary(&camera, 8);
     let pixel = |ray: &Ray| {
         let [x, y, z] = ray.direction;

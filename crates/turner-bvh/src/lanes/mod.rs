@@ -1,8 +1,8 @@
-//! Eight numbers at a time, the same bits on every machine.
+//! Eight f64 lanes, with the same bits on every machine.
 //!
-//! Code that is generic over [`Simd`] is compiled once for each instruction set; [`dispatch`] runs the version for the
-//! set it is given. Every operation is the one of IEEE 754 on each of the eight lanes: nothing is fused, nothing is
-//! approximated, so a lane comes to what scalar code would come to, and all versions agree to the last bit.
+//! Code that is generic over [`Simd`] is compiled once per instruction set; [`dispatch`] runs the version for a given
+//! set. Every operation is the IEEE 754 operation on each of the eight lanes, without fusing or approximation. So a
+//! lane has the result of scalar code, and all versions agree to the last bit.
 //!
 //! ```
 //! use turner_bvh::InstructionSet;
@@ -37,22 +37,22 @@ pub use vectors::{F32x8, F64x8, Mask8, Vec3x8};
 /// Numbers in a block.
 pub const LANES: usize = 8;
 
-/// Eight numbers, aligned to a cache line.
+/// Eight f64, aligned to a cache line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
 pub struct Block(pub [f64; LANES]);
 
-/// Eight numbers in single precision.
+/// Eight f32.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))]
 pub struct Block32(pub [f32; LANES]);
 
-/// An instruction set: a value of the type is the proof that the machine has it.
+/// An instruction set. A value of the type proves that the machine supports it.
 ///
 /// # Safety
 ///
-/// Values exist only where the functions may be called. Each function does to every lane what its name says, by IEEE
-/// 754, rounding to nearest. Comparisons with NaN are false.
+/// Values exist only where the functions may be called. Each function applies the IEEE 754 operation of its name to
+/// every lane, rounding to nearest. Comparisons with NaN are false.
 #[allow(missing_docs, clippy::missing_safety_doc)]
 pub unsafe trait Simd: Copy + Send + Sync + 'static {
     /// Eight f64.
@@ -70,7 +70,7 @@ pub unsafe trait Simd: Copy + Send + Sync + 'static {
     unsafe fn mul(a: Self::F, b: Self::F) -> Self::F;
     unsafe fn div(a: Self::F, b: Self::F) -> Self::F;
     unsafe fn sqrt(a: Self::F) -> Self::F;
-    /// The bits of both: `a & b`.
+    /// Bitwise `a & b`.
     unsafe fn bits_and(a: Self::F, b: Self::F) -> Self::F;
     unsafe fn bits_or(a: Self::F, b: Self::F) -> Self::F;
     unsafe fn bits_xor(a: Self::F, b: Self::F) -> Self::F;
@@ -86,7 +86,7 @@ pub unsafe trait Simd: Copy + Send + Sync + 'static {
     unsafe fn bits(m: Self::M) -> u8;
     unsafe fn and(a: Self::M, b: Self::M) -> Self::M;
     unsafe fn or(a: Self::M, b: Self::M) -> Self::M;
-    /// `a` and not `b`.
+    /// `a & !b`.
     unsafe fn and_not(a: Self::M, b: Self::M) -> Self::M;
 
     unsafe fn splat32(v: f32) -> Self::H;
@@ -96,18 +96,18 @@ pub unsafe trait Simd: Copy + Send + Sync + 'static {
     unsafe fn mul32(a: Self::H, b: Self::H) -> Self::H;
     unsafe fn eq32(a: Self::H, b: Self::H) -> Self::M;
     unsafe fn select32(m: Self::M, a: Self::H, b: Self::H) -> Self::H;
-    /// Rounded to single precision.
+    /// Rounds to single precision.
     unsafe fn narrow(a: Self::F) -> Self::H;
-    /// In double precision, which loses nothing.
+    /// Converts to double precision, exactly.
     unsafe fn widen(a: Self::H) -> Self::F;
 }
 
-/// Work to be compiled for each instruction set.
+/// Work that is compiled for each instruction set.
 pub trait Work {
-    /// What it comes to.
+    /// The result.
     type Output;
-    /// Does the work. This and all it calls with lanes as arguments must be `#[inline(always)]`: only so the
-    /// instructions are those of `S`.
+    /// Does the work. This method and everything it calls with lanes as arguments must be `#[inline(always)]`:
+    /// otherwise the compiler does not use the instructions of `S`.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
@@ -116,13 +116,13 @@ pub trait Work {
 pub fn dispatch<W: Work>(set: InstructionSet, work: W) -> W::Output {
     match set.kind() {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: there are values only of sets that this machine has.
+        // SAFETY: an `InstructionSet` exists only for sets that this machine supports.
         Kind::Avx512 => unsafe { x86::Avx512::new() }.run(work),
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
         Kind::Avx2 => unsafe { x86::Avx2::new() }.run(work),
         #[cfg(target_arch = "aarch64")]
-        // NEON is the baseline there: the compiler uses it by itself.
+        // NEON is the baseline on aarch64: the compiler uses it for the portable code.
         Kind::Neon => work.run(Portable),
         Kind::Scalar => work.run(Portable),
     }

@@ -1,8 +1,8 @@
-//! Arrays of eight, for machines without wide registers.
+//! Arrays of eight, for machines without SIMD registers of that width.
 
 use super::{Block, Block32, LANES, Simd};
 
-/// What every machine has.
+/// The baseline that every machine supports.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
 
@@ -16,11 +16,11 @@ fn all_ones(set: bool) -> u64 {
     0u64.wrapping_sub(u64::from(set))
 }
 
-// SAFETY: nothing here needs more than the language.
+// SAFETY: needs no special instructions.
 unsafe impl Simd for Portable {
     type F = [f64; LANES];
     type H = [f32; LANES];
-    /// All bits of a lane alike.
+    /// A lane has all bits set or none.
     type M = [u64; LANES];
 
     #[inline(always)]

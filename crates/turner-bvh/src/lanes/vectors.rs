@@ -1,6 +1,6 @@
-//! Numbers, truth values and vectors, eight at a time, with the operators of plain ones.
+//! Eight numbers, masks or vectors with the operators of scalars.
 //!
-//! Each can only be made with a value of its instruction set: whoever has one may use the instructions.
+//! They can only be made with a value of their instruction set, which proves that the machine supports it.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
@@ -14,7 +14,7 @@ pub struct F64x8<S: Simd>(S::F);
 #[derive(Clone, Copy)]
 pub struct F32x8<S: Simd>(S::H);
 
-/// Eight truth values.
+/// Eight booleans.
 #[derive(Clone, Copy)]
 pub struct Mask8<S: Simd>(S::M);
 
@@ -42,21 +42,21 @@ operator!(Mask8, BitOr, bitor, or);
 
 #[allow(clippy::should_implement_trait)]
 impl<S: Simd> F64x8<S> {
-    /// The same in every lane.
+    /// The same value in every lane.
     #[inline(always)]
     pub fn splat(_: S, v: f64) -> Self {
-        // SAFETY: here is a value of `S`.
+        // SAFETY: a value of `S` was passed.
         F64x8(unsafe { S::splat(v) })
     }
 
-    /// From memory.
+    /// Loads from memory.
     #[inline(always)]
     pub fn load(_: S, from: &Block) -> Self {
-        // SAFETY: here is a value of `S`.
+        // SAFETY: a value of `S` was passed.
         F64x8(unsafe { S::load(from) })
     }
 
-    /// To memory.
+    /// Stores to memory.
     #[inline(always)]
     pub fn store(self, to: &mut Block) {
         // SAFETY: these lanes were made with a value of `S`.
@@ -70,14 +70,14 @@ impl<S: Simd> F64x8<S> {
         F64x8(unsafe { S::sqrt(self.0) })
     }
 
-    /// The number without its sign.
+    /// The absolute value.
     #[inline(always)]
     pub fn abs(self) -> Self {
         // SAFETY: these lanes were made with a value of `S`.
         F64x8(unsafe { S::bits_and(self.0, S::splat(f64::from_bits(u64::MAX >> 1))) })
     }
 
-    /// The sign of `sign` on this number.
+    /// This magnitude with the sign of `sign`.
     #[inline(always)]
     pub fn copysign(self, sign: Self) -> Self {
         // SAFETY: these lanes were made with a value of `S`.
@@ -120,21 +120,21 @@ impl<S: Simd> F64x8<S> {
         Mask8(unsafe { S::eq(self.0, other.0) })
     }
 
-    /// Whether bit `bit` of the integer is set that has the same bits.
+    /// Whether bit `bit` of the number's bits is set.
     #[inline(always)]
     pub fn has_bit(self, bit: u32) -> Mask8<S> {
         // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::test(self.0, S::splat(f64::from_bits(1 << bit))) })
     }
 
-    /// The larger one, this one where they are equal; where this is not a number the other.
+    /// The maximum: `self` if both are equal, `other` if `self` is NaN.
     #[inline(always)]
     pub fn or_larger(self, other: Self) -> Self {
-        // Where `other` is not a number both comparisons are false but for a lane where `self` is not one either.
+        // If `other` is NaN, both conditions are false unless `self` is NaN too.
         (other.gt(self) | self.is_nan()).select(other, self)
     }
 
-    /// Whether it is not a number.
+    /// Whether the lane is NaN.
     #[inline(always)]
     pub fn is_nan(self) -> Mask8<S> {
         let number = self.eq(self);
@@ -142,7 +142,7 @@ impl<S: Simd> F64x8<S> {
         Mask8(unsafe { S::and_not(S::mask(u8::MAX), number.0) })
     }
 
-    /// Rounded to single precision.
+    /// Rounds to single precision.
     #[inline(always)]
     pub fn narrow(self) -> F32x8<S> {
         // SAFETY: these lanes were made with a value of `S`.
@@ -161,21 +161,21 @@ impl<S: Simd> Neg for F64x8<S> {
 
 #[allow(clippy::should_implement_trait)]
 impl<S: Simd> F32x8<S> {
-    /// The same in every lane.
+    /// The same value in every lane.
     #[inline(always)]
     pub fn splat(_: S, v: f32) -> Self {
-        // SAFETY: here is a value of `S`.
+        // SAFETY: a value of `S` was passed.
         F32x8(unsafe { S::splat32(v) })
     }
 
-    /// From memory.
+    /// Loads from memory.
     #[inline(always)]
     pub fn load(_: S, from: &Block32) -> Self {
-        // SAFETY: here is a value of `S`.
+        // SAFETY: a value of `S` was passed.
         F32x8(unsafe { S::load32(from) })
     }
 
-    /// To memory.
+    /// Stores to memory.
     #[inline(always)]
     pub fn store(self, to: &mut Block32) {
         // SAFETY: these lanes were made with a value of `S`.
@@ -189,7 +189,7 @@ impl<S: Simd> F32x8<S> {
         Mask8(unsafe { S::eq32(self.0, other.0) })
     }
 
-    /// In double precision, which loses nothing.
+    /// Converts to double precision, exactly.
     #[inline(always)]
     pub fn widen(self) -> F64x8<S> {
         // SAFETY: these lanes were made with a value of `S`.
@@ -198,41 +198,41 @@ impl<S: Simd> F32x8<S> {
 }
 
 impl<S: Simd> Mask8<S> {
-    /// Lane i is bit i.
+    /// From bits: bit i is lane i.
     #[inline(always)]
     pub fn new(_: S, bits: u8) -> Self {
-        // SAFETY: here is a value of `S`.
+        // SAFETY: a value of `S` was passed.
         Mask8(unsafe { S::mask(bits) })
     }
 
-    /// Lane i as bit i.
+    /// As bits: lane i is bit i.
     #[inline(always)]
     pub fn bits(self) -> u8 {
         // SAFETY: these lanes were made with a value of `S`.
         unsafe { S::bits(self.0) }
     }
 
-    /// Whether it is set in any lane.
+    /// Whether any lane is set.
     #[inline(always)]
     pub fn any(self) -> bool {
         self.bits() != 0
     }
 
-    /// This and not the other.
+    /// `self & !other`.
     #[inline(always)]
     pub fn and_not(self, other: Self) -> Self {
         // SAFETY: these lanes were made with a value of `S`.
         Mask8(unsafe { S::and_not(self.0, other.0) })
     }
 
-    /// `a` where it is set, `b` elsewhere.
+    /// `a` where the mask is set, `b` elsewhere.
     #[inline(always)]
     pub fn select(self, a: F64x8<S>, b: F64x8<S>) -> F64x8<S> {
         // SAFETY: these lanes were made with a value of `S`.
         F64x8(unsafe { S::select(self.0, a.0, b.0) })
     }
 
-    /// `a` where it is set, `b` elsewhere.
+    /// `a` where the mask is set, `b` elsewhere.
     #[inline(always)]
     pub fn select32(self, a: F32x8<S>, b: F32x8<S>) -> F32x8<S> {
         // SAFETY: these lanes were made with a value of `S`.
@@ -243,28 +243,28 @@ impl<S: Simd> Mask8<S> {
 /// Eight vectors.
 #[derive(Clone, Copy)]
 pub struct Vec3x8<S: Simd> {
-    /// First coordinates.
+    /// x coordinates.
     pub x: F64x8<S>,
-    /// Second coordinates.
+    /// y coordinates.
     pub y: F64x8<S>,
-    /// Third coordinates.
+    /// z coordinates.
     pub z: F64x8<S>,
 }
 
 impl<S: Simd> Vec3x8<S> {
-    /// The same in every lane.
+    /// The same vector in every lane.
     #[inline(always)]
     pub fn splat(simd: S, [x, y, z]: [f64; 3]) -> Self {
         Vec3x8 { x: F64x8::splat(simd, x), y: F64x8::splat(simd, y), z: F64x8::splat(simd, z) }
     }
 
-    /// From memory, coordinate by coordinate.
+    /// Loads from memory, one block per coordinate.
     #[inline(always)]
     pub fn load(simd: S, [x, y, z]: &[Block; 3]) -> Self {
         Vec3x8 { x: F64x8::load(simd, x), y: F64x8::load(simd, y), z: F64x8::load(simd, z) }
     }
 
-    /// To memory, coordinate by coordinate.
+    /// Stores to memory, one block per coordinate.
     #[inline(always)]
     pub fn store(self, [x, y, z]: &mut [Block; 3]) {
         self.x.store(x);
@@ -278,7 +278,7 @@ impl<S: Simd> Vec3x8<S> {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
 
-    /// The vector product.
+    /// The cross product.
     #[inline(always)]
     pub fn cross(self, o: Self) -> Self {
         Vec3x8 {

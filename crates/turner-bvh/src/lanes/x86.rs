@@ -1,10 +1,10 @@
-//! The registers of x86-64: AVX-512 and AVX2.
+//! Eight f64 lanes on x86-64 with AVX-512 and AVX2.
 
 use std::arch::x86_64::*;
 
 use super::{Block, Block32, Simd, Work};
 
-/// AVX-512 F, VL, BW and DQ: one register for eight numbers, masks of their own.
+/// AVX-512 F, VL, BW and DQ: one register for eight numbers, and mask registers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx512(());
 
@@ -15,7 +15,7 @@ pub(super) struct Avx2(());
 impl Avx512 {
     /// # Safety
     ///
-    /// The machine must have the instructions.
+    /// The machine must support these instructions.
     #[inline]
     pub(super) unsafe fn new() -> Avx512 {
         Avx512(())
@@ -27,7 +27,7 @@ impl Avx512 {
         fn inner<W: Work>(simd: Avx512, work: W) -> W::Output {
             work.run(simd)
         }
-        // SAFETY: there is an `Avx512` only where the machine has the instructions.
+        // SAFETY: an `Avx512` exists only where the machine supports the instructions.
         unsafe { inner(self, work) }
     }
 }
@@ -35,7 +35,7 @@ impl Avx512 {
 impl Avx2 {
     /// # Safety
     ///
-    /// The machine must have the instructions.
+    /// The machine must support these instructions.
     #[inline]
     pub(super) unsafe fn new() -> Avx2 {
         Avx2(())
@@ -47,24 +47,24 @@ impl Avx2 {
         fn inner<W: Work>(simd: Avx2, work: W) -> W::Output {
             work.run(simd)
         }
-        // SAFETY: there is an `Avx2` only where the machine has the instructions.
+        // SAFETY: an `Avx2` exists only where the machine supports the instructions.
         unsafe { inner(self, work) }
     }
 }
 
-/// Functions of the trait, each one expression over intrinsics.
+/// Functions of the trait, each one expression of intrinsics.
 macro_rules! functions {
     ($(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $ret:ty)? = $body:expr;)*) => { $(
         #[inline(always)]
         #[allow(unused_unsafe)]
         unsafe fn $name($($arg: $ty),*) $(-> $ret)? {
-            // SAFETY: the caller has a value of the type, hence the machine the instructions; blocks are aligned.
+            // SAFETY: the caller has a value of the type, so the machine supports the instructions; blocks are aligned.
             unsafe { $body }
         }
     )* };
 }
 
-// SAFETY: a value is made only where the machine has the instructions; lanes are independent and the operations those of IEEE 754.
+// SAFETY: values exist only where the machine supports the instructions; lanes are independent IEEE 754 operations.
 unsafe impl Simd for Avx512 {
     type F = __m512d;
     type H = __m256;
@@ -108,13 +108,13 @@ unsafe impl Simd for Avx512 {
     }
 }
 
-/// Half a mask of doubles each, as one mask of singles.
+/// Converts a mask of eight doubles to a mask of eight floats.
 #[inline(always)]
 unsafe fn mask32([a, b]: [__m256d; 2]) -> __m256 {
-    // SAFETY: called where AVX2 is.
+    // SAFETY: only called where AVX2 is supported.
     unsafe {
         let (a, b) = (_mm256_castpd_ps(a), _mm256_castpd_ps(b));
-        // Within halves of 128 bits the even words of both; then the quarters in order.
+        // Take the even words of both within each 128-bit half, then put the quarters in order.
         let even = _mm256_castps_pd(_mm256_shuffle_ps::<0b10_00_10_00>(a, b));
         _mm256_castpd_ps(_mm256_permute4x64_pd::<0b11_01_10_00>(even))
     }
@@ -124,7 +124,7 @@ unsafe fn mask32([a, b]: [__m256d; 2]) -> __m256 {
 unsafe impl Simd for Avx2 {
     type F = [__m256d; 2];
     type H = __m256;
-    /// All bits of a lane alike.
+    /// A lane has all bits set or none.
     type M = [__m256d; 2];
 
     functions! {

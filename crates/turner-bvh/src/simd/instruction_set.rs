@@ -1,4 +1,4 @@
-//! The instruction sets that searches are compiled for, and which of them this machine has.
+//! The instruction sets that traversal is compiled for, and which of them this machine supports.
 
 use std::fmt;
 
@@ -7,10 +7,11 @@ use super::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 
-/// A set of instructions that this machine has: a value of the type is the proof. All sets give the same bits.
+/// An instruction set that this machine supports; a value of the type proves it. Results are the same bit for bit for
+/// all sets.
 ///
-/// Nothing here reads the environment or a setting of the process: whoever wants another set than the
-/// [best](InstructionSet::best) one passes it in, with [`BuildOptions`](crate::BuildOptions) for instance.
+/// Nothing reads the environment: to use another set than the [best](InstructionSet::best) one, pass it in, for example
+/// with [`BuildOptions`](crate::BuildOptions).
 ///
 /// ```
 /// use turner_bvh::InstructionSet;
@@ -23,7 +24,7 @@ use super::x86::{Avx2, Avx512};
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct InstructionSet(Kind);
 
-/// The sets that there are for this architecture, the best last.
+/// The sets of this architecture, best last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Kind {
     /// Baseline instructions of the target.
@@ -49,7 +50,7 @@ impl Kind {
         Kind::Avx512,
     ];
 
-    /// Whether this machine can run it.
+    /// Whether this machine supports it.
     fn is_available(self) -> bool {
         match self {
             Kind::Scalar => true,
@@ -77,26 +78,26 @@ impl Kind {
 }
 
 impl InstructionSet {
-    /// The baseline of the target, which every machine has: `scalar`.
+    /// The baseline of the target, supported by every machine: `scalar`.
     pub const PORTABLE: InstructionSet = InstructionSet(Kind::Scalar);
 
-    /// The sets that this machine has, the best last.
+    /// The sets that this machine supports, best last.
     pub fn available() -> impl Iterator<Item = InstructionSet> {
         Kind::ALL.iter().filter(|kind| kind.is_available()).map(|kind| InstructionSet(*kind))
     }
 
-    /// The best one that this machine has.
+    /// The best set that this machine supports.
     pub fn best() -> InstructionSet {
         InstructionSet::available().last().unwrap_or(InstructionSet::PORTABLE)
     }
 
-    /// The set of this [name](InstructionSet::name), upper case or lower; `None` where there is no such set, or this machine
-    /// does not have it.
+    /// The set with this [name](InstructionSet::name), in any case. `None` if the name is unknown or this machine does
+    /// not support the set.
     pub fn named(name: &str) -> Option<InstructionSet> {
         InstructionSet::available().find(|set| set.name().eq_ignore_ascii_case(name))
     }
 
-    /// Its name: `scalar`, `neon`, `avx2` or `avx512`.
+    /// The name: `scalar`, `neon`, `avx2` or `avx512`.
     pub const fn name(self) -> &'static str {
         match self.0 {
             Kind::Scalar => "scalar",
@@ -109,7 +110,7 @@ impl InstructionSet {
         }
     }
 
-    /// Which one it is.
+    /// The kind of the set.
     #[inline(always)]
     pub(crate) fn kind(self) -> Kind {
         self.0
@@ -117,7 +118,7 @@ impl InstructionSet {
 }
 
 impl Default for InstructionSet {
-    /// The [best](InstructionSet::best) one.
+    /// [`InstructionSet::best`].
     fn default() -> InstructionSet {
         InstructionSet::best()
     }
@@ -135,11 +136,11 @@ impl fmt::Display for InstructionSet {
     }
 }
 
-/// Something to do with whatever instructions there are.
+/// Work that runs with any instruction set.
 pub(crate) trait WithSimd {
     type Output;
 
-    /// To be marked `#[inline(always)]`, like all it calls: only what is inlined gets the instructions.
+    /// Mark it and everything it calls `#[inline(always)]`: only inlined code gets the target features.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
@@ -148,7 +149,7 @@ pub(crate) trait WithSimd {
 pub(crate) fn dispatch<W: WithSimd>(set: InstructionSet, work: W) -> W::Output {
     match set.kind() {
         #[cfg(target_arch = "x86_64")]
-        // SAFETY: there are values only of sets that this machine has.
+        // SAFETY: an `InstructionSet` exists only for sets that this machine supports.
         Kind::Avx512 => unsafe { run_avx512(work) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
@@ -162,14 +163,14 @@ pub(crate) fn dispatch<W: WithSimd>(set: InstructionSet, work: W) -> W::Output {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn run_avx512<W: WithSimd>(work: W) -> W::Output {
-    // SAFETY: the caller has these instructions.
+    // SAFETY: the caller has these target features.
     work.run(unsafe { Avx512::new() })
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn run_avx2<W: WithSimd>(work: W) -> W::Output {
-    // SAFETY: the caller has these instructions.
+    // SAFETY: the caller has these target features.
     work.run(unsafe { Avx2::new() })
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct N4(float32x4_t);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct N8(N4, N4);
 
-/// Lane i's comparison as bit i.
+/// A comparison as bits: lane i is bit i.
 #[inline(always)]
 fn bits(compared: uint32x4_t) -> u32 {
     const WEIGHTS: [u32; 4] = [1, 2, 4, 8];
@@ -50,7 +50,7 @@ impl Lanes for N4 {
 
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        // By comparison: the instruction for the minimum gives NaN where other machines give `other`.
+        // By comparison: the minimum instruction returns NaN where other machines return `other`.
         // SAFETY: see the head of the file.
         N4(unsafe { vbslq_f32(vcltq_f32(self.0, other.0), self.0, other.0) })
     }

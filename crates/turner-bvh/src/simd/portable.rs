@@ -1,4 +1,4 @@
-//! Vectors as arrays: what any machine can do, and the reference for the others.
+//! Vectors as arrays: runs on any machine, and is the reference for the other sets.
 
 use super::{Lanes, Simd};
 

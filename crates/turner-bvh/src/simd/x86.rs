@@ -1,7 +1,7 @@
 //! AVX2 and AVX-512 on x86-64.
 //!
-//! SAFETY, for every block in this file: the instructions are there, because [`Avx2`] and [`Avx512`] are made only
-//! on machines that have them, and vectors only through these.
+//! SAFETY, for every block in this file: the machine supports the instructions, because [`Avx2`] and [`Avx512`] exist
+//! only on machines that do, and vectors are made only through them.
 
 use std::arch::x86_64::*;
 
@@ -11,14 +11,14 @@ use super::{Lanes, Simd};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2(());
 
-/// AVX-512 F, VL, BW, DQ, and all that [`Avx2`] has.
+/// AVX-512 F, VL, BW, DQ, and everything that [`Avx2`] has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512(());
 
 impl Avx2 {
     /// # Safety
     ///
-    /// The machine has these instructions, and the caller is compiled for them.
+    /// The machine must support these instructions, and the caller must be compiled for them.
     #[inline(always)]
     pub(super) unsafe fn new() -> Avx2 {
         Avx2(())
@@ -28,7 +28,7 @@ impl Avx2 {
 impl Avx512 {
     /// # Safety
     ///
-    /// The machine has these instructions, and the caller is compiled for them.
+    /// The machine must support these instructions, and the caller must be compiled for them.
     #[inline(always)]
     pub(super) unsafe fn new() -> Avx512 {
         Avx512(())
@@ -39,7 +39,7 @@ impl Avx512 {
 pub(crate) struct X4(__m128);
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct X8(__m256);
-/// Eight numbers, compared into mask registers.
+/// Eight numbers with mask registers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct K8(__m256);
 #[derive(Clone, Copy, Debug)]
@@ -239,7 +239,7 @@ lanes!(
     |mask, a, b| _mm512_mask_blend_ps(mask as u16, b, a)
 );
 
-/// What both sets of instructions do alike.
+/// Methods that both instruction sets share.
 macro_rules! make {
     ($f4:ident, $f8:ident) => {
         #[inline(always)]
@@ -272,7 +272,7 @@ macro_rules! make {
                 [rows[0].0, rows[1].0, rows[2].0, rows[3].0, rows[4].0, rows[5].0, rows[6].0, rows[7].0];
             // SAFETY: see the head of the file.
             unsafe {
-                // Pairs of rows, fours of rows within each half, then halves.
+                // Pairs of rows, then groups of four rows within each half, then halves.
                 let (ab, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
                 let (cd, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
                 let (ef, ef_high) = (_mm256_unpacklo_ps(e, f), _mm256_unpackhi_ps(e, f));
@@ -305,7 +305,7 @@ macro_rules! make {
         #[inline(always)]
         fn prefetch(self, from: *const u8) {
             let from = from.cast::<i8>();
-            // SAFETY: a prefetch reads nothing, wherever it points.
+            // SAFETY: a prefetch may use any address.
             unsafe {
                 _mm_prefetch::<_MM_HINT_T0>(from);
                 _mm_prefetch::<_MM_HINT_T0>(from.wrapping_add(64));
@@ -392,7 +392,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// For each mask the numbers of its set bits, lowest first.
+/// For each mask, the indices of its set bits, lowest first.
 static PACK: [[u8; 8]; 256] = {
     let mut table = [[0; 8]; 256];
     let mut mask = 0;
@@ -443,12 +443,12 @@ impl Simd for Avx512 {
         unsafe {
             let shifts = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
-            // The permutation looks at three bits of each lane.
+            // The permutation uses three bits of each lane.
             let child = _mm256_permutexvar_epi32(lanes, _mm256_loadu_si256(children.as_ptr().cast()));
             let near = _mm256_permutexvar_ps(lanes, near.0);
             let far = _mm256_permutexvar_ps(lanes, far.0);
             let hit = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(near, far);
-            // Into registers, then whole stores: compressing stores are slow on some machines.
+            // Compress into registers, then store complete vectors: compressing stores are slow on some machines.
             _mm256_storeu_si256(to_child.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(hit, child));
             _mm256_storeu_ps(to_near.as_mut_ptr(), _mm256_maskz_compress_ps(hit, near));
             hit.count_ones() as usize

@@ -1,10 +1,21 @@
-//! Rays that have nothing in common: many under way, one step each in turn.
+//! Incoherent rays: traverse many at once, one step each in turn.
 //!
-//! A step of one ray waits for memory and for its own last step; meanwhile the processor works on those of other rays.
-//! What it cannot hide are wrong guesses of branches, and whether a ray comes to a node, to a leaf or to its end is
-//! anybody's guess. So rays are not asked: each step ends by putting its ray into one of three queues, by arithmetic, and
-//! queues are worked off one after the other. For the same reason nothing is compared when it is taken off a stack:
-//! whenever a hit is found, which is rare, what lies behind it is swept from the stack.
+//! A step of one ray depends on its previous step and on memory, so a ray alone leaves the processor waiting. With
+//! 16 rays in flight, their independent steps overlap. Mispredicted branches cannot be hidden this way, and whether
+//! a ray reaches a node, a leaf or its end is unpredictable. So no branch tests for it: each step ends by setting
+//! the ray's bit in one of three queues, by arithmetic, and the loop processes one queue after the other:
+//!
+//! ```text
+//!             +---------------------+-------------------+
+//!             v                     |                   |
+//!   ends:  write the hit,   nodes:  test 8 boxes,  leaves:  test the blocks,
+//!          start a new ray          push the hit ones,      drop stack entries behind a new hit,
+//!             |                     pop the next            pop the next
+//!             +---> nodes           +---> nodes | leaves | ends, prefetch its memory
+//! ```
+//!
+//! For the same reason a popped entry is not compared with the nearest hit. Whenever a hit is found, which is rare,
+//! all stack entries behind it are removed.
 
 use super::stack::Stack;
 use super::{GROUP, Leaves, SearchRay, Tree, prepare};
@@ -12,47 +23,47 @@ use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
 
-/// Rays under way at once.
-const WAYS: usize = 16;
+/// Rays in flight.
+const IN_FLIGHT: usize = 16;
 
-/// In place of a ray's number.
-const NOBODY: usize = usize::MAX;
+/// Marks a slot without a ray.
+const NO_RAY: usize = usize::MAX;
 
-/// At the bottom of each stack: the search is over. No node has such a child.
+/// Sentinel at the bottom of each stack: the traversal is complete. No node has such a child.
 const END: u32 = ChildRef::EMPTY.0;
 
-/// One ray under way.
-struct Way {
+/// A ray in flight.
+struct ActiveRay {
     ray: SearchRay,
     hit: Hit,
     index: usize,
-    /// What comes next.
+    /// The next child to visit.
     child: u32,
     stack: Stack,
 }
 
-/// Which rays wait for which kind of step, one bit each. Every ray under way is in exactly one of these sets, or in the hands
-/// of the loop that took it out.
+/// The queues as bit sets. Every ray in flight is in exactly one of them, or in the local copy of the loop that
+/// processes it.
 #[derive(Clone, Copy, Default)]
-struct Waiting {
+struct Queues {
     nodes: u32,
     leaves: u32,
     ends: u32,
 }
 
-impl Waiting {
-    /// Puts a ray where its next child belongs, by arithmetic.
+impl Queues {
+    /// Adds a ray to the queue of its next child, without branches.
     #[inline(always)]
-    fn put(&mut self, way: usize, child: u32) {
+    fn put(&mut self, slot: usize, child: u32) {
         let leaf = child >> 31;
         let end = u32::from(child == END);
-        self.nodes |= (leaf ^ 1) << way;
-        self.leaves |= (leaf ^ end) << way;
-        self.ends |= end << way;
+        self.nodes |= (leaf ^ 1) << slot;
+        self.leaves |= (leaf ^ end) << slot;
+        self.ends |= end << slot;
     }
 }
 
-/// Finds the nearest hit of each ray; the first has number `first`.
+/// Finds the nearest hit of each ray; the first ray has index `first`.
 #[inline(always)]
 pub(crate) fn closest<S: Simd, L: Leaves>(
     simd: S,
@@ -64,7 +75,7 @@ pub(crate) fn closest<S: Simd, L: Leaves>(
     run::<S, L, false>(simd, tree, rays, first, |index, hit| hits[index] = hit);
 }
 
-/// Finds whether each ray hits anything; the first has number `first`.
+/// Finds whether each ray hits anything; the first ray has index `first`.
 #[inline(always)]
 pub(crate) fn any<S: Simd, L: Leaves>(
     simd: S,
@@ -90,27 +101,27 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
         }
         return;
     }
-    let mut ways: [Way; WAYS] = std::array::from_fn(|_| Way {
+    let mut active_rays: [ActiveRay; IN_FLIGHT] = std::array::from_fn(|_| ActiveRay {
         ray: SearchRay::NONE,
         hit: Hit::MISS,
-        index: NOBODY,
+        index: NO_RAY,
         child: END,
         stack: Stack::new(),
     });
-    // At first all are at their end, on behalf of nobody.
-    let mut waiting = Waiting { ends: u32::MAX >> (32 - WAYS), ..Waiting::default() };
-    // Rays are made ready in groups; of the last one made, `ready_set` tells which have not set out.
+    // All slots start at their end, without a ray.
+    let mut queues = Queues { ends: u32::MAX >> (32 - IN_FLIGHT), ..Queues::default() };
+    // Rays are prepared in groups; `ready_set` holds those of the last group that have not started.
     let mut ready = [SearchRay::NONE; GROUP];
     let (mut group, mut next, mut ready_set) = (0, 0, 0_u32);
     loop {
-        let mut ends = std::mem::take(&mut waiting.ends);
+        let mut ends = std::mem::take(&mut queues.ends);
         while ends != 0 {
-            let i = ends.trailing_zeros() as usize % WAYS;
+            let i = ends.trailing_zeros() as usize % IN_FLIGHT;
             ends &= ends - 1;
-            let way = &mut ways[i];
-            if way.index != NOBODY {
-                found(way.index, way.ray.finish(way.hit));
-                way.index = NOBODY;
+            let active = &mut active_rays[i];
+            if active.index != NO_RAY {
+                found(active.index, active.ray.finish(active.hit));
+                active.index = NO_RAY;
             }
             while ready_set == 0 && next < rays.len() {
                 group = next;
@@ -125,79 +136,84 @@ fn run<S: Simd, L: Leaves, const ANY: bool>(
             if ready_set != 0 {
                 let ray = ready_set.trailing_zeros() as usize % GROUP;
                 ready_set &= ready_set - 1;
-                way.ray = ready[ray];
-                way.hit = Hit { t: way.ray.t_max, ..Hit::MISS };
-                way.index = group + ray;
-                way.stack.clear();
-                way.stack.push(END, f32::NEG_INFINITY);
-                way.child = ChildRef::node(0).0;
-                waiting.nodes |= 1 << i;
+                active.ray = ready[ray];
+                active.hit = Hit { t: active.ray.t_max, ..Hit::MISS };
+                active.index = group + ray;
+                active.stack.clear();
+                active.stack.push(END, f32::NEG_INFINITY);
+                active.child = ChildRef::node(0).0;
+                queues.nodes |= 1 << i;
             }
         }
-        let mut nodes = std::mem::take(&mut waiting.nodes);
+        let mut nodes = std::mem::take(&mut queues.nodes);
         while nodes != 0 {
-            let i = nodes.trailing_zeros() as usize % WAYS;
+            let i = nodes.trailing_zeros() as usize % IN_FLIGHT;
             nodes &= nodes - 1;
-            let way = &mut ways[i];
-            step::<S, L, ANY>(simd, tree, way);
-            waiting.put(i, way.child);
+            let active = &mut active_rays[i];
+            step::<S, L, ANY>(simd, tree, active);
+            queues.put(i, active.child);
         }
-        let mut leaves = std::mem::take(&mut waiting.leaves);
+        let mut leaves = std::mem::take(&mut queues.leaves);
         while leaves != 0 {
-            let i = leaves.trailing_zeros() as usize % WAYS;
+            let i = leaves.trailing_zeros() as usize % IN_FLIGHT;
             leaves &= leaves - 1;
-            let way = &mut ways[i];
-            leaf::<S, L, ANY>(simd, tree, way, first);
-            waiting.put(i, way.child);
+            let active = &mut active_rays[i];
+            leaf::<S, L, ANY>(simd, tree, active, first);
+            queues.put(i, active.child);
         }
-        if waiting.nodes | waiting.leaves | waiting.ends == 0 {
+        if queues.nodes | queues.leaves | queues.ends == 0 {
             return;
         }
     }
 }
 
-/// Searches a node: its children that the ray meets go onto the stack, and the top comes next.
+/// Visits a node: pushes the children that the ray hits, then pops the next child.
 #[inline(always)]
-fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
-    let node = tree.node(ChildRef(way.child));
-    let slabs = way.ray.slabs(simd);
-    let (near, far) = slabs.meets(simd, node, way.hit.t);
+fn step<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, active: &mut ActiveRay) {
+    let node = tree.node(ChildRef(active.child));
+    let slabs = active.ray.slabs(simd);
+    let (near, far) = slabs.intersect(simd, node, active.hit.t);
     let count = if ANY {
-        simd.push_any(near.le(far), node.child_words(), way.stack.room().0)
+        simd.push_any(near.le(far), node.child_words(), active.stack.room().0)
     } else {
         let order = node.order[slabs.octant];
-        simd.push_ordered(near, far, node.child_words(), order, way.stack.room())
+        simd.push_ordered(near, far, node.child_words(), order, active.stack.room())
     };
-    way.stack.grow(count);
-    advance(simd, tree, way);
+    active.stack.grow(count);
+    advance(simd, tree, active);
 }
 
-/// Takes the next child off the stack and asks for its memory.
+/// Pops the next child and prefetches its memory.
 #[inline(always)]
-fn advance<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, way: &mut Way) {
-    way.child = way.stack.take();
-    let child = ChildRef(way.child);
+fn advance<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, active: &mut ActiveRay) {
+    active.child = active.stack.take();
+    let child = ChildRef(active.child);
     let node: *const u8 = tree.nodes.as_ptr().wrapping_add(child.index()).cast();
-    // Not by a branch: it would be guessed, and the guess is proved only when this step's work is done.
+    // A select instead of a branch: the branch would be mispredicted.
     simd.prefetch(std::hint::select_unpredictable(child.is_leaf(), tree.leaves.address(child), node));
 }
 
-/// Tests what a leaf holds.
+/// Tests the primitives of a leaf.
 #[inline(always)]
-fn leaf<S: Simd, L: Leaves, const ANY: bool>(simd: S, tree: &Tree<'_, L>, way: &mut Way, first: usize) {
-    let (child, index) = (ChildRef(way.child), (first + way.index) as u32);
+fn leaf<S: Simd, L: Leaves, const ANY: bool>(
+    simd: S,
+    tree: &Tree<'_, L>,
+    active: &mut ActiveRay,
+    first: usize,
+) {
+    let (child, index) = (ChildRef(active.child), (first + active.index) as u32);
     if ANY {
-        if tree.leaves.any(simd, child, &way.ray, index) {
-            way.hit.primitive = 0;
-            way.child = END;
+        if tree.leaves.any(simd, child, &active.ray, index) {
+            active.hit.primitive = 0;
+            active.child = END;
             return;
         }
     } else {
-        let before = way.hit.t;
-        tree.leaves.closest(simd, child, &way.ray, index, &mut way.hit);
-        if way.hit.t < before {
-            way.stack.sweep(simd, way.hit.t);
+        let before = active.hit.t;
+        tree.leaves.closest(simd, child, &active.ray, index, &mut active.hit);
+        if active.hit.t < before {
+            active.stack.sweep(simd, active.hit.t);
         }
     }
-    advance(simd, tree, way);
+    advance(simd, tree, active);
 }

@@ -1,4 +1,4 @@
-//! What leaves hold, and how a ray meets it.
+//! Access to the primitives in leaves.
 
 use super::SearchRay;
 use crate::Hit;
@@ -6,22 +6,22 @@ use crate::node::ChildRef;
 use crate::simd::Simd;
 use crate::triangle::Block;
 
-/// The leaves of a tree.
+/// The leaves of a BVH.
 pub(crate) trait Leaves {
-    /// Takes the nearest hit of a leaf into `hit`, whose t is the end of the search. `ray_index` is for filters.
+    /// Updates `hit` with the nearest hit in a leaf; `hit.t` is the end of the ray's interval. Filters get `ray_index`.
     fn closest<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32, hit: &mut Hit);
 
-    /// Whether there is any hit until `ray.t_max`.
+    /// Whether there is any hit up to `ray.t_max`.
     fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool;
 
-    /// Where a leaf's memory begins, to be asked for ahead of time. Called with references to nodes, too, whose result is
-    /// not used: that costs less than to ask which it is.
+    /// Address of a leaf, for prefetching. Also called with references to nodes, whose result is ignored: that is
+    /// cheaper than a branch.
     fn address(&self, leaf: ChildRef) -> *const u8;
 }
 
-/// Leaves that packets of rays search.
+/// Leaves that packets can test.
 pub(crate) trait PacketLeaves: Leaves {
-    /// Whether anything asks before a hit counts.
+    /// Whether a filter must be asked about hits.
     fn is_filtered(&self) -> bool;
 
     /// The blocks of all leaves.
@@ -30,16 +30,17 @@ pub(crate) trait PacketLeaves: Leaves {
     /// The blocks of a leaf.
     fn blocks(&self, leaf: ChildRef) -> &[Block];
 
-    /// Whether a ray's hit, in the caller's units, counts.
+    /// Whether the filter accepts a hit, in the caller's units.
     fn accepts(&self, ray_index: u32, hit: &Hit) -> bool;
 }
 
-/// Leaves of triangles in blocks. `filter` gets the ray's number and a hit in the caller's units, and says whether it counts.
+/// Leaves of triangle blocks. `filter` gets the ray's index and a hit in the caller's units and returns whether to
+/// accept it.
 #[derive(Clone, Copy)]
 pub(crate) struct Blocks<'a, F> {
     pub(crate) blocks: &'a [Block],
     pub(crate) filter: F,
-    /// Whether it ever says no.
+    /// False if the filter accepts everything.
     pub(crate) filtered: bool,
 }
 
@@ -48,7 +49,7 @@ impl<F: Fn(u32, &Hit) -> bool> Blocks<'_, F> {
     fn of(&self, leaf: ChildRef) -> &[Block] {
         let (first, count) = (leaf.first_block(), leaf.blocks());
         debug_assert!(first + count <= self.blocks.len());
-        // SAFETY: builders make leaves of blocks that are there.
+        // SAFETY: builders only create leaves of existing blocks.
         unsafe { self.blocks.get_unchecked(first..first + count) }
     }
 }
@@ -63,7 +64,7 @@ impl<F: Fn(u32, &Hit) -> bool> Leaves for Blocks<'_, F> {
 
     #[inline(always)]
     fn any<S: Simd>(&self, simd: S, leaf: ChildRef, ray: &SearchRay, ray_index: u32) -> bool {
-        // Not by `Iterator::any`: what its closure calls need not be inlined.
+        // A loop instead of `Iterator::any`, whose closure might not be inlined.
         for block in self.of(leaf) {
             if block
                 .any(simd, &ray.shear, ray.t_min, ray.t_max, |h| (self.filter)(ray_index, &ray.finish(*h)))

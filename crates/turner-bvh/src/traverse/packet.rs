@@ -1,11 +1,19 @@
-//! Rays that run together: camera rays of neighbouring pixels, shadow rays of neighbouring points to one light.
+//! Packets of coherent rays: camera rays of neighbouring pixels, shadow rays of neighbouring points to one light.
 //!
-//! A packet goes through the tree as one: a node is entered by an interval that holds the t of all its rays (interval
-//! arithmetic over origins and reciprocal directions: Boulos et al. 2006, "Interactive distribution ray tracing"), triangles
-//! of a leaf are left out by the same test, and what is left meets all rays at once, one ray per lane. Rays that do not run
-//! together (signs or longest axes of directions differ), or whose packet has been to too many places, go on alone.
+//! A packet visits a node once for all its rays. Interval arithmetic over origins and reciprocal directions bounds
+//! their entry and exit distances (Boulos et al. 2006, "Interactive distribution ray tracing"):
 //!
-//! Hits are those of single rays, bit for bit: triangles are tested by the same arithmetic.
+//! ```text
+//!   entry  = max over axes of  min over the packet of  (near plane - o) / d
+//!   exit   = min over axes of  max over the packet of  (far plane - o) / d
+//!   the packet skips a box if entry > exit: then no ray hits it
+//! ```
+//!
+//! In a leaf the same test culls triangles by their bounds; each remaining triangle is tested against all rays at
+//! once, one ray per lane. Rays are traced singly instead if they are incoherent (signs or longest axes of their
+//! directions differ), or after their packet has taken too many steps.
+//!
+//! Hits equal those of single rays bit for bit, because triangles are tested by the same arithmetic.
 
 use super::stack::Stack;
 use super::{PacketLeaves, SearchRay, Tree, single};
@@ -14,28 +22,28 @@ use crate::simd::{Lanes, Simd};
 use crate::triangle::{Axes, BLOCK, Block};
 use crate::{Hit, Ray};
 
-use super::ray::{FARTHEST, FLATTEST, PADDING, SIZE};
-use super::rows::{MOST, Rows};
+use super::ray::{MAX_COORDINATE, MAX_DIRECTION, MIN_COMPONENT, PADDING};
+use super::rows::{MAX_RAYS, Rows};
 
-/// Nodes, leaves and triangles that a packet visits before its rays go on alone.
-const PATIENCE: u32 = 100;
+/// Steps (nodes, leaves and tested triangles) of a packet before its rays continue singly.
+const MAX_STEPS: u32 = 100;
 
-/// Rays under way together.
+/// A packet in traversal.
 struct Packet {
     rows: Rows,
-    /// Intervals, by axis: reciprocal directions, and what is subtracted from near and far planes.
+    /// Per axis: the interval of reciprocal directions, and what is subtracted from near and far planes.
     inv: [[f32; 2]; 3],
     near_offset: [f32; 3],
     far_offset: [f32; 3],
     near_side: [u32; 3],
     octant: u32,
-    /// The least `t_min`, the largest `t`.
+    /// The least `t_min` and the largest `t` of all rays.
     start: f32,
     end: f32,
 }
 
-/// Finds the nearest hits of as many rays as there are lanes, numbered from `first`. `None`, and nothing done, if they do
-/// not run together; otherwise whether they ran together all the way.
+/// Finds the nearest hits of one ray per lane, with indices from `first`. Returns `None` without doing anything if the
+/// rays are incoherent; otherwise whether they stayed in the packet to the end.
 #[inline(always)]
 pub(super) fn closest<S: Simd, L: PacketLeaves>(
     simd: S,
@@ -48,7 +56,7 @@ pub(super) fn closest<S: Simd, L: PacketLeaves>(
     Some(packet.run::<S, L, false>(simd, tree, rays, first, |i, hit| hits[i] = hit))
 }
 
-/// Finds whether each of as many rays as there are lanes hits anything. Answers like [`closest`].
+/// Finds whether each ray of a packet hits anything. Returns as [`closest`] does.
 #[inline(always)]
 pub(super) fn any<S: Simd, L: PacketLeaves>(
     simd: S,
@@ -61,12 +69,12 @@ pub(super) fn any<S: Simd, L: PacketLeaves>(
     Some(packet.run::<S, L, true>(simd, tree, rays, first, |i, hit| hits[i] = hit.is_hit()))
 }
 
-/// Numbers from `first` on.
+/// Consecutive indices from `first`.
 #[inline(always)]
-fn numbered(first: usize) -> [u32; MOST] {
-    let mut index = [0; MOST];
+fn numbered(first: usize) -> [u32; MAX_RAYS] {
+    let mut index = [0; MAX_RAYS];
     let mut i = 0;
-    while i < MOST {
+    while i < MAX_RAYS {
         index[i] = (first + i) as u32;
         i += 1;
     }
@@ -74,16 +82,16 @@ fn numbered(first: usize) -> [u32; MOST] {
 }
 
 impl Packet {
-    /// `None` if the rays do not run together, or are not ordinary (see [`SearchRay`]).
+    /// `None` if the rays are incoherent or need the rescaling of [`SearchRay`].
     #[inline(always)]
     fn new<S: Simd, L>(simd: S, tree: &Tree<'_, L>, rays: &[Ray], first: usize) -> Option<Packet> {
         let all: u32 = (1 << S::PACKET) - 1;
         if tree.space.scale != 1.0 || tree.nodes.is_empty() || rays.len() < S::PACKET || S::PACKET < 8 {
             return None;
         }
-        let mut o = [[0.0; MOST]; 3];
-        let mut d = [[0.0; MOST]; 3];
-        let (mut t_min, mut t_max) = ([0.0; MOST], [0.0; MOST]);
+        let mut o = [[0.0; MAX_RAYS]; 3];
+        let mut d = [[0.0; MAX_RAYS]; 3];
+        let (mut t_min, mut t_max) = ([0.0; MAX_RAYS], [0.0; MAX_RAYS]);
         let mut i = 0;
         while i < S::PACKET {
             let ray = &rays[i];
@@ -95,7 +103,7 @@ impl Packet {
             }
             t_min[i] = if ray.t_min > 0.0 { ray.t_min } else { 0.0 };
             t_max[i] = ray.t_max;
-            // What a comparison of the above does not see: NaN at the start.
+            // A NaN in the interval, which the comparisons above do not detect.
             if !(ray.t_min <= ray.t_max && ray.t_max >= 0.0) {
                 return None;
             }
@@ -105,16 +113,16 @@ impl Packet {
         let [dx, dy, dz] = [simd.load_packet(&d[0]), simd.load_packet(&d[1]), simd.load_packet(&d[2])];
         let far = ox.abs().max(oy.abs()).max(oz.abs());
         let longest = dx.abs().max(dy.abs()).max(dz.abs());
-        let reachable = simd.splat_packet(FARTHEST);
+        let reachable = simd.splat_packet(MAX_COORDINATE);
         let finite = ox.abs().le(reachable) & oy.abs().le(reachable) & oz.abs().le(reachable);
-        let size_limit = simd.splat_packet(SIZE);
+        let size_limit = simd.splat_packet(MAX_DIRECTION);
         let ordinary = dx.abs().le(size_limit) & dy.abs().le(size_limit) & dz.abs().le(size_limit);
-        if finite & ordinary & simd.splat_packet(1.0 / SIZE).le(longest) != all {
+        if finite & ordinary & simd.splat_packet(1.0 / MAX_DIRECTION).le(longest) != all {
             return None;
         }
         let (axes, [kx, ky, kz]) = Self::axes::<S>([dx.abs(), dy.abs(), dz.abs()])?;
         let size = far.add(simd.splat_packet(tree.space.reach));
-        let flattest = simd.splat_packet(FLATTEST).mul(longest);
+        let flattest = simd.splat_packet(MIN_COMPONENT).mul(longest);
         let zero = simd.splat_packet(0.0);
         let one = simd.splat_packet(1.0);
         let padding = PADDING * f32::EPSILON * size.range()[1];
@@ -125,12 +133,12 @@ impl Packet {
         let (os, ds) = ([ox, oy, oz], [dx, dy, dz]);
         let mut axis = 0;
         while axis < 3 {
-            let way = ds[axis].abs().max(flattest).with_sign(ds[axis]);
-            let down = way.lt(zero);
+            let clamped = ds[axis].abs().max(flattest).with_sign(ds[axis]);
+            let down = clamped.lt(zero);
             if down != 0 && down != all {
                 return None;
             }
-            inv[axis] = one.div(way).range();
+            inv[axis] = one.div(clamped).range();
             let [low, high] = os[axis].range();
             let (low, high) = (low - padding, high + padding);
             (near_offset[axis], far_offset[axis]) = if down == 0 { (high, low) } else { (low, high) };
@@ -139,18 +147,18 @@ impl Packet {
             axis += 1;
         }
         let scale = [ds[kx].div(ds[kz]), ds[ky].div(ds[kz]), one.div(ds[kz])];
-        let [mut shear, mut origin] = [[[0.0; MOST]; 3]; 2];
+        let [mut shear, mut origin] = [[[0.0; MAX_RAYS]; 3]; 2];
         scale[0].store(&mut shear[0]);
         scale[1].store(&mut shear[1]);
         scale[2].store(&mut shear[2]);
         os[kx].sub(scale[0].mul(os[kz])).store(&mut origin[0]);
         os[ky].sub(scale[1].mul(os[kz])).store(&mut origin[1]);
         os[kz].store(&mut origin[2]);
-        let mut tolerance = [0.0; MOST];
+        let mut tolerance = [0.0; MAX_RAYS];
         simd.splat_packet(2.0 * f32::EPSILON).mul(size).store(&mut tolerance);
         let largest = simd.splat_packet(f32::MAX);
         let ends = simd.load_packet(&t_max).min(largest);
-        let mut t = [0.0; MOST];
+        let mut t = [0.0; MAX_RAYS];
         ends.store(&mut t);
         let rows = Rows {
             axes,
@@ -159,10 +167,10 @@ impl Packet {
             tolerance,
             t_min,
             t,
-            u: [0.0; MOST],
-            v: [0.0; MOST],
-            primitive: [f32::from_bits(Hit::NONE); MOST],
-            t_scale: [1.0; MOST],
+            u: [0.0; MAX_RAYS],
+            v: [0.0; MAX_RAYS],
+            primitive: [f32::from_bits(Hit::NONE); MAX_RAYS],
+            t_scale: [1.0; MAX_RAYS],
             index: numbered(first),
         };
         Some(Packet {
@@ -177,7 +185,8 @@ impl Packet {
         })
     }
 
-    /// The axes with the longest one last, by the same comparisons as for single rays; `None` if not all rays have the same longest one.
+    /// The axis order with the longest axis last, by the same comparisons as for single rays; `None` if it differs
+    /// among the rays.
     #[inline(always)]
     fn axes<S: Simd>([x, y, z]: [S::Packet; 3]) -> Option<(Axes, [usize; 3])> {
         let all: u32 = (1 << S::PACKET) - 1;
@@ -196,9 +205,9 @@ impl Packet {
         }
     }
 
-    /// Lower bounds of where eight boxes are entered by any ray, and upper ones of where they are left by all.
+    /// For eight boxes, lower bounds of the entry t and upper bounds of the exit t over all rays.
     #[inline(always)]
-    fn meets<S: Simd>(&self, simd: S, near: [S::F8; 3], far: [S::F8; 3]) -> (S::F8, S::F8) {
+    fn intersect<S: Simd>(&self, simd: S, near: [S::F8; 3], far: [S::F8; 3]) -> (S::F8, S::F8) {
         let entry = self.entry(simd, near[0], 0).max(self.entry(simd, near[1], 1));
         let entry = entry.max(self.entry(simd, near[2], 2).max(simd.splat8(self.start)));
         let exit = self.exit(simd, far[0], 0).min(self.exit(simd, far[1], 1));
@@ -223,10 +232,10 @@ impl Packet {
         let near = [simd.load8(node.side(0, x)), simd.load8(node.side(1, y)), simd.load8(node.side(2, z))];
         let (x, y, z) = (x ^ WideNode::UPPER, y ^ WideNode::UPPER, z ^ WideNode::UPPER);
         let far = [simd.load8(node.side(0, x)), simd.load8(node.side(1, y)), simd.load8(node.side(2, z))];
-        self.meets(simd, near, far)
+        self.intersect(simd, near, far)
     }
 
-    /// Searches the tree and gives each ray's hit to `found`. Returns whether patience sufficed.
+    /// Traverses the BVH and passes each ray's hit to `found`. Returns whether the rays stayed together.
     #[inline(always)]
     fn run<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,
@@ -238,17 +247,17 @@ impl Packet {
     ) -> bool {
         let mut stack = Stack::new();
         let mut child = ChildRef::node(0);
-        let mut patience = PATIENCE;
+        let mut steps_left = MAX_STEPS;
         'search: loop {
-            patience = patience.saturating_sub(1);
-            if patience == 0 {
+            steps_left = steps_left.saturating_sub(1);
+            if steps_left == 0 {
                 stack.push(child.0, f32::NEG_INFINITY);
                 break;
             }
             if child.is_leaf() {
                 for block in tree.leaves.blocks(child) {
                     let tested = self.block::<S, L, ANY>(simd, tree.leaves, block);
-                    patience = patience.saturating_sub(tested);
+                    steps_left = steps_left.saturating_sub(tested);
                 }
                 self.end = simd.load_packet(&self.rows.t).range()[1];
                 if ANY && self.end < 0.0 {
@@ -272,24 +281,24 @@ impl Packet {
         let mut i = 0;
         while i < S::PACKET {
             let mut hit = self.rows.hit(i);
-            if patience == 0
+            if steps_left == 0
                 && !(ANY && hit.is_hit())
                 && let Some(ray) = SearchRay::new(simd, &rays[i], &tree.space)
             {
                 let index = (first + i) as u32;
                 if !ANY {
-                    single::go_on(simd, tree, &ray, index, &mut stack.clone(), &mut hit);
-                } else if single::any_of(simd, tree, &ray, index, &mut stack.clone()) {
+                    single::continue_closest(simd, tree, &ray, index, &mut stack.clone(), &mut hit);
+                } else if single::continue_any(simd, tree, &ray, index, &mut stack.clone()) {
                     hit.primitive = 0;
                 }
             }
             found(i, if hit.is_hit() { hit } else { Hit::MISS });
             i += 1;
         }
-        patience > 0
+        steps_left > 0
     }
 
-    /// Tests all rays against those triangles of a block that any may meet; returns how many.
+    /// Tests all rays against the triangles of a block that the packet may hit; returns their count.
     #[inline(always)]
     fn block<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,
@@ -310,7 +319,7 @@ impl Packet {
             (low[axis], high[axis]) = if down { (most, least) } else { (least, most) };
             axis += 1;
         }
-        let (near, far) = self.meets(simd, low, high);
+        let (near, far) = self.intersect(simd, low, high);
         let mut candidates = near.le(far);
         let tested = candidates.count_ones();
         while candidates != 0 {

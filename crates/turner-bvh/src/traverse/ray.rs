@@ -1,46 +1,57 @@
-//! A ray made ready for a tree.
+//! A ray prepared for traversal, and the conservative slab test.
 //!
-//! The slab test. Between the planes of a box on one axis the ray runs from `t_near` to `t_far`; it meets the box when
-//! the largest of `t_min` and the near values is not above the smallest of `t_max` and the far values. Each value is
-//! `plane * inv + offset` with `inv = 1 / direction` and `offset = -origin * inv`, and as the ray is the same for all
-//! boxes, so are the roundings. Boxes are padded by moving the *ray*: one offset serves near planes, another far ones.
+//! A box is the intersection of three slabs. On each axis the ray is inside the slab from `t_near` to `t_far`:
 //!
-//! How much padding: let `size` be the largest coordinate of the origin plus that of any plane, `e = 2^-23`.
-//! A hit's point lies on its triangle but for `2 e size` that the triangle test allows, `3 e size` of rounding the corners,
-//! `6 e size` of adding them up and `6 e size` along the ray; the slab test adds `3 e size` of its own
-//! (one rounding each of `inv`, the offset, the product and the difference). [`PADDING`] is more than that sum, 20.
-//! So every box that holds the hit's point on the triangle is entered before or at the hit, in any kernel.
+//! ```text
+//!            |       |                entry = max(t_min, t_near of x, y, z)
+//!       -----+-------*---- y max      exit  = min(t_max, t_far of x, y, z)
+//!            |     / |
+//!            |   /   |                The ray hits the box if entry <= exit.
+//!            | /     |
+//!       -----*-------+---- y min
+//!          x min   x max
+//! ```
+//!
+//! Each value is `plane * inv + offset` with `inv = 1 / direction` and `offset = -origin * inv`. All boxes share `inv`
+//! and `offset`, and so their rounding. Boxes are padded by moving the *ray*: near and far planes have different
+//! offsets, which costs nothing per box.
+//!
+//! The padding: let `size` be the largest coordinate of the origin plus that of any plane, and `e = 2^-23`. A hit point
+//! lies on its triangle up to `2 e size` that the triangle test allows, `3 e size` from rounding the vertices, `6 e
+//! size` from summing them and `6 e size` along the ray. The slab test adds `3 e size` (one rounding each of `inv`, the
+//! offset, the product and the difference). The sum is 20; [`PADDING`] is larger. So the ray enters every box that
+//! contains the hit point on the triangle at or before the hit, with every instruction set.
 
 use crate::node::WideNode;
 use crate::simd::{Lanes, Simd};
 use crate::triangle::Shear;
 use crate::{Hit, Ray};
 
-/// In units of `f32::EPSILON * size`.
+/// Padding of boxes in units of `f32::EPSILON * size`.
 pub(super) const PADDING: f32 = 24.0;
 
-/// Coordinates beyond this are out of reach: products of three stay finite below it.
-pub(crate) const FARTHEST: f32 = (1_u64 << 40) as f32;
+/// The largest supported coordinate: products of three such numbers are finite.
+pub(crate) const MAX_COORDINATE: f32 = (1_u64 << 40) as f32;
 
-/// Directions with a longest component up to this, or down to its inverse, are taken as they are.
-pub(super) const SIZE: f32 = (1 << 20) as f32;
+/// Directions are not rescaled if their longest component is between `1 / MAX_DIRECTION` and `MAX_DIRECTION`.
+pub(super) const MAX_DIRECTION: f32 = (1 << 20) as f32;
 
-/// Directions are taken to be at least this much of their longest component on every axis.
-pub(super) const FLATTEST: f32 = 1.0 / (1_u64 << 40) as f32;
+/// Each component of a direction is raised to at least this fraction of the longest one.
+pub(super) const MIN_COMPONENT: f32 = 1.0 / (1_u64 << 40) as f32;
 
-/// The coordinates of a tree.
+/// The coordinate system of a BVH.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Space {
-    /// Units of the tree per unit outside: a power of two, 1 unless the tree is very large or small.
+    /// BVH units per caller's unit: a power of two, 1 unless the BVH is very large or small.
     pub(crate) scale: f32,
-    /// Its inverse.
+    /// `1 / scale`.
     pub(crate) unscale: f32,
-    /// The largest coordinate in the tree.
+    /// The largest absolute coordinate in the BVH.
     pub(crate) reach: f32,
 }
 
 impl Space {
-    /// Of a tree with these nodes.
+    /// For a BVH with these nodes.
     pub(crate) fn of(scale: f32, nodes: &[WideNode]) -> Space {
         let planes = nodes.first().into_iter().flat_map(|root| root.planes.iter().flatten().flatten());
         let reach = planes.map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f32::max);
@@ -48,9 +59,9 @@ impl Space {
     }
 }
 
-/// A ray in the units of a tree, its direction scaled by a power of two where it is very long or short.
+/// A ray in the units of a BVH. Very long or short directions are scaled by a power of two.
 ///
-/// Four rows of eight numbers, which [`prepare`](super::prepare) writes as such.
+/// [`prepare`](super::prepare) writes it as four rows of eight floats.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub(crate) struct SearchRay {
@@ -59,22 +70,22 @@ pub(crate) struct SearchRay {
     pub(super) near_offset: [f32; 3],
     pub(crate) t_max: f32,
     pub(super) far_offset: [f32; 3],
-    /// What t is multiplied with in the end.
+    /// Factor from t in the BVH to the caller's t.
     pub(crate) t_scale: f32,
-    /// Bytes to the near planes from those of the axis: see [`WideNode::side`].
+    /// Byte offsets of the near planes on each axis: see [`WideNode::side`].
     pub(super) near_side: [u32; 3],
-    /// The same as one number, which selects the order of children.
+    /// The signs of the direction as three bits: selects the order of children.
     pub(crate) octant: u32,
     pub(crate) shear: Shear,
     pub(super) spare: [f32; 6],
 }
 
-/// Numbers in a [`SearchRay`].
+/// Rows of eight floats in a [`SearchRay`].
 pub(super) const ROWS: usize = 4;
 const _: () = assert!(size_of::<SearchRay>() == 32 * ROWS);
 
 impl SearchRay {
-    /// In place of a ray.
+    /// A placeholder.
     pub(crate) const NONE: SearchRay = SearchRay {
         inv: [0.0; 3],
         t_min: 0.0,
@@ -88,30 +99,30 @@ impl SearchRay {
         spare: [0.0; 6],
     };
 
-    /// A hit in the caller's units.
+    /// The hit in the caller's units.
     #[inline(always)]
     pub(crate) fn finish(&self, hit: Hit) -> Hit {
         if hit.is_hit() { Hit { t: hit.t * self.t_scale, ..hit } } else { Hit::MISS }
     }
 
-    /// `None` for rays that meet nothing: with NaN or infinities, without a direction, with an empty interval, or
-    /// that start out of reach.
+    /// `None` for rays that cannot hit anything: NaN or infinite, without a direction, with an empty interval, or with
+    /// an origin out of range.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(simd: S, ray: &Ray, space: &Space) -> Option<SearchRay> {
         let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.direction);
-        // The fourth numbers are those that follow in memory: whole registers are read, and not looked at.
+        // The fourth lanes load the floats that follow in memory; they are ignored.
         let mut origin = simd.load4(&[ox, oy, oz, dx]);
         let mut direction = simd.load4(&[dx, dy, dz, ray.t_min]);
         let mut longest = larger(larger(dx.abs(), dy.abs()), dz.abs());
         let (mut t_scale, mut to_tree) = (1.0, 1.0);
-        let ordinary = space.scale == 1.0 && (1.0 / SIZE..=SIZE).contains(&longest);
+        let ordinary = space.scale == 1.0 && (1.0 / MAX_DIRECTION..=MAX_DIRECTION).contains(&longest);
         if !ordinary {
             [t_scale, to_tree, longest] = rescale(space, longest);
-            // Outside, a length of 1 along the direction is `scale` in the tree: t does not change by that.
+            // A direction of length 1 has length `scale` in the BVH, so t does not change.
             origin = origin.mul(simd.splat4(space.scale));
             direction = direction.mul(simd.splat4(t_scale * space.scale));
         }
-        let within = origin.abs().le(simd.splat4(FARTHEST)) & direction.abs().le(simd.splat4(f32::MAX));
+        let within = origin.abs().le(simd.splat4(MAX_COORDINATE)) & direction.abs().le(simd.splat4(f32::MAX));
         let usable =
             within & 7 == 7 && longest >= f32::MIN_POSITIVE && ray.t_min <= ray.t_max && ray.t_max >= 0.0;
         if !usable {
@@ -122,16 +133,16 @@ impl SearchRay {
         let far = larger(larger(ox.abs(), oy.abs()), oz.abs());
         let size = far + space.reach;
         let padding = PADDING * size * f32::EPSILON;
-        let d = direction.abs().max(simd.splat4(FLATTEST * longest)).with_sign(direction);
+        let d = direction.abs().max(simd.splat4(MIN_COMPONENT * longest)).with_sign(direction);
         let inv = simd.splat4(1.0).div(d);
-        let middle = origin.mul(inv);
+        let scaled_origin = origin.mul(inv);
         let pad = simd.splat4(padding).mul(inv.abs());
         let down = d.lt(simd.splat4(0.0)) & 7;
         let [x, y, z] = [down & 1, down >> 1 & 1, down >> 2];
         Some(SearchRay {
             inv: array(inv),
-            near_offset: array(simd.splat4(0.0).sub(middle).sub(pad)),
-            far_offset: array(pad.sub(middle)),
+            near_offset: array(simd.splat4(0.0).sub(scaled_origin).sub(pad)),
+            far_offset: array(pad.sub(scaled_origin)),
             spare: [0.0; 6],
             near_side: [x * WideNode::UPPER, y * WideNode::UPPER, z * WideNode::UPPER],
             octant: down,
@@ -142,7 +153,7 @@ impl SearchRay {
         })
     }
 
-    /// What tests of nodes need, in registers.
+    /// The data of the slab test in registers.
     #[inline(always)]
     pub(crate) fn slabs<S: Simd>(&self, simd: S) -> Slabs<S::F8> {
         let [x, y, z] = self.near_side;
@@ -158,7 +169,7 @@ impl SearchRay {
     }
 }
 
-/// A ray, once for each of eight boxes.
+/// A ray, broadcast to eight lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Slabs<V> {
     inv: [V; 3],
@@ -172,10 +183,10 @@ pub(crate) struct Slabs<V> {
 }
 
 impl<V: Lanes> Slabs<V> {
-    /// For each box a lower bound of the t at which the ray enters it, and an upper one of where it leaves it, or `t_max`.
-    /// A box that the ray meets is entered before it is left.
+    /// For each box, a lower bound of the t at which the ray enters it and an upper bound of the t at which it leaves
+    /// it (at most `t_max`). The ray hits the box if entry <= exit.
     #[inline(always)]
-    pub(crate) fn meets<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, t_max: f32) -> (V, V) {
+    pub(crate) fn intersect<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, t_max: f32) -> (V, V) {
         let near = [self.near(simd, node, 0), self.near(simd, node, 1), self.near(simd, node, 2)];
         let far = [self.far(simd, node, 0), self.far(simd, node, 1), self.far(simd, node, 2)];
         let entry = near[0].max(near[1]).max(near[2].max(self.t_min));
@@ -183,7 +194,7 @@ impl<V: Lanes> Slabs<V> {
         (entry, exit)
     }
 
-    /// The t of eight near planes.
+    /// t of the eight near planes.
     #[inline(always)]
     fn near<S: Simd<F8 = V>>(&self, simd: S, node: &WideNode, axis: usize) -> V {
         simd.load8(node.side(axis, self.near_side[axis])).mul_add(self.inv[axis], self.near_offset[axis])
@@ -218,15 +229,15 @@ fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// For directions that are very long or short, and for trees that are very large or small: what t in the tree is
-/// multiplied with to get t outside, the inverse, and the longest component of the direction in the tree: 1 to 2.
+/// For very long or short directions and very large or small BVHs. Returns the factor from t in the BVH to the caller's
+/// t, its inverse, and the longest component of the direction in the BVH, which is 1 to 2.
 #[cold]
 #[inline(never)]
 fn rescale(space: &Space, longest: f32) -> [f32; 3] {
     if !(f32::MIN_POSITIVE..=f32::MAX).contains(&longest) {
         return [1.0, 1.0, 0.0];
     }
-    // 2^-e for a longest component of 2^e..2^(e + 1). Where that is no normal number, half as much will do.
+    // 2^-e for a longest component in 2^e..2^(e + 1). If that is not a normal number, half of it suffices.
     let exponent = longest.to_bits() >> 23;
     let normal = f32::from_bits((254 - exponent).max(1) << 23);
     let back = f32::from_bits(exponent.min(253) << 23);

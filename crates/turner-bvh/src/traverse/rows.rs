@@ -1,53 +1,53 @@
-//! Rays side by side, one per lane, against one triangle after the other.
+//! One ray per lane, tested against one triangle after the other.
 //!
-//! Hits are those of single rays, bit for bit: triangles are tested by the same arithmetic.
+//! Hits equal those of single rays bit for bit, because triangles are tested by the same arithmetic.
 
 use super::PacketLeaves;
 use crate::Hit;
 use crate::simd::{Lanes, Simd};
-use crate::triangle::{Axes, BLOCK, Block, Corners, SMALLEST, Shear, corners_meet, depth, weights};
+use crate::triangle::{Axes, BLOCK, Block, Corners, MIN_EDGE_SUM, Shear, depth, edge_test, weights};
 
-/// The most rays side by side.
-pub(super) const MOST: usize = 16;
+/// The most rays in a row.
+pub(super) const MAX_RAYS: usize = 16;
 
-/// Numbers of rays side by side.
-pub(super) type Row = [f32; MOST];
+/// One float per ray.
+pub(super) type Row = [f32; MAX_RAYS];
 
-/// More than the error of a guess at t, relative and for numbers below the normal ones.
+/// Error bounds of the approximate t: relative, and absolute for numbers below the normal range.
 const MARGIN: f32 = 1.0 / 512.0;
-const LITTLE: f32 = 1e-30;
+const TINY: f32 = 1e-30;
 
-/// Up to [`Simd::PACKET`] rays whose directions are longest on the same axis, and their nearest hits so far.
+/// Up to [`Simd::PACKET`] rays with the same longest axis, and their nearest hits so far.
 pub(super) struct Rows {
-    /// Of the sheared space: see [`Shear`].
+    /// Axis order of the sheared space: see [`Shear`].
     pub(super) axes: Axes,
     pub(super) shear: [Row; 3],
     pub(super) origin: [Row; 3],
     pub(super) tolerance: Row,
     pub(super) t_min: Row,
-    /// Of the nearest hits so far, or the ends of the rays; below 0 where nothing more is looked for.
+    /// t of the nearest hits so far, or the ends of the rays; negative for rays that are finished.
     pub(super) t: Row,
     pub(super) u: Row,
     pub(super) v: Row,
-    /// The numbers of triangles, as the bits of a float.
+    /// Triangle indices, as the bits of a float.
     pub(super) primitive: Row,
-    /// What t is multiplied with in the caller's units.
+    /// Factor from t in the BVH to the caller's t.
     pub(super) t_scale: Row,
-    /// The numbers of the rays.
-    pub(super) index: [u32; MOST],
+    /// Indices of the rays.
+    pub(super) index: [u32; MAX_RAYS],
 }
 
 impl Rows {
-    /// The nearest hit so far, with the t of the tree.
+    /// The nearest hit so far, with t in the units of the BVH.
     #[inline(always)]
     pub(super) fn hit(&self, i: usize) -> Hit {
         let primitive = self.primitive[i].to_bits();
         Hit { t: self.t[i], u: self.u[i], v: self.v[i], primitive }
     }
 
-    /// One corner as all rays see it: [`Shear::corner`], one ray per lane.
+    /// A vertex in the sheared space of each ray: [`Shear::corner`], one ray per lane.
     #[inline(always)]
-    fn seen<S: Simd>(&self, simd: S, corner: &[[f32; BLOCK]; 3], lane: usize) -> [S::Packet; 3] {
+    fn sheared_corner<S: Simd>(&self, simd: S, corner: &[[f32; BLOCK]; 3], lane: usize) -> [S::Packet; 3] {
         let [x, y, z] = self.axes.refs(corner);
         let [x, y, z] = [simd.splat_packet(x[lane]), simd.splat_packet(y[lane]), simd.splat_packet(z[lane])];
         let [sx, sy] = [simd.load_packet(&self.shear[0]), simd.load_packet(&self.shear[1])];
@@ -58,7 +58,7 @@ impl Rows {
         ]
     }
 
-    /// Tests a triangle: takes it where it is the nearest hit so far or, with `ANY`, any hit.
+    /// Tests a triangle. Updates the rays for which it is the nearest hit so far or, with `ANY`, any hit.
     #[inline(always)]
     pub(super) fn triangle<S: Simd, L: PacketLeaves, const ANY: bool>(
         &mut self,
@@ -68,23 +68,23 @@ impl Rows {
         lane: usize,
     ) {
         let corners: Corners<S::Packet> = [
-            self.seen(simd, &block.corners[0], lane),
-            self.seen(simd, &block.corners[1], lane),
-            self.seen(simd, &block.corners[2], lane),
+            self.sheared_corner(simd, &block.corners[0], lane),
+            self.sheared_corner(simd, &block.corners[1], lane),
+            self.sheared_corner(simd, &block.corners[2], lane),
         ];
-        let (inside, edges) = corners_meet(&corners, simd.splat_packet(0.0));
+        let (inside, edges) = edge_test(&corners, simd.splat_packet(0.0));
         if inside == 0 {
             return;
         }
         let (depth, sum) = depth(&corners, &edges);
         let (ends, t_min) = (simd.load_packet(&self.t), simd.load_packet(&self.t_min));
         let shear_z = simd.load_packet(&self.shear[2]);
-        // Most are too near or too far by much, which needs no division. (t underflows, or sums do, far below `LITTLE`;
-        // what is NaN here is kept.)
-        let guess = depth.mul(sum.near_inverse()).mul(shear_z);
-        let latest = ends.mul_add(simd.splat_packet(1.0 + MARGIN), simd.splat_packet(LITTLE));
-        let earliest = t_min.mul_add(simd.splat_packet(1.0 - MARGIN), simd.splat_packet(-LITTLE));
-        let possible = inside & !(latest.lt(guess) | guess.lt(earliest));
+        // Most triangles are clearly too near or too far, which an approximate t without a division shows. (t
+        // underflows, or sums do, far below `TINY`; NaN is kept.)
+        let approximate = depth.mul(sum.near_inverse()).mul(shear_z);
+        let latest = ends.mul_add(simd.splat_packet(1.0 + MARGIN), simd.splat_packet(TINY));
+        let earliest = t_min.mul_add(simd.splat_packet(1.0 - MARGIN), simd.splat_packet(-TINY));
+        let possible = inside & !(latest.lt(approximate) | approximate.lt(earliest));
         if possible == 0 {
             return;
         }
@@ -93,12 +93,12 @@ impl Rows {
         if candidates == 0 {
             return;
         }
-        candidates &= simd.splat_packet(SMALLEST).le(sum.abs());
+        candidates &= simd.splat_packet(MIN_EDGE_SUM).le(sum.abs());
         let [u, v, off] = weights(&corners, &edges, simd.splat_packet(1.0), sum);
         let close = off.le(simd.load_packet(&self.tolerance));
         let primitive = block.ids[lane];
         let nearer = t.lt(ends);
-        // The usual case: no doubts, no ties, no questions.
+        // The common case: precise weights, no ties, no filter.
         if !leaves.is_filtered() && !ANY && candidates & !(close & nearer) == 0 {
             t.choose(candidates, ends).store(&mut self.t);
             u.choose(candidates, simd.load_packet(&self.u)).store(&mut self.u);
@@ -107,12 +107,12 @@ impl Rows {
             number.choose(candidates, simd.load_packet(&self.primitive)).store(&mut self.primitive);
             return;
         }
-        let [mut ts, mut us, mut vs] = [[0.0; MOST]; 3];
+        let [mut ts, mut us, mut vs] = [[0.0; MAX_RAYS]; 3];
         t.store(&mut ts);
         u.store(&mut us);
         v.store(&mut vs);
         while candidates != 0 {
-            let i = candidates.trailing_zeros() as usize % MOST;
+            let i = candidates.trailing_zeros() as usize % MAX_RAYS;
             candidates &= candidates - 1;
             let (mut t, mut u, mut v) = (ts[i], us[i], vs[i]);
             if close >> i & 1 == 0 {

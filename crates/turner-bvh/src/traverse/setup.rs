@@ -1,18 +1,18 @@
-//! Eight rays made ready at once.
+//! Prepares eight rays at once, one ray per lane.
 //!
-//! What [`SearchRay::new`] does for one, by the same operations, one ray per lane: a tenth of the time for each, and none of
-//! it on the way from one ray to the next.
+//! Uses the same operations as [`SearchRay::new`] does for one ray, in a tenth of the time per ray, and off the
+//! critical path of traversal.
 
-use super::ray::{FARTHEST, FLATTEST, PADDING, ROWS, SIZE};
+use super::ray::{MAX_COORDINATE, MAX_DIRECTION, MIN_COMPONENT, PADDING, ROWS};
 use super::{SearchRay, Space};
 use crate::Ray;
 use crate::node::WideNode;
 use crate::simd::{Lanes, Simd};
 
-/// Rays made ready at once.
+/// Rays prepared at once.
 pub(crate) const GROUP: usize = 8;
 
-/// Makes up to [`GROUP`] rays ready. Returns which of them may meet something, one bit each; the others are not written.
+/// Prepares up to [`GROUP`] rays. Returns a bit set of those that may hit something; the others are not written.
 #[inline(always)]
 pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut [SearchRay; GROUP]) -> u32 {
     let mut usable = 0;
@@ -20,10 +20,10 @@ pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut
     if let Ok(eight) = <&[Ray; GROUP]>::try_from(rays)
         && space.scale == 1.0
     {
-        usable = together(simd, eight, space, ready);
+        usable = prepare_eight(simd, eight, space, ready);
         rest &= !usable;
     }
-    // Too few, or out of the ordinary.
+    // Incomplete groups and rays that need rescaling.
     while rest != 0 {
         let i = rest.trailing_zeros() as usize % GROUP;
         rest &= rest - 1;
@@ -35,11 +35,16 @@ pub(crate) fn prepare<S: Simd>(simd: S, rays: &[Ray], space: &Space, ready: &mut
     usable
 }
 
-/// Writes all eight, and returns which of them are ordinary: only these are of use.
+/// Writes all eight rays and returns a bit set of those that need no rescaling. Only these are usable.
 #[inline(always)]
-fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [SearchRay; GROUP]) -> u32 {
-    // No closures here: what they call need not be inlined, and would then lack the instructions.
-    let asked = [
+fn prepare_eight<S: Simd>(
+    simd: S,
+    rays: &[Ray; GROUP],
+    space: &Space,
+    ready: &mut [SearchRay; GROUP],
+) -> u32 {
+    // No closures: they might not be inlined and would then lack the target features.
+    let loaded = [
         row(simd, &rays[0]),
         row(simd, &rays[1]),
         row(simd, &rays[2]),
@@ -49,27 +54,27 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
         row(simd, &rays[6]),
         row(simd, &rays[7]),
     ];
-    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = simd.transpose8(asked);
+    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = simd.transpose8(loaded);
     let (zero, one) = (simd.splat8(0.0), simd.splat8(1.0));
     let [w0, w1, w2, w3] = [word(simd, 0), word(simd, 1), word(simd, 2), word(simd, 3)];
 
     let [ax, ay, az] = [dx.abs(), dy.abs(), dz.abs()];
     let longest = ax.max(ay).max(az);
     let far = ox.abs().max(oy.abs()).max(oz.abs());
-    let (reachable, most) = (simd.splat8(FARTHEST), simd.splat8(SIZE));
+    let (reachable, most) = (simd.splat8(MAX_COORDINATE), simd.splat8(MAX_DIRECTION));
     let ordinary = ox.abs().le(reachable)
         & oy.abs().le(reachable)
         & oz.abs().le(reachable)
         & ax.le(most)
         & ay.le(most)
         & az.le(most)
-        & simd.splat8(1.0 / SIZE).le(longest)
+        & simd.splat8(1.0 / MAX_DIRECTION).le(longest)
         & t_min.le(t_max)
         & zero.le(t_max);
 
     let size = far.add(simd.splat8(space.reach));
     let padding = simd.splat8(PADDING).mul(size).mul(simd.splat8(f32::EPSILON));
-    let flattest = simd.splat8(FLATTEST).mul(longest);
+    let flattest = simd.splat8(MIN_COMPONENT).mul(longest);
     let x = slab(simd, ox, dx, flattest, padding);
     let y = slab(simd, oy, dy, flattest, padding);
     let z = slab(simd, oz, dz, flattest, padding);
@@ -78,7 +83,7 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
     let down = w7.choose(x.down & y.down, w6.choose(y.down, w5.choose(x.down, w4)));
     let octant = down.choose(z.down, up);
 
-    // The longest axis, by the comparisons that decide for one ray.
+    // The longest axis, by the same comparisons as for one ray.
     let y_over_x = ax.lt(ay);
     let other = ay.choose(y_over_x, ax);
     let by_z = other.le(az);
@@ -100,7 +105,7 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
     ];
     let mut i = 0;
     while i < GROUP {
-        // SAFETY: a `SearchRay` is that many rows of eight numbers of four bytes each.
+        // SAFETY: a `SearchRay` is `ROWS` rows of eight four-byte numbers.
         let to = unsafe { &mut *(&raw mut ready[i]).cast::<[[f32; 8]; ROWS]>() };
         rows[0][i].store(&mut to[0]);
         rows[1][i].store(&mut to[1]);
@@ -111,20 +116,20 @@ fn together<S: Simd>(simd: S, rays: &[Ray; GROUP], space: &Space, ready: &mut [S
     ordinary
 }
 
-/// All of a ray.
+/// All eight floats of a ray.
 #[inline(always)]
 fn row<S: Simd>(simd: S, ray: &Ray) -> S::F8 {
-    // SAFETY: a ray is eight numbers.
+    // SAFETY: a ray is eight floats.
     simd.load8(unsafe { &*(&raw const *ray).cast::<[f32; 8]>() })
 }
 
-/// A whole number as bits, for moving about only.
+/// An integer as the bits of a float, only to be moved.
 #[inline(always)]
 fn word<S: Simd>(simd: S, bits: u32) -> S::F8 {
     simd.splat8(f32::from_bits(bits))
 }
 
-/// What slab tests need on one axis.
+/// The data of the slab test on one axis.
 struct Slab<V> {
     inv: V,
     near: V,
@@ -135,15 +140,15 @@ struct Slab<V> {
 
 #[inline(always)]
 fn slab<S: Simd>(simd: S, origin: S::F8, direction: S::F8, flattest: S::F8, padding: S::F8) -> Slab<S::F8> {
-    let way = direction.abs().max(flattest).with_sign(direction);
-    let inv = simd.splat8(1.0).div(way);
-    let (middle, pad) = (origin.mul(inv), padding.mul(inv.abs()));
-    let down = way.lt(simd.splat8(0.0));
+    let clamped = direction.abs().max(flattest).with_sign(direction);
+    let inv = simd.splat8(1.0).div(clamped);
+    let (scaled_origin, pad) = (origin.mul(inv), padding.mul(inv.abs()));
+    let down = clamped.lt(simd.splat8(0.0));
     let side = word(simd, WideNode::UPPER).choose(down, word(simd, 0));
-    Slab { inv, near: simd.splat8(0.0).sub(middle).sub(pad), far: pad.sub(middle), side, down }
+    Slab { inv, near: simd.splat8(0.0).sub(scaled_origin).sub(pad), far: pad.sub(scaled_origin), side, down }
 }
 
-/// In the order of [`Axes`](crate::triangle::Axes): x, y, z in lanes `by_z`; z, x, y in lanes `by_y`; y, z, x elsewhere.
+/// Permutes as [`Axes`](crate::triangle::Axes): x, y, z in lanes `by_z`; z, x, y in lanes `by_y`; y, z, x elsewhere.
 #[inline(always)]
 fn reorder<V: Lanes>([x, y, z]: [V; 3], by_z: u32, by_y: u32) -> [V; 3] {
     [x.choose(by_z, z.choose(by_y, y)), y.choose(by_z, x.choose(by_y, z)), z.choose(by_z, y.choose(by_y, x))]

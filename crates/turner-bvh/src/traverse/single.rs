@@ -1,4 +1,4 @@
-//! One ray at a time.
+//! Traversal with one ray: depth first, nearest child first, with a stack.
 
 use super::stack::Stack;
 use super::{GROUP, Leaves, SearchRay, Tree, prepare};
@@ -6,21 +6,21 @@ use crate::node::ChildRef;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray};
 
-/// The nearest hit; its t is still that of the tree.
+/// The nearest hit, with t in the units of the BVH.
 #[inline(always)]
 pub(crate) fn closest<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchRay, index: u32) -> Hit {
     let mut hit = Hit { t: ray.t_max, ..Hit::MISS };
     if !tree.nodes.is_empty() {
         let mut stack = Stack::new();
         stack.push(ChildRef::node(0).0, 0.0);
-        go_on(simd, tree, ray, index, &mut stack, &mut hit);
+        continue_closest(simd, tree, ray, index, &mut stack, &mut hit);
     }
     hit
 }
 
-/// Searches what is left on a stack for a hit nearer than `hit`.
+/// Continues a traversal: searches the stack for a hit nearer than `hit`.
 #[inline(always)]
-pub(crate) fn go_on<S: Simd, L: Leaves>(
+pub(crate) fn continue_closest<S: Simd, L: Leaves>(
     simd: S,
     tree: &Tree<'_, L>,
     ray: &SearchRay,
@@ -34,19 +34,19 @@ pub(crate) fn go_on<S: Simd, L: Leaves>(
             continue;
         }
         let mut child = ChildRef(word);
-        // Down to a leaf, always to the nearest child, which needs no comparison.
+        // Down to a leaf, always to the nearest child, whose entry needs no comparison.
         while !child.is_leaf() {
             let node = tree.node(child);
             let slabs = ray.slabs(simd);
-            let (near, far) = slabs.meets(simd, node, hit.t);
-            let met = near.le(far);
-            if met & met.wrapping_sub(1) == 0 {
-                if met == 0 {
+            let (near, far) = slabs.intersect(simd, node, hit.t);
+            let hits = near.le(far);
+            if hits & hits.wrapping_sub(1) == 0 {
+                if hits == 0 {
                     child = ChildRef::EMPTY;
                     break;
                 }
-                // One child: straight on.
-                child = node.children[met.trailing_zeros() as usize & 7];
+                // A single child needs no stack.
+                child = node.children[hits.trailing_zeros() as usize & 7];
                 continue;
             }
             let order = node.order[slabs.octant];
@@ -66,12 +66,12 @@ pub(crate) fn any<S: Simd, L: Leaves>(simd: S, tree: &Tree<'_, L>, ray: &SearchR
     }
     let mut stack = Stack::new();
     stack.push(ChildRef::node(0).0, 0.0);
-    any_of(simd, tree, ray, index, &mut stack)
+    continue_any(simd, tree, ray, index, &mut stack)
 }
 
-/// Whether there is any hit in what is left on a stack.
+/// Continues an any-hit traversal with the entries of the stack.
 #[inline(always)]
-pub(crate) fn any_of<S: Simd, L: Leaves>(
+pub(crate) fn continue_any<S: Simd, L: Leaves>(
     simd: S,
     tree: &Tree<'_, L>,
     ray: &SearchRay,
@@ -88,14 +88,14 @@ pub(crate) fn any_of<S: Simd, L: Leaves>(
         } else {
             let node = tree.node(child);
             let slabs = ray.slabs(simd);
-            let (near, far) = slabs.meets(simd, node, ray.t_max);
+            let (near, far) = slabs.intersect(simd, node, ray.t_max);
             let count = simd.push_any(near.le(far), node.child_words(), stack.room().0);
             stack.grow(count);
         }
     }
 }
 
-/// The nearest hits of many rays, one after the other; the first has number `first`.
+/// The nearest hits of many rays, one ray after the other; the first has index `first`.
 #[inline(always)]
 pub(crate) fn closest_each<S: Simd, L: Leaves>(
     simd: S,
@@ -118,7 +118,7 @@ pub(crate) fn closest_each<S: Simd, L: Leaves>(
     }
 }
 
-/// Whether each of many rays hits anything, one after the other; the first has number `first`.
+/// Whether each of many rays hits anything, one ray after the other; the first has index `first`.
 #[inline(always)]
 pub(crate) fn any_each<S: Simd, L: Leaves>(
     simd: S,

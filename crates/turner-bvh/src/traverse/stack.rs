@@ -1,14 +1,14 @@
-//! What is left to search, nearest on top.
+//! The traversal stack: children to visit, nearest on top.
 
 use std::mem::MaybeUninit;
 
 use crate::node::MAX_WIDE_DEPTH;
 use crate::simd::{Lanes, Simd};
 
-/// A node leaves at most seven children behind on each level, and pushes write eight at once.
+/// Each level leaves at most seven children on the stack, and pushes write eight at once.
 const SIZE: usize = 7 * MAX_WIDE_DEPTH + 8 + 8;
 
-/// Children and the t at which they are entered. Not cleared before use: that would cost as much as a short search.
+/// Children and their entry t. Not initialised: that would cost as much as a short traversal.
 #[derive(Clone)]
 pub(crate) struct Stack {
     children: MaybeUninit<[u32; SIZE]>,
@@ -19,9 +19,9 @@ pub(crate) struct Stack {
 impl Stack {
     #[inline(always)]
     pub(crate) fn new() -> Stack {
-        // Field by field: building it whole makes the compiler clear the array beside `len`.
+        // Field by field: writing the complete value makes the compiler clear the arrays.
         let mut stack = MaybeUninit::<Stack>::uninit();
-        // SAFETY: the arrays need no value, and `len` gets one.
+        // SAFETY: the arrays are `MaybeUninit`, and `len` is written.
         unsafe {
             (&raw mut (*stack.as_mut_ptr()).len).write(0);
             stack.assume_init()
@@ -33,18 +33,18 @@ impl Stack {
         self.len = 0;
     }
 
-    /// Where entry `i` lies. Entries below `len` were written, and `len` is at most `SIZE - 8` (see there).
+    /// Pointer to entry `i`. Entries below `len` were written, and `len` is at most `SIZE - 8`.
     #[inline(always)]
     fn child(&mut self, i: usize) -> *mut u32 {
         debug_assert!(i + 8 <= SIZE);
-        // SAFETY: within the array, as depth is limited.
+        // SAFETY: within the array, because the depth is bounded.
         unsafe { self.children.as_mut_ptr().cast::<u32>().add(i) }
     }
 
     #[inline(always)]
     fn entry(&mut self, i: usize) -> *mut f32 {
         debug_assert!(i + 8 <= SIZE);
-        // SAFETY: within the array, as depth is limited.
+        // SAFETY: within the array, because the depth is bounded.
         unsafe { self.near.as_mut_ptr().cast::<f32>().add(i) }
     }
 
@@ -75,7 +75,7 @@ impl Stack {
         top
     }
 
-    /// Takes the top child of a stack that is not empty.
+    /// Pops the top child; the stack must not be empty.
     #[inline(always)]
     pub(crate) fn take(&mut self) -> u32 {
         debug_assert!(self.len > 0);
@@ -84,15 +84,15 @@ impl Stack {
         unsafe { self.child(self.len).read() }
     }
 
-    /// Removes what is entered behind `t`.
+    /// Removes entries with an entry distance beyond `t`.
     #[inline(always)]
     pub(crate) fn sweep<S: Simd>(&mut self, simd: S, t: f32) {
         let len = self.len;
         self.len = 0;
         let mut from = 0;
         while from < len {
-            // SAFETY: eight entries may be read from anywhere below `len`: SIZE leaves room, and what lies beyond is
-            // whatever was written there by a push of eight, or nothing yet; it is kept out by the mask.
+            // SAFETY: eight entries may be read from any index below `len`, because SIZE leaves room for eight more.
+            // Entries from `len` on were written by an earlier push of eight or never; the mask excludes them.
             let (children, near) =
                 unsafe { (*self.child(from).cast::<[u32; 8]>(), *self.entry(from).cast::<[f32; 8]>()) };
             let valid = if len - from >= 8 { 255 } else { (1 << (len - from)) - 1 };
@@ -104,19 +104,19 @@ impl Stack {
         }
     }
 
-    /// The child that `pop` would give.
+    /// The child that `pop` would return.
     #[inline(always)]
     pub(crate) fn top(&mut self) -> Option<u32> {
         // SAFETY: as in `pop`.
         (self.len != 0).then(|| unsafe { self.child(self.len - 1).read() })
     }
 
-    /// Room for eight more, to be followed by `grow`.
+    /// Space for eight more entries; call `grow` afterwards.
     #[inline(always)]
     pub(crate) fn room(&mut self) -> (&mut [u32; 8], &mut [f32; 8]) {
         debug_assert!(self.len + 8 <= SIZE);
-        // SAFETY: depth is limited, so that there is always room for eight (see SIZE). Vectors are written there before
-        // anything is read, and any bits are a number.
+        // SAFETY: the depth is bounded, so eight more entries fit (see SIZE). They are written before they are read,
+        // and any bits are valid numbers.
         unsafe {
             (&mut *self.child(self.len).cast::<[u32; 8]>(), &mut *self.entry(self.len).cast::<[f32; 8]>())
         }

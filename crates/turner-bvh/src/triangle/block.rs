@@ -1,20 +1,20 @@
-//! Triangles side by side, one per lane.
+//! Blocks of eight triangles, one per SIMD lane.
 
-use super::{Corners, SMALLEST, Shear, corners_meet, distance, precise, weights};
+use super::{Corners, MIN_EDGE_SUM, Shear, distance, edge_test, precise, weights};
 use crate::Hit;
 use crate::build::wide::NO_PRIMITIVE;
 use crate::simd::{Lanes, Simd};
 
-/// Triangles in a block: as many as the widest registers in common use take at once.
+/// Triangles per block: the number of lanes of a 256-bit register.
 pub(crate) const BLOCK: usize = 8;
 
-/// Some triangles of a leaf: 40 bytes each.
+/// Triangles of a leaf: 40 bytes each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct Block {
-    /// By corner and axis.
+    /// Coordinates by vertex and axis.
     pub(crate) corners: [[[f32; BLOCK]; 3]; 3],
-    /// Numbers of the triangles; `NO_PRIMITIVE` in empty lanes, whose corners are NaN.
+    /// Triangle indices; `NO_PRIMITIVE` in empty lanes, whose vertices are NaN.
     pub(crate) ids: [u32; BLOCK],
 }
 
@@ -37,16 +37,20 @@ impl Block {
         self.corners.map(|corner| corner.map(|axis| axis[lane]))
     }
 
-    /// All triangles as the ray sees them.
+    /// All triangles in the sheared space of the ray.
     #[inline(always)]
     fn sheared<S: Simd>(&self, simd: S, ray: &Shear) -> Corners<S::F8> {
         let [a, b, c] = &self.corners;
-        [Self::seen(simd, ray, a), Self::seen(simd, ray, b), Self::seen(simd, ray, c)]
+        [
+            Self::sheared_corner(simd, ray, a),
+            Self::sheared_corner(simd, ray, b),
+            Self::sheared_corner(simd, ray, c),
+        ]
     }
 
-    /// One corner of each: [`Shear::corner`] in all lanes.
+    /// One vertex of each triangle: [`Shear::corner`] in all lanes.
     #[inline(always)]
-    fn seen<S: Simd>(simd: S, ray: &Shear, corner: &[[f32; BLOCK]; 3]) -> [S::F8; 3] {
+    fn sheared_corner<S: Simd>(simd: S, ray: &Shear, corner: &[[f32; BLOCK]; 3]) -> [S::F8; 3] {
         let [x, y, z] = ray.axes.refs(corner);
         let [x, y, z] = [simd.load8(x), simd.load8(y), simd.load8(z)];
         let [sx, sy, _] = ray.shear;
@@ -58,7 +62,7 @@ impl Block {
         ]
     }
 
-    /// Gives `accept` each hit with `t_min <= t <= t_max` until it returns true, and whether it did.
+    /// Passes each hit with `t_min <= t <= t_max` to `accept` until it returns true; returns whether it did.
     #[inline(always)]
     fn each_hit<S: Simd>(
         &self,
@@ -69,14 +73,14 @@ impl Block {
         mut accept: impl FnMut(f32, f32, f32, u32) -> bool,
     ) -> bool {
         let corners = self.sheared(simd, ray);
-        let (inside, edges) = corners_meet(&corners, simd.splat8(0.0));
-        // No way out if none is inside: among eight triangles of a leaf one usually is.
+        let (inside, edges) = edge_test(&corners, simd.splat8(0.0));
+        // No early exit if no triangle passes: among the eight of a leaf, one usually does.
         let (t, sum) = distance(&corners, &edges, simd.splat8(ray.shear[2]));
         let mut candidates = inside & simd.splat8(t_min).le(t) & t.le(simd.splat8(t_max));
         if candidates == 0 {
             return false;
         }
-        candidates &= simd.splat8(SMALLEST).le(sum.abs());
+        candidates &= simd.splat8(MIN_EDGE_SUM).le(sum.abs());
         let [u, v, off] = weights(&corners, &edges, simd.splat8(1.0), sum);
         let close = off.le(simd.splat8(ray.tolerance));
         let [mut ts, mut us, mut vs] = [[0.0; BLOCK]; 3];
@@ -97,7 +101,7 @@ impl Block {
         false
     }
 
-    /// A triangle seen almost edge-on, once more; NaN if it is not hit.
+    /// Tests a nearly edge-on triangle again in double precision; NaN if it is not hit.
     #[cold]
     #[inline(never)]
     pub(crate) fn doubtful(&self, ray: &Shear, lane: usize, t: f32) -> [f32; 3] {
@@ -105,7 +109,7 @@ impl Block {
         precise(&corners, ray.shear[2], ray.tolerance, t).unwrap_or([f32::NAN; 3])
     }
 
-    /// Takes the nearest hit into `hit`, of equally near ones that of the lowest number.
+    /// Updates `hit` with the nearest hit; among equally near ones, the lowest index.
     #[inline(always)]
     pub(crate) fn closest<S: Simd>(
         &self,
@@ -126,7 +130,7 @@ impl Block {
         });
     }
 
-    /// Whether there is a hit with `t_min <= t <= t_max`.
+    /// Whether there is a hit with `t_min <= t <= t_max` that `filter` accepts.
     #[inline(always)]
     pub(crate) fn any<S: Simd>(
         &self,

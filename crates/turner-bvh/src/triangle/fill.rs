@@ -1,4 +1,4 @@
-//! Copies of triangles for the leaves of a tree.
+//! Copies triangles into the blocks of leaves.
 
 use std::mem::MaybeUninit;
 
@@ -6,10 +6,10 @@ use super::{BLOCK, Block};
 use crate::build::wide::NO_PRIMITIVE;
 use crate::{BuildError, Triangles};
 
-/// Blocks that are worth a thread.
+/// The least number of blocks per thread.
 const MIN_PARALLEL: usize = 4096;
 
-/// A block for each [`BLOCK`] slots, filled by several threads (0: as many as there are).
+/// Fills one block per [`BLOCK`] slots, with several threads (0: all that the machine offers).
 pub(crate) fn fill_blocks(
     mesh: &Triangles<'_>,
     scale: f32,
@@ -25,10 +25,10 @@ pub(crate) fn fill_blocks(
         0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
         n => n,
     };
-    let share = count.div_ceil(threads).max(MIN_PARALLEL);
+    let blocks_per_thread = count.div_ceil(threads).max(MIN_PARALLEL);
     let spare = &mut blocks.spare_capacity_mut()[..count];
     std::thread::scope(|scope| {
-        let mut parts = spare.chunks_mut(share).zip(slots.chunks(share * BLOCK));
+        let mut parts = spare.chunks_mut(blocks_per_thread).zip(slots.chunks(blocks_per_thread * BLOCK));
         let first = parts.next();
         for (to, slots) in parts {
             let waiting = std::sync::Mutex::new(Some((to, slots)));
@@ -43,7 +43,7 @@ pub(crate) fn fill_blocks(
             fill(mesh, scale, slots, to);
         }
     });
-    // SAFETY: all `count` blocks have been written; a panic in a thread would have come out of the scope.
+    // SAFETY: all `count` blocks were written; a panic in a thread would have left the scope.
     unsafe { blocks.set_len(count) };
     Ok(blocks)
 }
@@ -54,7 +54,7 @@ fn fill(mesh: &Triangles<'_>, scale: f32, slots: &[u32], to: &mut [MaybeUninit<B
     }
 }
 
-/// One block of the triangles named by `ids`, empty where they are `NO_PRIMITIVE`.
+/// A block of the triangles `ids`; lanes of `NO_PRIMITIVE` stay empty.
 #[inline]
 fn block(mesh: &Triangles<'_>, scale: f32, ids: &[u32]) -> Block {
     let mut block = Block::EMPTY;

@@ -1,4 +1,4 @@
-//! Triangles: how a ray meets one, and how leaves hold them.
+//! Triangles: the watertight intersection test, and the blocks that leaves store.
 
 mod block;
 mod fill;
@@ -6,4 +6,4 @@ mod woop;
 
 pub(crate) use block::{BLOCK, Block};
 pub(crate) use fill::fill_blocks;
-pub(crate) use woop::{Axes, Corners, SMALLEST, Shear, corners_meet, depth, distance, precise, weights};
+pub(crate) use woop::{Axes, Corners, MIN_EDGE_SUM, Shear, depth, distance, edge_test, precise, weights};

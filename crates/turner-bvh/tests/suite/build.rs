@@ -1,4 +1,4 @@
-//! Trees are the same for any number of threads, complete, and never too deep.
+//! Builds of `Bvh2` are complete, of bounded depth, and the same for any number of threads.
 
 use crate::common::Random;
 use turner_bvh::{Aabb, Bvh2, Bvh2Options, MAX_DEPTH, Ray};
@@ -19,9 +19,9 @@ fn small_boxes(count: usize, size: f32) -> Vec<Aabb> {
 }
 
 #[test]
-fn the_same_tree_for_any_number_of_threads() {
+fn the_same_bvh_for_any_number_of_threads() {
     let mut boxes = small_boxes(60_000, 0.02);
-    // Some that need halving, in a part of the tree that another thread builds.
+    // Identical boxes need halving, in a subtree that another thread builds.
     boxes.extend(vec![Aabb::new([0.5; 3], [0.6; 3]); 10_000]);
     let one = Bvh2::build(&boxes, &options(1)).unwrap();
     one.validate(&boxes).unwrap();
@@ -31,10 +31,10 @@ fn the_same_tree_for_any_number_of_threads() {
 }
 
 #[test]
-fn the_tree_is_far_better_than_none() {
+fn the_sah_cost_is_low() {
     let boxes = small_boxes(10_000, 0.02);
     let stats = *Bvh2::build(&boxes, &options(1)).unwrap().stats();
-    // 50.1 when this was written; a list costs 10,000.
+    // The cost is 50.1; a list costs 10,000.
     assert!(stats.sah_cost < 52.0, "{stats:?}");
     assert!(stats.max_depth < 30 && stats.leaves == stats.nodes + 1, "{stats:?}");
     assert!(stats.bytes <= 68 * boxes.len(), "{stats:?}");
@@ -58,7 +58,7 @@ fn invalid_boxes_are_dropped_and_counted() {
 }
 
 #[test]
-fn nothing_and_one() {
+fn no_primitive_and_one_primitive() {
     let none = Bvh2::build(&[], &options(0)).unwrap();
     none.validate(&[]).unwrap();
     assert_eq!((none.stats().nodes, none.stats().leaves, none.stats().bytes), (0, 0, 0));
@@ -80,7 +80,7 @@ fn a_million_identical_boxes() {
 
 #[test]
 fn concentric_boxes_are_split_by_size() {
-    // Halving in input order would give two children as large as the whole.
+    // Halving in input order would give two children as large as their parent.
     let mut random = Random(3);
     let boxes: Vec<Aabb> = (0..64).map(|_| random.unit()).map(|r| Aabb::new([-r; 3], [r; 3])).collect();
     let bvh = Bvh2::build(&boxes, &options(1)).unwrap();
@@ -95,7 +95,7 @@ fn concentric_boxes_are_split_by_size() {
 
 #[test]
 fn depth_is_bounded_for_boxes_that_grow_exponentially() {
-    // Each split takes off the largest few. All of f32's range, many times over.
+    // Each split separates only the largest few, over the range of f32.
     let mut boxes = Vec::new();
     for axis in 0..3 {
         let mut x = f32::MIN_POSITIVE;

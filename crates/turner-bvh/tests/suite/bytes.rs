@@ -1,10 +1,10 @@
-//! Any bytes as triangles and rays: no panic, no endless search, and the same hits however a tree is built and asked.
+//! Arbitrary bytes as triangles and rays: no panic, no endless traversal, and the same hits for every build and query.
 //!
-//! What the fuzz target `bvh` runs, too.
+//! The fuzz target `bvh` runs the same check.
 
 use turner_bvh::{BuildOptions, Bvh, Hit, Quality, Ray, Triangles};
 
-/// Numbers from bytes: half of them small and whole, so that they meet, half any float.
+/// Half of the numbers are small multiples of 0.25, so that they coincide often; half are any float.
 fn number(bytes: [u8; 4]) -> f32 {
     if bytes[3] & 1 == 0 { f32::from(bytes[0] as i8) * 0.25 } else { f32::from_le_bytes(bytes) }
 }
@@ -13,7 +13,7 @@ fn vector(bytes: &[u8]) -> [f32; 3] {
     [0, 1, 2].map(|i| number([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]]))
 }
 
-/// Makes a mesh and rays of the bytes and looks for them in every way.
+/// Turns bytes into a mesh and rays and compares all builds and queries.
 pub(crate) fn check(data: &[u8]) {
     let Some((&count, rest)) = data.split_first() else { return };
     let positions: Vec<[f32; 3]> = rest.chunks_exact(12).map(vector).collect();
@@ -32,7 +32,7 @@ pub(crate) fn check(data: &[u8]) {
     let mut first: Option<Vec<Hit>> = None;
     for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
         let options = BuildOptions { quality, threads: 1, ..BuildOptions::default() };
-        let bvh = Bvh::build(&mesh, &options).expect("few triangles, all of whose vertices are there");
+        let bvh = Bvh::build(&mesh, &options).expect("few triangles with valid vertices");
         let hits: Vec<Hit> = rays.iter().map(|ray| bvh.intersect(ray).unwrap_or(Hit::MISS)).collect();
         let mut others = vec![Hit::MISS; rays.len()];
         bvh.intersect_batch(&rays, &mut others);
@@ -48,7 +48,7 @@ pub(crate) fn check(data: &[u8]) {
     }
 }
 
-/// Checks random bytes: rows of up to 100 vertices, some of which repeat so that corners and rays meet.
+/// Checks random bytes: up to 100 vertices, some repeated so that vertices and rays coincide.
 #[cfg(test)]
 fn random_bytes(seed: u64, cases: u64) {
     for case in 0..cases {
@@ -68,13 +68,13 @@ fn random_bytes(seed: u64, cases: u64) {
 }
 
 #[test]
-fn bytes_of_any_kind() {
+fn arbitrary_bytes() {
     random_bytes(0, 300);
 }
 
-/// `cargo test --release -p turner-bvh --test suite -- --ignored bytes`: some minutes.
+/// Takes minutes: `cargo test --release -p turner-bvh --test suite -- --ignored bytes`.
 #[test]
 #[ignore = "takes minutes"]
-fn many_bytes_of_any_kind() {
+fn many_arbitrary_bytes() {
     random_bytes(1 << 32, 2_000_000);
 }

@@ -1,4 +1,4 @@
-//! Rays against boxes in exact arithmetic, on rational numbers.
+//! Ray-box intersection in exact rational arithmetic.
 
 use std::cmp::Ordering;
 
@@ -16,7 +16,7 @@ impl Ratio {
         if den < 0 { Ratio { num: -num, den: -den } } else { Ratio { num, den } }
     }
 
-    /// The value of a float of at most 2^40 that is a multiple of 2^-40.
+    /// The value of a float up to 2^40 that is a multiple of 2^-40.
     fn of(x: f32) -> Ratio {
         let scaled = f64::from(x) * (1_u64 << 40) as f64;
         assert!(scaled == scaled.trunc() && scaled.abs() <= (1_u128 << 80) as f64, "{x} is out of range");
@@ -35,13 +35,13 @@ impl Ratio {
         if other.cmp(&self).is_gt() { other } else { self }
     }
 
-    /// The nearest float of a value that the tests use, possibly below or above it.
+    /// A float next to the value.
     pub(crate) fn nearest(&self) -> f32 {
         (self.num as f64 / self.den as f64) as f32
     }
 }
 
-/// Where the ray enters the box at `0 <= t_min <= t <= t_max`, exactly. All coordinates are integers below 2^24.
+/// The exact t at which the ray enters the box with `0 <= t_min <= t <= t_max`. Coordinates are integers below 2^24.
 pub(crate) fn enter(ray: &Ray, b: &Aabb) -> Option<Ratio> {
     let mut first = Ratio::of(ray.t_min);
     let mut last = if ray.t_max.is_finite() { Ratio::of(ray.t_max) } else { Ratio { num: 1 << 60, den: 1 } };
@@ -61,7 +61,7 @@ pub(crate) fn enter(ray: &Ray, b: &Aabb) -> Option<Ratio> {
     first.cmp(&last).is_le().then_some(first)
 }
 
-/// A small generator (splitmix64) for the tests that need many numbers.
+/// A splitmix64 generator for tests.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {

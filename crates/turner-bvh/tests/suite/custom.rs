@@ -1,4 +1,4 @@
-//! Trees over boxes of anything, against looking at everything.
+//! `BoxBvh` against brute force.
 
 use proptest::prelude::*;
 use turner_bvh::{Aabb, BoxBvh, BuildOptions, Quality, Ray, RefitError};
@@ -9,7 +9,7 @@ fn build(boxes: &[Aabb]) -> BoxBvh {
     BoxBvh::build(boxes, &BuildOptions::default()).unwrap()
 }
 
-/// Every box that the ray meets in exact arithmetic is offered, in all four ways.
+/// All four queries visit every box that the ray intersects in exact arithmetic.
 fn check(bvh: &BoxBvh, boxes: &[Aabb], rays: &[Ray]) {
     let order = bvh.order();
     let mut of_batch = vec![Vec::new(); rays.len()];
@@ -90,7 +90,7 @@ proptest! {
     }
 }
 
-/// The nearest box that each ray enters and where, of equally near ones the lowest number.
+/// The nearest box that each ray enters, and its t; among equally near ones, the lowest index.
 fn nearest(bvh: &BoxBvh, boxes: &[Aabb], rays: &[Ray]) -> Vec<Option<(f32, u32)>> {
     let mut found = vec![None; rays.len()];
     bvh.closest_batch(rays, |i, range, t_max| {
@@ -111,9 +111,9 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
-    fn a_refitted_tree_hits_what_a_fresh_one_hits(seed in any::<u64>(), count in 1_usize..400) {
+    fn a_refitted_bvh_has_the_hits_of_a_fresh_one(seed in any::<u64>(), count in 1_usize..400) {
         let mut random = Random(seed);
-        // Large enough for rays to meet some.
+        // Large enough that some rays hit.
         let large = |b: &Aabb| Aabb::new(b.min, b.max.map(|x| x + 300.0));
         let mut boxes_and_rays = || {
             let (boxes, rays) = scene(&mut random, count);
@@ -123,7 +123,7 @@ proptest! {
         let mut refitted = build(&first);
         let mut hits = 0;
         for round in 0..5 {
-            // Refits in turn: a few boxes move slightly, all move at random, all coincide, one becomes invalid, all return.
+            // Refits: a few boxes move, all move randomly, all coincide, one becomes invalid, all return.
             let (anywhere, _) = boxes_and_rays();
             let boxes: Vec<Aabb> = match round {
                 0 => (0..count).map(|i| if i % 17 == 0 { anywhere[i] } else { first[i] }).collect(),
@@ -147,7 +147,7 @@ proptest! {
 }
 
 #[test]
-fn t_is_that_of_the_caller() {
+fn t_is_in_the_units_of_the_caller() {
     let mut random = Random(5);
     for size in [1.0_f32, 1e-25, 1e25] {
         let boxes: Vec<Aabb> = (0..200)
@@ -181,7 +181,7 @@ fn t_is_that_of_the_caller() {
 }
 
 #[test]
-fn every_valid_ray_is_answered() {
+fn every_valid_ray_is_traced() {
     let boxes = [Aabb::new([-1.0; 3], [1.0; 3])];
     let bvh = build(&boxes);
     let far = Ray::new([1e30, 0.0, 0.0], [-1e30, 0.0, 0.0]);
@@ -196,9 +196,9 @@ fn every_valid_ray_is_answered() {
     }
     for bad in [Ray { t_min: f32::NAN, ..still }, Ray { origin: [f32::NAN; 3], ..still }] {
         assert!(!bvh.any(&bad, |_| true));
-        bvh.closest_batch(&[bad], |_, _, _| panic!("nothing to see"));
+        bvh.closest_batch(&[bad], |_, _, _| panic!("an invalid ray visited a leaf"));
     }
-    // NaN ends the search; what is larger is ignored.
+    // NaN ends the traversal; larger values are ignored.
     assert!(bvh.closest(&Ray::new([0.0; 3], [1.0; 3]), |_, _| f32::NAN).is_nan());
     assert_eq!(bvh.closest(&Ray { t_max: 3.0, ..Ray::new([0.0; 3], [1.0; 3]) }, |_, _| 4.0), 3.0);
     let empty = build(&[]);

@@ -1,4 +1,5 @@
-//! No box that a ray meets in exact arithmetic is missed, and the nearest primitive does not depend on the tree.
+//! `Bvh2` misses no box that a ray intersects in exact arithmetic, and the nearest primitive does not depend on the
+//! BVH.
 
 use turner_bvh::{Aabb, Bvh2, Bvh2Options, Ray};
 
@@ -13,7 +14,7 @@ fn power_of_two(n: i32) -> f64 {
     (0..n.abs()).fold(1.0, |x, _| x * factor)
 }
 
-/// Boxes that are often flat, and rays that often run along their faces: coordinates up to `n`.
+/// Boxes that are often flat, for rays that often run along their faces: coordinates up to `n`.
 fn integer_boxes(random: &mut Random, count: usize, n: u32) -> Vec<Aabb> {
     (0..count).map(|_| Aabb::EMPTY.grow(random.integers(n)).grow(random.integers(n))).collect()
 }
@@ -28,7 +29,7 @@ fn integer_ray(random: &mut Random, n: u32) -> Ray {
     Ray::new(random.integers(n), direction)
 }
 
-/// Multiplies by powers of two, which changes nothing in exact arithmetic. `None` if something is not representable.
+/// Multiplies by powers of two, which is exact. `None` if a result is not representable.
 fn scaled(ray: &Ray, boxes: &[Aabb], position: i32, direction: i32) -> Option<(Ray, Vec<Aabb>)> {
     let by = |x: f32, n: i32| {
         let y = f64::from(x) * power_of_two(n);
@@ -71,13 +72,13 @@ fn visited_by_any(bvh: &Bvh2, ray: &Ray) -> Vec<u32> {
 #[test]
 fn no_box_is_missed_at_any_scale() {
     let mut random = Random(1);
-    let (mut met, mut cases, mut plain_misses, mut spare) = (0, 0, 0, 0);
+    let (mut hit_count, mut cases, mut plain_misses, mut extra_visits) = (0, 0, 0, 0);
     for round in 0..30_000 {
         let n = [2, 5, 1000, (1 << 24) - 1][round % 4];
         let boxes = integer_boxes(&mut random, 3, n);
         let mut ray = integer_ray(&mut random, n);
         if round % 3 == 0 {
-            // Within a hair of the entry into one of the boxes, on either side or exactly there.
+            // At the entry into one of the boxes, or one float before or after it.
             if let Some(t) = enter(&ray, &boxes[0]).map(|t| t.nearest()).filter(|&t| t > 1e-4) {
                 let t = [t, t.next_up(), t.next_down()][(random.bits() % 3) as usize];
                 if random.bits().is_multiple_of(2) { ray.t_max = t } else { ray.t_min = t }
@@ -91,30 +92,33 @@ fn no_box_is_missed_at_any_scale() {
         let seen_by_any = visited_by_any(&bvh, &scaled_ray);
         cases += 1;
         for (i, b) in boxes.iter().enumerate() {
-            let is_met = enter(&ray, b).is_some();
-            met += usize::from(is_met);
-            if !is_met && (position, direction) == (0, 0) {
+            let is_hit = enter(&ray, b).is_some();
+            hit_count += usize::from(is_hit);
+            if !is_hit && (position, direction) == (0, 0) {
                 plain_misses += 1;
-                spare += usize::from(seen.contains(&(i as u32)));
+                extra_visits += usize::from(seen.contains(&(i as u32)));
             }
             assert!(
-                !is_met || seen.contains(&(i as u32)) && seen_by_any.contains(&(i as u32)),
+                !is_hit || seen.contains(&(i as u32)) && seen_by_any.contains(&(i as u32)),
                 "missed {b:?} with {ray:?}, scaled by 2^{position}, 2^{direction}"
             );
         }
     }
-    // The test tests something, and the answer is not simply "everything".
-    assert!(cases > 10_000 && met > 5_000 && plain_misses > 5_000, "{cases} {met} {plain_misses}");
-    assert!(spare * 20 < plain_misses, "{spare} of {plain_misses} misses were visited");
+    // The test has enough cases, and visiting everything does not pass.
+    assert!(
+        cases > 10_000 && hit_count > 5_000 && plain_misses > 5_000,
+        "{cases} {hit_count} {plain_misses}"
+    );
+    assert!(extra_visits * 20 < plain_misses, "{extra_visits} of {plain_misses} misses were visited");
 }
 
-/// Boxes that a ray only touches, at one point of an edge, where the smallest rounding in the wrong direction misses.
+/// Boxes that a ray touches in one point of an edge, where any rounding in the wrong direction is a miss.
 #[test]
 fn no_touch_is_missed_at_any_scale() {
     let mut random = Random(5);
     let mut cases = 0;
     for round in 0..40_000 {
-        // The ray reaches `origin + j * step` at t = j / m, which is often no float.
+        // The ray reaches `origin + j * step` at t = j / m, which is often not a float.
         let step = random.integers(300);
         let origin = random.integers(1 << 20);
         let m = if round % 2 == 0 { 64.0 } else { random.integer(60).abs() + 1.0 };
@@ -123,7 +127,7 @@ fn no_touch_is_missed_at_any_scale() {
         let p: [f32; 3] = std::array::from_fn(|k| origin[k] + j * step[k]);
         let mut b = Aabb::new(p, p);
         for (axis, step) in step.into_iter().enumerate() {
-            // It comes in through one face and goes out through another in the same moment.
+            // The ray enters through one face and leaves through another at the same t.
             let width = random.integer(1000).abs();
             if (random.bits().is_multiple_of(2)) == (step > 0.0) {
                 b.max[axis] += width
@@ -146,7 +150,7 @@ fn no_touch_is_missed_at_any_scale() {
     assert!(cases > 15_000, "{cases}");
 }
 
-/// The primitives are boxes; the nearest is the one entered first, and of those the one with the lowest index.
+/// Boxes as primitives: the nearest is the one entered first; among equal ones, the lowest index.
 fn nearest(
     candidates: impl Iterator<Item = u32>,
     boxes: &[Aabb],
@@ -173,7 +177,7 @@ fn assert_nearest_as_brute_force(random: &mut Random, boxes: &[Aabb], n: u32, ra
             let mut found = None;
             bvh.closest(&ray, |range, t_max| {
                 nearest(range.map(|i| bvh.order()[i as usize]), boxes, &ray, &mut found);
-                // Not below the exact value, as the contract asks.
+                // Not below the exact value, as the contract requires.
                 found.map_or(t_max, |(t, _)| if t.nearest() == 0.0 { 0.0 } else { t.nearest().next_up() })
             });
             assert_eq!(found.map(|(_, i)| i), expected.map(|(_, i)| i), "{ray:?}");
@@ -190,7 +194,7 @@ fn assert_nearest_as_brute_force(random: &mut Random, boxes: &[Aabb], n: u32, ra
 #[test]
 fn ties_on_a_small_grid_go_to_the_lowest_index() {
     let mut random = Random(2);
-    // Unit boxes on a grid of 13^3 points, many of them flat, many of them equal.
+    // Unit boxes on a grid of 13^3 points, many of them flat or equal.
     let boxes: Vec<Aabb> = (0..300)
         .map(|_| {
             let p = random.integers(6);

@@ -1,9 +1,9 @@
-//! Eight lanes do what one number does, to the last bit, with every instruction set.
+//! Each lane has the result of scalar code, to the last bit, with every instruction set.
 
 use turner_bvh::InstructionSet;
 use turner_bvh::lanes::{Block, Block32, F32x8, F64x8, LANES, Mask8, Simd, Vec3x8, Work, dispatch};
 
-/// Numbers that tell operations apart.
+/// Values that distinguish the operations.
 const VALUES: [f64; 14] = [
     0.0,
     -0.0,
@@ -87,7 +87,7 @@ impl Work for Operations<'_> {
     }
 }
 
-/// What one number does.
+/// The scalar result.
 fn expected(name: &str, a: &Block, b: &Block) -> Block {
     let each = |f: &dyn Fn(f64, f64) -> f64| Block(std::array::from_fn(|i| f(a.0[i], b.0[i])));
     let truth = |f: &dyn Fn(f64, f64) -> bool| each(&|a, b| f64::from(u8::from(f(a, b))));
@@ -128,7 +128,7 @@ fn expected(name: &str, a: &Block, b: &Block) -> Block {
     }
 }
 
-/// The bits, with all NaNs alike.
+/// The bits; all NaNs are equal.
 fn bits(v: f64) -> u64 {
     if v.is_nan() { u64::MAX } else { v.to_bits() }
 }

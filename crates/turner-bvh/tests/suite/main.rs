@@ -1,4 +1,4 @@
-//! The crate from outside: one program, so that it links once.
+//! Tests of the public interface, in one program so that it links once.
 
 mod build;
 mod bytes;

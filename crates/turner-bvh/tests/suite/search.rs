@@ -1,4 +1,4 @@
-//! What searches promise besides exactness: order, pruning, stopping, and an end for any input.
+//! Traversal of `Bvh2`: order, pruning, early exit, and termination for any input.
 
 use proptest::prelude::*;
 use turner_bvh::{Aabb, Bvh2, Bvh2Options, Ray};
@@ -39,7 +39,7 @@ fn near_boxes_come_first_and_far_ones_are_pruned() {
 }
 
 #[test]
-fn boxes_as_near_as_the_nearest_hit_are_offered() {
+fn boxes_as_near_as_the_nearest_hit_are_visited() {
     let boxes = vec![Aabb::new([0.0, 0.0, 1.0], [1.0, 1.0, 1.0]); 20];
     let bvh = build(&boxes, 1);
     let mut visits = 0;
@@ -51,7 +51,7 @@ fn boxes_as_near_as_the_nearest_hit_are_offered() {
 }
 
 #[test]
-fn a_larger_t_max_is_ignored_and_not_a_number_ends_the_search() {
+fn a_larger_t_max_is_ignored_and_nan_ends_the_traversal() {
     let bvh = build(&row(64), 1);
     let ray = Ray { t_max: 3.0, ..Ray::new([-1.0, 0.5, 0.5], [1.0, 0.0, 0.0]) };
     let mut visits = 0;
@@ -69,7 +69,7 @@ fn a_larger_t_max_is_ignored_and_not_a_number_ends_the_search() {
 }
 
 #[test]
-fn any_stops_at_the_first_yes() {
+fn any_stops_at_the_first_hit() {
     let bvh = build(&row(64), 1);
     let ray = Ray::new([-1.0, 0.5, 0.5], [1.0, 0.0, 0.0]);
     let mut visits = 0;
@@ -92,11 +92,15 @@ fn from_inside_and_from_a_negative_start() {
         seen.extend(range.map(|i| bvh.order()[i as usize]));
         t_max
     });
-    assert_eq!(seen, [1, 2], "the search starts at 0: not what lies behind, but what is around");
+    assert_eq!(
+        seen,
+        [1, 2],
+        "the traversal starts at 0: it visits the box around the origin, but nothing behind it"
+    );
 }
 
 #[test]
-fn an_empty_tree_and_rays_that_are_none_visit_nothing() {
+fn an_empty_bvh_and_invalid_rays_visit_nothing() {
     let nothing = build(&[], 4);
     assert!(!nothing.any(&Ray::new([0.0; 3], [1.0; 3]), |_| true));
     let bvh = build(&row(64), 4);
@@ -127,9 +131,9 @@ fn any_triple() -> impl Strategy<Value = [f32; 3]> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
 
-    /// Whatever the bits of boxes, rays and answers: an end, and no primitive offered twice.
+    /// For any bits in boxes, rays and answers, traversal ends and visits no primitive twice.
     #[test]
-    fn every_search_ends(
+    fn every_traversal_ends(
         corners in prop::collection::vec((any_triple(), any_triple()), 0..60),
         (origin, direction) in (any_triple(), any_triple()),
         (t_min, t_max) in (any_float(), any_float()),
@@ -139,18 +143,18 @@ proptest! {
         let bvh = build(&boxes, 2);
         prop_assert_eq!(bvh.validate(&boxes), Ok(()));
         let ray = Ray { origin, direction, t_min, t_max };
-        let mut offered = vec![0; bvh.order().len()];
+        let mut visited = vec![0; bvh.order().len()];
         let mut answers = answers.into_iter().cycle();
         bvh.closest(&ray, |range, _| {
-            range.for_each(|i| offered[i as usize] += 1);
+            range.for_each(|i| visited[i as usize] += 1);
             answers.next().unwrap_or(0.0)
         });
-        prop_assert!(offered.iter().all(|&n| n <= 1));
+        prop_assert!(visited.iter().all(|&n| n <= 1));
     }
 
-    /// A ray through a point of a box meets that box, up to the rounding of the aim, which the box is grown by.
+    /// A ray through a point of a box hits that box. The box is enlarged by the rounding error of the direction.
     #[test]
-    fn a_ray_aimed_at_a_box_meets_it(seed in any::<u64>(), scale in -60..60_i32) {
+    fn a_ray_aimed_at_a_box_hits_it(seed in any::<u64>(), scale in -60..60_i32) {
         let mut random = Random(seed);
         let scale = (0..scale.abs()).fold(1.0_f32, |x, _| if scale < 0 { x * 0.5 } else { x * 2.0 });
         let boxes: Vec<Aabb> = (0..50)

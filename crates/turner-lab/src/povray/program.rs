@@ -1,4 +1,4 @@
-//! POV-Ray as a measure: run on a scene of its own beside ours, and asked how long it traced.
+//! Runs POV-Ray and reads the time it reports.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -6,27 +6,27 @@ use std::process::{Command, Stdio};
 use turner::schema::{ErrorCode, SceneError};
 use turner_cli::failure::Failure;
 
-/// POV-Ray and the scene it renders.
+/// POV-Ray and the scene that it renders.
 pub(super) struct PovRay {
     program: PathBuf,
     scene: PathBuf,
 }
 
 impl PovRay {
-    /// For the .pov file beside `scene`, if there is one.
-    pub(super) fn beside(program: &Path, scene: &Path) -> Option<PovRay> {
-        // It runs in a folder of its own, so its path must not be relative.
+    /// For the .pov file next to `scene`, if there is one.
+    pub(super) fn for_scene(program: &Path, scene: &Path) -> Option<PovRay> {
+        // POV-Ray runs in another folder, so the path must be absolute.
         let scene = std::fs::canonicalize(scene.with_extension("pov")).ok()?;
         Some(PovRay { program: program.to_owned(), scene })
     }
 
-    /// Seconds it says it traced for, without anti-aliasing.
+    /// The tracing time that POV-Ray reports, in seconds, without anti-aliasing.
     pub(super) fn trace(&self, width: u32, height: u32, threads: usize) -> Result<f64, Failure> {
         self.render(width, height, threads, &["-A"]).map(|(seconds, _)| seconds)
     }
 
-    /// Seconds it says it traced for, with these arguments for anti-aliasing, and its picture as PNG, made in a temporary folder that
-    /// is removed.
+    /// The tracing time that POV-Ray reports, in seconds, with these arguments for anti-aliasing; and its image as PNG.
+    /// The temporary folder is removed.
     pub(super) fn render(
         &self,
         width: u32,
@@ -39,12 +39,9 @@ impl PovRay {
         };
         let program = self.program.display();
         let folder = tempfile::tempdir().map_err(|e| {
-            failed(
-                format!("no temporary folder can be made: {e}"),
-                "set TMPDIR to a folder that can be written",
-            )
+            failed(format!("cannot create a temporary folder: {e}"), "set TMPDIR to a writable folder")
         })?;
-        // POV-Ray reads files beside the scene through the library path.
+        // POV-Ray finds files next to the scene through the library path.
         let library = self.scene.parent().unwrap_or(Path::new("."));
         let output = Command::new(&self.program)
             .current_dir(folder.path())
@@ -59,25 +56,28 @@ impl PovRay {
             .map_err(|e| {
                 failed(format!("{program} cannot be run: {e}"), "name the program: --program PATH")
             })?;
-        // It writes its report to standard error.
+        // POV-Ray writes its report to standard error.
         let report =
             String::from_utf8_lossy(&output.stderr).into_owned() + &String::from_utf8_lossy(&output.stdout);
         if !output.status.success() {
             let last =
-                report.lines().rfind(|l| l.contains("rror")).unwrap_or("it says nothing").trim().to_owned();
+                report.lines().rfind(|l| l.contains("rror")).unwrap_or("no error message").trim().to_owned();
             let scene = self.scene.display();
-            return Err(failed(format!("{program} failed on {scene}: {last}"), "run it by hand to see more"));
+            return Err(failed(
+                format!("{program} failed on {scene}: {last}"),
+                "run POV-Ray manually to see more",
+            ));
         }
-        let works = "this is known to work with POV-Ray 3.7";
+        let works = "this works with POV-Ray 3.7";
         let seconds =
             trace_time(&report).ok_or_else(|| failed(format!("{program} printed no `Trace Time`"), works))?;
         let picture = std::fs::read(folder.path().join("picture.png"))
-            .map_err(|e| failed(format!("{program} wrote no picture: {e}"), works))?;
+            .map_err(|e| failed(format!("{program} wrote no image: {e}"), works))?;
         Ok((seconds, picture))
     }
 }
 
-/// The seconds of `Trace Time:  0 hours  1 minutes  2 seconds (62.345 seconds)`.
+/// The seconds in `Trace Time:  0 hours  1 minutes  2 seconds (62.345 seconds)`.
 fn trace_time(report: &str) -> Option<f64> {
     let line = report.lines().rfind(|l| l.trim_start().starts_with("Trace Time:"))?;
     let (_, exact) = line.split_once('(')?;

@@ -1,4 +1,4 @@
-//! Building: how long it takes, and how large the trees are.
+//! Builds BVHs and measures time and size.
 
 use std::time::Instant;
 
@@ -11,45 +11,45 @@ use super::table::Column;
 use super::tracer::{Quality, Turner};
 use super::{RaysArgs, Rival};
 
-/// A tree is built again only until this many seconds have gone into it.
-const ENOUGH: f64 = 2.0;
+/// Builds are repeated until this many seconds have passed.
+const ENOUGH_SECONDS: f64 = 2.0;
 
-/// The trees that are traced.
+/// The BVHs that are traced.
 pub(super) struct Trees {
     pub(super) turner: Vec<(Quality, Turner)>,
     pub(super) embree: Vec<(Rival, Built)>,
 }
 
-/// What one way of building took.
+/// The result of one builder.
 pub(super) struct BuildRow {
     pub(super) column: Column,
     /// Each build, in order.
     pub(super) seconds: Vec<f64>,
-    /// The middle one.
+    /// The median of `seconds`.
     pub(super) median: f64,
     pub(super) bytes: usize,
-    /// Triangles of the meshes, each once, and instances.
+    /// Triangles of the meshes, counted once, plus instances.
     pub(super) items: usize,
 }
 
-/// One way to build, and what it has built last.
-struct Site<'a, T> {
+/// A builder and its latest result.
+struct Builder<'a, T> {
     column: Column,
     build: Box<dyn Fn() -> Result<T, String> + 'a>,
     seconds: Vec<f64>,
     last: Option<T>,
 }
 
-impl<'a, T> Site<'a, T> {
-    fn new(column: Column, build: impl Fn() -> Result<T, String> + 'a) -> Site<'a, T> {
-        Site { column, build: Box::new(build), seconds: Vec::new(), last: None }
+impl<'a, T> Builder<'a, T> {
+    fn new(column: Column, build: impl Fn() -> Result<T, String> + 'a) -> Builder<'a, T> {
+        Builder { column, build: Box::new(build), seconds: Vec::new(), last: None }
     }
 
     fn turn(&mut self) -> Result<(), String> {
-        if self.last.is_some() && self.seconds.iter().sum::<f64>() > ENOUGH {
+        if self.last.is_some() && self.seconds.iter().sum::<f64>() > ENOUGH_SECONDS {
             return Ok(());
         }
-        // The one before makes room first.
+        // Free the memory of the previous build first.
         self.last = None;
         let start = Instant::now();
         self.last = Some((self.build)()?);
@@ -69,7 +69,7 @@ impl<'a, T> Site<'a, T> {
 }
 
 impl Trees {
-    /// Builds all, in turn.
+    /// Runs all builders in turn.
     pub(super) fn build(
         args: &RaysArgs,
         embree: Option<&Embree>,
@@ -77,48 +77,49 @@ impl Trees {
         threads: usize,
     ) -> Result<(Trees, Vec<BuildRow>), String> {
         let items = scene.meshes.iter().map(|m| m.triangles.len()).sum::<usize>() + scene.instances.len();
-        let workshop = embree.map(|e| e.workshop(scene, threads)).transpose()?;
-        let mut turner: Vec<(Quality, Site<'_, Turner>)> = Vec::new();
+        let embree_scene = embree.map(|e| e.scene_for(scene, threads)).transpose()?;
+        let mut turner: Vec<(Quality, Builder<'_, Turner>)> = Vec::new();
         for &quality in &args.quality {
             let build = move || Turner::build(scene, quality, threads);
-            turner.push((quality, Site::new(Column::Turner(quality), build)));
+            turner.push((quality, Builder::new(Column::Turner(quality), build)));
         }
-        let mut rivals: Vec<(Rival, Site<'_, Built>)> = Vec::new();
-        if let Some(workshop) = &workshop {
-            // That of low quality is built for its time, also where it is not traced.
+        let mut rivals: Vec<(Rival, Builder<'_, Built>)> = Vec::new();
+        if let Some(embree_scene) = &embree_scene {
+            // Low quality is always built for its build time, even if it is not traced.
             let low = (!args.embree_quality.contains(&Rival::Low)).then_some(Rival::Low);
             for rival in low.into_iter().chain(args.embree_quality.iter().copied()) {
-                rivals.push((rival, Site::new(Column::Embree(rival), move || workshop.build(rival))));
+                rivals.push((rival, Builder::new(Column::Embree(rival), move || embree_scene.build(rival))));
             }
         }
         for _ in 0..args.repeat {
-            for (_, site) in &mut turner {
-                site.turn()?;
+            for (_, builder) in &mut turner {
+                builder.turn()?;
             }
-            for (_, site) in &mut rivals {
-                site.turn()?;
+            for (_, builder) in &mut rivals {
+                builder.turn()?;
             }
         }
-        let mut rows: Vec<BuildRow> = turner.iter().map(|(_, site)| site.row(items, Turner::bytes)).collect();
-        rows.extend(rivals.iter().map(|(_, site)| site.row(items, Built::bytes)));
+        let mut rows: Vec<BuildRow> =
+            turner.iter().map(|(_, builder)| builder.row(items, Turner::bytes)).collect();
+        rows.extend(rivals.iter().map(|(_, builder)| builder.row(items, Built::bytes)));
         let traced = rivals.into_iter().filter(|(rival, _)| args.embree_quality.contains(rival));
         let trees = Trees {
-            turner: turner.into_iter().filter_map(|(q, site)| Some((q, site.last?))).collect(),
-            embree: traced.filter_map(|(r, site)| Some((r, site.last?))).collect(),
+            turner: turner.into_iter().filter_map(|(q, builder)| Some((q, builder.last?))).collect(),
+            embree: traced.filter_map(|(r, builder)| Some((r, builder.last?))).collect(),
         };
         if trees.turner.is_empty() {
-            return Err("no quality was asked for".into());
+            return Err("--quality is empty".into());
         }
         Ok((trees, rows))
     }
 
-    /// Turner's tree of the quality named last.
+    /// Turner's BVH of the last quality named.
     pub(super) fn best(&self) -> &dyn Tracer {
         &self.turner[self.turner.len() - 1].1
     }
 
-    /// The tree of Embree that answers are compared with: the watertight one if it is there.
-    pub(super) fn judge(&self) -> Option<&dyn Tracer> {
+    /// Embree's BVH that hits are compared with: the watertight one if it was built.
+    pub(super) fn reference(&self) -> Option<&dyn Tracer> {
         let robust = self.embree.iter().find(|(rival, _)| *rival == Rival::Robust);
         robust.or(self.embree.last()).map(|(_, tree)| tree as &dyn Tracer)
     }

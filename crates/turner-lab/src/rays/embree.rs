@@ -1,4 +1,4 @@
-//! Embree over a generated scene, on the same terms as Turner's tree.
+//! Embree over a generated scene, under the same conditions as Turner's BVH.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,7 +12,7 @@ use super::Rival;
 use super::measure::{CHUNK, Query, RaySet, Tracer};
 use super::tracer::Hit;
 
-/// Rays as Embree's packets take them.
+/// Rays in the layout of Embree's packets.
 pub(super) type Packets = embree::Packets;
 
 pub(super) fn packets(rays: &[Ray]) -> Packets {
@@ -22,8 +22,8 @@ pub(super) fn packets(rays: &[Ray]) -> Packets {
 /// The loaded library.
 pub(super) struct Embree(embree::Embree);
 
-/// A device, and the meshes of a scene as it reads them.
-pub(super) struct Workshop {
+/// A device, and the meshes of a scene as Embree reads them.
+pub(super) struct EmbreeScene {
     device: embree::Device,
     geometries: Vec<embree::Geometry>,
     instances: Vec<embree::Instance>,
@@ -39,13 +39,13 @@ impl Embree {
         Ok(Embree(embree))
     }
 
-    /// Its version, for the head of the table.
+    /// The version, for the table head.
     pub(super) fn version(&self) -> String {
         let version = self.0.device(1).map_or(0, |device| device.version());
         format!("{}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
     }
 
-    pub(super) fn workshop(&self, scene: &Scene, threads: usize) -> Result<Workshop, String> {
+    pub(super) fn scene_for(&self, scene: &Scene, threads: usize) -> Result<EmbreeScene, String> {
         let device = self.0.device(threads).map_err(|e| e.to_string())?;
         let geometries = scene.meshes.iter().map(|mesh| {
             let mesh = embree::Mesh { positions: &mesh.positions, triangles: &mesh.triangles };
@@ -53,7 +53,7 @@ impl Embree {
         });
         let instances =
             scene.instances.iter().map(|i| embree::Instance { mesh: i.mesh, transform: i.transform });
-        Ok(Workshop {
+        Ok(EmbreeScene {
             geometries: geometries.collect::<Result<_, _>>()?,
             instances: instances.collect(),
             device,
@@ -61,8 +61,8 @@ impl Embree {
     }
 }
 
-impl Workshop {
-    /// Builds all trees of the scene.
+impl EmbreeScene {
+    /// Builds all BVHs of the scene.
     pub(super) fn build(&self, rival: Rival) -> Result<Built, String> {
         let (quality, robust) = match rival {
             Rival::Low => (embree::Quality::Low, false),
@@ -84,7 +84,7 @@ impl Workshop {
 }
 
 impl Built {
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.0.bytes() + self.1.iter().map(|part| part.bytes()).sum::<usize>()
     }
@@ -124,7 +124,7 @@ impl Tracer for Built {
     }
 }
 
-/// The packets of a range of rays, which begins at a chunk.
+/// The packets of a range of rays that begins at a chunk.
 fn packets_of(range: &Range<usize>) -> Range<usize> {
     range.start / Packets::WIDTH..range.end.div_ceil(Packets::WIDTH)
 }

@@ -1,4 +1,5 @@
-//! Placed copies of meshes: a tree over boxes, and in each of its leaves rays moved into the mesh, as the renderer has it.
+//! Instances: a two-level BVH. The top level holds boxes; rays are transformed into the mesh in each leaf, as in the
+//! renderer.
 
 use std::ops::Range;
 
@@ -8,23 +9,23 @@ use turner_bvh::{Aabb, BoxBvh, BuildOptions, Bvh, Ray};
 use super::measure::{CHUNK, Query};
 use super::tracer::Hit;
 
-/// Boxes are this part of the scene's extent larger than what is in them: more than rays are moved by rounding.
+/// Boxes are enlarged by this fraction of the scene's extent, which exceeds the rounding error of transformed rays.
 const PADDING: f32 = 1e-6;
 
-/// Two levels of trees.
+/// A two-level BVH.
 pub(super) struct Instances {
     top: BoxBvh,
-    /// In the order of the tree's leaves.
+    /// In leaf order of the top level.
     placed: Vec<Placed>,
     meshes: Vec<Bvh>,
 }
 
-/// One copy.
+/// An instance.
 struct Placed {
-    /// From the world to the mesh: the rows of a 3x4 matrix.
+    /// World-to-object transform: the rows of a 3x4 matrix.
     inverse: [[f32; 4]; 3],
     mesh: u32,
-    /// Its position among the scene's instances.
+    /// Index among the scene's instances.
     number: u32,
 }
 
@@ -34,7 +35,7 @@ impl Placed {
         Ok(Placed { inverse, mesh: instance.mesh, number })
     }
 
-    /// The ray as the mesh sees it, up to `t_max`; t stays what it is.
+    /// The ray in object space, up to `t_max`; t is unchanged.
     #[inline(always)]
     fn moved(&self, ray: &Ray, t_max: f32) -> Ray {
         let ([x, y, z], [u, v, w]) = (ray.origin, ray.direction);
@@ -47,7 +48,7 @@ impl Placed {
     }
 }
 
-/// Of an affine map, where it has one.
+/// The inverse of an affine transform, if it exists.
 fn inverse(rows: &[[f32; 4]; 3]) -> Option<[[f32; 4]; 3]> {
     let [a, b, c] = rows.map(|row| row.map(f64::from));
     let cross = |p: [f64; 4], q: [f64; 4]| {
@@ -65,7 +66,7 @@ fn inverse(rows: &[[f32; 4]; 3]) -> Option<[[f32; 4]; 3]> {
 }
 
 impl Instances {
-    /// Places the meshes, whose trees are built.
+    /// Places meshes whose BVHs are built.
     pub(super) fn build(
         scene: &Scene,
         meshes: Vec<Bvh>,
@@ -84,13 +85,13 @@ impl Instances {
         Ok(Instances { placed: in_order.collect::<Result<_, _>>()?, top, meshes })
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         let meshes: usize = self.meshes.iter().map(|mesh| mesh.stats().bytes).sum();
         self.top.bytes() + size_of_val(&self.placed[..]) + meshes
     }
 
-    /// The nearest hits of at most [`CHUNK`] rays; of equally near ones that of the lowest instance.
+    /// The nearest hits of at most [`CHUNK`] rays; among equally near ones, the lowest instance.
     pub(super) fn nearest(&self, query: Query, rays: &[Ray], hits: &mut [Hit; CHUNK]) {
         let mut visit = |i: usize, range: Range<u32>, mut t_max: f32| {
             for placed in &self.placed[range.start as usize..range.end as usize] {
@@ -118,7 +119,7 @@ impl Instances {
     pub(super) fn any(&self, query: Query, rays: &[Ray], occluded: &mut [bool; CHUNK]) {
         let visit = |i: usize, range: Range<u32>| {
             let ray = &rays[i];
-            // Not by `Iterator::any`: what its closure calls need not be inlined.
+            // A loop instead of `Iterator::any`, whose closure might not be inlined.
             for placed in &self.placed[range.start as usize..range.end as usize] {
                 if self.meshes[placed.mesh as usize].occluded(&placed.moved(ray, ray.t_max)) {
                     return true;
@@ -147,10 +148,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn placed_meshes_are_hit_where_their_triangles_stand() {
+    fn instances_are_hit_where_their_triangles_are() {
         let scene = SceneKind::Instances1m.generate(60);
         let options = BuildOptions::default();
-        // All triangles in the world, in one tree.
+        // All triangles in world space, in one BVH.
         let placed = 0..scene.instances.len() as u32;
         let count = scene.meshes[0].triangles.len() as u32;
         let corners: Vec<[f32; 3]> = placed
@@ -162,7 +163,7 @@ mod tests {
         let all = Bvh::build(&Triangles { positions: &corners, triangles: &triangles }, &options).unwrap();
         let mesh = Triangles { positions: &scene.meshes[0].positions, triangles: &scene.meshes[0].triangles };
         let two = Instances::build(&scene, vec![Bvh::build(&mesh, &options).unwrap()], &options).unwrap();
-        let mut met = 0;
+        let mut hit_count = 0;
         for rays in rays::primary(&scene.camera, 48).chunks(CHUNK) {
             for query in [Query::One, Query::Batch] {
                 let mut hits = [Hit::MISS; CHUNK];
@@ -179,11 +180,11 @@ mod tests {
                             [hits[i].instance, hits[i].primitive],
                             [hit.primitive / count, hit.primitive % count]
                         );
-                        met += 1;
+                        hit_count += 1;
                     }
                 }
             }
         }
-        assert!(met > 500, "{met} hits");
+        assert!(hit_count > 500, "{hit_count} hits");
     }
 }

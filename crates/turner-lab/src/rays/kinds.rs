@@ -1,26 +1,26 @@
-//! The kinds of rays of a picture.
+//! The kinds of rays in a rendering.
 
 use turner_bvh::generate::{Scene, rays};
 
 use super::measure::{Contender, Query, RaySet, all_answers};
 
-/// Ambient-occlusion rays reach this part of the scene's extent.
+/// Ambient-occlusion rays reach this fraction of the scene's extent.
 const REACH: f32 = 0.07;
 
-/// What rays are for.
+/// The purpose of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Kind {
-    /// From the camera
+    /// Camera rays
     Primary,
-    /// From the camera, as coherent packets
+    /// Camera rays, as coherent packets
     PrimaryCoherent,
-    /// From what the camera sees to a point light
+    /// Shadow rays from visible points to a point light
     Shadow,
-    /// To the light, as coherent packets
+    /// Shadow rays, as coherent packets
     ShadowCoherent,
-    /// From what the camera sees into the half-space above
+    /// Cosine-distributed rays from visible points
     Diffuse,
-    /// As diffuse, but short and any hit will do
+    /// Like diffuse, but short, and any hit counts
     Ambient,
 }
 
@@ -45,7 +45,7 @@ impl Kind {
         }
     }
 
-    /// How the rays are given to a tracer that has the choice.
+    /// How the rays are passed to a tracer that supports several ways.
     pub(super) fn query(self) -> Query {
         match self {
             Kind::PrimaryCoherent | Kind::ShadowCoherent => Query::Coherent,
@@ -54,7 +54,7 @@ impl Kind {
     }
 }
 
-/// All rays of a picture of a scene.
+/// All rays of a rendering of a scene.
 pub(super) struct Picture {
     primary: RaySet,
     shadow: RaySet,
@@ -63,7 +63,7 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// What the camera sees is found by `tracer`.
+    /// `tracer` finds the visible points.
     pub(super) fn new(scene: &Scene, resolution: u32, tracer: Contender<'_>) -> Picture {
         let extent = scene.extent();
         let primary = RaySet::new(rays::primary(&scene.camera, resolution), false);

@@ -1,4 +1,4 @@
-//! Timing: contenders take turns on the same rays, on pinned threads.
+//! Timing: contenders alternate on the same rays, on pinned threads.
 
 use std::hint::black_box;
 use std::ops::Range;
@@ -14,24 +14,24 @@ use super::tracer::Hit;
 /// Rays that a thread takes at a time.
 pub(super) const CHUNK: usize = 256;
 
-/// How long one run should take at least; short sets of rays are traced several times.
-const LEAST: f64 = 0.1;
-/// How long one run should take at most; of large sets of rays chunks are left out, evenly.
-const MOST: f64 = 0.5;
+/// Target minimum of one run in seconds: small sets of rays are traced several times.
+const MIN_SECONDS: f64 = 0.1;
+/// Target maximum of one run in seconds: of large sets, evenly spaced chunks are omitted.
+const MAX_SECONDS: f64 = 0.5;
 
-/// How rays are given to a tracer.
+/// How rays are passed to a tracer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Query {
-    /// One by one.
+    /// Singly.
     One,
-    /// Many at once that have nothing to do with one another.
+    /// Many at once, incoherent.
     Batch,
-    /// Many at once that lie close together.
+    /// Many at once, coherent.
     Coherent,
 }
 
-/// Whatever answers rays. It is given a range of at most [`CHUNK`] rays that begins at a multiple of [`CHUNK`], and fills
-/// as many answers from the front.
+/// Traces rays. It gets a range of at most [`CHUNK`] rays that begins at a multiple of [`CHUNK`] and writes their
+/// results to the front of the output.
 pub(super) trait Tracer: Sync {
     /// The nearest hits.
     fn nearest(&self, query: Query, set: &RaySet, range: Range<usize>, hits: &mut [Hit; CHUNK]);
@@ -39,14 +39,14 @@ pub(super) trait Tracer: Sync {
     fn any(&self, query: Query, set: &RaySet, range: Range<usize>, occluded: &mut [bool; CHUNK]);
 }
 
-/// Rays, and what is asked about them.
+/// Rays, and the query they are for.
 pub(super) struct RaySet {
     /// The rays.
     pub(super) rays: Vec<Ray>,
-    /// The same, laid out beforehand for packets.
+    /// The same rays, prepared as packets.
     #[cfg_attr(not(feature = "embree"), expect(dead_code))]
     pub(super) packets: Packets,
-    /// Whether any hit will do.
+    /// Whether any hit counts.
     pub(super) any: bool,
 }
 
@@ -59,7 +59,7 @@ impl RaySet {
         index * CHUNK..((index + 1) * CHUNK).min(self.rays.len())
     }
 
-    /// Traces a chunk and gives the answers to `take`: an occluded ray has `t` = 0.
+    /// Traces a chunk and passes the results to `take`: an occluded ray has `t` = 0.
     #[inline]
     fn trace(&self, by: Contender<'_>, chunk: usize, mut take: impl FnMut(&[Hit])) {
         let range = self.chunk(chunk);
@@ -78,14 +78,14 @@ impl RaySet {
     }
 }
 
-/// A tracer, and how it is asked.
+/// A tracer and how rays are passed to it.
 #[derive(Clone, Copy)]
 pub(super) struct Contender<'a> {
     pub(super) tracer: &'a dyn Tracer,
     pub(super) query: Query,
 }
 
-/// The part of a set that is traced in each run, and how often.
+/// The part of a set that each run traces, and how often.
 pub(super) struct Plan {
     chunks: Vec<usize>,
     passes: usize,
@@ -94,7 +94,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Finds a size by a short trial.
+    /// Chooses the size by a short trial.
     pub(super) fn new(set: &RaySet, trial: Contender<'_>, threads: usize) -> Plan {
         let all = set.rays.len().div_ceil(CHUNK);
         let every = |step: usize, passes: usize| {
@@ -102,18 +102,18 @@ impl Plan {
             let rays = chunks.iter().map(|&i| set.chunk(i).len()).sum::<usize>() * passes;
             Plan { chunks, passes, rays }
         };
-        // The first trial warms up.
+        // The first trial warms up the caches.
         let trial = [256, 64].map(|parts| {
             let plan = every(all.div_ceil(parts), 1);
             run(set, trial, &plan, 1).as_secs_f64() / plan.chunks.len().max(1) as f64
         });
         let seconds = (trial[1] * all as f64 / threads as f64).max(1e-6);
-        let step = (seconds / MOST).ceil() as usize;
-        every(step, if step > 1 { 1 } else { (LEAST / seconds).ceil() as usize })
+        let step = (seconds / MAX_SECONDS).ceil() as usize;
+        every(step, if step > 1 { 1 } else { (MIN_SECONDS / seconds).ceil() as usize })
     }
 }
 
-/// One run: seconds from the start of the first thread to the end of the last.
+/// One run: the time from the start of the first thread to the end of the last.
 pub(super) fn run(set: &RaySet, by: Contender<'_>, plan: &Plan, threads: usize) -> Duration {
     let next = AtomicUsize::new(0);
     let total = plan.chunks.len() * plan.passes;
@@ -145,7 +145,7 @@ pub(super) fn run(set: &RaySet, by: Contender<'_>, plan: &Plan, threads: usize) 
     start.zip(end).map_or(Duration::ZERO, |(start, end)| end - start)
 }
 
-/// The answers to the rays of the plan, in its order.
+/// The results for the rays of the plan, in its order.
 pub(super) fn answers(set: &RaySet, by: Contender<'_>, plan: &Plan) -> Vec<Hit> {
     let mut all = Vec::with_capacity(plan.rays);
     for &chunk in &plan.chunks {
@@ -154,14 +154,14 @@ pub(super) fn answers(set: &RaySet, by: Contender<'_>, plan: &Plan) -> Vec<Hit> 
     all
 }
 
-/// All answers.
+/// The results for all rays.
 pub(super) fn all_answers(set: &RaySet, by: Contender<'_>) -> Vec<Hit> {
     let plan =
         Plan { chunks: (0..set.rays.len().div_ceil(CHUNK)).collect(), passes: 1, rays: set.rays.len() };
     answers(set, by, &plan)
 }
 
-/// Rays with different answers: a hit and a miss, or distances that differ by more than 1e-4 of themselves.
+/// Number of rays with different results: a hit and a miss, or distances with a relative difference above 1e-4.
 pub(super) fn differences(a: &[Hit], b: &[Hit]) -> usize {
     let differ = |(a, b): &(&Hit, &Hit)| match (a.t.is_finite(), b.t.is_finite()) {
         (false, false) => false,
@@ -171,7 +171,7 @@ pub(super) fn differences(a: &[Hit], b: &[Hit]) -> usize {
     a.iter().zip(b).filter(differ).count()
 }
 
-/// Keeps the calling thread on one of the processors it may use. Where that cannot be done, it is not.
+/// Pins the calling thread to one of the processors it may use. Failures are ignored.
 #[cfg(target_os = "linux")]
 fn pin(thread: usize) {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
@@ -180,7 +180,7 @@ fn pin(thread: usize) {
     if let Some(&cpu) = cpus.get(thread % cpus.len().max(1)) {
         let mut one = CpuSet::new();
         one.set(cpu);
-        // A measurement on a thread that wanders is better than none.
+        // An unpinned measurement is better than none.
         let _ = sched_setaffinity(None, &one);
     }
 }

@@ -1,9 +1,9 @@
-//! `turner-lab rays`: how many rays per second the trees answer, also beside Embree.
+//! `turner-lab rays`: rays per second of the BVHs, compared with Embree.
 //!
 //! ```text
-//! mod ─┬─ kinds    the rays of a picture        tracer   Turner's trees ── instances  two levels
-//!      ├─ builds   seconds and bytes            embree   Embree's, if it is built in
-//!      ├─ measure  turns, threads, answers
+//! mod ─┬─ kinds    the rays of a rendering      tracer   Turner's BVHs ── instances  two levels
+//!      ├─ builds   seconds and bytes            embree   Embree, if the feature is enabled
+//!      ├─ measure  alternating runs, threads, results
 //!      └─ table    text, JSON, means
 //! ```
 
@@ -35,12 +35,12 @@ use turner_cli::failure::Failure;
 use turner_cli::report::Reporter;
 use turner_cli::text;
 
-/// Measure how many rays per second the trees answer, in generated scenes
+/// Measure rays per second of the BVHs in generated scenes
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Rates are millions of rays per second: the median over the repetitions, in which all take turns. Threads are\n\
-                  pinned. Of sets of rays that take long, chunks are left out evenly.\n\
-                  `differ` counts the rays that Turner and Embree answer differently: hit or miss, or t by more than 1e-4."
+    after_help = "Rates are million rays per second: the median over the repetitions, in which all contenders alternate. Threads\n\
+                  are pinned. In sets of rays that take long, evenly spaced chunks are omitted.\n\
+                  `differ` counts the rays with different results in Turner and Embree: hit or miss, or t by more than 1e-4."
 )]
 pub(crate) struct RaysArgs {
     /// Scenes: cornell, architecture, scan, sticks, terrain, instances-1k, instances-1m [default: all]
@@ -49,42 +49,42 @@ pub(crate) struct RaysArgs {
     /// Kinds of rays [default: all]
     #[arg(long, value_name = "KINDS", value_delimiter = ',')]
     kind: Vec<Kind>,
-    /// How well Turner's trees are built; the last is compared with Embree's
+    /// Build qualities of Turner's BVHs; the last is compared with Embree
     #[arg(long, value_delimiter = ',', default_value = "balanced")]
     quality: Vec<Quality>,
-    /// Numbers of threads, for building and for tracing
+    /// Numbers of threads for building and tracing; 0 for all processors
     #[arg(long, value_delimiter = ',', default_value = "1", value_parser = threads)]
     threads: Vec<usize>,
-    /// How often each is measured
+    /// Repetitions of each measurement
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     repeat: u32,
-    /// Embree's shared library, version 4: a path, or a name for the system to find
+    /// Embree 4's shared library: a path, or a name for the system to find
     #[arg(long, value_name = "PATH")]
     embree: Option<PathBuf>,
-    /// Which of Embree's trees to trace
+    /// Embree's BVHs to trace
     #[arg(long, value_name = "TREES", value_delimiter = ',', default_value = "medium,high,robust")]
     embree_quality: Vec<Rival>,
-    /// Width and height of the picture whose rays are traced
+    /// Width and height in pixels of the rendering whose rays are traced
     #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=8192))]
     resolution: u32,
-    /// Triangles (or instances), as a part of what each scene usually has
+    /// Triangles (or instances), as a fraction of each scene's default
     #[arg(long, default_value_t = 1.0, value_parser = part)]
     scale: f64,
-    /// One JSON object per line
+    /// Write one JSON object per line
     #[arg(long)]
     json: bool,
 }
 
-/// Embree's ways to build.
+/// Embree's build settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Rival {
-    /// By Morton codes; only its build is measured otherwise
+    /// Morton codes; only the build is measured unless named
     Low,
     /// Binned SAH
     Medium,
-    /// With spatial splits
+    /// SAH with spatial splits
     High,
-    /// As medium, watertight
+    /// Like medium, watertight
     Robust,
 }
 
@@ -102,7 +102,7 @@ impl Rival {
 fn scene_parser() -> impl clap::builder::TypedValueParser<Value = SceneKind> {
     use clap::builder::{PossibleValuesParser, TypedValueParser};
     let names = PossibleValuesParser::new(SceneKind::ALL.map(SceneKind::name));
-    // Whatever the names let through is one of them.
+    // The parser only lets valid names through.
     names.try_map(|name| SceneKind::ALL.into_iter().find(|k| k.name() == name).ok_or("no such scene"))
 }
 
@@ -110,14 +110,14 @@ fn threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) => Ok(turner_cli::threads(0)),
         Ok(n @ 1..=1024) => Ok(n),
-        Ok(_) | Err(_) => Err("a number from 1 to 1024, or 0 for all there are".into()),
+        Ok(_) | Err(_) => Err("a number from 1 to 1024, or 0 for all processors".into()),
     }
 }
 
 fn part(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(part) if part > 0.0 && part <= 4.0 => Ok(part),
-        Ok(_) | Err(_) => Err("a number above 0 and up to 4".into()),
+        Ok(_) | Err(_) => Err("a number greater than 0 and at most 4".into()),
     }
 }
 
@@ -136,7 +136,7 @@ pub(crate) fn run(args: &RaysArgs) -> u8 {
 fn bench(args: &RaysArgs) -> Result<(), Failure> {
     let embree = match &args.embree {
         Some(path) => Some(Embree::load(path).map_err(|reason| {
-            let help = "name Embree 4's shared library, such as libembree4.so.4, with --embree";
+            let help = "pass Embree 4's shared library, such as libembree4.so.4, with --embree";
             Failure::usage(SceneError::new(ErrorCode::File, reason).help(help))
         })?),
         None => None,
@@ -166,7 +166,7 @@ fn bench(args: &RaysArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// All contenders in turn on one kind of rays.
+/// Measures all contenders in turn on one kind of rays.
 fn measure_row(args: &RaysArgs, trees: &Trees, picture: &Picture, kind: Kind, threads: usize) -> RayRow {
     let set = picture.rays(kind);
     let contenders = contenders(trees, kind);
@@ -177,7 +177,7 @@ fn measure_row(args: &RaysArgs, trees: &Trees, picture: &Picture, kind: Kind, th
     }
     let plan = Plan::new(set, turner, threads);
     row.rays = plan.rays;
-    if let Some(embree) = trees.judge() {
+    if let Some(embree) = trees.reference() {
         let query = if kind.query() == Query::Coherent { Query::Coherent } else { Query::One };
         let ours = measure::answers(set, turner, &plan);
         let theirs = measure::answers(set, Contender { tracer: embree, query }, &plan);
@@ -185,7 +185,7 @@ fn measure_row(args: &RaysArgs, trees: &Trees, picture: &Picture, kind: Kind, th
     }
     let mut runs = vec![Vec::new(); contenders.len()];
     for turn in 0..args.repeat as usize {
-        // Each begins in turn, so that none always runs after the same one.
+        // The order rotates, so that no contender always runs after the same one.
         for i in 0..contenders.len() {
             let i = (i + turn) % contenders.len();
             let seconds = measure::run(set, contenders[i].1, &plan, threads).as_secs_f64();
@@ -197,7 +197,7 @@ fn measure_row(args: &RaysArgs, trees: &Trees, picture: &Picture, kind: Kind, th
     row
 }
 
-/// Who takes part in a row, by the column it goes to.
+/// The contenders of a row, by table column.
 fn contenders<'a>(trees: &'a Trees, kind: Kind) -> Vec<(Column, Contender<'a>)> {
     let query = kind.query();
     let mut all = Vec::new();
@@ -214,7 +214,7 @@ fn contenders<'a>(trees: &'a Trees, kind: Kind) -> Vec<(Column, Contender<'a>)> 
     all
 }
 
-/// Shows what is written so far.
+/// Prints output immediately.
 fn show(text: &str) {
     text::print(text);
 }

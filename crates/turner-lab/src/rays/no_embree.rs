@@ -1,4 +1,4 @@
-//! What stands in for Embree in a program built without it.
+//! Replaces Embree in a program built without the feature `embree`.
 
 use std::ops::Range;
 use std::path::Path;
@@ -14,9 +14,9 @@ pub(super) type Packets = ();
 
 pub(super) fn packets(_: &[Ray]) -> Packets {}
 
-/// There is none.
+/// Has no values.
 pub(super) enum Embree {}
-pub(super) enum Workshop {}
+pub(super) enum EmbreeScene {}
 pub(super) enum Built {}
 
 impl Embree {
@@ -28,12 +28,12 @@ impl Embree {
         match *self {}
     }
 
-    pub(super) fn workshop(&self, _: &Scene, _: usize) -> Result<Workshop, String> {
+    pub(super) fn scene_for(&self, _: &Scene, _: usize) -> Result<EmbreeScene, String> {
         match *self {}
     }
 }
 
-impl Workshop {
+impl EmbreeScene {
     pub(super) fn build(&self, _: Rival) -> Result<Built, String> {
         match *self {}
     }

@@ -1,4 +1,4 @@
-//! What was measured, as text or JSON.
+//! Results as text or JSON.
 
 use serde_json::json;
 use turner_bvh::generate::SceneKind;
@@ -10,12 +10,12 @@ use super::kinds::Kind;
 use super::tracer::Quality;
 use super::{RaysArgs, Rival, show};
 
-/// Who a figure belongs to.
+/// The contender that a figure belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Column {
     /// Turner, rays in batches.
     Turner(Quality),
-    /// Turner, one ray at a time.
+    /// Turner, single rays.
     One,
     /// Embree.
     Embree(Rival),
@@ -39,13 +39,13 @@ impl Column {
     }
 }
 
-/// Rates on one kind of rays.
+/// Rates for one kind of rays.
 pub(super) struct RayRow {
     /// Rays of each run.
     pub(super) rays: usize,
-    /// Who, the median, each run: millions of rays per second.
+    /// Contender, median, and each run, in million rays per second.
     pub(super) rates: Vec<(Column, f64, Vec<f64>)>,
-    /// How many rays differ from Embree's, of how many.
+    /// Rays whose result differs from Embree's, and rays compared.
     pub(super) compared: Option<(usize, usize)>,
 }
 
@@ -55,11 +55,11 @@ impl RayRow {
     }
 }
 
-/// Writes rows as they come and keeps them for the means.
+/// Prints rows as they arrive and keeps them for the means.
 pub(super) struct Table {
     json: bool,
     columns: Vec<Column>,
-    /// Turner's column that is set beside Embree's.
+    /// Turner's column that is compared with Embree's.
     ours: Column,
     /// Columns of Embree.
     theirs: Vec<Column>,
@@ -85,7 +85,7 @@ impl Table {
         Table { json: args.json, columns, ours, theirs, rows: Vec::new() }
     }
 
-    /// How a scene was built.
+    /// Adds the build results of a scene.
     pub(super) fn builds(&self, scene: SceneKind, threads: usize, rows: &[BuildRow]) {
         if self.json {
             for row in rows {
@@ -178,7 +178,7 @@ impl Table {
         out
     }
 
-    /// How many times as fast as that column of Embree.
+    /// Turner's rate divided by that of Embree's column.
     fn ratio(&self, row: &RayRow, theirs: Column) -> Option<f64> {
         Some(row.rate(self.ours)? / row.rate(theirs)?)
     }
@@ -190,7 +190,7 @@ impl Table {
         self.theirs.iter().filter_map(|&c| Some((c.key(), json!(ratio(c)?)))).collect()
     }
 
-    /// Adds the geometric means over the scenes, one row for each kind of rays.
+    /// Adds the geometric means over the scenes, one row per kind of rays.
     pub(super) fn means(&self, threads: &[usize]) {
         if !self.json {
             show(&format!("\n{}", self.head()));
@@ -221,9 +221,9 @@ impl Table {
     }
 }
 
-/// None of nothing.
+/// `None` for no values.
 fn geometric_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    // The logarithm is turner's own: the same digits everywhere.
+    // Turner's own logarithm gives the same digits on every platform.
     let (mut sum, mut count) = (0.0, 0);
     for value in values {
         sum += turner::math::elementary::ln(value);

@@ -15,7 +15,7 @@ fn parse(words: &[&str]) -> Result<RaysArgs, clap::Error> {
 }
 
 #[test]
-fn lists_are_taken_apart() {
+fn lists_are_parsed() {
     let args = parse(&["--scene", "scan,sticks", "--quality", "fast,high", "--threads", "1,2"]).unwrap();
     assert_eq!(args.scene, [SceneKind::Scan, SceneKind::Sticks]);
     assert_eq!(args.quality, [Quality::Fast, Quality::High]);
@@ -28,7 +28,7 @@ fn lists_are_taken_apart() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_arguments_are_rejected() {
     for words in [
         ["--scene", "bunny"],
         ["--threads", "4096"],

@@ -1,4 +1,4 @@
-//! Turner's tree over a generated scene. This file alone knows by which calls it is built and asked.
+//! Turner's BVH over a generated scene. Only this file calls its build and query functions.
 
 use std::ops::Range;
 
@@ -21,14 +21,14 @@ pub(super) struct Hit {
 }
 
 impl Hit {
-    /// Nothing.
+    /// A miss.
     pub(super) const MISS: Hit = Hit { t: f32::INFINITY, primitive: u32::MAX, instance: u32::MAX };
 }
 
-/// How well a tree is built.
+/// Build quality of a BVH.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Quality {
-    /// Soonest ready.
+    /// Fastest to build.
     Fast,
     /// For most scenes.
     Balanced,
@@ -62,7 +62,7 @@ pub(super) enum Turner {
 }
 
 impl Turner {
-    /// Builds all trees of a scene.
+    /// Builds all BVHs of a scene.
     pub(super) fn build(scene: &Scene, quality: Quality, threads: usize) -> Result<Turner, String> {
         let options = quality.options(threads);
         let mut parts = Vec::new();
@@ -76,7 +76,7 @@ impl Turner {
         Instances::build(scene, parts, &options).map(Turner::Instances)
     }
 
-    /// Bytes of memory.
+    /// Memory in bytes.
     pub(super) fn bytes(&self) -> usize {
         match self {
             Turner::Mesh(mesh) => mesh.stats().bytes,

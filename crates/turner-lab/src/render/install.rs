@@ -1,4 +1,4 @@
-//! Peers from the public registry, in a Python environment of their own.
+//! Installs other renderers from PyPI in a Python environment of their own.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -9,10 +9,10 @@ use turner_cli::failure::Failure;
 use super::peer::PeerKind;
 
 const MITSUBA: &[&str] = &["mitsuba==3.9.1", "numpy"];
-/// Blender's packages are for one version of Python each.
+/// Each Blender package supports one version of Python.
 const CYCLES: &[&str] = &["bpy==5.0.1", "numpy"];
 
-/// Where the environment lies: a folder of the user's cache.
+/// The environment's folder, in the user's cache.
 fn folder() -> PathBuf {
     let of = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let cache = of("XDG_CACHE_HOME").or_else(|| of("LOCALAPPDATA"));
@@ -24,13 +24,14 @@ fn python_in(folder: &Path) -> PathBuf {
     if cfg!(windows) { folder.join("Scripts").join("python.exe") } else { folder.join("bin").join("python") }
 }
 
-/// The environment's Python if there is one, else the system's.
+/// The environment's Python if it exists, else the system's.
 pub(super) fn python() -> PathBuf {
     let own = python_in(&folder());
     if own.is_file() { own } else { PathBuf::from("python3") }
 }
 
-/// Makes the environment with what `peers` need, by `base` (Python 3.11 if none is named). Returns its Python.
+/// Creates the environment with the packages that `peers` need. `base` is the Python to create it with, 3.11 by
+/// default. Returns the environment's Python.
 pub(super) fn install(base: Option<&Path>, peers: &[PeerKind]) -> Result<PathBuf, Failure> {
     let folder = folder();
     let python = python_in(&folder);
@@ -38,25 +39,25 @@ pub(super) fn install(base: Option<&Path>, peers: &[PeerKind]) -> Result<PathBuf
         let base = base.unwrap_or(Path::new("python3.11"));
         run(
             Command::new(base).args(["-m", "venv"]).arg(&folder),
-            "pass one with --python: Cycles needs version 3.11",
+            "pass a Python with --python: Cycles needs version 3.11",
         )?;
     }
     let cycles = peers.contains(&PeerKind::Cycles);
     let mitsuba = peers.iter().any(|p| *p != PeerKind::Cycles);
-    // All at once, so that pip finds versions of what they share that suit both.
+    // In one call, so that pip finds versions that suit all packages.
     let packages: Vec<&str> = [mitsuba.then_some(MITSUBA), cycles.then_some(CYCLES)]
         .into_iter()
         .flatten()
         .flatten()
         .copied()
         .collect();
-    let help = "Cycles (bpy 5.0.1) needs Python 3.11; leave it out with --peers mitsuba-llvm,mitsuba-scalar";
+    let help = "Cycles (bpy 5.0.1) needs Python 3.11; omit it with --peers mitsuba-llvm,mitsuba-scalar";
     let pip = ["-m", "pip", "install", "--disable-pip-version-check"];
     run(Command::new(&python).args(pip).args(packages), help)?;
     Ok(python)
 }
 
-/// Runs a command; what it has to say goes to standard error.
+/// Runs a command; its output goes to standard error.
 fn run(command: &mut Command, help: &str) -> Result<(), Failure> {
     let shown = format!("{command:?}");
     let what = match command.stdin(Stdio::null()).stdout(std::io::stderr()).status() {

@@ -1,7 +1,7 @@
-//! `turner-lab render`: error over time of path tracing, also beside other renderers.
+//! `turner-lab render`: error over time of path tracing, compared with other renderers.
 //!
 //! ```text
-//! mod ─┬─ references  converged pictures       install ── environment of Python
+//! mod ─┬─ references  converged images         install ── Python environment
 //!      ├─ peer        other renderers ─────────┘
 //!      ├─ curve       seconds to an error
 //!      └─ table       text, JSON, Markdown ── plot  SVG
@@ -35,46 +35,46 @@ use turner_cli::{limits, text};
 use turner_io::image::OutputFile;
 use turner_io::scene::{LoadOptions, load};
 
-/// Measure how soon path tracing comes to a clean picture, also beside Mitsuba and Cycles
+/// Measure the error over time of path tracing; compare with Mitsuba and Cycles
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Seconds are the median over the runs, of rendering alone; `start` is what comes before: loading, trees, and for\n\
-                  others their modules and kernels. Each run has a seed of its own; all renderers take turns.\n\
-                  relMSE is mean((x - r)^2 / (r^2 + 0.01)) against a converged picture, less that picture's own noise (`own_noise` in\n\
-                  the refs.json beside it), averaged over the runs. Times to an error are read off its curve; ~ lies beyond the curve.\n\
-                  Others render the description SCENE.json beside SCENE.toml: scenes/peers has four with both."
+    after_help = "Seconds are the median over the runs, for rendering alone. `start` is the time before: loading, building BVHs, and\n\
+                  in other renderers importing modules and compiling kernels. Each run has its own seed; all renderers alternate.\n\
+                  relMSE is mean((x - r)^2 / (r^2 + 0.01)) against a converged image, minus that image's own noise (`own_noise` in\n\
+                  the refs.json next to it), averaged over the runs. Times to an error are read off the curve; ~ marks extrapolation.\n\
+                  Other renderers read SCENE.json next to SCENE.toml: scenes/peers has four scenes with both."
 )]
 pub(crate) struct RenderBenchArgs {
     /// Scene files [default: scenes/peers/s1.toml to s4.toml]
     scenes: Vec<PathBuf>,
-    /// Converged pictures, or folders with them: NAME.exr of the size of the scene [default: beside the scenes]
+    /// Converged images NAME.exr of the scene's size, or folders with them [default: next to the scenes]
     #[arg(long, value_name = "DIR|FILE", value_delimiter = ',')]
     references: Vec<PathBuf>,
-    /// Samples per pixel
+    /// Sample counts per pixel
     #[arg(long, value_delimiter = ',', default_value = "1,2,4,8,16,32,64", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     samples: Vec<u32>,
-    /// Numbers of threads; 0 is all there are
+    /// Numbers of threads; 0 for all processors
     #[arg(long, value_delimiter = ',', default_value = "0", value_parser = clap::value_parser!(u16).range(0..=1024))]
     threads: Vec<u16>,
-    /// How often each picture is rendered
+    /// Renderings per sample count
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     runs: u32,
-    /// Other renderers to take turns with
+    /// Other renderers to compare with
     #[arg(long, value_delimiter = ',')]
     peers: Vec<PeerKind>,
-    /// The Python that has them [default: the one that --install-peers made, else python3]
+    /// The Python that has them [default: the one that --install-peers created, else python3]
     #[arg(long, value_name = "PROGRAM")]
     python: Option<PathBuf>,
-    /// First install them from PyPI into an environment in the user's cache, by --python or python3.11
+    /// First install them from PyPI into an environment in the user's cache, with --python or python3.11
     #[arg(long, requires = "peers")]
     install_peers: bool,
-    /// One JSON object per line
+    /// Write one JSON object per line
     #[arg(long, conflicts_with = "markdown")]
     json: bool,
-    /// The times to an error as a table in Markdown
+    /// Write the times to an error as a Markdown table
     #[arg(long)]
     markdown: bool,
-    /// Draw error over time, a panel for each scene
+    /// Plot error over time, with a panel for each scene
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
 }
@@ -92,12 +92,12 @@ struct Series {
     measured: Vec<Measured>,
 }
 
-/// One number of samples.
+/// The runs at one sample count.
 struct Measured {
     samples: u32,
     /// Each run.
     seconds: Vec<f64>,
-    /// Each run's error, where it is known.
+    /// Each run's error, if known.
     errors: Vec<Option<f64>>,
 }
 
@@ -107,7 +107,7 @@ impl Measured {
         median(&self.seconds).unwrap_or(f64::NAN).max(1e-9)
     }
 
-    /// Mean of the runs, if all of them are known.
+    /// Mean of the runs, if all are known.
     fn error(&self) -> Option<f64> {
         let errors: Option<Vec<f64>> = self.errors.iter().copied().collect();
         errors.filter(|e| !e.is_empty()).map(|e| e.iter().sum::<f64>() / e.len() as f64)
@@ -126,12 +126,12 @@ impl Series {
         seconds_to(&self.points(), target)
     }
 
-    /// Paths from the camera per second, with the most samples.
+    /// Camera paths per second at the highest sample count.
     fn paths_per_second(&self) -> Option<f64> {
         self.measured.last().map(|m| self.paths(m) / m.seconds())
     }
 
-    /// Paths of one picture.
+    /// Camera paths of one rendering.
     fn paths(&self, m: &Measured) -> f64 {
         f64::from(self.width) * f64::from(self.height) * f64::from(m.samples)
     }
@@ -142,7 +142,7 @@ pub(crate) fn run(args: &RenderBenchArgs) -> u8 {
     let reporter = Reporter { quiet: false, events: args.json.then_some(Events::Stdout) };
     match bench(args, &reporter) {
         Ok(true) => 0,
-        // What failed has been said.
+        // The failure was reported.
         Ok(false) => FAILED,
         Err(failure) => {
             reporter.failure(&failure);
@@ -151,7 +151,7 @@ pub(crate) fn run(args: &RenderBenchArgs) -> u8 {
     }
 }
 
-/// False if another renderer failed; the rest was measured then.
+/// False if another renderer failed; the others were still measured.
 fn bench(args: &RenderBenchArgs, reporter: &Reporter) -> Result<bool, Failure> {
     let peers = PeerKind::expand(&args.peers);
     let installed =
@@ -187,7 +187,7 @@ fn bench(args: &RenderBenchArgs, reporter: &Reporter) -> Result<bool, Failure> {
     Ok(complete)
 }
 
-/// The scenes asked for, or those that other renderers have.
+/// The given scenes, or those that the other renderers can read.
 fn scenes(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     if !given.is_empty() {
         return Ok(given.to_vec());
@@ -195,12 +195,14 @@ fn scenes(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let folder = Path::new("scenes/peers");
     if !folder.is_dir() {
         let error = SceneError::new(ErrorCode::File, "the folder scenes/peers cannot be read");
-        return Err(Failure::usage(error.help("run it in the root of Turner's sources, or name scenes")));
+        return Err(Failure::usage(
+            error.help("run turner-lab in the root of Turner's sources, or name scenes"),
+        ));
     }
     Ok((1..=4).map(|i| folder.join(format!("s{i}.toml"))).collect())
 }
 
-/// All renderers in turn on one scene, and whether none failed: one that does is reported and left out from then on.
+/// Measures all renderers in turn on one scene. Returns false if one failed: it is reported and omitted from then on.
 fn measure(
     args: &RenderBenchArgs,
     samples: &[u32],
@@ -230,7 +232,7 @@ fn measure(
     };
     let mut series = vec![new("turner", env!("CARGO_PKG_VERSION"), start)];
     series.extend(others.iter().flatten().map(|p| new(p.kind.name(), &p.version, p.start)));
-    // As the others have had one.
+    // Warm up, as the other renderers have done.
     turner.render(1, 0)?;
     for &samples in samples {
         for (i, s) in series.iter_mut().enumerate() {
@@ -239,17 +241,17 @@ fn measure(
             }
         }
         for run in 0..args.runs {
-            // Each begins in turn, so that none always runs after the same one.
+            // The order rotates, so that no renderer always runs after the same one.
             for i in 0..series.len() {
                 let i = (i + run as usize) % series.len();
                 let (seconds, taken, picture) = match i.checked_sub(1).and_then(|i| others.get_mut(i)) {
-                    Some(place) => {
-                        let Some(peer) = place else { continue };
+                    Some(slot) => {
+                        let Some(peer) = slot else { continue };
                         match peer.render(samples, run + 2, size) {
                             Ok(picture) => (picture.seconds, picture.samples, picture.pixels),
                             Err(failure) => {
                                 reporter.failure(&failure);
-                                (*place, complete) = (None, false);
+                                (*slot, complete) = (None, false);
                                 series.get_mut(i).map(|s| s.measured.pop());
                                 continue;
                             }
@@ -269,7 +271,7 @@ fn measure(
     Ok((series, complete))
 }
 
-/// The others that could be started, if there is a description for them, and whether all could.
+/// Starts the other renderers if the scene has a description for them. Returns false if one could not be started.
 fn start_peers(
     scene: &Path,
     threads: usize,
@@ -279,7 +281,7 @@ fn start_peers(
 ) -> (Vec<Option<Peer>>, bool) {
     let description = scene.with_extension("json");
     if !peers.is_empty() && !description.is_file() {
-        reporter.line(&format!("{}: no such file, so Turner renders alone", description.display()));
+        reporter.line(&format!("{}: no such file; only Turner is measured", description.display()));
         return (Vec::new(), true);
     }
     let mut started = Vec::new();
@@ -301,7 +303,7 @@ struct Turner {
 }
 
 impl Turner {
-    /// With the seconds that loading and preparing took.
+    /// Returns the seconds for loading and preparing, too.
     fn prepare(path: &Path, threads: usize) -> Result<(Turner, f64), Failure> {
         let labels = Labels::new();
         let start = Instant::now();
@@ -317,7 +319,7 @@ impl Turner {
         Ok((Turner { prepared, threads, size: (crop.width, crop.height) }, seconds))
     }
 
-    /// Seconds, samples, picture.
+    /// Returns seconds, samples and pixels.
     fn render(&mut self, samples: u32, seed: u32) -> Result<(f64, u32, Vec<[f64; 3]>), Failure> {
         let film = &mut self.prepared.view.film;
         (film.samples, film.seed) = (samples, seed);

@@ -1,4 +1,4 @@
-//! Other renderers, each in a process of its own: `benches/peers/render.py`, one line to it for each picture and one back.
+//! Other renderers, each in its own process: `benches/peers/render.py` reads one line per image and answers with one.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
@@ -14,30 +14,30 @@ use turner_cli::failure::Failure;
 
 use super::install;
 
-/// What is run; part of the program, so that it works in any folder.
+/// The script, embedded so that it works from any folder.
 const SCRIPT: &str = include_str!("../../../../benches/peers/render.py");
 
-/// Renderers to measure beside.
+/// Renderers to compare with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum PeerKind {
     /// Mitsuba 3, compiled by LLVM, with its stratified sampler `multijitter`
     MitsubaLlvm,
-    /// The same with its default sampler
+    /// The same with its default sampler `independent`
     MitsubaLlvmIndependent,
     /// Mitsuba 3, one path at a time
     MitsubaScalar,
-    /// Blender's Cycles on the processor
+    /// Blender's Cycles on the CPU
     Cycles,
-    /// All but the one with the default sampler
+    /// All except the one with the default sampler
     All,
 }
 
 impl PeerKind {
-    /// What was asked for, each once.
-    pub(super) fn expand(asked: &[PeerKind]) -> Vec<PeerKind> {
+    /// The renderers requested, without duplicates.
+    pub(super) fn expand(requested: &[PeerKind]) -> Vec<PeerKind> {
         const ALL: [PeerKind; 3] = [PeerKind::MitsubaLlvm, PeerKind::MitsubaScalar, PeerKind::Cycles];
         let mut out = Vec::new();
-        for &kind in asked {
+        for &kind in requested {
             for kind in if kind == PeerKind::All { ALL.to_vec() } else { vec![kind] } {
                 if !out.contains(&kind) {
                     out.push(kind);
@@ -59,32 +59,32 @@ impl PeerKind {
     }
 }
 
-/// A picture and how long it took.
+/// An image and its rendering time.
 pub(super) struct PeerPicture {
     /// Seconds of rendering.
     pub(super) seconds: f64,
-    /// Samples per pixel: some samplers round them up.
+    /// Samples per pixel: some samplers round up.
     pub(super) samples: u32,
     /// Linear colours, row by row from the top.
     pub(super) pixels: Vec<[f64; 3]>,
 }
 
-/// A renderer that has the scene and waits.
+/// A renderer that has loaded the scene and waits.
 pub(super) struct Peer {
     pub(super) kind: PeerKind,
-    /// Version, as it says.
+    /// The version it reports.
     pub(super) version: String,
     /// Seconds until it is ready.
     pub(super) start: f64,
     child: Child,
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
-    /// Script, pictures and what it has to say.
+    /// Script, images and log.
     folder: TempDir,
 }
 
 impl Peer {
-    /// Starts the renderer on a description of the scene and waits until it has rendered a first picture.
+    /// Starts the renderer with a description of the scene and waits until it has rendered a first image.
     pub(super) fn start(
         kind: PeerKind,
         python: Option<&Path>,
@@ -93,7 +93,7 @@ impl Peer {
     ) -> Result<Peer, Failure> {
         let failed = |what: String| Failure::new(SceneError::new(ErrorCode::File, what));
         let folder =
-            tempfile::tempdir().map_err(|e| failed(format!("no temporary folder can be made: {e}")))?;
+            tempfile::tempdir().map_err(|e| failed(format!("cannot create a temporary folder: {e}")))?;
         let script = folder.path().join("render.py");
         let log = folder.path().join("log");
         let written = std::fs::write(&script, SCRIPT).and_then(|()| File::create(&log));
@@ -110,11 +110,11 @@ impl Peer {
             .spawn()
             .map_err(|e| {
                 let error = format!("{} cannot be run: {e}", python.display());
-                let help = "name a Python that has the peers with --python, or add --install-peers";
+                let help = "pass a Python that has the renderers with --python, or add --install-peers";
                 Failure::new(SceneError::new(ErrorCode::File, error).help(help))
             })?;
         let (input, output) = (child.stdin.take(), child.stdout.take());
-        let Some(output) = output else { return Err(failed("a process has no output".into())) };
+        let Some(output) = output else { return Err(failed("the process has no output".into())) };
         let output = BufReader::new(output);
         let mut peer = Peer { kind, version: String::new(), start: 0.0, child, input, output, folder };
         let ready = peer.answer()?;
@@ -123,7 +123,7 @@ impl Peer {
         Ok(peer)
     }
 
-    /// Renders a picture of the size that the scene has.
+    /// Renders an image of the scene's size.
     pub(super) fn render(
         &mut self,
         samples: u32,
@@ -131,30 +131,30 @@ impl Peer {
         (width, height): (u32, u32),
     ) -> Result<PeerPicture, Failure> {
         let path = self.folder.path().join("picture");
-        let asked = match &mut self.input {
+        let requested = match &mut self.input {
             Some(input) => {
                 writeln!(input, "{samples} {seed} {}", path.display()).and_then(|()| input.flush())
             }
             None => Ok(()),
         };
-        // A process that has ended says why.
+        // If the process has ended, its answer says why.
         let answer = self.answer()?;
-        asked.map_err(|e| self.failed(&e.to_string(), None))?;
+        requested.map_err(|e| self.failed(&e.to_string(), None))?;
         let number = |key: &str| answer.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
         let (seconds, samples) = (number("seconds"), number("samples"));
         if (number("width"), number("height")) != (f64::from(width), f64::from(height)) {
             let what = format!(
-                "a picture of {}x{} pixels, expected {width}x{height}",
+                "an image of {}x{} pixels, expected {width}x{height}",
                 number("width"),
                 number("height")
             );
             return Err(self.failed(&what, None));
         }
-        let bytes = std::fs::read(&path).map_err(|e| self.failed(&format!("no picture: {e}"), None))?;
+        let bytes = std::fs::read(&path).map_err(|e| self.failed(&format!("no image: {e}"), None))?;
         if bytes.len() as u64 != u64::from(width) * u64::from(height) * 12
             || !(seconds > 0.0 && samples >= 1.0)
         {
-            return Err(self.failed("an incomplete picture", None));
+            return Err(self.failed("an incomplete image", None));
         }
         let value = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
         let pixels =
@@ -162,7 +162,7 @@ impl Peer {
         Ok(PeerPicture { seconds, samples: samples as u32, pixels })
     }
 
-    /// The next line.
+    /// Reads the next line.
     fn answer(&mut self) -> Result<Value, Failure> {
         let mut line = String::new();
         let read = self.output.read_line(&mut line);
@@ -178,13 +178,13 @@ impl Peer {
             _ => {
                 let log = std::fs::read(self.folder.path().join("log")).unwrap_or_default();
                 let log = String::from_utf8_lossy(&log).into_owned();
-                let said =
+                let message =
                     log.lines().find(|l| l.contains("ERROR") || l.contains("Error")).or(log.lines().last());
-                let llvm = said.is_some_and(|l| l.contains("LLVM"));
+                let llvm = message.is_some_and(|l| l.contains("LLVM"));
                 let help = llvm.then_some(
                     "Mitsuba needs libLLVM 16 or newer, best 19: name it with DRJIT_LIBLLVM_PATH, or choose others with --peers mitsuba-scalar,cycles",
                 );
-                Err(self.failed(&format!("it ended: {}", said.unwrap_or("it says nothing")), help))
+                Err(self.failed(&format!("the process ended: {}", message.unwrap_or("no message")), help))
             }
         }
     }
@@ -200,7 +200,7 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // Its input ends, and so does it; whatever hangs is ended.
+        // Closing its input ends the process; kill it in case it hangs.
         drop(self.input.take());
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -212,9 +212,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_are_three_and_each_is_once() {
-        let names =
-            |asked: &[PeerKind]| -> Vec<_> { PeerKind::expand(asked).iter().map(|k| k.name()).collect() };
+    fn all_expands_to_three_without_duplicates() {
+        let names = |requested: &[PeerKind]| -> Vec<_> {
+            PeerKind::expand(requested).iter().map(|k| k.name()).collect()
+        };
         assert_eq!(names(&[PeerKind::Cycles, PeerKind::All]), ["cycles", "mitsuba-llvm", "mitsuba-scalar"]);
         for kind in PeerKind::value_variants() {
             assert_eq!(kind.to_possible_value().unwrap().get_name(), kind.name());

@@ -1,4 +1,4 @@
-//! Error over time as SVG: both axes logarithmic, a panel for each scene, a line for each renderer, colours for light and dark.
+//! Error over time as SVG: logarithmic axes, a panel per scene, a line per renderer, colours for light and dark themes.
 
 use std::fmt::Write;
 
@@ -6,13 +6,13 @@ use turner::math::elementary::ln;
 
 use super::Series;
 
-/// A panel with its labels.
+/// Size of a panel with its labels.
 const PANEL: (f64, f64) = (440.0, 320.0);
-/// The part of it in which lines are drawn: left, top, right, bottom.
+/// The plot area in a panel: left, top, right, bottom.
 const INNER: [f64; 4] = [62.0, 36.0, 424.0, 274.0];
-/// Room for the names of renderers, below all.
+/// Height of the legend below the panels.
 const LEGEND: f64 = 34.0;
-/// Colours that people with any kind of colour vision tell apart (Okabe and Ito 2008), darker and lighter for the two backgrounds.
+/// A palette for all types of colour vision (Okabe and Ito 2008), darker and lighter for the two backgrounds.
 const COLORS: [(&str, &str); 6] = [
     ("#0072b2", "#56b4e9"),
     ("#d55e00", "#ff8c42"),
@@ -25,7 +25,7 @@ const STYLE: &str = "text{font:12px system-ui,sans-serif;fill:#24292f}.t{font-we
                      .g{stroke:#d8dee4;stroke-width:1}.f{fill:none;stroke:#8c959f}";
 const DARK: &str = "text{fill:#e6edf3}.bg{fill:#0d1117}.g{stroke:#30363d}.f{stroke:#6e7681}";
 
-/// The whole picture.
+/// The complete plot.
 pub(super) fn svg(all: &[Series]) -> String {
     let mut panels: Vec<(String, Vec<&Series>)> = Vec::new();
     let mut renderers: Vec<&str> = Vec::new();
@@ -77,7 +77,7 @@ fn log10(value: f64) -> f64 {
     ln(value) / std::f64::consts::LN_10
 }
 
-/// A logarithmic axis: decades from and to, and where they lie.
+/// A logarithmic axis: the exponents at its ends, and their positions.
 struct Axis {
     low: f64,
     high: f64,
@@ -86,7 +86,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Around all values; a decade at least.
+    /// Covers all values, and at least a decade.
     fn around(values: impl Iterator<Item = f64> + Clone, from: f64, to: f64) -> Axis {
         let low = log10(values.clone().fold(f64::INFINITY, f64::min));
         let high = log10(values.fold(0.0, f64::max));
@@ -101,13 +101,13 @@ impl Axis {
         self.from + (self.to - self.from) * (log10(value) - self.low) / (self.high - self.low)
     }
 
-    /// 1, 2 and 5 of each decade, whether they have a label.
+    /// 1, 2 and 5 of each decade, and whether they have a label.
     fn ticks(&self) -> Vec<(f64, bool)> {
         let mut out = Vec::new();
         let dense = self.high - self.low < 2.2;
         for decade in self.low.floor() as i32..=self.high.ceil() as i32 {
             for digit in [1, 2, 5] {
-                // The number nearest to it, which a product need not be.
+                // Parsing gives the nearest float, which a product might not.
                 let value = format!("{digit}e{decade}").parse().unwrap_or(f64::NAN);
                 if (self.low..=self.high).contains(&log10(value)) {
                     out.push((value, digit == 1 || dense));
@@ -123,7 +123,7 @@ fn panel(out: &mut String, title: &str, series: &[&Series], renderers: &[&str]) 
     let points = || series.iter().flat_map(|s| s.points());
     let x = Axis::around(points().map(|p| p.seconds).collect::<Vec<_>>().into_iter(), left, right);
     let y = Axis::around(points().map(|p| p.error).collect::<Vec<_>>().into_iter(), bottom, top);
-    let middle = 0.5 * (left + right);
+    let center = 0.5 * (left + right);
     let _ = writeln!(out, "<text class=\"t\" x=\"{left}\" y=\"22\">{}</text>", escaped(title));
     for (value, labelled) in x.ticks() {
         let at = x.at(value);
@@ -151,7 +151,7 @@ fn panel(out: &mut String, title: &str, series: &[&Series], renderers: &[&str]) 
     let _ = writeln!(
         out,
         "\n<rect class=\"f\" x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\"/>\
-         <text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">seconds of rendering</text>\
+         <text x=\"{center}\" y=\"{}\" text-anchor=\"middle\">seconds of rendering</text>\
          <text transform=\"translate(14 {}) rotate(-90)\" text-anchor=\"middle\">relMSE</text>",
         right - left,
         bottom - top,
@@ -161,15 +161,16 @@ fn panel(out: &mut String, title: &str, series: &[&Series], renderers: &[&str]) 
     if points().next().is_none() {
         let _ = writeln!(
             out,
-            "<text x=\"{middle}\" y=\"150\" text-anchor=\"middle\">no errors known: no reference</text>"
+            "<text x=\"{center}\" y=\"150\" text-anchor=\"middle\">no errors: no reference</text>"
         );
     }
     for s in series {
         let class = renderers.iter().position(|r| *r == s.renderer).unwrap_or(0) % COLORS.len();
-        let places: Vec<(f64, f64)> = s.points().iter().map(|p| (x.at(p.seconds), y.at(p.error))).collect();
-        let line: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let positions: Vec<(f64, f64)> =
+            s.points().iter().map(|p| (x.at(p.seconds), y.at(p.error))).collect();
+        let line: Vec<String> = positions.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let _ = write!(out, "<polyline class=\"c{class}\" points=\"{}\"/>", line.join(" "));
-        for (x, y) in places {
+        for (x, y) in positions {
             let _ = write!(out, "<circle class=\"c{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\"/>");
         }
         out.push('\n');
@@ -228,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_measured_is_drawn_as_nothing() {
+    fn empty_plots_are_valid() {
         assert!(svg(&[]).contains("</svg>"));
         let mut s = series("turner", 1.0);
         s.measured.clear();

@@ -1,4 +1,4 @@
-//! Converged pictures to measure errors against, and what is known of their own.
+//! Converged images to measure errors against, and their own noise.
 
 use std::path::{Path, PathBuf};
 
@@ -7,26 +7,27 @@ use turner::testing::relative_mse;
 use turner_cli::failure::{Failure, two_lines};
 use turner_io::image::{DecodeLimits, decode};
 
-/// A converged picture.
+/// A converged image.
 pub(super) struct Reference {
     width: u32,
     height: u32,
     pixels: Vec<[f64; 3]>,
-    /// The relative mean square error that is its own.
+    /// The relative mean square error of the reference itself.
     pub(super) noise: f64,
 }
 
 impl Reference {
-    /// The error of a picture of the same size, less the reference's own. Where that is most of what was found, `None`.
+    /// The error of an image of the same size, minus the reference's own. `None` if most of the difference is the
+    /// reference's own error.
     pub(super) fn error(&self, picture: &[[f64; 3]]) -> Option<f64> {
         let found = relative_mse(picture, &self.pixels) - self.noise;
         (found.is_finite() && found > 0.25 * self.noise).then_some(found)
     }
 }
 
-/// The picture for `scene`, with `width` × `height` pixels: a file of its name (`s1.exr` or `S1.exr`) among `given`, which are folders
-/// and files; the file beside the scene if none are given. What keeps one from being used is an error if it was asked for, else a
-/// remark.
+/// The reference for `scene`, with `width` × `height` pixels: a file of its name (`s1.exr` or `S1.exr`) among `given`,
+/// which are folders and files; by default the file next to the scene. If a reference cannot be used, that is an error
+/// if it was given, else a remark.
 pub(super) fn find(
     given: &[PathBuf],
     scene: &Path,
@@ -40,13 +41,13 @@ pub(super) fn find(
     };
     let Some(path) = path else {
         let remark = format!(
-            "{stem}: errors need a converged picture {stem}.exr: name it or its folder with --references"
+            "{stem}: errors need a converged image {stem}.exr: pass it or its folder with --references"
         );
         if given.is_empty() {
             return Ok(Err(remark));
         }
         let shown: Vec<String> = given.iter().map(|p| p.display().to_string()).collect();
-        let message = format!("there is no picture {stem}.exr in {}", shown.join(", "));
+        let message = format!("there is no reference image {stem}.exr in {}", shown.join(", "));
         return Err(Failure::usage(SceneError::new(ErrorCode::File, message)));
     };
     let shown = path.display().to_string();
@@ -60,47 +61,47 @@ pub(super) fn find(
             format!("{shown}: {}x{} pixels, the scene has {width}x{height}", image.width, image.height);
         if given.is_empty() {
             return Ok(Err(format!(
-                "{message}: errors need a picture of that size, named with --references"
+                "{message}: errors need an image of that size: pass it with --references"
             )));
         }
         return Err(Failure::new(SceneError::new(ErrorCode::Image, message)));
     }
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let pixels = places.map(|(x, y)| image.rgb(x, y).map(f64::from)).collect();
+    let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let pixels = positions.map(|(x, y)| image.rgb(x, y).map(f64::from)).collect();
     Ok(Ok(Reference { width, height, pixels, noise: noise(&path, &stem)? }))
 }
 
-/// The picture called as the scene, in any case.
+/// The image with the scene's name, in any case.
 fn in_folder(folder: &Path, stem: &str) -> Option<PathBuf> {
     let mut found: Vec<PathBuf> = std::fs::read_dir(folder).ok()?.flatten().map(|e| e.path()).collect();
     found.sort();
     found
         .into_iter()
-        .find(|p| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) && is_called(p, stem))
+        .find(|p| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) && has_stem(p, stem))
 }
 
-/// A file that was named itself; the only one belongs to any scene.
+/// A file given by name. If it is the only one, it belongs to any scene.
 fn named(path: &Path, stem: &str, count: usize) -> Option<PathBuf> {
-    (count == 1 || is_called(path, stem)).then(|| path.to_owned())
+    (count == 1 || has_stem(path, stem)).then(|| path.to_owned())
 }
 
-fn is_called(path: &Path, stem: &str) -> bool {
+fn has_stem(path: &Path, stem: &str) -> bool {
     path.file_stem().is_some_and(|s| s.to_string_lossy().eq_ignore_ascii_case(stem))
 }
 
-/// `own_noise` of the picture in the `refs.json` beside it; 0 without.
+/// `own_noise` of the image in the `refs.json` next to it; 0 without.
 fn noise(picture: &Path, stem: &str) -> Result<f64, Failure> {
     let path = picture.with_file_name("refs.json");
     let Ok(text) = std::fs::read_to_string(&path) else { return Ok(0.0) };
     let wrong = |what: String| {
         let error = SceneError::new(ErrorCode::File, format!("{}: {what}", path.display()));
-        Failure::new(
-            error.help("expected { \"S1\": { \"own_noise\": 9e-5 } }, relative mean square errors by name"),
-        )
+        Failure::new(error.help(
+            "expected { \"S1\": { \"own_noise\": 9e-5 } }, the relative mean square error of each image",
+        ))
     };
     let json: serde_json::Value = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
     let own = picture.file_stem().unwrap_or_default().to_string_lossy();
-    let entries = json.as_object().ok_or_else(|| wrong("no object".into()))?;
+    let entries = json.as_object().ok_or_else(|| wrong("not a JSON object".into()))?;
     let entry = entries.iter().find(|(k, _)| k.eq_ignore_ascii_case(&own) || k.eq_ignore_ascii_case(stem));
     let Some(value) = entry.and_then(|(_, e)| e.get("own_noise")) else { return Ok(0.0) };
     match value.as_f64() {

@@ -1,4 +1,4 @@
-//! What was measured, as text, JSON and Markdown.
+//! Results as text, JSON and Markdown.
 
 use std::fmt::Write;
 
@@ -8,10 +8,10 @@ use turner_cli::text;
 use super::Series;
 use super::curve::Reach;
 
-/// Errors whose times are shown.
+/// The errors that times are shown for.
 pub(super) const TARGETS: [f64; 2] = [0.01, 0.001];
 
-/// A row for each number of samples of each renderer.
+/// A row per sample count and renderer.
 pub(super) fn rows(series: &[Series]) -> String {
     let mut out = String::new();
     let Some(first) = series.first() else { return out };
@@ -36,7 +36,7 @@ pub(super) fn rows(series: &[Series]) -> String {
     out
 }
 
-/// Times to errors.
+/// Times to the target errors.
 pub(super) fn summary(series: &[Series]) -> String {
     let mut out = String::new();
     let width = width(series);
@@ -65,10 +65,10 @@ pub(super) fn summary(series: &[Series]) -> String {
     out
 }
 
-/// Times to errors as a table in Markdown.
+/// Times to the target errors as a Markdown table.
 pub(super) fn markdown(series: &[Series]) -> String {
     let mut out = String::from(
-        "| scene | threads | renderer | start | seconds to relMSE 0.01 | Turner's share | to 0.001 | Turner's share | million paths/s |\n\
+        "| scene | threads | renderer | start | seconds to relMSE 0.01 | Turner's ratio | to 0.001 | Turner's ratio | million paths/s |\n\
          |---|--:|---|--:|--:|--:|--:|--:|--:|\n",
     );
     for s in series {
@@ -84,7 +84,7 @@ pub(super) fn markdown(series: &[Series]) -> String {
     out
 }
 
-/// A JSON line for each number of samples, and one for each renderer.
+/// A JSON line per sample count, and one per renderer.
 pub(super) fn lines(series: &[Series]) -> String {
     let mut out = String::new();
     for s in series {
@@ -130,7 +130,7 @@ pub(super) fn lines(series: &[Series]) -> String {
     out
 }
 
-/// The time of one renderer, and Turner's as a share of it.
+/// The time of one renderer, and Turner's time divided by it.
 fn reach(all: &[Series], s: &Series, target: f64) -> (String, String) {
     let Some(reach) = s.reach(target) else { return ("-".into(), "-".into()) };
     let same = |t: &&Series| t.scene == s.scene && t.threads == s.threads && t.renderer == "turner";
@@ -152,7 +152,7 @@ pub(super) mod tests {
     use super::super::Measured;
     use super::*;
 
-    /// A renderer whose error is `at_a_second` over its seconds.
+    /// A renderer whose error is `at_a_second` divided by its seconds.
     pub(in super::super) fn series(renderer: &str, at_a_second: f64) -> Series {
         let measured = |k: i32| Measured {
             samples: 1 << k,
@@ -172,7 +172,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn shares_are_of_times_to_the_same_error() {
+    fn ratios_compare_times_to_the_same_error() {
         let all = [series("turner", 0.02), series("cycles", 0.08)];
         let text = markdown(&all);
         let row = text.lines().last().unwrap();

@@ -1,4 +1,4 @@
-//! BSDFs of the suite's materials against their densities and the laws of energy and reciprocity.
+//! Tests BSDFs of the suite's materials: sampling density, energy conservation and reciprocity.
 
 use turner::bsdf::{Bsdf, PrincipledPoint};
 use turner::schema::SceneError;
@@ -31,9 +31,9 @@ fn density(cx: &Context, seed: &str, bsdf: &Bsdf) -> Finding {
     finding(&tests)
 }
 
-/// The most that may be made.
+/// The most energy that a surface may gain in a white furnace.
 const FURNACE: f64 = 1e-3;
-/// What white surfaces may lose.
+/// The most energy that a white surface may lose.
 const LOSS: f64 = 2e-3;
 
 fn surface(cx: &Context, name: &str, point: &PrincipledPoint) -> Result<Finding, SceneError> {
@@ -51,23 +51,23 @@ fn surface(cx: &Context, name: &str, point: &PrincipledPoint) -> Result<Finding,
         (false, true) => point.specular_ior,
         (false, false) => 1.0 / point.specular_ior,
     };
-    let oneway = reciprocity_error(&bsdf, None, cx.times(500)).max(reciprocity_error(
+    let reciprocity = reciprocity_error(&bsdf, None, cx.times(500)).max(reciprocity_error(
         &bsdf,
         Some((&back, eta)),
         cx.times(500),
     ));
-    let (mut made, mut lost): (f64, f64) = (0.0, 0.0);
+    let (mut gained, mut lost): (f64, f64) = (0.0, 0.0);
     for mu in [1.0, 0.8, 0.5, 0.25, 0.1, 0.03] {
         let a = albedo(&bsdf, direction(mu, 0.9), cx.times(30_000));
-        made = made.max(a[0].max(a[1]).max(a[2]) - 1.0);
+        gained = gained.max(a[0].max(a[1]).max(a[2]) - 1.0);
         lost = lost.max(1.0 - a[0].min(a[1]).min(a[2]));
     }
     let white = name.starts_with("white") || name.contains(" white");
-    let mut found = format!("most seen in a furnace {:+.5}", made);
-    let mut used = (made / FURNACE).max(oneway / 2e-5);
+    let mut found = format!("furnace: gain at most {:+.5}", gained);
+    let mut used = (gained / FURNACE).max(reciprocity / 2e-5);
     if white && name.starts_with("white") {
-        found += &format!(", least {:+.5}", -lost);
+        found += &format!(", at least {:+.5}", -lost);
         used = used.max(lost / LOSS);
     }
-    Ok(Finding::limit(used, 1.0, format!("{found}, one way and back {oneway:.0e}")))
+    Ok(Finding::limit(used, 1.0, format!("{found}, reciprocity error {reciprocity:.0e}")))
 }

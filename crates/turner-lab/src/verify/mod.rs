@@ -1,4 +1,4 @@
-//! `turner-lab verify`: the whole statistical suite. Its shorter checks and how they are judged are those of `turner verify`.
+//! `turner-lab verify`: the complete statistical suite. `turner verify` has its shorter checks and the criteria.
 
 mod materials;
 mod references;
@@ -9,16 +9,16 @@ use clap::Args;
 use turner_cli::verify::check::Effort;
 use turner_cli::verify::{RunArgs, VERIFY_HELP, checks, run_checks};
 
-/// Check by statistics that what is rendered is true: all of the suite
+/// Verify statistically that renderings are correct: the complete suite
 #[derive(Debug, Args)]
 #[command(after_help = VERIFY_HELP)]
 pub(crate) struct VerifyArgs {
     #[command(flatten)]
     run: RunArgs,
-    /// Sixteen times the samples
+    /// Use sixteen times the samples
     #[arg(long)]
     long: bool,
-    /// A folder with S1.exr to S4.exr, of 512x512 pixels, by another renderer
+    /// A folder with S1.exr to S4.exr, 512x512 pixels, rendered by another renderer
     #[arg(long, value_name = "DIR")]
     references: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! Scenes that other renderers have rendered: `scenes/peers` holds them and their pictures, reduced to 64 × 64 pixels.
+//! Scenes rendered by other renderers: `scenes/peers` has them and their images, reduced to 64 × 64 pixels.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use turner_io::assets::MemoryAssets;
 use turner_io::image::{DecodeLimits, decode};
 use turner_io::testing::{noisy_sphere_ply, sky_exr};
 
-/// A scene and what is known of its reference.
+/// A scene and its reference.
 struct Peer {
     name: &'static str,
     text: &'static str,
     small: &'static [u8],
-    /// The relative mean square error of the full-size reference, of 512 × 512 pixels.
+    /// The relative mean square error of the full-size reference, 512 × 512 pixels.
     noise: f64,
-    /// Samples per pixel of 64 × 64 and run.
+    /// Samples per pixel and run at 64 × 64 pixels.
     samples: u32,
 }
 
@@ -32,7 +32,7 @@ macro_rules! peer {
     };
 }
 
-/// The noise is that of `refs.json` beside the references.
+/// The noise is that of `refs.json` next to the references.
 const PEERS: [Peer; 4] = [
     peer!("s1", 9.0775e-5, 64),
     peer!("s2", 4.4249e-4, 256),
@@ -40,12 +40,12 @@ const PEERS: [Peer; 4] = [
     peer!("s4", 6.4211e-5, 64),
 ];
 
-/// Edge of the full-size references, and how many pixels of them became one of the small ones.
+/// Edge length of the full-size references, and of the block of their pixels that became one small pixel.
 const FULL: u32 = 512;
 const BLOCK: u32 = 8;
-/// How far the means may be apart.
+/// Tolerance of the ratio of the means.
 const RATIO: f64 = 0.003;
-/// What of a pixel is no noise: sums of single precision, edges of pixels, files of half precision.
+/// Tolerance of a pixel apart from noise: single-precision sums, pixel edges, half-precision files.
 const PIXEL: f64 = 0.003;
 
 pub(super) fn checks(references: Option<&Path>) -> Vec<Check> {
@@ -74,7 +74,7 @@ fn render(cx: &Context, peer: &Peer, size: u32, samples: u32) -> Result<turner::
         assets.files.insert("s4-blob.ply".into(), noisy_sphere_ply(200));
         assets.files.insert("s4-sky.exr".into(), sky_exr(1024).map_err(fault)?);
     }
-    // The scene has a film of its own.
+    // Replace the scene's own film.
     let text: Vec<&str> = peer.text.split("[film]").collect();
     let rest = text.get(1).and_then(|film| film.split_once("\n\n")).map_or("", |(_, rest)| rest);
     let text = format!("{}\n{rest}", text[0]);
@@ -84,7 +84,7 @@ fn render(cx: &Context, peer: &Peer, size: u32, samples: u32) -> Result<turner::
 
 fn small(cx: &Context, peer: &Peer) -> Result<Finding, SceneError> {
     let (width, height, mean) = picture(peer.small, peer.name)?;
-    // Noise of single pixels is independent: that of a block's mean is smaller by their number.
+    // The noise of pixels is independent: the mean of a block has a smaller error by the number of pixels.
     let reference = Reference::with_noise(width, height, mean, peer.noise / f64::from(BLOCK * BLOCK));
     let runs = render(cx, peer, FULL / BLOCK, cx.times(peer.samples))?;
     let found = judge(&runs, &reference, relative_mse(&runs.picture(), &reference.mean));
@@ -105,7 +105,7 @@ fn full(cx: &Context, peer: &Peer, path: &Path) -> Result<Finding, SceneError> {
     Ok(found)
 }
 
-/// Within 0.3 % of the mean, as far as that is known, and pixels where the noise of both lets them be.
+/// Passes if the means agree within 0.3 %, as far as they are known, and pixels agree within the noise of both images.
 fn judge(runs: &dyn Estimate, reference: &Reference, error: f64) -> Finding {
     let options = CompareOptions { tolerance: PIXEL, absolute: 1e-4, ..CompareOptions::default() };
     let c: Comparison = compare(runs, reference, &options);

@@ -1,9 +1,10 @@
-//! Every command of the documents is one that the program knows; what it measures takes too long to be run.
+//! Every `turner-lab` command in the documents is valid. The tests do not run them, because the benchmarks take too
+//! long.
 
 use crate::folder::Folder;
 use crate::sh_blocks::{documents, lines};
 
-/// The arguments of a command; `None` for those of other programs.
+/// The arguments of a command; `None` for other programs.
 fn arguments(line: &str) -> Option<Vec<String>> {
     let line = line.split(" #").next().unwrap_or(line).trim();
     let rest = line.strip_prefix("cargo run --release -p turner-lab -- ")?;
@@ -18,7 +19,7 @@ fn every_command_of_the_documents_is_known() {
         for (number, line) in lines(&std::fs::read_to_string(&file).unwrap()) {
             let Some(mut args) = arguments(&line) else { continue };
             count += 1;
-            // Arguments before it are still read.
+            // Arguments before `--help` are still parsed.
             args.push("--help".to_owned());
             let run = f.lab(&args.iter().map(String::as_str).collect::<Vec<_>>());
             if run.code != Some(0) {

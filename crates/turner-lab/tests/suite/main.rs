@@ -17,7 +17,7 @@ impl Folder {
         Run::of(self.program(env!("CARGO_BIN_EXE_turner-lab"), args).output().unwrap())
     }
 
-    /// A program of the shell in the folder; its path.
+    /// Writes a shell script into the folder and returns its path.
     #[cfg(unix)]
     fn script(&self, name: &str, body: &str) -> String {
         use std::os::unix::fs::PermissionsExt;

@@ -1,4 +1,4 @@
-//! `turner-lab povray` and `antialias`: another renderer takes turns.
+//! `turner-lab povray` and `antialias`: another renderer alternates with Turner.
 #![cfg(unix)]
 
 use serde_json::Value;
@@ -8,7 +8,7 @@ use crate::folder::Folder;
 const SCENE: &str = "[camera]\nposition = [0, 0, 4]\nlook_at = [0, 0, 0]\n[film]\nwidth = 12\nheight = 8\n\
     [background]\ncolor = [0.2, 0.3, 0.5]\n[[object]]\ntype = \"sphere\"\n[[light]]\ntype = \"point\"\nposition = [3, 4, 5]\n";
 
-/// A program that says what POV-Ray says, and writes a picture that it has.
+/// A script that prints POV-Ray's report and writes an image.
 fn povray(f: &Folder, says: &str) -> String {
     let black = turner_io::image::OutputImage {
         width: 12,
@@ -32,7 +32,7 @@ fn povray(f: &Folder, says: &str) -> String {
 
 const TIME: &str = "  Trace Time:       0 hours  0 minutes  2 seconds (2.500 seconds)";
 
-fn desk() -> Folder {
+fn bench_folder() -> Folder {
     let f = Folder::new();
     std::fs::create_dir(f.path().join("bench")).unwrap();
     f.write("bench/ball.toml", SCENE);
@@ -42,8 +42,8 @@ fn desk() -> Folder {
 }
 
 #[test]
-fn times_stand_beside_each_other() {
-    let f = desk();
+fn povray_times_are_reported() {
+    let f = bench_folder();
     let program = povray(&f, TIME);
     let args = ["povray", "--dir", "bench", "--repeat", "2", "--threads", "1", "--program", &program];
     let run = f.lab(&[&args[..], &["--json"]].concat()).ok();
@@ -59,13 +59,13 @@ fn times_stand_beside_each_other() {
     assert!(text.contains("POV-Ray   ratio") && text.contains("2.50 s"), "{text}");
     f.lab(&["povray", "--dir", "bench", "ball", "--program", "no-such-program"])
         .fails(1, &["no-such-program cannot be run", "--program"]);
-    let mute = povray(&f, "nothing to say");
-    f.lab(&["povray", "--dir", "bench", "ball", "--program", &mute]).fails(1, &["Trace Time"]);
+    let silent = povray(&f, "nothing to say");
+    f.lab(&["povray", "--dir", "bench", "ball", "--program", &silent]).fails(1, &["Trace Time"]);
 }
 
 #[test]
-fn modes_of_anti_aliasing_stand_beside_each_other() {
-    let f = desk();
+fn anti_aliasing_modes_are_compared() {
+    let f = bench_folder();
     let program = povray(&f, TIME);
     let args = ["--samples", "4", "--reference", "4", "--repeat", "1", "--program", &program, "--json"];
     let run = f.lab(&[&["antialias", "bench/ball.toml"], &args[..]].concat()).ok();
@@ -73,11 +73,11 @@ fn modes_of_anti_aliasing_stand_beside_each_other() {
     assert_eq!(lines.len(), 5 + 3, "{}", run.stdout);
     assert_eq!(lines[7]["mode"], "POV-Ray 16 samples");
     assert_eq!(lines[7]["median_seconds"], 2.5);
-    // A black picture is far from any.
+    // A black image has a large error.
     assert!(
         lines[7]["rmse"].as_f64().unwrap() > 0.1 && lines[4]["rmse"].as_f64().unwrap() < 0.1,
         "{}",
         run.stdout
     );
-    f.lab(&["antialias", "bench/alone.toml"]).fails(1, &["no .pov file beside it"]);
+    f.lab(&["antialias", "bench/alone.toml"]).fails(1, &["no .pov file next to it"]);
 }

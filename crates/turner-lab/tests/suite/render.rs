@@ -1,4 +1,4 @@
-//! `turner-lab render`: errors fall, tables and plots are written, others take part.
+//! `turner-lab render`: errors fall, tables and plots are written, other renderers take part.
 
 use std::sync::atomic::AtomicBool;
 
@@ -10,7 +10,7 @@ use turner_io::scene::{LoadOptions, load};
 
 use crate::folder::Folder;
 
-/// A room of one lamp and a ball, small.
+/// A small scene: a plane, a sphere and a spherical area light.
 const TINY: &str = r#"
 [camera]
 position = [0, 1, 4]
@@ -48,7 +48,7 @@ fn tiny() -> Folder {
     f
 }
 
-/// Renders the scene into a file, with `width` columns and as many rows.
+/// Renders the scene into a file, with `width` columns and rows.
 fn picture(f: &Folder, name: &str, width: u32, samples: u32) {
     let loaded = load(&f.path().join("tiny.toml"), &LoadOptions::default()).unwrap();
     let mut desc = loaded.desc;
@@ -71,7 +71,7 @@ fn picture(f: &Folder, name: &str, width: u32, samples: u32) {
     std::fs::write(f.path().join(name), encode(&image, ImageFormat::Exr).unwrap()).unwrap();
 }
 
-/// With a converged picture, called in capitals, in a folder of its own.
+/// With a converged image, named in upper case, in its own folder.
 fn with_reference() -> Folder {
     let f = tiny();
     std::fs::create_dir(f.path().join("refs")).unwrap();
@@ -98,7 +98,7 @@ fn errors_fall_with_samples() {
     let plot = String::from_utf8(f.read("error.svg")).unwrap();
     assert!(plot.starts_with("<svg") && plot.matches("<circle").count() == 3, "{plot}");
 
-    // The reference's own noise is taken off; where nothing else is left the error is not known.
+    // The reference's own noise is subtracted; if nothing is left, the error is unknown.
     f.write("refs/refs.json", r#"{ "tiny": { "own_noise": 0.9 } }"#);
     let noisy = json(&f.lab(&[&args[..], &["--json"]].concat()).ok().stdout);
     assert_eq!(noisy[2]["relmse"], Value::Null);
@@ -107,7 +107,7 @@ fn errors_fall_with_samples() {
 }
 
 #[test]
-fn tables_say_what_is_not_known() {
+fn tables_show_unknown_errors() {
     let f = tiny();
     let short = ["render", "tiny.toml", "--samples", "1,2", "--runs", "1"];
     let run = f.lab(&short).ok();
@@ -115,11 +115,11 @@ fn tables_say_what_is_not_known() {
     assert!(run.stderr.contains("--references"), "{}", run.stderr);
     let run = f.lab(&[&short[..], &["--markdown"]].concat()).ok();
     assert!(run.stdout.starts_with("| scene |") && run.stdout.lines().count() == 3, "{}", run.stdout);
-    f.lab(&[&short[..], &["--references", "."]].concat()).fails(2, &["there is no picture tiny.exr"]);
+    f.lab(&[&short[..], &["--references", "."]].concat()).fails(2, &["there is no reference image tiny.exr"]);
     picture(&f, "tiny.exr", 8, 1);
     f.lab(&[&short[..], &["--references", "tiny.exr"]].concat())
         .fails(1, &["8x8 pixels, the scene has 16x16"]);
-    // Beside the scene it was not asked for.
+    // The image next to the scene was not requested, so its size is only a remark.
     assert!(f.lab(&short).ok().stderr.contains("8x8 pixels"));
     f.lab(&["render"]).fails(2, &["scenes/peers"]);
     f.lab(&["render", "--peers", "arnold"]).fails(2, &["mitsuba-llvm"]);
@@ -127,7 +127,7 @@ fn tables_say_what_is_not_known() {
 
 #[cfg(unix)]
 #[test]
-fn others_take_turns() {
+fn other_renderers_alternate() {
     let f = with_reference();
     f.write("tiny.json", "{}");
     let answers = r#"echo '{"start_seconds": 2.5, "version": "1.2"}'
@@ -145,25 +145,26 @@ done"#;
     assert_eq!(of_peer.len(), 3);
     assert_eq!(of_peer[1]["median_seconds"], 0.5);
     assert_eq!(of_peer[2]["start_seconds"], 2.5);
-    // A black picture's error is that of all the light, and does not fall.
+    // The error of a black image does not fall.
     let error = of_peer[0]["relmse"].as_f64().unwrap();
     assert!(error > 0.05 && of_peer[1]["relmse"] == error, "{of_peer:?}");
     assert!(of_peer[2]["reach"][0]["seconds"].is_null(), "{of_peer:?}");
     assert!(run(&black, &["--markdown"]).ok().stdout.contains("cycles 1.2 | 2.50 s"));
 
-    // What goes wrong is said by whom.
+    // Failures name the renderer.
     let cases = [
-        ("echo Error: out of luck >&2", "cycles: it ended: Error: out of luck"),
+        ("echo Error: out of luck >&2", "cycles: the process ended: Error: out of luck"),
         (r#"echo '{"error": "no module", "help": "install it"}'"#, "no module"),
-        (&answers.replace("3072", "3071"), "cycles: an incomplete picture"),
+        (&answers.replace("3072", "3071"), "cycles: an incomplete image"),
         (&answers.replace("16, ", "17, "), "17x16 pixels, expected 16x16"),
     ];
     for (i, (body, message)) in cases.iter().enumerate() {
         run(&f.script(&format!("case{i}"), body), &[]).fails(1, &[message]);
     }
-    // The others and Turner go on without it.
-    let lame = f.script("lame", &answers.replace("done", "[ $samples = 1 ] || exit\ndone"));
-    let both = run(&lame, &["--json", "--peers", "mitsuba-scalar"]).fails(1, &["cycles: it ended"]);
+    // Turner and the other renderers continue without it.
+    let failing = f.script("failing", &answers.replace("done", "[ $samples = 1 ] || exit\ndone"));
+    let both =
+        run(&failing, &["--json", "--peers", "mitsuba-scalar"]).fails(1, &["cycles: the process ended"]);
     let lines =
         json(&both.stdout.lines().filter(|l| l.contains("\"renderer\"")).collect::<Vec<_>>().join("\n"));
     let pictures =

@@ -1,10 +1,10 @@
-//! `turner-lab verify`: what it has beyond `turner verify`.
+//! `turner-lab verify`: the checks that `turner verify` does not have.
 
 use crate::folder::Folder;
 
-/// A fixed seed, so that it is not chance that decides.
+/// A fixed seed makes the statistical test deterministic.
 #[test]
-fn a_peer_and_a_material_hold() {
+fn a_peer_and_a_material_pass() {
     let args = ["verify", "--seed", "1", "--threads", "2", "--only", "peers/s1", "--only", "velvet"];
     let run = Folder::new().lab(&args).ok();
     assert!(run.stdout.contains("checks passed in") && !run.stdout.contains("FAILED"), "{}", run.stdout);
@@ -14,18 +14,18 @@ fn a_peer_and_a_material_hold() {
 }
 
 #[test]
-fn the_whole_suite_has_that_of_turner() {
+fn the_complete_suite_includes_that_of_turner() {
     let list = Folder::new().lab(&["verify", "--list", "--references", "."]).ok().stdout;
     let names: Vec<&str> = list.lines().collect();
     assert!(names.len() > 100, "{list}");
     for name in ["closed/glass-slab", "surface/velvet", "peers/s4", "peers/s2-full"] {
         assert!(names.contains(&name), "{name}: {list}");
     }
-    // It looks at what the others rendered.
+    // The check of all samples runs last.
     assert_eq!(names.last(), Some(&"finite/all-samples"));
 }
 
-/// References of another scene are not this scene's.
+/// An image of the wrong size is rejected.
 #[test]
 fn a_wrong_reference_fails() {
     let f = Folder::new();

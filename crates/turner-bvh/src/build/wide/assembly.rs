@@ -1,4 +1,4 @@
-//! One tree of subtrees that threads made on their own.
+//! Joins the subtrees that threads built separately into one array of nodes and one of slots.
 
 use std::mem::MaybeUninit;
 
@@ -16,14 +16,14 @@ pub(super) struct TopNode {
     pub(super) children: Vec<(Aabb, TopChild)>,
 }
 
-/// A position among the top nodes or the subtrees.
+/// Index of a top node or of a subtree.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum TopChild {
     Node(usize),
     Subtree(usize),
 }
 
-/// A subtree on its way to its place.
+/// A subtree and its destination in the final arrays.
 struct Move<'a> {
     subtree: Subtree,
     first_node: usize,
@@ -32,7 +32,7 @@ struct Move<'a> {
     slots: &'a mut [MaybeUninit<u32>],
 }
 
-/// Puts all together, depth first. Without top nodes the only subtree is the tree.
+/// Joins all parts depth first. Without top nodes, the only subtree is the result.
 pub(super) fn assemble(
     source: &Source<'_>,
     top: &[TopNode],
@@ -72,16 +72,16 @@ pub(super) fn assemble(
     };
     let root = if top.is_empty() { TopChild::Subtree(0) } else { TopChild::Node(0) };
     if node_count > 0 {
-        layout.place(root);
+        layout.assign(root);
     }
     let (moves, mut top_nodes) = (layout.moves, layout.top_nodes);
     let work: f64 = each(threads, moves, relocate).into_iter().sum();
     top_nodes.iter_mut().for_each(|(node, _)| set_order(node));
     let top_work: f64 = top_nodes.iter().map(|(node, _)| work_below(node)).sum();
-    for (node, place) in top_nodes {
-        place.write(node);
+    for (node, target) in top_nodes {
+        target.write(node);
     }
-    // SAFETY: the layout handed out every place once, to a top node or to a subtree, and each filled its places.
+    // SAFETY: the layout assigned every element exactly once, to a top node or to a subtree, and all were written.
     unsafe {
         tree.nodes.set_len(node_count);
         tree.slots.set_len(slot_count);
@@ -95,7 +95,7 @@ pub(super) fn assemble(
     Ok(tree)
 }
 
-/// Gives each part its place.
+/// Assigns a destination to each part.
 struct Layout<'a> {
     top: &'a [TopNode],
     subtrees: &'a mut [Option<Subtree>],
@@ -109,12 +109,12 @@ struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    fn place(&mut self, child: TopChild) -> ChildRef {
+    fn assign(&mut self, child: TopChild) -> ChildRef {
         match child {
             TopChild::Subtree(index) => {
-                let subtree = self.subtrees[index].take().expect("each subtree has one parent");
-                let nodes = self.nodes.split_off_mut(..subtree.nodes.len()).expect("places for all nodes");
-                let slots = self.slots.split_off_mut(..subtree.slots.len()).expect("places for all slots");
+                let subtree = self.subtrees[index].take().expect("each subtree has exactly one parent");
+                let nodes = self.nodes.split_off_mut(..subtree.nodes.len()).expect("room for all nodes");
+                let slots = self.slots.split_off_mut(..subtree.slots.len()).expect("room for all slots");
                 let (first_node, first_block) = (self.next_node, self.next_block);
                 self.next_node += nodes.len();
                 self.next_block += slots.len() / self.width;
@@ -123,13 +123,13 @@ impl Layout<'_> {
                 moved(root, first_node, first_block)
             }
             TopChild::Node(index) => {
-                let place = self.nodes.split_off_first_mut().expect("places for all nodes");
+                let target = self.nodes.split_off_first_mut().expect("room for all nodes");
                 let at = self.next_node;
                 self.next_node += 1;
                 let number = self.top_nodes.len();
-                self.top_nodes.push((WideNode::EMPTY, place));
+                self.top_nodes.push((WideNode::EMPTY, target));
                 for (i, &(bounds, child)) in self.top[index].children.iter().enumerate() {
-                    let reference = self.place(child);
+                    let reference = self.assign(child);
                     self.top_nodes[number].0.set(i, bounds, reference);
                 }
                 ChildRef::node(at)
@@ -148,22 +148,22 @@ fn moved(child: ChildRef, first_node: usize, first_block: usize) -> ChildRef {
     }
 }
 
-/// Copies a subtree to its place, and sums up what rays meet below its nodes, by area.
+/// Copies a subtree to its destination. Returns the sum over its nodes of [`work_below`].
 fn relocate(task: Move<'_>) -> f64 {
     let Move { mut subtree, first_node, first_block, nodes, slots } = task;
     let mut work = 0.0;
-    for (node, place) in subtree.nodes.iter_mut().zip(nodes) {
+    for (node, target) in subtree.nodes.iter_mut().zip(nodes) {
         work += work_below(node);
         for child in &mut node.children {
             *child = moved(*child, first_node, first_block);
         }
-        place.write(*node);
+        target.write(*node);
     }
     slots.write_copy_of_slice(&subtree.slots);
     work
 }
 
-/// Nodes and blocks that are children of the node, times their areas.
+/// Sum over the node's children of their work (1 per node, 1 per block) times their half area.
 fn work_below(node: &WideNode) -> f64 {
     (0..8)
         .map(|i| {

@@ -1,4 +1,14 @@
-//! Binary trees: what is decided first, before eight children are made of two.
+//! Top-down binary trees, and the optimal cost of each subtree as children of a wide node.
+//!
+//! While a binary tree grows, each node also solves the dynamic programme that [`collapse`](super::collapse) reads
+//! (Ylitie, Karras, Laine 2017): `costs[i]` is the least SAH cost of the subtree when it may take up at most `i + 1`
+//! child slots of a wide node.
+//!
+//! ```text
+//!   costs[0] = min(area * NODE_COST + split(8),  cost as a leaf)       one slot: a wide node or a leaf
+//!   costs[i] = min(costs[i - 1], split(i + 1))                         i + 1 slots, passed on to both children
+//!   split(n) = min over a + b = n of left.costs[a - 1] + right.costs[b - 1]
+//! ```
 
 use super::bins::{Grid, MAX_BINS, Scratch, Split, best_split, halve, partition};
 use super::lanes::F4;
@@ -6,21 +16,21 @@ use super::prims::{Bounds, Costs, Prim, Set};
 use super::sweep::{MAX_SWEEP, Sweep};
 use crate::node::MAX_LEAF_BLOCKS;
 
-/// Beyond this depth sets are halved: that bounds the recursion.
+/// Below this depth the builder halves sets, which bounds the recursion.
 const MAX_BINARY_DEPTH: usize = 96;
 
-/// What a node costs, in blocks.
+/// SAH cost of a wide node, in blocks.
 pub(super) const NODE_COST: f32 = 1.0;
 
-/// A node of a binary tree in depth-first order: its left child follows it.
+/// A node of a binary tree in depth-first order; its left child is the next node.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct BinaryNode {
-    /// The last lanes are the position of the first primitive, and how many there are.
+    /// The fourth lanes hold the position of the first primitive (`lo`) and the number of primitives (`hi`).
     bounds: Bounds,
     /// The least cost of this subtree as at most 1, 2, ... 7 children of a wide node.
     pub(super) costs: [f32; 7],
-    /// The right child; 0 makes a leaf.
+    /// Index of the right child; 0 for a leaf.
     pub(super) right: u32,
 }
 
@@ -59,13 +69,13 @@ impl BinaryNode {
         costs.blocks(self.count()) <= MAX_LEAF_BLOCKS
     }
 
-    /// What it costs as one leaf; infinite where it is too large for one, but also where areas overflow.
+    /// Cost as one leaf; infinite if the leaf would be too large. It is also infinite where areas overflow.
     pub(super) fn leaf_cost(&self, costs: &Costs) -> f32 {
         if self.fits_leaf(costs) { costs.leaf(self.bounds, self.count()) } else { f32::INFINITY }
     }
 }
 
-/// A binary tree, and the numbers of primitives in the order of its leaves.
+/// A binary tree, and the primitive IDs in leaf order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BinaryTree {
     pub(super) nodes: Vec<BinaryNode>,
@@ -82,13 +92,13 @@ impl BinaryTree {
         self.nodes.push(BinaryNode::leaf(bounds, first, self.ids.len() - first, costs));
     }
 
-    /// A place for a node whose children follow.
+    /// Appends an inner node. Its children are appended next.
     pub(super) fn push_inner(&mut self, bounds: Bounds) -> usize {
         self.nodes.push(BinaryNode::new(bounds, self.ids.len(), 0));
         self.nodes.len() - 1
     }
 
-    /// Appends another tree, which keeps its order.
+    /// Appends another tree and keeps its order.
     pub(super) fn append(&mut self, other: BinaryTree) {
         let (first_node, first_id) = (self.nodes.len() as u32, self.ids.len());
         self.ids.extend_from_slice(&other.ids);
@@ -99,12 +109,12 @@ impl BinaryTree {
         }));
     }
 
-    /// Fills in what is known once both subtrees are there and nothing else.
+    /// Completes an inner node whose two subtrees are the last nodes appended.
     pub(super) fn finish(&mut self, index: usize, right: usize, costs: &Costs) {
         self.finish_with(index, right, self.ids.len() - self.nodes[index].first(), costs);
     }
 
-    /// Fills in what is known once both subtrees are finished, wherever they are.
+    /// Completes an inner node whose two subtrees are complete, wherever they are.
     pub(super) fn finish_counted(&mut self, index: usize, right: usize, costs: &Costs) {
         let count = self.nodes[index + 1].count() + self.nodes[right].count();
         self.finish_with(index, right, count, costs);
@@ -116,7 +126,7 @@ impl BinaryTree {
         let (l, r) = (self.nodes[index + 1].costs, self.nodes[right].costs);
         let mut node = BinaryNode::new(bounds, first, count);
         node.right = right as u32;
-        // The least cost of exactly i + 2 children, shared out between both subtrees.
+        // The least cost of exactly i + 2 slots, divided between both subtrees.
         let mut both = [f32::INFINITY; 7];
         for a in 0..7 {
             for b in 0..7 - a {
@@ -135,7 +145,7 @@ impl BinaryTree {
     }
 }
 
-/// Makes binary trees of sets.
+/// Builds binary trees over sets.
 #[derive(Debug)]
 pub(super) struct BinaryBuilder {
     pub(super) costs: Costs,
@@ -158,7 +168,7 @@ impl BinaryBuilder {
         }
     }
 
-    /// Appends the tree of a set that is not empty.
+    /// Appends the tree of a non-empty set.
     pub(super) fn subtree(&mut self, set: Set<'_>, depth: usize) {
         if set.len() <= MAX_SWEEP {
             self.sweep.subtree(set.prims, &self.costs, &mut self.tree);
@@ -177,7 +187,7 @@ impl BinaryBuilder {
         self.sweep.subtree(prims, &self.costs, &mut self.tree);
     }
 
-    /// Splits where that is cheapest, or in the middle where it makes no difference.
+    /// Splits at the cheapest plane, or at the median if all centres coincide.
     pub(super) fn split<'a>(&mut self, set: Set<'a>) -> [Set<'a>; 2] {
         let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins), self.one_axis);
         let bins = self.scratch.fill(set.prims, &grid);
@@ -187,7 +197,7 @@ impl BinaryBuilder {
     }
 }
 
-/// The two parts of a set that has been partitioned.
+/// The two parts of a partitioned set.
 pub(super) fn divide<'a>(set: Set<'a>, middle: usize, split: &Split, centers: [Bounds; 2]) -> [Set<'a>; 2] {
     if middle == 0 || middle == set.len() {
         return halve(set);
@@ -199,7 +209,7 @@ pub(super) fn divide<'a>(set: Set<'a>, middle: usize, split: &Split, centers: [B
     ]
 }
 
-/// Fewer bins for small sets: looking through them would take longer than filling them.
+/// Number of bins. Small sets get fewer: evaluating the planes would take longer than filling the bins.
 pub(super) fn bins_for(count: usize, max_bins: usize) -> usize {
     (4 + count / 16).min(max_bins).min(MAX_BINS)
 }

@@ -1,35 +1,38 @@
-//! The surface area heuristic over bins (Wald 2007, "On fast construction of SAH-based bounding volume hierarchies").
+//! Binned SAH (Wald 2007, "On fast construction of SAH-based bounding volume hierarchies").
 //!
-//! Minima, maxima and counts do not depend on the order of the primitives, and so neither does the split.
+//! The method is that of `build::binned_sah`: sort the centres into bins of equal width, then evaluate the SAH cost at
+//! the planes between bins. Here the cost counts blocks instead of primitives, and four lanes hold x, y and z of
+//! a box. Minima, maxima and counts do not depend on the order of the primitives, so neither does the split.
 
 use super::lanes::F4;
 use super::prims::{Bounds, Costs, Prim, Set};
 
 pub(super) const MAX_BINS: usize = 32;
 
-/// Sets from this size on are binned into two sets of bins in turn: neighbours fall into the same bins, and the second
-/// would wait for the first.
+/// Sets of at least this size alternate between two sets of bins: neighbours often fall into the same bin, and the
+/// second update would wait for the first.
 const MIN_TWO_ACCUMULATORS: usize = 512;
 
-/// Which bin a centre belongs to, on all axes.
+/// Maps centres to bins on all axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grid {
     min: F4,
     scale: F4,
     last: F4,
     bins: usize,
-    /// All, or one.
+    /// The axes `first_axis..end_axis` are binned: all three, or one.
     first_axis: usize,
     end_axis: usize,
 }
 
 impl Grid {
-    /// With `one_axis` only that one on which centres spread most.
+    /// With `one_axis`, bins only the axis on which the centres extend furthest.
     pub(super) fn new(centers: Bounds, bins: usize, one_axis: bool) -> Grid {
         let bins = bins.clamp(2, MAX_BINS);
         let ([a, b, c, _], extents) = (centers.lo.array(), F4::splat(0.0).sub(centers.lo.add(centers.hi)));
         let [x, y, z, _] = extents.array().map(|e| {
-            // A little less, so that the largest centre is in the last bin. Infinite scales would make NaN of 0.
+            // Slightly less than `bins`, so that the largest centre is in the last bin. An infinite scale would turn 0
+            // into NaN.
             if e > 0.0 { (bins as f32 * 0.999_999 / e).min(f32::MAX) } else { 0.0 }
         });
         let longest = centers.longest_axis();
@@ -43,20 +46,20 @@ impl Grid {
         }
     }
 
-    /// Real numbers whose integer part is the bin; not yet within the range of bins.
+    /// The bin as a real number, not yet clamped.
     #[inline(always)]
-    fn place(&self, center: F4) -> F4 {
+    fn scaled(&self, center: F4) -> F4 {
         center.sub(self.min).mul(self.scale)
     }
 
     #[inline(always)]
     fn bins_of(&self, bounds: Bounds) -> [usize; 3] {
-        let [x, y, z, _] = self.place(bounds.center()).max(F4::splat(0.0)).min(self.last).truncated();
+        let [x, y, z, _] = self.scaled(bounds.center()).max(F4::splat(0.0)).min(self.last).truncated();
         [x as usize, y as usize, z as usize]
     }
 }
 
-/// Of each axis and bin, the box around the primitives and their number.
+/// For each axis and bin, the union of the primitives' boxes and their count.
 #[derive(Clone, Debug)]
 pub(super) struct Bins {
     boxes: [[Bounds; MAX_BINS]; 3],
@@ -101,7 +104,7 @@ impl Bins {
     }
 }
 
-/// Bins to work with, made once per thread.
+/// Bins to work in, allocated once per thread.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     bins: Box<[Bins; 2]>,
@@ -112,12 +115,12 @@ impl Scratch {
         Scratch { bins: Box::new([Bins::new(), Bins::new()]) }
     }
 
-    /// What [`fill`](Self::fill) filled last.
+    /// The bins that the last [`fill`](Self::fill) filled.
     pub(super) fn first(&mut self) -> &mut Bins {
         &mut self.bins[0]
     }
 
-    /// Counts the primitives into bins.
+    /// Sorts the primitives into bins.
     pub(super) fn fill(&mut self, prims: &[Prim], grid: &Grid) -> &mut Bins {
         match (grid.first_axis, grid.end_axis) {
             (0, 1) => self.fill_axes::<0, 1>(prims, grid),
@@ -138,18 +141,18 @@ impl Scratch {
         &mut self.bins[0]
     }
 
-    /// The same with twice as wide registers.
+    /// The same with 256-bit registers.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn fill_avx2<const FIRST: usize, const END: usize>(&mut self, prims: &[Prim], grid: &Grid) {
         use std::arch::x86_64::{_mm256_load_ps, _mm256_min_ps, _mm256_store_ps};
         const { assert!(align_of::<Bounds>() == 32 && size_of::<Bounds>() == 32) };
         self.fill_here::<FIRST, END>(prims, grid, |bounds, other| {
-            let place = (&raw mut *bounds).cast::<f32>();
-            // SAFETY: both are eight floats at an address that is a multiple of 32.
+            let target = (&raw mut *bounds).cast::<f32>();
+            // SAFETY: both pointers are to eight floats, aligned to 32 bytes.
             unsafe {
                 let other = _mm256_load_ps((&raw const other).cast());
-                _mm256_store_ps(place, _mm256_min_ps(other, _mm256_load_ps(place)));
+                _mm256_store_ps(target, _mm256_min_ps(other, _mm256_load_ps(target)));
             }
         });
     }
@@ -182,7 +185,7 @@ impl Scratch {
     }
 }
 
-/// Bins `0..=last_left` of `axis` go left.
+/// Primitives in bins `0..=last_left` of `axis` go to the left child.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Split {
     pub(super) axis: usize,
@@ -191,7 +194,7 @@ pub(super) struct Split {
     pub(super) bounds: [Bounds; 2],
 }
 
-/// The cheapest split with something on both sides; `None` when all centres fall together.
+/// The cheapest split with primitives on both sides; `None` if all centres fall into one bin.
 pub(super) fn best_split(bins: &Bins, grid: &Grid, count: usize, costs: &Costs) -> Option<Split> {
     let mut best: Option<(f32, usize, usize)> = None;
     let mut best_balance = usize::MAX;
@@ -222,12 +225,12 @@ pub(super) fn best_split(bins: &Bins, grid: &Grid, count: usize, costs: &Costs) 
         }
     }
     let (cost, axis, last_left) = best?;
-    let around = |boxes: &[Bounds]| boxes.iter().fold(Bounds::empty(), |a, b| a.union(*b));
+    let union_of = |boxes: &[Bounds]| boxes.iter().fold(Bounds::empty(), |a, b| a.union(*b));
     let (left, right) = bins.boxes[axis][..grid.bins].split_at(last_left + 1);
-    Some(Split { axis, last_left, cost, bounds: [around(left), around(right)] })
+    Some(Split { axis, last_left, cost, bounds: [union_of(left), union_of(right)] })
 }
 
-/// Moves what goes left to the front. Returns the number of those, and the boxes around the centres of both parts.
+/// Moves the left primitives to the front. Returns their count and the bounds of the centres on both sides.
 pub(super) fn partition(prims: &mut [Prim], grid: &Grid, split: &Split) -> (usize, [Bounds; 2]) {
     match split.axis {
         0 => partition_on::<0>(prims, grid, split.last_left),
@@ -269,11 +272,11 @@ fn partition_here<const AXIS: usize>(
     let [mut left, mut right] = [Bounds::empty(); 2];
     let mut front = 0;
     for i in 0..prims.len() {
-        // SAFETY: `front <= i < prims.len()`, as `front` grows at most by one a step.
+        // SAFETY: `front <= i < prims.len()`, because `front` grows by at most one per step.
         let (here, there) = unsafe { (*prims.get_unchecked(i), *prims.get_unchecked(front)) };
         let center = here.bounds.center();
-        let goes_right = grid.place(center).at_least(border).array()[AXIS];
-        // NaN where the primitive is on the other side: a minimum leaves that out.
+        let goes_right = grid.scaled(center).at_least(border).array()[AXIS];
+        // All bits set, a NaN, where the primitive is on the other side: the minimum ignores it.
         let mask = F4::splat(goes_right);
         let other = F4::splat(f32::from_bits(!goes_right.to_bits()));
         let point = Bounds::point(center);
@@ -291,7 +294,7 @@ fn partition_here<const AXIS: usize>(
     (front, [left, right])
 }
 
-/// Splits a set in the middle: by the centre on the axis where centres spread most, then by number.
+/// Splits at the median: by centre on the axis where the centres extend furthest, then by ID.
 pub(super) fn halve<'a>(set: Set<'a>) -> [Set<'a>; 2] {
     let extents = F4::splat(0.0).sub(set.centers.lo.add(set.centers.hi)).array();
     let axis = (1..3).fold(0, |widest, i| if extents[i] > extents[widest] { i } else { widest });

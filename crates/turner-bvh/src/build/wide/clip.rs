@@ -1,14 +1,24 @@
-//! The box around the part of a triangle that lies in a box: never too small, and hardly too large.
+//! Bounds of the part of a triangle inside a box, for spatial splits.
+//!
+//! ```text
+//!             c
+//!            / \              The triangle is clipped against the six planes of the box
+//!    +------*---*------+      (Sutherland and Hodgman 1974). The polygon a b * * remains;
+//!    |     /     \     |      its bounds are tighter than the intersection of both boxes
+//!    |    a-------b    |      when the triangle is slanted.
+//!    +-----------------+
+//! ```
 
 use super::prims::Bounds;
 use crate::Aabb;
 
-/// A triangle cut by six planes has nine corners at most.
+/// A triangle clipped by six planes has at most nine vertices.
 const MAX_CORNERS: usize = 10;
 
-/// The box around what of the triangle lies in `within`; `None` if that is nothing.
+/// Bounds of the part of the triangle inside `within`; `None` if that part is empty.
 ///
-/// In double precision, against planes moved outwards by far more than what is rounded, and rounded outwards.
+/// Conservative: works in double precision against planes that are moved outwards by far more than the rounding error,
+/// and rounds the result outwards.
 pub(super) fn clipped(triangle: [[f32; 3]; 3], within: Aabb) -> Option<Aabb> {
     let mut corners = [[0.0_f64; 3]; MAX_CORNERS];
     for (corner, p) in corners.iter_mut().zip(triangle) {
@@ -28,15 +38,15 @@ pub(super) fn clipped(triangle: [[f32; 3]; 3], within: Aabb) -> Option<Aabb> {
     }
     let min = std::array::from_fn(|i| corners.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min) - slack);
     let max = std::array::from_fn(|i| corners.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max) + slack);
-    let around = Aabb::outward(min, max);
+    let outer = Aabb::outward(min, max);
     let b = Aabb {
-        min: std::array::from_fn(|i| around.min[i].max(within.min[i])),
-        max: std::array::from_fn(|i| around.max[i].min(within.max[i])),
+        min: std::array::from_fn(|i| outer.min[i].max(within.min[i])),
+        max: std::array::from_fn(|i| outer.max[i].min(within.max[i])),
     };
     b.is_valid().then_some(b)
 }
 
-/// Leaves of a convex polygon what has `sign * p[axis] <= limit` (Sutherland, Hodgman 1974).
+/// Clips a convex polygon to the half space `sign * p[axis] <= limit` (Sutherland and Hodgman 1974).
 fn cut(corners: &mut [[f64; 3]; MAX_CORNERS], count: usize, axis: usize, sign: f64, limit: f64) -> usize {
     let height = |p: &[f64; 3]| sign * p[axis] - limit;
     if corners[..count].iter().all(|p| height(p) <= 0.0) {
@@ -61,7 +71,7 @@ fn cut(corners: &mut [[f64; 3]; MAX_CORNERS], count: usize, axis: usize, sign: f
     kept
 }
 
-/// `clipped` for a box in the builders' form.
+/// [`clipped`] as the builders' [`Bounds`].
 pub(super) fn clipped_bounds(triangle: [[f32; 3]; 3], within: Aabb) -> Option<Bounds> {
     clipped(triangle, within).map(|b| Bounds::from_corners(b.min, b.max))
 }

@@ -1,4 +1,13 @@
-//! Trees of high quality: spatial splits where they pay, then subtrees moved to better places.
+//! High-quality binary trees: top-down SAH with object splits and spatial splits (SBVH; Stich, Friedrich, Dietrich
+//! 2009).
+//!
+//! An object split divides the primitives; a spatial split divides space and references a straddling triangle on both
+//! sides ([`spatial`](super::spatial)). A spatial split is tried only where the boxes of the best object split overlap
+//! by more than a fraction of the root's area, and is taken if it is cheaper and its duplicates fit the budget.
+//!
+//! All sets above [`MAX_TASK`] are split level by level; the subtrees below are independent tasks. The budget of
+//! duplicates is divided in proportion to the primitives, so the tree does not depend on threads.
+//! [`reinsertion`](super::reinsertion) then improves the finished tree.
 
 use super::super::BuildError;
 use super::binary::{BinaryBuilder, BinaryTree};
@@ -8,44 +17,45 @@ use super::prims::{Bounds, Costs, Prim, Set};
 use super::spatial::{SpatialBins, Triangles, cut};
 use super::sweep::MAX_SWEEP;
 
-/// Sets up to this size are one thread's task. The tree does not depend on it.
+/// Sets up to this size are built by one thread. The tree does not depend on it.
 const MAX_TASK: usize = 1 << 14;
 
-/// Bins on each axis.
+/// Bins per axis for object splits.
 const BINS: usize = 32;
 
-/// Beyond this depth sets are halved.
+/// Below this depth sets are halved.
 const MAX_DEPTH: usize = 96;
 
-/// Spatial splits are tried where the boxes of both sides have more than this of the root's area in common.
+/// A spatial split is tried if the overlap of the best object split exceeds this fraction of the root's area.
 const MIN_OVERLAP: f32 = 1e-5;
 
-/// The same for the area of the set. Scans fall below it nearly everywhere, which saves half the time there.
+/// The overlap must also exceed this fraction of the set's area. Scans rarely reach it, which halves the build time
+/// there.
 const MIN_RELATIVE_OVERLAP: f32 = 0.2;
 
-/// A set with room of its own.
+/// A set that owns its primitives.
 struct Owned {
     prims: Vec<Prim>,
     measures: Measures,
 }
 
-/// What goes with a set.
+/// Bounds, budget and depth of a set.
 #[derive(Clone, Copy)]
 struct Measures {
     bounds: Bounds,
     centers: Bounds,
-    /// References that may be added by spatial splits.
+    /// Duplicate references that spatial splits may add.
     budget: usize,
     depth: usize,
 }
 
-/// The parts of a set; the first are those that come first.
+/// The parts of a set: the first has the first `middle` primitives.
 struct Parts {
     middle: usize,
     measures: [Measures; 2],
 }
 
-/// A binary tree above the tasks.
+/// A node of the binary tree above the tasks.
 enum Upper {
     Waiting(Owned),
     Inner { bounds: Bounds, children: [usize; 2] },
@@ -61,7 +71,7 @@ pub(super) struct High<'a> {
 }
 
 impl High<'_> {
-    /// The binary tree of the set, with at most `budget` references more than primitives.
+    /// Builds the binary tree of the set, with at most `budget` duplicate references.
     pub(super) fn build(
         &self,
         prims: Vec<Prim>,
@@ -79,7 +89,7 @@ impl High<'_> {
         };
         let measures = Measures { bounds, centers, budget, depth: 0 };
         let mut upper = vec![Upper::Waiting(Owned { prims, measures })];
-        // Large sets are split, all of a level at once, until there are only tasks left.
+        // Split all large sets of a level in parallel until only tasks are left.
         loop {
             let large: Vec<(usize, Owned)> = upper
                 .iter_mut()
@@ -136,7 +146,7 @@ impl High<'_> {
     }
 }
 
-/// Appends the tree at `index`, depth first.
+/// Appends the tree at `index` depth first.
 fn join(upper: &mut [Upper], index: usize, tree: &mut BinaryTree, costs: &Costs) {
     match std::mem::replace(&mut upper[index], Upper::Taken) {
         Upper::Done(part) => tree.append(part),
@@ -147,11 +157,11 @@ fn join(upper: &mut [Upper], index: usize, tree: &mut BinaryTree, costs: &Costs)
             join(upper, children[1], tree, costs);
             tree.finish(index, right, costs);
         }
-        Upper::Waiting(_) | Upper::Taken => unreachable!("all tasks are done, and each has one parent"),
+        Upper::Waiting(_) | Upper::Taken => unreachable!("every task has run, and each node has one parent"),
     }
 }
 
-/// What a thread works with.
+/// Scratch data of a thread.
 struct Worker<'a> {
     binary: BinaryBuilder,
     spatial: SpatialBins,
@@ -166,12 +176,13 @@ impl Worker<'_> {
         let parts = self.split(&mut prims, 0, set.measures);
         let right = prims.split_off(parts.middle);
         prims.shrink_to_fit();
-        // The parts behind come first, as in `subtree`.
+        // The right part becomes the left child, as in `subtree`.
         let [before, behind] = parts.measures;
         [Owned { prims: right, measures: behind }, Owned { prims, measures: before }]
     }
 
-    /// Appends the tree of `prims[start..]` and takes these away. What is added lies at the end, where there is room.
+    /// Appends the tree of `prims[start..]` and removes these primitives. Spatial splits append duplicates at the end
+    /// of the vector; therefore the right part is built first.
     fn subtree(&mut self, prims: &mut Vec<Prim>, start: usize, measures: Measures) {
         let count = prims.len() - start;
         if count <= MAX_SWEEP {
@@ -187,7 +198,7 @@ impl Worker<'_> {
         self.binary.tree.finish(index, right, &self.binary.costs);
     }
 
-    /// Splits `prims[start..]`, which may become more; positions count from `start`.
+    /// Splits `prims[start..]`, which may grow. Positions in the result are relative to `start`.
     fn split(&mut self, prims: &mut Vec<Prim>, start: usize, measures: Measures) -> Parts {
         let Measures { bounds, centers, budget, depth } = measures;
         let costs = self.binary.costs;
@@ -240,7 +251,7 @@ impl Worker<'_> {
     }
 }
 
-/// Shares the budget out by numbers.
+/// Divides the budget in proportion to the primitives.
 fn parts_of([left, right]: [Set<'_>; 2], budget: usize, depth: usize) -> Parts {
     let count = left.len() + right.len();
     let for_left = (budget as u128 * left.len() as u128 / count as u128) as usize;

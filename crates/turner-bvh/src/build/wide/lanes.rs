@@ -1,11 +1,11 @@
-//! Four floats at a time: SSE2 where it belongs to the machine, plain arrays elsewhere, with the same results.
+//! Four floats at a time: SSE2 on x86-64, arrays elsewhere, with the same results.
 
 #[cfg(not(target_arch = "x86_64"))]
 pub(super) use portable::F4;
 #[cfg(target_arch = "x86_64")]
 pub(super) use sse2::F4;
 
-/// Whether wider registers can be used; results are the same.
+/// Whether 256-bit registers are available; they do not change results.
 #[cfg(target_arch = "x86_64")]
 #[inline]
 pub(super) fn has_avx2() -> bool {
@@ -43,7 +43,7 @@ mod sse2 {
 
         #[inline(always)]
         pub(in super::super) fn array(self) -> [f32; 4] {
-            // SAFETY: both are 16 bytes of plain numbers.
+            // SAFETY: both types are 16 bytes in which every bit pattern is valid.
             unsafe { std::mem::transmute(self.0) }
         }
 
@@ -62,13 +62,13 @@ mod sse2 {
             F4(sse!(_mm_mul_ps(self.0, other.0)))
         }
 
-        /// `self` where it is the smaller one, else `other`: `other` also where either is NaN.
+        /// The smaller of both; `other` if either is NaN.
         #[inline(always)]
         pub(in super::super) fn min(self, other: F4) -> F4 {
             F4(sse!(_mm_min_ps(self.0, other.0)))
         }
 
-        /// `self` where it is the larger one, else `other`: `other` also where either is NaN.
+        /// The larger of both; `other` if either is NaN.
         #[inline(always)]
         pub(in super::super) fn max(self, other: F4) -> F4 {
             F4(sse!(_mm_max_ps(self.0, other.0)))
@@ -85,7 +85,7 @@ mod sse2 {
             F4(sse!(_mm_or_ps(self.0, other.0)))
         }
 
-        /// `self` without the bits of `mask`.
+        /// Clears the bits of `mask`.
         #[inline(always)]
         pub(in super::super) fn without(self, mask: F4) -> F4 {
             F4(sse!(_mm_andnot_ps(mask.0, self.0)))
@@ -100,7 +100,7 @@ mod sse2 {
         /// Rounded towards zero; all lanes must be within the range of `i32`.
         #[inline(always)]
         pub(in super::super) fn truncated(self) -> [i32; 4] {
-            // SAFETY: both are 16 bytes of plain numbers.
+            // SAFETY: both types are 16 bytes in which every bit pattern is valid.
             unsafe { std::mem::transmute(sse!(_mm_cvttps_epi32(self.0))) }
         }
     }
@@ -153,13 +153,13 @@ mod portable {
             self.zip(other, |a, b| a * b)
         }
 
-        /// `self` where it is the smaller one, else `other`: `other` also where either is NaN.
+        /// The smaller of both; `other` if either is NaN.
         #[inline(always)]
         pub(in super::super) fn min(self, other: F4) -> F4 {
             self.zip(other, |a, b| if a < b { a } else { b })
         }
 
-        /// `self` where it is the larger one, else `other`: `other` also where either is NaN.
+        /// The larger of both; `other` if either is NaN.
         #[inline(always)]
         pub(in super::super) fn max(self, other: F4) -> F4 {
             self.zip(other, |a, b| if a > b { a } else { b })
@@ -176,7 +176,7 @@ mod portable {
             self.bits(other, |a, b| a | b)
         }
 
-        /// `self` without the bits of `mask`.
+        /// Clears the bits of `mask`.
         #[inline(always)]
         pub(in super::super) fn without(self, mask: F4) -> F4 {
             self.bits(mask, |a, b| a & !b)
@@ -222,7 +222,7 @@ mod tests {
             };
         }
         check!(add sub mul min max at_least or without);
-        // A minimum leaves NaN out on one side.
+        // A minimum ignores NaN in its first operand.
         let nan = [f32::NAN; 4];
         for &a in &quads {
             assert_eq!(sse2::F4::new(nan).min(sse2::F4::new(a)).array(), a);

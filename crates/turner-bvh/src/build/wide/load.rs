@@ -1,4 +1,4 @@
-//! From a source to primitives with boxes.
+//! Computes the boxes of all primitives and omits those that no ray can hit.
 
 use std::mem::MaybeUninit;
 
@@ -7,10 +7,10 @@ use super::Source;
 use super::parallel::{at_once, parts};
 use super::prims::{Bounds, Prim};
 
-/// Sources smaller than this are not worth a thread.
+/// Smaller sources are loaded by one thread.
 const MIN_PARALLEL: usize = 1 << 15;
 
-/// All primitives that a ray may meet, in order, and how many others there are.
+/// The usable primitives in order, their bounds, and how many primitives were omitted.
 pub(super) struct Loaded {
     pub(super) prims: Vec<Prim>,
     pub(super) bounds: Bounds,
@@ -19,14 +19,14 @@ pub(super) struct Loaded {
     pub(super) degenerate: usize,
 }
 
-/// Why a primitive is left out.
+/// Why a primitive is omitted.
 enum Unusable {
     NonFinite,
     Degenerate,
     OutOfRange(u32),
 }
 
-/// What one thread found.
+/// The result of one thread.
 struct Part {
     loaded: Loaded,
     count: usize,
@@ -75,7 +75,7 @@ pub(super) fn load(source: &Source<'_>, threads: usize) -> Result<Loaded, BuildE
         all.non_finite += part.loaded.non_finite;
         all.degenerate += part.loaded.degenerate;
     }
-    // SAFETY: each part wrote its first `count` places, and these have been moved together.
+    // SAFETY: each part wrote its first `count` elements, and the parts were moved together.
     unsafe { all.prims.set_len(used) };
     Ok(all)
 }
@@ -88,7 +88,7 @@ fn triangle(positions: &[[f32; 3]], corners: [u32; 3], scale: f32, id: usize) ->
         *p = position.map(|x| x * scale);
     }
     let [a, b, c] = p;
-    // Zero for finite numbers, NaN for others.
+    // Zero for finite coordinates, NaN otherwise.
     let test: f32 = p.iter().flatten().map(|x| x * 0.0).sum();
     if test != 0.0 {
         return Err(Unusable::NonFinite);
@@ -103,7 +103,7 @@ fn triangle(positions: &[[f32; 3]], corners: [u32; 3], scale: f32, id: usize) ->
     Ok(Prim::new(min, max, id as u32))
 }
 
-/// Fills the room with the usable ones of as many primitives as it has places, from `start` on.
+/// Writes the usable primitives among `room.len()` primitives from `start` on to the front of `room`.
 #[inline(always)]
 fn fill(
     room: &mut [MaybeUninit<Prim>],

@@ -1,24 +1,24 @@
-//! What a build takes, before it is begun.
+//! Estimates the memory of a build before it starts.
 
 use super::super::{BuildError, BuildOptions, Quality};
 use super::Source;
 
-/// How a tree is built under a limit of memory.
+/// How to build within the memory limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Plan {
     pub(super) quality: Quality,
-    /// References that spatial splits may add.
+    /// Duplicate references that spatial splits may add.
     pub(super) budget: usize,
 }
 
-/// References that spatial splits may add, as a share of the primitives.
-const MAX_ADDED: usize = 2;
+/// Spatial splits may add one reference per this many primitives.
+const PRIMITIVES_PER_DUPLICATE: usize = 2;
 
-/// The best plan that fits.
+/// The plan of the highest quality that fits.
 pub(super) fn plan(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<Plan, BuildError> {
     let count = source.len();
     let budget = match source {
-        Source::Triangles { .. } => count / MAX_ADDED,
+        Source::Triangles { .. } => count / PRIMITIVES_PER_DUPLICATE,
         Source::Boxes { .. } => 0,
     };
     let wanted = options.quality;
@@ -35,10 +35,10 @@ pub(super) fn plan(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<Pl
     }
 }
 
-/// Bytes at the peak of a build, for trees whose leaves are filled no better than half.
+/// Peak memory of the build in bytes, assuming that leaf blocks are half full.
 fn peak(source: &Source<'_>, plan: &Plan) -> usize {
     let references = source.len() + plan.budget;
-    // Of each reference: as primitive, its share of nodes and slots, its share of blocks.
+    // Bytes per reference: as a primitive; of nodes and slots; of blocks.
     let (prim, tree, block) = match source {
         Source::Triangles { .. } => (32, 30, 80),
         Source::Boxes { .. } => (32, 80, 0),
@@ -48,7 +48,7 @@ fn peak(source: &Source<'_>, plan: &Plan) -> usize {
         (Quality::High, Source::Boxes { .. }) => 32 + 4 * 64 + 100,
         _ => 0,
     };
-    // Primitives and subtrees, then subtrees and the tree, then the tree and its blocks.
+    // The peak is one of: primitives and subtrees; subtrees and the assembled tree; the tree and its blocks.
     let each = (prim + tree).max(2 * tree).max(tree + block) + binary;
     references.saturating_mul(each).saturating_add(1 << 16)
 }

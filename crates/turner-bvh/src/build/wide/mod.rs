@@ -1,7 +1,31 @@
-//! Builders of trees with eight children to a node.
+//! Builders for BVHs with eight children per node.
 //!
-//! A tree depends on its primitives and the quality asked for, not on threads or on the machine: every split is decided
-//! by minima, maxima and counts of a set, or by an order in which no two primitives are equal.
+//! The build has four stages:
+//!
+//! ```text
+//!   load            primitives -> boxes and centres                           load, prims
+//!   binary tree     top-down SAH splits: bins for large sets,                 top, binary, bins,
+//!                   full sweeps for small ones; `High` adds spatial splits    sweep, high, spatial,
+//!                   and reinsertion                                           reinsertion
+//!   collapse        the optimal cut of each binary tree into wide nodes       collapse
+//!   assemble        subtrees of all threads into one array, depth first       assembly
+//! ```
+//!
+//! The SAH cost (see [`super`]) counts 1 per node and 1 per block of a leaf, weighted by surface area.
+//! Binary splits come first because good criteria for them are known; collapse then removes binary levels:
+//!
+//! ```text
+//!              o                                        o
+//!          /       \          three binary levels      / / | | | | \ \
+//!        o           o        become one node of       a b c d e f g h
+//!      /   \       /   \      eight children
+//!     o     o     o     o
+//!    / \   / \   / \   / \
+//!    a b   c d   e f   g h
+//! ```
+//!
+//! The BVH depends on the primitives and the quality only, never on threads or machine: every split follows from
+//! minima, maxima and counts of a set, or from a total order of its primitives.
 
 mod assembly;
 mod binary;
@@ -32,17 +56,17 @@ use crate::Aabb;
 use crate::node::{MAX_BLOCKS, WideNode};
 use crate::triangle::{BLOCK, Block};
 
-/// What a tree is built over.
+/// What a BVH is built over.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Source<'a> {
-    /// Triangles; every position is multiplied by `scale`, a power of two, before use.
+    /// Triangles. Every position is first multiplied by `scale`, a power of two.
     Triangles { positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]], scale: f32 },
-    /// Boxes of anything, scaled likewise, of which leaves test `width` at once.
+    /// Boxes of any primitives, scaled likewise. A leaf tests `width` of them at once.
     Boxes { boxes: &'a [Aabb], scale: f32, width: usize },
 }
 
 impl Source<'_> {
-    /// Primitives in a block: leaves hold whole blocks.
+    /// Primitives in a block. Leaves consist of complete blocks.
     pub(crate) fn block_width(&self) -> usize {
         match self {
             Source::Triangles { .. } => BLOCK,
@@ -50,7 +74,7 @@ impl Source<'_> {
         }
     }
 
-    /// Primitives, usable or not.
+    /// Number of primitives, including those that the builder omits.
     pub(crate) fn len(&self) -> usize {
         match self {
             Source::Triangles { triangles, .. } => triangles.len(),
@@ -59,25 +83,25 @@ impl Source<'_> {
     }
 }
 
-/// Nodes, and which primitives their leaves hold.
+/// Nodes, and the primitives that their leaves hold.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct WideTree {
-    /// Depth first, the root at 0; empty if there are no primitives.
+    /// Depth first, root at 0; empty if there are no primitives.
     pub(crate) nodes: Vec<WideNode>,
-    /// Block `b` holds primitives `slots[b * width..(b + 1) * width]`; [`NO_PRIMITIVE`] fills a leaf's last block.
+    /// Block `b` holds primitives `slots[b * width..(b + 1) * width]`. [`NO_PRIMITIVE`] pads a leaf's last block.
     pub(crate) slots: Vec<u32>,
     pub(crate) stats: BuildStats,
 }
 
-/// An empty place in a block.
+/// An unused slot of a block.
 pub(crate) const NO_PRIMITIVE: u32 = u32::MAX;
 
-/// Where the tree of high quality is not cheaper than this share of the balanced one, by the surface area heuristic, the
-/// balanced one is taken: it is smaller, and rays find no triangle twice in it. Of architecture the tree of high quality
-/// costs 0.94, and rays take 1.07 times as long; of thin sticks 0.80, and they take 0.83.
-const WORTH_IT: f64 = 0.9;
+/// `High` must reach at most this fraction of the balanced BVH's SAH cost, otherwise the balanced BVH is used: it is
+/// smaller and has no duplicate references. Architecture: cost ratio 0.94, rays take 1.07 times as long. Thin sticks:
+/// cost ratio 0.80, rays take 0.83 times as long.
+const MAX_COST_RATIO: f64 = 0.9;
 
-/// Like [`build`], but where high quality does not pay the tree is the balanced one.
+/// Like [`build`], but returns the balanced BVH if high quality does not pay.
 pub(crate) fn build_best(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<WideTree, BuildError> {
     let tree = build(source, options)?;
     if options.quality != Quality::High {
@@ -85,15 +109,15 @@ pub(crate) fn build_best(source: &Source<'_>, options: &BuildOptions<'_>) -> Res
     }
     let options = BuildOptions { quality: Quality::Balanced, progress: None, ..*options };
     let balanced = match build(source, &options) {
-        // Not both fit.
+        // Memory for both is not available.
         Err(BuildError::OutOfMemory { .. }) => return Ok(tree),
         balanced => balanced?,
     };
-    let pays = tree.stats.sah_cost <= WORTH_IT * balanced.stats.sah_cost;
+    let pays = tree.stats.sah_cost <= MAX_COST_RATIO * balanced.stats.sah_cost;
     Ok(if pays { tree } else { balanced })
 }
 
-/// Builds the tree over all primitives of the source that a ray may meet.
+/// Builds a BVH over all primitives of the source that a ray can hit.
 pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<WideTree, BuildError> {
     if source.len() > MAX_BLOCKS {
         return Err(BuildError::TooManyPrimitives { count: source.len(), limit: MAX_BLOCKS });
@@ -148,13 +172,13 @@ pub(crate) fn build(source: &Source<'_>, options: &BuildOptions<'_>) -> Result<W
     Ok(tree)
 }
 
-/// The same for a tree over boxes.
+/// Statistics of a BVH over boxes, without the BVH: for measuring builders.
 #[doc(hidden)]
 pub fn build_stats_of_boxes(boxes: &[Aabb], options: &BuildOptions<'_>) -> Result<BuildStats, BuildError> {
     Ok(build(&Source::Boxes { boxes, scale: 1.0, width: 1 }, options)?.stats)
 }
 
-/// What a tree over triangles is like, without the tree: for measuring builders.
+/// Statistics of a BVH over triangles, without the BVH: for measuring builders.
 #[doc(hidden)]
 pub fn build_stats(
     positions: &[[f32; 3]],

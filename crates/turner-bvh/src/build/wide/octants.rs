@@ -1,9 +1,18 @@
-//! In which order rays meet the children of a node: sorted for all eight octants of directions at once.
+//! Front-to-back order of a node's children, precomputed for the eight octants of ray directions.
+//!
+//! A child's key is the minimum of `±x ± y ± z` over its box, with the signs of the octant: where a ray along the
+//! octant's diagonal enters the box. A sorting network sorts for all octants at once, four per register.
+//!
+//! ```text
+//!     y ^        [b]     directions (+, +): a before b     key: x + y at the lower left corner
+//!       |  [a]           directions (-, -): b before a     key: -x - y at the upper right corner
+//!       +--------> x
+//! ```
 
 use super::lanes::F4;
 use crate::node::{ChildRef, WideNode};
 
-/// Comparators that sort eight values (Batcher 1968).
+/// A sorting network for eight values with 19 comparators (Batcher 1968).
 const NETWORK: [(usize, usize); 19] = [
     (0, 2),
     (1, 3),
@@ -26,7 +35,7 @@ const NETWORK: [(usize, usize); 19] = [
     (5, 6),
 ];
 
-/// Sets the order of the node's children in each octant: by how far along its diagonal their boxes are entered.
+/// Sets the traversal order of the node's children for each octant.
 pub(crate) fn set_order(node: &mut WideNode) {
     let large = F4::splat(1e38);
     let mut keys = [[F4::splat(0.0); 2]; 8];
@@ -39,7 +48,8 @@ pub(crate) fn set_order(node: &mut WideNode) {
         let number = F4::splat(f32::from_bits(child as u32));
         for (half, key) in keys.iter_mut().enumerate() {
             let entry = xys.add(F4::splat(z[half]));
-            // Empty places come last; nothing may become infinite or NaN by the number in its lowest bits.
+            // Empty slots come last. The child index replaces the lowest three bits; it must not turn the key into an
+            // infinity or a NaN.
             let entry = if node.children[child] == ChildRef::EMPTY { large } else { entry };
             let entry = entry.min(large).max(F4::splat(-1e38));
             *key = entry.without(F4::splat(f32::from_bits(7))).or(number);

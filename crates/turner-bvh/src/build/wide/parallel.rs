@@ -1,4 +1,4 @@
-//! Work for several threads, and what they must know of each other.
+//! Threads, progress and cancellation for the builders.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -6,8 +6,8 @@ use std::thread;
 
 use super::super::BuildError;
 
-/// Runs `work(0)` to `work(count - 1)` at once, the first on the calling thread. Results are in order. Where a thread
-/// cannot be started the calling one does its work.
+/// Runs `work(0)` to `work(count - 1)` in parallel, the first on the calling thread. Results are in order. If a thread
+/// cannot be started, the calling thread does its work.
 pub(super) fn at_once<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
     thread::scope(|scope| {
         let work = &work;
@@ -24,7 +24,7 @@ pub(super) fn at_once<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync) -
     })
 }
 
-/// Does all tasks, in order as far as threads are free, and returns the results in order.
+/// Runs all tasks; threads take them in order. Results are in order.
 pub(super) fn each<T: Send, R: Send>(threads: usize, tasks: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = threads.min(tasks.len());
     if threads <= 1 {
@@ -41,10 +41,10 @@ pub(super) fn each<T: Send, R: Send>(threads: usize, tasks: Vec<T>, work: impl F
         }
     });
     drop(queue);
-    results.into_iter().map(|result| result.expect("all tasks are done")).collect()
+    results.into_iter().map(|result| result.expect("every task has run")).collect()
 }
 
-/// Mutable parts of one slice, `len * i / count..len * (i + 1) / count`.
+/// Splits a slice into `count` mutable parts; part `i` is `len * i / count..len * (i + 1) / count`.
 pub(super) fn parts<T>(mut slice: &mut [T], count: usize) -> Vec<&mut [T]> {
     let len = slice.len();
     (0..count)
@@ -57,7 +57,7 @@ pub(super) fn parts<T>(mut slice: &mut [T], count: usize) -> Vec<&mut [T]> {
         .collect()
 }
 
-/// How far the build is, and whether it is still wanted.
+/// Progress of the build and its cancellation.
 pub(super) struct Progress<'a> {
     report: Option<&'a (dyn Fn(f32) + Sync)>,
     cancel: Option<&'a AtomicBool>,
@@ -75,7 +75,7 @@ impl<'a> Progress<'a> {
         Progress { report, cancel, done: AtomicUsize::new(0), total: total.max(1), reported: Mutex::new(0.0) }
     }
 
-    /// Notes work done and says when none is wanted any more.
+    /// Counts finished work and returns an error if the build was cancelled.
     pub(super) fn advance(&self, work: usize) -> Result<(), BuildError> {
         self.check()?;
         let done = self.done.fetch_add(work, Ordering::Relaxed) + work;
@@ -90,13 +90,13 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// Reports what is more than was reported before.
-    pub(super) fn tell(&self, share: f32) {
+    /// Reports the fraction if it is larger than the last one reported.
+    pub(super) fn tell(&self, fraction: f32) {
         let Some(report) = self.report else { return };
         let mut reported = self.reported.lock().unwrap_or_else(PoisonError::into_inner);
-        if share > *reported {
-            *reported = share;
-            report(share);
+        if fraction > *reported {
+            *reported = fraction;
+            report(fraction);
         }
     }
 }

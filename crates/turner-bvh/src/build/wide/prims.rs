@@ -1,11 +1,12 @@
-//! Primitives on their way to a leaf.
+//! Primitives, bounds and costs as the builders store them.
 
 use super::lanes::F4;
 use crate::Aabb;
 
-/// A box as lower corner and negated upper corner, so that minima alone make a union. The last lanes mean nothing.
+/// A box as its lower corner and its negated upper corner, so that minima alone give a union. The fourth lanes are
+/// unused here.
 ///
-/// Zeros are positive, in both: minima then do not depend on the order they are taken in, to the last bit.
+/// Zeros are positive in both corners: then minima do not depend on the order of the operands, to the last bit.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub(super) struct Bounds {
@@ -33,7 +34,7 @@ impl Bounds {
         Bounds { lo: self.lo.min(other.lo), hi: self.hi.min(other.hi) }
     }
 
-    /// Half the area of the box made longer by `pad` on each axis, as flat boxes and points are to cost something too.
+    /// Half the surface area of the box, extended by `pad` on each axis so that flat boxes and points also have a cost.
     #[inline(always)]
     pub(super) fn area(self, pad: F4) -> f32 {
         let extent = pad.sub(self.lo.add(self.hi)).max(F4::splat(0.0));
@@ -47,7 +48,7 @@ impl Bounds {
     }
 
     pub(super) fn longest_axis(self) -> usize {
-        // Negated, so the least is the longest.
+        // The extents are negated, so the least is the longest.
         let [x, y, z, _] = self.lo.add(self.hi).array();
         if x <= y && x <= z { 0 } else { if y <= z { 1 } else { 2 } }
     }
@@ -65,11 +66,11 @@ impl Bounds {
     }
 }
 
-/// A primitive's box and number, in half a cache line.
+/// A primitive's box and ID, in half a cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub(super) struct Prim {
-    /// The last lane of the lower corner is the number.
+    /// The fourth lane of the lower corner holds the bits of the ID.
     pub(super) bounds: Bounds,
 }
 
@@ -84,7 +85,7 @@ impl Prim {
         Prim { bounds }
     }
 
-    /// The same primitive, in part.
+    /// The same primitive with other bounds, for a part of it.
     pub(super) fn with_bounds(&self, bounds: Bounds) -> Prim {
         let b = bounds.aabb();
         Prim::new(b.min, b.max, self.id())
@@ -96,7 +97,7 @@ impl Prim {
     }
 }
 
-/// Primitives to make a subtree of, and the boxes around them and around their centres (doubled).
+/// Primitives that become one subtree, their bounds and the bounds of their doubled centres.
 #[derive(Debug)]
 pub(super) struct Set<'a> {
     pub(super) prims: &'a mut [Prim],
@@ -105,7 +106,7 @@ pub(super) struct Set<'a> {
 }
 
 impl<'a> Set<'a> {
-    /// Measures both boxes.
+    /// Computes both bounds.
     pub(super) fn of(prims: &'a mut [Prim]) -> Set<'a> {
         let (mut bounds, mut centers) = (Bounds::empty(), Bounds::empty());
         for prim in &*prims {
@@ -120,12 +121,12 @@ impl<'a> Set<'a> {
     }
 }
 
-/// What sets of primitives cost.
+/// The SAH cost of sets of primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Costs {
-    /// Primitives in a block, as a power of two.
+    /// log2 of the primitives in a block.
     pub(super) block_shift: u32,
-    /// What boxes are made longer by before their areas are compared.
+    /// Added to the extents of boxes before their areas are compared.
     pub(super) pad: F4,
 }
 

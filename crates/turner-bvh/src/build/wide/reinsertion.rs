@@ -1,33 +1,53 @@
-//! Subtrees moved to where they make other boxes grow least (Meister, Bittner 2018, "Parallel reinsertion for bounding
+//! Improves a finished binary tree by moving subtrees (Meister and Bittner 2018, "Parallel reinsertion for bounding
 //! volume hierarchy optimization").
+//!
+//! Top-down splits are greedy. Reinsertion removes a node together with its parent and inserts it next to another node,
+//! where the sum of all areas, and with it the SAH cost, becomes smallest:
+//!
+//! ```text
+//!        P                     P              gain = area(A)                        A is no longer needed
+//!       / \                   / \                  + shrinkage of the ancestors     without the node's box
+//!      A   B       ->        S   B                 - area(N + T)                    the new parent A of N and T
+//!     / \ / \                   / \                - growth of T's ancestors
+//!    N  S T  U                 A   U
+//!                             / \             N: node  S: sibling  T: target
+//!                            T   N
+//! ```
+//!
+//! The search for the best target walks from the node to the root; at each ancestor (the pivot) it descends into the
+//! other subtree, depth first. Growth only accumulates on the way down, so `saved - area(N)` bounds all gains below a
+//! node and prunes the search.
+//!
+//! Each round searches the nodes with the largest boxes in parallel, sorts the moves by gain, and applies those that
+//! do not conflict with an earlier one. The result does not depend on threads.
 
 use super::super::BuildError;
 use super::binary::{BinaryNode, BinaryTree};
 use super::parallel::{Progress, each};
 use super::prims::{Bounds, Costs};
 
-/// Rounds of searching and moving.
+/// The most rounds of search and moves.
 const ROUNDS: usize = 8;
 
-/// A round that saves less than this share of all areas is the last.
+/// A round that reduces the sum of areas by less than this fraction is the last.
 const MIN_GAIN: f64 = 0.002;
 
-/// In the first round one node of so many is looked at, those with the largest boxes; then two, three, ...
-const SHARE: usize = 4;
+/// Round `r` (from 0) searches `(r + 1) / SEARCH_DIVISOR` of the nodes, those with the largest boxes.
+const SEARCH_DIVISOR: usize = 4;
 
-/// Searches of a task.
+/// Nodes per task.
 const BATCH: usize = 1024;
 
-/// A tree whose nodes know their parents.
+/// A tree with links to parents. The root is node 0.
 struct Linked {
     bounds: Vec<Bounds>,
     areas: Vec<f32>,
     parents: Vec<u32>,
-    /// Both 0 in leaves.
+    /// `[0, 0]` in leaves.
     children: Vec<[u32; 2]>,
 }
 
-/// A node, the one it should become the sibling of, and by how much the sum of areas shrinks.
+/// A move: the node, its new sibling, and by how much the sum of areas shrinks.
 #[derive(Clone, Copy, Debug)]
 struct Reinsertion {
     node: u32,
@@ -35,7 +55,7 @@ struct Reinsertion {
     gain: f32,
 }
 
-/// Improves the tree. The order of nodes and primitives changes with it.
+/// Improves the tree. The order of nodes and primitives changes.
 pub(super) fn improve(
     tree: BinaryTree,
     costs: &Costs,
@@ -45,9 +65,9 @@ pub(super) fn improve(
     let mut linked = Linked::new(&tree, costs);
     let count = linked.bounds.len();
     for round in 0..ROUNDS {
-        // Others each time.
+        // Later rounds include smaller nodes.
         let mut nodes: Vec<u32> = (1..count as u32).collect();
-        let wanted = (count / SHARE * (round + 1)).clamp(count.min(64), count).min(nodes.len());
+        let wanted = (count / SEARCH_DIVISOR * (round + 1)).clamp(count.min(64), count).min(nodes.len());
         if wanted == 0 {
             break;
         }
@@ -103,7 +123,7 @@ impl Linked {
         Linked { bounds, areas, parents, children }
     }
 
-    /// The areas of all nodes with children.
+    /// Sum of the areas of all inner nodes.
     fn total(&self) -> f64 {
         self.areas.iter().zip(&self.children).filter(|(_, c)| c[1] != 0).map(|(&a, _)| f64::from(a)).sum()
     }
@@ -113,7 +133,7 @@ impl Linked {
         if a == node { b } else { a }
     }
 
-    /// The best place for a node that is not the root, if it is better than its own.
+    /// The best target for a node, if a move reduces the sum of areas. The root and its children do not move.
     fn search(&self, node: u32, costs: &Costs, stack: &mut Vec<(f32, u32)>) -> Option<Reinsertion> {
         let parent = self.parents[node as usize];
         let sibling = self.sibling(node);
@@ -122,9 +142,9 @@ impl Linked {
         }
         let (bounds, area) = (self.bounds[node as usize], self.areas[node as usize]);
         let mut best = Reinsertion { node, to: 0, gain: 0.0 };
-        // Without the node its parent is no longer needed, and boxes above shrink.
+        // Without the node its parent is not needed, and its ancestors shrink to the bounds of their other nodes.
         let mut saved = self.areas[parent as usize];
-        let mut around = self.bounds[sibling as usize];
+        let mut remaining = self.bounds[sibling as usize];
         let (mut pivot, mut side) = (parent, sibling);
         loop {
             stack.push((saved, side));
@@ -147,8 +167,8 @@ impl Linked {
                 }
             }
             if pivot != parent {
-                around = around.union(self.bounds[side as usize]);
-                saved += self.areas[pivot as usize] - around.area(costs.pad);
+                remaining = remaining.union(self.bounds[side as usize]);
+                saved += self.areas[pivot as usize] - remaining.area(costs.pad);
             }
             if pivot == 0 {
                 break;
@@ -159,13 +179,14 @@ impl Linked {
         (best.gain > 0.0 && best.to != sibling && best.to != parent && best.to != 0).then_some(best)
     }
 
-    /// The nodes whose links a move changes.
+    /// The nodes whose links the move changes.
     fn changed(&self, m: &Reinsertion) -> [u32; 5] {
         let parent = self.parents[m.node as usize];
         [m.node, m.to, self.sibling(m.node), parent, self.parents[m.to as usize]]
     }
 
-    /// Whether nothing that a move changes was changed before, and its place is not below the node by now.
+    /// Whether the move does not conflict with earlier ones: no link it changes has changed, and its target is not
+    /// below the node.
     fn is_free(&self, m: &Reinsertion, touched: &[bool]) -> bool {
         let changed = self.changed(m);
         if changed.iter().any(|&node| touched[node as usize]) || self.parents[m.node as usize] == 0 {
@@ -194,7 +215,7 @@ impl Linked {
         let parent = self.parents[m.node as usize];
         let grandparent = self.parents[parent as usize];
         self.replace(grandparent, parent, self.sibling(m.node));
-        // The parent is free now, and becomes the parent in the new place.
+        // The old parent is free and becomes the new parent.
         self.replace(self.parents[m.to as usize], m.to, parent);
         self.children[parent as usize] = [m.to, m.node];
         self.parents[m.to as usize] = parent;
@@ -215,12 +236,12 @@ impl Linked {
         }
     }
 
-    /// The tree in depth-first order again.
+    /// The tree in depth-first order.
     fn into_tree(self, old: &BinaryTree, costs: &Costs) -> BinaryTree {
         let mut tree = BinaryTree::default();
         tree.nodes.reserve_exact(old.nodes.len());
         tree.ids.reserve_exact(old.ids.len());
-        // Nodes still to append, and of which node each is the right child.
+        // Nodes to append, and the index of the parent whose right child each is.
         let mut pending = vec![(0_u32, None)];
         let mut rights = vec![0_u32; old.nodes.len()];
         while let Some((index, right_of)) = pending.pop() {

@@ -1,6 +1,22 @@
-//! Splits of space instead of sets (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
+//! Spatial splits (Stich, Friedrich, Dietrich 2009, "Spatial splits in bounding volume hierarchies").
 //!
-//! A triangle that lies on both sides of a plane goes to both, each time with the box around its part there.
+//! An object split of long or overlapping triangles leaves two boxes that overlap, and rays in the overlap visit both.
+//! A spatial split cuts space at a plane. A triangle that straddles the plane is referenced on both sides, each time
+//! with the bounds of its part there:
+//!
+//! ```text
+//!        |plane                  left: bounds of a and of the left part of b
+//!   __a__|                       right: bounds of c and of the right part of b
+//!     ___|_____b____             The boxes do not overlap; b is referenced twice.
+//!        |   ___c___
+//! ```
+//!
+//! To find the plane, each axis is divided into slabs of equal width. Each triangle is clipped to every slab it
+//! touches, and slabs count the triangles that begin and end there. A sweep then evaluates the SAH cost
+//! `area_l * n_l + area_r * n_r` at each plane, as for bins; `n_l + n_r` exceeds `n` by the straddling triangles.
+//!
+//! A straddling triangle goes to one side only if enlarging that box is cheaper than a second reference
+//! (reference unsplitting).
 
 use super::clip::clipped_bounds;
 use super::lanes::F4;
@@ -9,7 +25,7 @@ use crate::Aabb;
 
 const BINS: usize = 16;
 
-/// Scaled triangles by number.
+/// Scaled triangles by ID.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangles<'a> {
     pub(super) positions: &'a [[f32; 3]],
@@ -24,7 +40,7 @@ impl Triangles<'_> {
     }
 }
 
-/// Of each axis and slab, the box around what is in it, and how many primitives begin and end there.
+/// For each axis and slab: the bounds of the clipped primitives, and how many primitives begin and end there.
 #[derive(Debug)]
 pub(super) struct SpatialBins {
     boxes: [[Bounds; BINS]; 3],
@@ -32,7 +48,7 @@ pub(super) struct SpatialBins {
     last: [[u32; BINS]; 3],
 }
 
-/// A plane, and what it would make.
+/// A split plane, its cost, and the counts and bounds of both sides.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     axis: usize,
@@ -47,7 +63,7 @@ impl SpatialBins {
         SpatialBins { boxes: [[Bounds::empty(); BINS]; 3], first: [[0; BINS]; 3], last: [[0; BINS]; 3] }
     }
 
-    /// The cheapest plane with something on both sides.
+    /// The cheapest plane with primitives on both sides.
     pub(super) fn best_plane(
         &mut self,
         prims: &[Prim],
@@ -56,19 +72,19 @@ impl SpatialBins {
         costs: &Costs,
     ) -> Option<Plane> {
         *self = SpatialBins::new();
-        let around = bounds.aabb();
-        let extents: [f32; 3] = std::array::from_fn(|i| around.max[i] - around.min[i]);
+        let set_box = bounds.aabb();
+        let extents: [f32; 3] = std::array::from_fn(|i| set_box.max[i] - set_box.min[i]);
         let widths = extents.map(|e| e / BINS as f32);
         let largest = extents.iter().fold(0.0_f32, |a, &b| a.max(b));
-        // Where a box is all but flat there is nothing to split.
+        // Do not split an axis on which the box is almost flat.
         let axes = [0, 1, 2]
             .map(|i| extents[i] > 1e-4 * largest && widths[i] > f32::MIN_POSITIVE && widths[i].is_finite());
         let inverse: [f32; 3] = std::array::from_fn(|i| if axes[i] { 1.0 / widths[i] } else { 0.0 });
-        let [scale, start] = [inverse, around.min].map(|[x, y, z]| F4::new([x, y, z, 0.0]));
+        let [scale, start] = [inverse, set_box.min].map(|[x, y, z]| F4::new([x, y, z, 0.0]));
         let (zero, top) = (F4::splat(0.0), F4::splat((BINS - 1) as f32));
-        let place = |p: F4| p.sub(start).mul(scale).max(zero).min(top).truncated();
+        let slab_of = |p: F4| p.sub(start).mul(scale).max(zero).min(top).truncated();
         for prim in prims {
-            let (low, high) = (place(prim.bounds.lo), place(zero.sub(prim.bounds.hi)));
+            let (low, high) = (slab_of(prim.bounds.lo), slab_of(zero.sub(prim.bounds.hi)));
             let mut corners = None;
             for axis in 0..3 {
                 let (from, to) = (low[axis] as usize % BINS, high[axis] as usize % BINS);
@@ -79,7 +95,7 @@ impl SpatialBins {
                     *b = b.union(prim.bounds);
                 } else {
                     let corners = *corners.get_or_insert_with(|| triangles.corners(prim.id()));
-                    self.spread(axis, [from, to], prim.bounds, corners, around.min[axis], inverse[axis]);
+                    self.spread(axis, [from, to], prim.bounds, corners, set_box.min[axis], inverse[axis]);
                 }
             }
         }
@@ -100,7 +116,7 @@ impl SpatialBins {
                 }
                 let cost = costs.leaf(left, left_count) + costs.leaf(right, right_count);
                 if best.is_none_or(|best| cost < best.cost) {
-                    let at = around.min[axis] + widths[axis] * (bin + 1) as f32;
+                    let at = set_box.min[axis] + widths[axis] * (bin + 1) as f32;
                     let (counts, bounds) = ([left_count, right_count], [left, right]);
                     best = Some(Plane { axis, at, cost, counts, bounds });
                 }
@@ -109,7 +125,8 @@ impl SpatialBins {
         best
     }
 
-    /// Adds a triangle to the slabs it lies in: to each its corners there, and where its edges cross the slab's planes.
+    /// Adds a triangle to the slabs it touches: to each slab its vertices there and the points where edges cross the
+    /// slab's planes.
     fn spread(
         &mut self,
         axis: usize,
@@ -143,7 +160,7 @@ impl SpatialBins {
             }
         }
         for (part, in_slab) in parts[from..=to].iter().zip(&mut self.boxes[axis][from..=to]) {
-            // Within its own box, which may be that of a part already.
+            // Clip to the primitive's own bounds, which may already be those of a part.
             let part = Bounds { lo: part.lo.max(bounds.lo), hi: part.hi.max(bounds.hi) };
             let sum = part.lo.add(part.hi).array();
             if sum[0] <= 0.0 && sum[1] <= 0.0 && sum[2] <= 0.0 {
@@ -153,7 +170,7 @@ impl SpatialBins {
     }
 }
 
-/// Appends what is left of the plane to one list, and what is right of it to the other.
+/// Appends the primitives and parts left of the plane to `left`, those right of it to `right`.
 pub(super) fn cut(
     prims: &[Prim],
     plane: &Plane,
@@ -175,16 +192,16 @@ pub(super) fn cut(
             right.push(*prim);
             continue;
         }
-        // Whole on one side where that is cheaper than a part on each.
+        // Unsplit: keep the primitive on one side if that is cheaper than two references.
         let [with_left, with_right] = plane.bounds.map(|side| side.union(prim.bounds).area(costs.pad));
         let split = areas[0] * counts[0] + areas[1] * counts[1];
-        let whole_left = with_left * counts[0] + areas[1] * (counts[1] - 1.0);
-        let whole_right = areas[0] * (counts[0] - 1.0) + with_right * counts[1];
-        if whole_left < split && whole_left <= whole_right {
+        let unsplit_left = with_left * counts[0] + areas[1] * (counts[1] - 1.0);
+        let unsplit_right = areas[0] * (counts[0] - 1.0) + with_right * counts[1];
+        if unsplit_left < split && unsplit_left <= unsplit_right {
             left.push(*prim);
             continue;
         }
-        if whole_right < split {
+        if unsplit_right < split {
             right.push(*prim);
             continue;
         }

@@ -1,25 +1,28 @@
-//! Trees of a few primitives: all splits of the order along each axis are looked at, none is left to bins.
+//! Full SAH sweep for small sets: evaluates every split of the sorted order on each axis instead of bins.
+//!
+//! The set is sorted once per axis. Each split partitions the other two orders stably, so no set is sorted again
+//! (Wald and Havran 2006 do the same for kd-trees).
 
 use super::binary::BinaryTree;
 use super::prims::{Bounds, Costs, Prim};
 
-/// The largest set.
+/// The largest set that is swept.
 pub(super) const MAX_SWEEP: usize = 32;
 
-/// Keys are compared without their lowest bits, which give way to the primitive's position by number: they never tie.
+/// The lowest bits of a sort key are replaced by the primitive's rank by ID, so keys never tie.
 const INDEX_MASK: i32 = MAX_SWEEP as i32 - 1;
 
-/// Numbers of primitives in order along each axis.
+/// Ranks by ID of the primitives, sorted along each axis.
 type Orders = [[u8; MAX_SWEEP]; 3];
 
-/// The set and room to work in.
+/// The set and its sorted orders.
 #[derive(Debug)]
 pub(super) struct Sweep {
-    /// In order of their numbers.
+    /// Bounds, sorted by ID.
     prims: [Bounds; MAX_SWEEP],
     ids: [u32; MAX_SWEEP],
     orders: Orders,
-    /// Looks for splits on the longest axis only.
+    /// Consider splits on the longest axis only.
     one_axis: bool,
 }
 
@@ -33,7 +36,7 @@ impl Sweep {
         }
     }
 
-    /// Appends the tree of at most `MAX_SWEEP` primitives, at least one.
+    /// Appends the tree of 1 to `MAX_SWEEP` primitives.
     pub(super) fn subtree(&mut self, prims: &[Prim], costs: &Costs, tree: &mut BinaryTree) {
         let n = prims.len();
         assert!(0 < n && n <= MAX_SWEEP);
@@ -61,7 +64,7 @@ impl Sweep {
         self.part(0, n, bounds, costs, tree);
     }
 
-    /// Appends the tree of what is at `begin..end` in all three orders.
+    /// Appends the tree of the primitives at `begin..end` of all three orders.
     fn part(&mut self, begin: usize, end: usize, bounds: Bounds, costs: &Costs, tree: &mut BinaryTree) {
         let count = end - begin;
         if costs.blocks(count) == 1 {
@@ -78,11 +81,11 @@ impl Sweep {
                 partition(&mut self.orders[other][begin..end], left_members);
             }
         }
-        let around = |range: &[u8]| {
+        let bounds_of = |range: &[u8]| {
             range.iter().fold(Bounds::empty(), |a, &i| a.union(self.prims[usize::from(i) % MAX_SWEEP]))
         };
-        let left = around(&self.orders[axis][begin..middle]);
-        let right = around(&self.orders[axis][middle..end]);
+        let left = bounds_of(&self.orders[axis][begin..middle]);
+        let right = bounds_of(&self.orders[axis][middle..end]);
         let index = tree.push_inner(bounds);
         self.part(begin, middle, left, costs, tree);
         let right_index = tree.nodes.len();
@@ -90,7 +93,7 @@ impl Sweep {
         tree.finish(index, right_index, costs);
     }
 
-    /// The axis, and where on it the right part begins.
+    /// The best axis, and the position in its order where the right part begins.
     fn best_split(&self, begin: usize, end: usize, bounds: Bounds, costs: &Costs) -> (usize, usize) {
         let count = end - begin;
         let mut best = (f32::INFINITY, usize::MAX, 0, begin + count / 2);
@@ -99,19 +102,19 @@ impl Sweep {
         let blocks = costs.blocks(count);
         for axis in axes {
             let order = &self.orders[axis][begin..end];
-            let mut around = Bounds::empty();
+            let mut swept = Bounds::empty();
             for (area, &i) in left_areas.iter_mut().zip(order) {
-                around = around.union(self.prims[usize::from(i) % MAX_SWEEP]);
-                *area = around.area(costs.pad);
+                swept = swept.union(self.prims[usize::from(i) % MAX_SWEEP]);
+                *area = swept.area(costs.pad);
             }
-            let mut around = Bounds::empty();
+            let mut swept = Bounds::empty();
             for middle in (1..count).rev() {
-                around = around.union(self.prims[usize::from(order[middle]) % MAX_SWEEP]);
+                swept = swept.union(self.prims[usize::from(order[middle]) % MAX_SWEEP]);
                 if costs.blocks(middle) + costs.blocks(count - middle) > blocks {
                     continue;
                 }
                 let cost = left_areas[middle - 1] * costs.blocks(middle) as f32
-                    + around.area(costs.pad) * costs.blocks(count - middle) as f32;
+                    + swept.area(costs.pad) * costs.blocks(count - middle) as f32;
                 let balance = (2 * middle).abs_diff(count);
                 if cost < best.0 || cost == best.0 && balance < best.1 {
                     best = (cost, balance, axis, begin + middle);
@@ -122,7 +125,7 @@ impl Sweep {
     }
 }
 
-/// The place of each key in ascending order; no two keys of interest are equal.
+/// The rank of each key in ascending order. Used keys are distinct.
 fn ranks(keys: &[i32; MAX_SWEEP]) -> [i32; MAX_SWEEP] {
     #[cfg(target_arch = "x86_64")]
     if super::lanes::has_avx2() {
@@ -149,13 +152,13 @@ fn ranks_here(keys: &[i32; MAX_SWEEP]) -> [i32; MAX_SWEEP] {
     ranks
 }
 
-/// An integer that compares as the number does.
+/// An integer that compares as the float does.
 fn ordered(x: f32) -> i32 {
     let bits = x.to_bits() as i32;
     bits ^ ((bits >> 31) as u32 >> 1) as i32
 }
 
-/// Those in `left_members` first, otherwise in the same order.
+/// Stable partition: primitives in `left_members` first.
 fn partition(order: &mut [u8], left_members: u32) {
     let mut right = [0; MAX_SWEEP];
     let (mut left_count, mut right_count) = (0, 0);
@@ -170,7 +173,7 @@ fn partition(order: &mut [u8], left_members: u32) {
     order[left_count..].copy_from_slice(&right[..right_count]);
 }
 
-/// Appends the numbers of those in the set, in ascending order.
+/// Appends the IDs of the members in ascending order.
 fn push_members(mut members: u32, ids: &[u32; MAX_SWEEP], to: &mut Vec<u32>) {
     while members != 0 {
         to.push(ids[members.trailing_zeros() as usize]);

@@ -1,4 +1,4 @@
-//! Trees of all sorts of primitives, each checked from top to bottom.
+//! Builds BVHs over many kinds of primitives and validates each one completely.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -40,7 +40,7 @@ impl Soup {
         Soup { positions, triangles }
     }
 
-    /// Triangles of size `size` all over the unit cube.
+    /// Triangles of size `size` scattered over the unit cube.
     fn scattered(count: usize, size: f32) -> Soup {
         let mut random = Random(count as u64);
         Soup::new((0..count).map(|_| {
@@ -52,7 +52,7 @@ impl Soup {
         }))
     }
 
-    /// Large and small, long and thin.
+    /// A mix of large, small, long and thin triangles.
     fn uneven(count: usize) -> Soup {
         let mut random = Random(7);
         Soup::new((0..count).map(|i| {
@@ -73,7 +73,7 @@ fn options(quality: Quality, threads: usize) -> BuildOptions<'static> {
     BuildOptions { quality, threads, ..BuildOptions::default() }
 }
 
-/// Builds with all qualities, validates, and returns the trees.
+/// Builds with all qualities, validates, and returns the BVHs.
 fn build_all(source: &Source<'_>) -> [WideTree; 3] {
     QUALITIES.map(|quality| {
         let tree = build(source, &options(quality, 1)).unwrap();
@@ -91,7 +91,7 @@ fn build_boxes(boxes: &[Aabb]) -> [WideTree; 3] {
 }
 
 #[test]
-fn trees_of_all_sizes_are_sound() {
+fn bvhs_of_all_sizes_are_valid() {
     for count in [0, 1, 2, 3, 4, 5, 8, 9, 31, 32, 33, 63, 64, 65, 257, 1000, 9000, 40_000] {
         let soup = Soup::scattered(count, 0.05);
         let trees = build_all(&soup.source());
@@ -106,8 +106,8 @@ fn trees_of_all_sizes_are_sound() {
 }
 
 #[test]
-fn any_number_of_threads_builds_the_same_tree() {
-    // Enough for several threads to split the root together.
+fn any_number_of_threads_builds_the_same_bvh() {
+    // Enough primitives that several threads split the root together.
     for soup in [Soup::scattered(300_000, 0.01), Soup::uneven(30_000)] {
         for quality in QUALITIES {
             let tree = build(&soup.source(), &options(quality, 1)).unwrap();
@@ -120,8 +120,8 @@ fn any_number_of_threads_builds_the_same_tree() {
 }
 
 #[test]
-fn the_order_of_primitives_does_not_shape_the_tree() {
-    // Splits see sets only; what differs is which of two equal centres comes first.
+fn the_order_of_primitives_does_not_affect_the_bvh() {
+    // Splits depend on sets. Only the order of equal centres may differ.
     let soup = Soup::scattered(20_000, 0.01);
     let mut reversed = Soup { positions: soup.positions.clone(), triangles: soup.triangles.clone() };
     reversed.triangles.reverse();
@@ -133,7 +133,7 @@ fn the_order_of_primitives_does_not_shape_the_tree() {
 }
 
 #[test]
-fn boxes_that_no_split_tells_apart_are_halved() {
+fn identical_boxes_are_halved() {
     let boxes = vec![Aabb::new([1.0, -2.0, -0.0], [3.0, 0.0, 0.5]); 1_000_000];
     for quality in [Quality::Fast, Quality::Balanced] {
         let source = Source::Boxes { boxes: &boxes, scale: 1.0, width: 1 };
@@ -146,33 +146,33 @@ fn boxes_that_no_split_tells_apart_are_halved() {
 }
 
 #[test]
-fn grids_lines_and_points_are_no_exception() {
+fn grids_lines_and_points_are_valid() {
     build_boxes(&points((0..20_000).map(|i| [i as f32, 0.0, 0.0])));
     build_boxes(&points((0..20_000).map(|i| [0.0, (i % 100) as f32, 3.0])));
     build_boxes(&points((0..30_000).map(|i| [(i % 31) as f32, (i / 31 % 31) as f32, (i / 961) as f32])));
-    // Each twice as far as the one before: every split takes off a few.
+    // Each is twice as far as the one before: every split separates only a few.
     let far: Vec<[f32; 3]> =
-        (0..2000).map(|i| [(2.0_f32).powf_by_halves(i % 160 - 80), 0.0, i as f32]).collect();
+        (0..2000).map(|i| [(2.0_f32).exact_power(i % 160 - 80), 0.0, i as f32]).collect();
     build_boxes(&points(far));
     // All in one point.
     let [_, tree, _] = build_boxes(&points(vec![[0.0; 3]; 100]));
     assert!(tree.stats.sah_cost.is_finite());
 }
 
-trait Halves {
-    fn powf_by_halves(self, exponent: i32) -> f32;
+trait ExactPower {
+    fn exact_power(self, exponent: i32) -> f32;
 }
 
-impl Halves for f32 {
+impl ExactPower for f32 {
     /// `self` to an integer power, exactly for 2.
-    fn powf_by_halves(self, exponent: i32) -> f32 {
+    fn exact_power(self, exponent: i32) -> f32 {
         let factor = if exponent < 0 { 1.0 / self } else { self };
         (0..exponent.abs()).fold(1.0, |x, _| x * factor)
     }
 }
 
 #[test]
-fn huge_and_tiny_things_are_found_places() {
+fn huge_and_tiny_primitives_are_valid() {
     let mut random = Random(5);
     let scales = [1e-30, 1e-12, 1e-3, 1.0, 1e6, 1e12];
     let soup = Soup::new((0..6000).map(|i| {
@@ -197,7 +197,7 @@ fn huge_and_tiny_things_are_found_places() {
 }
 
 #[test]
-fn what_no_ray_meets_is_left_out_and_counted() {
+fn unusable_primitives_are_omitted_and_counted() {
     let mut soup = Soup::scattered(1000, 0.1);
     soup.positions[30] = [f32::NAN, 0.0, 0.0];
     soup.positions[61] = [0.0, f32::NEG_INFINITY, 0.0];
@@ -220,14 +220,14 @@ fn what_no_ray_meets_is_left_out_and_counted() {
 #[test]
 fn boxes_hold_scaled_vertices_exactly() {
     let soup = Soup::scattered(5000, 0.1);
-    for scale in [0.125, 2.0_f32.powf_by_halves(-140), 2.0_f32.powf_by_halves(40)] {
+    for scale in [0.125, 2.0_f32.exact_power(-140), 2.0_f32.exact_power(40)] {
         let source = Source::Triangles { positions: &soup.positions, triangles: &soup.triangles, scale };
         build_all(&source);
     }
 }
 
 #[test]
-fn the_first_wrong_vertex_is_named() {
+fn the_first_invalid_vertex_is_reported() {
     let mut soup = Soup::scattered(100_000, 0.1);
     soup.triangles[90_000][2] = u32::MAX;
     soup.triangles[70_001][1] = 300_000;
@@ -252,12 +252,12 @@ fn a_cancelled_build_ends() {
     let soup = Soup::scattered(200_000, 0.01);
     for quality in QUALITIES {
         let cancel = AtomicBool::new(true);
-        let asked = BuildOptions { cancel: Some(&cancel), ..options(quality, 2) };
-        assert_eq!(build(&soup.source(), &asked), Err(BuildError::Cancelled));
-        let stop = |share: f32| cancel.store(share > 0.2, Ordering::Relaxed);
+        let requested = BuildOptions { cancel: Some(&cancel), ..options(quality, 2) };
+        assert_eq!(build(&soup.source(), &requested), Err(BuildError::Cancelled));
+        let stop = |fraction: f32| cancel.store(fraction > 0.2, Ordering::Relaxed);
         cancel.store(false, Ordering::Relaxed);
-        let asked = BuildOptions { progress: Some(&stop), ..asked };
-        assert_eq!(build(&soup.source(), &asked), Err(BuildError::Cancelled));
+        let requested = BuildOptions { progress: Some(&stop), ..requested };
+        assert_eq!(build(&soup.source(), &requested), Err(BuildError::Cancelled));
     }
 }
 
@@ -265,24 +265,26 @@ fn a_cancelled_build_ends() {
 fn progress_rises_to_one() {
     let soup = Soup::scattered(100_000, 0.01);
     for quality in QUALITIES {
-        let told = Mutex::new(Vec::new());
-        let progress = |share: f32| told.lock().unwrap().push(share);
+        let reported = Mutex::new(Vec::new());
+        let progress = |fraction: f32| reported.lock().unwrap().push(fraction);
         build(&soup.source(), &BuildOptions { progress: Some(&progress), ..options(quality, 2) }).unwrap();
-        let told = told.into_inner().unwrap();
-        assert!(told.len() > 4 && told.is_sorted() && told[0] > 0.0, "{told:?}");
-        assert_eq!(told.last(), Some(&1.0));
+        let reported = reported.into_inner().unwrap();
+        assert!(reported.len() > 4 && reported.is_sorted() && reported[0] > 0.0, "{reported:?}");
+        assert_eq!(reported.last(), Some(&1.0));
     }
 }
 
 #[test]
-fn a_limit_of_memory_is_kept() {
+fn the_memory_limit_is_kept() {
     let soup = Soup::uneven(20_000);
     let with = |limit: usize| {
         build(&soup.source(), &BuildOptions { memory_limit: Some(limit), ..options(Quality::High, 1) })
     };
-    let Err(BuildError::OutOfMemory { needed }) = with(1 << 20) else { panic!("too much for a megabyte") };
+    let Err(BuildError::OutOfMemory { needed }) = with(1 << 20) else {
+        panic!("20,000 triangles need more than a megabyte")
+    };
     assert!(needed > 1 << 20 && needed < 4 << 20, "{needed}");
-    // The less there is, the simpler the tree.
+    // The smaller the limit, the simpler the build.
     let least = with(needed).unwrap();
     let split = with(1 << 30).unwrap();
     assert_eq!(least, build(&soup.source(), &options(Quality::Balanced, 1)).unwrap());
@@ -314,7 +316,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(150))]
 
     #[test]
-    fn trees_of_any_triangles_are_sound(
+    fn bvhs_of_any_triangles_are_valid(
         positions in prop::collection::vec(prop::array::uniform3(coordinate()), 1..60),
         corners in prop::collection::vec(prop::array::uniform3(0_usize..1000), 0..400),
     ) {
@@ -325,7 +327,7 @@ proptest! {
     }
 
     #[test]
-    fn trees_of_any_boxes_are_sound(
+    fn bvhs_of_any_boxes_are_valid(
         corners in prop::collection::vec(prop::array::uniform2(prop::array::uniform3(coordinate())), 0..400),
     ) {
         let boxes: Vec<Aabb> = corners.iter().map(|[a, b]| Aabb::EMPTY.grow(*a).grow(*b)).collect();

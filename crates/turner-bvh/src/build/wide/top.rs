@@ -1,4 +1,8 @@
-//! The upper nodes, by all threads together, and the subtrees below them, one to a thread.
+//! Builds the upper wide nodes with all threads together and the subtrees below them in parallel.
+//!
+//! Sets above [`MAX_SUBTREE`] become top nodes: the builder repeatedly splits the child with the largest box until
+//! there are eight. Smaller sets become binary trees, which [`collapse`](super::collapse) turns into wide nodes. While
+//! there are fewer sets than threads, all threads bin and partition one set together.
 
 use std::collections::BinaryHeap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -12,18 +16,18 @@ use super::parallel::{Progress, at_once, parts};
 use super::prims::{Bounds, Costs, Prim, Set};
 use crate::node::MAX_WIDE_DEPTH;
 
-/// Sets up to this size become subtrees of their own. The tree depends on it.
+/// Sets up to this size become subtrees. The BVH depends on it.
 pub(super) const MAX_SUBTREE: usize = 1 << 13;
 
-/// Sets from this size on are split by several threads.
+/// Sets from this size on are split by several threads together.
 const MIN_PARALLEL: usize = 1 << 17;
 
 /// A set that waits to become a child of a top node.
 struct Work<'a> {
     set: Set<'a>,
-    /// Nodes above.
+    /// Number of ancestors.
     depth: usize,
-    /// The top node, and which child of it this is; `None` for the whole tree.
+    /// The top node and the child slot; `None` for the root.
     parent: Option<(usize, usize)>,
 }
 
@@ -47,11 +51,11 @@ impl PartialEq for Work<'_> {
 
 impl Eq for Work<'_> {}
 
-/// What all threads see.
+/// State shared by all threads.
 struct State<'a> {
-    /// The largest first.
+    /// Largest set first.
     waiting: BinaryHeap<Work<'a>>,
-    /// Sets that wait or are worked on.
+    /// Sets that wait or are in progress.
     unfinished: usize,
     top: Vec<TopNode>,
     subtrees: Vec<Subtree>,
@@ -61,19 +65,19 @@ struct State<'a> {
 pub(super) struct Top<'a> {
     pub(super) costs: Costs,
     pub(super) max_bins: usize,
-    /// Look for splits on one axis only.
+    /// Consider splits on one axis only.
     pub(super) one_axis: bool,
     pub(super) threads: usize,
     pub(super) progress: &'a Progress<'a>,
 }
 
-/// How much work a set is, for the share of the whole.
+/// Estimated work for a set, for progress reports.
 pub(super) fn work_of(count: usize) -> usize {
     count * (count.max(2).ilog2() as usize + 4)
 }
 
 impl Top<'_> {
-    /// Builds top nodes and subtrees; the numbers of both depend on the threads, not so the tree they make.
+    /// Builds top nodes and subtrees. Their indices depend on the threads; the BVH they form does not.
     pub(super) fn build(&self, set: Set<'_>) -> Result<(Vec<TopNode>, Vec<Subtree>), BuildError> {
         let count = set.len();
         let root = Work { set, depth: 0, parent: None };
@@ -87,14 +91,14 @@ impl Top<'_> {
         let changed = Condvar::new();
         let builder = BinaryBuilder::new(self.costs, self.max_bins, self.one_axis);
         if self.threads > 1 {
-            // While there are fewer sets than threads.
+            // Until there are enough sets for all threads.
             let large = MIN_PARALLEL.max(count / (4 * self.threads));
             loop {
                 let mut guard = lock(&state);
                 if guard.error.is_some() || guard.waiting.peek().is_none_or(|work| work.set.len() < large) {
                     break;
                 }
-                let work = guard.waiting.pop().expect("looked at just now");
+                let work = guard.waiting.pop().expect("the heap was not empty");
                 drop(guard);
                 let result = self.top_node(work, &mut |set| self.split_together(set), &state);
                 self.note(result, &state);
@@ -115,7 +119,7 @@ impl Top<'_> {
         }
     }
 
-    /// Takes sets until there are none left.
+    /// Processes sets until none is left.
     fn work<'a>(&self, builder: &mut BinaryBuilder, state: &Mutex<State<'a>>, changed: &Condvar) {
         loop {
             let mut guard = lock(state);
@@ -145,7 +149,7 @@ impl Top<'_> {
         }
     }
 
-    /// Splits a set into up to eight children, each time the one with the largest box, and has them built too.
+    /// Splits a set into up to eight children, each time the one with the largest box, and queues them.
     fn top_node<'a>(
         &self,
         work: Work<'a>,
@@ -212,8 +216,8 @@ impl Top<'_> {
     }
 
     fn link(&self, state: &mut State<'_>, parent: Option<(usize, usize)>, child: TopChild) {
-        if let Some((parent, place)) = parent {
-            state.top[parent].children[place].1 = child;
+        if let Some((parent, slot)) = parent {
+            state.top[parent].children[slot].1 = child;
         }
     }
 
@@ -221,28 +225,28 @@ impl Top<'_> {
     fn split_together<'a>(&self, set: Set<'a>) -> [Set<'a>; 2] {
         let threads = self.threads.min(set.len() / (MIN_PARALLEL / 4)).max(1);
         let grid = Grid::new(set.centers, bins_for(set.len(), self.max_bins), self.one_axis);
-        let shares: Vec<Mutex<&mut [Prim]>> = parts(set.prims, threads).into_iter().map(Mutex::new).collect();
+        let chunks: Vec<Mutex<&mut [Prim]>> = parts(set.prims, threads).into_iter().map(Mutex::new).collect();
         let mut all = at_once(threads, |i| {
-            let share = shares[i].lock().unwrap_or_else(PoisonError::into_inner);
+            let chunk = chunks[i].lock().unwrap_or_else(PoisonError::into_inner);
             let mut scratch = Scratch::new();
-            scratch.fill(&share, &grid);
+            scratch.fill(&chunk, &grid);
             scratch
         });
-        let (first, others) = all.split_first_mut().expect("one thread at least");
+        let (first, others) = all.split_first_mut().expect("at least one thread");
         for other in others {
             first.first().merge(other.first(), &grid);
         }
         let Some(split) =
-            best_split(first.first(), &grid, shares.iter().map(|s| lock(s).len()).sum(), &self.costs)
+            best_split(first.first(), &grid, chunks.iter().map(|s| lock(s).len()).sum(), &self.costs)
         else {
-            drop(shares);
+            drop(chunks);
             return halve(set);
         };
         let parted = at_once(threads, |i| {
-            let mut share = shares[i].lock().unwrap_or_else(PoisonError::into_inner);
-            partition(&mut share, &grid, &split)
+            let mut chunk = chunks[i].lock().unwrap_or_else(PoisonError::into_inner);
+            partition(&mut chunk, &grid, &split)
         });
-        drop(shares);
+        drop(chunks);
         let centers =
             parted.iter().fold([Bounds::empty(); 2], |[a, b], (_, [c, d])| [a.union(*c), b.union(*d)]);
         let lefts: Vec<usize> = parted.iter().map(|(left, _)| *left).collect();
@@ -255,18 +259,19 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Brings together what goes left: each of the equal parts of the slice has its own first, `lefts[i]` of them.
+/// Gathers the left primitives at the front of the slice. Each of the equal parts of the slice is partitioned: its
+/// first `lefts[i]` primitives go left.
 fn exchange(prims: &mut [Prim], lefts: &[usize]) {
     let (count, len) = (lefts.len(), prims.len());
     let middle: usize = lefts.iter().sum();
     let starts: Vec<usize> = (0..=count).map(|i| len * i / count).collect();
-    // What goes right but stands before the middle, and what goes left but stands behind it.
+    // Right primitives before the middle swap with left primitives after it.
     let before = (0..count).map(|i| starts[i] + lefts[i]..starts[i + 1].min(middle));
     let behind = (0..count).map(|i| starts[i].max(middle)..starts[i] + lefts[i]);
     let (low, high) = prims.split_at_mut(middle);
-    let mut high_places = behind.flatten();
-    for place in before.flatten() {
-        let other = high_places.next().expect("as many on the one side as on the other");
-        std::mem::swap(&mut low[place], &mut high[other - middle]);
+    let mut high_positions = behind.flatten();
+    for slot in before.flatten() {
+        let other = high_positions.next().expect("as many misplaced on one side as on the other");
+        std::mem::swap(&mut low[slot], &mut high[other - middle]);
     }
 }

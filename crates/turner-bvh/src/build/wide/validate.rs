@@ -1,4 +1,4 @@
-//! A check of the whole structure of a wide tree.
+//! Validates the complete structure of a wide BVH.
 
 use super::{NO_PRIMITIVE, Source, WideTree};
 use crate::Aabb;
@@ -21,12 +21,12 @@ pub(super) fn primitive_box(source: &Source<'_>, id: usize) -> Option<Aabb> {
     }
 }
 
-/// Checks everything that traversal relies on; `whole` says that no primitive may be split.
-pub(super) fn validate(tree: &WideTree, source: &Source<'_>, whole: bool) -> Result<(), String> {
+/// Checks everything that traversal relies on. With `unsplit`, every primitive must be in exactly one leaf.
+pub(super) fn validate(tree: &WideTree, source: &Source<'_>, unsplit: bool) -> Result<(), String> {
     let mut check = Check {
         tree,
         source,
-        whole,
+        unsplit,
         next_node: 0,
         next_block: 0,
         leaf_boxes: vec![Vec::new(); source.len()],
@@ -43,10 +43,10 @@ pub(super) fn validate(tree: &WideTree, source: &Source<'_>, whole: bool) -> Res
 struct Check<'a> {
     tree: &'a WideTree,
     source: &'a Source<'a>,
-    whole: bool,
+    unsplit: bool,
     next_node: usize,
     next_block: usize,
-    /// Of each primitive, the boxes of the leaves it is in.
+    /// For each primitive, the boxes of the leaves it is in.
     leaf_boxes: Vec<Vec<Aabb>>,
     max_depth: usize,
     leaves: usize,
@@ -54,13 +54,13 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn node(&mut self, reference: ChildRef, around: &mut Vec<Aabb>) -> Result<(), String> {
+    fn node(&mut self, reference: ChildRef, ancestors: &mut Vec<Aabb>) -> Result<(), String> {
         let index = reference.index();
         if index != self.next_node || index >= self.tree.nodes.len() {
             return Err(format!("node {index} should be {}", self.next_node));
         }
         self.next_node += 1;
-        let depth = around.len() + 1;
+        let depth = ancestors.len() + 1;
         self.max_depth = self.max_depth.max(depth);
         if depth > MAX_WIDE_DEPTH {
             return Err(format!("node {index} is at depth {depth}"));
@@ -80,16 +80,16 @@ impl Check<'_> {
             if !bounds.is_valid() {
                 return Err(format!("child {child} of node {index} has the box {bounds:?}"));
             }
-            if let Some(outer) = around.last().filter(|outer| !outer.contains(bounds)) {
-                return Err(format!("{bounds:?} of node {index} sticks out of {outer:?}"));
+            if let Some(outer) = ancestors.last().filter(|outer| !outer.contains(bounds)) {
+                return Err(format!("{bounds:?} of node {index} exceeds {outer:?}"));
             }
-            around.push(bounds);
+            ancestors.push(bounds);
             if reference.is_leaf() {
                 self.leaf(reference, bounds)?;
             } else {
-                self.node(reference, around)?;
+                self.node(reference, ancestors)?;
             }
-            around.pop();
+            ancestors.pop();
         }
         if used == 0 || used == 1 && index != 0 {
             return Err(format!("node {index} has {used} children"));
@@ -118,7 +118,7 @@ impl Check<'_> {
         }
         for &id in &slots[..used] {
             let Some(of_primitive) = self.leaf_boxes.get_mut(id as usize) else {
-                return Err(format!("primitive {id} is not there"));
+                return Err(format!("primitive {id} does not exist"));
             };
             of_primitive.push(bounds);
         }
@@ -133,13 +133,13 @@ impl Check<'_> {
             primitives += usize::from(expected.is_some());
             match (expected, leaf_boxes.len()) {
                 (None, 0) => {}
-                (None, _) => return Err(format!("primitive {id} is of no use")),
+                (None, _) => return Err(format!("primitive {id} should have been omitted")),
                 (Some(_), 0) => return Err(format!("primitive {id} is missing")),
                 (Some(b), 1) if leaf_boxes[0].contains(b) => {}
                 (Some(b), 1) => {
-                    return Err(format!("primitive {id} {b:?} sticks out of {:?}", leaf_boxes[0]));
+                    return Err(format!("primitive {id} {b:?} exceeds {:?}", leaf_boxes[0]));
                 }
-                (Some(_), n) if self.whole => return Err(format!("primitive {id} is in {n} leaves")),
+                (Some(_), n) if self.unsplit => return Err(format!("primitive {id} is in {n} leaves")),
                 (Some(_), _) => check_cover(self.source, id, leaf_boxes)?,
             }
         }
@@ -158,7 +158,7 @@ impl Check<'_> {
     }
 }
 
-/// Whether leaf boxes cover a triangle: looks at points all over it.
+/// Checks that leaf boxes cover a triangle, at sample points on it.
 fn check_cover(source: &Source<'_>, id: usize, leaf_boxes: &[Aabb]) -> Result<(), String> {
     let Source::Triangles { positions, triangles, scale } = *source else {
         return Err(format!("box {id} is in {} leaves", leaf_boxes.len()));
@@ -188,23 +188,23 @@ fn check_cover(source: &Source<'_>, id: usize, leaf_boxes: &[Aabb]) -> Result<()
 fn check_order(node: &WideNode) -> Result<(), String> {
     let used = node.children.iter().filter(|&&child| child != ChildRef::EMPTY).count();
     for (octant, &word) in node.order.iter().enumerate() {
-        let places: Vec<usize> = (0..8).rev().map(|place| (word >> (3 * place) & 7) as usize).collect();
-        let mut sorted = places.clone();
+        let slots: Vec<usize> = (0..8).rev().map(|place| (word >> (3 * place) & 7) as usize).collect();
+        let mut sorted = slots.clone();
         sorted.sort_unstable();
         if sorted != (0..8).collect::<Vec<_>>() || word >> 24 != 0 {
-            return Err(format!("{word:o} is no order"));
+            return Err(format!("{word:o} is not a permutation"));
         }
-        if places[..used].iter().any(|&child| node.children[child] == ChildRef::EMPTY) {
-            return Err(format!("{word:o} has empty places before others"));
+        if slots[..used].iter().any(|&child| node.children[child] == ChildRef::EMPTY) {
+            return Err(format!("{word:o} has empty slots before others"));
         }
-        // A box that lies wholly behind another one on the diagonal does not come first.
+        // A child that the diagonal enters later must not come first.
         let entry = |child: usize| -> f64 {
             let b = node.bounds(child);
             (0..3).map(|i| f64::from(if octant >> i & 1 == 0 { b.min[i] } else { -b.max[i] })).sum()
         };
-        for pair in places[..used].windows(2) {
+        for pair in slots[..used].windows(2) {
             let (a, b) = (entry(pair[0]), entry(pair[1]));
-            let largest = (0..used).map(|i| entry(places[i]).abs()).fold(0.0, f64::max);
+            let largest = (0..used).map(|i| entry(slots[i]).abs()).fold(0.0, f64::max);
             let slack: f64 = (0..8)
                 .filter(|&i| node.children[i] != ChildRef::EMPTY)
                 .flat_map(|i| {

@@ -1,4 +1,4 @@
-//! Embree itself, where it is: TURNER_EMBREE names the shared library. Without it these tests have nothing to test.
+//! Tests with Embree itself: TURNER_EMBREE names the shared library. Without it, tests that need it do nothing.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ fn device() -> Option<Device> {
 }
 
 #[test]
-fn what_is_no_library_is_an_error() {
+fn a_missing_library_is_an_error() {
     let error = Embree::load(Path::new("/there/is/no/such/library.so")).unwrap_err();
     assert!(error.to_string().starts_with("Embree cannot be loaded: "), "{error}");
 }
@@ -27,7 +27,7 @@ fn indices_are_checked() {
 }
 
 #[test]
-fn packets_find_what_single_rays_find() {
+fn packets_have_the_hits_of_single_rays() {
     let Some(device) = device() else { return };
     for kind in [SceneKind::Cornell, SceneKind::Scan] {
         let scene = kind.generate(20_000);
@@ -41,14 +41,14 @@ fn packets_find_what_single_rays_find() {
         let mut occluded = vec![false; rays.len()];
         built.intersect_packets(&packets, 0..packets.len(), &mut hits);
         built.occluded_packets(&packets, 0..packets.len(), &mut occluded);
-        let mut met = 0;
+        let mut hit_count = 0;
         for ((ray, packet), occluded) in rays.iter().zip(hits).zip(occluded) {
             let single = built.intersect(ray);
             assert_eq!(single.t.is_finite(), packet.t.is_finite());
             assert_eq!(single.t.is_finite(), occluded);
             assert_eq!(built.occluded(ray), occluded);
             if occluded {
-                met += 1;
+                hit_count += 1;
                 assert!((single.t - packet.t).abs() <= 1e-5 * single.t);
                 let [a, b, c] = scene.triangle(u32::MAX, single.primitive);
                 let (u, v) = (single.u, single.v);
@@ -58,12 +58,12 @@ fn packets_find_what_single_rays_find() {
                 }
             }
         }
-        assert!(met > 500, "{met}");
+        assert!(hit_count > 500, "{hit_count}");
     }
 }
 
 #[test]
-fn instances_lie_where_they_are_put() {
+fn instances_are_hit_where_they_are_placed() {
     let Some(device) = device() else { return };
     let mesh = Mesh { positions: &[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: &[[0, 1, 2]] };
     let part = Arc::new(Scene::build(&device, &Geometry::new(mesh).unwrap(), OPTIONS).unwrap());
