@@ -298,6 +298,7 @@ impl Preparer {
             sobol: capabilities.physical,
             filtered,
             moves: scene.moves,
+            labels: capabilities.labels,
             instruction_set: scene.instruction_set,
         };
         let view =
@@ -308,7 +309,7 @@ impl Preparer {
                 && last.integrator == own
                 && Arc::ptr_eq(&last.prepared.scene, &scene)
                 && last.prepared.view.camera_desc == camera.value
-                && same_samples(&last.prepared.view.film, &desc.film)
+                && same_samples(&last.prepared.view.film, &view.film)
         });
         let integrator = match last {
             Some(last) => last.prepared.integrator.clone(),
