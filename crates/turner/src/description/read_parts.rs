@@ -46,7 +46,8 @@ pub(super) fn read_stage(value: &Value, cx: &mut dyn ReadContext) -> Result<Stag
 pub(super) fn read_integrator(value: &Value, cx: &mut dyn ReadContext) -> Result<IntegratorDesc, SceneError> {
     let mut table = TableReader::of(value, "[integrator]")?;
     let doc = &IntegratorDesc::DOC;
-    let integrator = read_kind(&mut table, "integrator", Some(DEFAULT_INTEGRATOR), cx, doc, IntegratorDesc::read)?;
+    let integrator =
+        read_kind(&mut table, "integrator", Some(DEFAULT_INTEGRATOR), cx, doc, IntegratorDesc::read)?;
     table.finish()?;
     Ok(integrator)
 }

@@ -16,11 +16,8 @@ impl FilmDesc {
     ///
     /// With `path` and `direct` the picture has stochastic samples, 64 or 16 per pixel, and the sRGB curve. Other integrators have [`FilmDesc::default`].
     pub fn default_for(integrator: &str) -> FilmDesc {
-        let stochastic = FilmDesc {
-            antialias: Antialias::MonteCarlo,
-            transfer: Transfer::Srgb,
-            ..FilmDesc::default()
-        };
+        let stochastic =
+            FilmDesc { antialias: Antialias::MonteCarlo, transfer: Transfer::Srgb, ..FilmDesc::default() };
         match integrator {
             "path" => FilmDesc { samples: 64, ..stochastic },
             "direct" => FilmDesc { samples: 16, ..stochastic },

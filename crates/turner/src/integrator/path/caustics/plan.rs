@@ -22,6 +22,17 @@ const UNPROBED: f64 = 0.25;
 /// The share of the picture's light that photons must bring to be found.
 const LEAST_BY_PHOTONS: f64 = 1e-3;
 
+/// What light paths cost and bring, as the probe estimates it from a few paths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Price {
+    /// Work of a sample with its share of light paths, over that of the sample alone.
+    pub(crate) work: f64,
+    /// Fraction of the picture's light that light paths bring.
+    pub(crate) brings: f64,
+    /// Fraction of the picture's light that camera paths never find.
+    pub(crate) alone: f64,
+}
+
 /// The light paths of a picture.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -35,6 +46,8 @@ pub struct Plan {
     pub first_radius: f64,
     /// Work for the same noise, over that without light paths, where these are a matter of choice.
     pub(crate) gain: Option<f64>,
+    /// What the probe measured; `None` where it was too expensive to run.
+    pub(crate) price: Option<Price>,
     /// How far beyond the picture's edge light still counts for it, in pixels.
     pub(super) margin: f64,
 }
@@ -52,7 +65,8 @@ impl Plan {
         let pixels = u64::from(view.film.width) * u64::from(view.film.height);
         let margin = (view.film.filter().radius() - 0.5).max(0.0);
         let paths = pixels.min(MOST_PATHS);
-        let mut plan = Plan { casters, paths, merges: true, first_radius: 0.0, gain: None, margin };
+        let mut plan =
+            Plan { casters, paths, merges: true, first_radius: 0.0, gain: None, price: None, margin };
         if !is_cheap(scene, view) {
             // What light paths alone find must not be lost: without photons they are never wrong.
             plan.merges = desc.caustics == Caustics::Full;
@@ -75,6 +89,10 @@ impl Plan {
         let _ = plan.casters.choose_by(&found.groups);
         let ratio = if plan.merges { found.ratio_with_photons } else { found.ratio };
         plan.paths = ((pixels as f64 * ratio) as u64).clamp(1, MOST_PATHS);
+        let alone = if plan.merges { found.alone.max(found.by_photons) } else { found.alone };
+        let brings = found.brings.max(alone);
+        let per_sample = plan.paths as f64 / pixels as f64;
+        plan.price = Some(Price { work: 1.0 + found.price * per_sample, brings, alone });
         Some(plan)
     }
 }

@@ -66,7 +66,11 @@ pub(super) struct Found {
     pub(super) pays: bool,
     /// Work for the same noise, over that without light paths; `None` where they bring light that nothing else does.
     pub(super) gain: Option<f64>,
-    /// The share of the picture's light that photons bring.
+    /// Work of a light path, in that of a camera path with all that belongs to it.
+    pub(super) price: f64,
+    /// Fractions of the picture's light: what light paths bring, what camera paths never find, what photons bring.
+    pub(super) brings: f64,
+    pub(super) alone: f64,
     pub(super) by_photons: f64,
     /// For each group, how often it should be chosen.
     pub(super) groups: Vec<f64>,
@@ -212,7 +216,8 @@ pub(super) fn probe(context: Context<'_>, plan: &Plan) -> Found {
     let by_chance = brought.squares_by_chance / (n * pixels);
     let by_light = EVEN_LIGHT * brought.squares / (n * pixels * plan.paths as f64);
     let price = (RAY * stats.light as f64 + SCATTERING * wave.scattered as f64) / n / look.rays.max(1.0);
-    let alone = brought.alone / (n * pixels) / look.mean().max(1e-30);
+    let of_picture = |light: f64| light / (n * pixels) / look.mean().max(1e-30);
+    let (alone, brings) = (of_picture(brought.alone), of_picture(brought.light));
     let ratio_of = plan.paths as f64 / pixels;
     // Light of narrow lobes is found in other ways as well: by itself it is no reason for photons.
     let mut photons = wave.take_photons();
@@ -231,5 +236,5 @@ pub(super) fn probe(context: Context<'_>, plan: &Plan) -> Found {
     let gain = (alone <= LEAST).then_some(gain);
     let groups =
         (0u32..).zip(&brought.of_group).map(|(g, m)| (m * plan.casters.probability(g)).sqrt()).collect();
-    Found { ratio, ratio_with_photons, pays, gain, by_photons, groups }
+    Found { ratio, ratio_with_photons, pays, gain, price, brings, alone, by_photons, groups }
 }
