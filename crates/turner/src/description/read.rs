@@ -323,7 +323,7 @@ pub fn read_scene(root: &Value, assets: &mut dyn SceneAssets) -> Result<SceneDes
     };
     if objects.is_empty() {
         (&mut cx as &mut dyn ReadContext)
-            .warn(None, "the scene has no [[object]]: the picture shows the background alone");
+            .warn(None, "the scene has no [[object]]: the picture shows only the background. Add an object");
     }
     Ok(SceneDesc {
         camera,

@@ -479,6 +479,6 @@ fn same_samples(a: &FilmDesc, b: &FilmDesc) -> bool {
 
 fn invalid_pixels(count: u64) -> Warning {
     let message =
-        format!("{count} pixels of the environment are negative or no finite numbers: they count as 0");
+        format!("{count} pixels of the environment map are negative or non-finite: 0 is used for them");
     Warning::new(WarningKind::Doubtful, message)
 }

@@ -60,7 +60,7 @@ impl StageDesc {
             let far = bounds.center().abs().max_element();
             // Vertices are numbers of 24 bits: what is left of them there makes steps of 1/160 of the size.
             if far > 1e5 * radius && radius > 0.0 {
-                let message = "everything lies far from the origin for its size: single precision leaves coarse steps there";
+                let message = "the scene is far from the origin for its size: mesh vertices, in single precision, are rounded coarsely there. Move it to the origin";
                 staging.notes.push(Warning::new(WarningKind::Doubtful, message));
             }
         }
@@ -69,7 +69,7 @@ impl StageDesc {
         };
         if framed {
             note(
-                "no camera in the file: framed from three-quarters above (`camera` in [stage] changes it)",
+                "no camera in the file: the view is from the front, right and above",
                 Remedy::set("stage.camera", "orbit:azimuth,elevation"),
             );
         }
@@ -81,7 +81,7 @@ impl StageDesc {
             };
             lights.push(Light::Environment(studio.prepare(&[], compensates)?));
             note(
-                "no light in the file: lit by the built-in studio (a [[light]] takes its place)",
+                "no light in the file: the built-in studio lights it until you add a light or an environment map",
                 Remedy::Environment,
             );
         }
@@ -94,7 +94,7 @@ impl StageDesc {
             staging.ground = Some((Plane { point, normal: DVec3::Y }, material));
             if self.ground.is_none() {
                 note(
-                    "a floor was added (`ground = false` in [stage] leaves it out)",
+                    "no floor in the file: one was added",
                     Remedy::set("stage.ground", false),
                 );
             }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::color::{Spectrum, named};
+use crate::color::{Spectrum, Transfer, named};
 use crate::description::{ObjectDesc, SceneDesc};
 use crate::image::{Image, Pixels};
 use crate::integrator::{IntegratorDesc, NormalsDesc, PathDesc};
@@ -19,7 +19,10 @@ use crate::testing::scenes::{grey, path, rectangle, render_with, rgb, sphere, v}
 
 /// Nothing, seen from the front by 8 × 8 pixels.
 fn small() -> SceneDesc {
-    path(PathDesc { rr_start: 1000, ..PathDesc::default() }).filmed([8, 8], 16).seen_from_front(4.0, 10.0)
+    let desc = path(PathDesc { rr_start: 1000, ..PathDesc::default() });
+    let mut desc = desc.filmed([8, 8], 16).seen_from_front(4.0, 10.0);
+    desc.film.transfer = Transfer::Srgb;
+    desc
 }
 
 /// With a sphere of such a material.
@@ -181,21 +184,21 @@ fn surrounded(pixels: [f32; 24]) -> SceneDesc {
 fn environments_without_light_and_with_numbers_that_are_none() {
     let black = surrounded([0.0; 24]);
     let words = said(&black);
-    has(&words, "environment is black");
-    has(&words, "nothing in the scene shines");
+    has(&words, "environment light is black");
+    has(&words, "the picture is black");
     assert!(brightness(&black) == 0.0);
 
     let mut some = [1.0; 24];
     (some[0], some[4], some[11]) = (f32::NAN, f32::INFINITY, -3.0);
     let some = surrounded(some);
-    has(&said(&some), "3 pixels of the environment");
+    has(&said(&some), "3 pixels of the environment map");
     let seen = brightness(&some);
     assert!(seen > 0.3 && seen < 0.5, "{seen}");
 
     let none = surrounded([f32::NAN; 24]);
     let words = said(&none);
-    has(&words, "8 pixels of the environment");
-    has(&words, "environment is black");
+    has(&words, "8 pixels of the environment map");
+    has(&words, "environment light is black");
     assert!(brightness(&none) == 0.0);
 }
 
@@ -276,7 +279,7 @@ fn with_light() -> Vec<SceneDesc> {
 
 #[test]
 fn scenes_without_light_say_so_and_others_do_not() {
-    let dark = "nothing in the scene shines";
+    let dark = "the picture is black";
     let white = || ball(small(), matte(grey(0.8)));
     has(&said(&white()), dark);
     has(&said(&white().lit(point(0.0))), dark);
