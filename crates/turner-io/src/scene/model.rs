@@ -28,11 +28,7 @@ fn showing(integrator: Option<&str>) -> SceneDesc {
         _ => FilmDesc { antialias: Antialias::MonteCarlo, samples: 32, ..scene.film },
     };
     SceneDesc {
-        film: FilmDesc {
-            transfer: Transfer::Srgb,
-            tonemap: Tonemap::Neutral,
-            ..film
-        },
+        film: FilmDesc { transfer: Transfer::Srgb, tonemap: Tonemap::Neutral, ..film },
         integrator: IntegratorDesc::Path(PathDesc::default()),
         background: BackgroundDesc { color: Spectrum::WHITE, ..scene.background },
         stage: Some(stage(None, true)),

@@ -260,7 +260,7 @@ fn caustics(e: &Evidence<'_>) -> Option<Finding> {
         a if a < 5e-4 => format!("caustics, {} of the light, then have more noise", percent(brings)),
         _ => format!("{} of the light then is missing, because only light paths find it", percent(alone)),
     };
-    let severity = if alone < 0.01 { Severity::Warning } else { Severity::Note };
+    let severity = if alone < 0.01 || work > 4.0 { Severity::Warning } else { Severity::Note };
     Some(
         find(severity, "caustics-costly", 0.9, what)
             .why(format!("`caustics = \"auto\"` traces light paths because they find caustics: {} of the light of the picture", percent(brings)))

@@ -93,10 +93,7 @@ impl StageDesc {
             let material = PrincipledMaterial { base_color, ..PrincipledMaterial::matte() };
             staging.ground = Some((Plane { point, normal: DVec3::Y }, material));
             if self.ground.is_none() {
-                note(
-                    "no floor in the file: one was added",
-                    Remedy::set("stage.ground", false),
-                );
+                note("no floor in the file: one was added", Remedy::set("stage.ground", false));
             }
         }
         Ok(staging)

@@ -18,11 +18,12 @@ use crate::integrator::path::media::{Boundary, Media};
 use crate::integrator::path::settings::{Bounces, Settings};
 use crate::integrator::path::shade::{FIRST_SET, MAX_VERTICES};
 use crate::integrator::{LightTracer, RayStats};
-use crate::material::{AlphaMode, Material};
+use crate::material::{AlphaMode, Material, PrincipledMaterial};
 use crate::math::{DVec2, DVec3, Ray};
 use crate::sampler::{OwenSobol, SampleId};
 use crate::scene::casters::{NO_GROUP, Source};
 use crate::scene::{Hit, RayBatch, Scene, SpectrumBlock, SurfaceInteraction};
+use crate::schema::ColorSource;
 use crate::view::View;
 
 /// Light paths have numbers of their own, whatever the pixels' are.
@@ -58,6 +59,8 @@ pub(in crate::integrator::path) struct LightWave<'a> {
     pub(super) photons: Vec<Photon>,
     /// How many surfaces have scattered paths so far.
     pub(super) scattered: u64,
+    /// How many of these surfaces have a thin film.
+    pub(super) films: u64,
 }
 
 impl<'a> LightWave<'a> {
@@ -79,6 +82,7 @@ impl<'a> LightWave<'a> {
             through: Vec::new(),
             photons: Vec::new(),
             scattered: 0,
+            films: 0,
         }
     }
 
@@ -322,6 +326,7 @@ impl<'a> LightWave<'a> {
     /// Scatters a path.
     fn scatter(&mut self, index: u32, seen: &Seen<'_>, light: DVec3, set: u32) {
         self.scattered += 1;
+        self.films += u64::from(has_film(&seen.material.desc));
         let path = &mut self.paths[index as usize];
         let surface = seen.surface;
         let [u0, u1, u2, u3] = path.numbers.four(set);
@@ -417,4 +422,9 @@ impl LightTracer for LightWave<'_> {
     fn photons(&mut self) -> &mut Vec<Photon> {
         &mut self.photons
     }
+}
+
+/// Whether a material may have a thin film.
+fn has_film(material: &PrincipledMaterial) -> bool {
+    material.thin_film_weight != ColorSource::Constant(Spectrum::BLACK)
 }
